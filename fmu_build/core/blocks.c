@@ -1,0 +1,20 @@
+/* blocks.c - the registry: one word per block.  CMake compiles every file of blocks/; a block that is not named here
+ * is not part of the library (a test compares the two lists). */
+#include <string.h>
+
+#include "hyst.h"
+
+#define HYST_BLOCKS(B) B(backlash_sum) B(prandtl_ishlinskii)
+
+#define B(id) extern const hyst_block hyst_##id;
+HYST_BLOCKS(B)
+#undef B
+#define B(id) &hyst_##id,
+const hyst_block* const hyst_blocks[] = {HYST_BLOCKS(B) NULL};
+#undef B
+
+const hyst_block* hyst_find(const char* name) {
+  for (int i = 0; hyst_blocks[i]; i++)
+    if (!strcmp(name, hyst_blocks[i]->name)) return hyst_blocks[i];
+  return NULL;
+}

@@ -1,0 +1,48 @@
+/* Prandtl-Ishlinskii operator: y = w0 u + sum_i w_i p_{r_i}[u], p_r the play of half-width r.
+ * Evaluated through the turning points of u with prefix sums of the weights: the cost does not grow with n.
+ * Krejci & Kuhnen, IEE Proc. Control Theory Appl. 148 (2001) 185-192, eq. 5-9. */
+#include "../piecewise.h"
+#include "../turning_points.h"
+
+#define DIMS(D)                                   \
+  D(n, 10, 1, 100000, "number of play operators") \
+  D(depth, 256, 2, 100000, "extrema that the memory holds")
+#define VARS(V)                                                                                               \
+  V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the linear term")                         \
+  V(r, FIXED, n, "real", "1", 0.0, 0.0, HYST_INF, "thresholds (play half-widths), increasing")                \
+  V(w, FIXED, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights of the plays")                               \
+  V(u0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: every play rests at this value")    \
+  V(curve, DERIVED, HYST_PIECEWISE(n), "real", "1", 0.0, -HYST_INF, HYST_INF, "loading curve as prefix sums") \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                              \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                            \
+  V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")
+
+/* a branch is the loading curve at twice the scale (Masing) */
+static double branch(const void* curve, double d) { return 2 * hyst_piecewise_forward(curve, 0.5 * d); }
+
+static hyst_turn turn(const hyst_piecewise* f, const double* memory, int depth, double u, double u0) {
+  return hyst_turn_dominant(memory, depth, u, u0, f->W[f->n] * u0, branch, f);
+}
+
+HYST_PREPARE_FN(prepare) {
+  HYST_OPEN_PREPARE
+  return hyst_piecewise_build(curve, n, *w0, r, w, 0);
+}
+HYST_INIT_FN(init) {
+  HYST_OPEN_INIT
+  hyst_tp_init(memory, depth, *u0, hyst_piecewise_of(curve, n).W[n] * *u0);
+}
+HYST_OUTPUT_FN(output) {
+  HYST_OPEN_OUTPUT
+  const hyst_piecewise f = hyst_piecewise_of(curve, n);
+  *y = turn(&f, memory, depth, *u, *u0).h;
+}
+HYST_UPDATE_FN(update) {
+  HYST_OPEN_UPDATE
+  const hyst_piecewise f = hyst_piecewise_of(curve, n);
+  hyst_tp_commit(memory, depth, *u, turn(&f, memory, depth, *u, *u0));
+}
+HYST_BLOCK(prandtl_ishlinskii, .text = "Prandtl-Ishlinskii operator: linear term plus weighted plays",
+           .equation = "y = w0 u + sum_i w_i p_{r_i}[u]",
+           .source = "Krejci & Kuhnen 2001, eq. 5-9; Zhao & Tan 2008, section II", .flags = HYST_RATE_INDEPENDENT,
+           .prepare = prepare, .init = init, .output = output, .update = update)

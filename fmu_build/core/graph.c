@@ -1,0 +1,496 @@
+/* graph.c - the executor of graph.h: reads a block file, refuses what does not fit, lays out memory, runs. */
+#include "graph.h"
+
+#include <string.h>
+
+/* ---- reading: a cursor that never passes the end -------------------------------------------------------------- */
+enum { HEADER = 8 + 4 + 4 + 4 + HYST_TOKEN }; /* magic, version, length, checksum, token */
+static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'F', 'M', 'U', '\n'};
+enum { VERSION = 1 };
+static const int64_t MOST_VALUES = 1 << 24; /* doubles in one graph: 128 MiB; a stranger's file must not ask for more */
+enum { MOST_NODES = 1000, MOST_WIRES = 100000, MOST_NAME = 255 };
+
+typedef struct {
+  const unsigned char *at, *end;
+  int bad;
+} cursor;
+
+static uint32_t get_u32(cursor* c) {
+  if (c->end - c->at < 4) return c->bad = 1, 0;
+  const unsigned char* b = c->at;
+  c->at += 4;
+  return (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
+}
+
+static double get_f64(cursor* c) {
+  const uint64_t lo = get_u32(c), hi = get_u32(c), bits = hi << 32 | lo;
+  double v;
+  memcpy(&v, &bits, sizeof v);
+  return v;
+}
+
+/* a name: length, bytes; copied to `to` with a 0 at the end when `to` is not NULL.  Returns the bytes needed. */
+static size_t get_name(cursor* c, char* to) {
+  const uint32_t n = get_u32(c);
+  if (c->bad || n == 0 || n > MOST_NAME || (size_t)(c->end - c->at) < n || memchr(c->at, 0, n)) return c->bad = 1, 0;
+  if (to) memcpy(to, c->at, n), to[n] = 0;
+  c->at += n;
+  return n + 1;
+}
+
+static uint32_t crc32(const unsigned char* b, size_t n) {
+  uint32_t crc = 0xffffffffu;
+  for (size_t i = 0; i < n; i++) {
+    crc ^= b[i];
+    for (int k = 0; k < 8; k++) crc = crc & 1 ? crc >> 1 ^ 0xedb88320u : crc >> 1;
+  }
+  return ~crc;
+}
+
+/* ---- errors --------------------------------------------------------------------------------------------------- */
+static void append(char* to, size_t size, const char* text) {
+  const size_t have = strlen(to), more = strlen(text), room = size - 1 - have;
+  memcpy(to + have, text, more < room ? more : room);
+  to[have + (more < room ? more : room)] = 0;
+}
+
+static hyst_status fail(hyst_error* e, hyst_status status, const char* block, const char* variable, const char* text) {
+  memset(e, 0, sizeof *e);
+  e->status = status;
+  if (block) append(e->block, sizeof e->block, block);
+  if (variable) append(e->variable, sizeof e->variable, variable);
+  if (text) append(e->text, sizeof e->text, text);
+  return status;
+}
+
+static hyst_status fail_value(hyst_error* e, const char* block, const hyst_var* row, double value) {
+  fail(e, HYST_E_VALUE, block, row->name, NULL);
+  e->row = row;
+  e->value = value;
+  return HYST_E_VALUE;
+}
+
+hyst_status hyst_check(const hyst_var* row, double value) {
+  if (!(value - value == 0)) return HYST_E_VALUE; /* NaN or infinite */
+  if (value < row->lo || value > row->hi) return HYST_E_VALUE;
+  if (strcmp(row->type, "real") != 0) {
+    if (value > 2147483647.0 || value < -2147483648.0 || value != (double)(int32_t)value) return HYST_E_VALUE;
+    double choices = 1; /* of an enumeration: the bars plus one */
+    for (const char* s = row->type; *s; s++) choices += *s == '|';
+    if (!strcmp(row->type, "bool")) choices = 2;
+    if (strcmp(row->type, "int") != 0 && (value < 0 || value >= choices)) return HYST_E_VALUE;
+  }
+  return HYST_E_OK;
+}
+
+/* ---- layout ----------------------------------------------------------------------------------------------------- */
+static int is_parameter(hyst_kind k) { return k == HYST_PARAM || k == HYST_FIXED; }
+
+typedef struct {
+  int64_t p, p_file, u, y, x, time;
+} counts;
+
+static counts count(const hyst_block* b, const int* dim) {
+  counts n = {0, 0, 0, 0, 0, -1};
+  for (int v = 0; v < b->n_vars; v++) {
+    const int64_t size = b->size(dim, v);
+    switch (b->vars[v].kind) {
+      case HYST_PARAM:
+      case HYST_FIXED: n.p += size, n.p_file += size; break;
+      case HYST_DERIVED: n.p += size; break;
+      case HYST_TIME:
+        n.time = n.u;
+        n.u += size;
+        break;
+      case HYST_INPUT: n.u += size; break;
+      case HYST_OUTPUT: n.y += size; break;
+      case HYST_CSTATE:
+      case HYST_STATE: n.x += size; break;
+    }
+  }
+  return n;
+}
+
+/* place of a variable among those that share its array */
+static int64_t place(const hyst_block* b, const int* dim, int var) {
+  int64_t at = 0;
+  for (int v = 0; v < var; v++) {
+    const hyst_kind k = b->vars[v].kind, own = b->vars[var].kind;
+    const int same = own <= HYST_DERIVED  ? k <= HYST_DERIVED
+                     : own <= HYST_TIME   ? k == HYST_INPUT || k == HYST_TIME
+                     : own == HYST_OUTPUT ? k == HYST_OUTPUT
+                                          : k >= HYST_CSTATE;
+    if (same) at += b->size(dim, v);
+  }
+  return at;
+}
+
+/* The file is read twice by one walker: without a graph it counts, with one it fills. */
+typedef struct {
+  int64_t nodes, dims, values, external, p, x, y, u, wires, ports;
+  size_t names;
+} totals;
+
+static hyst_status read_nodes(cursor* c, totals* n, hyst_graph* g, hyst_error* e) {
+  const uint32_t n_nodes = get_u32(c);
+  if (c->bad || n_nodes == 0 || n_nodes > MOST_NODES) return fail(e, HYST_E_FILE, NULL, NULL, "number of blocks");
+  n->nodes = n_nodes;
+  for (uint32_t i = 0; i < n_nodes; i++) {
+    char type[MOST_NAME + 1], *name = g ? g->names + n->names : NULL;
+    n->names += get_name(c, name);
+    get_name(c, type);
+    if (c->bad) return fail(e, HYST_E_FILE, NULL, NULL, "name of a block");
+    const hyst_block* b = hyst_find(type);
+    if (!b) return fail(e, HYST_E_BLOCK, NULL, NULL, type);
+    int dim[16], *dims = g ? g->dims + n->dims : dim;
+    if (get_u32(c) != (uint32_t)b->n_dims || c->bad) return fail(e, HYST_E_DIM, b->name, NULL, "number of sizes");
+    for (int d = 0; d < b->n_dims; d++) {
+      const uint32_t v = get_u32(c);
+      if (c->bad || v > (uint32_t)b->dims[d].hi || v < (uint32_t)b->dims[d].lo)
+        return fail(e, HYST_E_DIM, b->name, b->dims[d].name, "");
+      dims[d] = (int)v;
+    }
+    const counts k = count(b, dims);
+    if (k.p + k.u + k.y + k.x > MOST_VALUES ||
+        (n->p += k.p) + (n->u += k.u) + (n->y += k.y) + (n->x += k.x) > MOST_VALUES)
+      return fail(e, HYST_E_DIM, b->name, NULL, "too many values");
+    n->values += k.p_file;
+    n->dims += b->n_dims;
+    if (get_u32(c) != (uint64_t)k.p_file || c->bad || (c->end - c->at) / 8 < k.p_file)
+      return fail(e, HYST_E_FILE, b->name, NULL, "number of values");
+    if (!g) {
+      c->at += 8 * k.p_file;
+      continue;
+    }
+    hyst_node* node = g->nodes + i;
+    node->name = name;
+    node->block = b;
+    node->dim = dims;
+    node->n_p = k.p, node->n_u = k.u, node->n_y = k.y, node->n_x = k.x, node->time = k.time;
+    node->p = g->p + n->p - k.p;
+    for (int v = 0; v < b->n_vars; v++) {
+      if (!is_parameter(b->vars[v].kind)) continue;
+      double* to = node->p + place(b, dims, v);
+      for (int64_t m = b->size(dims, v); m > 0; m--, to++) {
+        *to = get_f64(c);
+        if (hyst_check(b->vars + v, *to)) return fail_value(e, name, b->vars + v, *to);
+      }
+    }
+  }
+  return HYST_E_OK;
+}
+
+/* inputs of the graph: number, start values.
+ * wires: node, place among its u, source (-1: inputs of the graph), place among its y, number of elements; by node */
+static hyst_status read_wires(cursor* c, totals* n, hyst_graph* g, hyst_error* e) {
+  const uint32_t n_external = get_u32(c);
+  if (c->bad || (size_t)(c->end - c->at) / 8 < n_external) return fail(e, HYST_E_FILE, NULL, NULL, "number of inputs");
+  n->external = n_external;
+  for (uint32_t i = 0; i < n_external; i++) {
+    const double start = get_f64(c);
+    if (!(start - start == 0)) return fail(e, HYST_E_FILE, NULL, NULL, "start value of an input");
+    if (g) g->external_file[i] = start;
+  }
+  const uint32_t n_wires = get_u32(c);
+  if (c->bad || n_wires > MOST_WIRES || (size_t)(c->end - c->at) / 20 < n_wires)
+    return fail(e, HYST_E_FILE, NULL, NULL, "number of connections");
+  n->wires = n_wires;
+  int32_t before = 0;
+  for (uint32_t i = 0; i < n_wires; i++) {
+    int32_t w[5];
+    for (int k = 0; k < 5; k++) w[k] = (int32_t)get_u32(c);
+    if (!g) continue;
+    const int32_t to = w[0], to_place = w[1], source = w[2], from_place = w[3], size = w[4];
+    if (to < before || to >= g->n_nodes || source < -1 || source >= g->n_nodes || to_place < 0 || from_place < 0 ||
+        size < 1)
+      return fail(e, HYST_E_WIRING, NULL, NULL, "");
+    before = to;
+    hyst_node* node = g->nodes + to;
+    const int64_t have = source < 0 ? g->n_external : g->nodes[source].n_y;
+    if ((int64_t)to_place + size > node->n_u || (int64_t)from_place + size > have)
+      return fail(e, HYST_E_WIRING, node->name, NULL, "");
+    if (node->n_wires++ == 0) node->first_wire = i;
+    const hyst_wire made = {(source < 0 ? g->external : g->nodes[source].y) + from_place, node->u + to_place, size,
+                            source};
+    g->wires[i] = made;
+  }
+  return HYST_E_OK;
+}
+
+/* ports: name, kind, node (-1 for an input of the graph), variable, place, first value reference, number, start */
+static hyst_status read_ports(cursor* c, totals* n, hyst_graph* g, hyst_error* e) {
+  const uint32_t n_ports = get_u32(c);
+  if (c->bad || n_ports > 1000000) return fail(e, HYST_E_FILE, NULL, NULL, "number of variables");
+  n->ports = n_ports;
+  int64_t next = 0;
+  for (uint32_t i = 0; i < n_ports; i++) {
+    char* name = g ? g->names + n->names : NULL;
+    n->names += get_name(c, name);
+    const uint32_t kind = get_u32(c);
+    const uint32_t block = get_u32(c), var = get_u32(c), at = get_u32(c);
+    const int64_t size = get_u32(c);
+    if (c->bad || size < 1) return fail(e, HYST_E_FILE, NULL, NULL, "a variable");
+    if (!g) continue;
+    if (block >= (uint32_t)g->n_nodes || var >= (uint32_t)g->nodes[block].block->n_vars)
+      return fail(e, HYST_E_WIRING, name, NULL, "");
+    const hyst_node* node = g->nodes + block;
+    const hyst_var* row = node->block->vars + var;
+    const int64_t own = node->block->size(node->dim, (int)var);
+    hyst_port* p = g->ports + i;
+    p->name = name, p->kind = (int)kind, p->block = (int)block, p->var = (int)var, p->row = row;
+    p->reference = next, p->size = size;
+    next += size;
+    if (row->kind != (hyst_kind)kind) return fail(e, HYST_E_WIRING, name, NULL, "");
+    if (kind == HYST_INPUT) { /* row: the input of the first block that reads it; at: place among the graph's inputs */
+      if ((int64_t)at + size > g->n_external) return fail(e, HYST_E_WIRING, name, NULL, "");
+      p->value = g->external + at;
+    } else if ((is_parameter((hyst_kind)kind) || kind == HYST_OUTPUT) && (int64_t)at + size <= own) {
+      p->value = (kind == HYST_OUTPUT ? node->y : node->p) + place(node->block, node->dim, (int)var) + at;
+    } else {
+      return fail(e, HYST_E_WIRING, name, NULL, "");
+    }
+  }
+  return HYST_E_OK;
+}
+
+/* ---- algebraic loops ----------------------------------------------------------------------------------------------
+ */
+static int feeds_through(const hyst_node* n) { return !n->block->feedthrough || n->block->feedthrough(n->dim, n->p); }
+
+/* the wires into a node that matter for a loop: sources that are nodes, and only if the node feeds through */
+static int blocked(const hyst_graph* g, const char* done, int i) {
+  const hyst_node* n = g->nodes + i;
+  if (!feeds_through(n)) return -1;
+  for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
+    if (w->source >= 0 && !done[w->source]) return w->source;
+  return -1;
+}
+
+/* A loop of blocks that all feed through has no order in which it could be evaluated: refuse it with its names. */
+static hyst_status refuse_loops(hyst_graph* g) {
+  char done[MOST_NODES] = {0};
+  for (int found = 1; found;) {
+    found = 0;
+    for (int i = 0; i < g->n_nodes; i++)
+      if (!done[i] && blocked(g, done, i) < 0) done[i] = found = 1;
+  }
+  int i = 0;
+  while (i < g->n_nodes && done[i]) i++;
+  if (i == g->n_nodes) return HYST_E_OK;
+  for (int k = 0; k < g->n_nodes; k++) i = blocked(g, done, i); /* into the loop itself */
+  const int first = i;
+  hyst_error* e = &g->error;
+  fail(e, HYST_E_LOOP, NULL, NULL, g->nodes[first].name);
+  do {
+    i = blocked(g, done, i);
+    append(e->text, sizeof e->text, " <- ");
+    append(e->text, sizeof e->text, g->nodes[i].name);
+  } while (i != first);
+  return HYST_E_LOOP;
+}
+
+/* ---- one allocation: where everything lies ---------------------------------------------------------------------- */
+static hyst_status read_header(cursor* c, const unsigned char* file, size_t length, char* token, hyst_error* e) {
+  const cursor made = {file, file + length, 0};
+  *c = made;
+  if (length < HEADER || memcmp(file, MAGIC, sizeof MAGIC) != 0) return fail(e, HYST_E_FILE, NULL, NULL, "header");
+  c->at += sizeof MAGIC;
+  if (get_u32(c) != VERSION) return fail(e, HYST_E_VERSION, NULL, NULL, "");
+  if (get_u32(c) != length) return fail(e, HYST_E_FILE, NULL, NULL, "length");
+  if (get_u32(c) != crc32(c->at, (size_t)(c->end - c->at))) return fail(e, HYST_E_CRC, NULL, NULL, "");
+  memcpy(token, c->at, HYST_TOKEN);
+  if (token[HYST_TOKEN - 1] != 0) return fail(e, HYST_E_FILE, NULL, NULL, "token");
+  c->at += HYST_TOKEN;
+  return HYST_E_OK;
+}
+
+static size_t align(size_t n) { return (n + 15) / 16 * 16; }
+
+/* memory in the order: graph, nodes, wires, ports, doubles, sizes, names */
+static size_t measure(const totals* n) {
+  const int64_t doubles = 2 * n->p + n->u + n->x + n->y + 2 * n->external;
+  return align(sizeof(hyst_graph)) + align((size_t)n->nodes * sizeof(hyst_node)) +
+         align((size_t)n->wires * sizeof(hyst_wire)) + align((size_t)n->ports * sizeof(hyst_port)) +
+         align((size_t)doubles * sizeof(double)) + align((size_t)n->dims * sizeof(int)) + align(n->names);
+}
+
+static hyst_status count_file(const unsigned char* file, size_t length, totals* n, hyst_error* e) {
+  cursor c;
+  char token[HYST_TOKEN];
+  memset(n, 0, sizeof *n);
+  hyst_status s = read_header(&c, file, length, token, e);
+  if (!s) s = read_nodes(&c, n, NULL, e);
+  if (!s) s = read_wires(&c, n, NULL, e);
+  if (!s) s = read_ports(&c, n, NULL, e);
+  if (!s && c.at != c.end) s = fail(e, HYST_E_FILE, NULL, NULL, "bytes after the end");
+  return s;
+}
+
+hyst_status hyst_graph_measure(const unsigned char* file, size_t length, size_t* bytes, hyst_error* e) {
+  totals n;
+  const hyst_status s = count_file(file, length, &n, e);
+  *bytes = s ? 0 : measure(&n);
+  return s;
+}
+
+static void* take(unsigned char** at, size_t bytes) {
+  void* p = *at;
+  *at += align(bytes);
+  return p;
+}
+
+hyst_status hyst_graph_open(const unsigned char* file, size_t length, void* memory, size_t bytes, hyst_graph** out,
+                            hyst_error* e) {
+  totals n;
+  *out = NULL;
+  hyst_status s = count_file(file, length, &n, e);
+  if (s) return s;
+  if (bytes < measure(&n)) return fail(e, HYST_E_MEMORY, NULL, NULL, "");
+  memset(memory, 0, measure(&n));
+  unsigned char* at = memory;
+  hyst_graph* g = take(&at, sizeof *g);
+  g->n_nodes = (int)n.nodes, g->n_ports = (int)n.ports, g->n_wires = n.wires;
+  g->n_p = n.p, g->n_external = n.external, g->n_state = n.x + n.y + n.external;
+  g->nodes = take(&at, (size_t)n.nodes * sizeof(hyst_node));
+  g->wires = take(&at, (size_t)n.wires * sizeof(hyst_wire));
+  g->ports = take(&at, (size_t)n.ports * sizeof(hyst_port));
+  double* d = take(&at, (size_t)(2 * n.p + n.u + n.x + n.y + 2 * n.external) * sizeof(double));
+  g->p = d, d += n.p;
+  g->p_file = d, d += n.p;
+  g->external_file = d, d += n.external;
+  double* u = d;
+  d += n.u;
+  g->state = d; /* states, outputs, inputs of the graph: one run, saved and restored at once */
+  double *x = d, *y = d + n.x;
+  g->external = y + n.y;
+  g->dims = take(&at, (size_t)n.dims * sizeof(int));
+  g->names = take(&at, n.names);
+  cursor c;
+  memset(&n, 0, sizeof n);
+  s = read_header(&c, file, length, g->token, e);
+  if (!s) s = read_nodes(&c, &n, g, e);
+  if (s) return s;
+  for (int i = 0; i < g->n_nodes; i++) {
+    hyst_node* node = g->nodes + i;
+    node->u = u, u += node->n_u;
+    node->x = x, x += node->n_x;
+    node->y = y, y += node->n_y;
+  }
+  s = read_wires(&c, &n, g, e);
+  if (!s) s = read_ports(&c, &n, g, e);
+  if (s) return s;
+  memcpy(g->p_file, g->p, (size_t)g->n_p * sizeof(double));
+  hyst_graph_defaults(g);
+  s = hyst_graph_prepare(g, 0);
+  if (!s) s = refuse_loops(g);
+  if (s) return *e = g->error, s;
+  *out = g;
+  return HYST_E_OK;
+}
+
+const hyst_port* hyst_graph_port(const hyst_graph* g, int64_t reference) {
+  int lo = 0, hi = g->n_ports; /* ports are sorted by reference: find the last that begins at or before it */
+  while (lo < hi) {
+    const int mid = lo + (hi - lo) / 2;
+    if (g->ports[mid].reference <= reference) lo = mid + 1;
+    else hi = mid;
+  }
+  if (lo == 0 || reference >= g->ports[lo - 1].reference + g->ports[lo - 1].size) return NULL;
+  return g->ports + lo - 1;
+}
+
+double* hyst_graph_value(hyst_graph* g, int64_t reference) {
+  const hyst_port* p = hyst_graph_port(g, reference);
+  return p ? p->value + (reference - p->reference) : NULL;
+}
+
+hyst_status hyst_graph_set(hyst_graph* g, int64_t reference, double value) {
+  const hyst_port* p = hyst_graph_port(g, reference);
+  if (!p || p->kind == HYST_OUTPUT)
+    return fail(&g->error, HYST_E_WIRING, NULL, p ? p->name : NULL, "not a parameter or input");
+  if (hyst_check(p->row, value)) return fail_value(&g->error, g->nodes[p->block].name, p->row, value);
+  p->value[reference - p->reference] = value;
+  if (p->kind != HYST_INPUT) g->changed = 1;
+  return HYST_E_OK;
+}
+
+double* hyst_graph_state(hyst_graph* g, int64_t* n) {
+  *n = g->n_state;
+  return g->state;
+}
+
+const hyst_error* hyst_graph_error(const hyst_graph* g) { return &g->error; }
+
+/* ---- running ------------------------------------------------------------------------------------------------------
+ */
+void hyst_graph_defaults(hyst_graph* g) {
+  memcpy(g->p, g->p_file, (size_t)g->n_p * sizeof(double));
+  memcpy(g->external, g->external_file, (size_t)g->n_external * sizeof(double));
+  g->changed = 1;
+}
+
+static hyst_status prepare(hyst_graph* g, double dt, unsigned flags) {
+  g->dt = dt;
+  g->changed = 0;
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node* n = g->nodes + i;
+    if (!n->block->prepare || (n->block->flags & flags) != flags) continue;
+    const char* wrong = n->block->prepare(n->dim, n->p, dt);
+    if (wrong) return g->changed = 1, fail(&g->error, HYST_E_PREPARE, n->name, NULL, wrong);
+  }
+  return HYST_E_OK;
+}
+
+hyst_status hyst_graph_prepare(hyst_graph* g, double dt) { return prepare(g, dt, 0); }
+
+static void advance(hyst_graph* g, double t, double dt) {
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node* n = g->nodes + i;
+    for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
+      for (int64_t k = 0; k < w->size; k++) w->to[k] = w->from[k];
+    if (n->time >= 0) n->u[n->time] = t;
+    if (n->block->update) n->block->update(n->dim, n->p, n->x, n->u, dt);
+    n->block->output(n->dim, n->p, n->x, n->u, n->y);
+  }
+}
+
+hyst_status hyst_graph_start(hyst_graph* g, double t) {
+  const hyst_status s = prepare(g, 0, 0);
+  if (s) return s;
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node* n = g->nodes + i;
+    for (int v = 0; v < n->block->n_vars; v++) {
+      const hyst_kind k = n->block->vars[v].kind;
+      if (k <= HYST_DERIVED || k == HYST_TIME) continue;
+      double* to = (k == HYST_INPUT ? n->u : k == HYST_OUTPUT ? n->y : n->x) + place(n->block, n->dim, v);
+      for (int64_t m = n->block->size(n->dim, v); m > 0; m--) *to++ = n->block->vars[v].start;
+    }
+    if (n->block->init) n->block->init(n->dim, n->p, n->x);
+  }
+  advance(g, t, 0);
+  return HYST_E_OK;
+}
+
+hyst_status hyst_graph_step(hyst_graph* g, double t_end, double dt) {
+  if (dt != g->dt || g->changed) {
+    const hyst_status s = prepare(g, dt, g->changed ? 0 : HYST_STEP);
+    if (s) return s;
+  }
+  advance(g, t_end, dt);
+  return HYST_E_OK;
+}
+
+hyst_status hyst_graph_run(hyst_graph* g, int64_t n, double t0, double h, const double* u, double* y) {
+  for (int64_t i = 0; i < n; i++) {
+    if (g->n_external) memcpy(g->external, u + i * g->n_external, (size_t)g->n_external * sizeof(double));
+    /* t + h, not t0 + i h: a master that calls doStep(t, h) must get the same bits */
+    const hyst_status s = i == 0 ? hyst_graph_start(g, t0) : hyst_graph_step(g, t0 + (double)(i - 1) * h + h, h);
+    if (s) return s;
+    for (int k = 0; k < g->n_ports; k++) {
+      if (g->ports[k].kind != HYST_OUTPUT) continue;
+      memcpy(y, g->ports[k].value, (size_t)g->ports[k].size * sizeof(double));
+      y += g->ports[k].size;
+    }
+  }
+  return HYST_E_OK;
+}

@@ -1,0 +1,210 @@
+/* hyst.h - the whole contract of a block, on one page.
+ *
+ * A block is a table of variables and a few functions over flat arrays that the caller owns:
+ *   dim[]  sizes, chosen when a model is exported     p[]  parameters, then values that prepare() derives from them
+ *   u[]    inputs (and the time, where asked for)     y[]  outputs          x[]  states, continuous ones first
+ * Rules.  Parameters are constant while a block runs.  output() and deriv() are pure.  update() is the only commit:
+ *   update(dt > 0)  the input u was held (or ran up to u, see `hold`) over the last dt; x becomes the state at its end
+ *   update(dt = 0)  initialisation: the memory takes notice of the first input, no time passes
+ *   init()          x from the parameters alone; prepare() is called before it and whenever p (or, if STEP, dt)
+ * changed. No globals, no allocation, no libm.  Save, reset, threads and equal bits everywhere follow from this page.
+ */
+#ifndef HYST_H
+#define HYST_H
+#include <math.h> /* HUGE_VAL only */
+#include <stddef.h>
+#include <stdint.h>
+
+/* ---- errors: one list ------------------------------------------------------------------------------------------ */
+#define HYST_ERRORS(E)                                                      \
+  E(OK, "ok")                                                               \
+  E(FILE, "the block file is damaged or not a block file")                  \
+  E(VERSION, "the block file has a version that this binary does not read") \
+  E(CRC, "the block file is damaged: its checksum does not match")          \
+  E(BLOCK, "no block of that name in this binary")                          \
+  E(DIM, "a size is out of range")                                          \
+  E(VALUE, "a value is out of range")                                       \
+  E(PREPARE, "the parameters do not fit together")                          \
+  E(WIRING, "a connection names a port that does not exist")                \
+  E(LOOP, "algebraic loop")                                                 \
+  E(MEMORY, "the memory handed over is too small")
+#define E(id, text) HYST_E_##id,
+typedef enum { HYST_ERRORS(E) HYST_N_ERRORS } hyst_status;
+#undef E
+
+/* ---- the table ------------------------------------------------------------------------------------------------- */
+typedef enum {
+  HYST_PARAM,   /* may change at any communication point (tunable) */
+  HYST_FIXED,   /* may change before the run only: the memory was built with it */
+  HYST_DERIVED, /* written by prepare() alone, never seen from outside */
+  HYST_INPUT,
+  HYST_TIME, /* an input that is the simulation time, wired by the graph */
+  HYST_OUTPUT,
+  HYST_CSTATE, /* continuous state: deriv() gives its derivative */
+  HYST_STATE   /* memory: changed by update() alone */
+} hyst_kind;
+
+#define HYST_INF HUGE_VAL                     /* no bound */
+#define HYST_POSITIVE 2.2250738585072014e-308 /* a lower bound that stands for "greater than 0" */
+
+typedef struct {
+  const char* name;
+  hyst_kind kind;
+  const char* size; /* as written in the table; block->size() evaluates it */
+  const char* type; /* "real", "int", "bool", or the choices of an enumeration: "zoh|foh" (value 0, 1, ...) */
+  const char* unit;
+  double start, lo, hi;
+  const char* text;
+} hyst_var;
+
+typedef struct {
+  const char* name;
+  int start, lo, hi;
+  const char* text;
+} hyst_dim;
+
+enum {
+  HYST_RATE_INDEPENDENT = 1, /* the output depends on the path of the input, not on dt */
+  HYST_STEP = 2              /* prepare() uses dt */
+};
+
+typedef struct hyst_block {
+  const char *name, *text, *equation, *source;
+  unsigned flags;
+  int n_dims;
+  const hyst_dim* dims;
+  int n_vars;
+  const hyst_var* vars;
+  int64_t (*size)(const int* dim, int var);                     /* elements of a variable */
+  const char* (*prepare)(const int* dim, double* p, double dt); /* NULL, or what is wrong with the parameters */
+  void (*init)(const int* dim, const double* p, double* x);     /* or NULL: the start values of the table */
+  void (*output)(const int* dim, const double* p, const double* x, const double* u, double* y);
+  void (*deriv)(const int* dim, const double* p, const double* x, const double* u, double* dx);
+  void (*update)(const int* dim, const double* p, double* x, const double* u, double dt);
+  int (*feedthrough)(const int* dim, const double* p); /* does y depend on the present u?  NULL: yes */
+} hyst_block;
+
+extern const hyst_block* const hyst_blocks[]; /* ends with NULL */
+const hyst_block* hyst_find(const char* name);
+
+/* ---- one list per block, read several times: descriptor rows, sizes, and the locals of every function -----------
+ *   #define DIMS(D) D(n, start, lo, hi, "text")
+ *   #define VARS(V) V(name, KIND, size, "type", "unit", start, lo, hi, "text")
+ * A function begins with HYST_OPEN(FUNCTION): every variable it may see is then a local pointer of that name, and
+ * every size a local int.  Arguments end in _ so that a variable may be called u, x, y or p. */
+#define HYST_ROW(name, kind, size, type, unit, start, lo, hi, text) \
+  {#name, HYST_##kind, #size, type, unit, start, lo, hi, text},
+#define HYST_DIM_ROW(name, start, lo, hi, text) {#name, start, lo, hi, text},
+#define HYST_DIM_LOCAL(name, start, lo, hi, text) \
+  const int name = *dim_++;                       \
+  (void)name;
+#define HYST_DIM_LOCAL64(name, start, lo, hi, text)                       \
+  const int64_t name = *dim_++; /* products of sizes must not overflow */ \
+  (void)name;
+#define HYST_SIZE_ROW(name, kind, size, type, unit, start, lo, hi, text) (int64_t)(size),
+
+#define HYST_LOCAL(T, from, name, size) \
+  T* name = from;                       \
+  from += (size);                       \
+  (void)name;
+#define HYST_HIDE(name, size)
+#define HYST_P(name, size) HYST_LOCAL(const double, p_, name, size)
+#define HYST_U(name, size) HYST_LOCAL(const double, u_, name, size)
+#define HYST_X(name, size) HYST_LOCAL(const double, x_, name, size)
+#define HYST_X_OUT(name, size) HYST_LOCAL(double, x_, name, size)
+#define HYST_DX(name, size) HYST_X(name, size) HYST_LOCAL(double, dx_, d_##name, size)
+
+#define HYST_IN_OUTPUT(name, kind, size, ...) HYST_OUTPUT_##kind(name, size)
+#define HYST_OUTPUT_PARAM HYST_P
+#define HYST_OUTPUT_FIXED HYST_P
+#define HYST_OUTPUT_DERIVED HYST_P
+#define HYST_OUTPUT_INPUT HYST_U
+#define HYST_OUTPUT_TIME HYST_U
+#define HYST_OUTPUT_OUTPUT(name, size) HYST_LOCAL(double, y_, name, size)
+#define HYST_OUTPUT_CSTATE HYST_X
+#define HYST_OUTPUT_STATE HYST_X
+
+#define HYST_IN_DERIV(name, kind, size, ...) HYST_DERIV_##kind(name, size)
+#define HYST_DERIV_PARAM HYST_P
+#define HYST_DERIV_FIXED HYST_P
+#define HYST_DERIV_DERIVED HYST_P
+#define HYST_DERIV_INPUT HYST_U
+#define HYST_DERIV_TIME HYST_U
+#define HYST_DERIV_OUTPUT HYST_HIDE
+#define HYST_DERIV_CSTATE HYST_DX
+#define HYST_DERIV_STATE HYST_X
+
+#define HYST_IN_UPDATE(name, kind, size, ...) HYST_UPDATE_##kind(name, size)
+#define HYST_UPDATE_PARAM HYST_P
+#define HYST_UPDATE_FIXED HYST_P
+#define HYST_UPDATE_DERIVED HYST_P
+#define HYST_UPDATE_INPUT HYST_U
+#define HYST_UPDATE_TIME HYST_U
+#define HYST_UPDATE_OUTPUT HYST_HIDE
+#define HYST_UPDATE_CSTATE HYST_X_OUT
+#define HYST_UPDATE_STATE HYST_X_OUT
+
+#define HYST_IN_INIT(name, kind, size, ...) HYST_INIT_##kind(name, size)
+#define HYST_INIT_PARAM HYST_P
+#define HYST_INIT_FIXED HYST_P
+#define HYST_INIT_DERIVED HYST_P
+#define HYST_INIT_INPUT HYST_HIDE
+#define HYST_INIT_TIME HYST_HIDE
+#define HYST_INIT_OUTPUT HYST_HIDE
+#define HYST_INIT_CSTATE HYST_X_OUT
+#define HYST_INIT_STATE HYST_X_OUT
+
+#define HYST_IN_PREPARE(name, kind, size, ...) HYST_PREPARE_##kind(name, size)
+#define HYST_PREPARE_PARAM HYST_P
+#define HYST_PREPARE_FIXED HYST_P
+#define HYST_PREPARE_DERIVED(name, size) HYST_LOCAL(double, p_, name, size)
+#define HYST_PREPARE_INPUT HYST_HIDE
+#define HYST_PREPARE_TIME HYST_HIDE
+#define HYST_PREPARE_OUTPUT HYST_HIDE
+#define HYST_PREPARE_CSTATE HYST_HIDE
+#define HYST_PREPARE_STATE HYST_HIDE
+
+#define HYST_IN_FEEDTHROUGH(name, kind, size, ...) HYST_FEEDTHROUGH_##kind(name, size)
+#define HYST_FEEDTHROUGH_PARAM HYST_P
+#define HYST_FEEDTHROUGH_FIXED HYST_P
+#define HYST_FEEDTHROUGH_DERIVED HYST_P
+#define HYST_FEEDTHROUGH_INPUT HYST_HIDE
+#define HYST_FEEDTHROUGH_TIME HYST_HIDE
+#define HYST_FEEDTHROUGH_OUTPUT HYST_HIDE
+#define HYST_FEEDTHROUGH_CSTATE HYST_HIDE
+#define HYST_FEEDTHROUGH_STATE HYST_HIDE
+
+/* signatures; the last (void)s keep -Wextra quiet when a block has no variable of a kind */
+#define HYST_OUTPUT_FN(f) \
+  static void f(const int* dim_, const double* p_, const double* x_, const double* u_, double* y_)
+#define HYST_DERIV_FN(f) \
+  static void f(const int* dim_, const double* p_, const double* x_, const double* u_, double* dx_)
+#define HYST_UPDATE_FN(f) static void f(const int* dim_, const double* p_, double* x_, const double* u_, double dt)
+#define HYST_INIT_FN(f) static void f(const int* dim_, const double* p_, double* x_)
+#define HYST_PREPARE_FN(f) static const char* f(const int* dim_, double* p_, double dt)
+#define HYST_FEEDTHROUGH_FN(f) static int f(const int* dim_, const double* p_)
+#define HYST_OPEN_OUTPUT DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_OUTPUT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)y_;
+#define HYST_OPEN_DERIV DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_DERIV)(void) dim_, (void)p_, (void)x_, (void)u_, (void)dx_;
+#define HYST_OPEN_UPDATE DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_UPDATE)(void) dim_, (void)p_, (void)x_, (void)u_, (void)dt;
+#define HYST_OPEN_INIT DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_INIT)(void) dim_, (void)p_, (void)x_;
+#define HYST_OPEN_PREPARE DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_PREPARE)(void) dim_, (void)p_, (void)dt;
+#define HYST_OPEN_FEEDTHROUGH DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_FEEDTHROUGH)(void) dim_, (void)p_;
+
+/* The last line of a block file: HYST_BLOCK(name, .text = ..., .output = ...). */
+#define HYST_BLOCK(id, ...)                                                                         \
+  static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                             \
+  static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){0}}; /* {0}: a block may have no sizes */ \
+  static int64_t id##_size(const int* dim_, int var_) {                                             \
+    DIMS(HYST_DIM_LOCAL64)                                                                          \
+    const int64_t size[] = {VARS(HYST_SIZE_ROW)};                                                   \
+    (void)dim_;                                                                                     \
+    return size[var_];                                                                              \
+  }                                                                                                 \
+  const hyst_block hyst_##id = {.name = #id,                                                        \
+                                .n_dims = sizeof id##_dims / sizeof *id##_dims - 1,                 \
+                                .dims = id##_dims,                                                  \
+                                .n_vars = sizeof id##_vars / sizeof *id##_vars,                     \
+                                .vars = id##_vars,                                                  \
+                                .size = id##_size,                                                  \
+                                __VA_ARGS__};
+#endif

@@ -1,0 +1,291 @@
+"""The C core seen from Python: the block table read out of the library, and the graph executor (ctypes).
+
+Nothing here repeats a name or a default of a block: everything comes from the X-macro tables in `fmu_build/core/blocks`.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import functools
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.errors import InputError
+
+Array = NDArray[np.float64]
+
+KINDS = ("param", "fixed", "derived", "input", "time", "output", "cstate", "state")
+RATE_INDEPENDENT, STEP = 1, 2
+
+_D = C.POINTER(C.c_double)
+_I = C.POINTER(C.c_int)
+
+
+class _Var(C.Structure):
+    _fields_ = [
+        ("name", C.c_char_p),
+        ("kind", C.c_int),
+        ("size", C.c_char_p),
+        ("type", C.c_char_p),
+        ("unit", C.c_char_p),
+        ("start", C.c_double),
+        ("lo", C.c_double),
+        ("hi", C.c_double),
+        ("text", C.c_char_p),
+    ]
+
+
+class _Dim(C.Structure):
+    _fields_ = [
+        ("name", C.c_char_p),
+        ("start", C.c_int),
+        ("lo", C.c_int),
+        ("hi", C.c_int),
+        ("text", C.c_char_p),
+    ]
+
+
+_OUTPUT = C.CFUNCTYPE(None, _I, _D, _D, _D, _D)
+
+
+class _Block(C.Structure):
+    _fields_ = [
+        ("name", C.c_char_p),
+        ("text", C.c_char_p),
+        ("equation", C.c_char_p),
+        ("source", C.c_char_p),
+        ("flags", C.c_uint),
+        ("n_dims", C.c_int),
+        ("dims", C.POINTER(_Dim)),
+        ("n_vars", C.c_int),
+        ("vars", C.POINTER(_Var)),
+        ("size", C.CFUNCTYPE(C.c_int64, _I, C.c_int)),
+        ("prepare", C.CFUNCTYPE(C.c_char_p, _I, _D, C.c_double)),
+        ("init", C.CFUNCTYPE(None, _I, _D, _D)),
+        ("output", _OUTPUT),
+        ("deriv", _OUTPUT),
+        ("update", C.CFUNCTYPE(None, _I, _D, _D, _D, C.c_double)),
+        ("feedthrough", C.CFUNCTYPE(C.c_int, _I, _D)),
+    ]
+
+
+class _Error(C.Structure):
+    _fields_ = [
+        ("status", C.c_int),
+        ("block", C.c_char * 64),
+        ("variable", C.c_char * 64),
+        ("text", C.c_char * 192),
+        ("row", C.POINTER(_Var)),
+        ("value", C.c_double),
+    ]
+
+
+@dataclass(frozen=True)
+class Var:
+    """One row of a block's table.  `size` is the expression over the block's sizes as written in C."""
+
+    name: str
+    kind: str
+    size: str
+    type: str
+    unit: str
+    start: float
+    lo: float
+    hi: float
+    text: str
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The words of an enumeration, in the order of their values; empty for other types."""
+        return tuple(self.type.split("|")) if "|" in self.type else ()
+
+
+@dataclass(frozen=True)
+class Dim:
+    """One size of a block."""
+
+    name: str
+    start: int
+    lo: int
+    hi: int
+    text: str
+
+
+@dataclass(frozen=True)
+class BlockType:
+    """A block as its C file describes it."""
+
+    name: str
+    text: str
+    equation: str
+    source: str
+    flags: int
+    dims: tuple[Dim, ...]
+    vars: tuple[Var, ...]
+    raw: _Block
+
+    @property
+    def class_name(self) -> str:
+        """The name in CamelCase, as used by Python classes, Modelica and FMUs."""
+        return "".join(w.capitalize() for w in self.name.split("_"))
+
+    def of(self, *kinds: str) -> tuple[Var, ...]:
+        """The rows of these kinds, in the order of the table."""
+        return tuple(v for v in self.vars if v.kind in kinds)
+
+    @property
+    def parameters(self) -> tuple[Var, ...]:
+        """What a user sets: tunable and fixed parameters."""
+        return self.of("param", "fixed")
+
+    def sizes(self, dims: dict[str, int]) -> dict[str, int]:
+        """Number of elements of every variable for the given sizes."""
+        values = (C.c_int * (len(self.dims) + 1))(*[dims[d.name] for d in self.dims])
+        return {v.name: int(self.raw.size(values, i)) for i, v in enumerate(self.vars)}
+
+
+def _library() -> C.CDLL:
+    suffix = {"win32": "dll", "darwin": "dylib"}.get(sys.platform, "so")
+    path = Path(__file__).with_name(f"_core.{suffix}")
+    if not path.exists():
+        raise ImportError(f"the compiled core {path.name} is missing: install the package with 'pip install .'")
+    return C.CDLL(str(path))
+
+
+@functools.cache
+def library() -> C.CDLL:
+    """The compiled core with the argument types of the graph executor declared."""
+    lib = _library()
+    lib.hyst_graph_measure.argtypes = [C.c_char_p, C.c_size_t, C.POINTER(C.c_size_t), C.POINTER(_Error)]
+    lib.hyst_graph_open.argtypes = [
+        C.c_char_p,
+        C.c_size_t,
+        C.c_void_p,
+        C.c_size_t,
+        C.POINTER(C.c_void_p),
+        C.POINTER(_Error),
+    ]
+    lib.hyst_message.argtypes = [C.POINTER(_Error), C.c_char_p, C.c_size_t]
+    lib.hyst_graph_error.argtypes = [C.c_void_p]
+    lib.hyst_graph_error.restype = C.POINTER(_Error)
+    lib.hyst_graph_defaults.argtypes = [C.c_void_p]
+    lib.hyst_graph_defaults.restype = None
+    lib.hyst_graph_start.argtypes = [C.c_void_p, C.c_double]
+    lib.hyst_graph_step.argtypes = [C.c_void_p, C.c_double, C.c_double]
+    lib.hyst_graph_run.argtypes = [C.c_void_p, C.c_int64, C.c_double, C.c_double, C.c_void_p, C.c_void_p]
+    lib.hyst_graph_value.argtypes = [C.c_void_p, C.c_int64]
+    lib.hyst_graph_value.restype = _D
+    lib.hyst_graph_set.argtypes = [C.c_void_p, C.c_int64, C.c_double]
+    lib.hyst_graph_state.argtypes = [C.c_void_p, C.POINTER(C.c_int64)]
+    lib.hyst_graph_state.restype = _D
+    return lib
+
+
+@functools.cache
+def block_types() -> dict[str, BlockType]:
+    """Every block of the library by name, as its C table describes it."""
+    lib = library()
+    table = (C.POINTER(_Block) * 1000).in_dll(lib, "hyst_blocks")
+    types: dict[str, BlockType] = {}
+    for pointer in table:
+        if not pointer:
+            break
+        b = pointer.contents
+        dims = tuple(Dim(d.name.decode(), d.start, d.lo, d.hi, d.text.decode()) for d in b.dims[: b.n_dims])
+        rows = tuple(
+            Var(
+                v.name.decode(),
+                KINDS[v.kind],
+                v.size.decode(),
+                v.type.decode(),
+                v.unit.decode(),
+                v.start,
+                v.lo,
+                v.hi,
+                v.text.decode(),
+            )
+            for v in b.vars[: b.n_vars]
+        )
+        name = b.name.decode()
+        types[name] = BlockType(name, b.text.decode(), b.equation.decode(), b.source.decode(), b.flags, dims, rows, b)
+    return types
+
+
+def _raise(error: _Error) -> None:
+    text = C.create_string_buffer(512)
+    library().hyst_message(C.byref(error), text, len(text))
+    raise InputError(text.value.decode(errors="replace"))
+
+
+class Executor:
+    """A graph of blocks in the C core, made from the bytes of a block file; the caller's memory, no globals.
+
+    Parameters
+    ----------
+    file : bytes
+        A block file as `hystfmu.graph.Graph.to_bytes` writes it.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged, a value is out of range, or the blocks form an algebraic loop.
+    """
+
+    def __init__(self, file: bytes) -> None:
+        lib, error, size = library(), _Error(), C.c_size_t()
+        if lib.hyst_graph_measure(file, len(file), C.byref(size), C.byref(error)):
+            _raise(error)
+        self._memory = (C.c_double * ((size.value + 15) // 8 + 2))()  # 16-byte alignment is not needed by doubles
+        handle = C.c_void_p()
+        if lib.hyst_graph_open(
+            file, len(file), C.byref(self._memory), C.sizeof(self._memory), C.byref(handle), C.byref(error)
+        ):
+            _raise(error)
+        self._lib, self._g = lib, handle
+        n = C.c_int64()
+        state = lib.hyst_graph_state(handle, C.byref(n))
+        self._state: Array = np.ctypeslib.as_array(state, (n.value,)) if n.value else np.zeros(0)
+
+    def _check(self, status: int) -> None:
+        if status:
+            _raise(self._lib.hyst_graph_error(self._g).contents)
+
+    def get(self, reference: int) -> float:
+        """The value behind a value reference."""
+        return float(self._lib.hyst_graph_value(self._g, reference)[0])
+
+    def set(self, reference: int, value: float) -> None:
+        """Set a parameter or an input; refuses values out of range."""
+        self._check(self._lib.hyst_graph_set(self._g, reference, value))
+
+    def defaults(self) -> None:
+        """Parameters and inputs as in the block file."""
+        self._lib.hyst_graph_defaults(self._g)
+
+    def start(self, t: float) -> None:
+        """States from the parameters, then the outputs for the present inputs."""
+        self._check(self._lib.hyst_graph_start(self._g, t))
+
+    def step(self, t_end: float, dt: float) -> None:
+        """One step of length `dt` to `t_end` with the present inputs."""
+        self._check(self._lib.hyst_graph_step(self._g, t_end, dt))
+
+    def run(self, u: Array, n_outputs: int, h: float, t0: float = 0.0) -> Array:
+        """Rows `u` (n, number of inputs), `h` seconds apart, from a fresh start; returns (n, n_outputs)."""
+        u = np.ascontiguousarray(u, dtype=np.float64)
+        y = np.empty((len(u), n_outputs))
+        self._check(self._lib.hyst_graph_run(self._g, len(u), t0, h, u.ctypes.data, y.ctypes.data))
+        return y
+
+    @property
+    def state(self) -> Array:
+        """A copy of everything that a run changes."""
+        return self._state.copy()
+
+    @state.setter
+    def state(self, value: Array) -> None:
+        self._state[:] = value

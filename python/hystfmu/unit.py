@@ -1,0 +1,89 @@
+"""The Python co-simulation unit: the same ports, calls and bits as an exported FMU, without an archive.
+
+unit = Unit(model.graph)
+unit.initialize(t0=0.0, u=1.5)
+unit.set("u", 2.0); unit.do_step(0.0, 1e-3); y = unit.get("y")
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hystfmu.core import Array
+from hystfmu.errors import InputError
+from hystfmu.graph import Graph, Port
+
+
+class Unit:
+    """One instance of a graph, stepped by a master.
+
+    Parameters
+    ----------
+    graph : Graph
+        What runs; e.g. ``Model.load(path).graph``.
+
+    Raises
+    ------
+    InputError
+        From `set`, `initialize` and `do_step`: unknown variable, value out of range, step that is not positive and finite.
+    """
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        self._executor = graph.executor()
+        self._names: dict[str, tuple[Port, int]] = {
+            name: (p, p.reference + i) for p in graph.ports for i, name in enumerate(p.scalar_names)
+        }
+        self._initialized = False
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Scalar variable names, as in an FMI 2.0 description: `u`, `y`, `w_1`, ..."""
+        return tuple(self._names)
+
+    def _find(self, name: str) -> tuple[Port, int]:
+        if name not in self._names:
+            raise InputError(f"no variable {name!r}; there are {', '.join(list(self._names)[:20])}")
+        return self._names[name]
+
+    def set(self, name: str, value: float) -> None:
+        """Set an input or a parameter; a fixed parameter only before `initialize`."""
+        port, reference = self._find(name)
+        if port.kind == "output":
+            raise InputError(f"{name!r} is an output and cannot be set")
+        if port.kind == "fixed" and self._initialized:
+            raise InputError(f"{name!r} is fixed: set it before initialize()")
+        self._executor.set(reference, value)
+
+    def get(self, name: str) -> float:
+        """The present value of a variable."""
+        return self._executor.get(self._find(name)[1])
+
+    def initialize(self, t0: float = 0.0, **inputs: float) -> None:
+        """Initialise at `t0` (s) with the given inputs; the outputs are then those at `t0`."""
+        for name, value in inputs.items():
+            self.set(name, value)
+        self._executor.start(t0)
+        self._initialized = True
+
+    def do_step(self, t: float, h: float) -> None:
+        """Advance from `t` by `h` (s) with the present inputs held to the end of the step."""
+        if not self._initialized:
+            raise InputError("do_step() before initialize()")
+        if not (np.isfinite(t) and np.isfinite(h) and h > 0):
+            raise InputError(f"the step must be finite and greater than 0; got t = {t}, h = {h}")
+        self._executor.step(t + h, h)
+
+    def reset(self) -> None:
+        """As new: parameters and inputs as in the model, not initialised."""
+        self._executor.defaults()
+        self._initialized = False
+
+    @property
+    def state(self) -> Array:
+        """A copy of all memory; assign it to go back to that point."""
+        return self._executor.state
+
+    @state.setter
+    def state(self, value: Array) -> None:
+        self._executor.state = value
