@@ -10,10 +10,10 @@
 HYST_BLOCKS(B)
 #undef B
 #define B(id) &hyst_##id,
-const hyst_block* const hyst_blocks[] = {HYST_BLOCKS(B) NULL};
+const hyst_block *const hyst_blocks[] = {HYST_BLOCKS(B) NULL};
 #undef B
 
-const hyst_block* hyst_find(const char* name) {
+const hyst_block *hyst_find(const char *name) {
   for (int i = 0; hyst_blocks[i]; i++)
     if (!strcmp(name, hyst_blocks[i]->name)) return hyst_blocks[i];
   return NULL;

@@ -15,14 +15,14 @@ typedef struct {
   int bad;
 } cursor;
 
-static uint32_t get_u32(cursor* c) {
+static uint32_t get_u32(cursor *c) {
   if (c->end - c->at < 4) return c->bad = 1, 0;
-  const unsigned char* b = c->at;
+  const unsigned char *b = c->at;
   c->at += 4;
   return (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
 }
 
-static double get_f64(cursor* c) {
+static double get_f64(cursor *c) {
   const uint64_t lo = get_u32(c), hi = get_u32(c), bits = hi << 32 | lo;
   double v;
   memcpy(&v, &bits, sizeof v);
@@ -30,7 +30,7 @@ static double get_f64(cursor* c) {
 }
 
 /* a name: length, bytes; copied to `to` with a 0 at the end when `to` is not NULL.  Returns the bytes needed. */
-static size_t get_name(cursor* c, char* to) {
+static size_t get_name(cursor *c, char *to) {
   const uint32_t n = get_u32(c);
   if (c->bad || n == 0 || n > MOST_NAME || (size_t)(c->end - c->at) < n || memchr(c->at, 0, n)) return c->bad = 1, 0;
   if (to) memcpy(to, c->at, n), to[n] = 0;
@@ -38,7 +38,7 @@ static size_t get_name(cursor* c, char* to) {
   return n + 1;
 }
 
-static uint32_t crc32(const unsigned char* b, size_t n) {
+static uint32_t crc32(const unsigned char *b, size_t n) {
   uint32_t crc = 0xffffffffu;
   for (size_t i = 0; i < n; i++) {
     crc ^= b[i];
@@ -48,13 +48,13 @@ static uint32_t crc32(const unsigned char* b, size_t n) {
 }
 
 /* ---- errors --------------------------------------------------------------------------------------------------- */
-static void append(char* to, size_t size, const char* text) {
+static void append(char *to, size_t size, const char *text) {
   const size_t have = strlen(to), more = strlen(text), room = size - 1 - have;
   memcpy(to + have, text, more < room ? more : room);
   to[have + (more < room ? more : room)] = 0;
 }
 
-static hyst_status fail(hyst_error* e, hyst_status status, const char* block, const char* variable, const char* text) {
+static hyst_status fail(hyst_error *e, hyst_status status, const char *block, const char *variable, const char *text) {
   memset(e, 0, sizeof *e);
   e->status = status;
   if (block) append(e->block, sizeof e->block, block);
@@ -63,20 +63,20 @@ static hyst_status fail(hyst_error* e, hyst_status status, const char* block, co
   return status;
 }
 
-static hyst_status fail_value(hyst_error* e, const char* block, const hyst_var* row, double value) {
+static hyst_status fail_value(hyst_error *e, const char *block, const hyst_var *row, double value) {
   fail(e, HYST_E_VALUE, block, row->name, NULL);
   e->row = row;
   e->value = value;
   return HYST_E_VALUE;
 }
 
-hyst_status hyst_check(const hyst_var* row, double value) {
+hyst_status hyst_check(const hyst_var *row, double value) {
   if (!(value - value == 0)) return HYST_E_VALUE; /* NaN or infinite */
   if (value < row->lo || value > row->hi) return HYST_E_VALUE;
   if (strcmp(row->type, "real") != 0) {
     if (value > 2147483647.0 || value < -2147483648.0 || value != (double)(int32_t)value) return HYST_E_VALUE;
     double choices = 1; /* of an enumeration: the bars plus one */
-    for (const char* s = row->type; *s; s++) choices += *s == '|';
+    for (const char *s = row->type; *s; s++) choices += *s == '|';
     if (!strcmp(row->type, "bool")) choices = 2;
     if (strcmp(row->type, "int") != 0 && (value < 0 || value >= choices)) return HYST_E_VALUE;
   }
@@ -90,7 +90,7 @@ typedef struct {
   int64_t p, p_file, u, y, x, time;
 } counts;
 
-static counts count(const hyst_block* b, const int* dim) {
+static counts count(const hyst_block *b, const int *dim) {
   counts n = {0, 0, 0, 0, 0, -1};
   for (int v = 0; v < b->n_vars; v++) {
     const int64_t size = b->size(dim, v);
@@ -112,7 +112,7 @@ static counts count(const hyst_block* b, const int* dim) {
 }
 
 /* place of a variable among those that share its array */
-static int64_t place(const hyst_block* b, const int* dim, int var) {
+static int64_t place(const hyst_block *b, const int *dim, int var) {
   int64_t at = 0;
   for (int v = 0; v < var; v++) {
     const hyst_kind k = b->vars[v].kind, own = b->vars[var].kind;
@@ -131,7 +131,7 @@ typedef struct {
   size_t names;
 } totals;
 
-static hyst_status read_nodes(cursor* c, totals* n, hyst_graph* g, hyst_error* e) {
+static hyst_status read_nodes(cursor *c, totals *n, hyst_graph *g, hyst_error *e) {
   const uint32_t n_nodes = get_u32(c);
   if (c->bad || n_nodes == 0 || n_nodes > MOST_NODES) return fail(e, HYST_E_FILE, NULL, NULL, "number of blocks");
   n->nodes = n_nodes;
@@ -140,7 +140,7 @@ static hyst_status read_nodes(cursor* c, totals* n, hyst_graph* g, hyst_error* e
     n->names += get_name(c, name);
     get_name(c, type);
     if (c->bad) return fail(e, HYST_E_FILE, NULL, NULL, "name of a block");
-    const hyst_block* b = hyst_find(type);
+    const hyst_block *b = hyst_find(type);
     if (!b) return fail(e, HYST_E_BLOCK, NULL, NULL, type);
     int dim[16], *dims = g ? g->dims + n->dims : dim;
     if (get_u32(c) != (uint32_t)b->n_dims || c->bad) return fail(e, HYST_E_DIM, b->name, NULL, "number of sizes");
@@ -162,7 +162,7 @@ static hyst_status read_nodes(cursor* c, totals* n, hyst_graph* g, hyst_error* e
       c->at += 8 * k.p_file;
       continue;
     }
-    hyst_node* node = g->nodes + i;
+    hyst_node *node = g->nodes + i;
     node->name = name;
     node->block = b;
     node->dim = dims;
@@ -170,7 +170,7 @@ static hyst_status read_nodes(cursor* c, totals* n, hyst_graph* g, hyst_error* e
     node->p = g->p + n->p - k.p;
     for (int v = 0; v < b->n_vars; v++) {
       if (!is_parameter(b->vars[v].kind)) continue;
-      double* to = node->p + place(b, dims, v);
+      double *to = node->p + place(b, dims, v);
       for (int64_t m = b->size(dims, v); m > 0; m--, to++) {
         *to = get_f64(c);
         if (hyst_check(b->vars + v, *to)) return fail_value(e, name, b->vars + v, *to);
@@ -182,7 +182,7 @@ static hyst_status read_nodes(cursor* c, totals* n, hyst_graph* g, hyst_error* e
 
 /* inputs of the graph: number, start values.
  * wires: node, place among its u, source (-1: inputs of the graph), place among its y, number of elements; by node */
-static hyst_status read_wires(cursor* c, totals* n, hyst_graph* g, hyst_error* e) {
+static hyst_status read_wires(cursor *c, totals *n, hyst_graph *g, hyst_error *e) {
   const uint32_t n_external = get_u32(c);
   if (c->bad || (size_t)(c->end - c->at) / 8 < n_external) return fail(e, HYST_E_FILE, NULL, NULL, "number of inputs");
   n->external = n_external;
@@ -205,7 +205,7 @@ static hyst_status read_wires(cursor* c, totals* n, hyst_graph* g, hyst_error* e
         size < 1)
       return fail(e, HYST_E_WIRING, NULL, NULL, "");
     before = to;
-    hyst_node* node = g->nodes + to;
+    hyst_node *node = g->nodes + to;
     const int64_t have = source < 0 ? g->n_external : g->nodes[source].n_y;
     if ((int64_t)to_place + size > node->n_u || (int64_t)from_place + size > have)
       return fail(e, HYST_E_WIRING, node->name, NULL, "");
@@ -218,13 +218,13 @@ static hyst_status read_wires(cursor* c, totals* n, hyst_graph* g, hyst_error* e
 }
 
 /* ports: name, kind, node (-1 for an input of the graph), variable, place, first value reference, number, start */
-static hyst_status read_ports(cursor* c, totals* n, hyst_graph* g, hyst_error* e) {
+static hyst_status read_ports(cursor *c, totals *n, hyst_graph *g, hyst_error *e) {
   const uint32_t n_ports = get_u32(c);
   if (c->bad || n_ports > 1000000) return fail(e, HYST_E_FILE, NULL, NULL, "number of variables");
   n->ports = n_ports;
   int64_t next = 0;
   for (uint32_t i = 0; i < n_ports; i++) {
-    char* name = g ? g->names + n->names : NULL;
+    char *name = g ? g->names + n->names : NULL;
     n->names += get_name(c, name);
     const uint32_t kind = get_u32(c);
     const uint32_t block = get_u32(c), var = get_u32(c), at = get_u32(c);
@@ -233,10 +233,10 @@ static hyst_status read_ports(cursor* c, totals* n, hyst_graph* g, hyst_error* e
     if (!g) continue;
     if (block >= (uint32_t)g->n_nodes || var >= (uint32_t)g->nodes[block].block->n_vars)
       return fail(e, HYST_E_WIRING, name, NULL, "");
-    const hyst_node* node = g->nodes + block;
-    const hyst_var* row = node->block->vars + var;
+    const hyst_node *node = g->nodes + block;
+    const hyst_var *row = node->block->vars + var;
     const int64_t own = node->block->size(node->dim, (int)var);
-    hyst_port* p = g->ports + i;
+    hyst_port *p = g->ports + i;
     p->name = name, p->kind = (int)kind, p->block = (int)block, p->var = (int)var, p->row = row;
     p->reference = next, p->size = size;
     next += size;
@@ -255,11 +255,11 @@ static hyst_status read_ports(cursor* c, totals* n, hyst_graph* g, hyst_error* e
 
 /* ---- algebraic loops ----------------------------------------------------------------------------------------------
  */
-static int feeds_through(const hyst_node* n) { return !n->block->feedthrough || n->block->feedthrough(n->dim, n->p); }
+static int feeds_through(const hyst_node *n) { return !n->block->feedthrough || n->block->feedthrough(n->dim, n->p); }
 
 /* the wires into a node that matter for a loop: sources that are nodes, and only if the node feeds through */
-static int blocked(const hyst_graph* g, const char* done, int i) {
-  const hyst_node* n = g->nodes + i;
+static int blocked(const hyst_graph *g, const char *done, int i) {
+  const hyst_node *n = g->nodes + i;
   if (!feeds_through(n)) return -1;
   for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
     if (w->source >= 0 && !done[w->source]) return w->source;
@@ -267,7 +267,7 @@ static int blocked(const hyst_graph* g, const char* done, int i) {
 }
 
 /* A loop of blocks that all feed through has no order in which it could be evaluated: refuse it with its names. */
-static hyst_status refuse_loops(hyst_graph* g) {
+static hyst_status refuse_loops(hyst_graph *g) {
   char done[MOST_NODES] = {0};
   for (int found = 1; found;) {
     found = 0;
@@ -279,7 +279,7 @@ static hyst_status refuse_loops(hyst_graph* g) {
   if (i == g->n_nodes) return HYST_E_OK;
   for (int k = 0; k < g->n_nodes; k++) i = blocked(g, done, i); /* into the loop itself */
   const int first = i;
-  hyst_error* e = &g->error;
+  hyst_error *e = &g->error;
   fail(e, HYST_E_LOOP, NULL, NULL, g->nodes[first].name);
   do {
     i = blocked(g, done, i);
@@ -290,7 +290,7 @@ static hyst_status refuse_loops(hyst_graph* g) {
 }
 
 /* ---- one allocation: where everything lies ---------------------------------------------------------------------- */
-static hyst_status read_header(cursor* c, const unsigned char* file, size_t length, char* token, hyst_error* e) {
+static hyst_status read_header(cursor *c, const unsigned char *file, size_t length, char *token, hyst_error *e) {
   const cursor made = {file, file + length, 0};
   *c = made;
   if (length < HEADER || memcmp(file, MAGIC, sizeof MAGIC) != 0) return fail(e, HYST_E_FILE, NULL, NULL, "header");
@@ -307,14 +307,14 @@ static hyst_status read_header(cursor* c, const unsigned char* file, size_t leng
 static size_t align(size_t n) { return (n + 15) / 16 * 16; }
 
 /* memory in the order: graph, nodes, wires, ports, doubles, sizes, names */
-static size_t measure(const totals* n) {
+static size_t measure(const totals *n) {
   const int64_t doubles = 2 * n->p + n->u + n->x + n->y + 2 * n->external;
   return align(sizeof(hyst_graph)) + align((size_t)n->nodes * sizeof(hyst_node)) +
          align((size_t)n->wires * sizeof(hyst_wire)) + align((size_t)n->ports * sizeof(hyst_port)) +
          align((size_t)doubles * sizeof(double)) + align((size_t)n->dims * sizeof(int)) + align(n->names);
 }
 
-static hyst_status count_file(const unsigned char* file, size_t length, totals* n, hyst_error* e) {
+static hyst_status count_file(const unsigned char *file, size_t length, totals *n, hyst_error *e) {
   cursor c;
   char token[HYST_TOKEN];
   memset(n, 0, sizeof *n);
@@ -326,39 +326,39 @@ static hyst_status count_file(const unsigned char* file, size_t length, totals* 
   return s;
 }
 
-hyst_status hyst_graph_measure(const unsigned char* file, size_t length, size_t* bytes, hyst_error* e) {
+hyst_status hyst_graph_measure(const unsigned char *file, size_t length, size_t *bytes, hyst_error *e) {
   totals n;
   const hyst_status s = count_file(file, length, &n, e);
   *bytes = s ? 0 : measure(&n);
   return s;
 }
 
-static void* take(unsigned char** at, size_t bytes) {
-  void* p = *at;
+static void *take(unsigned char **at, size_t bytes) {
+  void *p = *at;
   *at += align(bytes);
   return p;
 }
 
-hyst_status hyst_graph_open(const unsigned char* file, size_t length, void* memory, size_t bytes, hyst_graph** out,
-                            hyst_error* e) {
+hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memory, size_t bytes, hyst_graph **out,
+                            hyst_error *e) {
   totals n;
   *out = NULL;
   hyst_status s = count_file(file, length, &n, e);
   if (s) return s;
   if (bytes < measure(&n)) return fail(e, HYST_E_MEMORY, NULL, NULL, "");
   memset(memory, 0, measure(&n));
-  unsigned char* at = memory;
-  hyst_graph* g = take(&at, sizeof *g);
+  unsigned char *at = memory;
+  hyst_graph *g = take(&at, sizeof *g);
   g->n_nodes = (int)n.nodes, g->n_ports = (int)n.ports, g->n_wires = n.wires;
   g->n_p = n.p, g->n_external = n.external, g->n_state = n.x + n.y + n.external;
   g->nodes = take(&at, (size_t)n.nodes * sizeof(hyst_node));
   g->wires = take(&at, (size_t)n.wires * sizeof(hyst_wire));
   g->ports = take(&at, (size_t)n.ports * sizeof(hyst_port));
-  double* d = take(&at, (size_t)(2 * n.p + n.u + n.x + n.y + 2 * n.external) * sizeof(double));
+  double *d = take(&at, (size_t)(2 * n.p + n.u + n.x + n.y + 2 * n.external) * sizeof(double));
   g->p = d, d += n.p;
   g->p_file = d, d += n.p;
   g->external_file = d, d += n.external;
-  double* u = d;
+  double *u = d;
   d += n.u;
   g->state = d; /* states, outputs, inputs of the graph: one run, saved and restored at once */
   double *x = d, *y = d + n.x;
@@ -371,7 +371,7 @@ hyst_status hyst_graph_open(const unsigned char* file, size_t length, void* memo
   if (!s) s = read_nodes(&c, &n, g, e);
   if (s) return s;
   for (int i = 0; i < g->n_nodes; i++) {
-    hyst_node* node = g->nodes + i;
+    hyst_node *node = g->nodes + i;
     node->u = u, u += node->n_u;
     node->x = x, x += node->n_x;
     node->y = y, y += node->n_y;
@@ -388,7 +388,7 @@ hyst_status hyst_graph_open(const unsigned char* file, size_t length, void* memo
   return HYST_E_OK;
 }
 
-const hyst_port* hyst_graph_port(const hyst_graph* g, int64_t reference) {
+const hyst_port *hyst_graph_port(const hyst_graph *g, int64_t reference) {
   int lo = 0, hi = g->n_ports; /* ports are sorted by reference: find the last that begins at or before it */
   while (lo < hi) {
     const int mid = lo + (hi - lo) / 2;
@@ -399,13 +399,13 @@ const hyst_port* hyst_graph_port(const hyst_graph* g, int64_t reference) {
   return g->ports + lo - 1;
 }
 
-double* hyst_graph_value(hyst_graph* g, int64_t reference) {
-  const hyst_port* p = hyst_graph_port(g, reference);
+double *hyst_graph_value(hyst_graph *g, int64_t reference) {
+  const hyst_port *p = hyst_graph_port(g, reference);
   return p ? p->value + (reference - p->reference) : NULL;
 }
 
-hyst_status hyst_graph_set(hyst_graph* g, int64_t reference, double value) {
-  const hyst_port* p = hyst_graph_port(g, reference);
+hyst_status hyst_graph_set(hyst_graph *g, int64_t reference, double value) {
+  const hyst_port *p = hyst_graph_port(g, reference);
   if (!p || p->kind == HYST_OUTPUT)
     return fail(&g->error, HYST_E_WIRING, NULL, p ? p->name : NULL, "not a parameter or input");
   if (hyst_check(p->row, value)) return fail_value(&g->error, g->nodes[p->block].name, p->row, value);
@@ -414,38 +414,38 @@ hyst_status hyst_graph_set(hyst_graph* g, int64_t reference, double value) {
   return HYST_E_OK;
 }
 
-double* hyst_graph_state(hyst_graph* g, int64_t* n) {
+double *hyst_graph_state(hyst_graph *g, int64_t *n) {
   *n = g->n_state;
   return g->state;
 }
 
-const hyst_error* hyst_graph_error(const hyst_graph* g) { return &g->error; }
+const hyst_error *hyst_graph_error(const hyst_graph *g) { return &g->error; }
 
 /* ---- running ------------------------------------------------------------------------------------------------------
  */
-void hyst_graph_defaults(hyst_graph* g) {
+void hyst_graph_defaults(hyst_graph *g) {
   memcpy(g->p, g->p_file, (size_t)g->n_p * sizeof(double));
   memcpy(g->external, g->external_file, (size_t)g->n_external * sizeof(double));
   g->changed = 1;
 }
 
-static hyst_status prepare(hyst_graph* g, double dt, unsigned flags) {
+static hyst_status prepare(hyst_graph *g, double dt, unsigned flags) {
   g->dt = dt;
   g->changed = 0;
   for (int i = 0; i < g->n_nodes; i++) {
-    const hyst_node* n = g->nodes + i;
+    const hyst_node *n = g->nodes + i;
     if (!n->block->prepare || (n->block->flags & flags) != flags) continue;
-    const char* wrong = n->block->prepare(n->dim, n->p, dt);
+    const char *wrong = n->block->prepare(n->dim, n->p, dt);
     if (wrong) return g->changed = 1, fail(&g->error, HYST_E_PREPARE, n->name, NULL, wrong);
   }
   return HYST_E_OK;
 }
 
-hyst_status hyst_graph_prepare(hyst_graph* g, double dt) { return prepare(g, dt, 0); }
+hyst_status hyst_graph_prepare(hyst_graph *g, double dt) { return prepare(g, dt, 0); }
 
-static void advance(hyst_graph* g, double t, double dt) {
+static void advance(hyst_graph *g, double t, double dt) {
   for (int i = 0; i < g->n_nodes; i++) {
-    const hyst_node* n = g->nodes + i;
+    const hyst_node *n = g->nodes + i;
     for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
       for (int64_t k = 0; k < w->size; k++) w->to[k] = w->from[k];
     if (n->time >= 0) n->u[n->time] = t;
@@ -454,15 +454,15 @@ static void advance(hyst_graph* g, double t, double dt) {
   }
 }
 
-hyst_status hyst_graph_start(hyst_graph* g, double t) {
+hyst_status hyst_graph_start(hyst_graph *g, double t) {
   const hyst_status s = prepare(g, 0, 0);
   if (s) return s;
   for (int i = 0; i < g->n_nodes; i++) {
-    const hyst_node* n = g->nodes + i;
+    const hyst_node *n = g->nodes + i;
     for (int v = 0; v < n->block->n_vars; v++) {
       const hyst_kind k = n->block->vars[v].kind;
       if (k <= HYST_DERIVED || k == HYST_TIME) continue;
-      double* to = (k == HYST_INPUT ? n->u : k == HYST_OUTPUT ? n->y : n->x) + place(n->block, n->dim, v);
+      double *to = (k == HYST_INPUT ? n->u : k == HYST_OUTPUT ? n->y : n->x) + place(n->block, n->dim, v);
       for (int64_t m = n->block->size(n->dim, v); m > 0; m--) *to++ = n->block->vars[v].start;
     }
     if (n->block->init) n->block->init(n->dim, n->p, n->x);
@@ -471,7 +471,7 @@ hyst_status hyst_graph_start(hyst_graph* g, double t) {
   return HYST_E_OK;
 }
 
-hyst_status hyst_graph_step(hyst_graph* g, double t_end, double dt) {
+hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) {
   if (dt != g->dt || g->changed) {
     const hyst_status s = prepare(g, dt, g->changed ? 0 : HYST_STEP);
     if (s) return s;
@@ -480,7 +480,7 @@ hyst_status hyst_graph_step(hyst_graph* g, double t_end, double dt) {
   return HYST_E_OK;
 }
 
-hyst_status hyst_graph_run(hyst_graph* g, int64_t n, double t0, double h, const double* u, double* y) {
+hyst_status hyst_graph_run(hyst_graph *g, int64_t n, double t0, double h, const double *u, double *y) {
   for (int64_t i = 0; i < n; i++) {
     if (g->n_external) memcpy(g->external, u + i * g->n_external, (size_t)g->n_external * sizeof(double));
     /* t + h, not t0 + i h: a master that calls doStep(t, h) must get the same bits */

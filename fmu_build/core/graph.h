@@ -14,25 +14,26 @@ enum { HYST_TOKEN = 40 }; /* bytes of the token that ties a block file to its mo
 typedef struct {
   hyst_status status;
   char block[64], variable[64], text[192]; /* instance, name, rule; "" where it does not apply */
-  const hyst_var* row;                     /* whose range was violated, or NULL */
+  const hyst_var *row;                     /* whose range was violated, or NULL */
   double value;
 } hyst_error;
-int hyst_message(const hyst_error* e, char* text, size_t size);
+int hyst_message(const hyst_error *e, char *text, size_t size);
+void hyst_interval(const hyst_var *row, char *text, size_t size); /* its legal values in words */
 
 /* A variable seen from outside.  Its elements have the value references reference, reference + 1, ... */
 typedef struct {
-  const char* name;
+  const char *name;
   int kind; /* HYST_PARAM, HYST_FIXED, HYST_INPUT, HYST_OUTPUT */
   int block, var;
   int64_t reference, size;
-  const hyst_var* row;
-  double* value; /* its place in the graph's memory */
+  const hyst_var *row;
+  double *value; /* its place in the graph's memory */
 } hyst_port;
 
 typedef struct {
-  const char* name; /* instance name */
-  const hyst_block* block;
-  const int* dim;
+  const char *name; /* instance name */
+  const hyst_block *block;
+  const int *dim;
   double *p, *u, *y, *x;
   int64_t n_p, n_u, n_y, n_x;
   int64_t time;                /* place of the time among u, or -1 */
@@ -40,8 +41,8 @@ typedef struct {
 } hyst_node;
 
 typedef struct {
-  const double* from;
-  double* to;
+  const double *from;
+  double *to;
   int64_t size;
   int source; /* node, or -1: an input of the graph */
 } hyst_wire;
@@ -50,14 +51,14 @@ typedef struct {
   char token[HYST_TOKEN];
   int n_nodes, n_ports;
   int64_t n_wires;
-  hyst_node* nodes;
-  hyst_wire* wires;
-  hyst_port* ports;
-  int* dims;
-  char* names;
+  hyst_node *nodes;
+  hyst_wire *wires;
+  hyst_port *ports;
+  int *dims;
+  char *names;
   double *p, *p_file;               /* all parameters; as they stand in the file */
   double *external, *external_file; /* inputs of the graph; their start values */
-  double* state;                    /* all that a run changes: every x, every y, the inputs of the graph */
+  double *state;                    /* all that a run changes: every x, every y, the inputs of the graph */
   int64_t n_p, n_state, n_external;
   int changed; /* parameters were set since prepare() ran */
   double dt;   /* the step that the derived values of STEP blocks belong to */
@@ -65,20 +66,20 @@ typedef struct {
 } hyst_graph;
 
 /* All return HYST_E_OK or the status; details are in *e or graph->error. */
-hyst_status hyst_graph_measure(const unsigned char* file, size_t length, size_t* bytes, hyst_error* e);
-hyst_status hyst_graph_open(const unsigned char* file, size_t length, void* memory, size_t bytes, hyst_graph** g,
-                            hyst_error* e);
-const hyst_port* hyst_graph_port(const hyst_graph* g, int64_t reference); /* NULL: no such value reference */
+hyst_status hyst_graph_measure(const unsigned char *file, size_t length, size_t *bytes, hyst_error *e);
+hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memory, size_t bytes, hyst_graph **g,
+                            hyst_error *e);
+const hyst_port *hyst_graph_port(const hyst_graph *g, int64_t reference); /* NULL: no such value reference */
 /* Is the value legal for this variable?  Refuses NaN, infinities, values out of range, fractions of an int. */
-hyst_status hyst_check(const hyst_var* row, double value);
-hyst_status hyst_graph_set(hyst_graph* g, int64_t reference, double value); /* checked; takes effect at the next step */
-double* hyst_graph_value(hyst_graph* g, int64_t reference);                 /* or NULL */
-double* hyst_graph_state(hyst_graph* g, int64_t* n);
-const hyst_error* hyst_graph_error(const hyst_graph* g);
-void hyst_graph_defaults(hyst_graph* g);                  /* parameters and inputs as in the file */
-hyst_status hyst_graph_prepare(hyst_graph* g, double dt); /* after parameters changed */
-hyst_status hyst_graph_start(hyst_graph* g, double t);    /* states from the parameters, then the first outputs */
-hyst_status hyst_graph_step(hyst_graph* g, double t_end, double dt);
+hyst_status hyst_check(const hyst_var *row, double value);
+hyst_status hyst_graph_set(hyst_graph *g, int64_t reference, double value); /* checked; takes effect at the next step */
+double *hyst_graph_value(hyst_graph *g, int64_t reference);                 /* or NULL */
+double *hyst_graph_state(hyst_graph *g, int64_t *n);
+const hyst_error *hyst_graph_error(const hyst_graph *g);
+void hyst_graph_defaults(hyst_graph *g);                  /* parameters and inputs as in the file */
+hyst_status hyst_graph_prepare(hyst_graph *g, double dt); /* after parameters changed */
+hyst_status hyst_graph_start(hyst_graph *g, double t);    /* states from the parameters, then the first outputs */
+hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt);
 /* n rows, h apart, with n_external inputs each; row 0 is the start; outputs in the order of the ports. */
-hyst_status hyst_graph_run(hyst_graph* g, int64_t n, double t0, double h, const double* u, double* y);
+hyst_status hyst_graph_run(hyst_graph *g, int64_t n, double t0, double h, const double *u, double *y);
 #endif

@@ -48,19 +48,19 @@ typedef enum {
 #define HYST_POSITIVE 2.2250738585072014e-308 /* a lower bound that stands for "greater than 0" */
 
 typedef struct {
-  const char* name;
+  const char *name;
   hyst_kind kind;
-  const char* size; /* as written in the table; block->size() evaluates it */
-  const char* type; /* "real", "int", "bool", or the choices of an enumeration: "zoh|foh" (value 0, 1, ...) */
-  const char* unit;
+  const char *size; /* as written in the table; block->size() evaluates it */
+  const char *type; /* "real", "int", "bool", or the choices of an enumeration: "zoh|foh" (value 0, 1, ...) */
+  const char *unit;
   double start, lo, hi;
-  const char* text;
+  const char *text;
 } hyst_var;
 
 typedef struct {
-  const char* name;
+  const char *name;
   int start, lo, hi;
-  const char* text;
+  const char *text;
 } hyst_dim;
 
 enum {
@@ -72,20 +72,20 @@ typedef struct hyst_block {
   const char *name, *text, *equation, *source;
   unsigned flags;
   int n_dims;
-  const hyst_dim* dims;
+  const hyst_dim *dims;
   int n_vars;
-  const hyst_var* vars;
-  int64_t (*size)(const int* dim, int var);                     /* elements of a variable */
-  const char* (*prepare)(const int* dim, double* p, double dt); /* NULL, or what is wrong with the parameters */
-  void (*init)(const int* dim, const double* p, double* x);     /* or NULL: the start values of the table */
-  void (*output)(const int* dim, const double* p, const double* x, const double* u, double* y);
-  void (*deriv)(const int* dim, const double* p, const double* x, const double* u, double* dx);
-  void (*update)(const int* dim, const double* p, double* x, const double* u, double dt);
-  int (*feedthrough)(const int* dim, const double* p); /* does y depend on the present u?  NULL: yes */
+  const hyst_var *vars;
+  int64_t (*size)(const int *dim, int var);                     /* elements of a variable */
+  const char *(*prepare)(const int *dim, double *p, double dt); /* NULL, or what is wrong with the parameters */
+  void (*init)(const int *dim, const double *p, double *x);     /* or NULL: the start values of the table */
+  void (*output)(const int *dim, const double *p, const double *x, const double *u, double *y);
+  void (*deriv)(const int *dim, const double *p, const double *x, const double *u, double *dx);
+  void (*update)(const int *dim, const double *p, double *x, const double *u, double dt);
+  int (*feedthrough)(const int *dim, const double *p); /* does y depend on the present u?  NULL: yes */
 } hyst_block;
 
-extern const hyst_block* const hyst_blocks[]; /* ends with NULL */
-const hyst_block* hyst_find(const char* name);
+extern const hyst_block *const hyst_blocks[]; /* ends with NULL */
+const hyst_block *hyst_find(const char *name);
 
 /* ---- one list per block, read several times: descriptor rows, sizes, and the locals of every function -----------
  *   #define DIMS(D) D(n, start, lo, hi, "text")
@@ -104,7 +104,7 @@ const hyst_block* hyst_find(const char* name);
 #define HYST_SIZE_ROW(name, kind, size, type, unit, start, lo, hi, text) (int64_t)(size),
 
 #define HYST_LOCAL(T, from, name, size) \
-  T* name = from;                       \
+  T *name = from;                       \
   from += (size);                       \
   (void)name;
 #define HYST_HIDE(name, size)
@@ -176,13 +176,13 @@ const hyst_block* hyst_find(const char* name);
 
 /* signatures; the last (void)s keep -Wextra quiet when a block has no variable of a kind */
 #define HYST_OUTPUT_FN(f) \
-  static void f(const int* dim_, const double* p_, const double* x_, const double* u_, double* y_)
+  static void f(const int *dim_, const double *p_, const double *x_, const double *u_, double *y_)
 #define HYST_DERIV_FN(f) \
-  static void f(const int* dim_, const double* p_, const double* x_, const double* u_, double* dx_)
-#define HYST_UPDATE_FN(f) static void f(const int* dim_, const double* p_, double* x_, const double* u_, double dt)
-#define HYST_INIT_FN(f) static void f(const int* dim_, const double* p_, double* x_)
-#define HYST_PREPARE_FN(f) static const char* f(const int* dim_, double* p_, double dt)
-#define HYST_FEEDTHROUGH_FN(f) static int f(const int* dim_, const double* p_)
+  static void f(const int *dim_, const double *p_, const double *x_, const double *u_, double *dx_)
+#define HYST_UPDATE_FN(f) static void f(const int *dim_, const double *p_, double *x_, const double *u_, double dt)
+#define HYST_INIT_FN(f) static void f(const int *dim_, const double *p_, double *x_)
+#define HYST_PREPARE_FN(f) static const char *f(const int *dim_, double *p_, double dt)
+#define HYST_FEEDTHROUGH_FN(f) static int f(const int *dim_, const double *p_)
 #define HYST_OPEN_OUTPUT DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_OUTPUT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)y_;
 #define HYST_OPEN_DERIV DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_DERIV)(void) dim_, (void)p_, (void)x_, (void)u_, (void)dx_;
 #define HYST_OPEN_UPDATE DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_UPDATE)(void) dim_, (void)p_, (void)x_, (void)u_, (void)dt;
@@ -194,7 +194,7 @@ const hyst_block* hyst_find(const char* name);
 #define HYST_BLOCK(id, ...)                                                                         \
   static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                             \
   static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){0}}; /* {0}: a block may have no sizes */ \
-  static int64_t id##_size(const int* dim_, int var_) {                                             \
+  static int64_t id##_size(const int *dim_, int var_) {                                             \
     DIMS(HYST_DIM_LOCAL64)                                                                          \
     const int64_t size[] = {VARS(HYST_SIZE_ROW)};                                                   \
     (void)dim_;                                                                                     \

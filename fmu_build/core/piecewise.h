@@ -17,13 +17,13 @@ typedef struct {
   double scale; /* buckets per unit of the argument */
 } hyst_piecewise;
 
-static inline hyst_piecewise hyst_piecewise_of(const double* row, int n) {
+static inline hyst_piecewise hyst_piecewise_of(const double *row, int n) {
   hyst_piecewise f = {n, row, row + n, row + 2 * n + 1, row + 3 * n + 2, row[4 * n + 3]};
   return f;
 }
 
 /* number of knots below q (q > 0) */
-static inline int hyst_piecewise_index(const hyst_piecewise* f, double q) {
+static inline int hyst_piecewise_index(const hyst_piecewise *f, double q) {
   const double place = q * f->scale;
   const int b = place < f->n ? (int)place : f->n - 1;
   int lo = (int)f->bucket[b], hi = (int)f->bucket[b + 1];
@@ -35,12 +35,12 @@ static inline int hyst_piecewise_index(const hyst_piecewise* f, double q) {
   return lo;
 }
 
-static inline double hyst_piecewise_forward(const hyst_piecewise* f, double q) {
+static inline double hyst_piecewise_forward(const hyst_piecewise *f, double q) {
   const int j = hyst_piecewise_index(f, q);
   return q * f->W[j] - f->R[j];
 }
 
-static inline double hyst_piecewise_inverse(const hyst_piecewise* f, double v) {
+static inline double hyst_piecewise_inverse(const hyst_piecewise *f, double v) {
   const int j = hyst_piecewise_index(f, v);
   return (v + f->R[j]) / f->W[j];
 }
@@ -50,7 +50,7 @@ typedef struct {
   double sum, lost;
 } hyst_sum;
 
-static inline void hyst_sum_add(hyst_sum* s, double v) {
+static inline void hyst_sum_add(hyst_sum *s, double v) {
   const double t = s->sum + v;
   const double big = s->sum < 0 ? -s->sum : s->sum, small = v < 0 ? -v : v;
   s->lost += big >= small ? (s->sum - t) + v : (v - t) + s->sum;
@@ -59,7 +59,7 @@ static inline void hyst_sum_add(hyst_sum* s, double v) {
 
 /* Fill the row from thresholds r (increasing, >= 0) and weights; invert: the knots become the outputs at the
  * thresholds. Returns NULL, or what is wrong. */
-static inline const char* hyst_piecewise_build(double* row, int n, double w0, const double* r, const double* w,
+static inline const char *hyst_piecewise_build(double *row, int n, double w0, const double *r, const double *w,
                                                int invert) {
   double *knots = row, *W = row + n, *R = row + 2 * n + 1, *bucket = row + 3 * n + 2;
   hyst_sum slope = {w0, 0}, offset = {0, 0};

@@ -20,7 +20,7 @@
 #define HYST_TURNING_POINTS(depth) (4 + 2 * (depth))
 enum { HYST_TP_COUNT, HYST_TP_DIRECTION, HYST_TP_X, HYST_TP_H, HYST_TP_LIST };
 
-typedef double (*hyst_branch)(const void* g, double d); /* g(d), d >= 0, g(0) = 0, increasing */
+typedef double (*hyst_branch)(const void *g, double d); /* g(d), d >= 0, g(0) = 0, increasing */
 
 /* Where a new input x finds its branch, without touching the memory. */
 typedef struct {
@@ -29,17 +29,17 @@ typedef struct {
   int reversal; /* the previous input was an extremum: it is pushed */
 } hyst_turn;
 
-static inline double hyst_tp_branch(double x, double x_p, double h_p, hyst_branch g, const void* ctx) {
+static inline double hyst_tp_branch(double x, double x_p, double h_p, hyst_branch g, const void *ctx) {
   return x >= x_p ? h_p + g(ctx, x - x_p) : h_p - g(ctx, x_p - x);
 }
 
-static inline double hyst_tp_virgin(double x, double x0, double h0, hyst_branch g, const void* ctx) {
+static inline double hyst_tp_virgin(double x, double x0, double h0, hyst_branch g, const void *ctx) {
   return x >= x0 ? h0 + 0.5 * g(ctx, 2 * (x - x0)) : h0 - 0.5 * g(ctx, 2 * (x0 - x));
 }
 
 /* Dominant extrema.  m: the memory row, x0 and h0: origin of the virgin branch. */
-static inline hyst_turn hyst_turn_dominant(const double* m, int depth, double x, double x0, double h0, hyst_branch g,
-                                           const void* ctx) {
+static inline hyst_turn hyst_turn_dominant(const double *m, int depth, double x, double x0, double h0, hyst_branch g,
+                                           const void *ctx) {
   const double *xs = m + HYST_TP_LIST, *hs = xs + depth;
   const double last = m[HYST_TP_X];
   hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], (int)m[HYST_TP_COUNT], 0};
@@ -78,8 +78,8 @@ static inline hyst_turn hyst_turn_dominant(const double* m, int depth, double x,
 }
 
 /* The last extremum only, whether it was passed or not; no virgin rule.  The literal reading, for replicas. */
-static inline hyst_turn hyst_turn_last(const double* m, double x, double x0, double h0, hyst_branch g,
-                                       const void* ctx) {
+static inline hyst_turn hyst_turn_last(const double *m, double x, double x0, double h0, hyst_branch g,
+                                       const void *ctx) {
   const double last = m[HYST_TP_X];
   hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], (int)m[HYST_TP_COUNT], 0};
   if (x == last) return t;
@@ -98,7 +98,7 @@ static inline hyst_turn hyst_turn_last(const double* m, double x, double x0, dou
 }
 
 /* Forget the pair of neighbours with the smallest distance; `count` of them are stored. */
-static inline void hyst_tp_forget(double* xs, double* hs, int count) {
+static inline void hyst_tp_forget(double *xs, double *hs, int count) {
   int least = 0;
   double smallest = HYST_INF;
   for (int i = 0; i + 1 < count; i++) {
@@ -109,7 +109,7 @@ static inline void hyst_tp_forget(double* xs, double* hs, int count) {
 }
 
 /* Commit what hyst_turn_...() found.  For the last-extremum memory use depth 1. */
-static inline void hyst_tp_commit(double* m, int depth, double x, hyst_turn t) {
+static inline void hyst_tp_commit(double *m, int depth, double x, hyst_turn t) {
   double *xs = m + HYST_TP_LIST, *hs = xs + depth;
   if (t.reversal) {
     if (t.count == depth && depth > 1) {
@@ -126,7 +126,7 @@ static inline void hyst_tp_commit(double* m, int depth, double x, hyst_turn t) {
   m[HYST_TP_H] = t.h;
 }
 
-static inline void hyst_tp_init(double* m, int depth, double x0, double h0) {
+static inline void hyst_tp_init(double *m, int depth, double x0, double h0) {
   for (int i = 0; i < HYST_TURNING_POINTS(depth); i++) m[i] = 0;
   m[HYST_TP_X] = x0;
   m[HYST_TP_H] = h0;

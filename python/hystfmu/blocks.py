@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from hystfmu.core import Array, BlockType, block_types
-from hystfmu.graph import Graph, Node, interval
+from hystfmu.graph import Graph, Node
 
 
 class Block:
@@ -33,7 +33,7 @@ def _docstring(t: BlockType) -> str:
     for v in t.parameters:
         shape = "" if v.size == "1" else f", shape ({v.size})"
         unit = "" if v.unit in ("", "1") else f" Unit {v.unit}."
-        lines.append(f"{v.name} : {interval(v)}{shape}, default {v.start:g}\n    {v.text}.{unit}")
+        lines.append(f"{v.name} : {v.interval}{shape}, default {v.start:g}\n    {v.text}.{unit}")
     for title, kind in (("Inputs", "input"), ("Outputs", "output")):
         if t.of(kind):
             lines += ["", title, "-" * len(title)]

@@ -1,6 +1,6 @@
 """The C core seen from Python: the block table read out of the library, and the graph executor (ctypes).
 
-Nothing here repeats a name or a default of a block: everything comes from the X-macro tables in `fmu_build/core/blocks`.
+Nothing here repeats a name or a default of a block: all comes from the X-macro tables in `fmu_build/core/blocks`.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import ctypes as C
 import functools
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +97,14 @@ class Var:
     lo: float
     hi: float
     text: str
+    raw: _Var = field(repr=False, compare=False)
+
+    @property
+    def interval(self) -> str:
+        """Its legal values in words, e.g. ``"a float in [0, inf)"``."""
+        text = C.create_string_buffer(160)
+        library().hyst_interval(C.byref(self.raw), text, len(text))
+        return text.value.decode()
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -170,6 +178,8 @@ def library() -> C.CDLL:
         C.POINTER(_Error),
     ]
     lib.hyst_message.argtypes = [C.POINTER(_Error), C.c_char_p, C.c_size_t]
+    lib.hyst_interval.argtypes = [C.POINTER(_Var), C.c_char_p, C.c_size_t]
+    lib.hyst_interval.restype = None
     lib.hyst_graph_error.argtypes = [C.c_void_p]
     lib.hyst_graph_error.restype = C.POINTER(_Error)
     lib.hyst_graph_defaults.argtypes = [C.c_void_p]
@@ -207,6 +217,7 @@ def block_types() -> dict[str, BlockType]:
                 v.lo,
                 v.hi,
                 v.text.decode(),
+                v,
             )
             for v in b.vars[: b.n_vars]
         )

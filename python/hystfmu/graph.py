@@ -1,7 +1,7 @@
 """A graph of blocks as data: nodes in the order of their evaluation, wires, inputs, outputs; written as a block file.
 
-Endpoints are written as in Modelica, counting from 1: `"u"` is an input of the graph, `"net.u[2]"` the second element of
-the variable `u` of the node `net`, `"net.u"` all of it.
+Endpoints are written as in Modelica, counting from 1: `"u"` is an input of the graph, `"net.u[2]"` the second element
+of the variable `u` of the node `net`, `"net.u"` all of it.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ class Node:
             bad |= array != np.floor(array)
         if bad.any():
             got = array[bad][0]
-            raise InputError(f"The '{v.name}' parameter of {self.name} must be {interval(v)}. Got {got:g} instead.")
+            raise InputError(f"The '{v.name}' parameter of {self.name} must be {v.interval}. Got {got:g} instead.")
         return array
 
     def parameters(self) -> Array:
@@ -144,18 +144,6 @@ class Node:
         return bool(kind.raw.feedthrough(dims, p.ctypes.data_as(C.POINTER(C.c_double))))
 
 
-def interval(v: Var) -> str:
-    """The range of a variable in words, as the C core writes it."""
-    if v.choices:
-        return f"one of {v.type}"
-    if v.type == "bool":
-        return "a bool (0 or 1)"
-    positive = v.lo == 2.2250738585072014e-308
-    left = "(" if positive or v.lo == -np.inf else "["
-    noun = "a float" if v.type == "real" else "an int"
-    return f"{noun} in {left}{0 if positive else v.lo:g}, {v.hi:g}{')' if v.hi == np.inf else ']'}"
-
-
 @dataclass(frozen=True)
 class Input:
     """An input of a graph."""
@@ -179,7 +167,7 @@ class Output:
 
 @dataclass(frozen=True)
 class Port:
-    """A variable of the finished unit: what an importer sees.  Elements have references `reference`, `reference` + 1, ..."""
+    """A variable of the finished unit, as an importer sees it: its elements have references from `reference` on."""
 
     name: str
     kind: str
@@ -210,9 +198,9 @@ class Graph:
     inputs : sequence of Input
     outputs : sequence of Output
     sort : bool
-        Put the nodes into an order in which every block with direct feed-through comes after its sources.  Without loops
-        the chain is evaluated from input to output, without delay.  In a loop the blocks without direct feed-through come
-        first and read the values held since the last step, as a sampled loop does.
+        Put the nodes into an order in which every block with direct feed-through comes after its sources.  Without
+        loops the chain is evaluated from input to output, without delay.  In a loop the blocks without direct
+        feed-through come first and read the values held since the last step, as a sampled loop does.
 
     Raises
     ------

@@ -25,7 +25,7 @@ class Unit:
     Raises
     ------
     InputError
-        From `set`, `initialize` and `do_step`: unknown variable, value out of range, step that is not positive and finite.
+        Unknown variable, value out of range, step that is not positive and finite.
     """
 
     def __init__(self, graph: Graph) -> None:

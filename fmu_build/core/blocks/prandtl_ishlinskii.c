@@ -18,9 +18,9 @@
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")
 
 /* a branch is the loading curve at twice the scale (Masing) */
-static double branch(const void* curve, double d) { return 2 * hyst_piecewise_forward(curve, 0.5 * d); }
+static double branch(const void *curve, double d) { return 2 * hyst_piecewise_forward(curve, 0.5 * d); }
 
-static hyst_turn turn(const hyst_piecewise* f, const double* memory, int depth, double u, double u0) {
+static hyst_turn turn(const hyst_piecewise *f, const double *memory, int depth, double u, double u0) {
   return hyst_turn_dominant(memory, depth, u, u0, f->W[f->n] * u0, branch, f);
 }
 

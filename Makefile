@@ -1,0 +1,48 @@
+# `make demo` and `make test` are the two commands of the README; everything happens inside this directory.
+PYTHON ?= python3
+BIN := .venv/bin
+export TMPDIR := $(CURDIR)/build/tmp
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find fmu_build python -name '*.[ch]' -o -name '*.py')
+PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
+
+.PHONY: demo test check bench clean record
+
+demo: build/installed
+	$(BIN)/hystfmu demo -o demo
+
+test: build/installed-dev
+	$(BIN)/python -m pytest -q
+
+# formatting, lint, types, stale generated files
+check: build/installed-dev
+	$(BIN)/ruff format --check python tests
+	$(BIN)/ruff check python tests
+	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
+	$(BIN)/mypy --cache-dir build/mypy
+	$(BIN)/python tests/generated.py
+
+bench: build/installed-dev
+	$(BIN)/python tests/benchmarks/run.py
+
+.venv/pyvenv.cfg:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "HystFMU needs Python 3.11 or newer; try: make PYTHON=python3.11 $(MAKECMDGOALS)"; exit 1; }
+	mkdir -p $(TMPDIR)
+	$(PYTHON) -m venv .venv
+
+# what the build itself needs, then the package; pip keeps its downloads in its own cache
+build/tools: .venv/pyvenv.cfg constraints.txt
+	mkdir -p $(TMPDIR)
+	$(PIP) scikit-build-core cmake ninja fmpy
+	touch $@
+
+build/installed: build/tools $(SOURCES)
+	$(PIP) --no-build-isolation '.[train]'
+	touch $@
+
+build/installed-dev: build/tools $(SOURCES)
+	$(PIP) --no-build-isolation '.[train,control,dev]'
+	touch $@ build/installed
+
+clean:
+	rm -rf build demo .venv

@@ -1,0 +1,292 @@
+"""The command line.  Every slow import happens inside the command that needs it: `hystfmu --help` stays fast."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hystfmu.errors import InputError
+
+if TYPE_CHECKING:
+    from hystfmu.data import Dataset
+
+FAILED, BAD_INPUT = 1, 2
+
+
+class _Commands(click.Group):
+    """Commands in the order of the work; bad input is one line on stderr and exit status 2."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.commands)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except InputError as e:
+            line = " ".join(str(e).split())
+            click.echo(f"hystfmu: {line}", err=True)
+            ctx.exit(BAD_INPUT)
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="hystfmu")
+def main() -> None:
+    """Identify hysteresis of smart-material actuators, invert it, hand it on as FMUs.
+
+    \b
+    Example: from a measurement (columns t, u, y) to an FMU
+      hystfmu fit data.csv --model prandtl_ishlinskii -o piezo.model.toml
+      hystfmu export piezo.model.toml --fmi 2 -o piezo.fmu
+      hystfmu demo                       everything once, on built-in data
+    """
+
+
+_json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+
+
+def _data_options(f: Callable[..., Any]) -> Callable[..., Any]:
+    for option in (
+        click.option("--rate", type=float, metavar="HZ", help="Sample rate, when the file has no time column."),
+        click.option("--output", default="y", show_default=True, help="Name of the output column."),
+        click.option("--input", "input_", default="u", show_default=True, help="Name of the input column."),
+        click.option("--time", default="t", show_default=True, help="Name of the time column (s)."),
+    ):
+        f = option(f)
+    return f
+
+
+@main.command()
+@click.argument("name", required=False)
+@click.option("--markdown", is_flag=True, hidden=True, help="The table as it stands in the README.")
+@_json_option
+def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
+    """List the blocks, or show one: ports, parameters, units, equation, source.
+
+    \b
+    Example: hystfmu blocks zhao_tan
+    """
+    from hystfmu import listing
+
+    if name is None:
+        click.echo(listing.as_json() if as_json else listing.markdown() if markdown else listing.overview())
+    else:
+        click.echo(listing.as_json(name) if as_json else listing.details(name))
+
+
+def _assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for pair in pairs:
+        name, equals, text = pair.partition("=")
+        if not equals or not name:
+            raise InputError(f"--set {pair}: write it as name=value")
+        try:
+            values[name] = json.loads(text)
+        except json.JSONDecodeError:
+            values[name] = text
+    return values
+
+
+def _rows(text: str | None) -> slice | None:
+    if text is None:
+        return None
+    try:
+        a, b = (int(p) if p else None for p in text.split(":"))
+    except ValueError:
+        raise InputError(f"--train {text}: write it as A:B, rows counted from 0") from None
+    return slice(a, b)
+
+
+def _read(path: str, time: str, input_: str, output: str | None, rate: float | None) -> Dataset:
+    from hystfmu.data import Dataset
+
+    return Dataset.from_csv(path, time=time, input=input_, output=output, rate=rate)
+
+
+@main.command()
+@click.argument("data")
+@click.option("--model", "key", required=True, metavar="KEY", help="Kind of model; an unknown key lists them.")
+@click.option("-o", "out", required=True, metavar="M.model.toml", help="The model file to write.")
+@_data_options
+@click.option("--train", metavar="A:B", help="Rows whose residuals count; the model always runs from row 0.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Option of the method (repeatable).")
+@click.option("--seed", default=0, show_default=True, help="Seed of random starts.")
+@_json_option
+def fit(
+    data: str,
+    key: str,
+    out: str,
+    time: str,
+    input_: str,
+    output: str,
+    rate: float | None,
+    train: str | None,
+    settings: tuple[str, ...],
+    seed: int,
+    as_json: bool,
+) -> None:
+    """Identify a model from measured data.
+
+    \b
+    Example: hystfmu fit piezo.csv --model zhao_tan_mlp --train 2000:4200 -o piezo.model.toml
+    """
+    from hystfmu.identify import fit as fit_model
+    from hystfmu.terminal import progress, table
+
+    options, rows = _assignments(settings), _rows(train)
+    measured = _read(data, time, input_, output, rate)
+    if rows is not None:
+        measured = measured.with_train(rows)
+    with progress(f"fitting {key}") as report:
+        model = fit_model(measured, key, seed=seed, progress=report, **options)
+    model.save(out)
+    f = model.fit
+    if as_json:
+        click.echo(json.dumps({"model": key, "file": out, **f}))
+        return
+    row = [key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
+    click.echo(table(["model", "parameters", "RMS %FS", "max %FS", "seconds"], [row]))
+    click.echo(f"wrote {out}")
+
+
+@main.command()
+@click.argument("model")
+@click.argument("data")
+@click.option("-o", "out", required=True, metavar="OUT.csv", help="File to write: columns t, u, y.")
+@_data_options
+def predict(model: str, data: str, out: str, time: str, input_: str, output: str, rate: float | None) -> None:
+    """Run a model free on the input column of a file.
+
+    Row 0 is the output after initialisation with the first input; row k what an FMU gives after set u_k,
+    doStep(t_{k-1}, h), get y.
+
+    \b
+    Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
+    """
+    from hystfmu.model import Model
+
+    m = Model.load(model)
+    measured = _read(data, time, input_, None, rate)
+    y = m.predict(measured.u, measured.h)
+    measured.with_output(y).to_csv(out)
+    click.echo(f"wrote {out}: {len(y)} rows")
+
+
+@main.command()
+@click.argument("model")
+@click.option("-o", "out", required=True, metavar="INV.model.toml", help="The model file to write.")
+@click.option("--method", type=click.Choice(["exact", "learned"]), default="exact", show_default=True)
+def inverse(model: str, out: str, method: str) -> None:
+    """Invert a model: its output becomes the input that produces it.
+
+    \b
+    Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
+    """
+    from hystfmu.inverse import inverse as invert
+    from hystfmu.model import Model
+
+    invert(Model.load(model), method=method).save(out)
+    click.echo(f"wrote {out}")
+
+
+@main.command()
+@click.argument("model")
+@click.option("-o", "out", required=True, metavar="X.fmu", help="The FMU to write.")
+@click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the standard.")
+@click.option("--name", metavar="NAME", help="Model name in the FMU; default: the name of the file.")
+def export(model: str, out: str, fmi: str, name: str | None) -> None:
+    """Pack a model as a Co-Simulation FMU; no compiler is needed.
+
+    \b
+    Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
+    """
+    from hystfmu.fmu.export import export_fmu
+    from hystfmu.model import Model
+
+    path = export_fmu(Model.load(model), out, fmi=int(fmi), name=name)
+    click.echo(f"wrote {path}: FMI {fmi}.0 Co-Simulation, {path.stat().st_size // 1024} kB")
+
+
+@main.command()
+@click.argument("fmu")
+@_json_option
+def validate(fmu: str, as_json: bool) -> None:
+    """Check an FMU: the archive, fmpy's static checks, and a load-and-step round trip in a process of its own.
+
+    \b
+    Example: hystfmu validate piezo.fmu
+    """
+    from hystfmu.fmu.check import check_fmu
+
+    problems = check_fmu(fmu)
+    if as_json:
+        click.echo(json.dumps({"file": fmu, "problems": problems}))
+    else:
+        for p in problems:
+            click.echo(p)
+        click.echo(f"{fmu}: {len(problems)} problem{'' if len(problems) == 1 else 's'}")
+    sys.exit(FAILED if problems else 0)
+
+
+@main.command()
+@click.argument("scenarios", nargs=-1)
+@click.option("--all", "everything", is_flag=True, help="Every scenario below ./scenarios.")
+@click.option("--set", "settings", multiple=True, metavar="UNIT.NAME=VALUE", help="Override a parameter (repeatable).")
+@click.option("--record", is_flag=True, help="Write the results as the new baseline.")
+@click.option("--report", "report_dir", metavar="DIR", help="Write report.html and report.json there.")
+@_json_option
+def run(
+    scenarios: tuple[str, ...],
+    everything: bool,
+    settings: tuple[str, ...],
+    record: bool,
+    report_dir: str | None,
+    as_json: bool,
+) -> None:
+    """Run closed-loop scenarios on real FMUs by fmpy and hold them against limits and baselines.
+
+    \b
+    Example: hystfmu run scenarios/sliding_mode --report out
+    """
+    from hystfmu.scenario import run_scenarios
+    from hystfmu.terminal import progress, verdicts
+
+    if everything == bool(scenarios):
+        raise InputError("name scenarios, or use --all (example: hystfmu run scenarios/pid)")
+    paths = sorted(p.parent for p in Path("scenarios").glob("*/scenario.toml")) if everything else scenarios
+    if not paths:
+        raise InputError("no scenarios/*/scenario.toml below the current directory")
+    with progress("running") as report:
+        results = run_scenarios(
+            [Path(p) for p in paths],
+            record=record,
+            report_dir=Path(report_dir) if report_dir else None,
+            overrides=_assignments(settings),
+            progress=report,
+        )
+    if as_json:
+        click.echo(json.dumps([r.summary() for r in results]))
+    else:
+        click.echo(verdicts(results))
+    sys.exit(0 if all(r.passed for r in results) else FAILED)
+
+
+@main.command()
+@click.option("-o", "out", default="demo", show_default=True, metavar="DIR", help="Directory to write into.")
+def demo(out: str) -> None:
+    """Everything once on built-in data: fit, compare, export, run scenarios, report.
+
+    \b
+    Example: hystfmu demo -o demo
+    """
+    from hystfmu.demo import demo as run_demo
+
+    sys.exit(0 if run_demo(Path(out)) else FAILED)
+
+
+if __name__ == "__main__":
+    main()
