@@ -6,7 +6,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find fmu_build python -name '*.[ch]' -o -name '*.py')
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
-.PHONY: demo test check bench clean record
+.PHONY: demo test check generate bench clean
 
 demo: build/installed
 	$(BIN)/hystfmu demo -o demo
@@ -21,6 +21,9 @@ check: build/installed-dev
 	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
 	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/python tests/generated.py
+
+generate: build/installed-dev
+	$(BIN)/python tests/generated.py --write
 
 bench: build/installed-dev
 	$(BIN)/python tests/benchmarks/run.py

@@ -1,0 +1,322 @@
+"""What a `scenario.toml` may say: units, connections, order, step, cases, metrics with limits; checked before anything runs.
+
+A file is read in two stages.  The pydantic models below check keys, types and ranges; `Scenario.cases` then puts the
+overrides of every `[[case]]` on top of the scenario, so that the rest of the program sees plain, complete cases.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import pydantic
+from pydantic import Field
+
+from hystfmu.errors import InputError
+from hystfmu.files import read_toml
+
+MOST_BYTES = 2**20  # of a scenario.toml
+MOST_STEPS = 20_000_000  # of the finest unit in one case
+NAME = r"[A-Za-z][A-Za-z0-9_]*"
+_END = re.compile(rf"({NAME})\.({NAME})\Z")
+
+Name = Annotated[str, Field(pattern=f"^{NAME}$", max_length=64)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+# smart union, not strict: TOML writes 10 where 10.0 is meant
+Value = bool | int | float | str | list[bool | int | float]
+
+_STRICT = pydantic.ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+
+class BlockSpec(pydantic.BaseModel):
+    """One block of an inline graph, as in a model file."""
+
+    model_config = _STRICT
+    name: Name
+    type: str
+    dims: dict[str, int] = {}
+    values: dict[str, Value] = {}
+
+
+class InputSpec(pydantic.BaseModel):
+    """One input of an inline graph, as in a model file."""
+
+    model_config = _STRICT
+    name: Name
+    to: list[str]
+    unit: str = ""
+    start: Number = 0.0
+    text: str = ""
+
+
+class OutputSpec(pydantic.BaseModel):
+    """One output of an inline graph, as in a model file."""
+
+    model_config = _STRICT
+    name: Name
+    source: str
+    unit: str = ""
+    text: str = ""
+
+
+class GraphSpec(pydantic.BaseModel):
+    """A graph written into the scenario: blocks in the order of their evaluation, wires, inputs, outputs."""
+
+    model_config = _STRICT
+    blocks: list[BlockSpec] = Field(min_length=1, max_length=1000)
+    wires: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = []
+    inputs: list[InputSpec] = []
+    outputs: list[OutputSpec] = []
+
+
+class UnitSpec(pydantic.BaseModel):
+    """One unit: what it is (exactly one of `model`, `block`, `graph`, `inverse_of`), how it runs, how often."""
+
+    model_config = _STRICT
+    model: str | None = Field(None, description="path of a *.model.toml, relative to the scenario's folder")
+    block: str | None = Field(None, description="key of a block; its sizes and values follow in `dims` and `values`")
+    dims: dict[str, int] = Field({}, description="sizes of `block`")
+    values: dict[str, Value] = Field({}, description="parameter values of `block`")
+    graph: GraphSpec | None = Field(None, description="blocks, wires, inputs, outputs, as in a model file")
+    inverse_of: str | None = Field(None, description="path of a *.model.toml whose exact inverse runs")
+    runs_as: Literal["fmu2", "fmu3", "python"] = Field("fmu2", alias="as", description="FMI 2.0, FMI 3.0 or Python unit")
+    every: int = Field(1, ge=1, le=1_000_000, description="runs once in so many steps")
+    fine: bool = Field(False, description="runs `ripple` times per step: plants and what is measured between samples")
+    inputs: dict[str, Number] = Field({}, description="constant values of inputs that nothing is connected to")
+    set: dict[str, Value] = Field({}, description="parameter overrides; a string '*1.2' scales the value")
+    text: str = Field("", description="one line for a reader")
+
+    @pydantic.model_validator(mode="after")
+    def _one_source(self) -> UnitSpec:
+        given = [k for k in ("model", "block", "graph", "inverse_of") if getattr(self, k) is not None]
+        if len(given) != 1:
+            raise ValueError(f"a unit has exactly one of model, block, graph, inverse_of; here: {given or 'none'}")
+        if self.block is None and (self.dims or self.values):
+            raise ValueError("dims and values belong to 'block'; use 'set' to change a model's parameters")
+        if self.fine and self.every != 1:
+            raise ValueError("a unit is either fine or slow: 'fine' and 'every' exclude each other")
+        return self
+
+
+class MetricSpec(pydantic.BaseModel):
+    """A number computed from signals, and the limit that it must not exceed."""
+
+    model_config = _STRICT
+    kind: Literal[
+        "rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "variation_excess", "peak", "final"
+    ] = Field(description="see hystfmu.scenario.metrics")
+    signal: str = Field(description="unit.output")
+    against: str | None = Field(None, description="unit.output that the signal is compared with")
+    stroke: Positive | None = Field(None, description="what 100 percent is; default: span of `against` in the window")
+    after: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(0.0, description="rows at or after this time (s)")
+    limit: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
+        None, description="largest value that is good; may be set per case"
+    )
+    text: str = Field("", description="one line for a reader")
+
+
+class CaseSpec(pydantic.BaseModel):
+    """A variant: what differs from the scenario."""
+
+    model_config = _STRICT
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=64)]
+    text: str = ""
+    stop: Positive | None = Field(None, description="end of the run (s)")
+    after: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(None, description="`after` of all metrics")
+    set: dict[str, Value] = Field({}, description="'unit.parameter' = value, or '*1.2' to scale it")
+    units: dict[Name, UnitSpec] = Field({}, description="units that are added or replaced as a whole")
+    order: list[Name] | None = Field(None, description="order of evaluation, when it differs")
+    connections: dict[str, str] = Field({}, description="connections that are added or replaced")
+    limits: dict[Name, Annotated[float, Field(ge=0, allow_inf_nan=False)]] = Field(
+        {}, description="limits of metrics, by name"
+    )
+
+
+class ScenarioSpec(pydantic.BaseModel):
+    """The whole file."""
+
+    model_config = _STRICT
+    name: Name
+    text: str = ""
+    delay: str = Field("", description="a note on delays in the loop, printed beside the computed delay budget")
+    step: Positive = Field(description="step of the units (s)")
+    stop: Positive = Field(description="end of the run (s)")
+    ripple: int = Field(1, ge=1, le=1000, description="steps of the fine units per step; the command is held meanwhile")
+    order: list[Name] = Field(
+        min_length=1, max_length=200, description="Gauss-Seidel order: every unit reads the newest values there are"
+    )
+    units: dict[Name, UnitSpec] = Field(min_length=1, max_length=200)
+    connections: dict[str, str] = Field({}, description="'unit.input' = 'unit.output'")
+    record: list[str] = Field([], description="outputs stored in baseline.csv and shown in the report")
+    loops: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = Field(
+        [], description="pairs of signals (abscissa, ordinate) drawn as loops"
+    )
+    metrics: dict[Name, MetricSpec] = Field(min_length=1, max_length=100)
+    tolerance: Annotated[float, Field(ge=0, le=1)] = Field(
+        1e-6, description="largest change of a metric or a recorded signal against the baseline, relative"
+    )
+    case: list[CaseSpec] = Field([], max_length=200, description="variants; without any there is one, 'nominal'")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One variant with everything filled in."""
+
+    scenario: str
+    name: str
+    text: str
+    folder: Path
+    step: float
+    stop: float
+    ripple: int
+    order: tuple[str, ...]
+    units: dict[str, UnitSpec]
+    connections: dict[str, str]
+    metrics: dict[str, MetricSpec]
+    record: tuple[str, ...]
+    loops: tuple[tuple[str, str], ...]
+    delay: str
+    tolerance: float
+
+    @property
+    def title(self) -> str:
+        """`scenario/case`, as error lines and reports name it."""
+        return f"{self.scenario}/{self.name}"
+
+    @property
+    def file(self) -> Path:
+        """The file that the case comes from."""
+        return self.folder / "scenario.toml"
+
+
+def split_end(end: str, where: str) -> tuple[str, str]:
+    """`unit.variable` as its two names.
+
+    Raises
+    ------
+    InputError
+        With `where` (file and key) in front.
+    """
+    m = _END.match(end)
+    if not m:
+        raise InputError(f"{where}: must read 'unit.variable'; got {end!r}")
+    return m[1], m[2]
+
+
+class Scenario:
+    """A `scenario.toml` and its cases.
+
+    Parameters
+    ----------
+    path : path
+        The file, or the folder that holds it.
+    overrides : mapping of str to value
+        ``{"unit.parameter": value}`` on top of everything else; those whose unit the scenario does not have are left out.
+
+    Raises
+    ------
+    InputError
+        One line with the file, the key, the rule and the value.
+    """
+
+    def __init__(self, path: str | Path, overrides: dict[str, Any] | None = None) -> None:
+        path = Path(path)
+        self.file = path / "scenario.toml" if path.suffix != ".toml" else path
+        self.folder = self.file.parent
+        self.spec = read_toml(self.file, ScenarioSpec, MOST_BYTES)
+        self.overrides = {
+            k: v
+            for k, v in (overrides or {}).items()
+            if any(split_end(k, "--set")[0] in units for units in self._all_units())
+        }
+        self.cases = self._cases()
+
+    def _all_units(self) -> list[dict[str, UnitSpec]]:
+        return [self.spec.units, *[c.units for c in self.spec.case]]
+
+    def _cases(self) -> tuple[Case, ...]:
+        specs = self.spec.case or [CaseSpec(name="nominal")]
+        names = [c.name for c in specs]
+        for n in names:
+            if names.count(n) > 1:
+                raise InputError(f"{self.file}: case: two cases have the name {n!r}")
+        return tuple(self._case(c) for c in specs)
+
+    def _case(self, c: CaseSpec) -> Case:
+        s, where = self.spec, f"{self.file}: case {c.name}"
+        units = {**s.units, **c.units}
+        for key, value in [*c.set.items(), *self.overrides.items()]:
+            unit, parameter = split_end(key, f"{where}: set")
+            if unit not in units:
+                if key in self.overrides:
+                    continue  # a unit of another case
+                raise InputError(f"{where}: set: no unit {unit!r}; there are {sorted(units)}")
+            merged = {**units[unit].set, parameter: value}
+            units[unit] = units[unit].model_copy(update={"set": merged})
+        metrics = {}
+        for name, limit in c.limits.items():
+            if name not in s.metrics:
+                raise InputError(f"{where}: limits: no metric {name!r}; there are {sorted(s.metrics)}")
+        for name, m in s.metrics.items():
+            update: dict[str, float] = {}
+            if name in c.limits:
+                update["limit"] = c.limits[name]
+            if c.after is not None:
+                update["after"] = c.after
+            metrics[name] = m.model_copy(update=update)
+        case = Case(
+            scenario=s.name,
+            name=c.name,
+            text=c.text,
+            folder=self.folder,
+            step=s.step,
+            stop=c.stop if c.stop is not None else s.stop,
+            ripple=s.ripple,
+            order=tuple(c.order if c.order is not None else s.order),
+            units=units,
+            connections={**s.connections, **c.connections},
+            metrics=metrics,
+            record=tuple(s.record),
+            loops=tuple((a, b) for a, b in s.loops),
+            delay=s.delay,
+            tolerance=s.tolerance,
+        )
+        self._check(case, where)
+        return case
+
+    @staticmethod
+    def _check(case: Case, where: str) -> None:
+        """What can be said without opening a model: the order, the length of the run, the window of the metrics."""
+        twice = {u for u in case.order if case.order.count(u) > 1}
+        missing, unknown = set(case.units) - set(case.order), set(case.order) - set(case.units)
+        if twice or missing or unknown:
+            wrong = f"twice: {sorted(twice)}" if twice else f"missing: {sorted(missing)}, unknown: {sorted(unknown)}"
+            raise InputError(f"{where}: order: must name every unit once; {wrong}")
+        steps = case.stop / case.step
+        if abs(steps - round(steps)) > 1e-6 * steps or steps < 1:
+            raise InputError(f"{where}: stop: must be a multiple of the step {case.step:g} s; got {case.stop:g}")
+        if steps * case.ripple > MOST_STEPS:
+            raise InputError(f"{where}: stop: at most {MOST_STEPS} fine steps; got {steps * case.ripple:.0f}")
+        for name, m in case.metrics.items():
+            if m.after >= case.stop:
+                raise InputError(f"{where}: metrics.{name}.after: must be below stop {case.stop:g} s; got {m.after:g}")
+
+
+def inside(folder: Path, relative: str, where: str) -> Path:
+    """A path of a scenario, which may not leave the folder of all scenarios (the parent of the scenario's own).
+
+    Raises
+    ------
+    InputError
+        Absolute path, or a path that leads out (also through a symbolic link).
+    """
+    if Path(relative).is_absolute() or "\\" in relative or ":" in relative:
+        raise InputError(f"{where}: must be a path relative to the scenario, with '/'; got {relative!r}")
+    root = folder.resolve().parent
+    path = (folder.resolve() / relative).resolve()
+    if not path.is_relative_to(root):
+        raise InputError(f"{where}: must stay within the folder of the scenarios; got {relative!r}")
+    return path

@@ -1,0 +1,64 @@
+"""Model files: a round trip keeps every bit; whatever is wrong is one line that names the file and the key."""
+
+import numpy as np
+import pytest
+from hystfmu import Graph, InputError, Model, Node
+
+
+def model():
+    rng = np.random.default_rng(0)
+    node = Node(
+        "pi", "prandtl_ishlinskii", {}, {"r": np.sort(rng.uniform(0, 1, 7)), "w": rng.normal(size=7), "w0": 1 / 3}
+    )
+    return Model("prandtl_ishlinskii", Graph.single(node), 1e-3, "text", {"rms": 0.1}, {"data": "x.csv"})
+
+
+def test_round_trip_keeps_every_bit(tmp_path):
+    first = model()
+    first.save(tmp_path / "m.model.toml")
+    second = Model.load(tmp_path / "m.model.toml")
+    assert second.graph.to_bytes() == first.graph.to_bytes()
+    assert (second.key, second.step, second.text, second.fit, second.provenance) == (
+        first.key,
+        first.step,
+        first.text,
+        first.fit,
+        first.provenance,
+    )
+    assert not list(tmp_path.glob(".*")), "a temporary file was left"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("format = 1", "format = 9", "format: Input should be 1; got '9'"),
+        ("format = 1\n", "", "format: Field required"),
+        ('type = "prandtl_ishlinskii"', 'type = "preisach2"', "no block 'preisach2'"),
+        ("w0 = 0.333", 'w0 = "a"\nw9 = 0.333', "has no parameter 'w9'"),
+        ("step = 0.001", "step = -1.0", "step: must be a finite number greater than 0; got -1.0"),
+        ("step = 0.001", "step = 'x'", "step"),
+        ("[provenance]", "[provenance", "not a TOML file"),
+        ("wires = []", 'wires = [["a", "b", "c"]]', "wires"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path, old, new, message):
+    path = tmp_path / "m.model.toml"
+    model().save(path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    with pytest.raises(InputError, match=message) as e:
+        Model.load(path)
+    assert str(path) in str(e.value)
+    assert "\n" not in str(e.value)
+
+
+def test_a_missing_file_is_one_line(tmp_path):
+    with pytest.raises(InputError, match="No such file"):
+        Model.load(tmp_path / "none.model.toml")
+
+
+def test_nothing_is_written_where_it_cannot_be(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        model().save(tmp_path / "file" / "m.model.toml")
