@@ -4,7 +4,17 @@
 
 #include "hyst.h"
 
-#define HYST_BLOCKS(B) B(backlash_sum) B(prandtl_ishlinskii)
+#define HYST_BLOCKS(B) \
+  B(backlash_sum) \
+  B(creep) \
+  B(dead_zones) \
+  B(mlp) \
+  B(play_bank) \
+  B(prandtl_ishlinskii) \
+  B(prandtl_ishlinskii_inverse) \
+  B(scaling) \
+  B(sum) \
+  B(zhao_tan)
 
 #define B(id) extern const hyst_block hyst_##id;
 HYST_BLOCKS(B)

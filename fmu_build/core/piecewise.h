@@ -45,6 +45,12 @@ static inline double hyst_piecewise_inverse(const hyst_piecewise *f, double v) {
   return (v + f->R[j]) / f->W[j];
 }
 
+/* The branches of the operator and of its inverse: the curve at twice the scale (Masing). */
+static inline double hyst_piecewise_branch(const void* f, double d) { return 2 * hyst_piecewise_forward(f, 0.5 * d); }
+static inline double hyst_piecewise_inverse_branch(const void* f, double d) {
+  return 2 * hyst_piecewise_inverse(f, 0.5 * d);
+}
+
 /* running sum that keeps its rounding error (Neumaier), because signed weights cancel */
 typedef struct {
   double sum, lost;
@@ -57,7 +63,7 @@ static inline void hyst_sum_add(hyst_sum *s, double v) {
   s->sum = t;
 }
 
-/* Fill the row from thresholds r (increasing, >= 0) and weights; invert: the knots become the outputs at the
+/* Fill the row from thresholds r (>= 0, not decreasing) and weights; invert: the knots become the outputs at the
  * thresholds. Returns NULL, or what is wrong. */
 static inline const char *hyst_piecewise_build(double *row, int n, double w0, const double *r, const double *w,
                                                int invert) {
@@ -66,20 +72,20 @@ static inline const char *hyst_piecewise_build(double *row, int n, double w0, co
   W[0] = w0;
   R[0] = 0;
   for (int i = 0; i < n; i++) {
-    if (i > 0 && !(r[i] > r[i - 1])) return "the thresholds r must be increasing";
+    if (i > 0 && r[i] < r[i - 1]) return "the thresholds r must not decrease";
     hyst_sum_add(&slope, w[i]);
     hyst_sum_add(&offset, w[i] * r[i]);
     W[i + 1] = slope.sum + slope.lost;
     R[i + 1] = offset.sum + offset.lost;
     knots[i] = invert ? r[i] * W[i] - R[i] : r[i];
+    if (i > 0 && knots[i] < knots[i - 1]) knots[i] = knots[i - 1]; /* by rounding only, if the curve increases */
   }
   if (invert) {
     if (!(w0 > 0))
       return "w0 must be greater than 0: without a linear term the slope is zero after every reversal and no "
-             "continuous "
-             "inverse exists";
-    for (int i = 0; i <= n; i++)
-      if (!(W[i] > 0))
+             "continuous inverse exists";
+    for (int i = 1; i <= n; i++)
+      if (!(W[i] > 0) && (i == n || r[i] > r[i - 1])) /* a segment between equal thresholds is never used */
         return "w0 + w_1 + ... + w_i must be greater than 0 for every i: the loading curve must increase";
   }
   /* bucket[b]: the first index that a value with place b can have */

@@ -89,7 +89,7 @@ static inline hyst_turn hyst_turn_last(const double *m, double x, double x0, dou
     t.count = 0;
     t.h = hyst_tp_branch(x, last, m[HYST_TP_H], g, ctx);
   } else if (t.count > 0) {
-    t.h = hyst_tp_branch(x, m[HYST_TP_LIST], m[HYST_TP_LIST + 1], g, ctx);
+    t.h = hyst_tp_branch(x, m[HYST_TP_LIST], m[HYST_TP_LIST + depth], g, ctx);
   } else {
     t.h = hyst_tp_branch(x, x0, h0, g, ctx);
   }
@@ -108,11 +108,11 @@ static inline void hyst_tp_forget(double *xs, double *hs, int count) {
   for (int i = least; i + 2 < count; i++) xs[i] = xs[i + 2], hs[i] = hs[i + 2];
 }
 
-/* Commit what hyst_turn_...() found.  For the last-extremum memory use depth 1. */
+/* Commit what hyst_turn_...() found. */
 static inline void hyst_tp_commit(double *m, int depth, double x, hyst_turn t) {
   double *xs = m + HYST_TP_LIST, *hs = xs + depth;
   if (t.reversal) {
-    if (t.count == depth && depth > 1) {
+    if (t.count == depth) {
       hyst_tp_forget(xs, hs, t.count);
       t.count -= 2;
     }

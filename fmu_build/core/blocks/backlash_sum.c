@@ -2,6 +2,7 @@
  * Deliberately not the turning-point machine, so that the two can be held against each other.
  * A "deadband width" is the full width, as in Simulink: r = width / 2.  Zhao & Tan 2008, section II (ten widths). */
 #include "../hyst.h"
+#include "../play.h"
 
 #define DIMS(D) D(n, 10, 1, 100000, "number of backlash operators")
 #define VARS(V)                                                                       \
@@ -13,8 +14,6 @@
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                    \
   V(z, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "play states")
 
-static double play(double z, double u, double r) { return z < u - r ? u - r : z > u + r ? u + r : z; }
-
 HYST_INIT_FN(init) {
   HYST_OPEN_INIT
   for (int i = 0; i < n; i++) z[i] = z0[i];
@@ -22,12 +21,12 @@ HYST_INIT_FN(init) {
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
   double sum = *w0 * *u;
-  for (int i = 0; i < n; i++) sum += w[i] * play(z[i], *u, r[i]);
+  for (int i = 0; i < n; i++) sum += w[i] * hyst_play(z[i], *u, r[i]);
   *y = sum;
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
-  for (int i = 0; i < n; i++) z[i] = play(z[i], *u, r[i]);
+  for (int i = 0; i < n; i++) z[i] = hyst_play(z[i], *u, r[i]);
 }
 HYST_BLOCK(backlash_sum, .text = "Weighted sum of backlash (play) operators, plain states",
            .equation = "z_i = max(u - r_i, min(u + r_i, z_i)), y = w0 u + sum_i w_i z_i",

@@ -9,19 +9,16 @@
   D(depth, 256, 2, 100000, "extrema that the memory holds")
 #define VARS(V)                                                                                               \
   V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the linear term")                         \
-  V(r, FIXED, n, "real", "1", 0.0, 0.0, HYST_INF, "thresholds (play half-widths), increasing")                \
-  V(w, FIXED, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights of the plays")                               \
+  V(r, FIXED, n, "real", "1", 0.1, 0.0, HYST_INF, "thresholds (play half-widths), not decreasing")            \
+  V(w, FIXED, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the plays")                               \
   V(u0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: every play rests at this value")    \
   V(curve, DERIVED, HYST_PIECEWISE(n), "real", "1", 0.0, -HYST_INF, HYST_INF, "loading curve as prefix sums") \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                              \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                            \
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")
 
-/* a branch is the loading curve at twice the scale (Masing) */
-static double branch(const void *curve, double d) { return 2 * hyst_piecewise_forward(curve, 0.5 * d); }
-
 static hyst_turn turn(const hyst_piecewise *f, const double *memory, int depth, double u, double u0) {
-  return hyst_turn_dominant(memory, depth, u, u0, f->W[f->n] * u0, branch, f);
+  return hyst_turn_dominant(memory, depth, u, u0, f->W[f->n] * u0, hyst_piecewise_branch, f);
 }
 
 HYST_PREPARE_FN(prepare) {

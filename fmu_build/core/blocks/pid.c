@@ -1,0 +1,40 @@
+/* PID controller with feed-forward, parallel form, with filtered derivative, limits and anti-windup.
+ * The integral counts the error held over the step (backward rule); initialisation gives no derivative kick. */
+#include "../control.h"
+
+#define DIMS(D)
+#define VARS(V)                                                                                        \
+  V(Kp, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "proportional gain")                          \
+  V(Ki, PARAM, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "integral gain")                            \
+  V(Kd, PARAM, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "derivative gain")                            \
+  V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the derivative filter; 0: none") \
+  V(u_min, PARAM, 1, "real", "1", -HYST_NO_LIMIT, -HYST_INF, HYST_INF, "lower limit of u")             \
+  V(u_max, PARAM, 1, "real", "1", HYST_NO_LIMIT, -HYST_INF, HYST_INF, "upper limit of u")              \
+  V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference")                                 \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                \
+  V(u_ff, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "feed-forward")                             \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "control")                                    \
+  V(integral, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of the error")                \
+  V(de, STATE, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "filtered derivative of the error")         \
+  V(e_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "error at the last step")
+
+HYST_PREPARE_FN(prepare) {
+  HYST_OPEN_PREPARE
+  return *u_min > *u_max ? "u_min must not be greater than u_max" : NULL;
+}
+HYST_OUTPUT_FN(output) {
+  HYST_OPEN_OUTPUT
+  *u = hyst_clamp(*u_ff + *Kp * (*y_d - *y) + *Ki * *integral + *Kd * *de, *u_min, *u_max);
+}
+HYST_UPDATE_FN(update) {
+  HYST_OPEN_UPDATE
+  const double e = *y_d - *y, step = e * dt;
+  *de = hyst_difference(*de, e, *e_last, *tau, dt);
+  *e_last = e;
+  const double before = *u_ff + *Kp * e + *Ki * *integral + *Kd * *de;
+  if (!hyst_winds_up(before, before + *Ki * step, *u_min, *u_max)) *integral += step;
+}
+HYST_BLOCK(pid, .text = "PID controller with feed-forward and anti-windup",
+           .equation = "u = u_ff + Kp e + Ki int e dt + Kd de/dt, e = y_d - y",
+           .source = "Astrom & Hagglund, PID Controllers, 2nd ed. 1995, chapter 3", .prepare = prepare,
+           .output = output, .update = update)

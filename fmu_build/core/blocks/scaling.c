@@ -1,0 +1,29 @@
+/* Scaling of each signal: limit, gain, offset.  Carries the normalisation of a model and keeps a network inside the
+ * range of its training data, where it was seen to be right. */
+#include "../hyst.h"
+
+#define DIMS(D) D(n, 1, 1, 100000, "number of signals")
+#define VARS(V)                                                                                       \
+  V(gain, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "gain")                                    \
+  V(offset, PARAM, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "offset, added after the gain")          \
+  V(lo, PARAM, n, "real", "1", -1e300, -1e300, 1e300, "lower limit of the input (-1e300: none)")      \
+  V(hi, PARAM, n, "real", "1", 1e300, -1e300, 1e300, "upper limit of the input (1e300: none)")        \
+  V(u, INPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs")                                     \
+  V(y, OUTPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "limited, scaled and shifted inputs")
+
+static double clamp(double u, double lo, double hi) { return u < lo ? lo : u > hi ? hi : u; }
+
+HYST_PREPARE_FN(prepare) {
+  HYST_OPEN_PREPARE
+  for (int i = 0; i < n; i++)
+    if (lo[i] > hi[i]) return "the limits need lo <= hi";
+  return NULL;
+}
+HYST_OUTPUT_FN(output) {
+  HYST_OPEN_OUTPUT
+  for (int i = 0; i < n; i++) y[i] = clamp(u[i], lo[i], hi[i]) * gain[i] + offset[i];
+}
+HYST_BLOCK(scaling, .text = "Limit, gain and offset of each signal",
+           .equation = "y_i = min(hi_i, max(lo_i, u_i)) gain_i + offset_i",
+           .source = "affine normalisation; limits of the training range", .flags = HYST_RATE_INDEPENDENT,
+           .prepare = prepare, .output = output)

@@ -1,0 +1,20 @@
+/* control.h - what all controllers share: a filtered difference, limits, and an integral that respects them. */
+#ifndef HYST_CONTROL_H
+#define HYST_CONTROL_H
+#include "hyst.h"
+
+#define HYST_NO_LIMIT 1e300 /* a parameter is finite: this is "no limit" */
+
+static inline double hyst_clamp(double u, double lo, double hi) { return u < lo ? lo : u > hi ? hi : u; }
+
+/* de/dt through 1 / (tau s + 1) by the backward rule; tau = 0: the plain difference.  dt = 0: no difference yet. */
+static inline double hyst_difference(double d_last, double e, double e_last, double tau, double dt) {
+  return dt > 0 ? (tau * d_last + (e - e_last)) / (tau + dt) : 0;
+}
+
+/* Does a step of the integral, which moves the unlimited output from u_before to u_after, push it further out of its
+ * limits?  Such a step is not taken (conditional integration: Astrom & Hagglund, PID Controllers, 2nd ed., 3.5). */
+static inline int hyst_winds_up(double u_before, double u_after, double lo, double hi) {
+  return (u_after > hi && u_after > u_before) || (u_after < lo && u_after < u_before);
+}
+#endif
