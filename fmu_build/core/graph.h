@@ -18,6 +18,7 @@ typedef struct {
   double value;
 } hyst_error;
 int hyst_message(const hyst_error *e, char *text, size_t size);
+const char* hyst_number(char* to, size_t size, double v); /* as a person writes it; never a decimal comma; to */
 void hyst_interval(const hyst_var *row, char *text, size_t size); /* its legal values in words */
 
 /* A variable seen from outside.  Its elements have the value references reference, reference + 1, ... */

@@ -9,19 +9,20 @@ static const char *const TEXTS[] = {HYST_ERRORS(E)};
 #undef E
 
 /* a number as a person writes it; printf may use a decimal comma, which would read as two numbers */
-static void number(char *to, size_t size, double v) {
+const char *hyst_number(char *to, size_t size, double v) {
   if (v == HYST_INF || v == -HYST_INF) snprintf(to, size, v > 0 ? "inf" : "-inf");
   else if (v != v) snprintf(to, size, "nan");
   else snprintf(to, size, "%.10g", v);
   for (char *c = strchr(to, ','); c; c = NULL) *c = '.';
+  return to;
 }
 
 /* "a float in [0, inf)", "an int in [1, 9]", "a bool (0 or 1)", "one of zoh|foh (0, 1, ...)" */
 void hyst_interval(const hyst_var *row, char *to, size_t size) {
   char lo[32], hi[32];
   const int open = row->lo == HYST_POSITIVE;
-  number(lo, sizeof lo, open ? 0 : row->lo);
-  number(hi, sizeof hi, row->hi);
+  hyst_number(lo, sizeof lo, open ? 0 : row->lo);
+  hyst_number(hi, sizeof hi, row->hi);
   if (!strcmp(row->type, "real") || !strcmp(row->type, "int"))
     snprintf(to, size, "%s in %s%s, %s%s", *row->type == 'r' ? "a float" : "an int",
              open || row->lo == -HYST_INF ? "(" : "[", lo, hi, row->hi == HYST_INF ? ")" : "]");
@@ -33,7 +34,7 @@ int hyst_message(const hyst_error *e, char *text, size_t size) {
   char interval[160], value[32];
   if (e->status == HYST_E_VALUE && e->row) {
     hyst_interval(e->row, interval, sizeof interval);
-    number(value, sizeof value, e->value);
+    hyst_number(value, sizeof value, e->value);
     const char *role = e->row->kind == HYST_INPUT ? "input" : "parameter";
     return snprintf(text, size, "The '%s' %s of %s must be %s. Got %s instead.", e->variable, role, e->block, interval,
                     value);

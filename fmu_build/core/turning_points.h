@@ -6,9 +6,9 @@
  * Masing's rule holds,  h = h0 + sgn(x - x0) g(2 |x - x0|) / 2.  Zhao-Tan, Ma, Prandtl-Ishlinskii, their inverses and
  * Preisach differ in g alone.  Cost per step: one evaluation of g, whatever the number of elementary operators.
  *
- * The list has room for `depth` extrema.  When it is full, the neighbouring pair with the smallest distance (not the
- * newest extremum, from which the current branch starts) is forgotten as if its loop had closed: what is lost is at
- * most the area of that smallest loop.
+ * The list has room for `depth` extrema (at least 4).  When it is full, the smallest stored loop - dominant extrema are
+ * nested, so it is the last pair - is forgotten as if it had closed, and the newest extremum, from which the current
+ * branch starts, takes its place.  What is lost is bounded by that loop; the outermost extrema stay.
  *
  * Trap: "last extremum" memory instead of this list leaves the operator unbounded (../shared science notes; Zhao & Tan
  * 2008 say "dominant").  It exists as hyst_turn_last() for literal replicas only. */
@@ -78,7 +78,7 @@ static inline hyst_turn hyst_turn_dominant(const double *m, int depth, double x,
 }
 
 /* The last extremum only, whether it was passed or not; no virgin rule.  The literal reading, for replicas. */
-static inline hyst_turn hyst_turn_last(const double *m, double x, double x0, double h0, hyst_branch g,
+static inline hyst_turn hyst_turn_last(const double *m, int depth, double x, double x0, double h0, hyst_branch g,
                                        const void *ctx) {
   const double last = m[HYST_TP_X];
   hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], (int)m[HYST_TP_COUNT], 0};
@@ -97,25 +97,11 @@ static inline hyst_turn hyst_turn_last(const double *m, double x, double x0, dou
   return t;
 }
 
-/* Forget the pair of neighbours with the smallest distance; `count` of them are stored. */
-static inline void hyst_tp_forget(double *xs, double *hs, int count) {
-  int least = 0;
-  double smallest = HYST_INF;
-  for (int i = 0; i + 1 < count; i++) {
-    const double d = xs[i] > xs[i + 1] ? xs[i] - xs[i + 1] : xs[i + 1] - xs[i];
-    if (d < smallest) smallest = d, least = i;
-  }
-  for (int i = least; i + 2 < count; i++) xs[i] = xs[i + 2], hs[i] = hs[i + 2];
-}
-
 /* Commit what hyst_turn_...() found. */
 static inline void hyst_tp_commit(double *m, int depth, double x, hyst_turn t) {
   double *xs = m + HYST_TP_LIST, *hs = xs + depth;
   if (t.reversal) {
-    if (t.count == depth) {
-      hyst_tp_forget(xs, hs, t.count);
-      t.count -= 2;
-    }
+    if (t.count == depth) t.count -= 2; /* full: forget the smallest stored loop */
     xs[t.count] = m[HYST_TP_X];
     hs[t.count] = m[HYST_TP_H];
     t.count++;

@@ -7,7 +7,7 @@ import hashlib
 import io
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +31,8 @@ class Dataset:
     t : array, shape (n,)
         Time in s, increasing in equal steps.
     u, y : array, shape (n,)
-        Input and output of the actuator or sensor.
+        Input and output of the actuator or sensor.  A y that is NaN in every row means "no output was measured": a
+        model can still predict it.
     name : str
         A short name for tables.
     path : str
@@ -68,13 +69,20 @@ class Dataset:
             object.__setattr__(self, key, column)
         lengths = {len(self.t), len(self.u), len(self.y)}
         if len(lengths) > 1:
-            raise InputError(f"{where}: t, u, y must have equal lengths; got {len(self.t)}, {len(self.u)}, {len(self.y)}")
+            raise InputError(
+                f"{where}: t, u, y must have equal lengths; got {len(self.t)}, {len(self.u)}, {len(self.y)}"
+            )
         if len(self.t) < LEAST_ROWS:
             raise InputError(f"{where}: at least {LEAST_ROWS} rows are needed; got {len(self.t)}")
-        for key in ("t", "u", "y"):
+        for key in ("t", "u", "y") if self.has_output else ("t", "u"):
             _check_finite(getattr(self, key), key, where)
         _check_time(self.t, where, None)
         object.__setattr__(self, "train", train_rows(self.train, len(self.t), where))
+
+    @property
+    def has_output(self) -> bool:
+        """Was an output measured?"""
+        return not bool(np.isnan(self.y).all())
 
     @property
     def h(self) -> float:
@@ -99,7 +107,7 @@ class Dataset:
         path: str | Path,
         time: str = "t",
         input: str = "u",
-        output: str = "y",
+        output: str | None = "y",
         rate: float | None = None,
         train: slice | tuple[int, int] | str | None = None,
         most: int = 256 * 2**20,
@@ -114,7 +122,7 @@ class Dataset:
         path : path
             The file.
         time, input, output : str
-            Names of the columns.
+            Names of the columns; output None: the file has no measured output.
         rate : float, optional
             Sample rate in Hz, instead of a time column.
         train : slice, (first, end) or "first:end", optional
@@ -129,32 +137,40 @@ class Dataset:
         """
         if rate is not None and not (np.isfinite(rate) and rate > 0):
             raise InputError(f"{path}: the rate must be a finite number of Hz greater than 0; got {rate}")
-        names = [input, output] if rate is not None else [time, input, output]
-        columns, units, lines = _read_columns(path, names, most, "" if rate is not None else time)
+        wanted = [None if rate is not None else time, input, output]
+        names = [name for name in wanted if name is not None]
+        columns, units, cells = _read_columns(path, names, most, "" if rate is not None else time)
         for name in names:
             _check_finite(columns[name], name, str(path))
         n = len(columns[input])
+        y = np.full(n, np.nan) if output is None else columns[output]
         if rate is not None:
-            t = np.arange(n) / rate
+            t = np.asarray(np.arange(n) / rate, dtype=np.float64)
         else:
-            t = columns[time]
-            if n >= LEAST_ROWS:
-                t = _check_time(t, str(path), lines)
+            t = _check_time(columns[time], str(path), cells) if n >= LEAST_ROWS else columns[time]
         return cls(
             t,
             columns[input],
-            columns[output],
+            y,
             Path(path).stem,
             str(path),
-            train_rows(train, n, str(path)) if n else slice(None),
+            train_rows(train, n, str(path)) if n >= LEAST_ROWS else slice(None),
             units[input],
-            units[output],
+            "" if output is None else units[output],
         )
 
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
         """A dataset from input and output rows that are `h` seconds apart, the first at t = 0."""
         return cls(np.arange(len(u)) * h, u, y, name, train=slice(None) if train is None else train)
+
+    def with_train(self, train: slice | tuple[int, int] | str | None) -> Dataset:
+        """The same data with other rows counted in an identification."""
+        return replace(self, train=train_rows(train, len(self.t), self.path or self.name))
+
+    def with_output(self, y: Array) -> Dataset:
+        """The same time and input with another output, e.g. a prediction."""
+        return replace(self, y=y)
 
     def to_csv(self, path: str | Path) -> None:
         """Write columns t, u, y with all their digits."""
@@ -188,6 +204,8 @@ def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "
         first, end = (int(m[1]) if m[1] else 0), (int(m[2]) if m[2] else n)
     elif isinstance(train, slice):
         shown = f"{train.start}:{train.stop}"
+        if any(k is not None and not isinstance(k, (int, np.integer)) for k in (train.start, train.stop)):
+            raise InputError(f"{where}: the train rows must be integers; got {shown}")
         if train.step not in (None, 1):
             raise InputError(f"{where}: the train rows must be consecutive; got step {train.step}")
         first = 0 if train.start is None else int(train.start)
@@ -202,8 +220,8 @@ def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "
 # ---- reading ---------------------------------------------------------------------------------------------------------
 def _read_columns(
     path: str | Path, names: list[str], most: int, time: str
-) -> tuple[dict[str, Array], dict[str, str], list[list[str]]]:
-    """Columns by name, their units, and the rows of text (empty unless the time needs its printed digits)."""
+) -> tuple[dict[str, Array], dict[str, str], list[str]]:
+    """Columns by name, their units, and the printed times (only where their digits matter, else empty)."""
     try:
         text = read_bytes(path, most).decode("utf-8-sig")
     except UnicodeDecodeError as e:
@@ -216,9 +234,11 @@ def _read_columns(
     separator = next((s for s in ("\t", ";", ",") if s in head), ",")
     header = [c.strip() for c in next(csv.reader([head.rstrip("\r")], delimiter=separator))]
     if all(_number(c) is not None for c in header):
-        raise InputError(f"{path}: the first line must name the columns, e.g. t,u,y; got numbers: {head.strip()[:60]!r}")
+        raise InputError(
+            f"{path}: the first line must name the columns, e.g. t,u,y; got numbers: {head.strip()[:60]!r}"
+        )
     place: dict[str, int] = {}
-    units = {n: "" for n in names}
+    units = dict.fromkeys(names, "")
     for k, cell in enumerate(header):
         base = re.sub(r"\s*\[.*\]\s*\Z", "", cell)
         for name in names:
@@ -236,13 +256,14 @@ def _read_columns(
         if not body.strip():
             raise InputError(f"{path}: no data rows after the line of column names")
         table = np.loadtxt(io.StringIO(body), delimiter=separator, usecols=order, ndmin=2, comments=None)
-        if separator == "," and any(len(line.split(",")) > len(header) for line in body.split("\n", 20)[:20]):
-            raise ValueError("more cells than names")
+        if body.count(separator) != len(table) * (len(header) - 1):
+            raise ValueError("rows and names differ in their number of cells")
     except ValueError:
         raise InputError(_first_bad(path, body, separator, header, names, order)) from None
-    rows = [line.split(separator) for line in body.splitlines() if line.strip()] if _uneven(table, names, time) else []
-    k = place.get(time, 0)
-    return {n: table[:, i] for i, n in enumerate(names)}, units, [[r[k]] for r in rows]
+    cells: list[str] = []
+    if _uneven(table, names, time):
+        cells = [line.split(separator)[place[time]] for line in body.splitlines() if line.strip()]
+    return {n: table[:, i] for i, n in enumerate(names)}, units, cells
 
 
 def _first_bad(
@@ -252,12 +273,11 @@ def _first_bad(
     lines = (line for line in body.splitlines() if line.strip())
     for n, line in enumerate(lines):
         cells = line.split(separator)
-        if len(cells) > len(header):
-            comma = "; is it a decimal comma? numbers need a decimal point" if separator == "," else ""
+        if len(cells) != len(header):
+            many = separator == "," and len(cells) > len(header)
+            comma = "; is it a decimal comma? numbers need a decimal point" if many else ""
             return f"{path}: row {n} has {len(cells)} cells, the line of names has {len(header)}{comma}: {line[:60]!r}"
         for name, k in zip(names, order, strict=True):
-            if k >= len(cells):
-                return f"{path}: row {n}: no cell in column {name!r}: {line[:60]!r}"
             if _number(cells[k]) is None:
                 if _DECIMAL_COMMA.match(cells[k].strip().strip('"')):
                     return f"{path}: row {n}, column {name!r}: decimal comma; use a decimal point: {cells[k].strip()!r}"
@@ -281,8 +301,9 @@ def _check_finite(column: Array, name: str, where: str) -> None:
 
 
 def _step_error(t: Array) -> tuple[float, Array]:
-    h = (t[-1] - t[0]) / (len(t) - 1)
-    return h, np.abs(np.diff(t) - h)
+    h = float(t[-1] - t[0]) / (len(t) - 1)
+    error: Array = np.abs(np.diff(t) - h)
+    return h, error
 
 
 def _uneven(table: Array, names: list[str], time: str) -> bool:
@@ -296,7 +317,7 @@ def _uneven(table: Array, names: list[str], time: str) -> bool:
     return bool(h > 0 and (error > STEP_TOLERANCE * h).any())
 
 
-def _check_time(t: Array, where: str, cells: list[list[str]] | None) -> Array:
+def _check_time(t: Array, where: str, cells: list[str] | None) -> Array:
     """Time in equal steps; with the printed cells, times rounded to their digits are put back on the grid.
 
     Steps may differ by 1e-6 of the step.  Printed times may instead lie off the even grid by half a unit of their last
@@ -307,13 +328,13 @@ def _check_time(t: Array, where: str, cells: list[list[str]] | None) -> Array:
         n = int(np.argmax(back)) + 1
         raise InputError(f"{where}: row {n}: time must increase; got {t[n]:.12g} after {t[n - 1]:.12g}")
     h, error = _step_error(t)
-    slack = STEP_TOLERANCE * h + 4 * np.spacing(np.abs(t).max())
-    if (error <= slack).all():
+    if (error <= STEP_TOLERANCE * h + 4 * np.spacing(np.abs(t).max())).all():
         return t
     if cells:
-        unit = np.array([_last_digit(c[0]) for c in cells])
-        grid = t[0] + h * np.arange(len(t))
-        if unit.max() <= h / 4 and (np.abs(t - grid) <= STEP_TOLERANCE * h + 0.5 * unit + 0.5 * max(unit[0], unit[-1])).all():
+        unit = np.array([_last_digit(c) for c in cells])
+        grid: Array = t[0] + h * np.arange(len(t))
+        slack = STEP_TOLERANCE * h + 0.5 * unit + 0.5 * max(unit[0], unit[-1])
+        if unit.max() <= h / 4 and (np.abs(t - grid) <= slack).all():
             return grid
     n = int(np.argmax(error)) + 1
     raise InputError(

@@ -23,6 +23,7 @@ Value = float | int | bool | str | Sequence[float] | Array
 
 MAGIC, VERSION = b"HYSTFMU\n", 1
 _TOKEN = 40
+_LENGTH = re.compile(r"(\w+)(?: \+ (\d+))?\Z")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _ENDPOINT = re.compile(r"([A-Za-z][A-Za-z0-9_]*)(?:\.([A-Za-z][A-Za-z0-9_]*))?(?:\[(\d+)\])?\Z")
 
@@ -79,9 +80,10 @@ class Node:
 
     def _complete_dims(self) -> dict[str, int]:
         dims = dict(self.dims)
-        for v in self.block.parameters:  # a row whose size is just one dimension tells it by its length
-            if v.name in self.values and v.size not in dims and v.size in {d.name for d in self.block.dims}:
-                dims[v.size] = int(np.size(np.asarray(self.values[v.name])))
+        for v in self.block.parameters:  # a row of size n, or n + 1, tells n by its length
+            m = _LENGTH.match(v.size)
+            if m and v.name in self.values and m[1] not in dims and m[1] in {d.name for d in self.block.dims}:
+                dims[m[1]] = int(np.size(np.asarray(self.values[v.name]))) - int(m[2] or 0)
         for d in self.block.dims:
             n = dims.setdefault(d.name, d.start)
             if isinstance(n, bool) or int(n) != n or not d.lo <= n <= d.hi:
@@ -114,7 +116,7 @@ class Node:
             bad |= array != np.floor(array)
         if bad.any():
             got = array[bad][0]
-            raise InputError(f"The '{v.name}' parameter of {self.name} must be {v.interval}. Got {got:g} instead.")
+            raise InputError(f"The '{v.name}' parameter of {self.name} must be {v.interval}. Got {got:.10g} instead.")
         return array
 
     def parameters(self) -> Array:

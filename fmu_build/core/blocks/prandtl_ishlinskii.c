@@ -6,7 +6,7 @@
 
 #define DIMS(D)                                   \
   D(n, 10, 1, 100000, "number of play operators") \
-  D(depth, 256, 2, 100000, "extrema that the memory holds")
+  D(depth, 256, 4, 100000, "extrema that the memory holds")
 #define VARS(V)                                                                                               \
   V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the linear term")                         \
   V(r, FIXED, n, "real", "1", 0.1, 0.0, HYST_INF, "thresholds (play half-widths), not decreasing")            \

@@ -5,7 +5,7 @@
 #include "../elementary.h"
 #include "../turning_points.h"
 
-#define DIMS(D) D(depth, 256, 2, 100000, "extrema that the memory holds")
+#define DIMS(D) D(depth, 256, 4, 100000, "extrema that the memory holds")
 #define VARS(V)                                                                                                       \
   V(memory, FIXED, 1, "dominant|last", "1", 0, 0, 1, "which extremum a branch starts from")                           \
   V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0")       \

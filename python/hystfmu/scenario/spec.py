@@ -1,4 +1,4 @@
-"""What a `scenario.toml` may say: units, connections, order, step, cases, metrics with limits; checked before anything runs.
+"""What a `scenario.toml` may say: units, connections, order, step, cases, metrics with limits; checked first.
 
 A file is read in two stages.  The pydantic models below check keys, types and ranges; `Scenario.cases` then puts the
 overrides of every `[[case]]` on top of the scenario, so that the rest of the program sees plain, complete cases.
@@ -25,10 +25,9 @@ _END = re.compile(rf"({NAME})\.({NAME})\Z")
 Name = Annotated[str, Field(pattern=f"^{NAME}$", max_length=64)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
-# smart union, not strict: TOML writes 10 where 10.0 is meant
 Value = bool | int | float | str | list[bool | int | float]
 
-_STRICT = pydantic.ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+_STRICT = pydantic.ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 class BlockSpec(pydantic.BaseModel):
@@ -82,7 +81,9 @@ class UnitSpec(pydantic.BaseModel):
     values: dict[str, Value] = Field({}, description="parameter values of `block`")
     graph: GraphSpec | None = Field(None, description="blocks, wires, inputs, outputs, as in a model file")
     inverse_of: str | None = Field(None, description="path of a *.model.toml whose exact inverse runs")
-    runs_as: Literal["fmu2", "fmu3", "python"] = Field("fmu2", alias="as", description="FMI 2.0, FMI 3.0 or Python unit")
+    runs_as: Literal["fmu2", "fmu3", "python"] = Field(
+        "fmu2", alias="as", description="FMI 2.0, FMI 3.0 or Python unit"
+    )
     every: int = Field(1, ge=1, le=1_000_000, description="runs once in so many steps")
     fine: bool = Field(False, description="runs `ripple` times per step: plants and what is measured between samples")
     inputs: dict[str, Number] = Field({}, description="constant values of inputs that nothing is connected to")
@@ -105,9 +106,9 @@ class MetricSpec(pydantic.BaseModel):
     """A number computed from signals, and the limit that it must not exceed."""
 
     model_config = _STRICT
-    kind: Literal[
-        "rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "variation_excess", "peak", "final"
-    ] = Field(description="see hystfmu.scenario.metrics")
+    kind: Literal["rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "peak", "final"] = Field(
+        description="what is computed: see hystfmu.scenario.metrics"
+    )
     signal: str = Field(description="unit.output")
     against: str | None = Field(None, description="unit.output that the signal is compared with")
     stroke: Positive | None = Field(None, description="what 100 percent is; default: span of `against` in the window")
@@ -166,6 +167,7 @@ class Case:
     """One variant with everything filled in."""
 
     scenario: str
+    about: str
     name: str
     text: str
     folder: Path
@@ -214,7 +216,7 @@ class Scenario:
     path : path
         The file, or the folder that holds it.
     overrides : mapping of str to value
-        ``{"unit.parameter": value}`` on top of everything else; those whose unit the scenario does not have are left out.
+        ``{"unit.parameter": value}`` on top of everything else, where the scenario has that unit.
 
     Raises
     ------
@@ -238,7 +240,7 @@ class Scenario:
         return [self.spec.units, *[c.units for c in self.spec.case]]
 
     def _cases(self) -> tuple[Case, ...]:
-        specs = self.spec.case or [CaseSpec(name="nominal")]
+        specs = self.spec.case or [CaseSpec.model_validate({"name": "nominal"})]
         names = [c.name for c in specs]
         for n in names:
             if names.count(n) > 1:
@@ -257,7 +259,7 @@ class Scenario:
             merged = {**units[unit].set, parameter: value}
             units[unit] = units[unit].model_copy(update={"set": merged})
         metrics = {}
-        for name, limit in c.limits.items():
+        for name in c.limits:
             if name not in s.metrics:
                 raise InputError(f"{where}: limits: no metric {name!r}; there are {sorted(s.metrics)}")
         for name, m in s.metrics.items():
@@ -269,6 +271,7 @@ class Scenario:
             metrics[name] = m.model_copy(update=update)
         case = Case(
             scenario=s.name,
+            about=s.text,
             name=c.name,
             text=c.text,
             folder=self.folder,

@@ -2,7 +2,8 @@
 
 The grid is the fine step h/ripple.  A unit has a period in fine steps: 1 (fine), ripple (the normal one), or
 ripple * every (slow).  At fine step n every unit whose period divides n runs over its period that ends there, in the
-stated order, with the newest values of its sources (Gauss-Seidel).  Engines differ in what executes a unit, not in this.
+stated order, with the newest values of its sources (Gauss-Seidel).  Engines differ in
+what executes a unit, not in this.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Link:
 
 @dataclass(frozen=True)
 class System:
-    """A case with its graphs.  `values` of the system are the outputs of all units, side by side in the stated order."""
+    """A case with its graphs.  Its `values` are the outputs of all units, side by side, in the stated order."""
 
     case: Case
     parts: tuple[Part, ...]
@@ -168,6 +169,49 @@ def _links(case: Case, parts: list[Part], columns: dict[str, int]) -> tuple[Link
     return tuple(sorted(links, key=lambda link: (link.to, link.input)))
 
 
+@dataclass(frozen=True)
+class Delay:
+    """What delays a signal: `steps` of the base step, on the connection or in the unit `where`."""
+
+    where: str
+    steps: float
+    text: str
+
+
+def delay_budget(system: System) -> list[Delay]:
+    """Every delay in the system, from order, wiring and rates: held values, delay blocks, the hold of the command.
+
+    A connection to a unit that stands earlier in the order carries the value of the last step.  For a unit that does
+    not feed that input through (a plant with dynamics) this is the command held since its sample: no delay but the
+    hold.  For one that does, it is one step late.
+    """
+    owner = {p.first + i: (k, n) for k, p in enumerate(system.parts) for i, n in enumerate(p.outputs)}
+    ripple = system.case.ripple
+    found: list[Delay] = []
+    for link in system.links:
+        to, (k, name) = system.parts[link.to], owner[link.source]
+        source = system.parts[k]
+        if k < link.to:
+            continue
+        where = f"{source.name}.{name} -> {to.name}.{to.inputs[link.input]}"
+        held = source.period / ripple
+        if _feeds_through(to, link.input):
+            found.append(Delay(where, held, "one step of its source late: the reader stands earlier in the order"))
+        else:
+            found.append(Delay(where, held / 2, "held between samples: half a step on average"))
+    for part in system.parts:
+        for node in part.graph.nodes:
+            if node.type == "delay":
+                steps = node.dims["n"] * part.period / ripple
+                found.append(Delay(part.name, steps, f"delay block of {node.dims['n']} steps of the unit"))
+    return found
+
+
+def _feeds_through(part: Part, k: int) -> bool:
+    port = next(p for p in part.graph.ports if p.kind == "input" and part.inputs[k] in p.scalar_names)
+    return any(port.name in names for names in part.graph.dependencies().values())
+
+
 # ---- the graph of a unit ------------------------------------------------------------------------------------------
 def _graph(case: Case, spec: UnitSpec, where: str) -> Graph:
     if spec.model is not None:
@@ -225,12 +269,12 @@ def _changed(node: Node, port: Port, element: int | None, value: object) -> Valu
         except ValueError:
             raise InputError(f"{port.name}: after '*' stands a number; got {value!r}") from None
         if element is not None:
-            new = np.asarray(new)[element]
+            new = float(np.asarray(new)[element])
     else:
         new = value
     if element is None:
         return new  # type: ignore[return-value]  # Node checks kind, length and range
-    if isinstance(new, str | list):
+    if not isinstance(new, int | float):
         raise InputError(f"{port.name}: one element takes one number; got {value!r}")
     old[element] = new
     return old
@@ -260,20 +304,31 @@ def fuse(system: System, parts: tuple[int, ...]) -> tuple[Graph, list[tuple[int,
         g, name = part.graph, part.name
         nodes += [Node(f"{name}_{n.name}", n.type, n.dims, n.values) for n in g.nodes]
         wires += [(f"{name}_{a}", f"{name}_{b}") for a, b in g.wires]
-        for i, (_, end, port) in enumerate(_scalars(g, "output")):
+        for i, (_, end, port) in enumerate(_scalars(g)):
             outputs.append(Output(f"{name}_{part.outputs[i]}", f"{name}_{end}", port.unit, port.text))
         for i, ends in enumerate(_input_ends(g)):
             ends = [f"{name}_{e}" for e in ends]
             at = source.get((k, i))
             if at is not None and owner[at][0] in parts:
                 other = system.parts[owner[at][0]]
-                end = _scalars(other.graph, "output")[owner[at][1]][1]
+                end = _scalars(other.graph)[owner[at][1]][1]
                 wires += [(f"{other.name}_{end}", e) for e in ends]
             else:
                 start = part.constants.get(part.inputs[i], 0.0)
                 inputs.append(Input(f"{name}_{part.inputs[i]}", tuple(ends), start=start))
                 outside.append((k, i))
     return Graph(nodes, wires, inputs, outputs, sort=False), outside
+
+
+def segments(system: System) -> list[tuple[int, ...]]:
+    """Neighbours in the order that have the same period: each can be one graph without changing any value."""
+    groups: list[list[int]] = []
+    for k, part in enumerate(system.parts):
+        if groups and system.parts[groups[-1][-1]].period == part.period:
+            groups[-1].append(k)
+        else:
+            groups.append([k])
+    return [tuple(g) for g in groups]
 
 
 def to_graph(system: System) -> Graph:
@@ -290,7 +345,7 @@ def to_graph(system: System) -> Graph:
     return fuse(system, tuple(range(len(system.parts))))[0]
 
 
-def _scalars(graph: Graph, kind: str) -> list[tuple[str, str, Port]]:
+def _scalars(graph: Graph) -> list[tuple[str, str, Port]]:
     """(name, endpoint inside the graph, port) for every scalar output."""
     found = []
     for o in graph.outputs:

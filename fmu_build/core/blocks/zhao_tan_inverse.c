@@ -1,0 +1,49 @@
+/* Exact inverse of the Zhao-Tan operator (memory = dominant): the same memory driven by h, with the inverse branch
+ * d = g^-1(v) of g(d) = (1 - e^-d) d.  The paper's own inverse operator is an approximation that a network corrects;
+ * this one needs none.  Zhao & Tan 2008, section III. */
+#include "../elementary.h"
+#include "../turning_points.h"
+
+#define DIMS(D) D(depth, 256, 4, 100000, "extrema that the memory holds")
+#define VARS(V)                                                                                               \
+  V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0") \
+  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                      \
+  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives h")                \
+  V(extrema, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of h")
+
+/* g^-1(v) by Halley's method: from the series at 0, or from the asymptote, 2 to 4 steps to full accuracy */
+static double branch(const void *none, double v) {
+  (void)none;
+  if (!(v > 0 && v < 50)) return v; /* e^-50: g(d) = d to the last bit */
+  const double s = hyst_sqrt(v);
+  double d = v < 3 ? s + v * (0.25 + s * (7.0 / 96)) : v + v * hyst_exp(-v);
+  for (int i = 0; i < 5; i++) {
+    const double m = hyst_expm1(-d), e = 1 + m; /* e^-d */
+    const double g = -m * d - v, dg = e * d - m, ddg = e * (2 - d);
+    const double step = g * dg / (dg * dg - 0.5 * g * ddg);
+    d -= step;
+    if (hyst_fabs(step) < 1e-6 * d) break; /* the error is now of the order of its cube */
+  }
+  return d;
+}
+
+static hyst_turn turn(const double *extrema, int depth, double h, double x0) {
+  return hyst_turn_dominant(extrema, depth, h, 0, x0, branch, NULL);
+}
+
+HYST_INIT_FN(init) {
+  HYST_OPEN_INIT
+  hyst_tp_init(extrema, depth, 0, *x0);
+}
+HYST_OUTPUT_FN(output) {
+  HYST_OPEN_OUTPUT
+  *x = turn(extrema, depth, *h, *x0).h;
+}
+HYST_UPDATE_FN(update) {
+  HYST_OPEN_UPDATE
+  hyst_tp_commit(extrema, depth, *h, turn(extrema, depth, *h, *x0));
+}
+HYST_BLOCK(zhao_tan_inverse, .text = "Exact inverse of the Zhao-Tan operator",
+           .equation = "x = x_p + sgn(h - h_p) g^-1(|h - h_p|), g(d) = (1 - e^-d) d",
+           .source = "Zhao & Tan 2008, section III; return-point memory of the inverse: Krejci & Kuhnen 2001",
+           .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output, .update = update)

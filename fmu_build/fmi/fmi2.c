@@ -1,0 +1,241 @@
+/* fmi2.c - FMI 2.0 for Co-Simulation: the standard's names and types around instance.h.
+ * FMI Specification 2.0.4, sections 2.1 (common functions), 4.2 (co-simulation, table of allowed calls 4.2.4). */
+#include "fmi2Functions.h"
+#include "instance.h"
+
+/* the states in which a call is allowed; stepInProgress, stepCanceled do not occur: a step is finished when it returns.
+ * After a discarded step (an input is NaN) the unit is as before the step, so that Step Mode covers stepFailed. */
+#define CALLS(C)                                          \
+  C(SetDebugLogging, ANY)                                 \
+  C(SetupExperiment, INSTANTIATED)                        \
+  C(EnterInitializationMode, INSTANTIATED)                \
+  C(ExitInitializationMode, INITIALIZATION)               \
+  C(Terminate, STEPPING)                                  \
+  C(Reset, ANY)                                           \
+  C(GetReal, INITIALIZATION | STEPPING | TERMINATED)      \
+  C(GetInteger, INITIALIZATION | STEPPING | TERMINATED)   \
+  C(GetBoolean, INITIALIZATION | STEPPING | TERMINATED)   \
+  C(GetString, INITIALIZATION | STEPPING | TERMINATED)    \
+  C(SetReal, INSTANTIATED | INITIALIZATION | STEPPING)    \
+  C(SetInteger, INSTANTIATED | INITIALIZATION | STEPPING) \
+  C(SetBoolean, INSTANTIATED | INITIALIZATION | STEPPING) \
+  C(SetString, INSTANTIATED | INITIALIZATION | STEPPING)  \
+  C(GetFMUstate, ANY)                                     \
+  C(SetFMUstate, ANY)                                     \
+  C(FreeFMUstate, ANY)                                    \
+  C(SerializedFMUstateSize, ANY)                          \
+  C(SerializeFMUstate, ANY)                               \
+  C(DeSerializeFMUstate, ANY)                             \
+  C(DoStep, STEPPING)                                     \
+  C(GetStatus, STEPPING | TERMINATED)                     \
+  C(GetRealStatus, STEPPING | TERMINATED)                 \
+  C(GetIntegerStatus, STEPPING | TERMINATED)              \
+  C(GetBooleanStatus, STEPPING | TERMINATED)              \
+  C(GetStringStatus, STEPPING | TERMINATED)
+#define ID(name, phases) CALL_##name,
+#define ROW(name, phases) {"fmi2" #name, phases},
+enum { CALLS(ID) };
+static const fmi_call TABLE[] = {CALLS(ROW)};
+
+#define BEGIN(name) \
+  instance *i = c;  \
+  if (!fmi_allowed(i, TABLE + CALL_##name)) return fmi2Error;
+
+/* The message is the format: "%" is doubled because importers may print it.  No further arguments follow. */
+static void send(const fmi_logger *to, const char *name, fmi_status status, const char *category, const char *text) {
+  char format[1024];
+  size_t n = 0;
+  for (; *text && n + 2 < sizeof format; text++) {
+    if (*text == '%' || *text == '#') format[n++] = *text; /* "#" would begin a value reference */
+    format[n++] = *text;
+  }
+  format[n] = 0;
+  ((fmi2CallbackLogger)to->callback)(to->environment, name, (fmi2Status)status, category, format);
+}
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
+  BEGIN(SetDebugLogging)
+  return (fmi2Status)fmi_set_logging(i, TABLE + CALL_SetDebugLogging, on, n, categories);
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging_on) {
+  (void)visible;
+  fmi_logger logger = {send, 0, 0};
+  if (functions) {
+    logger.callback = (void (*)(void))functions->logger;
+    logger.environment = functions->componentEnvironment;
+  }
+  if (type != fmi2CoSimulation) {
+    if (logger.callback)
+      send(&logger, name ? name : "", FMI_ERROR, "logStatusError", "This FMU is for co-simulation only.");
+    return NULL;
+  }
+  return fmi_instantiate(name, guid, location, logging_on, 1, &logger);
+}
+
+void fmi2FreeInstance(fmi2Component c) { fmi_free(c); }
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean stop_defined, fmi2Real stop) {
+  BEGIN(SetupExperiment)
+  (void)tolerance_defined, (void)tolerance; /* the steps are exact: nothing to control */
+  return (fmi2Status)fmi_setup(i, start, stop_defined, stop);
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+  BEGIN(EnterInitializationMode)
+  i->run.phase = INITIALIZATION;
+  i->run.stale = 1;
+  return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+  BEGIN(ExitInitializationMode)
+  return (fmi2Status)fmi_exit_initialization(i);
+}
+
+fmi2Status fmi2Terminate(fmi2Component c) {
+  BEGIN(Terminate)
+  i->run.phase = TERMINATED;
+  return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c) {
+  BEGIN(Reset)
+  fmi_reset(i);
+  return fmi2OK;
+}
+
+/* ---- values ----------------------------------------------------------------------------------------------------- */
+#define GET(name, T, types)                                                                       \
+  fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference vr[], size_t n, T value[]) { \
+    BEGIN(Get##name)                                                                              \
+    if (fmi_fresh(i)) return fmi2Error;                                                           \
+    for (size_t k = 0; k < n; k++) {                                                              \
+      const hyst_port *p = fmi_port(i, TABLE + CALL_Get##name, vr[k], types);                     \
+      if (!p) return fmi2Error;                                                                   \
+      value[k] = (T)p->value[vr[k] - p->reference];                                               \
+    }                                                                                             \
+    return fmi2OK;                                                                                \
+  }
+#define SET(name, T, types)                                                                             \
+  fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference vr[], size_t n, const T value[]) { \
+    BEGIN(Set##name)                                                                                    \
+    for (size_t k = 0; k < n; k++) {                                                                    \
+      const hyst_port *p = fmi_port(i, TABLE + CALL_Set##name, vr[k], types);                           \
+      const fmi_status s = p ? fmi_accept(i, p, vr[k] - p->reference, (double)value[k]) : FMI_ERROR;    \
+      if (s) return (fmi2Status)s;                                                                      \
+    }                                                                                                   \
+    for (size_t k = 0; k < n; k++) {                                                                    \
+      const hyst_port *p = hyst_graph_port(i->graph, vr[k]);                                            \
+      fmi_set(i, p, vr[k] - p->reference, (double)value[k]);                                            \
+    }                                                                                                   \
+    return fmi2OK;                                                                                      \
+  }
+GET(Real, fmi2Real, REAL)
+GET(Integer, fmi2Integer, INTEGER | ENUMERATION)
+GET(Boolean, fmi2Boolean, BOOLEAN)
+SET(Real, fmi2Real, REAL)
+SET(Integer, fmi2Integer, INTEGER | ENUMERATION)
+SET(Boolean, fmi2Boolean, BOOLEAN)
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
+  BEGIN(GetString)
+  (void)value;
+  return n == 0 || fmi_port(i, TABLE + CALL_GetString, vr[0], 0) ? fmi2OK : fmi2Error;
+}
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]) {
+  BEGIN(SetString)
+  (void)value;
+  return n == 0 || fmi_port(i, TABLE + CALL_SetString, vr[0], 0) ? fmi2OK : fmi2Error;
+}
+
+/* ---- saved states ----------------------------------------------------------------------------------------------- */
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+  BEGIN(GetFMUstate)
+  return (fmi2Status)fmi_save(i, state);
+}
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+  BEGIN(SetFMUstate)
+  return (fmi2Status)fmi_restore(i, state);
+}
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
+  BEGIN(FreeFMUstate)
+  return (fmi2Status)fmi_forget(i, state);
+}
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
+  BEGIN(SerializedFMUstateSize)
+  return (fmi2Status)fmi_saved_size(i, state, size);
+}
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+  BEGIN(SerializeFMUstate)
+  return (fmi2Status)fmi_serialize(i, state, (unsigned char *)bytes, size);
+}
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+  BEGIN(DeSerializeFMUstate)
+  return (fmi2Status)fmi_deserialize(i, (const unsigned char *)bytes, size, state);
+}
+
+/* ---- stepping --------------------------------------------------------------------------------------------------- */
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set_state) {
+  BEGIN(DoStep)
+  (void)no_set_state;
+  return (fmi2Status)fmi_step(i, t, h);
+}
+
+/* Only what a discarded step leaves open has an answer; a step is never pending. */
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
+  BEGIN(GetRealStatus)
+  if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
+  *value = i->run.t;
+  return fmi2OK;
+}
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
+  BEGIN(GetBooleanStatus)
+  if (kind != fmi2Terminated) return fmi2Discard;
+  *value = fmi2False;
+  return fmi2OK;
+}
+#define NO_STATUS(name, T)                                                         \
+  fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind kind, T *value) { \
+    BEGIN(Get##name)                                                               \
+    (void)kind, (void)value;                                                       \
+    return fmi2Discard;                                                            \
+  }
+NO_STATUS(Status, fmi2Status)
+NO_STATUS(IntegerStatus, fmi2Integer)
+NO_STATUS(StringStatus, fmi2String)
+
+/* ---- what this unit does not have ---------------------------------------------------------------------------------
+ */
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#define ABSENT(name, why, ...) \
+  fmi2Status name(fmi2Component c, __VA_ARGS__) { return (fmi2Status)fmi_absent(c, #name, why); }
+static const char NO_ME[] = "this FMU is for co-simulation only";
+static const char NO_DERIVATIVES[] = "modelDescription.xml does not declare derivatives";
+
+ABSENT(fmi2GetDirectionalDerivative, NO_DERIVATIVES, const fmi2ValueReference z[], size_t nz,
+       const fmi2ValueReference v[], size_t nv, const fmi2Real dv[], fmi2Real dz[])
+ABSENT(fmi2SetRealInputDerivatives, NO_DERIVATIVES, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
+       const fmi2Real value[])
+ABSENT(fmi2GetRealOutputDerivatives, NO_DERIVATIVES, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
+       fmi2Real value[])
+fmi2Status fmi2CancelStep(fmi2Component c) {
+  return (fmi2Status)fmi_absent(c, "fmi2CancelStep", "a step is finished when fmi2DoStep returns");
+}
+fmi2Status fmi2EnterEventMode(fmi2Component c) { return (fmi2Status)fmi_absent(c, "fmi2EnterEventMode", NO_ME); }
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
+  return (fmi2Status)fmi_absent(c, "fmi2EnterContinuousTimeMode", NO_ME);
+}
+ABSENT(fmi2NewDiscreteStates, NO_ME, fmi2EventInfo *info)
+ABSENT(fmi2CompletedIntegratorStep, NO_ME, fmi2Boolean no_set_state, fmi2Boolean *event, fmi2Boolean *terminate)
+ABSENT(fmi2SetTime, NO_ME, fmi2Real time)
+ABSENT(fmi2SetContinuousStates, NO_ME, const fmi2Real x[], size_t n)
+ABSENT(fmi2GetDerivatives, NO_ME, fmi2Real dx[], size_t n)
+ABSENT(fmi2GetEventIndicators, NO_ME, fmi2Real z[], size_t n)
+ABSENT(fmi2GetContinuousStates, NO_ME, fmi2Real x[], size_t n)
+ABSENT(fmi2GetNominalsOfContinuousStates, NO_ME, fmi2Real x[], size_t n)

@@ -1,0 +1,257 @@
+/* instance.c - life of one FMU: instantiate, log, check every call and value, initialise, step. */
+#include "instance.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- messages ------------------------------------------------------------------------------------------------- */
+#define NAME(id, name) name,
+static const char *const CATEGORIES[] = {FMI_CATEGORIES(NAME)};
+#undef NAME
+
+static void log_list(const instance *i, fmi_status status, int category, const char *format, va_list list) {
+  char text[768];
+  if (!(i->categories & 1u << category) || !i->logger.callback) return;
+  vsnprintf(text, sizeof text, format, list);
+  i->logger.send(&i->logger, i->name, status, CATEGORIES[category], text);
+}
+
+void fmi_log(const instance *i, fmi_status status, int category, const char *format, ...) {
+  va_list list;
+  va_start(list, format);
+  log_list(i, status, category, format, list);
+  va_end(list);
+}
+
+fmi_status fmi_refuse(const instance *i, const char *format, ...) {
+  va_list list;
+  va_start(list, format);
+  log_list(i, FMI_ERROR, FMI_LOG_ERROR, format, list);
+  va_end(list);
+  return FMI_ERROR;
+}
+
+static fmi_status refuse_graph(const instance *i, const hyst_error *e) {
+  char text[512];
+  hyst_message(e, text, sizeof text);
+  return fmi_refuse(i, "%s", text);
+}
+
+fmi_status fmi_set_logging(instance *i, const fmi_call *call, int on, size_t n, const char *const names[]) {
+  unsigned bits = n ? 0 : (1u << FMI_N_CATEGORIES) - 1;
+  for (size_t k = 0; k < n; k++) {
+    int c = 0;
+    if (names && names[k] && !strcmp(names[k], "logAll")) {
+      bits = (1u << FMI_N_CATEGORIES) - 1;
+      continue;
+    }
+    while (c < FMI_N_CATEGORIES && names && names[k] && strcmp(names[k], CATEGORIES[c]) != 0) c++;
+    if (c == FMI_N_CATEGORIES || !names || !names[k])
+      return fmi_refuse(i, "%s: no log category '%s'.", call->name, names && names[k] ? names[k] : "");
+    bits |= 1u << c;
+  }
+  i->categories = on ? bits : i->categories & ~bits;
+  return FMI_OK;
+}
+
+static const char *phase_name(int phase) {
+  return phase == INSTANTIATED     ? "Instantiated"
+         : phase == INITIALIZATION ? "Initialization Mode"
+         : phase == STEPPING       ? "Step Mode"
+                                   : "Terminated";
+}
+
+int fmi_allowed(const instance *i, const fmi_call *call) {
+  if (!i) return 0;
+  if (call->phases & (unsigned)i->run.phase) return 1;
+  fmi_refuse(i, "%s is not allowed in the state '%s'.", call->name, phase_name(i->run.phase));
+  return 0;
+}
+
+fmi_status fmi_absent(const instance *i, const char *name, const char *why) {
+  return i ? fmi_refuse(i, "%s is not available: %s.", name, why) : FMI_ERROR;
+}
+
+/* ---- life ------------------------------------------------------------------------------------------------------- */
+static int type_of(const hyst_var *row) {
+  return strchr(row->type, '|')       ? ENUMERATION
+         : !strcmp(row->type, "real") ? REAL
+         : !strcmp(row->type, "bool") ? BOOLEAN
+                                      : INTEGER;
+}
+
+static void fresh_run(instance *i) {
+  const fmi_run run = {.phase = INSTANTIATED, .changed = i->graph->changed, .dt = i->graph->dt};
+  i->run = run;
+  memset(i->broken, 0, (size_t)i->graph->n_external);
+  i->n_broken = 0;
+}
+
+/* the graph out of the block file; 0 after a message */
+static int open_graph(instance *i, const char *token, const unsigned char *file, size_t length) {
+  hyst_error e;
+  size_t bytes;
+  if (hyst_graph_measure(file, length, &bytes, &e)) return refuse_graph(i, &e), 0;
+  i->memory = malloc(bytes);
+  if (!i->memory) return fmi_refuse(i, "out of memory"), 0;
+  if (hyst_graph_open(file, length, i->memory, bytes, &i->graph, &e)) return refuse_graph(i, &e), 0;
+  const hyst_graph *g = i->graph;
+  if (g->n_ports) i->n_references = (uint32_t)(g->ports[g->n_ports - 1].reference + g->ports[g->n_ports - 1].size);
+  if (!token || strcmp(token, g->token) != 0)
+    return fmi_refuse(i, "The token '%s' of modelDescription.xml does not belong to this block.bin ('%s').",
+                      token ? token : "", g->token),
+           0;
+  i->type = malloc((size_t)g->n_ports + 1);
+  i->broken = malloc((size_t)g->n_external + 1);
+  if (!i->type || !i->broken) return fmi_refuse(i, "out of memory"), 0;
+  for (int k = 0; k < g->n_ports; k++) i->type[k] = (unsigned char)type_of(g->ports[k].row);
+  return 1;
+}
+
+instance *fmi_instantiate(const char *name, const char *token, const char *location, int logging_on, int by_element,
+                          const fmi_logger *logger) {
+  char why[512];
+  size_t length = 0;
+  instance *i = calloc(1, sizeof *i);
+  if (!i) return NULL;
+  i->logger = *logger;
+  i->by_element = by_element;
+  i->categories = 1u << FMI_LOG_WARNING | 1u << FMI_LOG_ERROR | (logging_on ? 1u << FMI_LOG_EVENTS : 0);
+  i->name = malloc(name ? strlen(name) + 1 : 1);
+  if (i->name) strcpy(i->name, name ? name : "");
+  unsigned char *file = NULL;
+  if (!i->name || strspn(i->name, " \t\r\n") == strlen(i->name)) fmi_refuse(i, "The instance needs a name.");
+  else if (!(file = fmi_read_block_file(location, &length, why, sizeof why))) fmi_refuse(i, "%s", why);
+  const int good = file && open_graph(i, token, file, length);
+  free(file);
+  if (!good) return fmi_free(i), NULL;
+  fresh_run(i);
+  fmi_log(i, FMI_OK, FMI_LOG_EVENTS, "Instantiated: %d blocks, %d variables.", i->graph->n_nodes, i->graph->n_ports);
+  return i;
+}
+
+void fmi_free(instance *i) {
+  if (!i) return;
+  void *state;
+  while ((state = i->saved)) fmi_forget(i, &state);
+  free(i->memory);
+  free(i->type);
+  free(i->broken);
+  free(i->name);
+  free(i);
+}
+
+void fmi_reset(instance *i) {
+  hyst_graph *g = i->graph;
+  memset(g->state, 0, (size_t)g->n_state * sizeof *g->state);
+  hyst_graph_defaults(g);
+  hyst_graph_prepare(g, 0); /* succeeded with the same values when the instance was made */
+  fresh_run(i);
+}
+
+/* ---- initialisation and steps ----------------------------------------------------------------------------------- */
+static int is_finite(double v) { return v - v == 0; }
+
+fmi_status fmi_setup(instance *i, double start, int stop_defined, double stop) {
+  if (!is_finite(start)) return fmi_refuse(i, "The start time must be finite.");
+  if (stop_defined && !(is_finite(stop) && stop >= start))
+    return fmi_refuse(i, "The stop time must be finite and not before the start time.");
+  i->run.t = start;
+  i->run.stop_defined = stop_defined != 0;
+  i->run.stop = stop_defined ? stop : 0;
+  return FMI_OK;
+}
+
+fmi_status fmi_fresh(instance *i) {
+  if (i->run.phase != INITIALIZATION || !i->run.stale) return FMI_OK;
+  if (hyst_graph_start(i->graph, i->run.t)) return refuse_graph(i, hyst_graph_error(i->graph));
+  i->run.stale = 0;
+  return FMI_OK;
+}
+
+fmi_status fmi_exit_initialization(instance *i) {
+  const fmi_status s = fmi_fresh(i);
+  if (s == FMI_OK) i->run.phase = STEPPING;
+  return s;
+}
+
+/* Importers compute t as i*h, as t += h, or in integer nanoseconds: a thousandth of a step and some rounding of t are
+ * theirs.  A real mismatch is a step or more. */
+static double slack(double t, double h) { return 1e-3 * h + 16 * 2.220446049250313e-16 * (t < 0 ? -t : t); }
+
+static const double LEAST_STEP = 1e-12, MOST_STEP = 1e9; /* seconds */
+
+fmi_status fmi_step(instance *i, double t, double h) {
+  char a[32], b[32];
+  if (!(h >= LEAST_STEP && h <= MOST_STEP))
+    return fmi_refuse(i, "The step size must be in [1e-12, 1e9] s. Got %s instead.", hyst_number(a, sizeof a, h));
+  if (!is_finite(t) || !(t - i->run.t <= slack(t, h)) || !(i->run.t - t <= slack(t, h)))
+    return fmi_refuse(i, "The step starts at t = %s s, but the unit is at t = %s s.", hyst_number(a, sizeof a, t),
+                      hyst_number(b, sizeof b, i->run.t));
+  const double t_end = t + h;
+  if (t_end == t)
+    return fmi_refuse(i, "The step size %s s is lost in rounding at t = %s s.", hyst_number(a, sizeof a, h),
+                      hyst_number(b, sizeof b, t));
+  if (i->run.stop_defined && t_end - i->run.stop > slack(t_end, h))
+    return fmi_refuse(i, "The step ends at t = %s s, after the stop time %s s.", hyst_number(a, sizeof a, t_end),
+                      hyst_number(b, sizeof b, i->run.stop));
+  if (i->n_broken) return FMI_DISCARD; /* the message was sent when the value came */
+  if (hyst_graph_step(i->graph, t_end, h)) return refuse_graph(i, hyst_graph_error(i->graph));
+  i->run.t = t_end;
+  return FMI_OK;
+}
+
+/* ---- values ----------------------------------------------------------------------------------------------------- */
+static const char *type_words(unsigned types) {
+  return types & REAL ? "real" : types & BOOLEAN ? "boolean" : types & INTEGER ? "integer" : "enumeration";
+}
+
+const hyst_port *fmi_port(const instance *i, const fmi_call *call, uint32_t reference, unsigned types) {
+  const hyst_port *p = hyst_graph_port(i->graph, reference);
+  if (!p || (!i->by_element && p->reference != reference)) {
+    fmi_refuse(i, "%s: no variable has the value reference %lu.", call->name, (unsigned long)reference);
+    return NULL;
+  }
+  const unsigned type = i->type[p - i->graph->ports];
+  if (type & types) return p;
+  fmi_refuse(i, "%s: '%s' is of type %s.", call->name, p->name, type_words(type));
+  return NULL;
+}
+
+static fmi_status refuse_value(const instance *i, const hyst_port *p, double value) {
+  hyst_error e = {.status = HYST_E_VALUE, .row = p->row, .value = value};
+  snprintf(e.block, sizeof e.block, "%s", i->graph->nodes[p->block].name);
+  snprintf(e.variable, sizeof e.variable, "%s", p->row->name);
+  return refuse_graph(i, &e);
+}
+
+fmi_status fmi_accept(instance *i, const hyst_port *p, int64_t element, double value) {
+  if (p->kind == HYST_OUTPUT) return fmi_refuse(i, "'%s' is an output and cannot be set.", p->name);
+  if (p->kind == HYST_FIXED && i->run.phase == STEPPING)
+    return fmi_refuse(i, "'%s' is a fixed parameter: set it before the initialisation ends.", p->name);
+  if (p->kind == HYST_INPUT && !is_finite(value)) {
+    const int64_t at = p->value - i->graph->external + element;
+    if (i->n_broken == 0)
+      fmi_log(i, FMI_WARNING, FMI_LOG_WARNING,
+              "The input '%s' is %s: no step is made until it has a finite value again.", p->name,
+              value != value ? "NaN" : "infinite");
+    i->n_broken += !i->broken[at];
+    i->broken[at] = 1;
+    return FMI_DISCARD;
+  }
+  return hyst_check(p->row, value) ? refuse_value(i, p, value) : FMI_OK;
+}
+
+void fmi_set(instance *i, const hyst_port *p, int64_t element, double value) {
+  p->value[element] = value;
+  i->run.stale = 1;
+  if (p->kind != HYST_INPUT) {
+    i->graph->changed = 1;
+  } else if (i->n_broken) {
+    const int64_t at = p->value - i->graph->external + element;
+    i->n_broken -= i->broken[at];
+    i->broken[at] = 0;
+  }
+}

@@ -1,0 +1,80 @@
+/* resource.c - from the importer's resource location (file URI or plain path) to the bytes of block.bin. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "instance.h"
+
+static int hex(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+/* %41 -> A in place; 0 if an escape is malformed or stands for the end of the string */
+static int decode(char *s) {
+  char *to = s;
+  for (; *s; s++) {
+    if (*s != '%') {
+      *to++ = *s;
+      continue;
+    }
+    const int hi = hex(s[1]), lo = hi < 0 ? -1 : hex(s[2]);
+    if (lo < 0 || hi + lo == 0) return 0;
+    *to++ = (char)(hi * 16 + lo);
+    s += 2;
+  }
+  *to = 0;
+  return 1;
+}
+
+/* file:///a/b, file:/a/b, file://localhost/a/b, or a plain path; `path` has room for the name of the file behind it */
+static const char *to_path(const char *location, char *path) {
+  if (strncmp(location, "file:", 5) != 0) {
+    strcpy(path, location);
+  } else {
+    const char *from = location + 5;
+    if (from[0] == '/' && from[1] == '/') {
+      from += 2;
+      if (!strncmp(from, "localhost/", 10)) from += 9;
+      if (*from != '/') return "the resource location names another machine";
+    }
+#ifdef _WIN32
+    if (from[0] == '/' && from[1] && from[2] == ':') from++; /* /C:/a */
+#endif
+    strcpy(path, from);
+    if (!decode(path)) return "the resource location has a malformed % escape";
+  }
+  const size_t n = strlen(path);
+  if (n == 0) return "the resource location is empty";
+  strcat(path, path[n - 1] == '/' ? "block.bin" : "/block.bin");
+  return NULL;
+}
+
+unsigned char *fmi_read_block_file(const char *location, size_t *length, char *why, size_t size) {
+  if (!location) return snprintf(why, size, "no resource location was given"), NULL;
+  char *path = malloc(strlen(location) + sizeof "/block.bin");
+  if (!path) return snprintf(why, size, "out of memory"), NULL;
+  unsigned char *bytes = NULL;
+  FILE *f = NULL;
+  const char *wrong = to_path(location, path);
+  if (wrong) {
+    snprintf(why, size, "%s: '%s'", wrong, location);
+  } else if (!(f = fopen(path, "rb"))) {
+    snprintf(why, size, "cannot read '%s'", path);
+  } else {
+    const long end = fseek(f, 0, SEEK_END) ? -1 : ftell(f);
+    if (end <= 0 || end > 1L << 30 || fseek(f, 0, SEEK_SET) || !(bytes = malloc((size_t)end)) ||
+        fread(bytes, 1, (size_t)end, f) != (size_t)end) {
+      snprintf(why, size, "cannot read '%s'", path);
+      free(bytes);
+      bytes = NULL;
+    } else {
+      *length = (size_t)end;
+    }
+  }
+  if (f) fclose(f);
+  free(path);
+  return bytes;
+}

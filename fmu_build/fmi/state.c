@@ -1,0 +1,162 @@
+/* state.c - saved states: a list of live ones per instance, and a byte form that another process can read.
+ *
+ * Bytes: magic, version, length, checksum of all that follows, token of the block file, fmi_run, parameters, state of
+ * the graph; little-endian.  A pointer is compared with the list before it is followed, so that one which was freed or
+ * belongs to another instance is refused, not used. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "instance.h"
+
+static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'S', 'T', 'A', 'T'};
+enum { VERSION = 1 };
+
+typedef struct {
+  char magic[8];
+  uint32_t version, checksum;
+  uint64_t length;
+  char token[HYST_TOKEN];
+} header;
+
+struct fmi_saved {
+  fmi_saved *next;
+  fmi_run run;
+  double values[]; /* parameters with those derived from them, then the state of the graph */
+};
+
+static size_t n_values(const instance *i) { return (size_t)(i->graph->n_p + i->graph->n_state); }
+static size_t byte_size(const instance *i) { return sizeof(header) + sizeof(fmi_run) + n_values(i) * sizeof(double); }
+
+static uint32_t crc32(const unsigned char *b, size_t n) {
+  uint32_t crc = 0xffffffffu;
+  for (size_t k = 0; k < n; k++) {
+    crc ^= b[k];
+    for (int j = 0; j < 8; j++) crc = crc & 1 ? crc >> 1 ^ 0xedb88320u : crc >> 1;
+  }
+  return ~crc;
+}
+
+/* the state if it is one of this instance's; NULL after a message */
+static fmi_saved *find(const instance *i, const void *state) {
+  fmi_saved *s = i->saved;
+  while (s && s != state) s = s->next;
+  if (!s) fmi_refuse(i, "The FMU state was freed or does not belong to this instance.");
+  return s;
+}
+
+static fmi_saved *make(instance *i) {
+  fmi_saved *s = malloc(sizeof *s + n_values(i) * sizeof(double));
+  if (!s) return fmi_refuse(i, "out of memory"), NULL;
+  s->next = i->saved;
+  i->saved = s;
+  return s;
+}
+
+fmi_status fmi_save(instance *i, void **state) {
+  if (!state) return fmi_refuse(i, "No place for the FMU state was given.");
+  fmi_saved *s = *state ? find(i, *state) : make(i); /* a state that is handed in is overwritten */
+  if (!s) return FMI_ERROR;
+  hyst_graph *g = i->graph;
+  s->run = i->run;
+  s->run.changed = g->changed;
+  s->run.dt = g->dt;
+  memcpy(s->values, g->p, (size_t)g->n_p * sizeof(double));
+  memcpy(s->values + g->n_p, g->state, (size_t)g->n_state * sizeof(double));
+  *state = s;
+  return FMI_OK;
+}
+
+fmi_status fmi_restore(instance *i, void *state) {
+  const fmi_saved *s = find(i, state);
+  if (!s) return FMI_ERROR;
+  hyst_graph *g = i->graph;
+  i->run = s->run;
+  g->changed = s->run.changed;
+  g->dt = s->run.dt;
+  memcpy(g->p, s->values, (size_t)g->n_p * sizeof(double));
+  memcpy(g->state, s->values + g->n_p, (size_t)g->n_state * sizeof(double));
+  memset(i->broken, 0, (size_t)g->n_external); /* the inputs are those of the state: finite */
+  i->n_broken = 0;
+  return FMI_OK;
+}
+
+fmi_status fmi_forget(instance *i, void **state) {
+  if (!state || !*state) return FMI_OK; /* the standards: a null pointer is ignored */
+  fmi_saved *s = find(i, *state);
+  if (!s) return FMI_ERROR;
+  fmi_saved **at = &i->saved;
+  while (*at != s) at = &(*at)->next;
+  *at = s->next;
+  free(s);
+  *state = NULL;
+  return FMI_OK;
+}
+
+fmi_status fmi_saved_size(instance *i, void *state, size_t *size) {
+  if (!find(i, state)) return FMI_ERROR;
+  *size = byte_size(i);
+  return FMI_OK;
+}
+
+fmi_status fmi_serialize(instance *i, void *state, unsigned char *bytes, size_t size) {
+  const fmi_saved *s = find(i, state);
+  if (!s) return FMI_ERROR;
+  if (!bytes || size < byte_size(i))
+    return fmi_refuse(i, "The serialized state needs %lu bytes. Got room for %lu.", (unsigned long)byte_size(i),
+                      (unsigned long)size);
+  header h = {.version = VERSION, .length = byte_size(i)};
+  memcpy(h.magic, MAGIC, sizeof MAGIC);
+  memcpy(h.token, i->graph->token, sizeof h.token);
+  memcpy(bytes + sizeof h, &s->run, sizeof s->run);
+  memcpy(bytes + sizeof h + sizeof s->run, s->values, n_values(i) * sizeof(double));
+  memcpy(bytes, &h, sizeof h);
+  const size_t covered = offsetof(header, length);
+  h.checksum = crc32(bytes + covered, byte_size(i) - covered);
+  memcpy(bytes, &h, sizeof h);
+  return FMI_OK;
+}
+
+static const char *wrong_header(const instance *i, const unsigned char *bytes, size_t size) {
+  header h;
+  if (!bytes || size < sizeof h) return "it is too short";
+  memcpy(&h, bytes, sizeof h);
+  if (memcmp(h.magic, MAGIC, sizeof MAGIC) != 0) return "it is not a state of such a unit";
+  if (h.version != VERSION) return "its version is unknown";
+  if (h.length > size) return "it is cut off";
+  if (h.length != byte_size(i) || memcmp(h.token, i->graph->token, sizeof h.token) != 0)
+    return "it was saved by another model";
+  const size_t covered = offsetof(header, length);
+  if (h.checksum != crc32(bytes + covered, byte_size(i) - covered)) return "its checksum does not match";
+  return NULL;
+}
+
+/* what a set call would refuse must not come in through a state */
+static int legal(const instance *i, const fmi_saved *s) {
+  const hyst_graph *g = i->graph;
+  const int phase = s->run.phase;
+  if (phase != INSTANTIATED && phase != INITIALIZATION && phase != STEPPING && phase != TERMINATED) return 0;
+  for (int k = 0; k < g->n_ports; k++) {
+    const hyst_port *p = g->ports + k;
+    if (p->kind != HYST_PARAM && p->kind != HYST_FIXED) continue;
+    for (int64_t e = 0; e < p->size; e++)
+      if (hyst_check(p->row, s->values[p->value - g->p + e])) return 0;
+  }
+  return 1;
+}
+
+fmi_status fmi_deserialize(instance *i, const unsigned char *bytes, size_t size, void **state) {
+  if (!state) return fmi_refuse(i, "No place for the FMU state was given.");
+  const char *wrong = wrong_header(i, bytes, size);
+  if (wrong) return fmi_refuse(i, "The serialized state cannot be read: %s.", wrong);
+  fmi_saved *s = *state ? find(i, *state) : make(i);
+  if (!s) return FMI_ERROR;
+  memcpy(&s->run, bytes + sizeof(header), sizeof s->run);
+  memcpy(s->values, bytes + sizeof(header) + sizeof s->run, n_values(i) * sizeof(double));
+  void *made = s;
+  if (!legal(i, s)) {
+    fmi_forget(i, &made);
+    return fmi_refuse(i, "The serialized state cannot be read: a value is out of range.");
+  }
+  *state = s;
+  return FMI_OK;
+}

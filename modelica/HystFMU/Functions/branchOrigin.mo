@@ -1,0 +1,24 @@
+within HystFMU.Functions;
+function branchOrigin "Where the current branch starts, and its scale"
+  extends Icons.Function;
+  input Real memory[:] "As left by turn or turnLast";
+  input Real x0 "Origin of the virgin branch";
+  input Real h0 "Output there";
+  input Real virgin = 2 "Scale of the virgin branch: 2 by Masing's rule";
+  output Real origin[3] "Input and output at its start, scale s";
+protected
+  Integer depth = div(size(memory, 1) - 3, 2);
+  Integer count = integer(memory[1]);
+algorithm
+  if count == 0 then
+    origin := {x0, h0, virgin};
+  else
+    origin := {memory[3 + count], memory[3 + depth + count], 1};
+  end if;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> h = h_p + sgn(x - x_p) g(s abs(x - x_p))/s with (x_p, h_p, s) from here and g the operator's branch; s = 1 after a
+reversal, 2 on the virgin branch.</p>
+<p><b>Source:</b> Masing's rule.</p>
+<p><b>Limitation:</b> the memory must come from turn or turnLast.</p>
+</html>"));
+end branchOrigin;

@@ -1,0 +1,35 @@
+within HystFMU.Functions;
+function loadingCurveInverse "Inverse of the initial loading curve of a sum of plays"
+  extends Icons.Function;
+  input Real v "Output of the loading curve, at least 0";
+  input Real w0 "Weight of the linear term, greater than 0";
+  input Real r[:] "Thresholds, increasing";
+  input Real w[size(r, 1)] "Weights";
+  output Real q "Input of the loading curve";
+protected
+  Real slope "Slope of the curve above the thresholds so far";
+  Real offset "phi = slope q - offset there";
+  Real slope_v "The pair at v";
+  Real offset_v;
+algorithm
+  slope := w0;
+  offset := 0;
+  slope_v := w0;
+  offset_v := 0;
+  for i in 1:size(r, 1) loop
+    // the curve at threshold i lies below v: its piece is at least the next one
+    if v > slope*r[i] - offset then
+      slope_v := slope + w[i];
+      offset_v := offset + w[i]*r[i];
+    end if;
+    slope := slope + w[i];
+    offset := offset + w[i]*r[i];
+  end for;
+  q := (v + offset_v)/slope_v;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> q = (v + R_j)/W_j, W_j = w0 + w_1 + ... + w_j, R_j = w_1 r_1 + ... + w_j r_j, j the number of thresholds whose
+curve value lies below v.</p>
+<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 12-14.</p>
+<p><b>Limitation:</b> w0 and every W_j must be greater than 0.</p>
+</html>"));
+end loadingCurveInverse;

@@ -1,0 +1,17 @@
+within HystFMU.Functions;
+function play "Play (backlash) operators after a new input"
+  extends Icons.Function;
+  input Real u "New input";
+  input Real r[:] "Half-widths";
+  input Real z[size(r, 1)] "Play states before";
+  output Real z_new[size(r, 1)] "Play states after";
+algorithm
+  for i in 1:size(r, 1) loop
+    z_new[i] := if z[i] < u - r[i] then u - r[i] elseif z[i] > u + r[i] then u + r[i] else z[i];
+  end for;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> z+ = max(u - r, min(u + r, z)).</p>
+<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 3.</p>
+<p><b>Limitation:</b> r &ge; 0; a deadband width as in Simulink is 2 r.</p>
+</html>"));
+end play;

@@ -1,0 +1,19 @@
+within HystFMU.Functions;
+function prandtlIshlinskii "Branch of the Prandtl-Ishlinskii operator"
+  extends Icons.Function;
+  input Real u "Input";
+  input Real origin[3] "From branchOrigin";
+  input Real w0 "Weight of the linear term";
+  input Real r[:] "Thresholds, increasing";
+  input Real w[size(r, 1)] "Weights";
+  output Real y "Operator output";
+protected
+  Real g = 2*loadingCurve(0.5*origin[3]*abs(u - origin[1]), w0, r, w);
+algorithm
+  y := origin[2] + (if u >= origin[1] then 1 else -1)*g/origin[3];
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> y = y_p + sgn(u - u_p) g(s d)/s, g(d) = 2 phi(d/2), phi the loading curve.</p>
+<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 5-10.</p>
+<p><b>Limitation:</b> all plays start from one input value.</p>
+</html>"));
+end prandtlIshlinskii;

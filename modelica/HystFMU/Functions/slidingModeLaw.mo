@@ -1,0 +1,17 @@
+within HystFMU.Functions;
+function slidingModeLaw "Control law of the sliding mode controller, without limits"
+  extends Icons.Function;
+  input Real u_ff "Feed-forward";
+  input Real s "Distance from the sliding line";
+  input Real eta "Linear gain";
+  input Real rho "Switching gain";
+  input Real epsilon "Width of the boundary layer";
+  output Real u "Control";
+algorithm
+  u := u_ff - eta*s - rho*s/(abs(s) + epsilon);
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> u = u_ff - eta s - rho s/(abs(s) + epsilon).</p>
+<p><b>Source:</b> Yu &amp; Alici 2005.</p>
+<p><b>Limitations:</b> epsilon &gt; 0.</p>
+</html>"));
+end slidingModeLaw;

@@ -1,0 +1,63 @@
+within HystFMU.Functions;
+function turn "Memory of dominant extrema after a new input"
+  extends Icons.Function;
+  input Real x "New input";
+  input Real x0 "Origin of the virgin branch";
+  input Real h "Output at the previous input";
+  input Real memory[:] "Count, direction, previous input, extrema[depth], outputs at them[depth]";
+  output Real memory_new[size(memory, 1)] "Memory after the new input";
+protected
+  Integer depth = div(size(memory, 1) - 3, 2);
+  Integer count = integer(memory[1]);
+  Real direction = memory[2];
+  Integer pushed "1: the previous input was an extremum and is not yet in the list";
+  Integer n;
+  Boolean wiping;
+algorithm
+  memory_new := memory;
+  // a plateau is not a reversal
+  if x <> memory[3] then
+    direction := if x > memory[3] then 1 else -1;
+    pushed := if memory[2] <> 0 and direction <> memory[2] then 1 else 0;
+    // wiping-out: x has passed the extremum before the newest one
+    wiping := true;
+    for i in 1:size(memory, 1) loop
+      if wiping then
+        n := count + pushed;
+        if n == 0 then
+          wiping := false;
+        elseif n == 1 then
+          // the outermost extremum also closes on the virgin branch of the other side
+          if abs(x - x0) >= abs((if pushed == 1 then memory[3] else memory[4]) - x0) then
+            count := 0;
+            pushed := 0;
+          end if;
+          wiping := false;
+        elseif direction > 0 and x < memory[2 + n] or direction < 0 and x > memory[2 + n] then
+          wiping := false;
+        else
+          count := if pushed == 1 then count - 1 else count - 2;
+          pushed := 0;
+        end if;
+      end if;
+    end for;
+    if pushed == 1 then
+      // a full list forgets its smallest loop, the last pair
+      count := (if count == depth then depth - 2 else count) + 1;
+      memory_new[3 + count] := memory[3];
+      memory_new[3 + depth + count] := h;
+    end if;
+    memory_new[1] := count;
+    memory_new[2] := direction;
+    memory_new[3] := x;
+  end if;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> when x passes the extremum before the newest one, that loop is closed and both are removed; when x turns, the
+previous input is appended with the output there. The output is not needed to find the branch: it is computed from the new memory
+by branchOrigin and the operator's own branch function.</p>
+<p><b>Source:</b> Madelung's rules; Zhao &amp; Tan 2008, section III (dominant extrema).</p>
+<p><b>Limitations:</b> depth (size of memory = 3 + 2 depth) must be at least 4. When the list is full, the smallest stored loop, the last pair, is
+forgotten as if it had closed. The cost grows with depth: loops of fixed length instead of while, because
+rumoca 0.10.2 has no while whose end depends on data.</p>
+</html>"));
+end turn;

@@ -1,0 +1,16 @@
+within HystFMU.Functions;
+function windsUp "Does a step of the integral push the control further out of its limits?"
+  extends Icons.Function;
+  input Real before "Unlimited control without the step";
+  input Real after "Unlimited control with it";
+  input Real u_min "Lower limit";
+  input Real u_max "Upper limit";
+  output Boolean yes "True: the step is not to be taken";
+algorithm
+  yes := after > u_max and after > before or after < u_min and after < before;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> (after &gt; u_max and after &gt; before) or (after &lt; u_min and after &lt; before).</p>
+<p><b>Source:</b> conditional integration: Astrom &amp; Hagglund, PID Controllers, 2nd ed. 1995, section 3.5.</p>
+<p><b>Limitations:</b> none.</p>
+</html>"));
+end windsUp;

@@ -1,0 +1,29 @@
+within HystFMU;
+package Types "Quantities with units, and choices"
+  extends Icons.Package;
+
+  type Time = Real(final quantity = "Time", final unit = "s") "Time in seconds"
+    annotation (Documentation(info = "<html><p>Time, s.</p></html>"));
+  type Frequency = Real(final quantity = "Frequency", final unit = "Hz") "Frequency in hertz"
+    annotation (Documentation(info = "<html><p>Frequency, Hz.</p></html>"));
+  type Angle = Real(final quantity = "Angle", final unit = "rad") "Phase angle in radians"
+    annotation (Documentation(info = "<html><p>Angle, rad.</p></html>"));
+  type Memory = enumeration(
+      dominant "Dominant extrema: wiping-out (Madelung) memory",
+      last "The last extremum only: the literal reading, for replicas") "Which extrema an operator remembers"
+    annotation (Documentation(info = "<html><p>Which extrema of its input an operator remembers.</p></html>"));
+  type Activation = enumeration(
+      sigmoid "1/(1 + exp(-s))",
+      tanh "tanh(s)",
+      relu "max(s, 0)") "Activation of the hidden layer"
+    annotation (Documentation(info = "<html><p>Activation of the hidden layer of a network.</p></html>"));
+
+  type Start = enumeration(
+      rest "Zero states",
+      steady "In equilibrium with the first input") "How linear dynamics begin"
+    annotation (Documentation(info = "<html><p>How linear dynamics begin.</p></html>"));
+
+  annotation (Documentation(info = "<html>
+<p>A quantity of dimension one, or one in units of the user's own choice (volts, micrometres, normalised), is a plain Real.</p>
+</html>"));
+end Types;

@@ -1,0 +1,143 @@
+"""Identification: `fit(data, key, ...)` makes a Model from measured data.  One method per file, loaded on first use.
+
+A method's module has a table ``OPTIONS`` and a function ``build(data, options, seed, progress)`` that returns the graph
+and the number of fitted parameters; running, measuring and recording the model is the same for all and done here.
+"""
+
+from __future__ import annotations
+
+import importlib
+import platform
+import time
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from hystfmu.core import Array
+from hystfmu.data import Dataset
+from hystfmu.errors import InputError
+from hystfmu.identify.options import Option, resolve
+from hystfmu.model import Model
+
+__all__ = ["METHODS", "errors", "fit", "options"]
+
+Progress = Callable[[float], None]
+
+METHODS: dict[str, tuple[str, str]] = {
+    "prandtl_ishlinskii": ("prandtl_ishlinskii", "weighted plays, non-negative least squares; exact inverse"),
+    "prandtl_ishlinskii_asym": ("prandtl_ishlinskii_asym", "plays, dead zones and creep of the input, least squares"),
+    "zhao_tan_mlp": ("zhao_tan_mlp", "Zhao-Tan operator and a network on (x, h)"),
+    "play_bank_mlp": ("play_bank_mlp", "bank of plays and a network on them"),
+    "bouc_wen": ("bouc_wen", "Bouc-Wen grey box, nonlinear least squares"),
+}
+
+
+def _module(key: str) -> ModuleType:
+    if key not in METHODS:
+        raise InputError(f"no model {key!r}; there are: {', '.join(METHODS)}")
+    return importlib.import_module(f"hystfmu.identify.{METHODS[key][0]}")
+
+
+def options(key: str) -> tuple[Option, ...]:
+    """The options of a method.
+
+    Raises
+    ------
+    InputError
+        Unknown method.
+    """
+    table: tuple[Option, ...] = _module(key).OPTIONS
+    return table
+
+
+def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
+    """RMS and largest error, absolute and in percent of `span`.
+
+    Parameters
+    ----------
+    y, measured : array, shape (n,)
+        Output of a model, and what it should have been.
+    span : float
+        100 % of full scale.
+    """
+    e = y - measured
+    rms, most = float(np.sqrt(np.mean(e**2))), float(np.abs(e).max())
+    return {"rms": rms, "max": most, "rms_percent": 100 * rms / span, "max_percent": 100 * most / span}
+
+
+def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None, **given: Any) -> Model:
+    """Identify a model.
+
+    Parameters
+    ----------
+    data : Dataset
+        The model runs free from row 0; the residuals of `data.train` count.
+    key : str
+        A key of `METHODS`.
+    seed : int
+        Seed of random starts; the same seed gives the same model.
+    progress : function, optional
+        Called with the fraction done, 0..1.
+    **given
+        Options of the method; `options(key)` lists them.
+
+    Returns
+    -------
+    Model
+        `fit` holds rms, max (unit of y), rms_percent, max_percent (percent of the span of y in the training rows),
+        parameters (their number) and seconds; `provenance` holds data, rows, options and versions.
+
+    Raises
+    ------
+    InputError
+        Unknown method or option, value out of range, data without output or without variation.
+    """
+    module = _module(key)
+    chosen = resolve(key, module.OPTIONS, given)
+    _check(data)
+    started = time.perf_counter()
+    graph, parameters = module.build(data, chosen, seed, progress or (lambda fraction: None))
+    seconds = time.perf_counter() - started
+    y = graph.run(data.u, data.h)
+    result = {**errors(y[data.train], data.y[data.train], data.span), "parameters": int(parameters)}
+    return Model(
+        key,
+        graph,
+        data.h,
+        METHODS[key][1],
+        {**result, "seconds": round(seconds, 4)},
+        _provenance(data, {k: v for k, v in chosen.items() if v is not None}, seed),
+    )
+
+
+def _check(data: Dataset) -> None:
+    where = data.path or data.name
+    if not data.has_output:
+        raise InputError(f"{where}: no output was measured, so there is nothing to fit")
+    for name, column in (("u", data.u), ("y", data.y)):
+        if not np.ptp(column[data.train]) > 0:
+            raise InputError(f"{where}: {name} is constant ({column[data.train][0]:g}) in the train rows")
+
+
+def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, Any]:
+    import scipy
+
+    from hystfmu import __version__
+
+    return {
+        "data": data.name,
+        "sha256": data.sha256,
+        "rows": len(data.t),
+        "train": f"{data.train.start}:{data.train.stop}",
+        "span_u": [float(data.u.min()), float(data.u.max())],
+        "seed": seed,
+        "options": chosen,
+        "versions": {
+            "hystfmu": __version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "scipy": scipy.__version__,
+        },
+    }

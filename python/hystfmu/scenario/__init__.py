@@ -1,0 +1,144 @@
+"""Closed-loop scenarios: read a scenario.toml, run its cases, hold them against limits and baseline, report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hystfmu.errors import InputError
+from hystfmu.scenario.metrics import Baseline, Verdict, judge, sample_rows, save_baseline
+from hystfmu.scenario.run import Engine, FmuStore, Stopped, Trace, simulate
+from hystfmu.scenario.spec import Scenario, split_end
+from hystfmu.scenario.system import System, build, to_graph
+
+__all__ = ["Engine", "Result", "Scenario", "Trace", "Verdict", "build", "run_scenarios", "simulate", "to_graph"]
+
+
+@dataclass(frozen=True)
+class Result:
+    """One case of a scenario after its run.  `trace` is None when a unit refused to go on."""
+
+    system: System
+    verdicts: tuple[Verdict, ...]
+    lines: tuple[str, ...]
+    """One per failure: scenario/case, metric, value, limit."""
+    trace: Trace | None
+    seconds: float
+
+    @property
+    def scenario(self) -> str:
+        """Name of the scenario."""
+        return self.system.case.scenario
+
+    @property
+    def case(self) -> str:
+        """Name of the case."""
+        return self.system.case.name
+
+    @property
+    def passed(self) -> bool:
+        """All limits met and nothing changed against the baseline."""
+        return not self.lines
+
+    def failures(self) -> list[str]:
+        """One line per failure."""
+        return list(self.lines)
+
+    def summary(self) -> dict[str, Any]:
+        """For machines: verdicts, failures, seconds."""
+        return {
+            "scenario": self.scenario,
+            "case": self.case,
+            "passed": self.passed,
+            "seconds": round(self.seconds, 4),
+            "metrics": [vars(v) for v in self.verdicts],
+            "failures": list(self.lines),
+        }
+
+
+def run_scenarios(
+    paths: Sequence[str | Path],
+    *,
+    record: bool = False,
+    report_dir: str | Path | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    progress: Callable[[float], None] = lambda fraction: None,
+    engine: Engine = "fmpy",
+) -> list[Result]:
+    """Run scenarios with all their cases.
+
+    Parameters
+    ----------
+    paths : sequence of path
+        Folders that hold a scenario.toml, or the files themselves.
+    record : bool
+        Write baseline.toml and baseline.csv beside every scenario whose limits are all met.
+    report_dir : path, optional
+        Write report.html and report.json there.
+    overrides : mapping, optional
+        ``{"unit.parameter": value}``, in every case that has the unit; a string ``"*1.2"`` scales.
+    progress : callable
+        Called with the fraction that is done, 0..1.
+    engine : {"fmpy", "python", "native"}
+        See `simulate`; FMUs by fmpy are the reference.
+
+    Returns
+    -------
+    list of Result
+        In the order of the files and their cases.
+
+    Raises
+    ------
+    InputError
+        Bad scenario, model or override; before anything runs.
+    """
+    overrides = dict(overrides or {})
+    if record and overrides:
+        raise InputError("--record stores the scenario as it is written: it does not go together with --set")
+    scenarios = [Scenario(p, overrides) for p in paths]
+    for key in overrides:
+        if not any(key in s.overrides for s in scenarios):
+            raise InputError(f"--set {key}: no unit {split_end(key, '--set')[0]!r} in any of the scenarios")
+    systems = [[build(c) for c in s.cases] for s in scenarios]
+    baselines = [None if record else Baseline.load(s.folder) for s in scenarios]
+    results: list[Result] = []
+    total = sum(system.n_steps for group in systems for system in group)
+    done = 0
+    with FmuStore() as store:
+        for scenario, group, baseline in zip(scenarios, systems, baselines, strict=True):
+            ran = []
+            for system in group:
+                ran.append(_run(system, baseline, engine, store, record))
+                done += system.n_steps
+                progress(done / total)
+            if record and all(r.passed for r in ran):
+                _record(scenario, ran)
+            results += ran
+    if report_dir is not None:
+        from hystfmu.scenario.report import write_report
+
+        write_report(results, report_dir)
+    return results
+
+
+def _run(system: System, baseline: Baseline | None, engine: Engine, store: FmuStore, record: bool) -> Result:
+    begin = time.perf_counter()
+    try:
+        trace = simulate(system, engine, store)
+    except Stopped as e:
+        return Result(system, (), (f"{system.case.title}: stopped: {e}",), None, time.perf_counter() - begin)
+    seconds = time.perf_counter() - begin
+    verdicts, lines = judge(system.case, trace, baseline, compare=not record)
+    return Result(system, tuple(verdicts), tuple(lines), trace, seconds)
+
+
+def _record(scenario: Scenario, ran: Sequence[Result]) -> None:
+    runs = {
+        r.case: ({v.metric: v.value for v in r.verdicts}, sample_rows(r.system.case, r.trace))
+        for r in ran
+        if r.trace is not None
+    }
+    save_baseline(scenario.folder, tuple(scenario.spec.record), runs)
