@@ -4,27 +4,27 @@
 
 #include "hyst.h"
 
-#define HYST_BLOCKS(B) \
-  B(backlash_sum) \
-  B(bouc_wen) \
-  B(bouc_wen_oscillator) \
-  B(creep) \
-  B(dead_zones) \
-  B(delay) \
-  B(disturbance) \
-  B(feedforward) \
-  B(mlp) \
-  B(noise) \
-  B(pid) \
-  B(play_bank) \
-  B(prandtl_ishlinskii) \
+#define HYST_BLOCKS(B)          \
+  B(backlash_sum)               \
+  B(bouc_wen)                   \
+  B(bouc_wen_oscillator)        \
+  B(creep)                      \
+  B(dead_zones)                 \
+  B(delay)                      \
+  B(disturbance)                \
+  B(feedforward)                \
+  B(mlp)                        \
+  B(noise)                      \
+  B(pid)                        \
+  B(play_bank)                  \
+  B(prandtl_ishlinskii)         \
   B(prandtl_ishlinskii_inverse) \
-  B(reference) \
-  B(scaling) \
-  B(sliding_mode) \
-  B(sum) \
-  B(transfer_function) \
-  B(zhao_tan) \
+  B(reference)                  \
+  B(scaling)                    \
+  B(sliding_mode)               \
+  B(sum)                        \
+  B(transfer_function)          \
+  B(zhao_tan)                   \
   B(zhao_tan_inverse)
 
 #define B(id) extern const hyst_block hyst_##id;

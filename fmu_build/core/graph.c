@@ -245,6 +245,8 @@ static hyst_status read_ports(cursor *c, totals *n, hyst_graph *g, hyst_error *e
       if ((int64_t)at + size > g->n_external) return fail(e, HYST_E_WIRING, name, NULL, "");
       p->value = g->external + at;
     } else if ((is_parameter((hyst_kind)kind) || kind == HYST_OUTPUT) && (int64_t)at + size <= own) {
+      if (kind == HYST_OUTPUT && g->end_output == 0) g->first_output = (int)i;
+      if (kind == HYST_OUTPUT) g->end_output = (int)i + 1;
       p->value = (kind == HYST_OUTPUT ? node->y : node->p) + place(node->block, node->dim, (int)var) + at;
     } else {
       return fail(e, HYST_E_WIRING, name, NULL, "");
@@ -481,16 +483,15 @@ hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) {
 }
 
 hyst_status hyst_graph_run(hyst_graph *g, int64_t n, double t0, double h, const double *u, double *y) {
+  const hyst_port *const end = g->ports + g->end_output;
   for (int64_t i = 0; i < n; i++) {
-    if (g->n_external) memcpy(g->external, u + i * g->n_external, (size_t)g->n_external * sizeof(double));
+    for (int64_t k = 0; k < g->n_external; k++) g->external[k] = *u++;
     /* t + h, not t0 + i h: a master that calls doStep(t, h) must get the same bits */
     const hyst_status s = i == 0 ? hyst_graph_start(g, t0) : hyst_graph_step(g, t0 + (double)(i - 1) * h + h, h);
     if (s) return s;
-    for (int k = 0; k < g->n_ports; k++) {
-      if (g->ports[k].kind != HYST_OUTPUT) continue;
-      memcpy(y, g->ports[k].value, (size_t)g->ports[k].size * sizeof(double));
-      y += g->ports[k].size;
-    }
+    for (const hyst_port *p = g->ports + g->first_output; p < end; p++)
+      if (p->kind == HYST_OUTPUT)
+        for (int64_t k = 0; k < p->size; k++) *y++ = p->value[k];
   }
   return HYST_E_OK;
 }

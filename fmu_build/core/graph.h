@@ -51,6 +51,7 @@ typedef struct {
 typedef struct {
   char token[HYST_TOKEN];
   int n_nodes, n_ports;
+  int first_output, end_output; /* the ports between hold all outputs */
   int64_t n_wires;
   hyst_node *nodes;
   hyst_wire *wires;

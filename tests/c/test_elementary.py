@@ -180,12 +180,8 @@ def test_error_stays_within_the_stated_bound(name: str, libraries: dict[str, cty
 
 def test_exactly_rounded_functions(libraries: dict[str, ctypes.CDLL]) -> None:
     random = np.random.default_rng(1)
-    x = np.concatenate(
-        [np.abs(decades(random, -323, 308, 4000)), around(np.arange(1.0, 200.0) ** 2), [5e-324, 0.0]]
-    )
-    wide = np.concatenate(
-        [decades(random, -3, 18, 3000), around(np.arange(-20.0, 21.0)), [0.0, -0.0, INF, -INF]]
-    )
+    x = np.concatenate([np.abs(decades(random, -323, 308, 4000)), around(np.arange(1.0, 200.0) ** 2), [5e-324, 0.0]])
+    wide = np.concatenate([decades(random, -3, 18, 3000), around(np.arange(-20.0, 21.0)), [0.0, -0.0, INF, -INF]])
     for build in ("O2", "plain"):
         np.testing.assert_array_equal(evaluate(libraries[build], "sqrt", x), np.sqrt(x))
         np.testing.assert_array_equal(evaluate(libraries[build], "floor", wide), np.floor(wide))
@@ -232,9 +228,7 @@ def test_sine_and_cosine_of_large_arguments(libraries: dict[str, ctypes.CDLL]) -
     for name in ("sin", "cos"):
         got = evaluate(libraries["O2"], name, large)
         with mpmath.workprec(140):
-            assert all(
-                abs(mpf(g) - EXACT[name](mpf(x))) < mpf(2) ** -52 for g, x in zip(got, large, strict=True)
-            )
+            assert all(abs(mpf(g) - EXACT[name](mpf(x))) < mpf(2) ** -52 for g, x in zip(got, large, strict=True))
         assert np.abs(evaluate(libraries["O2"], name, huge)).max() <= 1
 
 
@@ -254,9 +248,7 @@ def test_no_build_needs_an_outside_symbol(paths: dict[str, Path]) -> None:
     if nm is None:
         pytest.skip("no `nm` on the path")
     for build, path in paths.items():
-        listing = subprocess.run(
-            [nm, "-D", "-u", str(path)], capture_output=True, text=True, check=True, timeout=20
-        )
+        listing = subprocess.run([nm, "-D", "-u", str(path)], capture_output=True, text=True, check=True, timeout=20)
         assert listing.stdout.strip() == "", f"{build} needs {listing.stdout}"
 
 

@@ -10,19 +10,19 @@
 #include "../hyst.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                                      \
-  V(A, PARAM, 1, "real", "1", 1.0, 1e-100, 1e100, "slope of z at z = 0")                                             \
-  V(beta, PARAM, 1, "real", "1", 0.5, 0.0, 1e100, "width of the loop")                                               \
-  V(gamma, PARAM, 1, "real", "1", 0.5, -1e100, 1e100, "shape of the loop; beta + gamma > 0")                         \
-  V(n, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                                               \
-  V(alpha, PARAM, 1, "real", "1", 0.5, 0.0, 1.0, "share of the linear term")                                         \
-  V(k, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "output gain")                                               \
-  V(z0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at the first input; within z_max")                       \
-  V(z_max, DERIVED, 1, "real", "1", 0.0, 0.0, HYST_INF, "bound of z")                                                \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                     \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                   \
-  V(z, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "hysteretic part")                                          \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input that z_last belongs to")                         \
+#define VARS(V)                                                                                \
+  V(A, PARAM, 1, "real", "1", 1.0, 1e-100, 1e100, "slope of z at z = 0")                       \
+  V(beta, PARAM, 1, "real", "1", 0.5, 0.0, 1e100, "width of the loop")                         \
+  V(gamma, PARAM, 1, "real", "1", 0.5, -1e100, 1e100, "shape of the loop; beta + gamma > 0")   \
+  V(n, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                         \
+  V(alpha, PARAM, 1, "real", "1", 0.5, 0.0, 1.0, "share of the linear term")                   \
+  V(k, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "output gain")                         \
+  V(z0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at the first input; within z_max") \
+  V(z_max, DERIVED, 1, "real", "1", 0.0, 0.0, HYST_INF, "bound of z")                          \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                               \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                             \
+  V(z, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "hysteretic part")                    \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input that z_last belongs to")   \
   V(z_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at u_last")
 
 typedef struct {
@@ -42,20 +42,23 @@ static double way(law l, double v) {
   return v / l.A * sum;
 }
 
-/* v at xi <= way(half_way): Newton's method on a function that is convex (c > 0) or concave, from the safe side */
-static double after(law l, double xi, double half) {
+/* v at xi <= way(half): Newton's method on a function that is convex (c > 0) or concave.  It starts from the better of
+ * two tangents, at 0 and where the step began; both lie on the side from which Newton's method cannot overshoot. */
+static double after(law l, double xi, double tangent, double half) {
   double v = l.A * xi;
+  if (l.c > 0 ? tangent < v : tangent > v) v = tangent;
   if (v > half) v = half;
   for (int i = 0; i < 60; i++) {
     const double step = (way(l, v) - xi) * rate(l, v);
     v -= step;
-    if (!(hyst_fabs(step) > 1e-16 * v)) break;
+    if (!(hyst_fabs(step) > 1e-15 * v)) break;
   }
   return v;
 }
 
 static double runge_kutta(law l, double v, double h) {
-  const double k1 = rate(l, v), k2 = rate(l, v + 0.5 * h * k1), k3 = rate(l, v + 0.5 * h * k2), k4 = rate(l, v + h * k3);
+  const double k1 = rate(l, v), k2 = rate(l, v + 0.5 * h * k1), k3 = rate(l, v + 0.5 * h * k2),
+               k4 = rate(l, v + h * k3);
   return v + h / 6 * (k1 + 2 * (k2 + k3) + k4);
 }
 
@@ -74,7 +77,7 @@ static double fall(law l, double *p, double xi) {
   if (!(xi > 0)) return 0;
   const double to_zero = way(l, *p);
   if (xi > to_zero) return xi - to_zero;
-  *p = after(l, to_zero - xi, half);
+  *p = after(l, to_zero - xi, *p - xi * rate(l, *p), half);
   return 0;
 }
 
@@ -83,7 +86,7 @@ static double rise(law l, double v, double xi, double z_max) {
   const double half = half_way(l), fastest = l.n * l.A / z_max;
   if (v < half) {
     const double to_half = way(l, half), end = way(l, v) + xi;
-    if (end < to_half) return after(l, end, half);
+    if (end < to_half) return after(l, end, v + xi * rate(l, v), half);
     v = half;
     xi = end - to_half;
   }

@@ -6,21 +6,21 @@
 #include "../hyst.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                                  \
-  V(m_L, PARAM, 1, "real", "kg", 2.0, 1e-100, 1e100, "mass")                                                     \
-  V(c_L, PARAM, 1, "real", "N.s/m", 10.0, 0.0, 1e100, "viscous damping")                                         \
-  V(k_L, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "linear stiffness")                                           \
-  V(alpha, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "stiffness of the hysteretic force at z = 0")               \
-  V(beta, PARAM, 1, "real", "1/m", 1e3, 0.0, 1e100, "weight of the loop; its unit belongs to nu = 1")            \
-  V(gamma, PARAM, 1, "real", "1", 0.8, -1e100, 1e100, "shape of the loop")                                       \
-  V(delta, PARAM, 1, "real", "1", -1.1, -1e100, 1e100, "shape of the loop")                                      \
-  V(nu, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                                          \
-  V(u, INPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "force")                                                 \
-  V(y, OUTPUT, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                                         \
-  V(z, OUTPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                                     \
-  V(q, CSTATE, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                                         \
-  V(v, CSTATE, 1, "real", "m/s", 0.0, -HYST_INF, HYST_INF, "velocity")                                           \
-  V(f, CSTATE, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                                     \
+#define VARS(V)                                                                                       \
+  V(m_L, PARAM, 1, "real", "kg", 2.0, 1e-100, 1e100, "mass")                                          \
+  V(c_L, PARAM, 1, "real", "N.s/m", 10.0, 0.0, 1e100, "viscous damping")                              \
+  V(k_L, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "linear stiffness")                                \
+  V(alpha, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "stiffness of the hysteretic force at z = 0")    \
+  V(beta, PARAM, 1, "real", "1/m", 1e3, 0.0, 1e100, "weight of the loop; its unit belongs to nu = 1") \
+  V(gamma, PARAM, 1, "real", "1", 0.8, -1e100, 1e100, "shape of the loop")                            \
+  V(delta, PARAM, 1, "real", "1", -1.1, -1e100, 1e100, "shape of the loop")                           \
+  V(nu, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                               \
+  V(u, INPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "force")                                      \
+  V(y, OUTPUT, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                              \
+  V(z, OUTPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                          \
+  V(q, CSTATE, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                              \
+  V(v, CSTATE, 1, "real", "m/s", 0.0, -HYST_INF, HYST_INF, "velocity")                                \
+  V(f, CSTATE, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                          \
   V(a, STATE, 1, "real", "m/s2", 0.0, -HYST_INF, HYST_INF, "acceleration")
 
 enum { MOST_STEPS = 10000, MOST_ITERATIONS = 50 };
@@ -76,7 +76,8 @@ static double divisions(const plant *p, double dt) {
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const plant p = PLANT;
-  return divisions(&p, dt) < MOST_STEPS ? NULL : "the step is too long: it holds thousands of periods of the oscillator";
+  return divisions(&p, dt) < MOST_STEPS ? NULL
+                                        : "the step is too long: it holds thousands of periods of the oscillator";
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
@@ -106,8 +107,8 @@ HYST_FEEDTHROUGH_FN(feedthrough) {
   (void)dim_, (void)p_;
   return 0; /* outputs are states */
 }
-HYST_BLOCK(bouc_wen_oscillator, .text = "Oscillator with a Bouc-Wen force: the hysteretic benchmark plant",
-           .equation = "m_L y'' + c_L y' + k_L y + z = u; z' = alpha y' - beta (gamma |y'| |z|^(nu-1) z + delta y' |z|^nu)",
-           .source = "Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016, eq. 1-2",
-           .flags = HYST_STEP, .prepare = prepare, .output = output, .deriv = deriv, .update = update,
-           .feedthrough = feedthrough)
+HYST_BLOCK(
+    bouc_wen_oscillator, .text = "Oscillator with a Bouc-Wen force: the hysteretic benchmark plant",
+    .equation = "m_L y'' + c_L y' + k_L y + z = u; z' = alpha y' - beta (gamma |y'| |z|^(nu-1) z + delta y' |z|^nu)",
+    .source = "Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016, eq. 1-2", .flags = HYST_STEP,
+    .prepare = prepare, .output = output, .deriv = deriv, .update = update, .feedthrough = feedthrough)

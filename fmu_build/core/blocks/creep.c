@@ -1,16 +1,16 @@
 /* Creep: a weighted sum of first-order lags of the input, discretised exactly for an input held over the step.
- * Krejci & Kuhnen 2001, section 2 (log(t) creep as a few lags). */
+ * Krejci & Kuhnen 2001 (log(t) creep as a few lags). */
 #include "../elementary.h"
 #include "../hyst.h"
 
 #define DIMS(D) D(n, 1, 1, 100000, "number of lags")
-#define VARS(V)                                                                                             \
-  V(w, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "weights of the lags")                              \
-  V(T, PARAM, n, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time constants")                               \
-  V(start, FIXED, 1, "rest|steady", "1", 0, 0, 1, "lags begin at 0, or at the first input")                 \
-  V(share, DERIVED, n, "real", "1", 0.0, 0.0, 1.0, "way of a lag to its input in one step: 1 - e^(-dt/T)")  \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                            \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                          \
+#define VARS(V)                                                                                            \
+  V(w, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "weights of the lags")                             \
+  V(T, PARAM, n, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time constants")                              \
+  V(start, FIXED, 1, "rest|steady", "1", 0, 0, 1, "lags begin at 0, or at the first input")                \
+  V(share, DERIVED, n, "real", "1", 0.0, 0.0, 1.0, "way of a lag to its input in one step: 1 - e^(-dt/T)") \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                           \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                         \
   V(q, CSTATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "lagged inputs")
 
 enum { REST, STEADY };
@@ -41,6 +41,7 @@ HYST_FEEDTHROUGH_FN(feedthrough) {
   (void)dim_, (void)p_;
   return 0; /* y follows from the states alone */
 }
-HYST_BLOCK(creep, .text = "Creep: weighted sum of first-order lags", .equation = "q_i' = (u - q_i)/T_i, y = sum_i w_i q_i",
-           .source = "Krejci & Kuhnen 2001, section 2", .flags = HYST_STEP, .prepare = prepare, .output = output,
-           .deriv = deriv, .update = update, .feedthrough = feedthrough)
+HYST_BLOCK(creep, .text = "Creep: weighted sum of first-order lags",
+           .equation = "q_i' = (u - q_i)/T_i, y = sum_i w_i q_i", .source = "Krejci & Kuhnen 2001",
+           .flags = HYST_STEP, .prepare = prepare, .output = output, .deriv = deriv, .update = update,
+           .feedthrough = feedthrough)

@@ -4,17 +4,17 @@
 #include "../elementary.h"
 #include "../hyst.h"
 
-#define DIMS(D)                                           \
-  D(n_in, 1, 1, 10000, "number of inputs")                \
-  D(n_hidden, 12, 1, 10000, "number of hidden neurons")   \
+#define DIMS(D)                                         \
+  D(n_in, 1, 1, 10000, "number of inputs")              \
+  D(n_hidden, 12, 1, 10000, "number of hidden neurons") \
   D(n_out, 1, 1, 10000, "number of outputs")
-#define VARS(V)                                                                                                      \
-  V(W1, PARAM, n_hidden * n_in, "real", "1", 1.0, -HYST_INF, HYST_INF, "hidden weights, one row per hidden neuron")  \
-  V(b1, PARAM, n_hidden, "real", "1", 0.0, -HYST_INF, HYST_INF, "hidden biases")                                     \
-  V(W2, PARAM, n_out * n_hidden, "real", "1", 1.0, -HYST_INF, HYST_INF, "output weights, one row per output")        \
-  V(b2, PARAM, n_out, "real", "1", 0.0, -HYST_INF, HYST_INF, "output biases")                                        \
-  V(activation, FIXED, 1, "sigmoid|tanh|relu", "1", 0, 0, 2, "activation of the hidden neurons")                     \
-  V(u, INPUT, n_in, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs")                                                 \
+#define VARS(V)                                                                                                    \
+  V(W1, PARAM, n_hidden *n_in, "real", "1", 1.0, -HYST_INF, HYST_INF, "hidden weights, one row per hidden neuron") \
+  V(b1, PARAM, n_hidden, "real", "1", 0.0, -HYST_INF, HYST_INF, "hidden biases")                                   \
+  V(W2, PARAM, n_out *n_hidden, "real", "1", 1.0, -HYST_INF, HYST_INF, "output weights, one row per output")       \
+  V(b2, PARAM, n_out, "real", "1", 0.0, -HYST_INF, HYST_INF, "output biases")                                      \
+  V(activation, FIXED, 1, "sigmoid|tanh|relu", "1", 0, 0, 2, "activation of the hidden neurons")                   \
+  V(u, INPUT, n_in, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs")                                               \
   V(y, OUTPUT, n_out, "real", "1", 0.0, -HYST_INF, HYST_INF, "outputs")
 
 enum { SIGMOID, TANH, RELU };

@@ -18,7 +18,7 @@
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")
 
 static hyst_turn turn(const hyst_piecewise *f, const double *memory, int depth, double u, double u0) {
-  return hyst_turn_dominant(memory, depth, u, u0, f->W[f->n] * u0, hyst_piecewise_branch, f);
+  return hyst_turn_dominant(memory, depth, u, u0, hyst_piecewise_slope(f) * u0, hyst_piecewise_branch, f);
 }
 
 HYST_PREPARE_FN(prepare) {
@@ -27,7 +27,8 @@ HYST_PREPARE_FN(prepare) {
 }
 HYST_INIT_FN(init) {
   HYST_OPEN_INIT
-  hyst_tp_init(memory, depth, *u0, hyst_piecewise_of(curve, n).W[n] * *u0);
+  const hyst_piecewise f = hyst_piecewise_of(curve, n);
+  hyst_tp_init(memory, depth, *u0, hyst_piecewise_slope(&f) * *u0);
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT

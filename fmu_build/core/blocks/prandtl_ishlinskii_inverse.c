@@ -7,18 +7,18 @@
 #define DIMS(D)                                   \
   D(n, 10, 1, 100000, "number of play operators") \
   D(depth, 256, 4, 100000, "extrema that the memory holds")
-#define VARS(V)                                                                                                  \
-  V(w0, FIXED, 1, "real", "1", 1.0, HYST_POSITIVE, HYST_INF, "weight of the linear term, greater than 0")        \
-  V(r, FIXED, n, "real", "1", 0.1, 0.0, HYST_INF, "thresholds (play half-widths), not decreasing")               \
-  V(w, FIXED, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the plays")                                  \
-  V(u0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: every play rests at this value of u")  \
-  V(curve, DERIVED, HYST_PIECEWISE(n), "real", "1", 0.0, -HYST_INF, HYST_INF, "loading curve as prefix sums")    \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                         \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives y")                   \
+#define VARS(V)                                                                                                 \
+  V(w0, FIXED, 1, "real", "1", 1.0, HYST_POSITIVE, HYST_INF, "weight of the linear term, greater than 0")       \
+  V(r, FIXED, n, "real", "1", 0.1, 0.0, HYST_INF, "thresholds (play half-widths), not decreasing")              \
+  V(w, FIXED, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the plays")                                 \
+  V(u0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: every play rests at this value of u") \
+  V(curve, DERIVED, HYST_PIECEWISE(n), "real", "1", 0.0, -HYST_INF, HYST_INF, "loading curve as prefix sums")   \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                        \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives y")                  \
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of y")
 
-static hyst_turn turn(const hyst_piecewise* f, const double* memory, int depth, double y, double u0) {
-  return hyst_turn_dominant(memory, depth, y, f->W[f->n] * u0, u0, hyst_piecewise_inverse_branch, f);
+static hyst_turn turn(const hyst_piecewise *f, const double *memory, int depth, double y, double u0) {
+  return hyst_turn_dominant(memory, depth, y, hyst_piecewise_slope(f) * u0, u0, hyst_piecewise_inverse_branch, f);
 }
 
 HYST_PREPARE_FN(prepare) {
@@ -27,7 +27,8 @@ HYST_PREPARE_FN(prepare) {
 }
 HYST_INIT_FN(init) {
   HYST_OPEN_INIT
-  hyst_tp_init(memory, depth, hyst_piecewise_of(curve, n).W[n] * *u0, *u0);
+  const hyst_piecewise f = hyst_piecewise_of(curve, n);
+  hyst_tp_init(memory, depth, hyst_piecewise_slope(&f) * *u0, *u0);
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT

@@ -64,7 +64,7 @@ static hyst_wave steps(int m, double t, const double *levels, double T) {
 static hyst_wave random_reversals(int m, double t, double frequency, const double *extrema) {
   const double place = 2 * frequency * t;
   const int k = piece(place, m);
-  if (!(place > 0 && place < m)) {
+  if (!(place >= 0 && place < m)) {
     const hyst_wave rest = {extrema[place > 0 ? m : 0], 0, 0};
     return rest;
   }

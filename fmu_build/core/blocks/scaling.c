@@ -3,12 +3,12 @@
 #include "../hyst.h"
 
 #define DIMS(D) D(n, 1, 1, 100000, "number of signals")
-#define VARS(V)                                                                                       \
-  V(gain, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "gain")                                    \
-  V(offset, PARAM, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "offset, added after the gain")          \
-  V(lo, PARAM, n, "real", "1", -1e300, -1e300, 1e300, "lower limit of the input (-1e300: none)")      \
-  V(hi, PARAM, n, "real", "1", 1e300, -1e300, 1e300, "upper limit of the input (1e300: none)")        \
-  V(u, INPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs")                                     \
+#define VARS(V)                                                                                  \
+  V(gain, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "gain")                               \
+  V(offset, PARAM, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "offset, added after the gain")     \
+  V(lo, PARAM, n, "real", "1", -1e300, -1e300, 1e300, "lower limit of the input (-1e300: none)") \
+  V(hi, PARAM, n, "real", "1", 1e300, -1e300, 1e300, "upper limit of the input (1e300: none)")   \
+  V(u, INPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs")                                \
   V(y, OUTPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "limited, scaled and shifted inputs")
 
 static double clamp(double u, double lo, double hi) { return u < lo ? lo : u > hi ? hi : u; }

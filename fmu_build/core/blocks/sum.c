@@ -2,10 +2,10 @@
 #include "../hyst.h"
 
 #define DIMS(D) D(n, 2, 1, 100000, "number of signals")
-#define VARS(V)                                                                \
-  V(k, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "weights")             \
-  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "constant term")  \
-  V(u, INPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs")              \
+#define VARS(V)                                                               \
+  V(k, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "weights")            \
+  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "constant term") \
+  V(u, INPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs")             \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weighted sum")
 
 HYST_OUTPUT_FN(output) {

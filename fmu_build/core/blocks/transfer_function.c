@@ -94,6 +94,7 @@ HYST_PREPARE_FN(prepare) {
     c[i] -= *d * alpha[i];
   }
   if (!all_finite(na, alpha) || !all_finite(na, c) || !hyst_isfinite(*d)) return "the coefficients are too far apart";
+  if (dt == 0) return NULL; /* initialisation uses no matrices */
   const double rate = *sigma * dt;
   if (!(rate < 1e12)) return "the step is too long for the fastest time constant (more than 1e12 of them)";
   if (!discretise(na, alpha, rate, work, *hold == 1, A, B0, B1))

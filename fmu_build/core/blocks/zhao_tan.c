@@ -1,26 +1,26 @@
 /* Zhao-Tan hysteretic operator: from an extremum (x_p, h_p) the branch h = h_p +- (1 - e^-d) d, d = |x - x_p|.
- * memory = dominant: the extrema that return-point memory keeps (Zhao & Tan 2008, section III: "dominant extremum"),
+ * memory = dominant: the extrema that return-point memory keeps (Zhao & Tan 2008, eq. 1: "dominant extremum"),
  * with Masing's virgin branch; the operator then is a Prandtl-Ishlinskii operator of play density 4 e^-2r (1 - r).
  * memory = last: the literal last extremum; unbounded, drifts under noise, for replicas only. */
 #include "../elementary.h"
 #include "../turning_points.h"
 
 #define DIMS(D) D(depth, 256, 4, 100000, "extrema that the memory holds")
-#define VARS(V)                                                                                                       \
-  V(memory, FIXED, 1, "dominant|last", "1", 0, 0, 1, "which extremum a branch starts from")                           \
-  V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0")       \
-  V(x, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                      \
-  V(h, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output of the operator")                                    \
+#define VARS(V)                                                                                                 \
+  V(memory, FIXED, 1, "dominant|last", "1", 0, 0, 1, "which extremum a branch starts from")                     \
+  V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0") \
+  V(x, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                \
+  V(h, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output of the operator")                              \
   V(extrema, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "extrema of x")
 
 enum { DOMINANT, LAST };
 
-static double branch(const void* none, double d) {
+static double branch(const void *none, double d) {
   (void)none;
   return -hyst_expm1(-d) * d;
 }
 
-static hyst_turn turn(const double* extrema, int depth, double memory, double x, double x0) {
+static hyst_turn turn(const double *extrema, int depth, double memory, double x, double x0) {
   return memory == LAST ? hyst_turn_last(extrema, depth, x, x0, 0, branch, NULL)
                         : hyst_turn_dominant(extrema, depth, x, x0, 0, branch, NULL);
 }
@@ -37,7 +37,8 @@ HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   hyst_tp_commit(extrema, depth, *x, turn(extrema, depth, *memory, *x, *x0));
 }
-HYST_BLOCK(zhao_tan, .text = "Zhao-Tan hysteretic operator",
-           .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) d, d = |x - x_p|; virgin branch h = sgn(x - x0) g(2|x - x0|)/2",
-           .source = "Zhao & Tan 2008, section III", .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output,
-           .update = update)
+HYST_BLOCK(
+    zhao_tan, .text = "Zhao-Tan hysteretic operator",
+    .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) d, d = |x - x_p|; virgin branch h = sgn(x - x0) g(2|x - x0|)/2",
+    .source = "Zhao & Tan 2008, eq. 1", .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output,
+    .update = update)

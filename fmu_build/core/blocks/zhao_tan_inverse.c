@@ -1,14 +1,14 @@
 /* Exact inverse of the Zhao-Tan operator (memory = dominant): the same memory driven by h, with the inverse branch
- * d = g^-1(v) of g(d) = (1 - e^-d) d.  The paper's own inverse operator is an approximation that a network corrects;
- * this one needs none.  Zhao & Tan 2008, section III. */
+ * d = g^-1(v) of g(d) = (1 - e^-d) d.  The paper's own inverse operator (Zhao & Tan 2008, eq. 11) is an approximation
+ * that a network corrects; this one needs none. */
 #include "../elementary.h"
 #include "../turning_points.h"
 
 #define DIMS(D) D(depth, 256, 4, 100000, "extrema that the memory holds")
-#define VARS(V)                                                                                               \
+#define VARS(V)                                                                                                 \
   V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0") \
-  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                      \
-  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives h")                \
+  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                        \
+  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives h")                  \
   V(extrema, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of h")
 
 /* g^-1(v) by Halley's method: from the series at 0, or from the asymptote, 2 to 4 steps to full accuracy */
@@ -45,5 +45,5 @@ HYST_UPDATE_FN(update) {
 }
 HYST_BLOCK(zhao_tan_inverse, .text = "Exact inverse of the Zhao-Tan operator",
            .equation = "x = x_p + sgn(h - h_p) g^-1(|h - h_p|), g(d) = (1 - e^-d) d",
-           .source = "Zhao & Tan 2008, section III; return-point memory of the inverse: Krejci & Kuhnen 2001",
+           .source = "Zhao & Tan 2008, eq. 1, solved for x; inverse by the same memory: Krejci & Kuhnen 2001",
            .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output, .update = update)

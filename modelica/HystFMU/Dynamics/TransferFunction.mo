@@ -15,16 +15,18 @@ protected
   parameter Real d = if nb == na then b[1]/a[1] else 0 "Direct term";
   parameter Real c[na] = Functions.outputRow(b, a, sigma) "Output row";
 initial equation
-  v[1] = if start == Types.Start.steady then u/alpha[1] else 0;
-  for i in 2:na loop
-    v[i] = 0;
-  end for;
+  if start == Types.Start.steady then
+    der(v) = zeros(na);
+  else
+    v = zeros(na);
+  end if;
 equation
   for i in 1:na - 1 loop
     der(v[i]) = sigma*v[i + 1];
   end for;
   der(v[na]) = sigma*(u - alpha*v);
-  y = c*v + d*u;
+  // without a direct term u must not appear, for a loop through this block to be free of algebraic loops
+  y = if nb == na then c*v + d*u else c*v;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = (b_0 s<sup>nb</sup> + ... + b_nb)/(a_0 s<sup>na</sup> + ... + a_na) u, controllable canonical form in the scaled time s/sigma.</p>
 <p><b>Source:</b> Franklin, Powell &amp; Workman, Digital Control of Dynamic Systems, 3rd ed.</p>

@@ -2,9 +2,9 @@ within HystFMU.Plants;
 block BacklashSumDynamics "Hysteretic actuator: sum of backlash operators before second-order dynamics G0(s)"
   extends Interfaces.Sampled;
   parameter Integer n(min = 1) = 10 "Number of backlash operators";
-  parameter Real w0 = 3 "Weight of the linear term";
+  parameter Real w0 = 0.3 "Weight of the linear term";
   parameter Real r[n](each min = 0) = linspace(0.05, 0.5, n) "Half-widths of the plays";
-  parameter Real w[n] = fill(1.0, n) "Weights of the plays";
+  parameter Real w[n] = fill(0.1, n) "Weights of the plays";
   parameter Real gain = 1 "Gain of G0";
   parameter Types.Frequency f_n(min = 0) = 500 "Natural frequency of G0";
   parameter Real zeta(min = 0) = 0.7 "Damping ratio of G0";

@@ -8,13 +8,17 @@ from hystfmu.core import Array
 from hystfmu.graph import Graph, Node
 
 
-def thresholds(u: Array, n: int) -> Array:
-    """`n` half-widths in equal steps inside (0, half the range of u).
+LEAST_TRAVEL = 0.02
 
-    A play wider than half the range never moves back: its column is constant after the first loading.  (Shen & Ma
-    2017 spread theirs over the whole range; half of their columns are dead.)
+
+def thresholds(u: Array, n: int) -> Array:
+    """`n` half-widths in equal steps from 0 (excluded) to 98 % of half the range of u.
+
+    A play wider than half the range never moves back: its column is constant after the first loading (Shen & Ma 2017
+    spread theirs over the whole range; half of their columns are dead).  One that travels less than 2 % of the range
+    is hardly seen: its weight would be fitted to the noise at the peaks and spoil every larger input.
     """
-    return np.asarray(np.ptp(u) / 2 * np.arange(1, n + 1) / (n + 1))
+    return np.asarray((1 - LEAST_TRAVEL) * np.ptp(u) / 2 * np.arange(1, n + 1) / n)
 
 
 def plays(u: Array, r: Array, u0: float) -> Array:

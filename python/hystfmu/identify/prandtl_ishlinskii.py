@@ -28,8 +28,8 @@ def build(
 ) -> tuple[Graph, int]:
     """The graph ``prandtl_ishlinskii -> scaling`` (offset) and the number of its parameters."""
     u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
-    r = thresholds(data.u, options["N"])
     rows = data.train
+    r = thresholds(data.u[rows], options["N"])
     columns = np.column_stack([data.u, plays(data.u, r, u0)])[rows]
     progress(0.1)
     w, (offset,) = nonnegative(columns, data.y[rows], np.ones((rows.stop - rows.start, 1)))

@@ -99,10 +99,11 @@ def run_scenarios(
     if record and overrides:
         raise InputError("--record stores the scenario as it is written: it does not go together with --set")
     scenarios = [Scenario(p, overrides) for p in paths]
-    for key in overrides:
-        if not any(key in s.overrides for s in scenarios):
-            raise InputError(f"--set {key}: no unit {split_end(key, '--set')[0]!r} in any of the scenarios")
     systems = [[build(c) for c in s.cases] for s in scenarios]
+    for key in overrides:
+        split_end(key, "--set")
+        if not any(key in system.overridden for group in systems for system in group):
+            raise InputError(f"--set {key}: none of the scenarios has a unit with that parameter")
     baselines = [None if record else Baseline.load(s.folder) for s in scenarios]
     results: list[Result] = []
     total = sum(system.n_steps for group in systems for system in group)

@@ -182,6 +182,8 @@ class Case:
     loops: tuple[tuple[str, str], ...]
     delay: str
     tolerance: float
+    overrides: dict[str, Any]
+    """From the command line: apply where the unit and the parameter exist."""
 
     @property
     def title(self) -> str:
@@ -216,7 +218,7 @@ class Scenario:
     path : path
         The file, or the folder that holds it.
     overrides : mapping of str to value
-        ``{"unit.parameter": value}`` on top of everything else, where the scenario has that unit.
+        ``{"unit.parameter": value}`` on top of everything else, in the cases that have such a parameter.
 
     Raises
     ------
@@ -229,15 +231,8 @@ class Scenario:
         self.file = path / "scenario.toml" if path.suffix != ".toml" else path
         self.folder = self.file.parent
         self.spec = read_toml(self.file, ScenarioSpec, MOST_BYTES)
-        self.overrides = {
-            k: v
-            for k, v in (overrides or {}).items()
-            if any(split_end(k, "--set")[0] in units for units in self._all_units())
-        }
+        self.overrides = dict(overrides or {})
         self.cases = self._cases()
-
-    def _all_units(self) -> list[dict[str, UnitSpec]]:
-        return [self.spec.units, *[c.units for c in self.spec.case]]
 
     def _cases(self) -> tuple[Case, ...]:
         specs = self.spec.case or [CaseSpec.model_validate({"name": "nominal"})]
@@ -250,11 +245,9 @@ class Scenario:
     def _case(self, c: CaseSpec) -> Case:
         s, where = self.spec, f"{self.file}: case {c.name}"
         units = {**s.units, **c.units}
-        for key, value in [*c.set.items(), *self.overrides.items()]:
+        for key, value in c.set.items():
             unit, parameter = split_end(key, f"{where}: set")
             if unit not in units:
-                if key in self.overrides:
-                    continue  # a unit of another case
                 raise InputError(f"{where}: set: no unit {unit!r}; there are {sorted(units)}")
             merged = {**units[unit].set, parameter: value}
             units[unit] = units[unit].model_copy(update={"set": merged})
@@ -286,6 +279,7 @@ class Scenario:
             loops=tuple((a, b) for a, b in s.loops),
             delay=s.delay,
             tolerance=s.tolerance,
+            overrides=self.overrides,
         )
         self._check(case, where)
         return case

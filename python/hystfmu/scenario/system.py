@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -56,6 +56,8 @@ class System:
     links: tuple[Link, ...]
     n_values: int
     columns: dict[str, int] = field(default_factory=dict)
+    overridden: frozenset[str] = frozenset()
+    """Which of the case's overrides found their parameter."""
 
     @property
     def h(self) -> float:
@@ -104,11 +106,17 @@ def build(case: Case) -> System:
     """
     parts: list[Part] = []
     columns: dict[str, int] = {}
+    overridden: set[str] = set()
     for name in case.order:
         spec = case.units[name]
         where = f"{case.file}: case {case.name}: units.{name}"
         try:
-            graph = _with_values(_graph(case, spec, where), spec)
+            graph = _with_values(_graph(case, spec, where), spec.set)
+            for key, value in case.overrides.items():
+                unit, parameter = split_end(key, "--set")
+                if unit == name and parameter in _parameter_names(graph):
+                    graph = _with_values(graph, {parameter: value})
+                    overridden.add(key)
         except InputError as e:
             message = str(e)
             raise InputError(message if message.startswith(str(case.file)) else f"{where}: {message}") from None
@@ -122,7 +130,7 @@ def build(case: Case) -> System:
         constants = {k: float(v) for k, v in spec.inputs.items()}
         parts.append(Part(name, graph, spec.runs_as, period, inputs, outputs, constants, first))
     links = _links(case, parts, columns)
-    system = System(case, tuple(parts), links, len(columns), columns)
+    system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
     if (system.n_steps + 1) * len(columns) > MOST_VALUES:
         raise InputError(f"{case.file}: case {case.name}: stop: more than {MOST_VALUES} values would be recorded")
     where = f"{case.file}: case {case.name}"
@@ -242,9 +250,14 @@ def _starts(graph: Graph, kind: str) -> list[float]:
     return [s for p in graph.ports if p.kind == kind for s in p.start]
 
 
-def _with_values(graph: Graph, spec: UnitSpec) -> Graph:
-    """The graph with the overrides of the scenario, by the names that an importer would use (`w`, `w_2`, `net_W1`)."""
-    for name, value in spec.set.items():
+def _parameter_names(graph: Graph) -> set[str]:
+    ports = [p for p in graph.ports if p.kind in ("param", "fixed")]
+    return {p.name for p in ports} | {n for p in ports for n in p.scalar_names}
+
+
+def _with_values(graph: Graph, values: dict[str, Any]) -> Graph:
+    """The graph with some parameters changed, by the names that an importer would use (`w`, `w_2`, `net_W1`)."""
+    for name, value in values.items():
         port, element = _parameter(graph, name)
         node = graph.nodes[port.node]
         graph = graph.replace(node.with_values(**{port.var.name: _changed(node, port, element, value)}))

@@ -1,0 +1,7 @@
+within HystFMU;
+package Data "Identified models"
+  extends Icons.Package;
+  annotation (Documentation(info = "<html>
+<p>Records written from identified models; a generated file says so in its first line.</p>
+</html>"));
+end Data;

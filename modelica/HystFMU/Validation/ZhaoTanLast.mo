@@ -1,0 +1,12 @@
+within HystFMU.Validation;
+model ZhaoTanLast "Zhao-Tan operator that remembers the last extremum only"
+  extends Icons.Example;
+  Operators.ZhaoTan tested(depth = 4, memory = Types.Memory.last, x0 = 0.1, Ts = 1e-3);
+equation
+  tested.x = max(-0.7, min(0.7, 0.2 + exp(-1.5*time)*sin(50*time) + 0.3*sin(12.1*time)*cos(3.3*time)));
+  annotation (
+    experiment(StopTime = 1.0, Interval = 0.001, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>Zhao-Tan operator that remembers the last extremum only; the test holds it against the unit of the same name at every sample.</p>
+</html>"));
+end ZhaoTanLast;

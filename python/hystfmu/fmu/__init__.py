@@ -1,0 +1,8 @@
+"""FMUs: `export_fmu` writes one, `check_fmu` looks for problems in one."""
+
+from __future__ import annotations
+
+from hystfmu.fmu.check import check_fmu
+from hystfmu.fmu.export import export_fmu
+
+__all__ = ["check_fmu", "export_fmu"]

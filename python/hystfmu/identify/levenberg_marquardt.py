@@ -1,0 +1,171 @@
+"""Levenberg-Marquardt training of a network with one hidden layer and a linear output, several starts.
+
+r = W2 f(W1 x + b1) + b2 - y has a Jacobian in closed form.  Every iteration factors it once, J = Q R, and tries dampings
+mu on the small triangle: min |R s + Q'r|^2 + mu |D s|^2, solved by least squares (QR), never by the normal equations.
+Damping and its update: Marquardt 1963; More 1978 (scaling D by the largest column norms seen so far).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hystfmu.core import Array
+
+MOST_ROWS = 6000  # more rows than this are thinned evenly: they are near copies of their neighbours
+
+
+@dataclass(frozen=True)
+class Network:
+    """Weights of a network with one output: y = W2 f(W1 x + b1) + b2, f the sigmoid or tanh."""
+
+    W1: Array
+    b1: Array
+    W2: Array
+    b2: float
+    activation: str = "sigmoid"
+
+    @property
+    def parameters(self) -> int:
+        """Number of weights and biases."""
+        return self.W1.size + self.b1.size + self.W2.size + 1
+
+    def __call__(self, x: Array) -> Array:
+        """Outputs (n,) for input rows x (n, n_in)."""
+        return np.asarray(_hidden(x @ self.W1.T + self.b1, self.activation)[0] @ self.W2 + self.b2)
+
+
+def _hidden(a: Array, activation: str) -> tuple[Array, Array]:
+    """Hidden values and their derivatives."""
+    t = np.tanh(a if activation == "tanh" else 0.5 * a)
+    return (t, 1 - t * t) if activation == "tanh" else (0.5 + 0.5 * t, 0.25 * (1 - t * t))
+
+
+def residuals(p: Array, x: Array, y: Array, hidden: int, activation: str = "sigmoid") -> tuple[Array, Array]:
+    """Residuals (n,) and their Jacobian (n, parameters); p holds W1 row by row, b1, W2, b2."""
+    n, k = x.shape
+    W1, b1, W2 = p[: hidden * k].reshape(hidden, k), p[hidden * k : hidden * (k + 1)], p[hidden * (k + 1) : -1]
+    f, df = _hidden(x @ W1.T + b1, activation)
+    J = np.empty((n, len(p)))
+    g = df * W2
+    np.multiply(g[:, :, None], x[:, None, :], out=J[:, : hidden * k].reshape(n, hidden, k))
+    J[:, hidden * k : hidden * (k + 1)] = g
+    J[:, hidden * (k + 1) : -1] = f
+    J[:, -1] = 1
+    return f @ W2 + p[-1] - y, J
+
+
+def start(x: Array, y: Array, hidden: int, activation: str, rng: np.random.Generator) -> Array:
+    """Nguyen & Widrow 1990: hidden slopes spread over the input range; the output layer by least squares."""
+    k = x.shape[1]
+    W1 = rng.normal(size=(hidden, k))
+    W1 *= (1.4 if activation == "tanh" else 2.8) * hidden ** (1 / k) / np.linalg.norm(W1, axis=1, keepdims=True)
+    centre = x[rng.integers(len(x), size=hidden)]  # every neuron bends somewhere in the data
+    b1 = -np.sum(W1 * centre, axis=1)
+    f = np.column_stack([_hidden(x @ W1.T + b1, activation)[0], np.ones(len(x))])
+    # a little ridge keeps the first output weights from cancelling each other
+    ridge = 1e-3 * np.sqrt(len(x)) * np.eye(hidden + 1)
+    out = np.linalg.lstsq(np.vstack([f, ridge]), np.concatenate([y, np.zeros(hidden + 1)]), rcond=None)[0]
+    return np.concatenate([W1.ravel(), b1, out])
+
+
+def minimise(
+    p: Array,
+    function: Callable[[Array], tuple[Array, Array]],
+    iterations: int,
+    tolerance: float = 1e-5,
+    progress: Callable[[float], None] = lambda fraction: None,
+) -> tuple[Array, float]:
+    """Least squares from the start p; stops when 10 iterations gain less than `tolerance` of the sum of squares.
+
+    Returns
+    -------
+    p : array
+    sum_of_squares : float
+    """
+    mu = 1e-2
+    r, J = function(p)
+    cost = float(r @ r)
+    scale = np.zeros(len(p))
+    history = [cost]
+    for i in range(iterations):
+        progress(i / iterations)
+        norms = np.linalg.norm(J, axis=0)
+        scale = np.maximum(scale, np.maximum(norms, 1e-8 * max(norms.max(), 1e-300)))
+        Q, R = np.linalg.qr(J / scale)
+        right = np.concatenate([-(Q.T @ r), np.zeros(len(p))])
+        for _ in range(12):
+            damped = np.vstack([R, np.sqrt(mu) * np.eye(len(p))])
+            q, t = np.linalg.qr(damped)
+            trial = p + np.linalg.solve(t, q.T @ right) / scale
+            r_trial, J_trial = function(trial)
+            cost_trial = float(r_trial @ r_trial)
+            if cost_trial < cost:
+                break
+            mu *= 4
+        else:
+            break
+        p, r, J, cost = trial, r_trial, J_trial, cost_trial
+        mu = max(mu / 5, 1e-14)
+        history.append(cost)
+        if len(history) > 10 and history[-11] - cost < tolerance * cost:
+            break
+    return p, cost
+
+
+def train(
+    x: Array,
+    y: Array,
+    hidden: int,
+    activation: str = "sigmoid",
+    starts: int = 4,
+    iterations: int = 300,
+    decay: float = 1e-6,
+    seed: int = 0,
+    progress: Callable[[float], None] = lambda fraction: None,
+) -> tuple[Network, float]:
+    """Train a network: every start for a tenth of the iterations, then the best one to the end.
+
+    Parameters
+    ----------
+    x : array, shape (n, n_in)
+        Inputs, scaled to about [-1, 1].
+    y : array, shape (n,)
+        Wanted output, scaled likewise.
+    hidden, activation : int, str
+        Size of the hidden layer, "sigmoid" or "tanh".
+    starts, iterations, seed : int
+        Number of random starts, iterations of the last stage, seed of the starts.
+    decay : float
+        Weight decay: mean square of the weights times this is added to the mean square error.
+
+    Returns
+    -------
+    network : Network
+    rms : float
+        Error over the rows, in the scaled unit of y.
+    """
+    stride = -(-len(x) // MOST_ROWS)
+    x, y = np.ascontiguousarray(x[::stride]), y[::stride]
+    rng = np.random.default_rng(seed)
+    first = max(iterations // 10, 10)
+    total = starts * first + iterations
+
+    ridge = np.sqrt(decay * len(x)) * np.eye(hidden * (x.shape[1] + 2) + 1)[:-1]  # the output bias goes free
+
+    def function(p: Array) -> tuple[Array, Array]:
+        r, J = residuals(p, x, y, hidden, activation)
+        return np.concatenate([r, ridge @ p]), np.vstack([J, ridge])
+
+    trials = []
+    for i in range(starts):
+        p = start(x, y, hidden, activation, rng)
+        trials.append(minimise(p, function, first, progress=lambda f, i=i: progress((i + f) * first / total)))
+    best = min(trials, key=lambda trial: trial[1])
+    p, cost = minimise(best[0], function, iterations, progress=lambda f: progress((starts * first + f * iterations) / total))
+    k = x.shape[1]
+    W1, b1, W2 = p[: hidden * k].reshape(hidden, k), p[hidden * k : hidden * (k + 1)], p[hidden * (k + 1) : -1]
+    network = Network(W1, b1, W2, float(p[-1]), activation)
+    return network, float(np.sqrt(cost / len(x)))

@@ -1,0 +1,54 @@
+"""Zhao & Tan 2008: the expanded input space (x, h), h the hysteretic operator of x, and a 2-12-1 network on it.
+
+The operator g(d) = (1 - e^-d) d is not scale-free: how much of it a given input range uses is a parameter.  Unless it is
+given, the range is chosen among a few by the training error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Node
+from hystfmu.identify import readout
+from hystfmu.identify.options import Option
+from hystfmu.identify.readout import Features, fit_readout
+
+RANGES = (0.5, 1.0, 2.0)  # of x in the operator: g is convex, as a loop of this class needs, up to d = 2
+
+OPTIONS = (
+    Option("memory", "dominant", choices=("dominant", "last"), text="extremum a branch starts from; last: the literal reading"),
+    Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen"),
+    Option("u0", None, text="initial memory: the operator rests at this input; default the first input"),
+    *readout.OPTIONS,
+)
+
+
+def features(data: Dataset, span: float, memory: str, u0: float) -> Features:
+    """``scaling -> zhao_tan``; the features are the scaled input x and the operator h."""
+    u = data.u[data.train]
+    gain = span / float(np.ptp(u))
+    offset = -gain * float(u.min() + u.max()) / 2
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}),
+        Node("operator", "zhao_tan", {}, {"memory": memory, "x0": gain * u0 + offset}),
+    ]
+    return Features(nodes, [("input.y", "operator.x")], ["input.u"], ["input.y", "operator.h"], data)
+
+
+def build(
+    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
+) -> tuple[Graph, int]:
+    """The graph ``scaling -> zhao_tan -> scaling -> mlp -> scaling`` and the number of weights and biases."""
+    u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
+    ranges = RANGES if options["range"] is None else (options["range"],)
+    trials = []
+    for i, span in enumerate(ranges):
+        part = features(data, span, options["memory"], u0)
+        share = lambda f, i=i: progress((i + f) / len(ranges))  # noqa: E731
+        trials.append(fit_readout(part, data, options, seed, share))
+    best = min(trials, key=lambda trial: trial[2])
+    return best[0], best[1]

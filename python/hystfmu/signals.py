@@ -1,0 +1,108 @@
+"""Excitation and held-out signals: what a model is judged on is never the signal it was trained on alone.
+
+All generators are seeded and independent of the C core; values lie in [-1, 1] times `amplitude` unless said otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hystfmu.core import Array
+from hystfmu.identify import errors
+from hystfmu.model import Model
+
+
+def decaying_sine(
+    cycles: float = 10.0, decay: float = 0.1, samples: int = 200, amplitude: float = 1.0, offset: float = 0.0
+) -> Array:
+    """offset + amplitude e^(-decay c) sin(2 pi c), c the number of cycles; `samples` per cycle."""
+    c = np.arange(round(cycles * samples) + 1) / samples
+    return np.asarray(offset + amplitude * np.exp(-decay * c) * np.sin(2 * np.pi * c))
+
+
+def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samples: int = 200) -> Array:
+    """A sine of amplitude 1 - share and one `ratio` times as fast of amplitude share: minor loops that drift."""
+    c = np.arange(round(cycles * samples) + 1) / samples
+    return np.asarray((1 - share) * np.sin(2 * np.pi * c) + share * np.sin(2 * np.pi * ratio * c))
+
+
+def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Array:
+    """Alternating up and down, each level drawn evenly between the last level and +-1, in ramps of about `step`.
+
+    Half of all reversals land inside the last loop, so that loops nest; the path starts at 0.
+    """
+    rng = np.random.default_rng(seed)
+    levels = [0.0]
+    up = bool(rng.random() < 0.5)
+    for _ in range(count):
+        levels.append(float(rng.uniform(levels[-1], 1.0) if up else rng.uniform(-1.0, levels[-1])))
+        up = not up
+    return ramps(levels, step)
+
+
+def ramps(levels: list[float], step: float = 0.01) -> Array:
+    """A path through `levels` in equal steps of at most `step` on each ramp."""
+    parts = [np.array(levels[:1])]
+    for a, b in zip(levels[:-1], levels[1:], strict=True):
+        parts.append(np.linspace(a, b, max(2, int(np.ceil(abs(b - a) / step))) + 1)[1:])
+    return np.concatenate(parts)
+
+
+def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> Array:
+    """Climb from 0 to -1, then at rising offsets up to +1 - amplitude three cycles of a small sine each."""
+    c = np.arange(1, 3 * samples + 1) / samples
+    parts = [np.linspace(0.0, -1.0, samples)]
+    for centre in np.linspace(-1 + amplitude, 1 - amplitude, loops):
+        parts.append(np.linspace(parts[-1][-1], centre, samples // 2)[1:])
+        parts.append(centre + amplitude * np.sin(2 * np.pi * c))
+    return np.concatenate(parts)
+
+
+def held_out(seed: int = 1000) -> dict[str, Array]:
+    """The signals that every table uses, by name: other decay rates, two tones, random nested reversals, minor loops.
+
+    Parameters
+    ----------
+    seed : int
+        Of the random reversals; take another than the training data's.
+    """
+    return {
+        "slow decay": decaying_sine(14, 0.04),
+        "fast decay": decaying_sine(8, 0.25),
+        "two tones": two_tones(),
+        "nested reversals": nested_reversals(120, seed),
+        "minor loops": minor_loops(),
+    }
+
+
+def training(count: int = 150, seed: int = 1) -> Array:
+    """An input that identifies well: a full loop, then at least 60 reversals of different amplitudes, in [-1, 1]."""
+    full = ramps([0.0, 1.0, -1.0, 1.0, -1.0, 0.0])
+    return np.concatenate([full, nested_reversals(count, seed)[1:]])
+
+
+def held_out_table(
+    model: Model, plant: Callable[[Array], Array], span: float, signals: dict[str, Array] | None = None
+) -> dict[str, dict[str, float]]:
+    """Errors of a model against a plant on every held-out signal.
+
+    Parameters
+    ----------
+    model : Model
+        Runs free from a fresh start.
+    plant : function
+        The true output (n,) for an input (n,), from a fresh start.
+    span : float
+        100 % of full scale: the span of y in the training data.
+    signals : dict of str to array, optional
+        Default `held_out()`.
+
+    Returns
+    -------
+    dict
+        For each signal `rms_percent` and `max_percent`, besides the absolute `rms` and `max`.
+    """
+    chosen = held_out() if signals is None else signals
+    return {name: errors(model.predict(u), plant(u), span) for name, u in chosen.items()}

@@ -1,0 +1,93 @@
+"""Makes the models in this folder: the two plants as they are, and what was identified from their noisy data.
+
+    python scenarios/models/make_models.py
+
+The identification sees only data: random nested reversals, 1 % noise, at rest between samples (no G0).  Its excitation,
+thresholds and solver differ from the plant's, so that a scenario measures what a user would get.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify import fit
+from hystfmu.model import Model
+
+HERE = Path(__file__).parent
+OMEGA_N, ZETA = 2 * math.pi * 500, 0.7
+G0 = {"b": [OMEGA_N**2], "a": [1.0, 2 * ZETA * OMEGA_N, OMEGA_N**2]}
+# ten full widths 0.1 .. 1 (Zhao & Tan 2008), linear term 0.3 of the sum of the weights: without it there is no inverse
+BACKLASH = {"w0": 0.3, "r": np.linspace(0.1, 1, 10) / 2, "w": np.full(10, 0.1)}
+# a piezo stack after Low & Guo 1995: displacement = d u - z, z the Bouc-Wen state; no play model can be exact for it
+BOUC_WEN = {"A": 1.0, "beta": 1.0, "gamma": -0.2, "n": 1.0, "alpha": 0.0, "k": 1.0}
+READOUT = {"k": [1.65, -0.77]}
+
+
+def backlash(dynamics: bool) -> Graph:
+    """Disturbance -> ten plays and a linear term -> G0."""
+    nodes = [
+        Node("add", "sum", {"n": 2}, {"k": [1.0, 1.0]}),
+        Node("hysteresis", "backlash_sum", {}, BACKLASH),
+    ]
+    wires = [("add.y", "hysteresis.u")]
+    return _plant(nodes, wires, "hysteresis.y", dynamics)
+
+
+def bouc_wen(dynamics: bool) -> Graph:
+    """Disturbance -> linear term minus Bouc-Wen state -> G0."""
+    nodes = [
+        Node("add", "sum", {"n": 2}, {"k": [1.0, 1.0]}),
+        Node("hysteresis", "bouc_wen", {}, BOUC_WEN),
+        Node("readout", "sum", {"n": 2}, READOUT),
+    ]
+    wires = [("add.y", "hysteresis.u"), ("add.y", "readout.u[1]"), ("hysteresis.z", "readout.u[2]")]
+    return _plant(nodes, wires, "readout.y", dynamics)
+
+
+def _plant(nodes: list[Node], wires: list[tuple[str, str]], end: str, dynamics: bool) -> Graph:
+    if dynamics:
+        nodes = [*nodes, Node("g0", "transfer_function", {"na": 2, "nb": 0}, G0)]
+        wires, end = [*wires, (end, "g0.u")], "g0.y"
+    inputs = [
+        Input("u", ("add.u[1]",), text="command, 1 is the nominal amplitude"),
+        Input("d", ("add.u[2]",), text="disturbance at the actuator"),
+    ]
+    return Graph(nodes, wires, inputs, [Output("y", end, text="displacement, 1 is the nominal amplitude")])
+
+
+def training_data(plant: Graph, name: str) -> Dataset:
+    """100 random nested reversals with half cosines between them, 100 samples per cycle, 1 % noise."""
+    reference = Node(
+        "reference",
+        "reference",
+        {"m": 100},
+        {"shape": "random_reversals", "amplitude": 1.3, "frequency": 1.0, "seed": 3},
+    )
+    h, n = 0.01, 5001
+    u = Graph.single(reference).run(np.zeros((n, 0)), h)[:, 0]
+    y = plant.run(np.column_stack([u, np.zeros(n)]), h)
+    noise = np.random.default_rng(1).standard_normal(n)
+    return Dataset.from_signal(u, y + 0.01 * np.abs(y).max() * noise, h, name)
+
+
+def main() -> None:
+    """Write all models."""
+    for name, plant in (("backlash", backlash), ("bouc_wen", bouc_wen)):
+        text = f"reference plant: {plant.__doc__}"
+        Model("plant", plant(True), None, text).save(HERE / f"{name}_plant.model.toml")
+        Model("plant", plant(False), None, f"{text.removesuffix(' -> G0.')}.").save(HERE / f"{name}_static.model.toml")
+        data = training_data(plant(False), f"{name}: 100 random reversals, 1 % noise")
+        fit(data, "prandtl_ishlinskii", N=20).save(HERE / f"{name}_identified.model.toml")
+    exact = Node("hysteresis", "prandtl_ishlinskii", {}, BACKLASH)
+    Model("prandtl_ishlinskii", Graph.single(exact), None, "the backlash plant, known exactly").save(
+        HERE / "backlash_exact.model.toml"
+    )
+
+
+if __name__ == "__main__":
+    main()

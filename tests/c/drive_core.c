@@ -1,0 +1,147 @@
+/* Drives the whole core for the sanitizers: block files run, and damaged copies of them are refused or run.
+ *   drive_core must|may FILE...     must: every file has to open; may: a file with extreme values may be refused
+ * Prints every file before it is touched, so that a crash has a name.  Exit 0: all well. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "graph.h"
+#include "random.h"
+
+static uint64_t drawn;
+static uint64_t draw(void) { return hyst_random_bits(1, drawn++); }
+
+static uint32_t crc32(const unsigned char *b, size_t n) {
+  uint32_t crc = 0xffffffffu;
+  for (size_t i = 0; i < n; i++) {
+    crc ^= b[i];
+    for (int k = 0; k < 8; k++) crc = crc & 1 ? crc >> 1 ^ 0xedb88320u : crc >> 1;
+  }
+  return ~crc;
+}
+
+static void put_u32(unsigned char *to, uint32_t v) {
+  for (int k = 0; k < 4; k++) to[k] = (unsigned char)(v >> 8 * k);
+}
+
+/* make length and checksum right, so that the damage behind them is reached */
+static void seal(unsigned char *file, size_t length) {
+  if (length < 20) return;
+  put_u32(file + 12, (uint32_t)length);
+  put_u32(file + 16, crc32(file + 20, length - 20));
+}
+
+/* inputs: mostly moderate, at times the largest numbers there are */
+static double input(int extreme) {
+  const double u = 4 * hyst_random_uniform(2, drawn++) - 2;
+  if (!extreme || draw() % 50) return u;
+  return u * (draw() % 2 ? 1e300 : 1e-300);
+}
+
+/* open, run, save and restore; returns the status of opening */
+static hyst_status run(const unsigned char *file, size_t length, int steps, double h, int extreme) {
+  size_t bytes = 0;
+  hyst_error error;
+  char text[512];
+  unsigned char *copy = malloc(length ? length : 1); /* of the exact length: reading past the end is seen */
+  if (!copy) exit(3);
+  if (length) memcpy(copy, file, length);
+  hyst_status s = hyst_graph_measure(copy, length, &bytes, &error);
+  if (s) {
+    hyst_message(&error, text, sizeof text);
+    free(copy);
+    return s;
+  }
+  void *memory = malloc(bytes);
+  if (!memory) exit(3);
+  hyst_graph *g = NULL;
+  if (hyst_graph_open(copy, length, memory, bytes - 1, &g, &error) != HYST_E_MEMORY) exit(4);
+  s = hyst_graph_open(copy, length, memory, bytes, &g, &error);
+  free(copy); /* an open graph must not need the file */
+  if (s) {
+    hyst_message(&error, text, sizeof text);
+    free(memory);
+    return s;
+  }
+  int64_t n = 0, past = 0;
+  double *state = hyst_graph_state(g, &n), *saved = malloc(((size_t)n + 1) * sizeof *saved);
+  if (!saved) exit(3);
+  for (int i = 0; i <= steps; i++) {
+    for (int k = 0; k < g->n_ports; k++)
+      for (int64_t j = 0; g->ports[k].kind == HYST_INPUT && j < g->ports[k].size; j++)
+        (void)hyst_graph_set(g, g->ports[k].reference + j, input(extreme));
+    if (i == 0 ? hyst_graph_start(g, 0) : hyst_graph_step(g, i * h, h)) {
+      hyst_message(hyst_graph_error(g), text, sizeof text);
+      break;
+    }
+    if (i == steps / 2) memcpy(saved, state, (size_t)n * sizeof *state);
+  }
+  memcpy(state, saved, (size_t)n * sizeof *state);
+  (void)hyst_graph_step(g, (steps + 1) * h, h);
+  for (int k = 0; k < g->n_ports; k++) past = g->ports[k].reference + g->ports[k].size;
+  for (int64_t r = -1; r <= past; r++) { /* one before and one after all references are refused */
+    const int outside = r < 0 || r == past;
+    if (outside != (hyst_graph_value(g, r) == NULL)) exit(5);
+    if (r < 2 || r > past - 3 || draw() % 16 == 0) (void)hyst_graph_set(g, r, 2 * input(1));
+  }
+  if (!hyst_graph_step(g, (steps + 2) * h, h)) (void)hyst_graph_step(g, (steps + 3) * h, 0.5 * h);
+  hyst_graph_defaults(g);
+  (void)hyst_graph_start(g, 1e6);
+  free(saved);
+  free(memory);
+  return HYST_E_OK;
+}
+
+static void damaged(const unsigned char *file, size_t length, int times) {
+  unsigned char *copy = malloc(length + 8);
+  if (!copy) exit(3);
+  for (int i = 0; i < times; i++) { /* truncated, as it is and with a right checksum */
+    const size_t cut = (size_t)(draw() % length);
+    memcpy(copy, file, length);
+    if (run(copy, cut, 1, 0.01, 0) == HYST_E_OK) exit(6);
+    seal(copy, cut);
+    (void)run(copy, cut, 1, 0.01, 0);
+  }
+  for (int i = 0; i < times; i++) { /* bits flipped: always refused; and with a right checksum: refused or run */
+    memcpy(copy, file, length);
+    const size_t at = (size_t)(draw() % length);
+    copy[at] ^= (unsigned char)(1u << draw() % 8);
+    if (run(copy, length, 1, 0.01, 0) == HYST_E_OK) exit(7);
+    for (uint64_t more = draw() % 3; more > 0; more--) {
+      const size_t place = (size_t)(draw() % length);
+      if (draw() % 2) copy[place] ^= (unsigned char)(1u << draw() % 8);
+      else if (place + 4 <= length) put_u32(copy + place, (uint32_t)(draw() % 4 ? draw() % 40 : draw()));
+    }
+    seal(copy, length);
+    (void)run(copy, length, 10, 0.01, 1);
+  }
+  memcpy(copy, file, length); /* bytes behind the end */
+  memset(copy + length, 0, 8);
+  seal(copy, length + 8);
+  if (run(copy, length + 8, 1, 0.01, 0) == HYST_E_OK) exit(8);
+  free(copy);
+}
+
+int main(int argc, char **argv) {
+  if (argc < 3) return 2;
+  const int must = !strcmp(argv[1], "must");
+  for (int i = 2; i < argc; i++) {
+    fprintf(stderr, "%s\n", argv[i]);
+    FILE *f = fopen(argv[i], "rb");
+    if (!f || fseek(f, 0, SEEK_END)) return 2;
+    const long length = ftell(f);
+    unsigned char *file = malloc((size_t)length);
+    rewind(f);
+    if (!file || fread(file, 1, (size_t)length, f) != (size_t)length) return 2;
+    fclose(f);
+    if (must) {
+      if (run(file, (size_t)length, 2000, 0.01, 0) != HYST_E_OK) return 9;
+      (void)run(file, (size_t)length, 500, 0.01, 1);
+      damaged(file, (size_t)length, 150);
+    } else {
+      (void)run(file, (size_t)length, 60, 0.01, 1);
+    }
+    free(file);
+  }
+  return 0;
+}

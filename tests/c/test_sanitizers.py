@@ -1,0 +1,134 @@
+"""The C core under AddressSanitizer and UBSan on good, extreme and damaged block files; what its objects contain."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hystfmu.core import BlockType, Var, block_types
+from hystfmu.errors import InputError
+from hystfmu.graph import Graph, Input, Node, Output
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
+from excitation import configurations, node
+
+HERE = Path(__file__).parent
+CORE = HERE.parents[1] / "fmu_build" / "core"
+SOURCES = sorted([*CORE.glob("*.c"), *CORE.glob("blocks/*.c")])
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-fno-math-errno", f"-I{CORE}"]
+SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
+
+
+def compile_all(folder: Path, sources: list[Path], flags: list[str]) -> list[Path]:
+    """One object per source, two compilers at a time; a warning is a failure."""
+
+    def one(source: Path) -> Path:
+        target = folder / f"{source.stem}.o"
+        done = subprocess.run(["cc", *flags, "-c", str(source), "-o", str(target)], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return target
+
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(one, sources))
+
+
+# ---- what the objects contain ---------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    return compile_all(tmp_path_factory.mktemp("objects"), SOURCES, [*STRICT, "-O2", "-fno-pic"])
+
+
+def symbols(objects: list[Path]) -> list[tuple[str, str, str]]:
+    """(object, type letter, name) of every symbol."""
+    found = []
+    for o in objects:
+        for line in subprocess.run(["nm", str(o)], capture_output=True, text=True, check=True).stdout.splitlines():
+            *_, letter, name = line.split()
+            found.append((o.stem, letter, name))
+    return found
+
+
+# what C compilers may call on their own, and the two string functions that the reader of files uses
+MEMORY = {"memcpy", "memmove", "memset", "memcmp", "memchr", "strlen", "strcmp"}
+SENTENCES = {"snprintf", "strchr", *MEMORY}
+
+
+def test_core_needs_no_libm_and_allocates_nothing(objects: list[Path]) -> None:
+    own = {name for _, letter, name in symbols(objects) if letter in "TR"}
+    outside = {(o, name) for o, letter, name in symbols(objects) if letter == "U" and name not in own}
+    assert {(o, n) for o, n in outside if n not in (SENTENCES if o == "message" else MEMORY)} == set()
+
+
+def test_core_has_no_variable_of_its_own(objects: list[Path]) -> None:
+    assert [(o, name) for o, letter, name in symbols(objects) if letter in "bBdDC"] == []
+
+
+# ---- sanitizers -----------------------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sanitized")
+    probe = folder / "probe.c"
+    probe.write_text("int main(void) { return 0; }\n")
+    if subprocess.run(["cc", *SANITIZE, str(probe), "-o", str(folder / "probe")], capture_output=True).returncode:
+        pytest.skip("the compiler has no AddressSanitizer / UBSan runtime")
+    compiled = compile_all(folder, [*SOURCES, HERE / "drive_core.c"], [*STRICT, *SANITIZE])
+    program = folder / "drive_core"
+    subprocess.run(["cc", *SANITIZE, *map(str, compiled), "-o", str(program)], check=True, timeout=120)
+    return program
+
+
+def drive(driver: Path, mode: str, files: list[Path]) -> None:
+    done = subprocess.run([str(driver), mode, *map(str, files)], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, f"exit {done.returncode}: " + done.stderr[-3000:]
+
+
+def loop() -> Graph:
+    """A closed loop: wires, several nodes, an input that feeds two blocks."""
+    nodes = [
+        Node("plant", "transfer_function", {"na": 2, "nb": 0}),
+        Node("pid", "pid", {}, {"Ki": 2.0, "u_max": 3.0}),
+        Node("play", "prandtl_ishlinskii", {}, {"r": np.linspace(0.1, 1, 10)}),
+    ]
+    wires = [("plant.y", "pid.y"), ("pid.u", "play.u"), ("play.y", "plant.u")]
+    return Graph(nodes, wires, [Input("r", ("pid.y_d", "pid.u_ff"))], [Output("y", "plant.y"), Output("u", "pid.u")])
+
+
+def test_every_block_and_damaged_copies_of_its_file(driver: Path, tmp_path: Path) -> None:
+    files = []
+    for name, block in block_types().items():
+        for i, values in enumerate(configurations(block)):
+            if made := node(block, values):
+                files.append(tmp_path / f"{name}-{i}.bin")
+                files[-1].write_bytes(Graph.single(made).to_bytes())
+    files.append(tmp_path / "loop.bin")
+    files[-1].write_bytes(loop().to_bytes())
+    drive(driver, "must", files)
+
+
+def extremes(v: Var) -> list[float]:
+    """The ends of the range of a variable, and the largest and smallest numbers."""
+    reals = [v.lo, v.hi, 1e300, -1e300, 5e-324, -5e-324, 1e12, -1e12, 0.0] if v.type == "real" else [v.lo, v.hi]
+    return [x for x in dict.fromkeys(reals) if np.isfinite(x) and v.lo <= x <= v.hi]
+
+
+def extreme_files(block: BlockType, folder: Path) -> list[Path]:
+    files: list[Path] = []
+    for i, values in enumerate(configurations(block)):
+        for v in block.parameters:
+            for x in extremes(v):
+                try:
+                    content = Graph.single(Node("b", block.name, {}, {**values, v.name: x})).to_bytes()
+                except InputError:
+                    continue
+                files.append(folder / f"{block.name}-{i}-{v.name}={x:g}.bin")
+                files[-1].write_bytes(content)
+    return files
+
+
+def test_extreme_legal_values(driver: Path, tmp_path: Path) -> None:
+    """No legal value may crash, hang or overflow an integer: the bounds of the table protect the block."""
+    drive(driver, "may", [f for block in block_types().values() for f in extreme_files(block, tmp_path)])

@@ -1,0 +1,36 @@
+"""Fixtures of the FMU tests: one unpacked FMU per version and graph, a fresh instance per test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from fmu_master import Master, single
+from hystfmu.graph import Graph
+
+
+@pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])
+def fmi(request: pytest.FixtureRequest) -> int:
+    return int(request.param)
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("unpacked")
+
+
+@pytest.fixture
+def make(folder: Path, fmi: int) -> Iterator[Callable[[Graph], Master]]:
+    """Instances of a graph, freed at the end of the test."""
+    made: list[Master] = []
+
+    def new(graph: Graph | None = None) -> Master:
+        graph = graph or single("prandtl_ishlinskii")
+        made.append(Master(graph, folder / graph.token, fmi))
+        assert made[-1].c.value, made[-1].messages
+        return made[-1]
+
+    yield new
+    for m in made:
+        m.free()

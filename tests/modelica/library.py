@@ -1,0 +1,155 @@
+"""The Modelica library as text and as pymoca sees it: classes, their parameters and ports, values of expressions."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymoca.ast as ast
+import pymoca.parser
+
+ROOT = Path(__file__).resolve().parents[2] / "modelica" / "HystFMU"
+BUILT_IN = {"Real", "Integer", "Boolean", "String", "StateSelect", "Clock"}
+
+
+@dataclass(frozen=True)
+class Class:
+    """One class of the library: its qualified name, the file it stands in, the tree below it."""
+
+    name: str
+    file: Path
+    tree: ast.Class
+
+    @property
+    def short_name(self) -> str:
+        return self.name.rsplit(".", 1)[-1]
+
+
+def files() -> list[Path]:
+    return sorted(ROOT.rglob("*.mo"))
+
+
+@functools.cache
+def text(file: Path) -> str:
+    return file.read_text()
+
+
+@functools.cache
+def classes() -> dict[str, Class]:
+    """Every class by its qualified name, as the second parser reads it."""
+    found: dict[str, Class] = {}
+    for file in files():
+        tree = pymoca.parser.parse(text(file))
+        assert tree is not None, f"{file.name}: pymoca finds a syntax error"
+        within = _within(file)
+        for name in within.split(".") if within else []:
+            tree = tree.classes[name]
+        for c in _below(tree, within, file):
+            found[c.name] = c
+    return found
+
+
+def _within(file: Path) -> str:
+    m = re.match(r"within ([\w.]+);", text(file))
+    return m[1] if m else ""
+
+
+def _below(tree: ast.Class, prefix: str, file: Path) -> Iterator[Class]:
+    for name, c in tree.classes.items():
+        if name not in BUILT_IN:
+            qualified = f"{prefix}.{name}" if prefix else name
+            yield Class(qualified, file, c)
+            yield from _below(c, qualified, file)
+
+
+def find(name: str, scope: str) -> Class | None:
+    """A class by a name as written inside `scope`; None for a built-in type."""
+    packages = scope.split(".")
+    for k in range(len(packages), -1, -1):
+        qualified = ".".join([*packages[:k], name])
+        if qualified in classes():
+            return classes()[qualified]
+    return None
+
+
+def components(c: Class) -> dict[str, ast.Symbol]:
+    """The components of a class, those of its base classes first."""
+    found: dict[str, ast.Symbol] = {}
+    for e in c.tree.extends:
+        base = find(str(e.component), c.name)
+        if base is not None:
+            found |= components(base)
+    return found | dict(c.tree.symbols)
+
+
+def modifiers(arguments: ast.ClassModification | None) -> dict[str, Any]:
+    """Name of the attribute or component -> expression; the binding has the name `value`."""
+    if arguments is None:
+        return {}
+    return {str(a.value.component): a.value.modifications[0] for a in arguments.arguments if a.value.modifications}
+
+
+def unit(symbol: ast.Symbol, scope: str) -> str:
+    """The unit of a component: its own, else that of its type; "" if neither has one."""
+    own = modifiers(symbol.class_modification).get("unit")
+    if own is not None:
+        return str(own.value)
+    typed = find(str(symbol.type), scope)
+    m = typed and re.search(rf'type {typed.short_name} = Real\([^)]*unit = "([^"]*)"', text(typed.file))
+    return m[1] if m else ""
+
+
+def evaluate(e: Any, scope: Mapping[str, Any]) -> Any:
+    """The value of a parameter expression: numbers, words of enumerations, arrays."""
+    if isinstance(e, ast.Primary):
+        return e.value
+    if isinstance(e, ast.Array):
+        return np.array([evaluate(v, scope) for v in e.values])
+    if isinstance(e, ast.ComponentRef):
+        name = str(e)
+        return scope[name] if name in scope else name.rsplit(".", 1)[-1]
+    args = [evaluate(v, scope) for v in e.operands]
+    match str(e.operator), args:
+        case "-", [a]:
+            return -a
+        case "+", [a, b]:
+            return a + b
+        case "-", [a, b]:
+            return a - b
+        case "*", [a, b]:
+            return a * b
+        case "/", [a, b]:
+            return a / b
+        case "fill", [a, *shape]:
+            return np.full(shape, a)
+        case ("zeros" | "ones") as f, shape:
+            return np.full(shape, float(f == "ones"))
+        case "linspace", [a, b, n]:
+            return np.linspace(a, b, n)
+    raise NotImplementedError(f"parameter expression {e}")
+
+
+def parameters(c: Class) -> dict[str, Any]:
+    """Public parameters of a class with their default values, in the order of declaration."""
+    scope: dict[str, Any] = {}
+    for name, s in components(c).items():
+        if "parameter" in s.prefixes and s.visibility.name == "PUBLIC":
+            scope[name] = evaluate(modifiers(s.class_modification)["value"], scope)
+    return scope
+
+
+def ports(c: Class, kind: str) -> dict[str, ast.Symbol]:
+    """The components of a class that are connectors RealInput or RealOutput."""
+    return {n: s for n, s in components(c).items() if str(s.type) == f"Interfaces.{kind}"}
+
+
+def experiment(c: Class) -> dict[str, float]:
+    """StopTime, Interval and Tolerance of a model that can be simulated."""
+    m = re.search(r"experiment\(([^)]*)\)", text(c.file))
+    assert m, f"{c.name} has no experiment annotation"
+    return {k.strip(): float(v) for k, v in (item.split("=") for item in m[1].split(","))}

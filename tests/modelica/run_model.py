@@ -1,0 +1,26 @@
+"""Simulate one model of the library with rumoca, in a process of its own: `run_model.py LIBRARY MODEL STOP STEP TOLERANCE OUT.npz`.
+
+A process of its own, because a panic of the compiler is a BaseException and a hanging solver must be killed.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import rumoca
+
+
+def main(library: str, model: str, stop: str, step: str, tolerance: str, out: str) -> None:
+    path = Path(library, *model.split(".")[1:]).with_suffix(".mo")
+    compiled = rumoca.Session(roots=[library]).load(path, model=model)
+    rtol = float(tolerance)
+    config = rumoca.SimConfig(solver="rk-like", rtol=rtol, atol=rtol, max_wall_seconds=60.0)
+    result = compiled.simulate(t=(0.0, float(stop)), dt=float(step), config=config)
+    np.savez(out, time=np.asarray(result.time), **{n: np.asarray(result[n]) for n in result.names})
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except BaseException as e:
+        sys.exit(f"{type(e).__name__}: {e}")

@@ -1,0 +1,54 @@
+"""Simulate a model of the library with rumoca in a process of its own, and read its trajectory at sample instants.
+
+A process of its own with a time limit, because a panic of the compiler is a BaseException and a solver may hang.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import library
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+TIME_LIMIT = 60.0
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Rows of a simulation; an event has two rows of the same time, its left and its right limit."""
+
+    values: dict[str, Array]
+
+    def at(self, h: float, side: str = "right") -> dict[str, Array]:
+        """Values at 0, h, 2 h, ...: the right limit (after the event) or the left one (before it)."""
+        t = self.values["time"]
+        n = int(np.floor(t[-1] / h * (1 + 1e-9)))  # the last instant may lack its event: leave it out
+        instants = h * np.arange(n)
+        near = 1e-6 * h
+        rows = np.searchsorted(t, instants + near) - 1 if side == "right" else np.searchsorted(t, instants - near)
+        assert np.abs(t[rows] - instants).max() < near, "the simulation has no row at a sample instant"
+        return {k: v[rows] for k, v in self.values.items()}
+
+
+def run(name: str, out: Path) -> Trajectory:
+    """Simulate the class `name` over its own experiment."""
+    e = library.experiment(library.classes()[name])
+    script = Path(__file__).with_name("run_model.py")
+    arguments = [str(library.ROOT), name, *(repr(e[k]) for k in ("StopTime", "Interval", "Tolerance")), str(out)]
+    done = subprocess.run(
+        [sys.executable, str(script), *arguments], capture_output=True, text=True, timeout=TIME_LIMIT, check=False
+    )
+    assert done.returncode == 0, f"{name}: rumoca says: {done.stderr.strip()[:2000]}"
+    with np.load(out) as file:
+        return Trajectory({k: file[k] for k in file.files})
+
+
+def port(values: dict[str, Array], prefix: str, name: str, size: int) -> Array:
+    """The columns of a port: shape (n, size)."""
+    names = [f"{prefix}.{name}"] if f"{prefix}.{name}" in values else [f"{prefix}.{name}[{i + 1}]" for i in range(size)]
+    return np.column_stack([values[n] for n in names])
