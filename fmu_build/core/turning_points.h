@@ -22,90 +22,59 @@ enum { HYST_TP_COUNT, HYST_TP_DIRECTION, HYST_TP_X, HYST_TP_H, HYST_TP_LIST };
 
 typedef double (*hyst_branch)(const void *g, double d); /* g(d), d >= 0, g(0) = 0, increasing */
 
-/* Where a new input x finds its branch, without touching the memory. */
+/* Where a new input x finds its branch, without touching the memory: the extremum (top_x, top_h) that the branch starts
+ * from, which is the newest of `count`.  On the virgin branch count = 0 and top is not used. */
 typedef struct {
-  double direction, h;
-  int count;    /* extrema left after the wiping-out, before the push */
-  int reversal; /* the previous input was an extremum: it is pushed */
+  double direction, h, top_x, top_h;
+  int count;
 } hyst_turn;
 
-static inline double hyst_tp_branch(double x, double x_p, double h_p, hyst_branch g, const void *ctx) {
-  return x >= x_p ? h_p + g(ctx, x - x_p) : h_p - g(ctx, x_p - x);
-}
-
-static inline double hyst_tp_virgin(double x, double x0, double h0, hyst_branch g, const void *ctx) {
-  return x >= x0 ? h0 + 0.5 * g(ctx, 2 * (x - x0)) : h0 - 0.5 * g(ctx, 2 * (x0 - x));
-}
-
-/* Dominant extrema.  m: the memory row, x0 and h0: origin of the virgin branch. */
+/* Dominant extrema.  m: the memory row, x0 and h0: origin of the virgin branch.
+ * Reversals of a measured signal are unpredictable, so the way through here has one branch that depends on them. */
 static inline hyst_turn hyst_turn_dominant(const double *m, int depth, double x, double x0, double h0, hyst_branch g,
                                            const void *ctx) {
   const double *xs = m + HYST_TP_LIST, *hs = xs + depth;
   const double last = m[HYST_TP_X];
-  hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], (int)m[HYST_TP_COUNT], 0};
+  hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], 0, 0, (int)m[HYST_TP_COUNT]};
   if (x == last) return t; /* a plateau is not a reversal */
-  const double direction = x > last ? 1 : -1;
-  double top_x = 0, top_h = 0; /* the newest extremum, pushed already or about to be */
-  if (t.direction != 0 && direction != t.direction) {
-    t.reversal = 1;
-    top_x = last;
-    top_h = m[HYST_TP_H];
-  } else if (t.count > 0) {
-    top_x = xs[t.count - 1];
-    top_h = hs[t.count - 1];
+  const int stored = t.count;
+  const double s = x > last ? 1 : -1;
+  int n = stored + (t.direction * s < 0);          /* after a reversal the last input is the newest extremum */
+  while (n >= 2 && s * x >= s * xs[n - 2]) n -= 2; /* wiping-out: x passed the extremum before the newest one */
+  if (n > 0) {
+    t.top_x = n > stored ? last : xs[n - 1];
+    t.top_h = n > stored ? t.h : hs[n - 1];
+    t.h = t.top_h + s * g(ctx, s * (x - t.top_x));
   }
-  t.direction = direction;
-  /* wiping-out: x has passed the extremum before the newest one */
-  for (;;) {
-    const int n = t.count + t.reversal;
-    if (n == 0) break;
-    if (n == 1) { /* the outermost extremum also closes on the virgin branch of the other side */
-      const double reach = top_x > x0 ? top_x - x0 : x0 - top_x, now = x > x0 ? x - x0 : x0 - x;
-      if (now >= reach) t.count = 0, t.reversal = 0;
-      break;
-    }
-    const double older = xs[n - 2];
-    if (direction > 0 ? x < older : x > older) break;
-    if (t.reversal) t.reversal = 0, t.count -= 1;
-    else t.count -= 2;
-    if (t.count > 0) {
-      top_x = xs[t.count - 1];
-      top_h = hs[t.count - 1];
-    }
-  }
-  t.h = t.count + t.reversal == 0 ? hyst_tp_virgin(x, x0, h0, g, ctx) : hyst_tp_branch(x, top_x, top_h, g, ctx);
+  /* the outermost extremum closes on the virgin branch of the other side */
+  if (n == 1 && (x - x0) * s >= (t.top_x - x0) * -s) n = 0;
+  if (n == 0) t.h = x >= x0 ? h0 + 0.5 * g(ctx, 2 * (x - x0)) : h0 - 0.5 * g(ctx, 2 * (x0 - x));
+  t.direction = s;
+  t.count = n;
   return t;
 }
 
 /* The last extremum only, whether it was passed or not; no virgin rule.  The literal reading, for replicas. */
 static inline hyst_turn hyst_turn_last(const double *m, int depth, double x, double x0, double h0, hyst_branch g,
                                        const void *ctx) {
+  const double *xs = m + HYST_TP_LIST, *hs = xs + depth;
   const double last = m[HYST_TP_X];
-  hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], (int)m[HYST_TP_COUNT], 0};
+  hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], x0, h0, (int)m[HYST_TP_COUNT]};
   if (x == last) return t;
-  const double direction = x > last ? 1 : -1;
-  if (t.direction != 0 && direction != t.direction) {
-    t.reversal = 1;
-    t.count = 0;
-    t.h = hyst_tp_branch(x, last, m[HYST_TP_H], g, ctx);
-  } else if (t.count > 0) {
-    t.h = hyst_tp_branch(x, m[HYST_TP_LIST], m[HYST_TP_LIST + depth], g, ctx);
-  } else {
-    t.h = hyst_tp_branch(x, x0, h0, g, ctx);
-  }
-  t.direction = direction;
+  const double s = x > last ? 1 : -1;
+  if (t.direction * s < 0) t.top_x = last, t.top_h = t.h, t.count = 1;
+  else if (t.count == 1) t.top_x = xs[0], t.top_h = hs[0];
+  t.h = x >= t.top_x ? t.top_h + g(ctx, x - t.top_x) : t.top_h - g(ctx, t.top_x - x);
+  t.direction = s;
   return t;
 }
 
 /* Commit what hyst_turn_...() found. */
 static inline void hyst_tp_commit(double *m, int depth, double x, hyst_turn t) {
   double *xs = m + HYST_TP_LIST, *hs = xs + depth;
-  if (t.reversal) {
-    if (t.count == depth) t.count -= 2; /* full: forget the smallest stored loop */
-    xs[t.count] = m[HYST_TP_X];
-    hs[t.count] = m[HYST_TP_H];
-    t.count++;
-  }
+  if (x == m[HYST_TP_X]) return;
+  if (t.count > depth) t.count -= 2; /* full: forget the smallest stored loop */
+  if (t.count > 0) xs[t.count - 1] = t.top_x, hs[t.count - 1] = t.top_h;
   m[HYST_TP_COUNT] = t.count;
   m[HYST_TP_DIRECTION] = t.direction;
   m[HYST_TP_X] = x;

@@ -12,7 +12,6 @@ import math
 from pathlib import Path
 
 import numpy as np
-
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify import fit

@@ -86,7 +86,12 @@ static hyst_status run(const unsigned char *file, size_t length, int steps, doub
   }
   if (!hyst_graph_step(g, (steps + 2) * h, h)) (void)hyst_graph_step(g, (steps + 3) * h, 0.5 * h);
   hyst_graph_defaults(g);
-  (void)hyst_graph_start(g, 1e6);
+  for (int i = 0; i < 3; i++) { /* times and steps without measure */
+    static const double odd[] = {1e300, -1e300, 1e-300};
+    (void)hyst_graph_start(g, odd[i]);
+    (void)hyst_graph_step(g, odd[i], 1e300);
+    (void)hyst_graph_step(g, odd[i], 1e-300);
+  }
   free(saved);
   free(memory);
   return HYST_E_OK;

@@ -1,7 +1,8 @@
-"""The turning-point machine against definitions that keep no stack: plain plays, and memory read off the whole history."""
+"""The turning-point machine against definitions that keep no stack: plain plays, memory read off the whole history."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -28,7 +29,7 @@ def plays(u: Array, r: Array, z0: float = 0.0) -> Array:
 
 
 def from_whole_history(u: Array, g: Branch, x0: float) -> Array:
-    """Return-point memory without a stack: for every row the alternating extrema of all rows so far, then Masing's sum."""
+    """Return-point memory without a stack: for every row the alternating extrema of all rows so far, Masing's sum."""
     h = np.empty(len(u))
     for k in range(len(u)):
         path = np.concatenate([[x0], u[: k + 1]])
@@ -62,7 +63,7 @@ def reversals(n: int, seed: int, step: float = 0.02) -> Array:
     for _ in range(n):
         levels.append(rng.uniform(levels[-1], 1) if up else rng.uniform(-1, levels[-1]))
         up = not up
-    parts = [np.linspace(a, b, max(2, int(abs(b - a) / step) + 1))[1:] for a, b in zip(levels, levels[1:], strict=False)]
+    parts = [np.linspace(a, b, max(2, int(abs(b - a) / step) + 1))[1:] for a, b in itertools.pairwise(levels)]
     return np.concatenate([np.zeros(1), *parts])
 
 
@@ -130,7 +131,7 @@ def test_four_hundred_thousand_random_steps(signed: bool) -> None:
 
 
 def test_zhao_tan_is_a_prandtl_ishlinskii_operator() -> None:
-    """Play density 4 e^(-2r) (1 - r), because g'' = 2 phi''/... : phi(q) = g(2q)/2 has phi'' = 4 e^(-2q) (1 - q)."""
+    """phi(q) = g(2q)/2 has the second derivative 4 e^(-2q) (1 - q): the density of its plays."""
     n, most = 100_000, 12.0
     r = (np.arange(n) + 0.5) * (most / n)
     w = 4 * np.exp(-2 * r) * (1 - r) * (most / n)
@@ -234,7 +235,7 @@ def test_too_small_a_memory_is_refused() -> None:
 
 # ---- why the dominant extremum --------------------------------------------------------------------------------------
 def test_the_last_extremum_drifts_under_noise() -> None:
-    """20 cycles of a unit sine with 0.5 % noise: the last-extremum reading of the paper drifts, the dominant one does not."""
+    """20 cycles of a unit sine with 0.5 % noise: the last-extremum reading drifts, the dominant one does not."""
     n = 200
     u = np.sin(2 * np.pi * np.arange(20 * n) / n)
     noisy = u + 5e-3 * np.random.default_rng(0).standard_normal(u.size)

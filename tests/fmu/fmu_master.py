@@ -1,11 +1,11 @@
-"""What the FMU tests share: graphs that move, unpacked FMUs, and a master that sees every status (ctypes, no exceptions)."""
+"""What the FMU tests share: graphs that move, unpacked FMUs, a master that sees every status (ctypes)."""
 
 from __future__ import annotations
 
 import ctypes as C
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from fmpy import platform, platform_tuple, sharedLibraryExtension
@@ -38,7 +38,7 @@ def single(name: str) -> Graph:
 
 
 def loop() -> Graph:
-    """A closed loop: reference, PID with limits, hysteresis, second-order dynamics; the disturbance comes from outside."""
+    """A closed loop: reference, PID, hysteresis, second-order dynamics; the disturbance comes from outside."""
     nodes = [
         Node("ref", "reference", {}, {"amplitude": 0.8, "frequency": 7.0}),
         Node("ctl", "pid", {}, {"Kp": 0.4, "Ki": 60.0}),
@@ -86,7 +86,9 @@ class Master:
         target = folder / f"unpacked{fmi}"
         if not target.exists():
             unpack(export_fmu(graph, folder / f"m{fmi}.fmu", fmi, "m"), target)  # type: ignore[arg-type]
-        self.lib = C.CDLL(str(target / "binaries" / (platform if fmi == 2 else platform_tuple) / f"m{sharedLibraryExtension}"))
+        self.lib = C.CDLL(
+            str(target / "binaries" / (platform if fmi == 2 else platform_tuple) / f"m{sharedLibraryExtension}")
+        )
         self.resources = target / "resources"
         self.messages: list[tuple[int, str, str]] = []
         self.token, self.ports = token or graph.token, {p.name: p for p in graph.ports}
@@ -121,7 +123,7 @@ class Master:
         return int(getattr(self.lib, self.prefix + name)(self.c, *arguments))
 
     # ---- values ---------------------------------------------------------------------------------------------------
-    _TYPES = {
+    _TYPES: ClassVar = {
         "real": ("Real", C.c_double, "Float64", C.c_double),
         "int": ("Integer", C.c_int, "Int32", C.c_int32),
         "bool": ("Boolean", C.c_int, "Boolean", C.c_bool),

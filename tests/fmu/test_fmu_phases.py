@@ -1,12 +1,14 @@
 """Every function of the two standards in every state: allowed ones work, the others say their name and the state.
 
-The tables are those of FMI 2.0.4, section 4.2.4 (stepInProgress and stepCanceled cannot occur, stepFailed is Step Mode: a
-discarded step leaves the unit as it was) and of FMI 3.0.1, sections 2.3 and 4.2.1 (without Event and Configuration Mode).
+The tables are those of FMI 2.0.4, section 4.2.4 (stepInProgress and stepCanceled cannot occur, stepFailed is Step
+Mode: a discarded step leaves the unit as it was) and of FMI 3.0.1, sections 2.3 and 4.2.1 (without Event Mode and
+Configuration Mode).
 """
 
 from __future__ import annotations
 
 import ctypes as C
+import subprocess
 from collections.abc import Callable
 from typing import Any
 
@@ -105,18 +107,33 @@ FMI3: dict[str, tuple[str, Call]] = {
     "DeserializeFMUState": (ANY, _deserialize),
     "DoStep": (". . + .", lambda m: m.step(0.0)),
 }
+
+
+def _words(text: str) -> list[str]:
+    return text.split()
+
+
 # what modelDescription.xml does not declare: an error in every state, and the name in the message
-ABSENT2 = """GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives CancelStep EnterEventMode
-NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates GetDerivatives
-GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates""".split()
-ABSENT3 = """GetFloat32 SetFloat32 GetInt8 SetInt8 GetUInt8 SetUInt8 GetInt16 SetInt16 GetUInt16 SetUInt16 GetUInt32 SetUInt32
-GetUInt64 SetUInt64 GetString SetString GetBinary SetBinary GetClock SetClock GetNumberOfVariableDependencies
-GetVariableDependencies GetDirectionalDerivative GetAdjointDerivative EnterConfigurationMode ExitConfigurationMode
-EnterEventMode EnterStepMode GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction SetIntervalDecimal
-SetIntervalFraction SetShiftDecimal SetShiftFraction EvaluateDiscreteStates UpdateDiscreteStates EnterContinuousTimeMode
-CompletedIntegratorStep SetTime SetContinuousStates GetContinuousStateDerivatives GetEventIndicators GetContinuousStates
-GetNominalsOfContinuousStates GetNumberOfEventIndicators GetNumberOfContinuousStates GetOutputDerivatives
-ActivateModelPartition""".split()
+ABSENT2 = _words(
+    """
+    GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives CancelStep EnterEventMode
+    NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates GetDerivatives
+    GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates
+    """
+)
+ABSENT3 = _words(
+    """
+    GetFloat32 SetFloat32 GetInt8 SetInt8 GetUInt8 SetUInt8 GetInt16 SetInt16 GetUInt16 SetUInt16 GetUInt32
+    SetUInt32 GetUInt64 SetUInt64 GetString SetString GetBinary SetBinary GetClock SetClock
+    GetNumberOfVariableDependencies GetVariableDependencies GetDirectionalDerivative GetAdjointDerivative
+    EnterConfigurationMode ExitConfigurationMode EnterEventMode EnterStepMode GetIntervalDecimal GetIntervalFraction
+    GetShiftDecimal GetShiftFraction SetIntervalDecimal SetIntervalFraction SetShiftDecimal SetShiftFraction
+    EvaluateDiscreteStates UpdateDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep SetTime
+    SetContinuousStates GetContinuousStateDerivatives GetEventIndicators GetContinuousStates
+    GetNominalsOfContinuousStates GetNumberOfEventIndicators GetNumberOfContinuousStates GetOutputDerivatives
+    ActivateModelPartition
+    """
+)
 # these answer Discard in Step Mode: nothing is ever pending
 PENDING2 = {"GetStatus": 0, "GetIntegerStatus": 0, "GetStringStatus": 1}
 
@@ -142,9 +159,7 @@ def test_matrix(make: Callable[..., Master], fmi: int, state: str) -> None:
             assert m.messages == [] or name == "SetDebugLogging"
         else:
             assert status == ERROR, name
-            assert m.messages == [
-                (ERROR, "logStatusError", f"fmi{fmi}{name} is not allowed in the state '{state}'.")
-            ]
+            assert m.messages == [(ERROR, "logStatusError", f"fmi{fmi}{name} is not allowed in the state '{state}'.")]
             assert m.memory() == before, f"{name} was refused and yet changed something"
 
 
@@ -168,8 +183,6 @@ def test_tables_are_complete(make: Callable[..., Master], fmi: int) -> None:
     if fmi == 3:
         life = ["InstantiateCoSimulation", "InstantiateModelExchange", "InstantiateScheduledExecution", "FreeInstance"]
     known = {*life, *(FMI2 if fmi == 2 else FMI3), *(ABSENT2 if fmi == 2 else ABSENT3), *(PENDING2 if fmi == 2 else ())}
-    import subprocess
-
     listed = subprocess.run(["nm", "-D", "--defined-only", m.lib._name], capture_output=True, text=True, check=True)
     exported = {line.split()[-1] for line in listed.stdout.splitlines()}
     assert {s.removeprefix(f"fmi{fmi}") for s in exported if s.startswith(f"fmi{fmi}")} == known

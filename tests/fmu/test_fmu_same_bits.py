@@ -10,7 +10,7 @@ from fmpy import read_model_description
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
-from fmu_master import BLOCKS, H, Array, loop, rows, single, unpack
+from fmu_master import BLOCKS, Array, H, loop, rows, single, unpack
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
 from hystfmu.unit import Unit
@@ -41,9 +41,7 @@ def run_by_fmpy(fmu: Path, folder: Path, fmi: int, u: Array) -> Array:
 
     def values() -> list[float]:
         return [
-            x
-            for v in outputs
-            for x in (get([v.valueReference]) if fmi == 2 else get([v.valueReference], size[v.name]))
+            x for v in outputs for x in (get([v.valueReference]) if fmi == 2 else get([v.valueReference], size[v.name]))
         ]
 
     def write(row: Array) -> None:

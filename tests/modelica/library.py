@@ -138,8 +138,9 @@ def parameters(c: Class) -> dict[str, Any]:
     """Public parameters of a class with their default values, in the order of declaration."""
     scope: dict[str, Any] = {}
     for name, s in components(c).items():
-        if "parameter" in s.prefixes and s.visibility.name == "PUBLIC":
-            scope[name] = evaluate(modifiers(s.class_modification)["value"], scope)
+        binding = modifiers(s.class_modification).get("value")
+        if binding is not None and "parameter" in s.prefixes and s.visibility.name == "PUBLIC":
+            scope[name] = evaluate(binding, scope)
     return scope
 
 

@@ -1,18 +1,19 @@
-"""Simulate one model of the library with rumoca, in a process of its own: `run_model.py LIBRARY MODEL STOP STEP TOLERANCE OUT.npz`.
+"""Compile one class with rumoca and simulate it: `run_model.py LIBRARY FILE MODEL [STOP STEP TOLERANCE OUT.npz]`.
 
 A process of its own, because a panic of the compiler is a BaseException and a hanging solver must be killed.
 """
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import rumoca
 
 
-def main(library: str, model: str, stop: str, step: str, tolerance: str, out: str) -> None:
-    path = Path(library, *model.split(".")[1:]).with_suffix(".mo")
-    compiled = rumoca.Session(roots=[library]).load(path, model=model)
+def main(library: str, file: str, model: str, *run: str) -> None:
+    compiled = rumoca.Session(roots=[library]).load(file, model=model)
+    if not run:
+        return
+    stop, step, tolerance, out = run
     rtol = float(tolerance)
     config = rumoca.SimConfig(solver="rk-like", rtol=rtol, atol=rtol, max_wall_seconds=60.0)
     result = compiled.simulate(t=(0.0, float(stop)), dt=float(step), config=config)

@@ -35,15 +35,20 @@ class Trajectory:
         return {k: v[rows] for k, v in self.values.items()}
 
 
-def run(name: str, out: Path) -> Trajectory:
-    """Simulate the class `name` over its own experiment."""
-    e = library.experiment(library.classes()[name])
+def rumoca(*arguments: str | Path) -> str:
+    """Run `run_model.py`; returns what the compiler or the solver complains about, or ""."""
     script = Path(__file__).with_name("run_model.py")
-    arguments = [str(library.ROOT), name, *(repr(e[k]) for k in ("StopTime", "Interval", "Tolerance")), str(out)]
-    done = subprocess.run(
-        [sys.executable, str(script), *arguments], capture_output=True, text=True, timeout=TIME_LIMIT, check=False
-    )
-    assert done.returncode == 0, f"{name}: rumoca says: {done.stderr.strip()[:2000]}"
+    command = [sys.executable, str(script), str(library.ROOT), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
+    return "" if done.returncode == 0 else done.stderr.strip()[:2000] or f"exit status {done.returncode}"
+
+
+def run(name: str, out: Path) -> Trajectory:
+    """Simulate the class `name` of the library over its own experiment."""
+    c = library.classes()[name]
+    e = library.experiment(c)
+    complaint = rumoca(c.file, name, *(repr(e[k]) for k in ("StopTime", "Interval", "Tolerance")), out)
+    assert not complaint, f"{name}: rumoca says: {complaint}"
     with np.load(out) as file:
         return Trajectory({k: file[k] for k in file.files})
 

@@ -100,19 +100,21 @@ static double rise(law l, double v, double xi, double z_max) {
 /* n = 1: exponentials */
 static double grown(double c, double xi) { return c == 0 ? xi : hyst_expm1(c * xi) / c; } /* (e^(c xi) - 1) / c */
 
+static double rate_linear(law l, double v) { return l.A - l.c * v; }
+
 static double log1p_over(double q, double xi) { /* xi log(1 + q) / q */
   const double one = 1 + q;
   return one == 1 ? xi : xi * (hyst_log(one) / (one - 1));
 }
 
 static double fall_linear(law l, double *p, double xi) {
-  const double to_zero = log1p_over(-l.c * *p / l.A, *p / l.A);
+  const double pull = rate_linear(l, *p), to_zero = log1p_over(-l.c * *p / l.A, *p / l.A);
   if (xi > to_zero) return xi - to_zero;
-  *p -= (l.A - l.c * *p) * grown(l.c, xi);
+  if (pull > 0) *p -= pull * grown(l.c, xi); /* else beta = 0 and z = z_max: it stays there */
   return 0;
 }
 
-static double rise_linear(law l, double v, double xi) { return v + (l.A - l.c * v) * grown(-l.c, xi); }
+static double rise_linear(law l, double v, double xi) { return v + rate_linear(l, v) * grown(-l.c, xi); }
 
 static double clamp(double v, double most) { return v > most ? most : v < -most ? -most : v; }
 

@@ -42,6 +42,5 @@ HYST_FEEDTHROUGH_FN(feedthrough) {
   return 0; /* y follows from the states alone */
 }
 HYST_BLOCK(creep, .text = "Creep: weighted sum of first-order lags",
-           .equation = "q_i' = (u - q_i)/T_i, y = sum_i w_i q_i", .source = "Krejci & Kuhnen 2001",
-           .flags = HYST_STEP, .prepare = prepare, .output = output, .deriv = deriv, .update = update,
-           .feedthrough = feedthrough)
+           .equation = "q_i' = (u - q_i)/T_i, y = sum_i w_i q_i", .source = "Krejci & Kuhnen 2001", .flags = HYST_STEP,
+           .prepare = prepare, .output = output, .deriv = deriv, .update = update, .feedthrough = feedthrough)

@@ -22,6 +22,7 @@ protected
   discrete Real after(start = 0, fixed = true) "Unlimited control with it";
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation
+  assert(u_min <= u_max, "u_min must not be greater than u_max");
   when sample(0, Ts) then
     dt = if time < 0.5*Ts then 0 else Ts;
     e = y - y_d;

@@ -2,13 +2,13 @@ within HystFMU.Examples;
 model SlidingMode "Sliding mode with integral action and inverse feed-forward on a hysteretic actuator"
   extends Icons.Example;
   parameter Types.Time Ts = 1e-4 "Sample period of the loop";
-  parameter Data.BacklashIdentified model "The plant as identified; its inverse is the feed-forward"
+  parameter Data.BacklashIdentified identified "The plant as identified; its inverse is the feed-forward"
     annotation (Placement(transformation(extent = {{-40, 40}, {-20, 60}})));
   Sources.Sine reference(frequency = 10, lead = 0.5*Ts) "Preview of half a sample for the hold"
     annotation (Placement(transformation(extent = {{-100, 0}, {-80, 20}})));
   Control.Feedforward feedforward(f_n = 500, zeta = 0.7)
     annotation (Placement(transformation(extent = {{-70, -30}, {-50, -10}})));
-  Inverse.PrandtlIshlinskiiInverse inverse(n = model.n, depth = 16, w0 = model.w0, r = model.r, w = model.w, u0 = model.u0, Ts = Ts)
+  Inverse.PrandtlIshlinskiiInverse inverse(n = identified.n, depth = 16, w0 = identified.w0, r = identified.r, w = identified.w, u0 = identified.u0, Ts = Ts)
     annotation (Placement(transformation(extent = {{-40, -30}, {-20, -10}})));
   Control.SlidingMode controller(lam = 1300, eta = 6.5e-4, rho = 1.05e-4, epsilon = 7, k_i = 1.56e7, Ts = Ts)
     annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
@@ -18,7 +18,7 @@ equation
   connect(reference.r_lead, feedforward.r);
   connect(reference.dr_lead, feedforward.dr);
   connect(reference.ddr_lead, feedforward.ddr);
-  inverse.y = (feedforward.v - model.offset)/model.gain;
+  inverse.y = (feedforward.v - identified.offset)/identified.gain;
   connect(inverse.u, controller.u_ff);
   connect(reference.r, controller.y_d);
   connect(plant.y, controller.y);

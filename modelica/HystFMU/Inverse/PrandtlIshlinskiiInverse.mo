@@ -13,6 +13,8 @@ protected
   parameter Real y0 = (w0 + sum(w))*u0 "Output of the operator at rest";
   discrete Real memory[3 + 2*depth](start = cat(1, {0, 0, y0}, zeros(2*depth)), each fixed = true) "Dominant extrema of y";
 equation
+  assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");
+  assert(Functions.leastSlope(w0, w) > 0, "w0 and w0 + w_1 + ... + w_i must be greater than 0 for every i: the loading curve must increase");
   when sample(0, Ts) then
     memory = Functions.turn(y, y0, pre(u), pre(memory));
     u = Functions.prandtlIshlinskiiInverse(y, Functions.branchOrigin(memory, y0, u0, 2), w0, r, w);

@@ -1,9 +1,9 @@
 within HystFMU.Operators;
 block BoucWen "Bouc-Wen operator"
   extends Interfaces.Sampled;
-  parameter Real A(min = 1e-100) = 1 "Slope of z at z = 0";
-  parameter Real beta(min = 0) = 0.5 "Width of the loop";
-  parameter Real gamma = 0.5 "Shape of the loop; beta + gamma > 0";
+  parameter Real A(min = 1e-100, max = 1e100) = 1 "Slope of z at z = 0";
+  parameter Real beta(min = 0, max = 1e100) = 0.5 "Width of the loop";
+  parameter Real gamma(min = -1e100, max = 1e100) = 0.5 "Shape of the loop; beta + gamma > 0";
   parameter Real n(min = 1, max = 20) = 1 "Sharpness of the knee";
   parameter Real alpha(min = 0, max = 1) = 0.5 "Share of the linear term";
   parameter Real k = 1 "Output gain";
@@ -14,6 +14,8 @@ block BoucWen "Bouc-Wen operator"
 protected
   discrete Real u_last(start = 0, fixed = true) "Input at the last sample";
 equation
+  assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");
+  assert((beta + gamma)*abs(z0)^n <= A, "z0 must be within (A/(beta + gamma))^(1/n), the bound of z");
   when sample(0, Ts) then
     z = if time < 0.5*Ts then z0 else Functions.boucWen(u, pre(u_last), pre(z), A, beta, gamma, n);
     u_last = u;

@@ -18,7 +18,7 @@ from hystfmu.identify.readout import Features, fit_readout
 
 OPTIONS = (
     Option("N", 16, 1, 10000, text="number of plays"),
-    Option("u0", None, text="initial memory: every play rests at this input; default the first input"),
+    Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
     *readout.OPTIONS,
 )
 

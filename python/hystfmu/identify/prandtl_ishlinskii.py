@@ -19,7 +19,7 @@ from hystfmu.identify.plays import plays, thresholds
 
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
-    Option("u0", None, text="initial memory: every play rests at this input; default the first input"),
+    Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
 )
 
 

@@ -22,7 +22,7 @@ RANGES = (0.5, 1.0, 2.0)  # of x in the operator: g is convex, as a loop of this
 OPTIONS = (
     Option("memory", "dominant", choices=("dominant", "last"), text="extremum a branch starts from; last: the literal reading"),
     Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen"),
-    Option("u0", None, text="initial memory: the operator rests at this input; default the first input"),
+    Option("u0", None, -1e300, 1e300, text="initial memory: the operator rests at this input; default the first input"),
     *readout.OPTIONS,
 )
 

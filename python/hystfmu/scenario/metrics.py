@@ -158,19 +158,19 @@ def judge(case: Case, trace: Trace, baseline: Baseline | None, compare: bool = T
     failures: list[str] = []
     for name, m in case.metrics.items():
         try:
-            value = measure(m, trace)
+            with np.errstate(over="ignore", invalid="ignore"):  # a diverged run: the verdict says so
+                value = measure(m, trace)
         except InputError as e:
             raise InputError(f"{case.file}: case {case.name}: metrics.{name}: {e}") from None
-        within = m.limit is None or value <= m.limit
+        within = bool(np.isfinite(value)) and (m.limit is None or value <= m.limit)
         old = known.get(name) if known is not None else None
         same = None
         if old is not None:
             same = abs(value - old) <= case.tolerance * max(abs(old), m.limit or 0.0)
         verdicts.append(Verdict(name, m.kind, value, m.limit, old, within, same))
         if not within:
-            failures.append(
-                f"{case.title}: {name} ({m.kind} of {m.signal}) = {value:.6g} exceeds the limit {m.limit:g}"
-            )
+            rule = "is not finite" if m.limit is None else f"exceeds the limit {m.limit:g}"
+            failures.append(f"{case.title}: {name} ({m.kind} of {m.signal}) = {value:.6g} {rule}")
         if same is False:
             failures.append(
                 f"{case.title}: {name} = {value:.9g} changed against the baseline {old:.9g} "

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,7 +14,8 @@ from hystfmu.core import Array
 
 WIDTH, HEIGHT = 480, 300
 LEFT, RIGHT, TOP, BOTTOM = 58, 10, 26, 42
-MOST_POINTS = 400  # of one line; more are thinned out
+T = TypeVar("T", float, Array)
+MOST_POINTS = 250  # of one line; more are thinned out
 
 
 @dataclass(frozen=True)
@@ -43,10 +45,10 @@ class Plot:
         across = (WIDTH - LEFT - RIGHT) / (xs[1] - xs[0])
         down = (HEIGHT - TOP - BOTTOM) / (ys[1] - ys[0])
 
-        def px(v: float) -> float:
+        def px(v: T) -> T:
             return LEFT + (v - xs[0]) * across
 
-        def py(v: float) -> float:
+        def py(v: T) -> T:
             return HEIGHT - BOTTOM - (v - ys[0]) * down
 
         out = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(self.title, quote=True)}">']
@@ -59,8 +61,7 @@ class Plot:
             out.append(f'<text class="tick" x="{LEFT - 5}" y="{py(v) + 4:.1f}" text-anchor="end">{v:.6g}</text>')
         out.append(f'<rect class="frame" x="{LEFT}" y="{TOP}" width="{right - LEFT}" height="{bottom - TOP}"/>')
         for k, line in enumerate(lines):
-            points = "L".join(f"{px(x):.1f} {py(y):.1f}" for x, y in zip(line.x, line.y, strict=True))
-            out.append(f'<path class="line c{k % 4}" d="M{points}"/>')
+            out.append(f'<path class="line c{k % 4}" transform="scale(.1)" d="{_path(px(line.x), py(line.y))}"/>')
         at = LEFT
         for k, line in enumerate(lines):
             out.append(f'<path class="line c{k % 4}" d="M{at} 15h14"/>')
@@ -73,6 +74,15 @@ class Plot:
         turned = f'x="12" y="{(TOP + bottom) / 2}" transform="rotate(-90 12 {(TOP + bottom) / 2})"'
         out.append(f'<text class="tick" {turned} text-anchor="middle">{escape(self.y_label)}</text></svg>')
         return "".join(out)
+
+
+def _path(x: Array, y: Array) -> str:
+    """Relative steps in whole tenths of a unit: a third of the size of absolute decimals."""
+    points = np.column_stack([x, y])
+    tenths = np.round(10 * points).astype(int)
+    steps = np.diff(tenths, axis=0)
+    steps = steps[np.any(steps != 0, axis=1)]
+    return f"M{tenths[0, 0]} {tenths[0, 1]}l" + " ".join(f"{a} {b}" for a, b in steps.tolist() or [[0, 0]])
 
 
 def _thin(line: Line, envelope: bool) -> Line:

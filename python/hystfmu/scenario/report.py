@@ -83,9 +83,20 @@ def write_report(
     for name in dict.fromkeys(r.scenario for r in results):
         body.append(_scenario([r for r in results if r.scenario == name]))
     page = _PAGE.replace("TITLE", escape(title)).replace("BODY", "\n".join(body))
-    write_text(directory / "report.json", json.dumps(_machine(results, extra_sections), indent=1))
+    write_text(directory / "report.json", json.dumps(_plain(_machine(results, extra_sections)), indent=1))
     write_text(directory / "report.html", page)
     return directory / "report.html"
+
+
+def _plain(v: Any) -> Any:
+    """JSON knows no infinity and no NaN: text instead, as a diverged run may give."""
+    if isinstance(v, dict):
+        return {str(k): _plain(x) for k, x in v.items()}
+    if isinstance(v, list | tuple):
+        return [_plain(x) for x in v]
+    if isinstance(v, np.generic):
+        v = v.item()
+    return v if not isinstance(v, float) or np.isfinite(v) else str(v)
 
 
 def _machine(results: Sequence[Result], sections: Sequence[Section]) -> dict[str, Any]:
@@ -110,6 +121,9 @@ def _loop_facts(system: System) -> dict[str, Any]:
 
 
 # ---- pieces of the page ---------------------------------------------------------------------------------------------
+NUMBER, OPEN = ' class="num"', ' open="open"'
+
+
 def _number(v: object) -> str:
     return f"{v:.4g}" if isinstance(v, float) else escape(str(v))
 
@@ -119,7 +133,7 @@ def _table(t: Table) -> str:
     rows = []
     for row in t.rows:
         cells = "".join(
-            f"<td{' class=num' if isinstance(c, int | float) and not isinstance(c, bool) else ''}>{_number(c)}</td>"
+            f"<td{NUMBER if isinstance(c, int | float) and not isinstance(c, bool) else ''}>{_number(c)}</td>"
             for c in row
         )
         rows.append(f"<tr>{cells}</tr>")
@@ -176,7 +190,7 @@ def _scenario(results: Sequence[Result]) -> str:
         text = f" - {escape(r.system.case.text)}" if r.system.case.text else ""
         plots = _plots(_case_plots(r.system, r.trace)) if r.trace is not None else ""
         parts.append(
-            f'<details{" open" if k == 0 else ""}><summary><b class="{state}">{escape(r.case)}</b>{text}</summary>'
+            f'<details{OPEN if k == 0 else ""}><summary><b class="{state}">{escape(r.case)}</b>{text}</summary>'
             f"{plots}</details>"
         )
     return "".join([*parts, "</section>"])
@@ -246,7 +260,7 @@ caption { text-align:left; color:var(--soft); padding:.3rem 0 } details { margin
 figure { margin:0 } figcaption { color:var(--soft); font-size:.85rem } svg { width:100%; height:auto; display:block }
 .grid { stroke:var(--line); fill:none } .frame { stroke:var(--soft); fill:none }
 .tick { fill:var(--soft); font-size:11px }
-.line { fill:none; stroke-width:1.4; stroke-linejoin:round }
+.line { vector-effect:non-scaling-stroke; fill:none; stroke-width:1.4; stroke-linejoin:round }
 .c0 { stroke:var(--c0) } .c1 { stroke:var(--c1) } .c2 { stroke:var(--c2) } .c3 { stroke:var(--c3) }
 </style></head><body>
 BODY

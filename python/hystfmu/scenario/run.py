@@ -20,7 +20,7 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.errors import InputError
-from hystfmu.graph import Graph
+from hystfmu.graph import Graph, Port
 from hystfmu.scenario.system import Part, System, fuse, segments
 from hystfmu.unit import Unit
 
@@ -73,7 +73,7 @@ class FmuStore:
     def __exit__(self, kind: type[BaseException] | None, e: BaseException | None, tb: TracebackType | None) -> None:
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def get(self, graph: Graph, fmi: int) -> tuple[Path, Any]:
+    def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:
         """Folder and model description of the graph as an FMU; exported on first use."""
         key = (graph.token, fmi)
         if key not in self._known:
@@ -94,6 +94,14 @@ def _window(values: C.Array[C.c_double], first: int, n: int) -> C.Array[C.c_doub
     return (C.c_double * n).from_buffer(values, 8 * first)
 
 
+def _names(port: Port, fmi: int) -> tuple[str, ...]:
+    return port.scalar_names if fmi == 2 else (port.name,)
+
+
+def _references(values: Sequence[int]) -> C.Array[C.c_uint32]:
+    return (C.c_uint32 * len(values))(*values)
+
+
 class _FmuMember:
     """One FMU, called through fmpy's loaded library with buffers that live as long as the run."""
 
@@ -108,7 +116,7 @@ class _FmuMember:
         from fmpy.fmi2 import FMU2Slave
         from fmpy.fmi3 import FMU3Slave
 
-        fmi = 2 if part.runs_as == "fmu2" else 3
+        fmi: Literal[2, 3] = 2 if part.runs_as == "fmu2" else 3
         folder, description = store.get(part.graph, fmi)
         self.name, self.period, self._h = part.name, part.period, system.length(part)
         kind = FMU2Slave if fmi == 2 else FMU3Slave
@@ -121,8 +129,10 @@ class _FmuMember:
         self._fmu.instantiate()
         reference = {v.name: v.valueReference for v in description.modelVariables}
         n_in, n_out = len(part.inputs), len(part.outputs)
-        vr_in = (C.c_uint32 * n_in)(*[reference[n] for n in part.inputs])
-        vr_out = (C.c_uint32 * n_out)(*[reference[n] for n in part.outputs])
+        # FMI 3.0 has arrays: one reference for all elements, whose values lie side by side as ours do
+        names = {k: [n for p in part.graph.ports if p.kind == k for n in _names(p, fmi)] for k in ("input", "output")}
+        vr_in, vr_out = (_references([reference[n] for n in names[k]]) for k in ("input", "output"))
+        k_in, k_out = len(vr_in), len(vr_out)
         self._u = (C.c_double * n_in)(*[part.constants.get(n, 0.0) for n in part.inputs])
         y = _window(values, part.first, n_out)
         self._sources, self._values = sources, values
@@ -137,8 +147,8 @@ class _FmuMember:
             flags = [C.c_bool() for _ in range(3)]
             last = C.c_double()
             event, end, early = (C.byref(f) for f in flags)
-            self._put = lambda: put(component, vr_in, n_in, self._u, n_in)
-            self._get = lambda: get(component, vr_out, n_out, y, n_out)
+            self._put = lambda: put(component, vr_in, k_in, self._u, n_in)
+            self._get = lambda: get(component, vr_out, k_out, y, n_out)
             self._do = lambda t: step(component, t, h, True, event, end, early, C.byref(last))
 
     def start(self, t0: float) -> None:

@@ -203,7 +203,7 @@ def delay_budget(system: System) -> list[Delay]:
             continue
         where = f"{source.name}.{name} -> {to.name}.{to.inputs[link.input]}"
         held = source.period / ripple
-        if _feeds_through(to, link.input):
+        if _feeds_through(system, to, link.input):
             found.append(Delay(where, held, "one step of its source late: the reader stands earlier in the order"))
         else:
             found.append(Delay(where, held / 2, "held between samples: half a step on average"))
@@ -215,9 +215,17 @@ def delay_budget(system: System) -> list[Delay]:
     return found
 
 
-def _feeds_through(part: Part, k: int) -> bool:
+def _feeds_through(system: System, part: Part, k: int) -> bool:
+    """Whether an output of the unit that somebody reads depends on its input k at once."""
     port = next(p for p in part.graph.ports if p.kind == "input" and part.inputs[k] in p.scalar_names)
-    return any(port.name in names for names in part.graph.dependencies().values())
+    read = {link.source for link in system.links}
+    read |= {system.columns[m.signal] for m in system.case.metrics.values()}
+    depends = part.graph.dependencies()
+    return any(
+        port.name in depends[p.name] and any(system.columns[f"{part.name}.{n}"] in read for n in p.scalar_names)
+        for p in part.graph.ports
+        if p.kind == "output"
+    )
 
 
 # ---- the graph of a unit ------------------------------------------------------------------------------------------

@@ -1,0 +1,21 @@
+within HystFMU.Functions;
+function isNotDecreasing "Is every element at least its predecessor?"
+  extends Icons.Function;
+  input Real r[:] "Thresholds";
+  output Boolean yes "True: they are in order";
+protected
+  Integer steps_down;
+algorithm
+  steps_down := 0;
+  for i in 2:size(r, 1) loop
+    if r[i] < r[i - 1] then
+      steps_down := steps_down + 1;
+    end if;
+  end for;
+  yes := steps_down == 0;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> r_i &ge; r_(i-1) for all i.</p>
+<p><b>Source:</b> definition.</p>
+<p><b>Limitations:</b> none.</p>
+</html>"));
+end isNotDecreasing;

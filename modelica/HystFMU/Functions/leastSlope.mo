@@ -1,0 +1,21 @@
+within HystFMU.Functions;
+function leastSlope "Least slope of a loading curve"
+  extends Icons.Function;
+  input Real w0 "Weight of the linear term";
+  input Real w[:] "Weights of the plays";
+  output Real slope "The least of w0, w0 + w_1, ...";
+protected
+  Real sum_w;
+algorithm
+  sum_w := w0;
+  slope := w0;
+  for i in 1:size(w, 1) loop
+    sum_w := sum_w + w[i];
+    slope := min(slope, sum_w);
+  end for;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> min over j of w0 + w_1 + ... + w_j.</p>
+<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 12: the inverse exists if it is greater than 0.</p>
+<p><b>Limitations:</b> none.</p>
+</html>"));
+end leastSlope;

@@ -1,0 +1,86 @@
+"""Asymmetric Prandtl-Ishlinskii model with creep: plays, one-sided dead zones and first-order lags of the input.
+
+y = c + w0 u + sum w_i p_{r_i}[u] + sum v_j S(u, s_j) + sum k_l q_l,  T_l q_l' = u - q_l;  linear in all weights, so one
+bounded least-squares problem: w, k >= 0 (plays follow and lags trail the input), v and c free.  Modified
+Prandtl-Ishlinskii operator with creep: Kuhnen 2003; here the dead zones act on the input, which keeps it linear.
+
+Lags near each other and near the linear term are almost copies; a ridge on the scaled weights shares between them
+instead of letting large weights of opposite sign fit the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hystfmu.core import Array
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.nonnegative import nonnegative
+from hystfmu.identify.options import Option
+from hystfmu.identify.plays import plays, thresholds
+
+OPTIONS = (
+    Option("N", 20, 1, 10000, text="number of plays"),
+    Option("dead_zones", 6, 1, 1000, text="number of dead zones, evenly over the training range"),
+    Option("lags", 6, 1, 1000, text="number of first-order lags"),
+    Option("T_min", None, 1e-12, 1e12, text="shortest time constant in s; default one sample"),
+    Option("T_max", 8.0, 1e-12, 1e12, text="longest time constant in s"),
+    Option("ridge", 0.01, 0.0, 1e6, text="ridge on the weights, each scaled by its column"),
+    Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
+)
+
+
+def build(
+    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
+) -> tuple[Graph, int]:
+    """The graph ``(prandtl_ishlinskii, dead_zones, creep) -> sum`` and the number of its weights."""
+    rows, u = data.train, data.u
+    u0 = float(u[0]) if options["u0"] is None else options["u0"]
+    r = thresholds(u[rows], options["N"])
+    s = knots(u[rows], options["dead_zones"])
+    shortest = data.h if options["T_min"] is None else options["T_min"]
+    T = np.geomspace(shortest, max(shortest, options["T_max"]), options["lags"])
+    lagged = np.column_stack([lag(u, data.h, t) for t in T])
+    progress(0.3)
+    bounded = np.column_stack([u, plays(u, r, u0), lagged])[rows]
+    bends = np.where(s > 0, np.maximum(u[rows, None] - s, 0), np.minimum(u[rows, None] - s, 0))
+    x, (*v, offset) = ridge_fit(bounded, bends, data.y[rows], options["ridge"])
+    w, k = x[1 : 1 + len(r)], x[1 + len(r) :]
+    nodes = [
+        Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": x[0], "r": r, "w": w, "u0": u0}),
+        Node("bend", "dead_zones", {}, {"w0": 0.0, "r": s, "w": v}),
+        Node("creep", "creep", {}, {"w": k, "T": T, "start": "steady"}),
+        Node("readout", "sum", {"n": 3}, {"offset": offset}),
+    ]
+    wires = [(f"{node.name}.y", f"readout.u[{i + 1}]") for i, node in enumerate(nodes[:3])]
+    inputs = [Input("u", ("hysteresis.u", "bend.u", "creep.u"), data.unit_u, u0)]
+    return Graph(nodes, wires, inputs, [Output("y", "readout.y", data.unit_y)]), len(x) + len(v) + 1
+
+
+def ridge_fit(bounded: Array, free: Array, y: Array, ridge: float) -> tuple[Array, Array]:
+    """min |y - c - bounded x - free v|^2 + (ridge |scaled weights|)^2 over x >= 0, v, c; returns x and (v, c)."""
+    columns = np.column_stack([bounded, free])
+    middle = columns.mean(axis=0)
+    size = np.linalg.norm(columns - middle, axis=0)
+    size[size == 0] = 1.0
+    m = columns.shape[1]
+    stacked = np.vstack([(columns - middle) / size, ridge * np.eye(m)])
+    n = bounded.shape[1]
+    x, v = nonnegative(stacked[:, :n], np.concatenate([y - y.mean(), np.zeros(m)]), stacked[:, n:])
+    x, v = x / size[:n], v / size[n:]
+    return x, np.append(v, y.mean() - middle[:n] @ x - middle[n:] @ v)
+
+
+def knots(u: Array, n: int) -> Array:
+    """Thresholds of `n` dead zones, evenly inside the range of u; none at 0, where a dead zone is the input itself."""
+    s = u.min() + np.ptp(u) * np.arange(1, n + 1) / (n + 1)
+    least = 1e-6 * np.ptp(u)
+    return np.where(np.abs(s) < least, least, s)
+
+
+def lag(u: Array, h: float, T: float) -> Array:
+    """First-order lag of u that starts in its steady state, run by the C core."""
+    return Graph.single(Node("lag", "creep", {}, {"w": 1.0, "T": T, "start": "steady"})).run(u, h)

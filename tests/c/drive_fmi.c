@@ -1,0 +1,166 @@
+/* Drives the FMI layer for the sanitizers: random sequences of calls, good and bad, on several instances at once.
+ *   drive_fmi RESOURCES TOKEN REFERENCES CALLS SEED
+ * Exit 0: no crash, no leak, every status is one of the standard, and refused calls changed nothing that shows. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2Functions.h"
+#include "fmi3Functions.h"
+#include "random.h"
+
+static uint64_t seed, drawn;
+static uint64_t draw(uint64_t n) { return hyst_random_bits(seed, drawn++) % n; }
+
+static void tell2(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category, fmi2String text, ...) {
+  if (e != &seed || !name || s > fmi2Fatal || !strlen(category) || !strlen(text)) abort();
+}
+static void tell3(fmi3InstanceEnvironment e, fmi3Status s, fmi3String category, fmi3String text) {
+  if (e != &seed || s > fmi3Fatal || !strlen(category) || !strlen(text)) abort();
+}
+
+enum { INSTANCES = 3, STATES = 4 };
+static struct {
+  void *c, *state[STATES];
+  double t;
+} unit[2][INSTANCES];
+
+static double value(void) {
+  static const double odd[] = {NAN, INFINITY, -INFINITY, 1e300, -1e300, 5e-324, 1e18, -1};
+  return draw(8) ? (double)draw(2000) / 1000 - 1 : odd[draw(sizeof odd / sizeof *odd)];
+}
+
+/* a pointer to a state: mostly a good one, at times freed, of another instance, or nonsense */
+static void **any_state(int v, int i) {
+  static void *nonsense;
+  if (draw(8) == 0) return unit[v][draw(INSTANCES)].state + draw(STATES);
+  nonsense = (void *)(uintptr_t)draw(100);
+  return draw(20) ? unit[v][i].state + draw(STATES) : &nonsense;
+}
+
+static void check(int status) {
+  if (status < 0 || status > fmi2Fatal) abort();
+}
+
+static unsigned char bytes[1 << 20];
+
+static void call2(int i, uint32_t references, const char *location, const char *token) {
+  const fmi2CallbackFunctions functions = {tell2, NULL, NULL, NULL, &seed};
+  void *c = unit[0][i].c, **state = any_state(0, i), *copy = *state;
+  fmi2ValueReference vr[4];
+  fmi2Real real[4];
+  fmi2Integer integer[4];
+  size_t size = 0;
+  const size_t n = draw(4) + 1;
+  for (int k = 0; k < 4; k++) vr[k] = (uint32_t)draw(references + 2), real[k] = value(), integer[k] = (int)draw(5) - 1;
+  switch (draw(21)) {
+    case 0: check(fmi2SetupExperiment(c, 0, 0, value(), draw(4) == 0, value())); break;
+    case 1: check(fmi2EnterInitializationMode(c)); break;
+    case 2: check(fmi2ExitInitializationMode(c)); break;
+    case 3: check(draw(10) ? 0 : fmi2Terminate(c)); break;
+    case 4: check(draw(10) ? 0 : fmi2Reset(c)); break;
+    case 5:
+    case 6: check(fmi2SetReal(c, vr, n, real)); break;
+    case 7: check(fmi2SetInteger(c, vr, n, integer)); break;
+    case 8: check(fmi2SetBoolean(c, vr, n, integer)); break;
+    case 9: check(fmi2GetReal(c, vr, n, real)); break;
+    case 10: check(fmi2GetInteger(c, vr, n, integer)); break;
+    case 11: {
+      if (state >= unit[0][i].state && state < unit[0][i].state + STATES) check(fmi2GetFMUstate(c, state));
+      break;
+    }
+    case 12: check(fmi2SetFMUstate(c, copy)); break;
+    case 13: check(fmi2FreeFMUstate(c, draw(2) ? &copy : state)); break;
+    case 14:
+      if (fmi2SerializedFMUstateSize(c, copy, &size) != fmi2OK || size > sizeof bytes) break;
+      size -= draw(3) == 0;
+      check(fmi2SerializeFMUstate(c, copy, (fmi2Byte *)bytes, size));
+      if (draw(2)) bytes[draw(size)] ^= (unsigned char)(1 << draw(8));
+      copy = NULL;
+      check(fmi2DeSerializeFMUstate(c, (const fmi2Byte *)bytes, size - (draw(4) == 0), &copy));
+      if (copy) check(fmi2SetFMUstate(c, copy)), check(fmi2FreeFMUstate(c, &copy));
+      break;
+    case 15:
+      if (draw(20)) break;
+      fmi2FreeInstance(c);
+      memset(unit[0] + i, 0, sizeof unit[0][i]);
+      unit[0][i].c = fmi2Instantiate(draw(9) ? "a" : "", draw(9) ? fmi2CoSimulation : fmi2ModelExchange, token,
+                                     draw(9) ? location : "file:///%", &functions, 0, draw(2) == 0);
+      break;
+    case 16: check(fmi2SetDebugLogging(c, draw(2) == 0, 0, NULL)); break;
+    case 17: check(fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &unit[0][i].t)); break;
+    case 18:
+      fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &unit[0][i].t);
+      check(fmi2DoStep(c, draw(5) ? unit[0][i].t : value(), draw(5) ? 1e-3 : value(), 0));
+      break;
+    default: {
+      const double h = draw(9) ? 1e-3 : 2e-3;
+      if (fmi2DoStep(c, unit[0][i].t, h, 0) == fmi2OK) unit[0][i].t += h;
+    }
+  }
+}
+
+static void call3(int i, uint32_t references, const char *location, const char *token) {
+  void *c = unit[1][i].c, **state = any_state(1, i), *copy = *state;
+  fmi3ValueReference vr[2] = {(uint32_t)draw(references + 2), (uint32_t)draw(references + 2)};
+  static fmi3Float64 real[64];
+  fmi3Int64 integer[4] = {(int64_t)draw(5) - 1, -1, INT64_MAX, INT64_MIN};
+  fmi3Boolean flag[4] = {0};
+  size_t size = 0;
+  const size_t n = draw(2) + 1;
+  for (int k = 0; k < 64; k++) real[k] = value();
+  switch (draw(16)) {
+    case 0: check(fmi3EnterInitializationMode(c, 0, 0, value(), draw(4) == 0, value())); break;
+    case 1: check(fmi3ExitInitializationMode(c)); break;
+    case 2: check(draw(10) ? 0 : fmi3Terminate(c)); break;
+    case 3: check(draw(10) ? 0 : fmi3Reset(c)); break;
+    case 4:
+    case 5: check(fmi3SetFloat64(c, vr, n, real, draw(3) ? n : draw(64))); break;
+    case 6: check(fmi3SetInt64(c, vr, n, integer, draw(4))); break;
+    case 7: check(fmi3SetBoolean(c, vr, n, flag, draw(4))); break;
+    case 8: check(fmi3GetFloat64(c, vr, n, real, draw(3) ? n : draw(64))); break;
+    case 9: check(fmi3GetInt64(c, vr, n, integer, draw(4))); break;
+    case 10:
+      if (state >= unit[1][i].state && state < unit[1][i].state + STATES) check(fmi3GetFMUState(c, state));
+      break;
+    case 11: check(fmi3SetFMUState(c, copy)); break;
+    case 12: check(fmi3FreeFMUState(c, draw(2) ? &copy : state)); break;
+    case 13:
+      if (fmi3SerializedFMUStateSize(c, copy, &size) != fmi3OK || size > sizeof bytes) break;
+      check(fmi3SerializeFMUState(c, copy, bytes, size));
+      if (draw(2)) bytes[draw(size)] ^= (unsigned char)(1 << draw(8));
+      copy = NULL;
+      check(fmi3DeserializeFMUState(c, bytes, size, &copy));
+      if (copy) check(fmi3SetFMUState(c, copy)), check(fmi3FreeFMUState(c, &copy));
+      break;
+    case 14:
+      if (draw(20)) break;
+      fmi3FreeInstance(c);
+      memset(unit[1] + i, 0, sizeof unit[1][i]);
+      unit[1][i].c = fmi3InstantiateCoSimulation("a", draw(9) ? token : NULL, draw(9) ? location : NULL, 0, 0,
+                                                 draw(9) == 0, 0, NULL, 0, &seed, draw(3) ? tell3 : NULL, NULL);
+      break;
+    default: check(fmi3DoStep(c, unit[1][i].t, draw(9) ? 1e-3 : value(), 0, flag, flag + 1, flag + 2, &unit[1][i].t));
+  }
+}
+
+int main(int argc, char **argv) {
+  if (argc != 6) return 2;
+  const uint32_t references = (uint32_t)strtoul(argv[3], NULL, 10);
+  const long calls = strtol(argv[4], NULL, 10);
+  seed = strtoul(argv[5], NULL, 10);
+  const fmi2CallbackFunctions functions = {tell2, NULL, NULL, NULL, &seed};
+  for (int i = 0; i < INSTANCES; i++) {
+    unit[0][i].c = fmi2Instantiate("a", fmi2CoSimulation, argv[2], argv[1], &functions, 0, 0);
+    unit[1][i].c = fmi3InstantiateCoSimulation("a", argv[2], argv[1], 0, 0, 0, 0, NULL, 0, &seed, tell3, NULL);
+    if (!unit[0][i].c || !unit[1][i].c) return 3;
+  }
+  for (long k = 0; k < calls; k++) {
+    const int i = (int)draw(INSTANCES);
+    if (draw(2)) call2(i, references, argv[1], argv[2]);
+    else call3(i, references, argv[1], argv[2]);
+  }
+  for (int i = 0; i < INSTANCES; i++) fmi2FreeInstance(unit[0][i].c), fmi3FreeInstance(unit[1][i].c);
+  return 0;
+}

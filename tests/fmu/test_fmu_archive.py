@@ -1,0 +1,242 @@
+"""`export_fmu` writes the same small file every time; `check_fmu` finds what is wrong with files of strangers."""
+
+from __future__ import annotations
+
+import io
+import stat
+import struct
+import time
+import xml.etree.ElementTree as ET
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from fmu_master import loop, single
+from hystfmu.errors import InputError
+from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.model import Model
+
+XML = "modelDescription.xml"
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> dict[int, bytes]:
+    folder = tmp_path_factory.mktemp("good")
+    return {n: export_fmu(single("prandtl_ishlinskii"), folder / f"{n}.fmu", n).read_bytes() for n in (2, 3)}  # type: ignore[arg-type]
+
+
+def _rewrite(
+    content: bytes, change: Callable[[str, bytes], bytes | None], more: dict[str, bytes] | None = None
+) -> bytes:
+    """The archive with entries changed, left out (None) or added."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+        for e in old.infolist():
+            b = change(e.filename, old.read(e))
+            if b is not None:
+                new.writestr(e.filename, b)
+        for name, b in (more or {}).items():
+            new.writestr(name, b)
+    return out.getvalue()
+
+
+def _same(_: str, b: bytes) -> bytes:
+    return b
+
+
+# ---- export --------------------------------------------------------------------------------------------------------
+def test_export_is_fast_small_and_repeatable(tmp_path: Path) -> None:
+    graph = loop()
+    first = export_fmu(graph, tmp_path / "a.fmu").read_bytes()
+    fastest = min(_seconds(lambda: export_fmu(graph, tmp_path / "b.fmu")) for _ in range(5))
+    assert (tmp_path / "b.fmu").read_bytes() == first
+    assert len(first) <= 150_000
+    assert fastest <= 0.25, "5 to 10 ms on an idle machine"
+
+
+def _seconds(f: Callable[[], object]) -> float:
+    begin = time.perf_counter()
+    f()
+    return time.perf_counter() - begin
+
+
+def test_export_of_a_model(tmp_path: Path, fmi: int) -> None:
+    model = Model("zhao-tan 1", single("prandtl_ishlinskii"), 1e-4, "one line for a reader")
+    path = export_fmu(model, tmp_path / "m.fmu", fmi)  # type: ignore[arg-type]
+    root = ET.fromstring(zipfile.ZipFile(path).read(XML))
+    assert root.get("modelName") == "zhao_tan_1"
+    assert root.get("description") == "one line for a reader"
+    assert root.find("DefaultExperiment").get("stepSize") == "0.0001"  # type: ignore[union-attr]
+    assert check_fmu(path) == []
+
+
+@pytest.mark.parametrize("name", ["", "1a", "a b", "a/b", "ä", "a.b"])
+def test_export_refuses_names(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="must be a letter or _ followed by"):
+        export_fmu(single("sum"), tmp_path / "x.fmu", name=name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_export_refuses_versions_and_places(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="the FMI version must be 2 or 3; got 1"):
+        export_fmu(single("sum"), tmp_path / "x.fmu", 1)  # type: ignore[arg-type]
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        export_fmu(single("sum"), tmp_path / "file" / "x.fmu")
+
+
+# ---- description ---------------------------------------------------------------------------------------------------
+def test_dependencies_are_explicit(tmp_path: Path, fmi: int) -> None:
+    """A block with direct feed-through names its input, a strictly proper one names none."""
+    for name, depends in (("prandtl_ishlinskii", True), ("delay", False)):
+        graph = single(name)
+        root = ET.fromstring(zipfile.ZipFile(export_fmu(graph, tmp_path / "x.fmu", fmi)).read(XML))  # type: ignore[arg-type]
+        output = root.find("ModelStructure/Outputs/Unknown" if fmi == 2 else "ModelStructure/Output")
+        u = graph.port("u").reference + (1 if fmi == 2 else 0)
+        assert output is not None
+        assert output.get("dependencies") == (str(u) if depends else "")
+
+
+def test_what_the_table_says_stands_in_the_description(tmp_path: Path, fmi: int) -> None:
+    """Unit, bounds, text, variability of every variable; enumeration items with the core's values 0, 1, ..."""
+    graph = single("reference")
+    root = ET.fromstring(zipfile.ZipFile(export_fmu(graph, tmp_path / "x.fmu", fmi)).read(XML))  # type: ignore[arg-type]
+    variables = {v.get("name"): v for v in root.find("ModelVariables") or ()}
+    for p in graph.ports:
+        v = variables[p.scalar_names[0] if fmi == 2 else p.name]
+        kind = v[0] if fmi == 2 else v
+        assert v.get("description") == p.text
+        assert v.get("valueReference") == str(p.reference)
+        if p.var.type == "real":
+            assert kind.get("unit") == p.unit
+            assert float(kind.get("min", "-inf")) == p.var.lo
+            assert float(kind.get("max", "inf")) == p.var.hi
+        if p.kind in ("param", "fixed"):
+            assert v.get("variability") == ("tunable" if p.kind == "param" else "fixed")
+    shape = graph.port("shape").var
+    items = root.findall("TypeDefinitions/SimpleType/Enumeration/Item" if fmi == 2 else ".//EnumerationType/Item")
+    assert [(i.get("name"), i.get("value")) for i in items] == [(w, str(k)) for k, w in enumerate(shape.choices)]
+    units = {u.get("name"): u for u in root.find("UnitDefinitions") or ()}
+    assert units["Hz"].find("BaseUnit").attrib == {"s": "-1"}  # type: ignore[union-attr]
+
+
+def test_arrays_are_native_in_fmi3(tmp_path: Path) -> None:
+    graph = single("prandtl_ishlinskii")
+    root = ET.fromstring(zipfile.ZipFile(export_fmu(graph, tmp_path / "x.fmu", 3)).read(XML))
+    r = next(v for v in root.find("ModelVariables") or () if v.get("name") == "r")
+    assert r.find("Dimension").get("start") == "10"  # type: ignore[union-attr]
+    assert [float(x) for x in str(r.get("start")).split()] == list(graph.port("r").start)
+
+
+# ---- check ---------------------------------------------------------------------------------------------------------
+def test_good_ones_have_no_problems(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
+    path = tmp_path / "Größe 1.fmu"
+    path.write_bytes(good[fmi])
+    assert check_fmu(path) == []
+
+
+@pytest.mark.parametrize("keep", [0, 10, 1000, -1, -30])
+def test_cut_off(tmp_path: Path, good: dict[int, bytes], keep: int) -> None:
+    path = tmp_path / "x.fmu"
+    path.write_bytes(good[2][:keep])
+    with pytest.raises(InputError, match=r"x\.fmu: not a zip archive, or cut off") as e:
+        check_fmu(path)
+    assert "\n" not in str(e.value)
+
+
+def test_not_there(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="No such file"):
+        check_fmu(tmp_path / "x.fmu")
+
+
+def _problems(tmp_path: Path, content: bytes) -> list[str]:
+    path = tmp_path / "x.fmu"
+    path.write_bytes(content)
+    outside = sorted(p.name for p in tmp_path.parent.iterdir())
+    problems = check_fmu(path, seconds=20)
+    assert sorted(p.name for p in tmp_path.parent.iterdir()) == outside, "written outside of the folder"
+    assert all("\n" not in p for p in problems)
+    return problems
+
+
+@pytest.mark.parametrize("name", ["../evil.txt", "/tmp_evil.txt", "a/../../evil.txt", "C:/evil.txt"])
+def test_zip_slip(tmp_path: Path, good: dict[int, bytes], name: str) -> None:
+    assert _problems(tmp_path, _rewrite(good[2], _same, {name: b"x"})) == [
+        f"{name!r} would be written outside the folder"
+    ]
+
+
+def test_symbolic_link(tmp_path: Path, good: dict[int, bytes]) -> None:
+    out = io.BytesIO(good[2])
+    with zipfile.ZipFile(out, "a") as archive:
+        link = zipfile.ZipInfo("resources/link")
+        link.external_attr = (stat.S_IFLNK | 0o777) << 16
+        archive.writestr(link, "/etc/passwd")
+    assert _problems(tmp_path, out.getvalue()) == ["'resources/link' is a symbolic link"]
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_description_twice_or_never(tmp_path: Path, good: dict[int, bytes]) -> None:
+    twice = _rewrite(good[2], _same, {XML: b"<a/>"})
+    assert _problems(tmp_path, twice) == [f"{XML!r} is in the archive more than once"]
+    never = _rewrite(good[2], lambda n, b: None if n == XML else b)
+    assert _problems(tmp_path, never) == [f"the archive has no {XML}"]
+
+
+def test_bomb(tmp_path: Path, good: dict[int, bytes]) -> None:
+    """An entry that says it unpacks to 3 GiB: refused by what it says; one that lies is cut at what it says."""
+    out = bytearray(_rewrite(good[2], _same, {"resources/zeros": bytes(1 << 20)}))
+    size = struct.pack("<I", 1 << 20)
+    central = out.rindex(b"PK\x01\x02")
+    at = out.index(size, central)
+    out[at : at + 4] = struct.pack("<I", 3 << 30)
+    (problem,) = _problems(tmp_path, bytes(out))
+    assert problem.startswith("the archive unpacks to ")
+    out[at : at + 4] = struct.pack("<I", 100)
+    (problem,) = _problems(tmp_path, bytes(out))
+    assert problem.startswith("'resources/zeros' cannot be unpacked")
+
+
+def test_damaged_entry(tmp_path: Path, good: dict[int, bytes]) -> None:
+    content = bytearray(good[2])
+    content[content.index(b"block.bin") + 40] ^= 0xFF
+    (problem,) = _problems(tmp_path, bytes(content))
+    assert problem.startswith("'resources/block.bin' cannot be unpacked")
+
+
+def test_entities(tmp_path: Path, good: dict[int, bytes]) -> None:
+    def entity(name: str, b: bytes) -> bytes:
+        text = b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]><fmiModelDescription'
+        return b.replace(b"<fmiModelDescription", text) if name == XML else b
+
+    assert _problems(tmp_path, _rewrite(good[2], entity)) == [f"{XML} declares a document type; entities are refused"]
+
+
+def _xml(old: bytes, new: bytes) -> Callable[[str, bytes], bytes]:
+    def change(name: str, b: bytes) -> bytes:
+        assert name != XML or old in b
+        return b.replace(old, new, 1) if name == XML else b
+
+    return change
+
+
+def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
+    token = single("prandtl_ishlinskii").token.encode()
+    (problem,) = _problems(tmp_path, _rewrite(good[fmi], _xml(token, b"other")))
+    assert problem.startswith("the FMU cannot be run: ")
+    start = {2: b'start="0.3"', 3: b'start="0.3"'}[fmi]
+    (problem,) = _problems(tmp_path, _rewrite(good[fmi], _xml(start, b'start="0.4"')))
+    assert problem == "w0: the start value is 0.4, but the binary has [0.3]"
+    not_xml = _problems(tmp_path, _rewrite(good[fmi], lambda n, b: b"<" if n == XML else b))
+    assert len(not_xml) == 1
+
+
+def test_binary_that_is_missing_crashes_or_hangs(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
+    def without(name: str, b: bytes) -> bytes | None:
+        return None if name.startswith("binaries/") else b
+
+    (problem,) = _problems(tmp_path, _rewrite(good[fmi], without))
+    assert "has no binary for this platform" in problem
+    (problem,) = _problems(tmp_path, _rewrite(good[fmi], lambda n, b: b"\x7fELF" if n.startswith("binaries/") else b))
+    assert problem.startswith("the FMU cannot be run: Failed to load shared library")

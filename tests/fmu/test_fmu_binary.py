@@ -1,0 +1,149 @@
+"""The binary: its symbols, the FMI layer under AddressSanitizer and UBSan, foreign binaries that misbehave."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmu_master import loop, single
+from hystfmu.fmu import check_fmu, export, export_fmu
+from hystfmu.graph import Graph
+
+ROOT = Path(__file__).parents[2]
+CORE, FMI = ROOT / "fmu_build" / "core", ROOT / "fmu_build" / "fmi"
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+BINARY = Path(export.__file__).parents[1] / "_fmu.so"
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-fno-math-errno", f"-I{CORE}"]
+SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="reads an ELF file with nm and readelf")
+
+
+def _nm(*options: str) -> list[list[str]]:
+    out = subprocess.run(["nm", "-D", *options, str(BINARY)], capture_output=True, text=True, check=True).stdout
+    return [line.split() for line in out.splitlines()]
+
+
+@linux
+def test_exports_the_standard_and_nothing_else() -> None:
+    exported = {words[-1] for words in _nm("--defined-only")}
+    headers = [(HEADERS / f"fmi{n}Functions.h").read_text() for n in (2, 3)]
+    declared = {
+        word.rstrip(";")
+        for text in headers
+        for line in text.splitlines()
+        if "_Export fmi" in line
+        for word in [line.split()[-1]]
+    }
+    assert len(declared) > 100
+    assert exported == declared
+
+
+@linux
+def test_needs_libc_only() -> None:
+    out = subprocess.run(["readelf", "-d", str(BINARY)], capture_output=True, text=True, check=True).stdout
+    assert [line.split("[")[1].rstrip("]") for line in out.splitlines() if "NEEDED" in line] == ["libc.so.6"]
+    versions = {words[-1].split("@GLIBC_")[1] for words in _nm("--undefined-only") if "@GLIBC_" in words[-1]}
+    assert max(tuple(map(int, v.split("."))) for v in versions) <= (2, 17)
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_compiles_without_a_warning(tmp_path: Path, compiler: str) -> None:
+    if not shutil.which(compiler):
+        pytest.skip(f"no {compiler}")
+
+    def one(source: Path) -> str:
+        flags = [*STRICT, "-O2", f"-isystem{HEADERS}", "-c", str(source), "-o", str(tmp_path / f"{source.stem}.o")]
+        return subprocess.run([compiler, *flags], capture_output=True, text=True).stderr
+
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(one, sorted(FMI.glob("*.c")))) == [""] * len(list(FMI.glob("*.c")))
+
+
+# ---- sanitizers ----------------------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """tests/c/drive_fmi.c linked with the core and the FMI layer, all of them sanitized."""
+    folder = tmp_path_factory.mktemp("sanitized")
+    probe = folder / "probe.c"
+    probe.write_text("int main(void) { return 0; }\n")
+    if subprocess.run(["cc", *SANITIZE, str(probe), "-o", str(folder / "probe")], capture_output=True).returncode:
+        pytest.skip("the compiler has no AddressSanitizer / UBSan runtime")
+    sources = [*CORE.glob("*.c"), *CORE.glob("blocks/*.c"), *FMI.glob("*.c"), ROOT / "tests" / "c" / "drive_fmi.c"]
+
+    def one(source: Path) -> str:
+        target = folder / f"{source.stem}.o"
+        flags = [*STRICT, *SANITIZE, f"-isystem{HEADERS}", "-c", str(source), "-o", str(target)]
+        done = subprocess.run(["cc", *flags], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return str(target)
+
+    with ThreadPoolExecutor(2) as pool:
+        compiled = list(pool.map(one, sources))
+    program = folder / "drive_fmi"
+    subprocess.run(["cc", *SANITIZE, *compiled, "-o", str(program)], check=True, timeout=120)
+    return program
+
+
+GRAPHS = {"loop": loop, **{n: lambda n=n: single(n) for n in ("prandtl_ishlinskii", "zhao_tan", "reference", "pid")}}
+
+
+@pytest.mark.parametrize("name", list(GRAPHS))
+def test_random_sequences_of_calls(driver: Path, tmp_path: Path, name: str) -> None:
+    graph: Graph = GRAPHS[name]()
+    (tmp_path / "block.bin").write_bytes(graph.to_bytes())
+    references = str(sum(p.size for p in graph.ports))
+    for seed in ("1", "2"):
+        command = [str(driver), str(tmp_path), graph.token, references, "60000", seed]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, f"exit {done.returncode}: {done.stderr[-3000:]}"
+
+
+# ---- foreign binaries ----------------------------------------------------------------------------------------------
+def _with_binary(tmp_path: Path, patch: str) -> Path:
+    """A good FMU whose binary is replaced by the FMI layer with one function taken over by `patch`."""
+    source = tmp_path / "patched.c"
+    ours = (FMI / "fmi2.c").read_text()
+    source.write_text(ours.replace("fmi2Status fmi2DoStep(", "static fmi2Status theirs(") + patch)
+    library = tmp_path / "patched.so"
+    flags = ["-shared", "-fPIC", "-O1", f"-I{CORE}", f"-I{FMI}", f"-isystem{HEADERS}"]
+    sources = [*CORE.glob("*.c"), *CORE.glob("blocks/*.c"), *(f for f in FMI.glob("*.c") if f.name != "fmi2.c")]
+    subprocess.run(["cc", *flags, *map(str, [*sources, source]), "-o", str(library)], check=True, timeout=120)
+    fmu = export_fmu(single("backlash_sum"), tmp_path / "good.fmu")
+    out = tmp_path / "patched.fmu"
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(out, "w") as new:
+        for e in old.infolist():
+            new.writestr(e.filename, library.read_bytes() if e.filename.startswith("binaries/") else old.read(e))
+    return out
+
+
+STEP = "fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean n)"
+
+
+@linux
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("*(volatile int *)8 = 1; return theirs(c, t, h, n);", "the FMU crashed: SIGSEGV"),
+        ("for (;;) if (theirs(c, t, h, n) == fmi2Fatal) break; return fmi2OK;", "did not finish 100 steps within 3 s"),
+        (
+            "static int k; fmi2Status s = theirs(c, t, h, n); ((instance *)c)->graph->nodes[0].x[0] += ++k; return s;",
+            "after restoring a saved state, step 51 gives other outputs",
+        ),
+        (
+            "fmi2Status s = theirs(c, t, h, n); ((instance *)c)->graph->nodes[0].y[0] = 0.0 / (h - h); return s;",
+            "y is [nan] after step 1",
+        ),
+    ],
+    ids=["crash", "hang", "hidden memory", "nan"],
+)
+def test_check_survives_foreign_binaries(tmp_path: Path, body: str, expected: str) -> None:
+    fmu = _with_binary(tmp_path, f"{STEP} {{ {body} }}\n")
+    (problem,) = check_fmu(fmu, seconds=3)
+    assert problem.endswith(expected)

@@ -1,0 +1,93 @@
+"""What users are told about bad parameters, and what rumoca 0.10.2 cannot do (with its words; the library avoids it)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import simulate
+
+
+def complaint(source: str, folder: Path) -> str:
+    """What rumoca says about compiling and simulating the model M of `source`."""
+    file = folder / "M.mo"
+    file.write_text(source)
+    return simulate.rumoca(file, "M", "0.3", "0.1", "1e-6", folder / "r.npz")
+
+
+@pytest.mark.parametrize(
+    ("component", "inputs", "message"),
+    [
+        ("Operators.PrandtlIshlinskii a(n = 2, depth = 4, r = {0.2, 0.1})", "u", "thresholds r must not decrease"),
+        ("Inverse.PrandtlIshlinskiiInverse a(n = 2, depth = 4, r = {0.2, 0.1})", "y", "thresholds r must not decrease"),
+        ("Inverse.PrandtlIshlinskiiInverse a(n = 1, depth = 4, w0 = 1, w = {-1})", "y", "must be greater than 0"),
+        ("Operators.BoucWen a(beta = 0.5, gamma = -0.5)", "u", "beta + gamma must be greater than 0"),
+        ("Operators.BoucWen a(z0 = 1.1)", "u", "z0 must be within"),
+        ("Control.SlidingMode a(u_min = 1, u_max = -1)", "y_d y u_ff", "u_min must not be greater"),
+        ("Control.Pid a(u_min = 1, u_max = -1)", "y_d y u_ff", "u_min must not be greater"),
+        ("Dynamics.TransferFunction a(a = {1, 0}, start = HystFMU.Types.Start.steady)", "u", "has no steady state"),
+    ],
+)
+def test_bad_parameters_are_refused(component: str, inputs: str, message: str, tmp_path: Path) -> None:
+    equations = " ".join(f"a.{u} = 0.1*time;" for u in inputs.split())
+    assert message in complaint(f"model M HystFMU.{component}; equation {equations} end M;", tmp_path)
+
+
+WHEN = "discrete Real z[2](each start = 0, each fixed = true); equation when sample(0, 0.1) then {} end when;"
+FUNCTION = (
+    "function f input Real m[:]; output Real y[size(m, 1)]; protected Integer i; algorithm y := m; i := 1; {} end f; "
+    "model M discrete Real z[4](start = {{1, 2, 3, 4}}, each fixed = true); "
+    "equation when sample(0, 0.1) then z = f(pre(z)); end when; end M;"
+)
+LIMITS = {
+    "elements of a discrete array assigned one by one in a when-equation": (
+        "model M " + WHEN.format("z[1] = time; z[2] = time;") + " end M;",
+        "`z[1]` is not a discrete coordinate",
+    ),
+    "while whose end depends on data": (
+        FUNCTION.format("while i < m[4] loop i := i + 1; end while;"),
+        "contains a statement without a checked DAE owner",
+    ),
+    "for whose range depends on data": (
+        FUNCTION.format("i := integer(m[1]); for k in 1:i loop if m[k] > 2 then y[1] := k; end if; end for;"),
+        "scalar statement expansion is prohibited",
+    ),
+    "break": (
+        FUNCTION.format("for k in 1:4 loop if m[k] > 2 then break; end if; i := i + 1; end for;"),
+        "does not have a proved finite arithmetic-series form",
+    ),
+    "return": (
+        FUNCTION.format("if m[1] > 1 then return; end if; y[1] := 2;"),
+        "must define every output before returning",
+    ),
+    "function as an argument": (
+        "partial function G input Real x; output Real y; end G; function g extends G; algorithm y := x; end g; "
+        "function f input G h; input Real x; output Real y; algorithm y := h(x); end f; "
+        "model M Real y; equation y = f(g, time); end M;",
+        "cannot be used as a value",
+    ),
+    "derivative of an expression": (
+        "model M Real x(start = 0, fixed = true); Real z; equation der(x) = 1; z = der(2*x + 1); end M;",
+        "der(...) must have exactly one resolved variable-reference operand",
+    ),
+    "array-valued call as modifier of an array of components": (
+        "model A parameter Real r = 1; Real y; equation y = r*time; end A; model M A a[3](r = linspace(1, 2, 3)); end M;",
+        "expression shape mismatch",
+    ),
+    "external C": (
+        'function f input Real x; output Real y; external "C" y = sin(x); end f; model M Real y; equation y = f(time); end M;',
+        "which this runtime cannot execute",
+    ),
+    "steady start of linear dynamics behind a sampled block": (
+        "model M discrete Real u(start = 1, fixed = true); HystFMU.Dynamics.TransferFunction a(start = HystFMU.Types.Start.steady); "
+        "equation when sample(0, 0.1) then u = 1 + time; end when; a.u = u; end M;",
+        "initial variable projection did not satisfy the complete residual system",
+    ),
+}
+
+
+@pytest.mark.parametrize("limit", LIMITS)
+def test_known_limit_of_rumoca_still_stands(limit: str, tmp_path: Path) -> None:
+    """When this fails, rumoca has learnt something: the library may become simpler."""
+    source, message = LIMITS[limit]
+    assert message in complaint(source, tmp_path)

@@ -1,0 +1,65 @@
+"""Metrics against values known in closed form."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hystfmu.errors import InputError
+from hystfmu.scenario.metrics import measure
+from hystfmu.scenario.run import Trace
+from hystfmu.scenario.spec import MetricSpec
+
+
+def trace(signal: Any, against: Any, ripple: int = 1, h: float = 0.001) -> Trace:
+    t = h * np.arange(len(signal))
+    return Trace(t, np.column_stack([signal, against]), {"a.y": 0, "b.y": 1}, ripple)
+
+
+def metric(kind: str, **more: Any) -> MetricSpec:
+    return MetricSpec.model_validate({"kind": kind, "signal": "a.y", "against": "b.y", **more})
+
+
+PHASE = 2 * np.pi * np.arange(1000) / 100  # ten whole periods
+WAVE = trace(np.sin(PHASE) + 0.02 * np.cos(PHASE), np.sin(PHASE))
+
+
+def test_rms_of_a_cosine_error_in_percent_of_the_span() -> None:
+    # stroke 2 (the span of the reference), error amplitude 0.02: 100 * 0.02 / sqrt(2) / 2
+    assert measure(metric("rms_percent"), WAVE) == pytest.approx(1 / np.sqrt(2), rel=1e-12)
+    assert measure(metric("rms_percent", stroke=4.0), WAVE) == pytest.approx(0.5 / np.sqrt(2), rel=1e-12)
+
+
+def test_largest_error() -> None:
+    assert measure(metric("max_percent"), WAVE) == pytest.approx(1.0, rel=1e-12)
+
+
+def test_the_window_begins_at_after() -> None:
+    e = np.zeros(100)
+    e[49] = 7.0
+    ramp = np.linspace(0, 1, 100)
+    assert measure(metric("max_percent", after=0.050, stroke=1.0), trace(ramp + e, ramp)) < 1e-12
+    assert measure(metric("max_percent", after=0.049, stroke=1.0), trace(ramp + e, ramp)) == pytest.approx(700)
+
+
+def test_ripple_is_what_samples_do_not_show() -> None:
+    k = np.arange(101)
+    bump = (k % 10) * (10 - k % 10) / 25  # zero at the samples, 1 half-way between
+    drift = 0.5 * k  # a straight error has no ripple
+    assert measure(metric("between_samples_percent", stroke=100.0), trace(bump + drift, 0 * k, 10)) == pytest.approx(1)
+    assert measure(metric("between_samples_percent", stroke=100.0), trace(drift, 0 * k, 10)) < 1e-12
+
+
+def test_variation_peak_and_final() -> None:
+    k = np.arange(101)
+    zigzag = k + 3 * (k % 2)  # rises by 4, falls by 2: variation 3 per step instead of 1
+    assert measure(metric("variation_ratio"), trace(zigzag, k)) == pytest.approx(3.0)
+    assert measure(metric("variation_ratio"), trace(0 * k, 0 * k)) == 1.0
+    assert measure(metric("peak"), trace(-2 * k, k)) == 200.0
+    assert measure(metric("final"), trace(-2 * k, k)) == 300.0
+
+
+def test_no_stroke_no_percent() -> None:
+    with pytest.raises(InputError, match="stroke is zero"):
+        measure(metric("rms_percent"), trace(np.arange(5.0), np.ones(5)))

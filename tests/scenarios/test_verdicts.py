@@ -1,0 +1,140 @@
+"""Two verdicts: against the limit (requirement) and against the baseline (change); nothing is recorded by itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hystfmu.errors import InputError
+from hystfmu.scenario import Result, run_scenarios
+
+
+def run(folder: Path, **more: Any) -> Result:
+    (result,) = run_scenarios([folder], engine="python", **more)
+    return result
+
+
+def test_a_missing_baseline_is_a_failure_and_is_not_written(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    result = run(folder)
+    assert result.failures() == ["loop/nominal: no baseline: run with --record"]
+    assert [p.name for p in folder.iterdir()] == ["scenario.toml"]
+
+
+def test_recorded_once_it_passes(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    assert run(folder, record=True).passed
+    assert sorted(p.name for p in folder.iterdir()) == ["baseline.csv", "baseline.toml", "scenario.toml"]
+    assert (folder / "baseline.toml").read_text().startswith("# generated from scenario.toml")
+    result = run(folder)
+    assert result.passed, result.failures()
+    assert result.verdicts[0].same is True
+    assert result.verdicts[0].baseline == result.verdicts[0].value
+
+
+def test_over_the_limit_names_scenario_metric_value_limit(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    run(folder, record=True)
+    value = run(folder).verdicts[0].value
+    loop["metrics"]["tracking"]["limit"] = value * 0.99
+    write(loop)
+    (line,) = run(folder).failures()
+    assert line == (f"loop/nominal: tracking (rms_percent of plant.y) = {value:.6g} exceeds the limit {value * 0.99:g}")
+
+
+def test_a_run_over_its_limit_is_not_recorded(loop: Any, write: Any) -> None:
+    loop["metrics"]["tracking"]["limit"] = 0.0
+    folder = write(loop)
+    assert not run(folder, record=True).passed
+    assert not (folder / "baseline.toml").exists()
+
+
+def test_twenty_percent_of_a_plant_parameter_fails(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    run(folder, record=True)
+    value = run(folder).verdicts[0].value
+    loop["metrics"]["tracking"]["limit"] = 1.02 * value
+    write(loop)
+    assert run(folder).passed
+    for key in ("plant.hysteresis_r", "plant.hysteresis_w", "plant.hysteresis_w0", "plant.g0_b"):
+        lines = run(folder, overrides={key: "*1.2"}).failures()
+        assert any("loop/nominal: tracking" in line and "changed against the baseline" in line for line in lines), key
+    lines = run(folder, overrides={"plant.hysteresis_r": "*1.2"}).failures()
+    assert any("loop/nominal: tracking" in line and "exceeds the limit" in line for line in lines)
+
+
+def test_a_signal_that_changed_where_no_metric_looks_is_found(loop: Any, write: Any) -> None:
+    """The metric counts rows after 0.01 s; a step disturbance that is gone by then shows in baseline.csv only."""
+    folder = write(loop)
+    run(folder, record=True)
+    rows = (folder / "baseline.csv").read_text().splitlines()
+    name, t, r, y = rows[5].split(",")
+    rows[5] = ",".join([name, t, r, repr(float(y) + 1e-3)])
+    (folder / "baseline.csv").write_text("\n".join(rows) + "\n")
+    (line,) = run(folder).failures()
+    assert line.startswith("loop/nominal: plant.y = ")
+    assert "changed against the baseline" in line
+
+
+def test_the_tolerance_is_relative(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    run(folder, record=True)
+    text = (folder / "baseline.toml").read_text()
+    value = run(folder).verdicts[0].value
+    for factor, good in ((1 + 1e-8, True), (1 + 1e-4, False)):
+        (folder / "baseline.toml").write_text(text.replace(repr(value), repr(value * factor)))
+        assert run(folder).passed is good
+
+
+def test_an_unstable_loop_is_over_every_limit(loop: Any, write: Any, tmp_path: Path) -> None:
+    """With a gain of 1e9 the values pass 1e154, so that their squares overflow: infinite is not within any limit."""
+    loop["units"]["pid"]["values"]["Kp"] = 1e9
+    loop["stop"] = 0.5
+    loop["metrics"]["tracking"].pop("limit")
+    result = run(write(loop), record=True, report_dir=tmp_path / "report")
+    assert result.failures()[0].endswith("is not finite")
+    assert "Infinity" not in (tmp_path / "report" / "report.json").read_text()
+
+
+def test_a_new_metric_or_case_needs_a_new_baseline(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    run(folder, record=True)
+    loop["metrics"]["peak"] = {"kind": "peak", "signal": "pid.u"}
+    write(loop)
+    assert run(folder).failures() == ["loop/nominal: no baseline: run with --record"]
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "words"),
+    [
+        ("baseline.toml", "case = 1\n", ["baseline.toml", "case"]),
+        ("baseline.csv", "", ["baseline.csv", "row 1"]),
+        ("baseline.csv", "case,t,reference.r,plant.y\nnominal,0,x,1\n", ["baseline.csv", "row 2", "'x'"]),
+        ("baseline.csv", "case,t,reference.r,plant.y\nnominal,0,1\n", ["baseline.csv", "row 2", "3 numbers"]),
+    ],
+)
+def test_a_damaged_baseline_is_bad_input(loop: Any, write: Any, file: str, text: str, words: list[str]) -> None:
+    folder = write(loop)
+    run(folder, record=True)
+    (folder / file).write_text(text)
+    with pytest.raises(InputError) as caught:
+        run(folder)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_a_changed_system_is_never_recorded(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    with pytest.raises(InputError, match="--record"):
+        run(folder, record=True, overrides={"pid.Kp": 2.0})
+    assert not (folder / "baseline.toml").exists()
+
+
+def test_progress_reaches_one(loop: Any, write: Any) -> None:
+    seen: list[float] = []
+    loop["case"] = [{"name": "a"}, {"name": "b", "stop": 0.01, "after": 0.0}]
+    run_scenarios([write(loop)], engine="python", progress=seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+    assert len(seen) == 2
