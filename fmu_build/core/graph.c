@@ -425,7 +425,18 @@ const hyst_error *hyst_graph_error(const hyst_graph *g) { return &g->error; }
 
 /* ---- running ------------------------------------------------------------------------------------------------------
  */
+/* inputs (those without a wire keep it), outputs and states as in the table */
+static void start_values(const hyst_node *n) {
+  for (int v = 0; v < n->block->n_vars; v++) {
+    const hyst_kind k = n->block->vars[v].kind;
+    if (k <= HYST_DERIVED || k == HYST_TIME) continue;
+    double *to = (k == HYST_INPUT ? n->u : k == HYST_OUTPUT ? n->y : n->x) + place(n->block, n->dim, v);
+    for (int64_t m = n->block->size(n->dim, v); m > 0; m--) *to++ = n->block->vars[v].start;
+  }
+}
+
 void hyst_graph_defaults(hyst_graph *g) {
+  for (int i = 0; i < g->n_nodes; i++) start_values(g->nodes + i);
   memcpy(g->p, g->p_file, (size_t)g->n_p * sizeof(double));
   memcpy(g->external, g->external_file, (size_t)g->n_external * sizeof(double));
   g->changed = 1;
@@ -461,12 +472,7 @@ hyst_status hyst_graph_start(hyst_graph *g, double t) {
   if (s) return s;
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
-    for (int v = 0; v < n->block->n_vars; v++) {
-      const hyst_kind k = n->block->vars[v].kind;
-      if (k <= HYST_DERIVED || k == HYST_TIME) continue;
-      double *to = (k == HYST_INPUT ? n->u : k == HYST_OUTPUT ? n->y : n->x) + place(n->block, n->dim, v);
-      for (int64_t m = n->block->size(n->dim, v); m > 0; m--) *to++ = n->block->vars[v].start;
-    }
+    start_values(n);
     if (n->block->init) n->block->init(n->dim, n->p, n->x);
   }
   advance(g, t, 0);

@@ -18,7 +18,7 @@ typedef struct {
   double value;
 } hyst_error;
 int hyst_message(const hyst_error *e, char *text, size_t size);
-const char* hyst_number(char* to, size_t size, double v); /* as a person writes it; never a decimal comma; to */
+const char *hyst_number(char *to, size_t size, double v);         /* as a person writes it; never a decimal comma; to */
 void hyst_interval(const hyst_var *row, char *text, size_t size); /* its legal values in words */
 
 /* A variable seen from outside.  Its elements have the value references reference, reference + 1, ... */
@@ -78,7 +78,7 @@ hyst_status hyst_graph_set(hyst_graph *g, int64_t reference, double value); /* c
 double *hyst_graph_value(hyst_graph *g, int64_t reference);                 /* or NULL */
 double *hyst_graph_state(hyst_graph *g, int64_t *n);
 const hyst_error *hyst_graph_error(const hyst_graph *g);
-void hyst_graph_defaults(hyst_graph *g);                  /* parameters and inputs as in the file */
+void hyst_graph_defaults(hyst_graph *g);                  /* all values as in the file and the tables */
 hyst_status hyst_graph_prepare(hyst_graph *g, double dt); /* after parameters changed */
 hyst_status hyst_graph_start(hyst_graph *g, double t);    /* states from the parameters, then the first outputs */
 hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt);

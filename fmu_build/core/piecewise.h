@@ -29,7 +29,7 @@ static inline const double *hyst_piecewise_at(const hyst_piecewise *f, double q)
   int left = f->most;
   while (left > 1) {
     const int half = left / 2;
-    knot += knot[half - 1] < q ? half : 0;
+    knot += half & -(knot[half - 1] < q);
     left -= half;
   }
   return f->segment + 2 * (knot - f->knots + (*knot < q));

@@ -145,7 +145,6 @@ void fmi_free(instance *i) {
 
 void fmi_reset(instance *i) {
   hyst_graph *g = i->graph;
-  memset(g->state, 0, (size_t)g->n_state * sizeof *g->state);
   hyst_graph_defaults(g);
   hyst_graph_prepare(g, 0); /* succeeded with the same values when the instance was made */
   fresh_run(i);

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hystfmu import __version__
 from hystfmu.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ class _Commands(click.Group):
 
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="hystfmu")
+@click.version_option(__version__, prog_name="hystfmu")
 def main() -> None:
     """Identify hysteresis of smart-material actuators, invert it, hand it on as FMUs.
 

@@ -57,7 +57,11 @@ def as_json(name: str | None = None) -> str:
 
 def _data(t: BlockType) -> dict[str, Any]:
     rows = [
-        {k: (repr(x) if isinstance(x, float) and abs(x) == float("inf") else x) for k, x in vars(v).items()}
+        {
+            k: (repr(x) if isinstance(x, float) and abs(x) == float("inf") else x)
+            for k, x in vars(v).items()
+            if k != "raw"
+        }
         for v in t.of("param", "fixed", "input", "output")
     ]
     dims = [vars(d) for d in t.dims]

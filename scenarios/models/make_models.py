@@ -9,12 +9,14 @@ thresholds and solver differ from the plant's, so that a scenario measures what 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify import fit
+from hystfmu.inverse import inverse
 from hystfmu.model import Model
 
 HERE = Path(__file__).parent
@@ -74,18 +76,27 @@ def training_data(plant: Graph, name: str) -> Dataset:
     return Dataset.from_signal(u, y + 0.01 * np.abs(y).max() * noise, h, name)
 
 
+def save(model: Model, name: str) -> None:
+    """Write a model without the seconds its fit took: the same run gives the same file."""
+    fitted = {k: v for k, v in model.fit.items() if k != "seconds"}
+    replace(model, fit=fitted).save(HERE / f"{name}.model.toml")
+
+
 def main() -> None:
     """Write all models."""
     for name, plant in (("backlash", backlash), ("bouc_wen", bouc_wen)):
         text = f"reference plant: {plant.__doc__}"
-        Model("plant", plant(True), None, text).save(HERE / f"{name}_plant.model.toml")
-        Model("plant", plant(False), None, f"{text.removesuffix(' -> G0.')}.").save(HERE / f"{name}_static.model.toml")
+        save(Model("plant", plant(True), None, text), f"{name}_plant")
+        save(Model("plant", plant(False), None, f"{text.removesuffix(' -> G0.')}."), f"{name}_static")
         data = training_data(plant(False), f"{name}: 100 random reversals, 1 % noise")
-        fit(data, "prandtl_ishlinskii", N=20).save(HERE / f"{name}_identified.model.toml")
+        identified = fit(data, "prandtl_ishlinskii", N=20)
+        save(identified, f"{name}_identified")
+        save(inverse(identified, "learned"), f"{name}_learned_inverse")
+        # Zhao & Tan 2008: operator and 2-12-1 network trained on input and output exchanged
+        response = Dataset.from_signal(identified.predict(data.u), data.u, data.h, f"response of {name}_identified")
+        save(fit(response, "zhao_tan_mlp"), f"{name}_zhao_tan_inverse")
     exact = Node("hysteresis", "prandtl_ishlinskii", {}, BACKLASH)
-    Model("prandtl_ishlinskii", Graph.single(exact), None, "the backlash plant, known exactly").save(
-        HERE / "backlash_exact.model.toml"
-    )
+    save(Model("prandtl_ishlinskii", Graph.single(exact), None, "the backlash plant, known exactly"), "backlash_exact")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,8 @@
 static uint64_t seed, drawn;
 static uint64_t draw(uint64_t n) { return hyst_random_bits(seed, drawn++) % n; }
 
-static void tell2(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category, fmi2String text, ...) {
+static void tell2(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category, fmi2String text,
+                  ...) {
   if (e != &seed || !name || s > fmi2Fatal || !strlen(category) || !strlen(text)) abort();
 }
 static void tell3(fmi3InstanceEnvironment e, fmi3Status s, fmi3String category, fmi3String text) {

@@ -133,7 +133,7 @@ STEP = "fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boole
         ("*(volatile int *)8 = 1; return theirs(c, t, h, n);", "the FMU crashed: SIGSEGV"),
         ("for (;;) if (theirs(c, t, h, n) == fmi2Fatal) break; return fmi2OK;", "did not finish 100 steps within 3 s"),
         (
-            "static int k; fmi2Status s = theirs(c, t, h, n); ((instance *)c)->graph->nodes[0].x[0] += ++k; return s;",
+            "static int k; fmi2Status s = theirs(c, t, h, n); ((instance *)c)->graph->nodes[0].y[0] += ++k; return s;",
             "after restoring a saved state, step 51 gives other outputs",
         ),
         (

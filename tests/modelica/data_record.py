@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import library
-
 from hystfmu.model import Model
 
 REPOSITORY = library.ROOT.parents[1]

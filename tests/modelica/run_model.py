@@ -17,7 +17,7 @@ def main(library: str, file: str, model: str, *run: str) -> None:
     rtol = float(tolerance)
     config = rumoca.SimConfig(solver="rk-like", rtol=rtol, atol=rtol, max_wall_seconds=60.0)
     result = compiled.simulate(t=(0.0, float(stop)), dt=float(step), config=config)
-    np.savez(out, time=np.asarray(result.time), **{n: np.asarray(result[n]) for n in result.names})
+    np.savez(out, allow_pickle=False, time=np.asarray(result.time), **{n: np.asarray(result[n]) for n in result.names})
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ from typing import Any
 import library
 import numpy as np
 import simulate
-
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.unit import Unit

@@ -1,4 +1,4 @@
-"""What users are told about bad parameters, and what rumoca 0.10.2 cannot do (with its words; the library avoids it)."""
+"""What users are told about bad parameters, and what rumoca 0.10.2 cannot do, in its words."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_bad_parameters_are_refused(component: str, inputs: str, message: str, t
 
 WHEN = "discrete Real z[2](each start = 0, each fixed = true); equation when sample(0, 0.1) then {} end when;"
 FUNCTION = (
-    "function f input Real m[:]; output Real y[size(m, 1)]; protected Integer i; algorithm y := m; i := 1; {} end f; "
+    "function f input Real m[:]; output Real y[size(m, 1)]; protected Integer count = integer(m[1]); Integer i; algorithm y := m; i := 1; {} end f; "
     "model M discrete Real z[4](start = {{1, 2, 3, 4}}, each fixed = true); "
     "equation when sample(0, 0.1) then z = f(pre(z)); end when; end M;"
 )
@@ -49,7 +49,7 @@ LIMITS = {
         "contains a statement without a checked DAE owner",
     ),
     "for whose range depends on data": (
-        FUNCTION.format("i := integer(m[1]); for k in 1:i loop if m[k] > 2 then y[1] := k; end if; end for;"),
+        FUNCTION.format("for k in count:2 loop y[k] := m[k + 2]; end for;"),
         "scalar statement expansion is prohibited",
     ),
     "break": (
@@ -71,15 +71,24 @@ LIMITS = {
         "der(...) must have exactly one resolved variable-reference operand",
     ),
     "array-valued call as modifier of an array of components": (
-        "model A parameter Real r = 1; Real y; equation y = r*time; end A; model M A a[3](r = linspace(1, 2, 3)); end M;",
+        "model A parameter Real r = 1; Real y; equation y = r*time; end A; "
+        "model M A a[3](r = linspace(1, 2, 3)); end M;",
         "expression shape mismatch",
     ),
     "external C": (
-        'function f input Real x; output Real y; external "C" y = sin(x); end f; model M Real y; equation y = f(time); end M;',
+        'function f input Real x; output Real y; external "C" y = sin(x); end f; '
+        "model M Real y; equation y = f(time); end M;",
         "which this runtime cannot execute",
     ),
+    "scalar parameter that a function computes from an array of a parameter's size, before an element of an array": (
+        "function f input Real a[:]; output Real s; algorithm s := 2*a[1]; end f; "
+        "model M parameter Integer n = 2; parameter Real a[n + 1] = {1, 2, 3}; parameter Real s = f(a); "
+        "Real v[n](each start = 0, each fixed = true); equation der(v[1]) = s*v[2]; der(v[2]) = s*time; end M;",
+        "unbalanced model",
+    ),
     "steady start of linear dynamics behind a sampled block": (
-        "model M discrete Real u(start = 1, fixed = true); HystFMU.Dynamics.TransferFunction a(start = HystFMU.Types.Start.steady); "
+        "model M discrete Real u(start = 1, fixed = true); "
+        "HystFMU.Dynamics.TransferFunction a(start = HystFMU.Types.Start.steady); "
         "equation when sample(0, 0.1) then u = 1 + time; end when; a.u = u; end M;",
         "initial variable projection did not satisfy the complete residual system",
     ),

@@ -10,7 +10,7 @@ block TransferFunction "Linear transfer function of any order"
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   Real v[na] "States: the derivatives 0 ... na - 1 of 1/a(s) u, in scaled time";
 protected
-  parameter Real sigma(unit = "1/s") = Functions.timeScale(a) "Time scale";
+  parameter Real sigma(unit = "1/s") = if abs(a[na + 1]) > 0 then abs(a[na + 1]/a[1])^(1/na) else 1 "Time scale";
   parameter Real alpha[na] = Functions.scaledDenominator(a, sigma) "Monic denominator in s/sigma, lowest power first";
   parameter Real d = if nb == na then b[1]/a[1] else 0 "Direct term";
   parameter Real c[na] = Functions.outputRow(b, a, sigma) "Output row";

@@ -14,7 +14,7 @@ import numpy as np
 
 from hystfmu.core import Array
 
-MOST_ROWS = 6000  # more rows than this are thinned evenly: they are near copies of their neighbours
+MOST_ROWS = 3000  # more rows than this are thinned evenly: they are near copies of their neighbours
 
 
 @dataclass(frozen=True)

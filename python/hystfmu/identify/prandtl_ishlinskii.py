@@ -19,6 +19,7 @@ from hystfmu.identify.plays import plays, thresholds
 
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
+    Option("w0_min", 0.0, 0.0, 1e300, text="least weight of the linear term; above 0 a continuous inverse exists"),
     Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
 )
 
@@ -32,8 +33,9 @@ def build(
     r = thresholds(data.u[rows], options["N"])
     columns = np.column_stack([data.u, plays(data.u, r, u0)])[rows]
     progress(0.1)
-    w, (offset,) = nonnegative(columns, data.y[rows], np.ones((rows.stop - rows.start, 1)))
-    return graph(w[0], r, w[1:], u0, offset, data), len(r) + 2
+    least = options["w0_min"]
+    w, (offset,) = nonnegative(columns, data.y[rows] - least * columns[:, 0], np.ones((len(columns), 1)))
+    return graph(least + w[0], r, w[1:], u0, offset, data), len(r) + 2
 
 
 def graph(w0: float, r: Any, w: Any, u0: float, offset: float, data: Dataset) -> Graph:

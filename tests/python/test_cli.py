@@ -1,0 +1,211 @@
+"""The command line as a user meets it: whole processes, exit status, one line for bad input, nothing half-written."""
+
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parent.parent.parent
+
+
+def hystfmu(*arguments, cwd=None):
+    return subprocess.run(
+        [sys.executable, "-m", "hystfmu.cli", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        timeout=120,
+    )
+
+
+def write(path, rows, head="t,u,y"):
+    path.write_text("\n".join([head, *[",".join(map(str, r)) for r in rows]]) + "\n")
+    return path
+
+
+def record(n=800):
+    """A sum of three plays and a linear term, driven by a decaying sine."""
+    t = np.arange(n) * 0.005
+    u = 10 + 8 * np.exp(-0.4 * t) * np.sin(2 * np.pi * t)
+    z, y = np.zeros(3), []
+    for x in u:
+        z = np.maximum(x - np.array([0.5, 1.5, 3]), np.minimum(x + np.array([0.5, 1.5, 3]), z))
+        y.append(0.4 * x + z.sum() * 0.2)
+    return [[f"{a:.4f}", f"{b:.10g}", f"{c:.10g}"] for a, b, c in zip(t, u, y, strict=True)]
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory):
+    """A CSV, a model fitted to it, and what the command printed."""
+    folder = tmp_path_factory.mktemp("fitted")
+    write(folder / "data.csv", record())
+    done = hystfmu("fit", folder / "data.csv", "--model", "prandtl_ishlinskii", "-o", folder / "m.model.toml")
+    assert done.returncode == 0, done.stderr
+    return folder, done.stdout
+
+
+def test_fit_prints_one_table_and_no_escape_codes_in_a_pipe(fitted):
+    folder, out = fitted
+    assert out.splitlines()[0].split("  ")[0] == "model"
+    for word in ("prandtl_ishlinskii", "parameters", "RMS %FS", "max %FS", "seconds"):
+        assert word in out
+    assert "\x1b" not in out
+    assert (folder / "m.model.toml").exists()
+
+
+def test_fit_as_json(fitted):
+    folder, _ = fitted
+    done = hystfmu(
+        "fit", folder / "data.csv", "--model", "prandtl_ishlinskii", "-o", folder / "j.model.toml", "--json",
+        "--train", "100:700", "--set", "N=12",
+    )  # fmt: skip
+    result = json.loads(done.stdout)
+    assert result["model"] == "prandtl_ishlinskii"
+    assert result["rms_percent"] < 1
+
+
+def test_predict_export_validate_inverse(fitted, tmp_path):
+    folder, _ = fitted
+    model = folder / "m.model.toml"
+    done = hystfmu("predict", model, folder / "data.csv", "-o", tmp_path / "out.csv")
+    assert done.returncode == 0, done.stderr
+    out = np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1)
+    measured = np.loadtxt(folder / "data.csv", delimiter=",", skiprows=1)
+    assert np.sqrt(np.mean((out[:, 2] - measured[:, 2]) ** 2)) < 0.01 * np.ptp(measured[:, 2])
+    for fmi in ("2", "3"):
+        fmu = tmp_path / f"x{fmi}.fmu"
+        assert hystfmu("export", model, "--fmi", fmi, "-o", fmu).returncode == 0
+        checked = hystfmu("validate", fmu)
+        assert checked.returncode == 0, checked.stdout
+        assert "0 problems" in checked.stdout
+    inverted = hystfmu("inverse", model, "-o", tmp_path / "inv.model.toml")
+    assert inverted.returncode == 0, inverted.stderr
+
+
+def damaged(rows, row, column, value):
+    rows = [list(r) for r in rows]
+    rows[row][column] = value
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("rows", "head", "words"),
+    [
+        (record(), "t,u,z", ["column", "'y'"]),
+        (damaged(record(), 17, 1, "nan"), "t,u,y", ["row 17", "u", "nan"]),
+        (damaged(record(), 30, 2, "abc"), "t,u,y", ["row 30", "abc"]),
+        (damaged(record(), 40, 0, "0.1"), "t,u,y", ["row 40", "0.1"]),
+        (record()[:2], "t,u,y", ["rows"]),
+        ([], "t,u,y", ["rows"]),
+    ],
+    ids=["missing column", "NaN", "not a number", "time goes back", "too short", "empty"],
+)
+def test_a_bad_csv_is_one_line_and_exit_status_2(tmp_path, rows, head, words):
+    path = write(tmp_path / "bad.csv", rows, head)
+    out = tmp_path / "m.model.toml"
+    one_line(hystfmu("fit", path, "--model", "prandtl_ishlinskii", "-o", out), ["bad.csv", *words])
+    assert list(tmp_path.iterdir()) == [path], "something was left behind"
+
+
+def one_line(done, words):
+    assert done.returncode == 2, (done.stdout, done.stderr)
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("hystfmu: ")
+    for w in words:
+        assert w in lines[0]
+
+
+def test_bad_options_of_fit(fitted, tmp_path):
+    folder, _ = fitted
+    data, out = folder / "data.csv", tmp_path / "m.model.toml"
+    one_line(hystfmu("fit", data, "--model", "preisch", "-o", out), ["preisch", "prandtl_ishlinskii"])
+    one_line(hystfmu("fit", data, "--model", "bouc_wen", "-o", out, "--set", "q=1"), ["q"])
+    one_line(hystfmu("fit", data, "--model", "bouc_wen", "-o", out, "--set", "q"), ["name=value"])
+    one_line(hystfmu("fit", data, "--model", "prandtl_ishlinskii", "-o", out, "--train", "10"), ["10"])
+    one_line(hystfmu("fit", data, "--model", "prandtl_ishlinskii", "-o", out, "--train", "10:100000"), ["train"])
+    one_line(hystfmu("fit", tmp_path / "none.csv", "--model", "bouc_wen", "-o", out), ["none.csv"])
+    assert not out.exists()
+
+
+def test_bad_model_files(fitted, tmp_path):
+    folder, _ = fitted
+    text = (folder / "m.model.toml").read_text()
+    for name, content, words in (
+        ("broken", text[: len(text) // 2] + "= [", ["not a TOML file"]),
+        ("unknown", text.replace('type = "prandtl_ishlinskii"', 'type = "preisch"'), ["preisch"]),
+        ("range", text.replace("depth = 256", "depth = -1"), ["depth", "-1"]),
+    ):
+        assert content != text
+        path = tmp_path / f"{name}.model.toml"
+        path.write_text(content)
+        one_line(hystfmu("export", path, "-o", tmp_path / "x.fmu"), [path.name, *words])
+    assert not (tmp_path / "x.fmu").exists()
+
+
+def test_a_truncated_fmu(fitted, tmp_path):
+    folder, _ = fitted
+    fmu = tmp_path / "x.fmu"
+    assert hystfmu("export", folder / "m.model.toml", "-o", fmu).returncode == 0
+    fmu.write_bytes(fmu.read_bytes()[:5000])
+    one_line(hystfmu("validate", fmu), ["x.fmu"])
+    one_line(hystfmu("validate", tmp_path / "none.fmu"), ["none.fmu"])
+
+
+def test_a_damaged_fmu_fails_validation(fitted, tmp_path):
+    folder, _ = fitted
+    good, bad = tmp_path / "good.fmu", tmp_path / "bad.fmu"
+    hystfmu("export", folder / "m.model.toml", "-o", good)
+    with zipfile.ZipFile(good) as a, zipfile.ZipFile(bad, "w") as b:
+        for entry in a.infolist():
+            content = a.read(entry)
+            if entry.filename == "resources/block.bin":
+                content = content[:60] + bytes([content[60] ^ 1]) + content[61:]
+            b.writestr(entry, content)
+    done = hystfmu("validate", bad)
+    assert done.returncode == 1
+    assert "checksum" in done.stdout
+
+
+def test_run_needs_a_scenario(tmp_path):
+    one_line(hystfmu("run", cwd=tmp_path), ["--all"])
+    one_line(hystfmu("run", "--all", cwd=tmp_path), ["scenario"])
+    one_line(hystfmu("run", tmp_path / "none", cwd=tmp_path), ["none"])
+    (tmp_path / "scenario.toml").write_text("name = [")
+    one_line(hystfmu("run", tmp_path, cwd=tmp_path), ["scenario.toml", "not a TOML file"])
+
+
+def test_blocks_lists_and_explains():
+    overview = hystfmu("blocks").stdout
+    assert "sliding_mode" in overview
+    details = hystfmu("blocks", "sliding_mode").stdout
+    for word in ("epsilon", "k_i", "1/s", "source:"):
+        assert word in details
+    assert json.loads(hystfmu("blocks", "pid", "--json").stdout)[0]["name"] == "pid"
+    one_line(hystfmu("blocks", "none"), ["none", "pid"])
+
+
+def test_every_command_explains_itself_with_an_example():
+    commands = ["blocks", "fit", "predict", "inverse", "export", "validate", "run", "demo"]
+    overview = hystfmu("--help").stdout
+    for c in commands:
+        assert c in overview
+        assert "Example: hystfmu " in hystfmu(c, "--help").stdout
+
+
+def test_help_does_not_import_what_is_slow():
+    code = (
+        "import sys\nfrom click.testing import CliRunner\nfrom hystfmu.cli import main\n"
+        "assert CliRunner().invoke(main, ['--help']).exit_code == 0\n"
+        "print([m for m in ('numpy', 'torch', 'control', 'scipy', 'fmpy', 'pydantic') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout.strip() == "[]", done.stdout + done.stderr
+
+
+def test_version():
+    assert "0.1.0" in hystfmu("--version").stdout
