@@ -1,7 +1,7 @@
 """libcosim (an independent FMI 2.0 master in C++) gives the same outputs as the Python unit, bit for bit.
 
 Its fixed-step algorithm calls setReal, doStep(t_k, t_{k+1} - t_k), getReal with t_k = k n / 1e9, n nanoseconds a step;
-The length of a step differs by rounding from one to the next.  The comparison steps the unit with the same numbers.
+the length of a step differs by rounding from one to the next.  The comparison steps the unit with the same numbers.
 """
 
 from __future__ import annotations
