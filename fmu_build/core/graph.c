@@ -310,7 +310,7 @@ static size_t align(size_t n) { return (n + 15) / 16 * 16; }
 
 /* memory in the order: graph, nodes, wires, ports, doubles, sizes, names */
 static size_t measure(const totals *n) {
-  const int64_t doubles = 2 * n->p + n->u + n->x + n->y + 2 * n->external;
+  const int64_t doubles = 1 + 2 * n->p + n->u + n->x + n->y + 2 * n->external;
   return align(sizeof(hyst_graph)) + align((size_t)n->nodes * sizeof(hyst_node)) +
          align((size_t)n->wires * sizeof(hyst_wire)) + align((size_t)n->ports * sizeof(hyst_port)) +
          align((size_t)doubles * sizeof(double)) + align((size_t)n->dims * sizeof(int)) + align(n->names);
@@ -352,17 +352,18 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   unsigned char *at = memory;
   hyst_graph *g = take(&at, sizeof *g);
   g->n_nodes = (int)n.nodes, g->n_ports = (int)n.ports, g->n_wires = n.wires;
-  g->n_p = n.p, g->n_external = n.external, g->n_state = n.x + n.y + n.external;
+  g->n_p = n.p, g->n_external = n.external, g->n_state = 1 + n.x + n.y + n.external;
   g->nodes = take(&at, (size_t)n.nodes * sizeof(hyst_node));
   g->wires = take(&at, (size_t)n.wires * sizeof(hyst_wire));
   g->ports = take(&at, (size_t)n.ports * sizeof(hyst_port));
-  double *d = take(&at, (size_t)(2 * n.p + n.u + n.x + n.y + 2 * n.external) * sizeof(double));
+  double *d = take(&at, (size_t)(1 + 2 * n.p + n.u + n.x + n.y + 2 * n.external) * sizeof(double));
   g->p = d, d += n.p;
   g->p_file = d, d += n.p;
   g->external_file = d, d += n.external;
   double *u = d;
   d += n.u;
-  g->state = d; /* states, outputs, inputs of the graph: one run, saved and restored at once */
+  g->state = d; /* step, states, outputs, inputs of the graph: one run, saved and restored at once */
+  d++;
   double *x = d, *y = d + n.x;
   g->external = y + n.y;
   g->dims = take(&at, (size_t)n.dims * sizeof(int));
@@ -425,18 +426,20 @@ const hyst_error *hyst_graph_error(const hyst_graph *g) { return &g->error; }
 
 /* ---- running ------------------------------------------------------------------------------------------------------
  */
-/* inputs (those without a wire keep it), outputs and states as in the table */
-static void start_values(const hyst_node *n) {
-  for (int v = 0; v < n->block->n_vars; v++) {
-    const hyst_kind k = n->block->vars[v].kind;
-    if (k <= HYST_DERIVED || k == HYST_TIME) continue;
-    double *to = (k == HYST_INPUT ? n->u : k == HYST_OUTPUT ? n->y : n->x) + place(n->block, n->dim, v);
-    for (int64_t m = n->block->size(n->dim, v); m > 0; m--) *to++ = n->block->vars[v].start;
-  }
+/* no step yet; inputs (those without a wire keep it), outputs and states as in the table */
+static void start_values(hyst_graph *g) {
+  g->state[0] = 0;
+  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++)
+    for (int v = 0; v < n->block->n_vars; v++) {
+      const hyst_kind k = n->block->vars[v].kind;
+      if (k <= HYST_DERIVED || k == HYST_TIME) continue;
+      double *to = (k == HYST_INPUT ? n->u : k == HYST_OUTPUT ? n->y : n->x) + place(n->block, n->dim, v);
+      for (int64_t m = n->block->size(n->dim, v); m > 0; m--) *to++ = n->block->vars[v].start;
+    }
 }
 
 void hyst_graph_defaults(hyst_graph *g) {
-  for (int i = 0; i < g->n_nodes; i++) start_values(g->nodes + i);
+  start_values(g);
   memcpy(g->p, g->p_file, (size_t)g->n_p * sizeof(double));
   memcpy(g->external, g->external_file, (size_t)g->n_external * sizeof(double));
   g->changed = 1;
@@ -470,16 +473,25 @@ static void advance(hyst_graph *g, double t, double dt) {
 hyst_status hyst_graph_start(hyst_graph *g, double t) {
   const hyst_status s = prepare(g, 0, 0);
   if (s) return s;
+  start_values(g);
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
-    start_values(n);
     if (n->block->init) n->block->init(n->dim, n->p, n->x);
   }
   advance(g, t, 0);
   return HYST_E_OK;
 }
 
+/* A master that computes the step as a difference of times gets another rounding in every step.  It must not see
+ * another discretisation: a step that differs from the last one by rounding alone is the last one. */
+static double same_step(double dt, double last, double t_end) {
+  const double off = dt > last ? dt - last : last - dt, t = t_end < 0 ? -t_end : t_end;
+  return last > 0 && off <= 4.5e-16 * (t + last) ? last : dt; /* two units in the last place of the times */
+}
+
 hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) {
+  double *last = g->state; /* part of the state: a restored run goes on with the same bits */
+  *last = dt = same_step(dt, *last, t_end);
   if (dt != g->dt || g->changed) {
     const hyst_status s = prepare(g, dt, g->changed ? 0 : HYST_STEP);
     if (s) return s;

@@ -35,7 +35,8 @@ def test_bad_parameters_are_refused(component: str, inputs: str, message: str, t
 
 WHEN = "discrete Real z[2](each start = 0, each fixed = true); equation when sample(0, 0.1) then {} end when;"
 FUNCTION = (
-    "function f input Real m[:]; output Real y[size(m, 1)]; protected Integer count = integer(m[1]); Integer i; algorithm y := m; i := 1; {} end f; "
+    "function f input Real m[:]; output Real y[size(m, 1)]; protected Integer count = integer(m[1]); Integer i; "
+    "algorithm y := m; i := 1; {} end f; "
     "model M discrete Real z[4](start = {{1, 2, 3, 4}}, each fixed = true); "
     "equation when sample(0, 0.1) then z = f(pre(z)); end when; end M;"
 )

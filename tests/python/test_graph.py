@@ -145,3 +145,18 @@ def test_reset_is_a_new_instance():
         unit.do_step(0.0, 1e-3)
     assert used.get("y") == new.get("y")
     assert used.state.tobytes() == new.state.tobytes()
+
+
+def test_a_step_that_differs_by_rounding_is_the_same_step():
+    # a master that steps from t_k to t_{k+1} and hands over the difference
+    g = Graph.single(Node("g0", "transfer_function", values={"b": [1.0], "a": [1e-7, 4e-4, 1.0]}))
+    even, jitter = Unit(g), Unit(g)
+    t = 1e4 + 1e-4 * np.arange(300)
+    assert len(set(np.diff(t))) > 1
+    for unit in (even, jitter):
+        unit.initialize(t[0])
+        unit.set("u", 1.0)
+    for k in range(len(t) - 1):
+        even.do_step(t[k], t[1] - t[0])
+        jitter.do_step(t[k], t[k + 1] - t[k])
+        assert even.get("y") == jitter.get("y")

@@ -1,7 +1,7 @@
 within HystFMU;
-package Dynamics "Linear dynamics"
+package Dynamics "Linear dynamics, scaling, sums and delays"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>Continuous transfer functions; the units use the exact discretisation for the step instead.</p>
+<p>Transfer functions and lags are continuous; the units discretise them exactly for their step instead.</p>
 </html>"));
 end Dynamics;

@@ -86,11 +86,12 @@ def _run_problems(folder: Path, seconds: float) -> list[str]:
         )
     except subprocess.TimeoutExpired:
         return [f"the FMU did not finish 100 steps within {seconds:g} s"]
+    lines = (child.stdout + child.stderr).decode(errors="replace").strip().splitlines()
     if result.exists():
-        return list(map(str, json.loads(result.read_text())))
+        # what the FMU itself logged says more than "failed to instantiate"
+        return [f"{p} ({lines[-1]})" if lines else str(p) for p in json.loads(result.read_text())]
     if child.returncode < 0:
         return [f"the FMU crashed: {signal.Signals(-child.returncode).name}"]
-    lines = (child.stdout + child.stderr).decode(errors="replace").strip().splitlines()
     return [f"the FMU ended its process with status {child.returncode}" + (f": {lines[-1]}" if lines else "")]
 
 

@@ -19,7 +19,7 @@ from hystfmu.identify.readout import Features, fit_readout
 OPTIONS = (
     Option("N", 16, 1, 10000, text="number of plays"),
     Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
-    *readout.OPTIONS,
+    *readout.options(hidden=6, starts=2, iterations=150),
 )
 
 

@@ -10,17 +10,20 @@ import numpy as np
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.levenberg_marquardt import train
+from hystfmu.identify.levenberg_marquardt import decay_for, train
 from hystfmu.identify.options import Option
 
-OPTIONS = (
-    Option("hidden", 12, 1, 10000, text="hidden neurons"),
-    Option("activation", "sigmoid", choices=("sigmoid", "tanh"), text="activation of the hidden neurons"),
-    Option("starts", 4, 1, 1000, text="random starts; the best goes on"),
-    Option("iterations", 300, 1, 100000, text="Levenberg-Marquardt iterations of the best start"),
-    Option("decay", 1e-7, 0.0, 1e3, text="weight decay"),
-    Option("margin", 0.05, 0.0, 1e300, text="the network sees features up to this fraction beyond the training range"),
-)
+
+def options(hidden: int, starts: int, iterations: int) -> tuple[Option, ...]:
+    """The options of every network readout, with these defaults."""
+    return (
+        Option("hidden", hidden, 1, 10000, text="hidden neurons"),
+        Option("activation", "sigmoid", choices=("sigmoid", "tanh"), text="activation of the hidden neurons"),
+        Option("starts", starts, 1, 1000, text="random starts; the best goes on"),
+        Option("iterations", iterations, 1, 100000, text="Levenberg-Marquardt iterations of the best start"),
+        Option("decay", None, 0.0, 1e3, text="weight decay; default: a tenth of the noise variance of y, at least 1e-7"),
+        Option("margin", 0.05, 0.0, 1e300, text="features are limited to the training range and this fraction of it"),
+    )
 
 
 class Features:
@@ -69,7 +72,7 @@ def centre_and_gain(v: Array) -> tuple[Array, Array]:
 def fit_readout(
     features: Features,
     data: Dataset,
-    options: Mapping[str, Any],
+    chosen: Mapping[str, Any],
     seed: int,
     progress: Callable[[float], None],
     linear: bool = False,
@@ -97,18 +100,20 @@ def fit_readout(
     a = least_squares(scaled, y) if linear else np.zeros(0)
     rest = y - (scaled @ a[:-1] + a[-1]) if linear else y
     (rest_middle,), (rest_gain,) = centre_and_gain(rest[:, None])
+    target = (rest - rest_middle) * rest_gain
     network, rms = train(
         scaled,
-        (rest - rest_middle) * rest_gain,
-        options["hidden"],
-        options["activation"],
-        options["starts"],
-        options["iterations"],
-        options["decay"],
+        target,
+        chosen["hidden"],
+        chosen["activation"],
+        chosen["starts"],
+        chosen["iterations"],
+        decay_for(target) if chosen["decay"] is None else chosen["decay"],
         seed,
+        a[:-1] if linear else None,
         progress,
     )
-    extra = options["margin"] * np.ptp(x, axis=0)
+    extra = chosen["margin"] * np.ptp(x, axis=0)
     n, hidden = len(gain), len(network.b1)
     limits = {"gain": gain, "offset": -middle * gain, "lo": x.min(axis=0) - extra, "hi": x.max(axis=0) + extra}
     weights = {"W1": network.W1.ravel(), "b1": network.b1, "W2": network.W2, "b2": network.b2}

@@ -23,7 +23,7 @@ OPTIONS = (
     Option("memory", "dominant", choices=("dominant", "last"), text="extremum a branch starts from; last: the literal reading"),
     Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen"),
     Option("u0", None, -1e300, 1e300, text="initial memory: the operator rests at this input; default the first input"),
-    *readout.OPTIONS,
+    *readout.options(hidden=12, starts=4, iterations=300),
 )
 
 
@@ -44,11 +44,15 @@ def build(
 ) -> tuple[Graph, int]:
     """The graph ``scaling -> zhao_tan -> scaling -> mlp -> scaling`` and the number of weights and biases."""
     u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
-    ranges = RANGES if options["range"] is None else (options["range"],)
-    trials = []
-    for i, span in enumerate(ranges):
-        part = features(data, span, options["memory"], u0)
-        share = lambda f, i=i: progress((i + f) / len(ranges))  # noqa: E731
-        trials.append(fit_readout(part, data, options, seed, share))
-    best = min(trials, key=lambda trial: trial[2])
-    return best[0], best[1]
+    span = options["range"]
+    if span is None:
+        quick = {**options, "starts": 1, "iterations": 40}
+        trials = []
+        for i, trial in enumerate(RANGES):
+            part = features(data, trial, options["memory"], u0)
+            trials.append((fit_readout(part, data, quick, seed, lambda f: None)[2], trial))
+            progress(0.1 * (i + 1))
+        span = min(trials)[1]
+    part = features(data, span, options["memory"], u0)
+    graph, parameters, _ = fit_readout(part, data, options, seed, lambda f: progress(0.3 + 0.7 * f))
+    return graph, parameters

@@ -1,0 +1,17 @@
+within HystFMU.Functions;
+function shift "Shift register after a new input"
+  extends Icons.Function;
+  input Real u "New input";
+  input Real inputs[:] "The last inputs, newest first";
+  output Real inputs_new[size(inputs, 1)] "With the new one, without the oldest";
+algorithm
+  inputs_new[1] := u;
+  for i in 2:size(inputs, 1) loop
+    inputs_new[i] := inputs[i - 1];
+  end for;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> new_1 = u, new_i = old_(i-1).</p>
+<p><b>Source:</b> definition.</p>
+<p><b>Limitations:</b> none.</p>
+</html>"));
+end shift;
