@@ -71,17 +71,17 @@ static inline void hyst_sum_add(hyst_sum *s, double v) {
 static inline const char *hyst_piecewise_build(double *row, int n, double w0, const double *r, const double *w,
                                                int invert) {
   double *knots = row, *segment = row + n, *bucket = row + 3 * n + 2;
-  hyst_sum slope = {w0, 0}, offset = {0, 0};
+  hyst_sum slope = {w0, 0}, offset = {0, 0}, height = {0, 0};
   segment[0] = w0;
   segment[1] = 0;
   if (invert && !(w0 > 0))
     return "w0 must be greater than 0: without a linear term the slope is zero after every reversal and no continuous "
            "inverse exists";
   for (int i = 0; i < n; i++) {
-    const double W = segment[2 * i], R = segment[2 * i + 1];
+    const double W = segment[2 * i];
     if (i > 0 && r[i] < r[i - 1]) return "the thresholds r must not decrease";
-    knots[i] = invert ? r[i] * W - R : r[i];
-    if (i > 0 && knots[i] < knots[i - 1]) knots[i] = knots[i - 1]; /* by rounding only, if the curve increases */
+    hyst_sum_add(&height, W * (i > 0 ? r[i] - r[i - 1] : r[i])); /* equal thresholds give equal knots */
+    knots[i] = invert ? height.sum + height.lost : r[i];
     hyst_sum_add(&slope, w[i]);
     hyst_sum_add(&offset, w[i] * r[i]);
     segment[2 * i + 2] = slope.sum + slope.lost;
@@ -93,8 +93,7 @@ static inline const char *hyst_piecewise_build(double *row, int n, double w0, co
   /* bucket[b]: the first knot whose place is b or more; moved down at the end so that every search stays in the table
    */
   const double top = knots[n - 1];
-  double scale = top > 0 ? n / top : 0;
-  if (!(scale < HYST_INF)) scale = 0;
+  const double scale = top > 0 ? n / top : 0;
   int most = 1;
   for (int b = 0, i = 0; b < n; b++) {
     const int first = i;

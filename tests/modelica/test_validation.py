@@ -20,12 +20,12 @@ TWINS = {t.class_name: t for t in block_types().values()}
 
 HELD = {"TransferFunction", "Creep"}  # continuous, with an input that is held between samples
 # |Modelica - C core| / max |C core|.  Sampled and static blocks: rounding of the last places.
-ROUNDING = 1e-13
+ROUNDING = 1e-14
 BOUNDS = {
-    "TransferFunction": 1e-8,  # continuous: the solver at Tolerance = 1e-10 against the exact discretisation
+    "TransferFunction": 1e-9,  # continuous: the solver at Tolerance = 1e-10 against the exact discretisation
     "TransferFunctionSteady": 1e-8,
-    "Creep": 1e-8,
-    "BoucWenKnee": 1e-7,  # n = 2.5: twenty Runge-Kutta steps for each sample against the series of the C core
+    "Creep": 1e-9,
+    "BoucWenKnee": 1e-9,  # n = 2.5: twenty Runge-Kutta steps for each sample against the series of the C core
 }
 
 

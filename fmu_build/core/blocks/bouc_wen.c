@@ -62,16 +62,17 @@ static double runge_kutta(law l, double v, double h) {
   return v + h / 6 * (k1 + 2 * (k2 + k3) + k4);
 }
 
-enum { MOST_STEPS = 8000 };
-#define STEP 0.02 /* of the local time constant: error of the order of 1e-10 of z_max */
+#define STEP 0.02       /* of the local time constant: error of the order of 1e-10 of z_max */
+#define MOST_STEPS 8000 /* e^-80 of the distance to z_max is left */
 
 /* v = -p < 0 on its way to 0: returns what is left of xi once it is there, else 0, with *p moved */
 static double fall(law l, double *p, double xi) {
   const double half = half_way(l);
-  for (int i = 0; *p > half && xi > 0; i++) {
+  while (*p > half && xi > 0) {
     const double h = STEP * *p / (l.n * hyst_fabs(l.c) * hyst_pow(*p, l.n));
-    if (i == MOST_STEPS) return 0; /* beta = 0 and z = z_max: it stays there */
-    *p = runge_kutta(l, *p, h < xi ? -h : -xi);
+    const double next = runge_kutta(l, *p, h < xi ? -h : -xi);
+    if (!(next < *p)) return 0; /* beta = 0 and z = z_max: it stays there */
+    *p = next;
     xi -= h;
   }
   if (!(xi > 0)) return 0;

@@ -129,10 +129,11 @@ def train(
     activation: str = "sigmoid",
     starts: int = 4,
     iterations: int = 300,
-    decay: float = 1e-7,
+    decay: float = 1e-9,
     seed: int = 0,
     direction: Array | None = None,
     progress: Callable[[float], None] = lambda fraction: None,
+    most_rows: int = MOST_ROWS,
 ) -> tuple[Network, float]:
     """Train a network: every start for a tenth of the iterations, then the best one to the end.
 
@@ -148,6 +149,8 @@ def train(
         Number of random starts, iterations of the last stage, seed of the starts.
     decay : float
         Weight decay: the sum of the squared weights times this is added to the mean square error.
+    most_rows : int
+        More rows than this are thinned evenly.
     direction : array, shape (n_in,), optional
         A direction of the input space that matters, for the start.
 
@@ -157,7 +160,7 @@ def train(
     rms : float
         Error over the rows, in the scaled unit of y.
     """
-    stride = -(-len(x) // MOST_ROWS)
+    stride = -(-len(x) // most_rows)
     x, y = np.ascontiguousarray(x[::stride]), y[::stride]
     rng = np.random.default_rng(seed)
     first = max(iterations // 10, 10)
@@ -182,10 +185,10 @@ def train(
 
 
 def decay_for(y: Array) -> float:
-    """Weight decay for data with noise: noise variance over the variance 10 of a weight (MacKay 1992), at least 1e-7.
+    """Weight decay for data with noise: noise variance over the variance 10 of a weight (MacKay 1992), at least 1e-9.
 
     The noise is what third differences see of y (n,): their median is blind to the kinks of a smooth signal.
     """
     third = np.diff(y, 3)
     variance = (np.median(np.abs(third)) / 0.6745) ** 2 / 20 if len(third) else 0.0
-    return max(1e-7, float(variance) / 10)
+    return max(1e-9, float(variance) / 10)

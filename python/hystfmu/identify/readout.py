@@ -10,7 +10,7 @@ import numpy as np
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.levenberg_marquardt import decay_for, train
+from hystfmu.identify.levenberg_marquardt import MOST_ROWS, decay_for, train
 from hystfmu.identify.options import Option
 
 
@@ -21,7 +21,7 @@ def options(hidden: int, starts: int, iterations: int) -> tuple[Option, ...]:
         Option("activation", "sigmoid", choices=("sigmoid", "tanh"), text="activation of the hidden neurons"),
         Option("starts", starts, 1, 1000, text="random starts; the best goes on"),
         Option("iterations", iterations, 1, 100000, text="Levenberg-Marquardt iterations of the best start"),
-        Option("decay", None, 0.0, 1e3, text="weight decay; default: a tenth of the noise variance of y, at least 1e-7"),
+        Option("decay", None, 0.0, 1e3, text="weight decay; default: a tenth of the noise variance of y, at least 1e-9"),
         Option("margin", 0.05, 0.0, 1e300, text="features are limited to the training range and this fraction of it"),
     )
 
@@ -76,6 +76,7 @@ def fit_readout(
     seed: int,
     progress: Callable[[float], None],
     linear: bool = False,
+    most_rows: int = MOST_ROWS,
 ) -> tuple[Graph, int, float]:
     """Train the network on the training rows.
 
@@ -83,6 +84,8 @@ def fit_readout(
     ----------
     linear : bool
         A linear readout of the features, least squares, beside the network, which then learns what is left over.
+    most_rows : int
+        More rows than this are thinned evenly.
 
     Returns
     -------
@@ -112,6 +115,7 @@ def fit_readout(
         seed,
         a[:-1] if linear else None,
         progress,
+        most_rows,
     )
     extra = chosen["margin"] * np.ptp(x, axis=0)
     n, hidden = len(gain), len(network.b1)

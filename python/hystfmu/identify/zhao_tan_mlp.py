@@ -18,12 +18,13 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.readout import Features, fit_readout
 
 RANGES = (0.5, 1.0, 2.0)  # of x in the operator: g is convex, as a loop of this class needs, up to d = 2
+QUICK_ROWS = 500  # enough to tell one range from another
 
 OPTIONS = (
     Option("memory", "dominant", choices=("dominant", "last"), text="extremum a branch starts from; last: the literal reading"),
     Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen"),
     Option("u0", None, -1e300, 1e300, text="initial memory: the operator rests at this input; default the first input"),
-    *readout.options(hidden=12, starts=4, iterations=300),
+    *readout.options(hidden=12, starts=3, iterations=150),
 )
 
 
@@ -46,11 +47,11 @@ def build(
     u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
     span = options["range"]
     if span is None:
-        quick = {**options, "starts": 1, "iterations": 40}
+        quick, none = {**options, "starts": 1, "iterations": 40}, lambda f: None
         trials = []
         for i, trial in enumerate(RANGES):
             part = features(data, trial, options["memory"], u0)
-            trials.append((fit_readout(part, data, quick, seed, lambda f: None)[2], trial))
+            trials.append((fit_readout(part, data, quick, seed, none, most_rows=QUICK_ROWS)[2], trial))
             progress(0.1 * (i + 1))
         span = min(trials)[1]
     part = features(data, span, options["memory"], u0)

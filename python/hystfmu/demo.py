@@ -1,0 +1,126 @@
+"""`hystfmu demo`: the whole way once on built-in data: fit, compare on a held-out record, export, run, report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from hystfmu.core import Array
+from hystfmu.data import Dataset
+from hystfmu.errors import InputError
+from hystfmu.fmu.check import check_fmu
+from hystfmu.fmu.export import export_fmu
+from hystfmu.identify import errors, fit
+from hystfmu.inverse import inverse
+from hystfmu.model import Model
+from hystfmu.scenario import Result, run_scenarios
+from hystfmu.scenario.report import Line, Plot, Section, Table, write_report
+from hystfmu.synthetic import piezo
+from hystfmu.terminal import loop, progress, table, verdicts
+
+KEYS = ("prandtl_ishlinskii", "prandtl_ishlinskii_asym", "zhao_tan_mlp", "play_bank_mlp", "bouc_wen")
+HEAD = ("model", "parameters", "RMS %FS", "max %FS", "seconds")
+SCENARIOS = Path(__file__).with_name("_scenarios")  # installed beside the package from the folder scenarios/
+
+
+def demo(out: Path) -> bool:
+    """Run everything and write it below `out`.
+
+    Returns
+    -------
+    bool
+        True if every FMU is without problems and every scenario meets its limits.
+
+    Raises
+    ------
+    InputError
+        If nothing can be written to `out`, or the package was not installed with its scenarios.
+    """
+    scenarios = sorted(p.parent for p in SCENARIOS.glob("*/scenario.toml"))
+    if not scenarios:
+        raise InputError(f"no scenarios in {SCENARIOS}: install the package with 'pip install .'")
+    train, held_out = piezo(seed=0), piezo(seed=1000)
+    train.to_csv(out / "piezo.csv")
+    held_out.to_csv(out / "piezo_held_out.csv")
+    click.echo(f"Synthetic piezo stack: {len(train.t)} rows at {1 / train.h:g} Hz, 0..100 V, {train.span:.1f} um.")
+    click.echo(loop(train.u, train.y, "displacement (um) over voltage (V)"))
+
+    models = [_fit(train, key) for key in KEYS]
+    rows = [_row(m, held_out, train.span) for m in models]
+    click.echo("\nErrors on a record of other random reversals, which no model has seen, in percent of full scale:\n")
+    click.echo(table(HEAD, rows))
+
+    problems = _export(models, out)
+    results = _run(scenarios)
+    click.echo("\n" + verdicts(results))
+    caption = "Errors on a held-out record, in percent of the span of the training data"
+    section = Section(
+        "Identification of the built-in piezo stack",
+        "Fitted to piezo.csv, compared on piezo_held_out.csv.",
+        [Table(HEAD, rows, caption)],
+        _plots(models, held_out),
+    )
+    page = write_report(results, out, [section], "HystFMU demo")
+    click.echo(f"\nwrote {page}, report.json, {len(models)} models and {2 * len(models)} FMUs to {out}/")
+    return not problems and all(r.passed for r in results)
+
+
+def _fit(train: Dataset, key: str) -> Model:
+    with progress(f"fitting {key}") as report:
+        return fit(train, key, progress=report)
+
+
+def _row(m: Model, data: Dataset, span: float) -> list[str]:
+    e = errors(m.predict(data.u, data.h), data.y, span)
+    return [
+        m.key,
+        str(m.fit["parameters"]),
+        f"{e['rms_percent']:.3f}",
+        f"{e['max_percent']:.3f}",
+        f"{m.fit['seconds']:.2f}",
+    ]
+
+
+def _export(models: list[Model], out: Path) -> list[str]:
+    """Models, FMUs of both versions, and the exact inverse; the problems found by the checks."""
+    problems = []
+    for m in [*models, inverse(models[0])]:
+        name = m.key if m in models else f"{models[0].key}_inverse"
+        m.save(out / "models" / f"{name}.model.toml")
+        for version in (2, 3):
+            path = export_fmu(m, out / "fmus" / f"{name}_fmi{version}.fmu", fmi=version, name=name)
+            problems += [f"{path}: {p}" for p in check_fmu(path)]
+    click.echo(f"\n{2 * len(models) + 2} FMUs written and checked: {len(problems)} problems")
+    for p in problems:
+        click.echo(p)
+    return problems
+
+
+def _plots(models: list[Model], data: Dataset) -> list[Plot]:
+    """The loop before and after compensation by the exact inverse, and the errors of the models over time."""
+    plant = {m.key: m for m in models}["play_bank_mlp"]
+    compensator = inverse(models[0])
+    r = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
+    y = plant.predict(compensator.predict(r, data.h), data.h)
+    shown = slice(0, min(len(data.t), 4000))
+
+    def line(name: str, x: Array, values: Array) -> Line:
+        return Line(name, x[shown], values[shown])
+
+    return [
+        Plot("before", "voltage (V)", "displacement (um)", [line("measured", data.u, data.y)]),
+        Plot("after: exact inverse in front", "wanted (um)", "displacement (um)", [line("model", r, y)]),
+        Plot(
+            "error on the held-out record",
+            "time (s)",
+            "error (um)",
+            [line(m.key, data.t, m.predict(data.u, data.h) - data.y) for m in models],
+            envelope=True,
+        ),
+    ]
+
+
+def _run(scenarios: list[Path]) -> list[Result]:
+    with progress("running scenarios") as report:
+        return run_scenarios(scenarios, progress=report)
