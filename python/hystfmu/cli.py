@@ -208,7 +208,7 @@ def export(model: str, out: str, fmi: str, name: str | None) -> None:
     from hystfmu.fmu.export import export_fmu
     from hystfmu.model import Model
 
-    path = export_fmu(Model.load(model), out, fmi=int(fmi), name=name)
+    path = export_fmu(Model.load(model), out, fmi=2 if fmi == "2" else 3, name=name)
     click.echo(f"wrote {path}: FMI {fmi}.0 Co-Simulation, {path.stat().st_size // 1024} kB")
 
 

@@ -143,9 +143,9 @@ class Dataset:
         for name in names:
             _check_finite(columns[name], name, str(path))
         n = len(columns[input])
-        y = np.full(n, np.nan) if output is None else columns[output]
+        y: Array = np.full(n, np.nan) if output is None else columns[output]
         if rate is not None:
-            t = np.asarray(np.arange(n) / rate, dtype=np.float64)
+            t: Array = np.arange(n) / rate
         else:
             t = _check_time(columns[time], str(path), cells) if n >= LEAST_ROWS else columns[time]
         return cls(

@@ -1,7 +1,7 @@
 """Inverses of a model: the input that makes the model's output follow a wanted one, again a Model with ports u and y.
 
-exact    block by block from the output to the input; every block of the chain needs an inverse (Prandtl-Ishlinskii with a
-         linear term, Zhao-Tan, scaling).
+exact    block by block from the output to the input; every block of the chain needs an inverse
+         (Prandtl-Ishlinskii with a linear term, Zhao-Tan, scaling).
 learned  a bank of plays and a network, trained on the model's own response with input and output exchanged.
 """
 
@@ -67,12 +67,9 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
 # ---- exact -----------------------------------------------------------------------------------------------------------
 def _exact(model: Model) -> Model:
     chain = _chain(model.graph)
-    pairs = [_INVERT[n.type](n) for n in reversed(chain)]
-    nodes = [p for p in pairs]
+    nodes = [_INVERT[n.type](n) for n in reversed(chain)]
     ends = [_TYPES[n.type] for n in reversed(chain)]
-    wires = [
-        (f"{nodes[i].name}.{ends[i][2]}", f"{nodes[i + 1].name}.{ends[i + 1][1]}") for i in range(len(nodes) - 1)
-    ]
+    wires = [(f"{nodes[i].name}.{ends[i][2]}", f"{nodes[i + 1].name}.{ends[i + 1][1]}") for i in range(len(nodes) - 1)]
     source, sink = model.graph.inputs[0], model.graph.outputs[0]
     start = float(model.predict(np.full(2, source.start))[0])
     graph = Graph(
@@ -82,7 +79,9 @@ def _exact(model: Model) -> Model:
         [Output("y", f"{nodes[-1].name}.{ends[-1][2]}", source.unit, "input that gives it")],
     )
     key = model.key.removesuffix("_inverse") if model.key.endswith("_inverse") else f"{model.key}_inverse"
-    return Model(key, graph, model.step, f"exact inverse: {model.text}", {}, {"inverse": "exact", "of": model.provenance})
+    return Model(
+        key, graph, model.step, f"exact inverse: {model.text}", {}, {"inverse": "exact", "of": model.provenance}
+    )
 
 
 def _chain(graph: Graph) -> list[Node]:

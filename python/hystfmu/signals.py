@@ -6,6 +6,7 @@ All generators are seeded and independent of the C core; values lie in [-1, 1] t
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -45,7 +46,7 @@ def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Arr
 def ramps(levels: list[float], step: float = 0.01) -> Array:
     """A path through `levels` in equal steps of at most `step` on each ramp."""
     parts = [np.array(levels[:1])]
-    for a, b in zip(levels[:-1], levels[1:], strict=True):
+    for a, b in pairwise(levels):
         parts.append(np.linspace(a, b, max(2, int(np.ceil(abs(b - a) / step))) + 1)[1:])
     return np.concatenate(parts)
 

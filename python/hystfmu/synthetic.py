@@ -7,6 +7,8 @@ for each of the two official test records.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from hystfmu.core import Array
@@ -95,7 +97,7 @@ def piezo(reversals: int = 100, rate: float = 1000.0, noise: float = 1e-3, seed:
     levels = [0.0, 1.0, -1.0, 1.0, -1.0, *_levels(reversals, seed)]
     per_ramp = round(rate / 5)
     blend = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, per_ramp + 1) / per_ramp)
-    x = np.concatenate([[levels[0]], *[a + (b - a) * blend for a, b in zip(levels[:-1], levels[1:], strict=True)]])
+    x = np.concatenate([[levels[0]], *[a + (b - a) * blend for a, b in pairwise(levels)]])
     y = stack(x, 1 / rate) + noise * np.random.default_rng(seed).normal(size=len(x))
     t = np.arange(len(x)) / rate
     return Dataset(t, VOLTS / 2 * (1 + x), STROKE * y, "synthetic piezo stack", unit_u="V", unit_y="um")
@@ -114,7 +116,7 @@ DECIMATE_MULTISINE, DECIMATE_SWEEP = (2, 2, 5), (20,)
 
 
 def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float = 50.0, seed: int = 0) -> Array:
-    """One period (n,) of the benchmark's random-phase multisine at 750 Hz, all lines of [f_lo, f_hi] equally strong (N)."""
+    """One period (n,) of the benchmark's random-phase multisine at 750 Hz, all its lines equally strong (N)."""
     f = np.arange(n // 2 + 1) * RATE / n
     spectrum = np.zeros(len(f), complex)
     lines = (f >= f_lo) & (f <= f_hi)

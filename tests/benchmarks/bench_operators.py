@@ -1,7 +1,7 @@
 """S5, S6, P3: Prandtl-Ishlinskii by turning points against the plain loop and its numpy form, and its exact inverse.
 
-The rivals run in the same process: the plain loop is the block `backlash_sum` (the same C core, one state per play), the
-vectorised one is numpy.  Figures are the least of several repeats; the graph around the block is part of them.
+The rivals run in the same process: the plain loop is the block `backlash_sum` (the same C core, one state per play),
+the vectorised one is numpy.  Figures are the least of several repeats; the graph around the block is part of them.
 """
 
 import time
@@ -61,7 +61,8 @@ def main():
                 errors.append(np.abs(y - expected).max() / np.abs(expected).max())
                 loop = nanoseconds(plain, short)
                 vector = numpy_nanoseconds(short[:2000], r, w, 0.3)
-                rows.append([n, kind, name, f"{nanoseconds(fast, u):.1f}", f"{loop:.0f}", f"{vector:.0f}", f"{errors[-1]:.1e}"])
+                figures = [f"{nanoseconds(fast, u):.1f}", f"{loop:.0f}", f"{vector:.0f}", f"{errors[-1]:.1e}"]
+                rows.append([n, kind, name, *figures])
     print(table(["plays", "thresholds", "signal", "ns/step", "plain loop", "numpy", "error/max|y|"], rows))
     print("S5/P3 targets at 5000 plays: 25 ns uniform, 100 ns otherwise; error 2e-14")
     w = rng.uniform(0.1, 1, 40)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from hystfmu.core import BlockType, Var, block_types
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output

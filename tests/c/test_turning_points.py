@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
+
 from hystfmu.blocks import PrandtlIshlinskii, PrandtlIshlinskiiInverse, ZhaoTan, ZhaoTanInverse
 from hystfmu.errors import InputError
-from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Branch = Callable[[Array], Array]

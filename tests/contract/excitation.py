@@ -6,10 +6,11 @@ import itertools
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
 from hystfmu.core import BlockType, block_types
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node
-from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import ctypes as C
 
 import numpy as np
-from hystfmu.graph import Node
 from numpy.typing import NDArray
+
+from hystfmu.graph import Node
 
 Array = NDArray[np.float64]
 GUARD, MARK = 16, 6.02214076e23

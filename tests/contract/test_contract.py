@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 from excitation import BLOCKS, STEP, configurations, node, rows
+from raw import Raw
+from scipy.integrate import solve_ivp
+
 from hystfmu.core import RATE_INDEPENDENT, BlockType, Var, block_types
 from hystfmu.core import STEP as STEP_FLAG
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 from hystfmu.unit import Unit
-from raw import Raw
-from scipy.integrate import solve_ivp
 
 ROOT = Path(__file__).parents[2]
 C_WORDS = set(

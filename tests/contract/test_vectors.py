@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from hystfmu.core import block_types
 from hystfmu.graph import Graph, Node
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from fmu_master import Master, single
+
 from hystfmu.graph import Graph
 
 

@@ -9,10 +9,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 from fmpy import platform, platform_tuple, sharedLibraryExtension
+from numpy.typing import NDArray
+
 from hystfmu.core import block_types
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
-from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 OK, WARNING, DISCARD, ERROR = range(4)

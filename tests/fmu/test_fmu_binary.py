@@ -12,6 +12,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from fmu_master import loop, single
+
 from hystfmu.fmu import check_fmu, export, export_fmu
 from hystfmu.graph import Graph
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fmu_master import DISCARD, ERROR, OK, WARNING, H, Master, loop, rows, single
+
 from hystfmu.graph import Graph, Node
 
 Make = Callable[..., Master]

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fmu_master import loop, rows, single
+
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
 from hystfmu.unit import Unit

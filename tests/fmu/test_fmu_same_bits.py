@@ -11,6 +11,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 from fmu_master import BLOCKS, Array, H, loop, rows, single, unpack
+
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
 from hystfmu.unit import Unit

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import library
+
 from hystfmu.model import Model
 
 REPOSITORY = library.ROOT.parents[1]

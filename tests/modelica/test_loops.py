@@ -9,6 +9,7 @@ from typing import Any
 import library
 import numpy as np
 import simulate
+
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.unit import Unit

@@ -5,6 +5,7 @@ from __future__ import annotations
 import library
 import numpy as np
 import pytest
+
 from hystfmu.core import Var, block_types
 
 TWINS = {t.class_name: t for t in block_types().values()}

@@ -8,6 +8,7 @@ import library
 import numpy as np
 import pytest
 import simulate
+
 from hystfmu.core import BlockType, block_types
 from hystfmu.graph import Graph, Node
 

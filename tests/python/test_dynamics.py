@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import scipy.signal
 import scipy.stats
+from numpy.typing import NDArray
+
 from hystfmu import blocks
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.unit import Unit
-from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 

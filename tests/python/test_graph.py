@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from hystfmu import Graph, InputError, Node, Unit
 from hystfmu.core import Executor
 from hystfmu.graph import Input, Output

@@ -7,6 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.optimize import curve_fit
+from scipy.signal import firwin, lfilter, resample
+
 from hystfmu.blocks import (
     BacklashSum,
     BoucWen,
@@ -22,11 +28,6 @@ from hystfmu.blocks import (
     ZhaoTan,
 )
 from hystfmu.errors import InputError
-from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
-from scipy.linalg import expm
-from scipy.optimize import curve_fit
-from scipy.signal import firwin, lfilter, resample
 
 Array = NDArray[np.float64]
 RNG = np.random.default_rng(3)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import scipy.signal
+
 from hystfmu.scenario import Scenario, build, simulate
 
 

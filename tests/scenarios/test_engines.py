@@ -10,6 +10,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
+
 from hystfmu.fmu.export import export_fmu
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate, to_graph
 from hystfmu.scenario.run import Stopped

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from hystfmu.errors import InputError
 from hystfmu.scenario.metrics import measure
 from hystfmu.scenario.run import Trace

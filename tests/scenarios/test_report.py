@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from hystfmu.scenario import build, run_scenarios
 from hystfmu.scenario.plot import Line, Plot
 from hystfmu.scenario.report import Section, Table, write_report

@@ -9,6 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 from click.testing import CliRunner
+
 from hystfmu.cli import main
 from hystfmu.model import Model
 from hystfmu.scenario import Scenario, build, run_scenarios

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+
 from hystfmu.errors import InputError
 from hystfmu.scenario import Scenario, build, run_scenarios
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from hystfmu.errors import InputError
 from hystfmu.scenario import Result, run_scenarios
 

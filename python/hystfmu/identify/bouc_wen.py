@@ -16,9 +16,11 @@ from scipy.optimize import least_squares
 
 from hystfmu.core import Array
 from hystfmu.data import Dataset
-from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.options import Option
+
+MOST_EVALUATIONS = 150  # of the residuals and their Jacobian, for every start
+ENOUGH = 1e-6  # misfit, as a fraction of the span, that ends the search
 
 OPTIONS = (
     Option("starts", 6, 1, 1000, text="starts of the search"),
@@ -31,14 +33,18 @@ def operator(u: Array, p: Array) -> tuple[dict[str, float], Array]:
     """Parameters of the block, and z (rows,) for p = (ln z_max, gamma share, n, z0 / z_max)."""
     z_max, share, n = float(np.exp(p[0])), float(p[1]), float(p[2])
     total = z_max**-n
-    values = {"A": 1.0, "beta": (1 - share) * total, "gamma": share * total, "n": n, "z0": 0.999999 * float(p[3]) * z_max}
+    values = {
+        "A": 1.0,
+        "beta": (1 - share) * total,
+        "gamma": share * total,
+        "n": n,
+        "z0": 0.999999 * float(p[3]) * z_max,
+    }
     graph = Graph.single(Node("z", "bouc_wen", {}, {**values, "alpha": 0.0, "k": 1.0}))
     return values, graph.run(u)[:, 1]
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int]:
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``(scaling, bouc_wen) -> sum`` and the number of its parameters."""
     rows = data.train
     middle, half = (data.u.max() + data.u.min()) / 2, np.ptp(data.u) / 2
@@ -52,11 +58,12 @@ def build(
         c = np.linalg.lstsq(columns, y, rcond=None)[0]
         return (columns @ c - y) / size, c
 
+    def error(p: Array) -> Array:
+        return project(p)[0]
+
     lo = np.array([np.log(1e-3), -1.0, 1.0, -1.0])
     hi = np.array([np.log(1e2), 1.5, options["n_max"], 1.0])
     if options["z0"] is not None:
-        if not abs(options["z0"]) <= 1:
-            raise InputError(f"the option 'z0' must be in [-1, 1]; got {options['z0']}")
         lo[3], hi[3] = options["z0"] - 1e-9, options["z0"] + 1e-9
     rng = np.random.default_rng(seed)
     best = None
@@ -64,10 +71,12 @@ def build(
         progress(i / options["starts"])
         first = np.array([np.log(0.5), 0.5, 1.5, 0.0]) if i == 0 else _draw(rng, lo, hi)
         first = np.clip(first, lo + 1e-10, hi - 1e-10)
-        r = least_squares(lambda p: project(p)[0], first, bounds=(lo, hi), x_scale=(0.3, 0.3, 0.3, 0.3), ftol=1e-13, xtol=1e-13, max_nfev=150)
+        r = least_squares(
+            error, first, bounds=(lo, hi), x_scale=np.full(4, 0.3), ftol=1e-13, xtol=1e-13, max_nfev=MOST_EVALUATIONS
+        )
         if best is None or r.cost < best.cost:
             best = r
-        if np.sqrt(2 * best.cost) < 1e-6:  # 1e-6 of the span: nothing better to find
+        if np.sqrt(2 * best.cost) < ENOUGH:
             break
     assert best is not None
     values, _ = operator(u, best.x)

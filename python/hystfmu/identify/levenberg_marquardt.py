@@ -1,7 +1,7 @@
 """Levenberg-Marquardt training of a network with one hidden layer and a linear output, several starts.
 
-r = W2 f(W1 x + b1) + b2 - y has a Jacobian in closed form.  Every iteration factors it once, J = Q R, and tries dampings
-mu on the small triangle: min |R s + Q'r|^2 + mu |D s|^2, solved by least squares (QR), never by the normal equations.
+r = W2 f(W1 x + b1) + b2 - y has a Jacobian in closed form.  Every iteration factors it once, J = Q R, and tries
+dampings mu on the small triangle: min |R s + Q'r|^2 + mu |D s|^2, solved by least squares (QR), never by the normal equations.
 Damping and its update: Marquardt 1963; More 1978 (scaling D by the largest column norms seen so far).
 """
 
@@ -172,12 +172,15 @@ def train(
         r, J = residuals(p, x, y, hidden, activation)
         return np.concatenate([r, ridge @ p]), np.vstack([J, ridge])
 
+    def part(done: float, share: float) -> Callable[[float], None]:
+        return lambda fraction: progress((done + fraction * share) / total)
+
     trials = []
     for i in range(starts):
         p = start(x, y, hidden, activation, rng, direction)
-        trials.append(minimise(p, function, first, progress=lambda f, i=i: progress((i + f) * first / total)))
+        trials.append(minimise(p, function, first, progress=part(i * first, first)))
     best = min(trials, key=lambda trial: trial[1])
-    p, cost = minimise(best[0], function, iterations, progress=lambda f: progress((starts * first + f * iterations) / total))
+    p, cost = minimise(best[0], function, iterations, progress=part(starts * first, iterations))
     k = x.shape[1]
     W1, b1, W2 = p[: hidden * k].reshape(hidden, k), p[hidden * k : hidden * (k + 1)], p[hidden * (k + 1) : -1]
     network = Network(W1, b1, W2, float(p[-1]), activation)

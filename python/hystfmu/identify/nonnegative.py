@@ -80,5 +80,5 @@ def _direct(A: Array, b: Array) -> Array:
 
 
 def _triangle(A: Array, b: Array) -> tuple[Array, Array]:
-    R = np.linalg.qr(np.column_stack([A, b]), mode="r")
+    R: Array = np.linalg.qr(np.column_stack([A, b]), mode="r")  # type: ignore[assignment]
     return R[:, :-1], R[:, -1]

@@ -23,9 +23,7 @@ OPTIONS = (
 )
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int]:
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``(u, play_bank) -> scaling -> mlp -> scaling`` plus a linear readout, and its number of weights."""
     u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
     r = thresholds(data.u[data.train], options["N"])

@@ -7,7 +7,6 @@ import numpy as np
 from hystfmu.core import Array
 from hystfmu.graph import Graph, Node
 
-
 LEAST_TRAVEL = 0.02
 
 

@@ -24,9 +24,7 @@ OPTIONS = (
 )
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int]:
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``prandtl_ishlinskii -> scaling`` (offset) and the number of its parameters."""
     u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
     rows = data.train

@@ -33,9 +33,7 @@ OPTIONS = (
 )
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int]:
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``(prandtl_ishlinskii, dead_zones, creep) -> sum`` and the number of its weights."""
     rows, u = data.train, data.u
     u0 = float(u[0]) if options["u0"] is None else options["u0"]

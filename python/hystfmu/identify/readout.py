@@ -9,7 +9,7 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.levenberg_marquardt import MOST_ROWS, decay_for, train
 from hystfmu.identify.options import Option
 
@@ -21,7 +21,9 @@ def options(hidden: int, starts: int, iterations: int) -> tuple[Option, ...]:
         Option("activation", "sigmoid", choices=("sigmoid", "tanh"), text="activation of the hidden neurons"),
         Option("starts", starts, 1, 1000, text="random starts; the best goes on"),
         Option("iterations", iterations, 1, 100000, text="Levenberg-Marquardt iterations of the best start"),
-        Option("decay", None, 0.0, 1e3, text="weight decay; default: a tenth of the noise variance of y, at least 1e-9"),
+        Option(
+            "decay", None, 0.0, 1e3, text="weight decay; default: a tenth of the noise variance of y, at least 1e-9"
+        ),
         Option("margin", 0.05, 0.0, 1e300, text="features are limited to the training range and this fraction of it"),
     )
 
@@ -120,12 +122,13 @@ def fit_readout(
     extra = chosen["margin"] * np.ptp(x, axis=0)
     n, hidden = len(gain), len(network.b1)
     limits = {"gain": gain, "offset": -middle * gain, "lo": x.min(axis=0) - extra, "hi": x.max(axis=0) + extra}
-    weights = {"W1": network.W1.ravel(), "b1": network.b1, "W2": network.W2, "b2": network.b2}
+    weights: dict[str, Value] = {"W1": network.W1.ravel(), "b1": network.b1, "W2": network.W2, "b2": network.b2}
+    weights["activation"] = network.activation
     scale = 1 / rest_gain if rest_gain > 0 else 0.0
     nodes = [
         *features.nodes,
         Node("features", "scaling", {"n": n}, limits),
-        Node("network", "mlp", {"n_in": n, "n_hidden": hidden}, {**weights, "activation": network.activation}),
+        Node("network", "mlp", {"n_in": n, "n_hidden": hidden}, weights),
         Node("readout", "scaling", {"n": 1}, {"gain": scale, "offset": rest_middle}),
     ]
     wires = [*features.wires, ("features.y", "network.u"), ("network.y", "readout.u")]

@@ -1,7 +1,7 @@
 """Zhao & Tan 2008: the expanded input space (x, h), h the hysteretic operator of x, and a 2-12-1 network on it.
 
-The operator g(d) = (1 - e^-d) d is not scale-free: how much of it a given input range uses is a parameter.  Unless it is
-given, the range is chosen among a few by the training error.
+The operator g(d) = (1 - e^-d) d is not scale-free: how much of it a given input range uses is a parameter.  Unless it
+is given, the range is chosen among a few by the training error.
 """
 
 from __future__ import annotations
@@ -21,7 +21,12 @@ RANGES = (0.5, 1.0, 2.0)  # of x in the operator: g is convex, as a loop of this
 QUICK_ROWS = 500  # enough to tell one range from another
 
 OPTIONS = (
-    Option("memory", "dominant", choices=("dominant", "last"), text="extremum a branch starts from; last: the literal reading"),
+    Option(
+        "memory",
+        "dominant",
+        choices=("dominant", "last"),
+        text="extremum a branch starts from; last: the literal reading",
+    ),
     Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen"),
     Option("u0", None, -1e300, 1e300, text="initial memory: the operator rests at this input; default the first input"),
     *readout.options(hidden=12, starts=3, iterations=150),
@@ -40,9 +45,7 @@ def features(data: Dataset, span: float, memory: str, u0: float) -> Features:
     return Features(nodes, [("input.y", "operator.x")], ["input.u"], ["input.y", "operator.h"], data)
 
 
-def build(
-    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
-) -> tuple[Graph, int]:
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``scaling -> zhao_tan -> scaling -> mlp -> scaling`` and the number of weights and biases."""
     u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
     span = options["range"]
