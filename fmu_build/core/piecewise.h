@@ -12,27 +12,23 @@
 #define HYST_PIECEWISE(n) (4 * (n) + 4)
 
 typedef struct {
-  int n, most; /* knots in all, in the fullest bucket */
-  const double *knots, *segment, *bucket;
-  double scale; /* buckets per unit of the argument */
+  const double *row;
+  int n;
 } hyst_piecewise;
-
-static inline hyst_piecewise hyst_piecewise_of(const double *row, int n) {
-  hyst_piecewise f = {n, (int)row[4 * n + 3], row, row + n, row + 3 * n + 2, row[4 * n + 2]};
-  return f;
-}
 
 /* (W_j, R_j) of the segment that holds q > 0: j is the number of knots below q */
 static inline const double *hyst_piecewise_at(const hyst_piecewise *f, double q) {
-  const double place = q * f->scale;
-  const double *knot = f->knots + (int)f->bucket[place < f->n ? (int)place : f->n - 1];
-  int left = f->most;
+  const int n = f->n;
+  const double *segment = f->row + n, *bucket = f->row + 3 * n + 2, *last = f->row + 4 * n + 2;
+  const double place = q * last[0]; /* the scale: buckets per unit of q */
+  const double *knot = f->row + (int)bucket[place < n ? (int)place : n - 1];
+  int left = (int)last[1]; /* knots in the fullest bucket */
   while (left > 1) {
     const int half = left / 2;
     knot += half & -(knot[half - 1] < q);
     left -= half;
   }
-  return f->segment + 2 * (knot - f->knots + (*knot < q));
+  return segment + 2 * (knot - f->row + (*knot < q));
 }
 
 static inline double hyst_piecewise_forward(const hyst_piecewise *f, double q) {
@@ -46,7 +42,7 @@ static inline double hyst_piecewise_inverse(const hyst_piecewise *f, double v) {
 }
 
 /* slope of the whole curve: the output at rest is this times the input */
-static inline double hyst_piecewise_slope(const hyst_piecewise *f) { return f->segment[2 * f->n]; }
+static inline double hyst_piecewise_slope(const hyst_piecewise *f) { return f->row[3 * f->n]; }
 
 /* The branches of the operator and of its inverse: the curve at twice the scale (Masing). */
 static inline double hyst_piecewise_branch(const void *f, double d) { return 2 * hyst_piecewise_forward(f, 0.5 * d); }

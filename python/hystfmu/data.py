@@ -162,7 +162,8 @@ class Dataset:
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
         """A dataset from input and output rows that are `h` seconds apart, the first at t = 0."""
-        return cls(np.arange(len(u)) * h, u, y, name, train=slice(None) if train is None else train)
+        t: Array = np.arange(len(u)) * h
+        return cls(t, u, y, name, train=slice(None) if train is None else train)
 
     def with_train(self, train: slice | tuple[int, int] | str | None) -> Dataset:
         """The same data with other rows counted in an identification."""
@@ -252,9 +253,9 @@ def _read_columns(
             hint = "; give the sample rate in Hz if there is no time column" if name == time else ""
             raise InputError(f"{path}: no column {name!r}; columns: {', '.join(header)[:200]}{hint}")
     order = [place[n] for n in names]
+    if not body.strip():
+        raise InputError(f"{path}: no data rows after the line of column names")
     try:
-        if not body.strip():
-            raise InputError(f"{path}: no data rows after the line of column names")
         table = np.loadtxt(io.StringIO(body), delimiter=separator, usecols=order, ndmin=2, comments=None)
         if body.count(separator) != len(table) * (len(header) - 1):
             raise ValueError("rows and names differ in their number of cells")

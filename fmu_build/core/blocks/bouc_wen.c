@@ -92,7 +92,7 @@ static double rise(law l, double v, double xi, double z_max) {
     xi = end - to_half;
   }
   const double steps = xi * fastest / STEP;
-  if (steps >= MOST_STEPS) return z_max;
+  if (!(steps < MOST_STEPS)) return z_max;
   const int m = (int)steps + 1;
   for (int i = 0; i < m; i++) v = runge_kutta(l, v, xi / m);
   return v;
@@ -135,8 +135,9 @@ static double advance(double A, double beta, double gamma, double n, double z_ma
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  if (!(*beta + *gamma > 0)) return "beta + gamma must be greater than 0: z would grow without bound";
-  *z_max = hyst_pow(*A / (*beta + *gamma), 1 / *n);
+  const double bound = *A / (*beta + *gamma);
+  if (!(bound > 0) || !hyst_isfinite(bound)) return "beta + gamma must be greater than 0: z would grow without bound";
+  *z_max = hyst_pow(bound, 1 / *n);
   if (hyst_fabs(*z0) > *z_max) return "z0 must be within (A / (beta + gamma))^(1/n), the bound of z";
   return NULL;
 }

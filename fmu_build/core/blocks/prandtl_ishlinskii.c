@@ -27,17 +27,17 @@ HYST_PREPARE_FN(prepare) {
 }
 HYST_INIT_FN(init) {
   HYST_OPEN_INIT
-  const hyst_piecewise f = hyst_piecewise_of(curve, n);
+  const hyst_piecewise f = {curve, n};
   hyst_tp_init(memory, depth, *u0, hyst_piecewise_slope(&f) * *u0);
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
-  const hyst_piecewise f = hyst_piecewise_of(curve, n);
+  const hyst_piecewise f = {curve, n};
   *y = turn(&f, memory, depth, *u, *u0).h;
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
-  const hyst_piecewise f = hyst_piecewise_of(curve, n);
+  const hyst_piecewise f = {curve, n};
   hyst_tp_commit(memory, depth, *u, turn(&f, memory, depth, *u, *u0));
 }
 HYST_BLOCK(prandtl_ishlinskii, .text = "Prandtl-Ishlinskii operator: linear term plus weighted plays",

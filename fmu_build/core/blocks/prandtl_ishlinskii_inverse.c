@@ -27,17 +27,17 @@ HYST_PREPARE_FN(prepare) {
 }
 HYST_INIT_FN(init) {
   HYST_OPEN_INIT
-  const hyst_piecewise f = hyst_piecewise_of(curve, n);
+  const hyst_piecewise f = {curve, n};
   hyst_tp_init(memory, depth, hyst_piecewise_slope(&f) * *u0, *u0);
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
-  const hyst_piecewise f = hyst_piecewise_of(curve, n);
+  const hyst_piecewise f = {curve, n};
   *u = turn(&f, memory, depth, *y, *u0).h;
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
-  const hyst_piecewise f = hyst_piecewise_of(curve, n);
+  const hyst_piecewise f = {curve, n};
   hyst_tp_commit(memory, depth, *y, turn(&f, memory, depth, *y, *u0));
 }
 HYST_BLOCK(prandtl_ishlinskii_inverse, .text = "Exact inverse of the Prandtl-Ishlinskii operator",

@@ -12,7 +12,7 @@ from hystfmu.errors import InputError
 from hystfmu.scenario.metrics import Baseline, Verdict, judge, sample_rows, save_baseline
 from hystfmu.scenario.run import Engine, FmuStore, Stopped, Trace, simulate
 from hystfmu.scenario.spec import Scenario, split_end
-from hystfmu.scenario.system import System, build, to_graph
+from hystfmu.scenario.system import System, build, signals, to_graph
 
 __all__ = ["Engine", "Result", "Scenario", "Trace", "Verdict", "build", "run_scenarios", "simulate", "to_graph"]
 
@@ -26,6 +26,7 @@ class Result:
     lines: tuple[str, ...]
     """One per failure: scenario/case, metric, value, limit."""
     trace: Trace | None
+    """The signals that the case names: recorded, in loops, in metrics."""
     seconds: float
 
     @property
@@ -108,16 +109,16 @@ def run_scenarios(
     results: list[Result] = []
     total = sum(system.n_steps for group in systems for system in group)
     done = 0
-    with FmuStore() as store:
-        for scenario, group, baseline in zip(scenarios, systems, baselines, strict=True):
-            ran = []
+    for scenario, group, baseline in zip(scenarios, systems, baselines, strict=True):
+        ran = []
+        with FmuStore() as store:
             for system in group:
                 ran.append(_run(system, baseline, engine, store, record))
                 done += system.n_steps
                 progress(done / total)
-            if record and all(r.passed for r in ran):
-                _record(scenario, ran)
-            results += ran
+        if record and all(r.passed for r in ran):
+            _record(scenario, ran)
+        results += ran
     if report_dir is not None:
         from hystfmu.scenario.report import write_report
 
@@ -133,7 +134,8 @@ def _run(system: System, baseline: Baseline | None, engine: Engine, store: FmuSt
         return Result(system, (), (f"{system.case.title}: stopped: {e}",), None, time.perf_counter() - begin)
     seconds = time.perf_counter() - begin
     verdicts, lines = judge(system.case, trace, baseline, compare=not record)
-    return Result(system, tuple(verdicts), tuple(lines), trace, seconds)
+    kept = trace.only(end for _, ends in signals(system.case) for end in ends)
+    return Result(system, tuple(verdicts), tuple(lines), kept, seconds)
 
 
 def _record(scenario: Scenario, ran: Sequence[Result]) -> None:

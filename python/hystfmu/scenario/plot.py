@@ -109,6 +109,6 @@ def _axis(values: Array) -> tuple[tuple[float, float], list[float]]:
     rough = (hi - lo) / 5
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(m * power for m in (1, 2, 5, 10) if m * power >= rough)
-    first, last = math.ceil(lo / step), math.floor(hi / step)
     room = 0.04 * (hi - lo)
+    first, last = math.ceil((lo - room) / step), math.floor((hi + room) / step)
     return (lo - room, hi + room), [k * step for k in range(first, last + 1)]

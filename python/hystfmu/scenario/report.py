@@ -184,19 +184,21 @@ def _scenario(results: Sequence[Result]) -> str:
     parts = [f'<section id="{escape(first.case.scenario)}"><h2>{escape(first.case.scenario)}</h2>']
     if first.case.about:
         parts.append(f"<p>{escape(first.case.about)}</p>")
-    parts.append(_loop_table(first))
+    parts.append(_table(Table(("loop", "unless a case says otherwise"), _loop_rows(first))))
     for k, r in enumerate(results):
         state = "ok" if r.passed else "bad"
         text = f" - {escape(r.system.case.text)}" if r.system.case.text else ""
         plots = _plots(_case_plots(r.system, r.trace)) if r.trace is not None else ""
+        other = _loop_rows(r.system) != _loop_rows(first)  # a delay case says what it adds
+        table = _table(Table(("loop", "of this case"), _loop_rows(r.system))) if other else ""
         parts.append(
             f'<details{OPEN if k == 0 else ""}><summary><b class="{state}">{escape(r.case)}</b>{text}</summary>'
-            f"{plots}</details>"
+            f"{table}{plots}</details>"
         )
     return "".join([*parts, "</section>"])
 
 
-def _loop_table(system: System) -> str:
+def _loop_rows(system: System) -> list[Sequence[object]]:
     case = system.case
     rates = [f"{p.name} every {system.length(p) * 1e3:.6g} ms" for p in system.parts if system.length(p) != case.step]
     rows: list[Sequence[object]] = [
@@ -209,7 +211,7 @@ def _loop_table(system: System) -> str:
     ]
     if case.delay:
         rows.append(("note", case.delay))
-    return _table(Table(("loop", "first case"), rows))
+    return rows
 
 
 def _case_plots(system: System, trace: Trace) -> list[Plot]:

@@ -134,13 +134,14 @@ def build(case: Case) -> System:
     if (system.n_steps + 1) * len(columns) > MOST_VALUES:
         raise InputError(f"{case.file}: case {case.name}: stop: more than {MOST_VALUES} values would be recorded")
     where = f"{case.file}: case {case.name}"
-    for key, ends in _signals(case):
+    for key, ends in signals(case):
         for end in ends:
             system.column(end, f"{where}: {key}")
     return system
 
 
-def _signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
+def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """The outputs that a case is about, by the key that names them."""
     yield "record", case.record
     for pair in case.loops:
         yield "loops", pair

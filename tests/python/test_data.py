@@ -1,0 +1,170 @@
+"""Reading measured data: good files to the last bit, bad ones refused with one line that names file, row, rule, value."""
+
+import numpy as np
+import pytest
+from hystfmu import Dataset, InputError
+
+N = 12
+T = np.arange(N) / 8
+U = np.sin(T)
+Y = np.cos(T)
+
+
+def write(path, rows, head="t,u,y"):
+    path.write_text("\n".join([head, *rows]) + "\n")
+    return path
+
+
+def rows(t=T, u=U, y=Y, form="{!r},{!r},{!r}"):
+    return [form.format(*(float(v) for v in r)) for r in zip(t, u, y, strict=True)]
+
+
+def refused(path, *words, **options):
+    with pytest.raises(InputError) as e:
+        Dataset.from_csv(path, **options)
+    text = str(e.value)
+    assert "\n" not in text
+    assert text.startswith(str(path))
+    for w in words:
+        assert w in text, text
+
+
+def test_round_trip_keeps_every_bit(tmp_path):
+    first = Dataset(T, U, Y, "x", train="3:9")
+    first.to_csv(tmp_path / "a.csv")
+    second = Dataset.from_csv(tmp_path / "a.csv", train="3:9")
+    for key in "tuy":
+        np.testing.assert_array_equal(getattr(second, key), getattr(first, key))
+    assert (second.h, second.train, second.name, second.sha256) == (0.125, slice(3, 9), "a", first.sha256)
+
+
+def test_columns_units_separators_and_order(tmp_path):
+    path = write(tmp_path / "b.csv", rows(form="7;{2!r};{1!r};{0!r}"), "n;out [um];drive [V];time [s]")
+    d = Dataset.from_csv(path, time="time", input="drive", output="out")
+    np.testing.assert_array_equal(d.u, U)
+    np.testing.assert_array_equal(d.y, Y)
+    assert (d.unit_u, d.unit_y) == ("V", "um")
+    path.write_text("\ufeff" + path.read_text().replace("\n", "\r\n").replace(";", "\t"), newline="")
+    np.testing.assert_array_equal(Dataset.from_csv(path, time="time", input="drive", output="out").t, T)
+
+
+def test_rate_replaces_the_time_column(tmp_path):
+    path = write(tmp_path / "c.csv", rows(form="{1!r},{2!r}"), "u,y")
+    assert Dataset.from_csv(path, rate=200.0).h == 0.005
+    refused(path, "no column 't'", "columns: u, y", "rate")
+    refused(path, "rate", "-3", rate=-3.0)
+
+
+def test_a_file_without_output_can_be_predicted_but_not_fitted(tmp_path):
+    from hystfmu.identify import fit
+
+    d = Dataset.from_csv(write(tmp_path / "d.csv", rows(form="{0!r},{1!r}"), "t,u"), output=None)
+    assert not d.has_output
+    with pytest.raises(InputError, match="no output was measured"):
+        fit(d, "prandtl_ishlinskii")
+    assert d.with_output(Y).has_output
+
+
+def test_missing_file_and_column(tmp_path):
+    refused(tmp_path / "none.csv", "No such file")
+    refused(write(tmp_path / "e.csv", rows()), "no column 'volts'", "columns: t, u, y", input="volts")
+    refused(write(tmp_path / "f.csv", rows(), "t,u,u"), "two columns", "'u'", output="u", input="u")
+    refused(write(tmp_path / "g.csv", rows()[1:], rows()[0]), "first line must name the columns")
+    refused(write(tmp_path / "h.csv", [], ""), "first line must name the columns")
+
+
+@pytest.mark.parametrize(
+    ("cell", "words"),
+    [
+        ("abc", ("row 5", "'u'", "not a number", "abc")),
+        ("", ("row 5", "'u'", "not a number")),
+        ("nan", ("row 5", "'u'", "finite", "nan")),
+        ("-inf", ("row 5", "'u'", "finite", "-inf")),
+        ("1e999", ("row 5", "'u'", "finite", "inf")),
+        ("1_0", ("row 5", "'u'", "not a number")),
+        ("1,5", ("row 5", "4 cells", "decimal comma")),
+    ],
+)
+def test_a_bad_cell_is_named_by_row_and_column(tmp_path, cell, words):
+    lines = rows()
+    lines[5] = f"{float(T[5])!r},{cell},1.0"
+    refused(write(tmp_path / "i.csv", lines), *words)
+
+
+def test_decimal_commas(tmp_path):
+    refused(write(tmp_path / "j.csv", [r.replace(",", ";").replace(".", ",") for r in rows()], "t;u;y"), "decimal comma")
+    refused(write(tmp_path / "k.csv", [r.replace(".", ",") for r in rows()]), "row 0", "6 cells", "decimal comma")
+
+
+def test_short_rows_few_rows_no_rows_binary_and_size(tmp_path):
+    lines = rows()
+    lines[7] = "0.875,1.0"
+    refused(write(tmp_path / "l.csv", lines), "row 7", "2 cells")
+    refused(write(tmp_path / "m.csv", rows()[:3]), "at least 4 rows", "3")
+    refused(write(tmp_path / "n.csv", []), "no data rows")
+    path = tmp_path / "o.csv"
+    path.write_bytes(b"t,u,y\n\x00\x01,2\n")
+    refused(path, "not a text file")
+    path.write_bytes(b"t,u,y\n\xff\xfe,2\n")
+    refused(path, "UTF-8")
+    refused(write(tmp_path / "p.csv", rows()), "larger than 100 bytes", most=100)
+
+
+def test_time_must_increase(tmp_path):
+    t = T.copy()
+    t[6] = t[5]
+    refused(write(tmp_path / "q.csv", rows(t)), "row 6", "increase", "0.625")
+
+
+def test_a_missing_sample_is_found_at_its_row(tmp_path):
+    keep = np.arange(N) != 6
+    refused(write(tmp_path / "r.csv", rows(T[keep], U[keep], Y[keep])), "row 6", "equal steps", "0.25")
+    # printed with digits that resolve the step, a missing sample still shows
+    path = write(tmp_path / "s.csv", rows(T[keep], U[keep], Y[keep], "{:.2f},{:.3f},{:.3f}"))
+    refused(path, "row 6", "equal steps")
+
+
+def test_printed_digits_are_rounding_not_jitter(tmp_path):
+    t = np.arange(200) / 60
+    path = write(tmp_path / "t.csv", rows(t, np.sin(t), np.cos(t), "{:.4f},{:.6f},{:.6f}"))
+    d = Dataset.from_csv(path)
+    assert abs(d.h - 1 / 60) < 1e-6
+    assert np.ptp(np.diff(d.t)) < 1e-12, "the rounded times are put back on the grid"
+
+
+def test_jitter_is_refused_and_accumulated_rounding_is_not(tmp_path):
+    jitter = T.copy()
+    jitter[4] += 1e-5
+    with pytest.raises(InputError, match="row 4"):
+        Dataset(jitter, U, Y)
+    t = np.add.accumulate(np.full(100_000, 1e-3))  # t += h, as loggers do
+    assert abs(Dataset(t, t, t).h - 1e-3) < 1e-14
+
+
+@pytest.mark.parametrize("train", ["0:13", "5:5", "9:5", "x:y", "3", (-1, 5), slice(0, 10, 2), "2:4"])
+def test_train_rows_outside_the_data(tmp_path, train):
+    refused(write(tmp_path / "u.csv", rows()), "train rows", train=train)
+
+
+def test_train_rows_with_open_ends():
+    d = Dataset(T, U, Y)
+    assert d.train == slice(0, N)
+    assert d.with_train("4:").train == slice(4, N)
+    assert d.with_train(":6").train == slice(0, 6)
+    assert d.with_train((1, 8)).span == np.ptp(Y[1:8])
+
+
+def test_lengths_and_shapes():
+    with pytest.raises(InputError, match="equal lengths"):
+        Dataset(T, U[1:], Y)
+    with pytest.raises(InputError, match="one-dimensional"):
+        Dataset(T, U[:, None], Y)
+
+
+def test_a_dataset_does_not_change_under_a_model():
+    u = U.copy()
+    d = Dataset(T, u, Y)
+    u[0] = 9
+    assert d.u[0] == U[0]
+    with pytest.raises(ValueError, match="read-only"):
+        d.u[0] = 9

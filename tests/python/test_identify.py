@@ -1,0 +1,224 @@
+"""Identification: every method recovers what it can represent, records what it did, and refuses what it cannot use."""
+
+import subprocess
+import sys
+
+import numpy as np
+import plants
+import pytest
+from hystfmu import Dataset, InputError, Model, signals
+from hystfmu.identify import METHODS, fit, options
+from hystfmu.identify.levenberg_marquardt import decay_for, minimise, residuals, train
+from hystfmu.identify.nonnegative import nonnegative
+from hystfmu.identify.plays import plays, thresholds
+from scipy.optimize import lsq_linear
+
+
+@pytest.fixture(scope="module")
+def small():
+    u = signals.training(30, 3)[::2]
+    return Dataset.from_signal(u, plants.prandtl_ishlinskii(u), 1e-3, "ten plays")
+
+
+QUICK = {"zhao_tan_mlp": {"iterations": 20, "starts": 1}, "play_bank_mlp": {"iterations": 20, "starts": 1}}
+
+
+@pytest.mark.parametrize("key", METHODS)
+def test_every_method_reports_what_its_saved_model_does(key, small, tmp_path):
+    data = small.with_train("100:900")
+    fractions = []
+    m = fit(data, key, seed=3, progress=fractions.append, **QUICK.get(key, {}))
+    m.save(tmp_path / "m.model.toml")
+    y = Model.load(tmp_path / "m.model.toml").predict(data.u)
+    e = (y - data.y)[100:900]
+    span = np.ptp(data.y[100:900])
+    expected = [np.sqrt(np.mean(e**2)), np.abs(e).max(), 100 * np.sqrt(np.mean(e**2)) / span, 100 * np.abs(e).max() / span]
+    got = [m.fit[k] for k in ("rms", "max", "rms_percent", "max_percent")]
+    np.testing.assert_allclose(got, expected, rtol=1e-12)
+    assert m.fit["parameters"] > 0
+    assert m.fit["seconds"] >= 0
+    p = m.provenance
+    assert (p["data"], p["sha256"], p["rows"], p["train"], p["seed"]) == ("ten plays", data.sha256, len(y), "100:900", 3)
+    assert set(p["options"]) <= {o.name for o in options(key)}
+    assert {"hystfmu", "numpy", "scipy", "python"} <= set(p["versions"])
+    assert all(0 <= f <= 1 for f in fractions)
+    assert ([i.name for i in m.graph.inputs], [o.name for o in m.graph.outputs]) == (["u"], ["y"])
+
+
+@pytest.mark.parametrize("key", ["zhao_tan_mlp", "bouc_wen"])
+def test_the_same_seed_gives_the_same_model(key, small):
+    first, second = (fit(small, key, seed=4, **QUICK.get(key, {})) for _ in range(2))
+    assert first.graph.to_bytes() == second.graph.to_bytes()
+
+
+def test_rows_outside_train_do_not_change_the_weights(small):
+    y = small.y.copy()
+    y[:100] += 7
+    a = fit(small.with_train("100:"), "prandtl_ishlinskii")
+    b = fit(small.with_output(y).with_train("100:"), "prandtl_ishlinskii")
+    assert a.graph.to_bytes() == b.graph.to_bytes()
+
+
+@pytest.mark.parametrize(
+    ("key", "given", "words"),
+    [
+        ("nothing", {}, ("no model 'nothing'", "prandtl_ishlinskii", "bouc_wen")),
+        ("prandtl_ishlinskii", {"n": 5}, ("no option 'n'", "N (an int in [1, 100000])")),
+        ("prandtl_ishlinskii", {"N": 0}, ("'N'", "[1, 100000]", "0")),
+        ("prandtl_ishlinskii", {"N": 2.5}, ("'N'", "an int", "2.5")),
+        ("prandtl_ishlinskii", {"N": True}, ("'N'", "an int", "True")),
+        ("zhao_tan_mlp", {"memory": "first"}, ("'memory'", "dominant, last", "first")),
+        ("zhao_tan_mlp", {"decay": float("nan")}, ("'decay'", "nan")),
+    ],
+)
+def test_wrong_keys_and_options_name_the_legal_ones(key, given, words, small):
+    with pytest.raises(InputError) as e:
+        fit(small, key, **given)
+    for w in words:
+        assert w in str(e.value)
+
+
+def test_constant_input_or_output_is_refused(small):
+    with pytest.raises(InputError, match="y is constant"):
+        fit(small.with_output(np.ones(len(small.u))), "prandtl_ishlinskii")
+    flat = Dataset.from_signal(np.ones(50), np.arange(50.0))
+    with pytest.raises(InputError, match="u is constant"):
+        fit(flat, "prandtl_ishlinskii")
+
+
+def test_nothing_heavy_is_imported():
+    code = (
+        "import sys, hystfmu.identify, hystfmu.identify.zhao_tan_mlp, hystfmu.identify.prandtl_ishlinskii;"
+        "sys.exit(any(m in sys.modules for m in ('torch', 'scipy.signal', 'plotly')))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+# ---- columns and least squares ---------------------------------------------------------------------------------------
+def test_plays_against_their_definition():
+    u = signals.nested_reversals(30, 2)
+    r = thresholds(u, 17)
+    np.testing.assert_array_equal(plays(u, r, 0.3), plants.plays(u, r, 0.3))
+    assert r.min() > 0
+    assert r.max() < np.ptp(u) / 2
+    assert (np.ptp(plays(u, r, 0.0), axis=0) > 0).all(), "no column is dead"
+
+
+def test_nonnegative_against_a_bounded_solver():
+    rng = np.random.default_rng(0)
+    A, F = rng.normal(size=(200, 30)), np.column_stack([np.ones(200), np.arange(200.0)])
+    b = A @ np.maximum(rng.normal(size=30), 0) + F @ [3.0, -0.5] + rng.normal(size=200)
+    x, v = nonnegative(A, b, F)
+    reference = lsq_linear(np.column_stack([A, F]), b, (np.r_[np.zeros(30), -np.inf, -np.inf], np.inf), tol=1e-14)
+    np.testing.assert_allclose(np.concatenate([x, v]), reference.x, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("n", [200, 2500])  # 2500: more columns than are solved at once
+def test_nonnegative_meets_the_conditions_of_an_optimum(n):
+    u = signals.decaying_sine(5, 0.1, 100)
+    A, F = plants.plays(u, thresholds(u, n)), np.ones((len(u), 1))
+    b = plants.prandtl_ishlinskii(u) + 0.01 * np.random.default_rng(n).normal(size=len(u))
+    x, v = nonnegative(A, b, F)
+    r = b - A @ x - F @ v
+    gradient = A.T @ r / np.linalg.norm(A, axis=0) / np.linalg.norm(b)
+    assert (x >= 0).all()
+    assert abs(r.sum()) < 1e-9
+    assert np.abs(gradient[x > 0]).max() < 1e-9
+    assert gradient.max() < 1e-9, "a column left out would reduce the error"
+
+
+def test_nonnegative_with_dependent_and_zero_columns():
+    rng = np.random.default_rng(0)
+    A = rng.uniform(size=(50, 4))
+    F = np.ones((50, 2))  # the same column twice
+    x, v = nonnegative(np.column_stack([A, np.zeros(50), np.full(50, 2.0)]), A @ [1, 2, 0, 3] + 5, F)
+    np.testing.assert_allclose(x, [1, 2, 0, 3, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(v, [2.5, 2.5])
+
+
+@pytest.mark.parametrize("n", [100, 400])
+def test_weights_on_the_grid_are_recovered_exactly(n):
+    c = np.arange(2000) / 200
+    u = np.exp(-0.1 * c) * np.sin(2 * np.pi * c)
+    r, w = thresholds(u, n), np.random.default_rng(n).uniform(0, 1 / n, n)
+    y = 0.4 * u + plants.plays(u, r) @ w - 0.7
+    m = fit(Dataset.from_signal(u, y), "prandtl_ishlinskii", N=n)
+    assert m.fit["max_percent"] < 1e-11
+    assert abs(m.graph.node("hysteresis").value("w0")[0] - 0.4) < 1e-6
+
+
+# ---- training --------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("activation", ["sigmoid", "tanh"])
+def test_jacobian_against_differences(activation):
+    rng = np.random.default_rng(1)
+    x, y, p = rng.normal(size=(7, 3)), rng.normal(size=7), rng.normal(size=5 * 5 + 1)
+    r, J = residuals(p, x, y, 5, activation)
+    step = 1e-6
+    for i in range(len(p)):
+        d = np.zeros(len(p))
+        d[i] = step
+        difference = (residuals(p + d, x, y, 5, activation)[0] - residuals(p - d, x, y, 5, activation)[0]) / (2 * step)
+        np.testing.assert_allclose(J[:, i], difference, atol=2e-9)
+    hidden = 1 / (1 + np.exp(-(x @ p[:15].reshape(5, 3).T + p[15:20]))) if activation == "sigmoid" else None
+    if hidden is not None:
+        np.testing.assert_allclose(r, hidden @ p[20:25] + p[25] - y, atol=1e-14)
+
+
+def test_levenberg_marquardt_on_rosenbrocks_valley():
+    def valley(p):
+        return np.array([10 * (p[1] - p[0] ** 2), 1 - p[0]]), np.array([[-20 * p[0], 10.0], [-1.0, 0.0]])
+
+    p, cost = minimise(np.array([-1.2, 1.0]), valley, 100, tolerance=0.0)
+    np.testing.assert_allclose(p, [1, 1], atol=1e-9)
+    assert cost < 1e-18
+
+
+def test_a_network_learns_a_network():
+    rng = np.random.default_rng(2)
+    x = rng.uniform(-1, 1, size=(500, 2))
+    y = np.tanh(2 * x[:, 0] - x[:, 1]) + 0.5 * np.tanh(x[:, 1] + 0.3)
+    network, rms = train(x, y, 2, "tanh", starts=4, iterations=200, decay=0.0)
+    assert rms < 1e-6
+    assert np.abs(network(x) - y).max() < 1e-5
+    assert network.parameters == 9
+
+
+def test_decay_sees_the_noise_and_not_the_loop():
+    u = signals.training(30, 3)
+    y = plants.prandtl_ishlinskii(u) / 8
+    assert decay_for(y) == 1e-9
+    noisy = y + 0.01 * np.random.default_rng(0).normal(size=len(y))
+    assert 0.8e-5 < decay_for(noisy) < 1.2e-5
+
+
+def test_a_network_is_not_asked_outside_its_training_range(small):
+    m = fit(small, "zhao_tan_mlp", **QUICK["zhao_tan_mlp"])
+    inside = m.predict(np.linspace(0, 1.05, 500))
+    beyond = m.predict(np.concatenate([np.linspace(0, 1.05, 500), np.linspace(1.05, 50, 500)]))
+    assert np.abs(beyond).max() < 1.2 * np.abs(inside).max()
+
+
+# ---- grey box and asymmetric model -----------------------------------------------------------------------------------
+def test_asymmetric_model_recovers_its_own_kind():
+    h, u = 0.01, signals.training(40, 5)
+    t_lag, q = 0.8, np.zeros(len(u))
+    for k in range(1, len(u)):  # dq/dt = (u - q)/T for an input held over the step
+        q[k] = q[k - 1] + (1 - np.exp(-h / t_lag)) * (u[k] - q[k - 1])
+    r = thresholds(u, 20)
+    bend = np.maximum(u - 3 / 7 * 1.0, 0)  # on a knot of 6 dead zones over [-1, 1]
+    y = 2 * u + plants.plays(u, r) @ np.linspace(1, 0, 20) - 0.8 * bend + 0.5 * q + 1
+    m = fit(Dataset.from_signal(u, y, h), "prandtl_ishlinskii_asym", lags=1, T_min=t_lag, T_max=t_lag, ridge=0.0)
+    assert m.fit["max_percent"] < 1e-10
+    assert abs(m.graph.node("creep").value("w")[0] - 0.5) < 1e-8
+
+
+def test_bouc_wen_parameters_up_to_their_redundancy():
+    u = signals.training(40, 1)
+    data = Dataset.from_signal(50 + 20 * u, plants.bouc_wen(u), 1e-3)
+    m = fit(data, "bouc_wen")
+    assert m.fit["max_percent"] < 1e-4
+    v = m.graph.node("operator").values
+    # with z = 1.3 z', A = 1: the exponent and gamma/beta stay as they are, (beta + gamma) 1.3^(n-1) is the new sum
+    np.testing.assert_allclose(v["n"], 1.4, rtol=1e-4)
+    np.testing.assert_allclose(v["gamma"] / v["beta"], 0.6 / 1.1, rtol=1e-4)
+    np.testing.assert_allclose(v["beta"] + v["gamma"], 1.7 * 1.3**0.4, rtol=1e-4)

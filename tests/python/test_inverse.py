@@ -1,0 +1,134 @@
+"""Inverses: exact ones are identities in cascade, learned ones come close, and where none exists the reason is said."""
+
+import numpy as np
+import plants
+import pytest
+from hystfmu import Dataset, Graph, InputError, Model, Node, signals
+from hystfmu.graph import Input, Output
+from hystfmu.identify import fit
+from hystfmu.inverse import inverse
+
+
+def fitted(key="prandtl_ishlinskii", noise=0.0, u=None, **options):
+    u = signals.training(60, 1) if u is None else u
+    y = plants.prandtl_ishlinskii(u)
+    y = y + noise * np.ptp(y) * np.random.default_rng(0).normal(size=len(y))
+    data = Dataset(np.arange(len(u)) * 1e-3, u, y + 4, unit_u="V", unit_y="um")
+    return fit(data, key, **options)
+
+
+def wanted(model, share=0.9):
+    """Outputs to ask for: held-out signals scaled into the range that the model reaches."""
+    y = model.predict(np.concatenate([signals.training(5, 1)]))
+    middle, half = (y.max() + y.min()) / 2, share * np.ptp(y) / 2
+    start = model.predict(np.zeros(2))[0]
+    for name, r in signals.held_out().items():
+        yield name, start + (middle - start) * np.minimum(np.arange(len(r)) / 50, 1) + half * r
+
+
+def test_exact_inverse_in_cascade_with_its_model():
+    m = fitted()
+    inv = inverse(m)
+    span = m.predict(signals.training(5, 1)).max()
+    for name, r in wanted(m):
+        assert np.abs(m.predict(inv.predict(r)) - r).max() <= 1e-14 * span, name
+    assert (inv.key, inv.step) == ("prandtl_ishlinskii_inverse", m.step)
+    assert (inv.graph.inputs[0].unit, inv.graph.outputs[0].unit) == ("um", "V")
+    assert (inv.graph.inputs[0].name, inv.graph.outputs[0].name) == ("u", "y")
+
+
+def test_the_inverse_of_the_inverse_is_the_model():
+    m = fitted()
+    back = inverse(inverse(m))
+    u = signals.nested_reversals(50, 9)
+    np.testing.assert_allclose(back.predict(u), m.predict(u), rtol=0, atol=1e-13)
+    assert back.key == m.key
+
+
+def test_an_exact_inverse_survives_its_file(tmp_path):
+    inverse(fitted()).save(tmp_path / "i.model.toml")
+    again = Model.load(tmp_path / "i.model.toml")
+    assert again.graph.to_bytes() == inverse(fitted()).graph.to_bytes()
+
+
+def chain(*nodes, memory="dominant"):
+    """scaling -> zhao_tan -> scaling with limits."""
+    nodes = [
+        Node("a", "scaling", {"n": 1}, {"gain": -1.5, "offset": 0.2, "lo": -0.9}),
+        Node("b", "zhao_tan", {}, {"memory": memory, "x0": 0.2}),
+        Node("c", "scaling", {"n": 1}, {"gain": 3.0, "offset": -1.0}),
+    ]
+    wires = [("a.y", "b.x"), ("b.h", "c.u")]
+    return Model("chain", Graph(nodes, wires, [Input("u", ("a.u",))], [Output("y", "c.y")]))
+
+
+def test_zhao_tan_between_scalings():
+    m = chain()
+    u = 0.8 * signals.nested_reversals(40, 3)
+    np.testing.assert_allclose(inverse(m).predict(m.predict(u)), u, atol=1e-13)
+    far = m.predict(np.linspace(0, -3, 50))  # beyond its limit the model stands still, and so does the inverse
+    assert inverse(m).predict(np.r_[far, far[-1] + 5]).min() >= -0.9 - 1e-12
+
+
+def test_identified_with_noise_its_inverse_linearises_the_true_plant():
+    """S6: 0.1 % noise, at most 0.05 % of span in cascade with the plant itself, on held-out signals."""
+    m = fitted(noise=1e-3, u=signals.training(150, 1), N=200)
+    inv = inverse(m)
+    span = np.ptp(plants.prandtl_ishlinskii(signals.training(5, 1)))
+    for name, r in wanted(m, 0.85):
+        e = plants.prandtl_ishlinskii(inv.predict(r)) + 4 - r
+        assert np.abs(e).max() <= 5e-4 * span, name
+
+
+def test_learned_inverse_of_a_network():
+    m = fitted("zhao_tan_mlp", iterations=60, starts=1)
+    inv = inverse(m, "learned", iterations=60)
+    u = 0.8 * signals.nested_reversals(80, 77)
+    r = m.predict(u)
+    e = m.predict(inv.predict(r)) - r
+    span = np.ptp(r)
+    assert np.sqrt(np.mean(e**2)) < 0.015 * span
+    assert inv.provenance["inverse"] == "learned"
+    assert inv.provenance["of"] == m.provenance
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: plays_only(), ("w0 = 0", "zero slope after each reversal", "w0_min")),
+        (lambda: fitted("zhao_tan_mlp", iterations=10, starts=1), ("mlp", "no exact inverse", "learned")),
+        (lambda: fitted("prandtl_ishlinskii_asym"), ("no exact inverse", "learned")),
+        (lambda: chain(memory="last"), ("'last'", "dominant")),
+        (lambda: falling(), ("not increasing", "-0.5")),
+        (lambda: Model("s", Graph.single(Node("s", "scaling", {"n": 1}, {"gain": 0.0}))), ("gain 0",)),
+    ],
+)
+def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
+    with pytest.raises(InputError) as e:
+        inverse(make())
+    for w in words:
+        assert w in str(e.value)
+
+
+def plays_only():
+    return Model("p", Graph.single(Node("p", "prandtl_ishlinskii", {}, {"w0": 0.0, "r": [0.1, 0.2], "w": [1.0, 2.0]})))
+
+
+def falling():
+    return Model("p", Graph.single(Node("p", "prandtl_ishlinskii", {}, {"w0": 1.0, "r": [0.1, 0.2], "w": [-1.5, 2.0]})))
+
+
+def test_a_least_linear_weight_makes_a_model_invertible():
+    u = signals.training(30, 1)
+    data = Dataset.from_signal(u, plants.plays(u, plants.R) @ plants.W)
+    assert fit(data, "prandtl_ishlinskii", w0_min=0.2).graph.node("hysteresis").value("w0")[0] >= 0.2
+    inverse(fit(data, "prandtl_ishlinskii", w0_min=0.2))
+
+
+def test_unknown_method_and_option():
+    with pytest.raises(InputError, match="exact, learned"):
+        inverse(fitted(), "best")
+    with pytest.raises(InputError, match="no option 'N'"):
+        inverse(fitted(), N=3)
+    with pytest.raises(InputError, match="span_u"):
+        inverse(chain(), "learned")
