@@ -491,11 +491,12 @@ static double same_step(double dt, double last, double t_end) {
 
 hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) {
   double *last = g->state; /* part of the state: a restored run goes on with the same bits */
-  *last = dt = same_step(dt, *last, t_end);
+  dt = same_step(dt, *last, t_end);
   if (dt != g->dt || g->changed) {
     const hyst_status s = prepare(g, dt, g->changed ? 0 : HYST_STEP);
     if (s) return s;
   }
+  *last = dt;
   advance(g, t_end, dt);
   return HYST_E_OK;
 }

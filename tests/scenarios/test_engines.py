@@ -126,10 +126,13 @@ def test_nothing_is_left_in_the_temporary_folder(loop: Any, write: Any, temporar
     assert list(temporary.iterdir()) == []
 
 
-def test_a_run_that_overflows_is_a_failure_and_not_bad_input(loop: Any, write: Any, temporary: Path) -> None:
+@pytest.mark.parametrize("kind", ["fmu2", "fmu3"])
+def test_a_run_that_overflows_is_a_failure_and_not_bad_input(
+    loop: Any, write: Any, temporary: Path, kind: str, capfd: pytest.CaptureFixture[str]
+) -> None:
     loop["units"]["large"] = {"block": "sum", "dims": {"n": 1}, "values": {"k": [1e308]}}
     loop["units"]["reference"]["values"]["amplitude"] = 1e6
-    loop["units"]["pid"]["inputs"] = {}
+    loop["units"]["pid"] |= {"inputs": {}, "as": kind}
     loop["order"] = ["plant", "reference", "large", "pid"]
     loop["connections"] |= {"large.u": "reference.r", "pid.u_ff": "large.y"}
     system = build(Scenario(write(loop)).cases[0])
@@ -138,5 +141,8 @@ def test_a_run_that_overflows_is_a_failure_and_not_bad_input(loop: Any, write: A
             simulate(system, engine)  # type: ignore[arg-type]
     (result,) = run_scenarios([write(loop)])
     assert not result.passed
-    assert result.failures()[0].startswith("loop/nominal: stopped: ")
+    (line,) = result.failures()
+    assert line.startswith("loop/nominal: stopped: pid refuses the step from t = 0 s: ")
+    assert "u_ff" in line  # the words of the FMU
+    assert capfd.readouterr() == ("", "")
     assert list(temporary.iterdir()) == []

@@ -26,6 +26,7 @@ from hystfmu.files import read_bytes, read_toml, write_text, write_toml
 from hystfmu.scenario.run import Trace
 from hystfmu.scenario.spec import Case, MetricSpec
 
+ROUNDING = 1e-9  # percent of stroke, or unit of the signal: an error that is rounding alone may change by as much
 BASELINE_ROWS = 24  # of every case in baseline.csv
 
 
@@ -166,7 +167,7 @@ def judge(case: Case, trace: Trace, baseline: Baseline | None, compare: bool = T
         old = known.get(name) if known is not None else None
         same = None
         if old is not None:
-            same = abs(value - old) <= case.tolerance * max(abs(old), m.limit or 0.0)
+            same = abs(value - old) <= max(case.tolerance * max(abs(old), m.limit or 0.0), ROUNDING)
         verdicts.append(Verdict(name, m.kind, value, m.limit, old, within, same))
         if not within:
             rule = "is not finite" if m.limit is None else f"exceeds the limit {m.limit:g}"

@@ -111,6 +111,17 @@ def _references(values: Sequence[int]) -> C.Array[C.c_uint32]:
     return (C.c_uint32 * len(values))(*values)
 
 
+def _callbacks(log: Callable[..., None]) -> Any:
+    """FMI 2.0 callbacks that hand log messages to `log`."""
+    from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+
+    callbacks = fmi2CallbackFunctions()
+    callbacks.logger = fmi2CallbackLoggerTYPE(log)
+    callbacks.allocateMemory = defaultCallbacks.allocateMemory
+    callbacks.freeMemory = defaultCallbacks.freeMemory
+    return callbacks
+
+
 def _size(values: C.Array[Any]) -> Any:
     return C.c_size_t.from_param(len(values))
 
@@ -143,7 +154,11 @@ class _FmuMember:
             unzipDirectory=str(folder),
             instanceName=part.name,
         )
-        self._fmu.instantiate()
+        self._said: list[str] = []  # what the FMU logs belongs into the verdict, not onto the terminal
+        if fmi == 2:
+            self._fmu.instantiate(callbacks=_callbacks(lambda _c, _n, _s, _k, m: self._said.append(m.decode())))
+        else:
+            self._fmu.instantiate(logMessage=lambda _e, _s, _k, m: self._said.append(m.decode()))
         reference = {v.name: v.valueReference for v in description.modelVariables}
         # What is connected is set in every step, what is constant once.  FMI 3.0 has arrays: one reference for all the
         # elements, set as a whole; their values lie side by side as ours do.
@@ -202,7 +217,8 @@ class _FmuMember:
             raise self._stopped(t)
 
     def _stopped(self, t: float) -> Stopped:
-        return Stopped(f"{self.name} refuses the step from t = {t:g} s with inputs {list(self._u)}")
+        why = self._said[-1] if self._said else f"inputs {list(self._u)}"
+        return Stopped(f"{self.name} refuses the step from t = {t:g} s: {why}")
 
     def close(self) -> None:
         self._fmu.freeInstance()
