@@ -1,0 +1,93 @@
+"""Measured piezo data from the CSV to the FMU: the figures of protocol P1, and the same bits by every way of running.
+
+Protocol P1 (Aye & Ang 2018, PICMA P-885.91, 200 Hz): u[k] = column 1 of row k, y[k] = column 5 of row k + 1; the model
+runs free from row 0, residuals of rows 2000:4200 are fitted, rows 3000:13800 are the result.
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+from fmpy.validation import validate_fmu
+
+from hystfmu import Model, Unit
+
+H = 0.005
+LIMITS = {"prandtl_ishlinskii": 0.48, "zhao_tan_mlp": 0.30, "prandtl_ishlinskii_asym": 0.21}  # RMS in um
+
+
+def hystfmu(*arguments: object) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "hystfmu.cli", *map(str, arguments)], capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def csv(measured: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    raw = np.loadtxt(measured / "dbo_piezo" / "Test_Vi_Do_Di.dat")
+    rows = np.c_[np.arange(len(raw) - 1) * H, raw[:-1, 0], raw[1:, 4]]
+    path = tmp_path_factory.mktemp("measured") / "dbo.csv"
+    np.savetxt(path, rows, delimiter=",", header="t,u,y", comments="", fmt="%.10g")
+    return path
+
+
+def by_fmpy(path: Path, folder: Path, u: np.ndarray) -> np.ndarray:
+    description = read_model_description(path)
+    kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    unit = kind(
+        guid=description.guid,
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        unzipDirectory=extract(path, folder),
+        instanceName="measured",
+    )
+    unit.instantiate()
+    put, get = (unit.setReal, unit.getReal) if kind is FMU2Slave else (unit.setFloat64, unit.getFloat64)
+    put([references["u"]], [u[0]])
+    unit.enterInitializationMode()
+    unit.exitInitializationMode()
+    y = [get([references["y"]])[0]]
+    for k in range(1, len(u)):
+        put([references["u"]], [u[k]])
+        unit.doStep((k - 1) * H, H)
+        y.append(get([references["y"]])[0])
+    unit.terminate()
+    unit.freeInstance()
+    return np.array(y)
+
+
+@pytest.mark.parametrize("key", list(LIMITS))
+def test_measured_data_to_fmu(csv: Path, tmp_path: Path, key: str) -> None:
+    model = tmp_path / "m.model.toml"
+    fitted = json.loads(hystfmu("fit", csv, "--model", key, "--train", "2000:4200", "-o", model, "--json"))
+    hystfmu("predict", model, csv, "-o", tmp_path / "out.csv")
+    measured, predicted = (np.loadtxt(p, delimiter=",", skiprows=1) for p in (csv, tmp_path / "out.csv"))
+    rms = np.sqrt(np.mean((predicted[3000:13800, 2] - measured[3000:13800, 2]) ** 2))
+    print(f"{key}: RMS {rms:.3f} um on rows 3000:13800 ({fitted['parameters']} parameters, {fitted['seconds']:.2f} s)")
+    assert rms <= LIMITS[key]
+
+    u = measured[:4000, 1]
+    m = Model.load(model)
+    native = m.predict(u)
+    assert native.tobytes() == predicted[:4000, 2].tobytes(), "predict writes every bit"
+    unit = Unit(m.graph)
+    unit.initialize(0.0, u=float(u[0]))
+    stepped = [unit.get("y")]
+    for k in range(1, len(u)):
+        unit.set("u", float(u[k]))
+        unit.do_step((k - 1) * H, H)
+        stepped.append(unit.get("y"))
+    assert np.array(stepped).tobytes() == native.tobytes()
+    for fmi in ("2", "3"):
+        fmu = tmp_path / f"x{fmi}.fmu"
+        hystfmu("export", model, "--fmi", fmi, "-o", fmu)
+        assert validate_fmu(str(fmu)) == []
+        assert by_fmpy(fmu, tmp_path / f"x{fmi}", u).tobytes() == native.tobytes()
