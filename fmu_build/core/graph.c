@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "crc.h"
+
 /* ---- reading: a cursor that never passes the end -------------------------------------------------------------- */
 enum { HEADER = 8 + 4 + 4 + 4 + HYST_TOKEN }; /* magic, version, length, checksum, token */
 static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'F', 'M', 'U', '\n'};
@@ -36,15 +38,6 @@ static size_t get_name(cursor *c, char *to) {
   if (to) memcpy(to, c->at, n), to[n] = 0;
   c->at += n;
   return n + 1;
-}
-
-static uint32_t crc32(const unsigned char *b, size_t n) {
-  uint32_t crc = 0xffffffffu;
-  for (size_t i = 0; i < n; i++) {
-    crc ^= b[i];
-    for (int k = 0; k < 8; k++) crc = crc & 1 ? crc >> 1 ^ 0xedb88320u : crc >> 1;
-  }
-  return ~crc;
 }
 
 /* ---- errors --------------------------------------------------------------------------------------------------- */
@@ -299,7 +292,7 @@ static hyst_status read_header(cursor *c, const unsigned char *file, size_t leng
   c->at += sizeof MAGIC;
   if (get_u32(c) != VERSION) return fail(e, HYST_E_VERSION, NULL, NULL, "");
   if (get_u32(c) != length) return fail(e, HYST_E_FILE, NULL, NULL, "length");
-  if (get_u32(c) != crc32(c->at, (size_t)(c->end - c->at))) return fail(e, HYST_E_CRC, NULL, NULL, "");
+  if (get_u32(c) != hyst_crc32(c->at, (size_t)(c->end - c->at))) return fail(e, HYST_E_CRC, NULL, NULL, "");
   memcpy(token, c->at, HYST_TOKEN);
   if (token[HYST_TOKEN - 1] != 0) return fail(e, HYST_E_FILE, NULL, NULL, "token");
   c->at += HYST_TOKEN;

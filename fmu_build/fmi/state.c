@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "crc.h"
 #include "instance.h"
 
 static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'S', 'T', 'A', 'T'};
@@ -26,15 +27,6 @@ struct fmi_saved {
 
 static size_t n_values(const instance *i) { return (size_t)(i->graph->n_p + i->graph->n_state); }
 static size_t byte_size(const instance *i) { return sizeof(header) + sizeof(fmi_run) + n_values(i) * sizeof(double); }
-
-static uint32_t crc32(const unsigned char *b, size_t n) {
-  uint32_t crc = 0xffffffffu;
-  for (size_t k = 0; k < n; k++) {
-    crc ^= b[k];
-    for (int j = 0; j < 8; j++) crc = crc & 1 ? crc >> 1 ^ 0xedb88320u : crc >> 1;
-  }
-  return ~crc;
-}
 
 /* the state if it is one of this instance's; NULL after a message */
 static fmi_saved *find(const instance *i, const void *state) {
@@ -111,7 +103,7 @@ fmi_status fmi_serialize(instance *i, void *state, unsigned char *bytes, size_t 
   memcpy(bytes + sizeof h + sizeof s->run, s->values, n_values(i) * sizeof(double));
   memcpy(bytes, &h, sizeof h);
   const size_t covered = offsetof(header, length);
-  h.checksum = crc32(bytes + covered, byte_size(i) - covered);
+  h.checksum = hyst_crc32(bytes + covered, byte_size(i) - covered);
   memcpy(bytes, &h, sizeof h);
   return FMI_OK;
 }
@@ -126,7 +118,7 @@ static const char *wrong_header(const instance *i, const unsigned char *bytes, s
   if (h.length != byte_size(i) || memcmp(h.token, i->graph->token, sizeof h.token) != 0)
     return "it was saved by another model";
   const size_t covered = offsetof(header, length);
-  if (h.checksum != crc32(bytes + covered, byte_size(i) - covered)) return "its checksum does not match";
+  if (h.checksum != hyst_crc32(bytes + covered, byte_size(i) - covered)) return "its checksum does not match";
   return NULL;
 }
 

@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -237,6 +237,13 @@ def validate(fmu: str, as_json: bool) -> None:
 @click.argument("scenarios", nargs=-1)
 @click.option("--all", "everything", is_flag=True, help="Every scenario below ./scenarios.")
 @click.option("--set", "settings", multiple=True, metavar="UNIT.NAME=VALUE", help="Override a parameter (repeatable).")
+@click.option(
+    "--engine",
+    type=click.Choice(["fmpy", "python", "native"]),
+    default="fmpy",
+    show_default=True,
+    help="FMUs by fmpy (the reference), Python units, or fused graphs in the C core; all give the same bits.",
+)
 @click.option("--record", is_flag=True, help="Write the results as the new baseline.")
 @click.option("--report", "report_dir", metavar="DIR", help="Write report.html and report.json there.")
 @_json_option
@@ -244,6 +251,7 @@ def run(
     scenarios: tuple[str, ...],
     everything: bool,
     settings: tuple[str, ...],
+    engine: Literal["fmpy", "python", "native"],
     record: bool,
     report_dir: str | None,
     as_json: bool,
@@ -268,6 +276,7 @@ def run(
             report_dir=Path(report_dir) if report_dir else None,
             overrides=_assignments(settings),
             progress=report,
+            engine=engine,
         )
     if as_json:
         click.echo(json.dumps([r.summary() for r in results]))

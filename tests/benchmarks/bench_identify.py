@@ -110,7 +110,9 @@ def s6():
         e = plants.prandtl_ishlinskii(inverse(noisy).predict(y)) - y
         add(f"plant, identified with 0.1 % noise (N = 200), {name}, max", 0.05, 100 * np.abs(e).max() / span, "%")
         e = plants.prandtl_ishlinskii(learned.predict(y)) - y
-        rows.append([f"plant, learned inverse of bank + net, {name}, max", "(none)", f"{100 * np.ptp(e) / 2 / span:.3g}", ""])
+        rows.append(
+            [f"plant, learned inverse of bank + net, {name}, max", "(none)", f"{100 * np.ptp(e) / 2 / span:.3g}", ""]
+        )
     show("S6  inverse in cascade")
 
 

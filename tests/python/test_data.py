@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from hystfmu import Dataset, InputError
 
 N = 12
@@ -92,7 +93,9 @@ def test_a_bad_cell_is_named_by_row_and_column(tmp_path, cell, words):
 
 
 def test_decimal_commas(tmp_path):
-    refused(write(tmp_path / "j.csv", [r.replace(",", ";").replace(".", ",") for r in rows()], "t;u;y"), "decimal comma")
+    refused(
+        write(tmp_path / "j.csv", [r.replace(",", ";").replace(".", ",") for r in rows()], "t;u;y"), "decimal comma"
+    )
     refused(write(tmp_path / "k.csv", [r.replace(".", ",") for r in rows()]), "row 0", "6 cells", "decimal comma")
 
 

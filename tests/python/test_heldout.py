@@ -6,6 +6,7 @@ Plants are plain numpy (`plants.py`), their thresholds on no grid of a method.  
 import numpy as np
 import plants
 import pytest
+
 from hystfmu import Dataset, signals
 from hystfmu.identify import fit
 
@@ -50,6 +51,17 @@ def test_s3_bouc_wen_grey_box():
     for name, e in table("bouc_wen", plants.bouc_wen).items():
         assert e["rms_percent"] <= 0.03, name
     assert table("prandtl_ishlinskii", plants.bouc_wen)["nested reversals"]["rms_percent"] > 2
+
+
+def test_s3_the_class_is_picked_automatically():
+    u = signals.training(60, 1)
+    for plant, expected in ((plants.bouc_wen, "bouc_wen"), (plants.prandtl_ishlinskii, "prandtl_ishlinskii")):
+        m = fit(Dataset.from_signal(u, plant(u)), "auto")
+        assert m.key == expected
+        scores = m.provenance["auto"]
+        assert scores[expected] == min(scores.values())
+        others = ("prandtl_ishlinskii", "prandtl_ishlinskii_asym") if expected == "bouc_wen" else ("bouc_wen",)
+        assert min(scores[k] for k in others) > 10 * scores[expected]
 
 
 def test_sums_of_plays():

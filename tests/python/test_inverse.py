@@ -3,6 +3,7 @@
 import numpy as np
 import plants
 import pytest
+
 from hystfmu import Dataset, Graph, InputError, Model, Node, signals
 from hystfmu.graph import Input, Output
 from hystfmu.identify import fit

@@ -36,7 +36,7 @@ def test_round_trip_keeps_every_bit(tmp_path):
         ("format = 1\n", "", "format: Field required"),
         ('type = "prandtl_ishlinskii"', 'type = "preisach2"', "no block 'preisach2'"),
         ("w0 = 0.333", 'w0 = "a"\nw9 = 0.333', "has no parameter 'w9'"),
-        ("step = 0.001", "step = -1.0", "step: must be a finite number greater than 0; got -1.0"),
+        ("step = 0.001", "step = -1.0", "step: Input should be greater than 0; got .-1.0"),
         ("step = 0.001", "step = 'x'", "step"),
         ("[provenance]", "[provenance", "not a TOML file"),
         ("wires = []", 'wires = [["a", "b", "c"]]', "wires"),

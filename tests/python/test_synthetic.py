@@ -3,6 +3,7 @@
 import numpy as np
 import plants
 import pytest
+
 from hystfmu import InputError, signals, synthetic
 
 

@@ -10,6 +10,7 @@ import importlib
 import platform
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -31,6 +32,7 @@ METHODS: dict[str, tuple[str, str]] = {
     "zhao_tan_mlp": ("zhao_tan_mlp", "Zhao-Tan operator and a network on (x, h)"),
     "play_bank_mlp": ("play_bank_mlp", "bank of plays and a network on them"),
     "bouc_wen": ("bouc_wen", "Bouc-Wen grey box, nonlinear least squares"),
+    "auto": ("auto", "the one of these that does best on the last 30 % of the training rows"),
 }
 
 
@@ -86,7 +88,7 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     Returns
     -------
     Model
-        `fit` holds rms, max (unit of y), rms_percent, max_percent (percent of the span of y in the training rows),
+        Its key is that of the method (for ``auto`` of the one chosen).  `fit` holds rms, max (unit of y), rms_percent, max_percent (percent of the span of y in the training rows),
         parameters (their number) and seconds; `provenance` holds data, rows, options and versions.
 
     Raises
@@ -98,6 +100,11 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     chosen = resolve(key, module.OPTIONS, given)
     _check(data)
     started = time.perf_counter()
+    if key == "auto":
+        found, scores = module.choose(data, seed, progress or (lambda fraction: None))
+        model = fit(data, found, seed)
+        seconds = round(time.perf_counter() - started, 4)
+        return replace(model, fit={**model.fit, "seconds": seconds}, provenance={**model.provenance, "auto": scores})
     graph, parameters = module.build(data, chosen, seed, progress or (lambda fraction: None))
     seconds = time.perf_counter() - started
     y = graph.run(data.u, data.h)

@@ -19,8 +19,8 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.options import Option
 
-MOST_EVALUATIONS = 150  # of the residuals and their Jacobian, for every start
-ENOUGH = 1e-6  # misfit, as a fraction of the span, that ends the search
+EVALUATIONS = (30, 200)  # of the residuals and their Jacobian: for every start, for the best one
+ENOUGH = 1e-4  # misfit, as a fraction of the span, that needs no other start
 
 OPTIONS = (
     Option("starts", 6, 1, 1000, text="starts of the search"),
@@ -47,8 +47,9 @@ def operator(u: Array, p: Array) -> tuple[dict[str, float], Array]:
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``(scaling, bouc_wen) -> sum`` and the number of its parameters."""
     rows = data.train
-    middle, half = (data.u.max() + data.u.min()) / 2, np.ptp(data.u) / 2
-    u = (data.u - middle) / half  # the operator acts on an input of about [-1, 1]
+    seen = data.u[: rows.stop]  # what comes later has no influence on the training rows
+    middle, half = (seen.max() + seen.min()) / 2, np.ptp(seen) / 2
+    u = (seen - middle) / half  # the operator acts on an input of about [-1, 1]
     y = data.y[rows]
     size = data.span / np.sqrt(len(y))
 
@@ -61,8 +62,14 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     def error(p: Array) -> Array:
         return project(p)[0]
 
+    def search(first: Array, evaluations: int, tolerance: float) -> Any:
+        scale = np.full(4, 0.3)
+        return least_squares(
+            error, first, bounds=(lo, hi), x_scale=scale, ftol=tolerance, xtol=tolerance, max_nfev=evaluations
+        )
+
     lo = np.array([np.log(1e-3), -1.0, 1.0, -1.0])
-    hi = np.array([np.log(1e2), 1.5, options["n_max"], 1.0])
+    hi = np.array([np.log(1e2), 1.0, options["n_max"], 1.0])
     if options["z0"] is not None:
         lo[3], hi[3] = options["z0"] - 1e-9, options["z0"] + 1e-9
     rng = np.random.default_rng(seed)
@@ -71,14 +78,13 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
         progress(i / options["starts"])
         first = np.array([np.log(0.5), 0.5, 1.5, 0.0]) if i == 0 else _draw(rng, lo, hi)
         first = np.clip(first, lo + 1e-10, hi - 1e-10)
-        r = least_squares(
-            error, first, bounds=(lo, hi), x_scale=np.full(4, 0.3), ftol=1e-13, xtol=1e-13, max_nfev=MOST_EVALUATIONS
-        )
+        r = search(first, EVALUATIONS[0], 1e-8)
         if best is None or r.cost < best.cost:
             best = r
         if np.sqrt(2 * best.cost) < ENOUGH:
             break
     assert best is not None
+    best = search(np.clip(best.x, lo + 1e-10, hi - 1e-10), EVALUATIONS[1], 1e-13)
     values, _ = operator(u, best.x)
     offset, linear, weight = project(best.x)[1]
     return _graph(values, float(offset), float(linear), float(weight), float(middle), float(half), data), 7

@@ -1,4 +1,4 @@
-"""Every paper end to end: `reproduce(name)` gives its result table, the printed number beside a literal replica and ours.
+"""Every paper end to end: `reproduce(name)` gives its table, the printed number beside a literal replica and ours.
 
 One module per paper or data set, named as in `PAPERS`, with a function ``table(data, progress) -> Report``.
 """

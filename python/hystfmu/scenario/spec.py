@@ -16,70 +16,25 @@ from pydantic import Field
 
 from hystfmu.errors import InputError
 from hystfmu.files import read_toml
+from hystfmu.graph_table import STRICT, GraphTable, Name, Number, Value
 
 MOST_BYTES = 2**20  # of a scenario.toml
 MOST_STEPS = 20_000_000  # of the finest unit in one case
 NAME = r"[A-Za-z][A-Za-z0-9_]*"
 _END = re.compile(rf"({NAME})\.({NAME})\Z")
 
-Name = Annotated[str, Field(pattern=f"^{NAME}$", max_length=64)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Value = bool | int | float | str | list[bool | int | float]
-
-_STRICT = pydantic.ConfigDict(extra="forbid", strict=True, frozen=True)
-
-
-class BlockSpec(pydantic.BaseModel):
-    """One block of an inline graph, as in a model file."""
-
-    model_config = _STRICT
-    name: Name
-    type: str
-    dims: dict[str, int] = {}
-    values: dict[str, Value] = {}
-
-
-class InputSpec(pydantic.BaseModel):
-    """One input of an inline graph, as in a model file."""
-
-    model_config = _STRICT
-    name: Name
-    to: list[str]
-    unit: str = ""
-    start: Number = 0.0
-    text: str = ""
-
-
-class OutputSpec(pydantic.BaseModel):
-    """One output of an inline graph, as in a model file."""
-
-    model_config = _STRICT
-    name: Name
-    source: str
-    unit: str = ""
-    text: str = ""
-
-
-class GraphSpec(pydantic.BaseModel):
-    """A graph written into the scenario: blocks in the order of their evaluation, wires, inputs, outputs."""
-
-    model_config = _STRICT
-    blocks: list[BlockSpec] = Field(min_length=1, max_length=1000)
-    wires: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = []
-    inputs: list[InputSpec] = []
-    outputs: list[OutputSpec] = []
 
 
 class UnitSpec(pydantic.BaseModel):
     """One unit: what it is (exactly one of `model`, `block`, `graph`, `inverse_of`), how it runs, how often."""
 
-    model_config = _STRICT
+    model_config = STRICT
     model: str | None = Field(None, description="path of a *.model.toml, relative to the scenario's folder")
     block: str | None = Field(None, description="key of a block; its sizes and values follow in `dims` and `values`")
     dims: dict[str, int] = Field({}, description="sizes of `block`")
     values: dict[str, Value] = Field({}, description="parameter values of `block`")
-    graph: GraphSpec | None = Field(None, description="blocks, wires, inputs, outputs, as in a model file")
+    graph: GraphTable | None = Field(None, description="blocks, wires, inputs, outputs, as in a model file")
     inverse_of: str | None = Field(None, description="path of a *.model.toml whose exact inverse runs")
     runs_as: Literal["fmu2", "fmu3", "python"] = Field(
         "fmu2", alias="as", description="FMI 2.0, FMI 3.0 or Python unit"
@@ -105,7 +60,7 @@ class UnitSpec(pydantic.BaseModel):
 class MetricSpec(pydantic.BaseModel):
     """A number computed from signals, and the limit that it must not exceed."""
 
-    model_config = _STRICT
+    model_config = STRICT
     kind: Literal["rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "peak", "final"] = Field(
         description="what is computed: see hystfmu.scenario.metrics"
     )
@@ -122,7 +77,7 @@ class MetricSpec(pydantic.BaseModel):
 class CaseSpec(pydantic.BaseModel):
     """A variant: what differs from the scenario."""
 
-    model_config = _STRICT
+    model_config = STRICT
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=64)]
     text: str = ""
     stop: Positive | None = Field(None, description="end of the run (s)")
@@ -139,7 +94,7 @@ class CaseSpec(pydantic.BaseModel):
 class ScenarioSpec(pydantic.BaseModel):
     """The whole file."""
 
-    model_config = _STRICT
+    model_config = STRICT
     name: Name
     text: str = ""
     delay: str = Field("", description="a note on delays in the loop, printed beside the computed delay budget")

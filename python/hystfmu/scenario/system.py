@@ -18,7 +18,7 @@ from hystfmu.core import Array
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output, Port, Value
 from hystfmu.model import Model
-from hystfmu.scenario.spec import Case, GraphSpec, UnitSpec, inside, split_end
+from hystfmu.scenario.spec import Case, UnitSpec, inside, split_end
 
 MOST_VALUES = 50_000_000  # doubles recorded in one case
 
@@ -240,15 +240,7 @@ def _graph(case: Case, spec: UnitSpec, where: str) -> Graph:
     if spec.block is not None:
         return Graph.single(Node(spec.block, spec.block, spec.dims, spec.values))
     assert spec.graph is not None
-    return inline_graph(spec.graph)
-
-
-def inline_graph(spec: GraphSpec) -> Graph:
-    """The graph that a scenario writes out, with the rules of a model file."""
-    nodes = [Node(b.name, b.type, b.dims, b.values) for b in spec.blocks]
-    inputs = [Input(i.name, tuple(i.to), i.unit, i.start, i.text) for i in spec.inputs]
-    outputs = [Output(o.name, o.source, o.unit, o.text) for o in spec.outputs]
-    return Graph(nodes, [(a, b) for a, b in spec.wires], inputs, outputs, sort=False)
+    return spec.graph.graph()
 
 
 def _names(graph: Graph, kind: str) -> tuple[str, ...]:
