@@ -162,7 +162,7 @@ class Dataset:
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
         """A dataset from input and output rows that are `h` seconds apart, the first at t = 0."""
-        t: Array = np.arange(len(u)) * h
+        t = np.arange(len(u), dtype=np.float64) * np.float64(h)
         return cls(t, u, y, name, train=slice(None) if train is None else train)
 
     def with_train(self, train: slice | tuple[int, int] | str | None) -> Dataset:

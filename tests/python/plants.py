@@ -1,5 +1,7 @@
 """Reference plants for the tests of identification, in plain numpy: nothing here uses the package."""
 
+from itertools import pairwise
+
 import numpy as np
 
 rng = np.random.default_rng(5)
@@ -34,7 +36,7 @@ def bouc_wen(u, A=1.3, beta=1.1, gamma=0.6, n=1.4, a=0.35, b=0.9, c=0.2):
 
     turns = [0, *(np.flatnonzero(np.diff(np.sign(np.diff(u))) != 0) + 1).tolist(), len(u) - 1]
     z = np.zeros(len(u))
-    for i, j in zip(turns[:-1], turns[1:], strict=True):
+    for i, j in pairwise(turns):
         s = np.sign(u[j] - u[i])
         path = np.abs(u[i : j + 1] - u[i])
         flow = lambda x, v, s=s: s * (A - (beta * np.sign(s * v) + gamma) * np.abs(v) ** n)  # noqa: E731

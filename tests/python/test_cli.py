@@ -190,7 +190,7 @@ def test_blocks_lists_and_explains():
 
 
 def test_every_command_explains_itself_with_an_example():
-    commands = ["blocks", "fit", "predict", "inverse", "export", "validate", "run", "demo"]
+    commands = ["blocks", "fit", "predict", "inverse", "export", "validate", "run", "reproduce", "demo"]
     overview = hystfmu("--help").stdout
     for c in commands:
         assert c in overview

@@ -1,4 +1,4 @@
-"""Reading measured data: good files to the last bit, bad ones refused with one line that names file, row, rule, value."""
+"""Reading measured data: good files to the last bit, bad ones refused with one line: file, row, rule, value."""
 
 import numpy as np
 import pytest

@@ -1,6 +1,7 @@
 """The numbers to meet, on signals the model has not seen: other decay rates, two tones, nested reversals, minor loops.
 
-Plants are plain numpy (`plants.py`), their thresholds on no grid of a method.  %FS: percent of the span of y in training.
+Plants are plain numpy (`plants.py`), their thresholds on no grid of a method.  %FS: percent of the span
+of y in training.
 """
 
 import numpy as np

@@ -88,8 +88,9 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     Returns
     -------
     Model
-        Its key is that of the method (for ``auto`` of the one chosen).  `fit` holds rms, max (unit of y), rms_percent, max_percent (percent of the span of y in the training rows),
-        parameters (their number) and seconds; `provenance` holds data, rows, options and versions.
+        Its key is that of the method (for ``auto`` of the one chosen).  `fit` holds rms, max (unit of y), rms_percent,
+        max_percent (percent of the span of y in the training rows), parameters (their number) and seconds;
+        `provenance` holds data, rows, options and versions.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Levenberg-Marquardt training of a network with one hidden layer and a linear output, several starts.
 
 r = W2 f(W1 x + b1) + b2 - y has a Jacobian in closed form.  Every iteration factors it once, J = Q R, and tries
-dampings mu on the small triangle: min |R s + Q'r|^2 + mu |D s|^2, solved by least squares (QR), never by the normal equations.
+dampings mu on the small triangle: min |R s + Q'r|^2 + mu |D s|^2, by QR again, never by the normal equations.
 Damping and its update: Marquardt 1963; More 1978 (scaling D by the largest column norms seen so far).
 """
 

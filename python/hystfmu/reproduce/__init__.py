@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from hystfmu.errors import InputError
 
@@ -74,6 +75,11 @@ class Report:
     source: str
     rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
+
+    def data(self) -> dict[str, Any]:
+        """For machines."""
+        rows = [{**asdict(r), "met": r.met} for r in self.rows]
+        return {"name": self.name, "source": self.source, "rows": rows, "notes": list(self.notes)}
 
     def text(self) -> str:
         """For a terminal."""
