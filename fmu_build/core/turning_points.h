@@ -31,22 +31,33 @@ typedef struct {
   int count; /* extrema now; the branch starts from the newest of them, or from the origin */
 } hyst_turn;
 
-/* Dominant extrema.  m: the memory row, x0 and h0: origin of the virgin branch.
- * Reversals of a measured signal are unpredictable, so only the loop has a branch that depends on them. */
-static inline hyst_turn hyst_turn_dominant(const double *m, int depth, double x, double x0, double h0, hyst_branch g,
-                                           const void *ctx) {
-  const double *xs = m + HYST_TP_LIST, *hs = xs + depth + 1;
+/* Wiping-out alone: direction and count of the branch to x among dominant extrema; its output is not known yet.
+ * m: the memory row, x0: origin of the virgin branch.  Reversals of a measured signal are unpredictable, so only the
+ * loop has a branch that depends on them. */
+static inline hyst_turn hyst_turn_wipe_out(const double *m, double x, double x0) {
+  const double *xs = m + HYST_TP_LIST;
   hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], (int)m[HYST_TP_COUNT]};
   if (x == m[HYST_TP_X]) return t; /* a plateau is not a reversal */
   const double s = hyst_copysign(1, x - m[HYST_TP_X]);
   int n = t.count + (t.direction * s < 0); /* the last input, already in the list, is an extremum after a reversal */
-  while (n >= 2 && s * x >= s * xs[n - 2]) n -= 2; /* wiping-out: x passed the extremum before the newest one */
+  while (n >= 2 && s * x >= s * xs[n - 2]) n -= 2; /* x passed the extremum before the newest one */
   /* the outermost extremum closes on the virgin branch of the other side */
   if (n == 1 && (x - x0) * s >= (x0 - xs[0]) * s) n = 0;
-  if (n > 0) t.h = hs[n - 1] + s * g(ctx, s * (x - xs[n - 1]));
-  else t.h = x >= x0 ? h0 + 0.5 * g(ctx, 2 * (x - x0)) : h0 - 0.5 * g(ctx, 2 * (x0 - x));
   t.direction = s;
   t.count = n;
+  return t;
+}
+
+/* Dominant extrema.  h0: output at the origin of the virgin branch. */
+static inline hyst_turn hyst_turn_dominant(const double *m, int depth, double x, double x0, double h0, hyst_branch g,
+                                           const void *ctx) {
+  const double *xs = m + HYST_TP_LIST, *hs = xs + depth + 1;
+  hyst_turn t = hyst_turn_wipe_out(m, x, x0);
+  if (x == m[HYST_TP_X]) return t;
+  const double s = t.direction;
+  const int n = t.count;
+  if (n > 0) t.h = hs[n - 1] + s * g(ctx, s * (x - xs[n - 1]));
+  else t.h = x >= x0 ? h0 + 0.5 * g(ctx, 2 * (x - x0)) : h0 - 0.5 * g(ctx, 2 * (x0 - x));
   return t;
 }
 

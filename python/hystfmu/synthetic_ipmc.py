@@ -80,3 +80,39 @@ def excitation(reversals: int = 120, frequencies: tuple[float, ...] = (1.0, 2.0,
         half = round(RATE / rng.choice(frequencies) / 2)
         parts.append(a + (b - a) * (0.5 - 0.5 * np.cos(np.pi * np.arange(1, half + 1) / half)))
     return np.concatenate([*parts, ramps([float(path[turns][-1]), 0.0])[1:]])
+
+
+def ipmc(
+    reversals: int = 120,
+    frequencies: tuple[float, ...] = (1.0, 2.0, 5.0),
+    noise: float = 1e-3,
+    rest: float = 0.0,
+    seed: int = 0,
+) -> Dataset:
+    """Displacement and voltage of the synthetic sensor under `excitation`, at 1000 Hz.
+
+    Parameters
+    ----------
+    reversals, frequencies, seed
+        Of the excitation; the noise has the same seed.
+    noise : float
+        RMS noise in mV.
+    rest : float
+        Seconds at rest before the motion.
+
+    Returns
+    -------
+    Dataset
+        t (s), u (mm), y (mV).
+
+    Raises
+    ------
+    InputError
+        A frequency outside (0, 50] Hz, 20 samples in a cycle.
+    """
+    if not frequencies or not all(0 < f <= 50 for f in frequencies):
+        raise InputError(f"the frequencies must lie in (0, 50] Hz; got {frequencies}")
+    x = np.concatenate([np.zeros(round(rest * RATE)), excitation(reversals, frequencies, seed)])
+    y = sensor(x) + noise / VOLTAGE * np.random.default_rng(seed).normal(size=len(x))
+    t = np.arange(len(x)) / RATE
+    return Dataset(t, STROKE * x, VOLTAGE * y, "synthetic IPMC sensor", unit_u="mm", unit_y="mV")

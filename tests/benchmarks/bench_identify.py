@@ -71,7 +71,43 @@ def s2():
         for signal, e in bank.items():
             add(f"{name}: bank + net, {signal}, RMS", 0.1 if signal == nested else 0.2, e["rms_percent"], "%FS")
             add(f"{name}: bank + net, {signal}, max", 0.5 if signal == nested else 0.8, e["max_percent"], "%FS")
-    show("S2  nested loops and other held-out signals")
+    show("S2  nested loops and other held-out signals; the plants that the defaults were tuned on")
+
+
+def s2_fresh():
+    """The same limits on plants, training reversals and held-out reversals that no default was tuned on."""
+    met = {"operator + net, nested <= 1 %FS": [], "10x better than memory = last": []}
+    met |= {"bank + net, nested <= 0.1 %FS, max <= 0.5 %": [], "bank + net, others <= 0.2 %FS, max <= 0.8 %": []}
+    for seed in range(101, 107):
+        rng = np.random.default_rng(seed)
+        r, w = np.sort(rng.uniform(0.05, 0.6, 10)), rng.uniform(0.3, 1.7, 10)
+        bend = rng.uniform(-0.2, 0.2, 2)
+        for b in ((0.0, 0.0), bend):
+
+            def plant(u, r=r, w=w, b=b):
+                z = (3 * u + plants.plays(u, r) @ w) / 8
+                return z + b[0] * z**2 + b[1] * z**3
+
+            u, held_out = signals.training(150, seed), signals.held_out(5000 + seed)
+            data = Dataset.from_signal(u, plant(u))
+            models = [fit(data, "zhao_tan_mlp", seed, memory=m) for m in ("dominant", "last")]
+            models.append(fit(data, "play_bank_mlp", seed))
+            operator, last, bank = (signals.held_out_table(m, plant, data.span, held_out) for m in models)
+            nested = bank.pop("nested reversals")
+            one, other = operator["nested reversals"]["rms_percent"], last["nested reversals"]["rms_percent"]
+            within = all(e["rms_percent"] <= 0.2 and e["max_percent"] <= 0.8 for e in bank.values())
+            passed = (
+                one <= 1,
+                other >= 10 * one,
+                nested["rms_percent"] <= 0.1 and nested["max_percent"] <= 0.5,
+                within,
+            )
+            for results, verdict in zip(met.values(), passed, strict=True):
+                results.append(verdict)
+    for name, results in met.items():
+        verdict = "met" if all(results) else "MISSED"
+        rows.append([name, f"{len(results)} of {len(results)}", f"{sum(results)} plants", verdict])
+    show("S2  the same limits on fresh plants that no default was tuned on")
 
 
 def s3():
@@ -111,7 +147,7 @@ def s6():
         add(f"plant, identified with 0.1 % noise (N = 200), {name}, max", 0.05, 100 * np.abs(e).max() / span, "%")
         e = plants.prandtl_ishlinskii(learned.predict(y)) - y
         rows.append(
-            [f"plant, learned inverse of bank + net, {name}, max", "(none)", f"{100 * np.ptp(e) / 2 / span:.3g}", ""]
+            [f"plant, learned inverse of bank + net, {name}, max", "(none)", f"{100 * np.abs(e).max() / span:.3g}", ""]
         )
     show("S6  inverse in cascade")
 
@@ -139,8 +175,13 @@ def s11():
         else:
             add(f"{key}, {m.fit['seconds']:.2f} s", target, rms, "um")
     show("S11  measured piezo stack, protocol P1, RMS in um of 41.4 um stroke, default options")
+    print("The defaults were tuned with these rows in view; the ridge of the asymmetric model decides its verdict:")
+    for ridge in (0.0, 0.003, 0.03):
+        e = (fit(data, "prandtl_ishlinskii_asym", ridge=ridge).predict(data.u) - data.y)[3000:13800]
+        add(f"prandtl_ishlinskii_asym, ridge = {ridge:g}", 0.203, float(np.sqrt(np.mean(e**2))), "um")
+    show("S11  the same, other ridges")
 
 
 if __name__ == "__main__":
-    for part in (s1, s2, s3, s4, s6, s11):
+    for part in (s1, s2, s2_fresh, s3, s4, s6, s11):
         part()

@@ -3,7 +3,7 @@
  * with Masing's virgin branch; the operator then is a Prandtl-Ishlinskii operator of play density 4 e^-2r (1 - r).
  * memory = last: the literal last extremum; unbounded, drifts under noise, for replicas only. */
 #include "../elementary.h"
-#include "../turning_points.h"
+#include "../return_point.h"
 
 #define DIMS(D) D(depth, 256, 4, 100000, "extrema that the memory holds")
 #define VARS(V)                                                                                                 \
@@ -25,18 +25,7 @@ static hyst_turn turn(const double *extrema, int depth, double memory, double x,
                         : hyst_turn_dominant(extrema, depth, x, x0, 0, branch, NULL);
 }
 
-HYST_INIT_FN(init) {
-  HYST_OPEN_INIT
-  hyst_tp_init(extrema, depth, *x0, 0);
-}
-HYST_OUTPUT_FN(output) {
-  HYST_OPEN_OUTPUT
-  *h = turn(extrema, depth, *memory, *x, *x0).h;
-}
-HYST_UPDATE_FN(update) {
-  HYST_OPEN_UPDATE
-  hyst_tp_commit(extrema, depth, *x, turn(extrema, depth, *memory, *x, *x0));
-}
+HYST_RETURN_POINT(extrema, *x, h, turn(extrema, depth, *memory, *x, *x0), *x0, 0)
 HYST_BLOCK(
     zhao_tan, .text = "Zhao-Tan hysteretic operator",
     .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) d, d = |x - x_p|; virgin branch h = sgn(x - x0) g(2|x - x0|)/2",

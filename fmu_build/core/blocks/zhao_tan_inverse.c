@@ -2,7 +2,7 @@
  * d = g^-1(v) of g(d) = (1 - e^-d) d.  The paper's own inverse operator (Zhao & Tan 2008, eq. 11) is an approximation
  * that a network corrects; this one needs none. */
 #include "../elementary.h"
-#include "../turning_points.h"
+#include "../return_point.h"
 
 #define DIMS(D) D(depth, 256, 4, 100000, "extrema that the memory holds")
 #define VARS(V)                                                                                                 \
@@ -27,22 +27,7 @@ static double branch(const void *none, double v) {
   return d;
 }
 
-static hyst_turn turn(const double *extrema, int depth, double h, double x0) {
-  return hyst_turn_dominant(extrema, depth, h, 0, x0, branch, NULL);
-}
-
-HYST_INIT_FN(init) {
-  HYST_OPEN_INIT
-  hyst_tp_init(extrema, depth, 0, *x0);
-}
-HYST_OUTPUT_FN(output) {
-  HYST_OPEN_OUTPUT
-  *x = turn(extrema, depth, *h, *x0).h;
-}
-HYST_UPDATE_FN(update) {
-  HYST_OPEN_UPDATE
-  hyst_tp_commit(extrema, depth, *h, turn(extrema, depth, *h, *x0));
-}
+HYST_RETURN_POINT(extrema, *h, x, hyst_turn_dominant(extrema, depth, *h, 0, *x0, branch, NULL), 0, *x0)
 HYST_BLOCK(zhao_tan_inverse, .text = "Exact inverse of the Zhao-Tan operator",
            .equation = "x = x_p + sgn(h - h_p) g^-1(|h - h_p|), g(d) = (1 - e^-d) d",
            .source = "Zhao & Tan 2008, eq. 1, solved for x; inverse by the same memory: Krejci & Kuhnen 2001",

@@ -29,6 +29,7 @@ Progress = Callable[[float], None]
 METHODS: dict[str, tuple[str, str]] = {
     "prandtl_ishlinskii": ("prandtl_ishlinskii", "weighted plays, non-negative least squares; exact inverse"),
     "prandtl_ishlinskii_asym": ("prandtl_ishlinskii_asym", "plays, dead zones and creep of the input, least squares"),
+    "prandtl_ishlinskii_rate": ("prandtl_ishlinskii_rate", "the same, bent by the lagged input too; ridge by cross-validation"),
     "zhao_tan_mlp": ("zhao_tan_mlp", "Zhao-Tan operator and a network on (x, h)"),
     "play_bank_mlp": ("play_bank_mlp", "bank of plays and a network on them"),
     "bouc_wen": ("bouc_wen", "Bouc-Wen grey box, nonlinear least squares"),

@@ -1,0 +1,89 @@
+"""A `polynomial_narx` model that goes on learning, one sample after the other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hystfmu.core import Array
+from hystfmu.errors import InputError
+from hystfmu.graph import Graph, Input, Output
+from hystfmu.identify.monomials import basis
+from hystfmu.identify.recursive import Recursive
+from hystfmu.model import Model
+from hystfmu.unit import Unit
+
+
+class Stream:
+    """Sample-by-sample update of a fitted model.
+
+    >>> stream = Stream(model, mu=0.999)
+    >>> for u, y in samples: stream.update(u, y)
+    >>> stream.model.save("updated.model.toml")
+
+    Parameters
+    ----------
+    model : Model
+        Of key ``polynomial_narx``.
+    eta : float
+        P(0) = eta I: how far a sample moves the weights at first; large where the plant has changed.
+    mu : float
+        Forgetting factor in (0, 1].
+    dead_zone : float, optional
+        In the unit of y; an error of at most this changes nothing.
+
+    Raises
+    ------
+    InputError
+        Another kind of model; values that `Recursive` refuses.
+    """
+
+    def __init__(self, model: Model, eta: float = 1.0, mu: float = 1.0, dead_zone: float | None = None) -> None:
+        if [n.type for n in model.graph.nodes] != ["scaling", "zhao_tan", "polynomial_narx", "scaling"]:
+            raise InputError(f"only a polynomial_narx model can be updated sample by sample; this is {model.key}")
+        self._start = model
+        *front, self._network, readout = model.graph.nodes
+        ends = [Output("x", f"{front[0].name}.y"), Output("f", f"{front[1].name}.h")]
+        wire = (f"{front[0].name}.y", f"{front[1].name}.x")
+        self._unit = Unit(Graph(front, [wire], [Input("u", (f"{front[0].name}.u",))], ends))
+        self._h = model.step if model.step is not None else 1.0
+        self._half, self._middle = float(readout.value("gain")[0]), float(readout.value("offset")[0])
+        dims = self._network.dims
+        self._sizes, self._q = (dims["n_u"], dims["n_f"], dims["n_y"]), dims["q"]
+        theta = self._network.value("theta")
+        scaled = None if dead_zone is None else dead_zone / self._half
+        self.recursive = Recursive(len(theta), eta, mu, scaled, theta=theta)
+        self._lags: list[Array] = []
+
+    def update(self, u: float, y: float) -> float:
+        """Take the next sample.
+
+        Parameters
+        ----------
+        u, y : float
+            Input and measured output, in the units of the model's data.
+
+        Returns
+        -------
+        float
+            The output predicted before this y was known, in the unit of y.
+        """
+        scaled = (y - self._middle) / self._half
+        if self._lags:
+            self._unit.set("u", u)
+            self._unit.do_step((self.recursive.samples - 1) * self._h, self._h)
+        else:
+            self._unit.initialize(u=u)
+        now = (self._unit.get("x"), self._unit.get("f"), scaled)
+        if not self._lags:  # before the first sample the signals rested
+            self._lags = [np.full(n, v) for n, v in zip(self._sizes, now, strict=True)]
+        e = self.recursive.update(basis(np.concatenate(self._lags), self._q), scaled)
+        self._lags = [np.append(v, lag)[:-1] for v, lag in zip(now, self._lags, strict=True)]
+        return y - e * self._half
+
+    @property
+    def model(self) -> Model:
+        """The model with the weights of now."""
+        m = self._start
+        graph = m.graph.replace(self._network.with_values(theta=self.recursive.theta))
+        provenance = {**m.provenance, "updated_samples": self.recursive.samples}
+        return Model(m.key, graph, m.step, m.text, {}, provenance)
