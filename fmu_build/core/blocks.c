@@ -8,6 +8,7 @@
   B(backlash_sum)               \
   B(bouc_wen)                   \
   B(bouc_wen_oscillator)        \
+  B(constraint_factor)          \
   B(creep)                      \
   B(dead_zones)                 \
   B(delay)                      \
@@ -25,7 +26,8 @@
   B(sum)                        \
   B(transfer_function)          \
   B(zhao_tan)                   \
-  B(zhao_tan_inverse)
+  B(zhao_tan_inverse)           \
+  B(zhao_tan_inverse_reconstructed)
 
 #define B(id) extern const hyst_block hyst_##id;
 HYST_BLOCKS(B)

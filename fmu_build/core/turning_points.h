@@ -76,6 +76,14 @@ static inline hyst_turn hyst_turn_last(const double *m, int depth, double x, dou
   return t;
 }
 
+/* By a row V(memory, FIXED, 1, "dominant|last", ...) of a block's table. */
+enum { HYST_DOMINANT, HYST_LAST };
+static inline hyst_turn hyst_turn_chosen(double memory, const double *m, int depth, double x, double x0, double h0,
+                                         hyst_branch g, const void *ctx) {
+  return memory == HYST_LAST ? hyst_turn_last(m, depth, x, x0, h0, g, ctx)
+                             : hyst_turn_dominant(m, depth, x, x0, h0, g, ctx);
+}
+
 /* Commit what hyst_turn_...() found. */
 static inline void hyst_tp_commit(double *m, int depth, double x, hyst_turn t) {
   double *xs = m + HYST_TP_LIST, *hs = xs + depth + 1;

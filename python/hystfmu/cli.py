@@ -147,9 +147,16 @@ def fit(
     model.save(out)
     f = model.fit
     if as_json:
-        click.echo(json.dumps({"model": key, "file": out, **f}))
+        click.echo(json.dumps({"model": model.key, "file": out, **f}))
         return
-    row = [key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
+    if key == "auto":
+        p = model.provenance
+        rated = [[k, p["auto_parameters"][k], f"{e:.4g}"] for k, e in p["auto"].items()]
+        click.echo(table(["candidate", "parameters", "held-out RMS %FS"], rated))
+        click.echo(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)\n")
+    for warning in f.get("warnings", ()):
+        click.echo(f"warning: {warning}", err=True)
+    row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
     click.echo(table(["model", "parameters", "RMS %FS", "max %FS", "seconds"], [row]))
     click.echo(f"wrote {out}")
 

@@ -58,6 +58,11 @@ def stack(x: Array, h: float) -> Array:
     return np.asarray(lfilter(b, a2, crept)[::FINER])
 
 
+def displacement(u: Array, h: float) -> Array:
+    """Displacement (um) of the piezo stack for a voltage u (n,) in V at steps of h seconds, without sensor noise."""
+    return STROKE * stack(u / (VOLTS / 2) - 1, h)
+
+
 def _second_order(dt: float) -> tuple[Array, Array]:
     """G0 for an input held over dt: numerator and denominator in z (closed form of the damped oscillation)."""
     w = 2 * np.pi * F_N
@@ -98,9 +103,9 @@ def piezo(reversals: int = 100, rate: float = 1000.0, noise: float = 1e-3, seed:
     per_ramp = round(rate / 5)
     blend = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, per_ramp + 1) / per_ramp)
     x = np.concatenate([[levels[0]], *[a + (b - a) * blend for a, b in pairwise(levels)]])
-    y = stack(x, 1 / rate) + noise * np.random.default_rng(seed).normal(size=len(x))
-    t = np.arange(len(x)) / rate
-    return Dataset(t, VOLTS / 2 * (1 + x), STROKE * y, "synthetic piezo stack", unit_u="V", unit_y="um")
+    u = VOLTS / 2 * (1 + x)
+    y = displacement(u, 1 / rate) + STROKE * noise * np.random.default_rng(seed).normal(size=len(x))
+    return Dataset(np.arange(len(x)) / rate, u, y, "synthetic piezo stack", unit_u="V", unit_y="um")
 
 
 def _levels(count: int, seed: int) -> list[float]:

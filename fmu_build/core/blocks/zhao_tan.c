@@ -13,19 +13,12 @@
   V(h, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output of the operator")                              \
   V(extrema, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "extrema of x")
 
-enum { DOMINANT, LAST };
-
 static double branch(const void *none, double d) {
   (void)none;
   return -hyst_expm1(-d) * d;
 }
 
-static hyst_turn turn(const double *extrema, int depth, double memory, double x, double x0) {
-  return memory == LAST ? hyst_turn_last(extrema, depth, x, x0, 0, branch, NULL)
-                        : hyst_turn_dominant(extrema, depth, x, x0, 0, branch, NULL);
-}
-
-HYST_RETURN_POINT(extrema, *x, h, turn(extrema, depth, *memory, *x, *x0), *x0, 0)
+HYST_RETURN_POINT(extrema, *x, h, hyst_turn_chosen(*memory, extrema, depth, *x, *x0, 0, branch, NULL), *x0, 0)
 HYST_BLOCK(
     zhao_tan, .text = "Zhao-Tan hysteretic operator",
     .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) d, d = |x - x_p|; virgin branch h = sgn(x - x0) g(2|x - x0|)/2",

@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from hystfmu.core import Array
 from hystfmu.data import Dataset
@@ -29,10 +30,12 @@ Progress = Callable[[float], None]
 METHODS: dict[str, tuple[str, str]] = {
     "prandtl_ishlinskii": ("prandtl_ishlinskii", "weighted plays, non-negative least squares; exact inverse"),
     "prandtl_ishlinskii_asym": ("prandtl_ishlinskii_asym", "plays, dead zones and creep of the input, least squares"),
-    "prandtl_ishlinskii_rate": ("prandtl_ishlinskii_rate", "the same, bent by the lagged input too; ridge by cross-validation"),
+    "prandtl_ishlinskii_rate": ("prandtl_ishlinskii_rate", "the same, bent by the lagged input too; ridge found"),
     "zhao_tan_mlp": ("zhao_tan_mlp", "Zhao-Tan operator and a network on (x, h)"),
     "play_bank_mlp": ("play_bank_mlp", "bank of plays and a network on them"),
     "bouc_wen": ("bouc_wen", "Bouc-Wen grey box, nonlinear least squares"),
+    "rate_mlp": ("rate_mlp", "network on the input, its rate and a bank of plays"),
+    "g0_prandtl_ishlinskii": ("g0_prandtl_ishlinskii", "weighted plays, then G0(s) with delay, variable projection"),
     "auto": ("auto", "the one of these that does best on the last 30 % of the training rows"),
 }
 
@@ -90,8 +93,8 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     -------
     Model
         Its key is that of the method (for ``auto`` of the one chosen).  `fit` holds rms, max (unit of y), rms_percent,
-        max_percent (percent of the span of y in the training rows), parameters (their number) and seconds;
-        `provenance` holds data, rows, options and versions.
+        max_percent (percent of the span of y in the training rows), parameters (their number) and seconds, after
+        ``auto`` also memory, loops, gap_percent and warnings; `provenance` holds data, rows, options and versions.
 
     Raises
     ------
@@ -103,14 +106,20 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     _check(data)
     started = time.perf_counter()
     if key == "auto":
-        found, scores = module.choose(data, seed, progress or (lambda fraction: None))
+        found, seen, scores = module.choose(data, seed, progress or (lambda fraction: None))
         model = fit(data, found, seed)
-        seconds = round(time.perf_counter() - started, 4)
-        return replace(model, fit={**model.fit, "seconds": seconds}, provenance={**model.provenance, "auto": scores})
-    graph, parameters = module.build(data, chosen, seed, progress or (lambda fraction: None))
+        seen["seconds"] = round(time.perf_counter() - started, 4)
+        return replace(model, fit={**model.fit, **seen}, provenance={**model.provenance, **scores})
+    # small matrices: more threads only wait for each other, up to twenty times longer beside other work
+    with threadpool_limits(1):
+        graph, parameters, *found = module.build(data, chosen, seed, progress or (lambda fraction: None))
     seconds = time.perf_counter() - started
     y = graph.run(data.u, data.h)
-    result = {**errors(y[data.train], data.y[data.train], data.span), "parameters": int(parameters)}
+    result = {
+        **errors(y[data.train], data.y[data.train], data.span),
+        "parameters": int(parameters),
+        **(found[0] if found else {}),
+    }
     return Model(
         key,
         graph,

@@ -134,8 +134,9 @@ def train(
     direction: Array | None = None,
     progress: Callable[[float], None] = lambda fraction: None,
     most_rows: int = MOST_ROWS,
+    trainer: Callable[..., tuple[Array, float]] = minimise,
 ) -> tuple[Network, float]:
-    """Train a network: every start for a tenth of the iterations, then the best one to the end.
+    """Train a network: every start for a tenth of the iterations, then the best one to the end; one start goes straight.
 
     Parameters
     ----------
@@ -153,6 +154,8 @@ def train(
         More rows than this are thinned evenly.
     direction : array, shape (n_in,), optional
         A direction of the input space that matters, for the start.
+    trainer : function
+        What minimises; like `minimise`.  Others in `hystfmu.identify.trainers`.
 
     Returns
     -------
@@ -163,7 +166,7 @@ def train(
     stride = -(-len(x) // most_rows)
     x, y = np.ascontiguousarray(x[::stride]), y[::stride]
     rng = np.random.default_rng(seed)
-    first = max(iterations // 10, 10)
+    first = max(iterations // 10, 10) if starts > 1 else 0
     total = starts * first + iterations
 
     ridge = np.sqrt(decay * len(x)) * np.eye(hidden * (x.shape[1] + 2) + 1)[:-1]  # the output bias goes free
@@ -178,9 +181,9 @@ def train(
     trials = []
     for i in range(starts):
         p = start(x, y, hidden, activation, rng, direction)
-        trials.append(minimise(p, function, first, progress=part(i * first, first)))
+        trials.append(trainer(p, function, first, progress=part(i * first, first)) if first else (p, 0.0))
     best = min(trials, key=lambda trial: trial[1])
-    p, cost = minimise(best[0], function, iterations, progress=part(starts * first, iterations))
+    p, cost = trainer(best[0], function, iterations, progress=part(starts * first, iterations))
     k = x.shape[1]
     W1, b1, W2 = p[: hidden * k].reshape(hidden, k), p[hidden * k : hidden * (k + 1)], p[hidden * (k + 1) : -1]
     network = Network(W1, b1, W2, float(p[-1]), activation)

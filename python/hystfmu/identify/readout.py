@@ -12,6 +12,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.levenberg_marquardt import MOST_ROWS, decay_for, train
 from hystfmu.identify.options import Option
+from hystfmu.identify.trainers import TRAINERS
 
 
 def options(hidden: int, starts: int, iterations: int) -> tuple[Option, ...]:
@@ -20,7 +21,8 @@ def options(hidden: int, starts: int, iterations: int) -> tuple[Option, ...]:
         Option("hidden", hidden, 1, 10000, text="hidden neurons"),
         Option("activation", "sigmoid", choices=("sigmoid", "tanh"), text="activation of the hidden neurons"),
         Option("starts", starts, 1, 1000, text="random starts; the best goes on"),
-        Option("iterations", iterations, 1, 100000, text="Levenberg-Marquardt iterations of the best start"),
+        Option("trainer", "levenberg_marquardt", choices=tuple(TRAINERS), text="what minimises the error"),
+        Option("iterations", iterations, 1, 100000, text="iterations of the best start"),
         Option(
             "decay", None, 0.0, 1e3, text="weight decay; default: a tenth of the noise variance of y, at least 1e-9"
         ),
@@ -118,6 +120,7 @@ def fit_readout(
         a[:-1] if linear else None,
         progress,
         most_rows,
+        TRAINERS[chosen["trainer"]],
     )
     extra = chosen["margin"] * np.ptp(x, axis=0)
     n, hidden = len(gain), len(network.b1)

@@ -126,7 +126,8 @@ class Recursive:
             if abs(e) <= self.dead_zone:
                 return e
             r2 = self.dead_zone**2
-            weight = self.fraction * (e * e - r2) / (self.leverage(h) * r2)
+            with np.errstate(all="ignore"):
+                weight = float(np.divide(self.fraction * (e * e - r2), self.leverage(h) * r2))
             if not np.isfinite(weight):
                 raise InputError(self._diverged())
         self._append(h, y, weight)

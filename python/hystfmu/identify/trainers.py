@@ -2,77 +2,55 @@
 
 levenberg_marquardt  the default: half the error of the next in a third of the time.
 powell_beale         conjugate gradients with restarts, as in Zhao & Tan 2008; takes every iteration it is given.
-lbfgs                limited-memory quasi-Newton (Nocedal 1980; scipy), for networks too large for a Jacobian.
+lbfgs                quasi-Newton with limited memory (Nocedal 1980; scipy), for networks too large for a Jacobian.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
 from hystfmu.core import Array
-from hystfmu.identify import conjugate_gradient
+from hystfmu.identify import conjugate_gradient, levenberg_marquardt
 from hystfmu.identify.conjugate_gradient import Gradient
 
-TRAINERS = ("levenberg_marquardt", "powell_beale", "lbfgs")
-MEMORY = 20  # pairs of L-BFGS
+PAIRS = 20  # steps that L-BFGS remembers
 
 Residuals = Callable[[Array], tuple[Array, Array]]
+Progress = Callable[[float], None]
 
 
-def minimise(
-    trainer: str,
-    p: Array,
-    function: Residuals,
-    iterations: int,
-    progress: Callable[[float], None] = lambda fraction: None,
-) -> tuple[Array, float]:
-    """Least squares by one of `TRAINERS`.
+class Trainer(Protocol):
+    """Least squares from the start p (n,): `function` gives residuals (rows,) and their Jacobian (rows, n).
 
-    Parameters
-    ----------
-    trainer : str
-        A name of `TRAINERS`.
-    p : array, shape (n,)
-        Start.
-    function : function
-        Residuals (rows,) and their Jacobian (rows, n) at a point.
-    iterations : int
-        Most iterations.
-    progress : function
-        Called with the fraction done, 0..1.
-
-    Returns
-    -------
-    p : array, shape (n,)
-    sum_of_squares : float
+    Returns the point and the sum of squares there.
     """
-    if trainer == "levenberg_marquardt":
-        from hystfmu.identify import levenberg_marquardt
 
-        return levenberg_marquardt.minimise(p, function, iterations, progress=progress)
-
-    def gradient(p: Array) -> tuple[float, Array]:
-        r, J = function(p)
-        return float(r @ r) / len(r), 2 * (J.T @ r) / len(r)
-
-    rows = len(function(p)[0])
-    p, mean = minimise_gradient(trainer, p, gradient, iterations, progress)
-    return p, mean * rows
+    def __call__(
+        self, p: Array, function: Residuals, iterations: int, *, progress: Progress
+    ) -> tuple[Array, float]: ...
 
 
-def minimise_gradient(
-    trainer: str,
-    p: Array,
-    function: Gradient,
-    iterations: int,
-    progress: Callable[[float], None] = lambda fraction: None,
+def powell_beale(
+    p: Array, function: Residuals, iterations: int, *, progress: Progress = lambda fraction: None
 ) -> tuple[Array, float]:
-    """Minimum of a function given with its gradient, by ``powell_beale`` or ``lbfgs``; returns point and value."""
-    if trainer == "powell_beale":
-        p, value, _ = conjugate_gradient.minimise(p, function, iterations, progress=progress)
-        return p, value
+    """Conjugate gradients with Powell-Beale restarts on the sum of squares."""
+    return conjugate_gradient.minimise(p, _sum_of_squares(function), iterations, progress=progress)[:2]
+
+
+def lbfgs(
+    p: Array, function: Residuals, iterations: int, *, progress: Progress = lambda fraction: None
+) -> tuple[Array, float]:
+    """L-BFGS on the sum of squares."""
+    return lbfgs_gradient(p, _sum_of_squares(function), iterations, progress)
+
+
+def lbfgs_gradient(
+    p: Array, function: Gradient, iterations: int, progress: Progress = lambda fraction: None
+) -> tuple[Array, float]:
+    """L-BFGS on a function that gives value and gradient; returns the point and the value there."""
     from scipy.optimize import minimize
 
     done = 0
@@ -82,7 +60,22 @@ def minimise_gradient(
         done += 1
         progress(min(done / iterations, 1.0))
 
-    # no early end: a network creeps along valleys where a step gains little and the next ones much
-    limits = {"maxiter": iterations, "maxfun": 20 * iterations, "maxcor": MEMORY, "ftol": 0.0, "gtol": 1e-12}
+    # no early end: training creeps along valleys where one step gains little and later ones much
+    limits = {"maxiter": iterations, "maxfun": 20 * iterations, "maxcor": PAIRS, "ftol": 0.0, "gtol": 1e-12}
     result = minimize(function, p, jac=True, method="L-BFGS-B", callback=count, options=limits)
     return np.asarray(result.x), float(result.fun)
+
+
+def _sum_of_squares(function: Residuals) -> Gradient:
+    def gradient(p: Array) -> tuple[float, Array]:
+        r, J = function(p)
+        return float(r @ r), 2 * (J.T @ r)
+
+    return gradient
+
+
+TRAINERS: dict[str, Trainer] = {
+    "levenberg_marquardt": levenberg_marquardt.minimise,
+    "powell_beale": powell_beale,
+    "lbfgs": lbfgs,
+}

@@ -15,6 +15,7 @@ from hystfmu import signals
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
+from hystfmu.graph import Graph, Node
 from hystfmu.identify import errors, fit
 from hystfmu.identify.auxiliary import auxiliary
 from hystfmu.identify.monomials import basis, lagged
@@ -45,6 +46,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     progress(0.2)
     ours = {name: _largest(_of(with_f), u) for name, u in tests.items()}
     printed_f = _direct(train, N, lambda x: auxiliary(x, corrected=False))
+    last = _direct(train, N, auxiliary)
     literal = {name: _largest(printed_f, u) for name, u in tests.items()}
     # twice the lags of u have as many weights as u and f together
     equal = [_direct(train, 2 * N, None, ridge) for ridge in BASELINE_RIDGES]
@@ -54,7 +56,13 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
 
     rows = [
         Row("f after 20 cycles of amplitude 1", None, _after_20_cycles(False), abs(_after_20_cycles(True)), 1.0),
-        Row("max error, with f, decaying sine, mV", 0.014, literal["decaying sine"], ours["decaying sine"]),
+        Row(
+            "max error, with f, decaying sine, mV",
+            0.014,
+            literal["decaying sine"],
+            ours["decaying sine"],
+            note=f"correct sign but last extremum instead of dominant: {_largest(last, tests['decaying sine']):.3f}",
+        ),
         Row(
             "max error, without f, mV",
             0.14,
@@ -119,6 +127,11 @@ def _direct(train: Dataset, n: int, f: Response | None, ridge: float = RIDGE) ->
     return lambda x: regressor(x) @ theta
 
 
+def _operator(x: Array) -> Array:
+    """f in its correct form with dominant extrema: the Zhao-Tan operator."""
+    return Graph.single(Node("f", "zhao_tan")).run(x)
+
+
 def _after_20_cycles(corrected: bool) -> float:
     return float(auxiliary(np.sin(2 * np.pi * np.arange(20 * 200 + 1) / 200), corrected)[-1])
 
@@ -151,7 +164,7 @@ def _recursions(progress: Callable[[float], None]) -> list[Row]:
 
     def regressor(record: Dataset) -> Array:
         x = record.u / STROKE
-        return basis(np.column_stack([lagged(x, n), lagged(auxiliary(x), n)]), Q)
+        return basis(np.column_stack([lagged(x, n), lagged(_operator(x), n)]), Q)
 
     phi, held_out = regressor(train), regressor(test)
     batch, _ = least_squares(phi, train.y, RIDGE)
