@@ -7,8 +7,9 @@ float64 without loss; the model then computes in float64.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,8 +20,6 @@ from hystfmu.model import Model
 
 if TYPE_CHECKING:
     from torch import nn
-
-    from hystfmu.data import Dataset
 
 SUPPORTED = ("Linear", "Sigmoid", "Tanh", "ReLU", "Identity", "Sequential")
 _ACTIVATIONS = {"Sigmoid": "sigmoid", "Tanh": "tanh", "ReLU": "relu"}
@@ -86,7 +85,7 @@ def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list
     layers = _layers(module)
     widths = [layer for layer in layers if isinstance(layer, _Affine)]
     if not widths:
-        raise InputError(f"the network has no Linear layer, so that its size is not known; layers: {_names(module)}")
+        raise InputError("the network has no Linear layer, so that its size is not known")
     nodes: list[Node] = []
     at, width = 0, widths[0].W.shape[1]
     while at < len(layers):
@@ -105,17 +104,36 @@ def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list
     return nodes, [(f"{name}{i}.y", f"{name}{i + 1}.u") for i in range(1, len(nodes))]
 
 
-def readout(module: nn.Module, model: Model, data: Dataset | None = None) -> Model:
-    """A fitted model with the network of its readout exchanged for the user's own.
+def _layers(module: nn.Module) -> list[_Affine | str]:
+    """Linear layers as arrays, activations as words, in order; checked."""
+    out: list[_Affine | str] = []
+    width: int | None = None
+    for path, layer in _flat(module, ""):
+        kind = type(layer).__name__
+        where = f"layer {path or 0} ({kind})"
+        if kind == "Linear":
+            w = layer.weight.detach().cpu().double().numpy()
+            b = np.zeros(len(w)) if layer.bias is None else layer.bias.detach().cpu().double().numpy()
+            if width is not None and w.shape[1] != width:
+                raise InputError(f"{where} takes {w.shape[1]} values, but the layer before it gives {width}")
+            if not (np.isfinite(w).all() and np.isfinite(b).all()):
+                raise InputError(f"{where} has a weight that is not finite")
+            width = len(w)
+            out.append(_Affine(w, b))
+        elif kind in _ACTIVATIONS:
+            out.append(_ACTIVATIONS[kind])
+        elif kind != "Identity":
+            raise InputError(f"{where} cannot become a block; layers that can: {', '.join(SUPPORTED)}")
+    return out
 
-    Parameters
-    ----------
-    module : torch.nn.Module
-        As in `from_torch`, with as many inputs as the model has features and one output.
-    model : Model
-        One whose graph has a block ``network``, e.g. ``zhao_tan_mlp`` or ``play_bank_mlp``.
-    """
-    raise NotImplementedError
+
+def _flat(module: nn.Module, path: str) -> Iterator[tuple[str, Any]]:
+    """The layers of nested Sequentials in order, with their paths as in torch: 0, 1.0, 1.1, .."""
+    if type(module).__name__ != "Sequential":
+        yield path, module
+        return
+    for name, child in module.named_children():
+        yield from _flat(child, f"{path}.{name}" if path else name)
 
 
 def _affine(layers: list[_Affine | str], at: int, width: int) -> tuple[_Affine, int]:
@@ -123,7 +141,3 @@ def _affine(layers: list[_Affine | str], at: int, width: int) -> tuple[_Affine, 
     if at < len(layers) and isinstance(layer := layers[at], _Affine):
         return layer, at + 1
     return _Affine(np.eye(width), np.zeros(width)), at
-
-
-def _names(module: nn.Module) -> str:
-    return ", ".join(type(m).__name__ for m in module.children()) or type(module).__name__

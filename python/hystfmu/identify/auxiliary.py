@@ -1,7 +1,7 @@
 """The auxiliary function f of the IPMC paper (eq. 3), as printed and corrected, in plain numpy.
 
-Printed: f(k) = f(u_ex) + |u - u_ex| g(|u - u_ex|), g(x) = 1 - e^-x.  Every branch adds to the last one, whichever way the
-input moves: f ratchets upwards for ever and is no function of a hysteresis state.
+Printed: f(k) = f(u_ex) + |u - u_ex| g(|u - u_ex|), g(x) = 1 - e^-x.  Every branch adds to the last one, whichever way
+the input moves: f ratchets upwards for ever and is no function of a hysteresis state.
 Corrected: f(k) = f(u_ex) + (u - u_ex) g(|u - u_ex|).  This is the Zhao-Tan operator: models use the block `zhao_tan`,
 whose extrema are the dominant ones; here the last extremum counts, as the text says.
 """

@@ -54,13 +54,18 @@ class Branch:
         return float(np.mean(self.slope(np.linspace(0, self.d_max, 10 * GRID + 1)) < 0))
 
 
-def basis(d: Array, m: int) -> Array:
-    """b_0 = 1 - e^-d, b_j = (1 - e^-d) d^(2j-1), j = 1..m: shape (len(d), m + 1)."""
-    return np.asarray(-np.expm1(-d)[:, None] * _powers(d, m))
+def basis(d: Array, m: int, d_max: float = np.inf) -> Array:
+    """b_0 = 1 - e^-d, b_j = (1 - e^-d) d^(2j-1), j = 1..m, straight on beyond d_max: shape (len(d), m + 1)."""
+    near = np.minimum(d, d_max)
+    b = -np.expm1(-near)[:, None] * _powers(near, m)
+    far = d > d_max
+    if far.any():
+        b[far] += (d[far] - d_max)[:, None] * slopes(near[far], m)
+    return np.asarray(b)
 
 
 def slopes(d: Array, m: int) -> Array:
-    """Their derivatives by d."""
+    """The derivatives of the basis by d, inside of d_max."""
     j = np.arange(1, m + 1)
     derivative = np.column_stack([np.zeros_like(d), (2 * j - 1) * d[:, None] ** (2 * j - 2)])
     return np.asarray(np.exp(-d)[:, None] * _powers(d, m) - np.expm1(-d)[:, None] * derivative)
@@ -88,9 +93,9 @@ class StackCoordinates:
     weight: Array
     d: Array
 
-    def columns(self, m: int) -> Array:
+    def columns(self, m: int, d_max: float) -> Array:
         """H_j, j = 0..m: the operator with each basis function as its branch, shape (n, m + 1)."""
-        steps = self.weight[:, None] * basis(self.d, m)
+        steps = self.weight[:, None] * basis(self.d, m, d_max)
         H = np.zeros((len(steps) + 1, m + 1))  # the last row is the origin
         for k, p in enumerate(self.start):
             H[k] = H[p] + steps[k]
@@ -127,32 +132,33 @@ def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoo
     return StackCoordinates(start, weight, d)
 
 
-def increasing_branch(where: StackCoordinates, y: Array, rows: slice, m: int) -> Branch:
-    """The increasing branch whose operator, with an offset, is nearest to y over `rows`.
+def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: slice, m: int) -> Branch:
+    """The increasing branch whose operator plus a combination of `free` is nearest to y over `rows`.
 
     Parameters
     ----------
     where : StackCoordinates
         Of all rows, from the first on.
-    y : array, shape (n,)
-        Measured output.
+    y : array, shape (len of rows,)
+        What the operator follows.
+    free : array, shape (len of rows, q)
+        Columns with free weights, the constant among them.
     rows : slice
         Rows that count.
     m : int
         Order of the polynomial: m odd powers.
     """
     d_max = float(where.d[rows].max())
-    H = where.columns(m)[rows]
-    H = H - H.mean(axis=0)
+    H = where.columns(m, d_max)[rows]
+    Q = np.linalg.svd(free, full_matrices=False)[0]
+    H = H - Q @ (Q.T @ H)
     size = np.linalg.norm(H, axis=0)
     U, sigma, Vt = np.linalg.svd(H / size, full_matrices=False)
     keep = sigma > DEPENDENT * sigma[0]
     back = Vt[keep].T / sigma[keep] / size[:, None]  # from the orthogonal basis to a
-    f = U[:, keep].T @ (y[rows] - y[rows].mean())
     grid = 0.5 * d_max * (1 - np.cos(np.linspace(0, np.pi, GRID)))
-    E = slopes(grid, m) @ back
-    least = LEAST_SLOPE * float(np.ptp(y[rows])) / d_max
-    z = _nearest(f, E, np.full(GRID, least))
+    least = LEAST_SLOPE * float(np.ptp(y)) / d_max
+    z = _nearest(U[:, keep].T @ y, slopes(grid, m) @ back, np.full(GRID, least))
     return Branch(back @ z, d_max, float(np.linalg.cond(U[:, keep])))
 
 
@@ -173,7 +179,7 @@ def _nearest(f: Array, E: Array, least: Array) -> Array:
 
 
 def literal_branch(where: StackCoordinates, y: Array, rows: slice, m: int) -> Branch:
-    """Shen & Ma 2017, eq. 8-10: A = X^-1 Y on the increments of y along the branches, X the normal matrix."""
+    """Shen & Ma 2017, eq. 8-10: A = X^-1 Y on increments along the branches, X the normal matrix; y of all rows."""
     first = where.start[rows]
     used = np.flatnonzero(first >= 0) + (rows.start or 0)
     v = np.sign(where.weight[used]) * (y[used] - y[where.start[used]])

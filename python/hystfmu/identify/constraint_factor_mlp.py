@@ -13,7 +13,7 @@ import numpy as np
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify import readout
+from hystfmu.identify import output_bend, readout
 from hystfmu.identify.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.hidden_sweep import hidden_sweep
 from hystfmu.identify.options import Option
@@ -35,6 +35,7 @@ OPTIONS = (
         choices=("dominant", "last"),
         text="extremum a branch starts from; last: the literal reading",
     ),
+    output_bend.OPTION,
     Option("range", 1.0, 1e-6, 10.0, text="range that the input is scaled to before the operator"),
     Option("sweep", 0, 0, 1000, text="try 1 .. sweep hidden neurons; 0: as many as `hidden` says"),
     Option("u0", None, -1e300, 1e300, text="initial memory: the operator rests at this input; default the first input"),
@@ -43,17 +44,18 @@ OPTIONS = (
 
 
 def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, Branch]:
-    """``scaling -> constraint_factor``; the features are the scaled input x and the operator h, whose range is 1."""
+    """``scaling -> constraint_factor``; the features are the scaled input x and the operator h."""
     u, y, rows = data.u, data.y, data.train
     u0 = float(u[0]) if options["u0"] is None else options["u0"]
     gain = options["range"] / float(np.ptp(u[rows]))
     offset = -gain * float(u[rows].min() + u[rows].max()) / 2
     x, x0 = gain * u + offset, gain * u0 + offset
-    # a branch increases; an actuator that answers a rising input by falling is followed by its negative
-    rising = np.copysign(1.0, float(np.dot(x[rows] - x[rows].mean(), y[rows])))
-    v = rising * y / data.span
     where = stack_coordinates(x, x0, options["memory"])
-    branch = (increasing_branch if options["branch"] == "increasing" else literal_branch)(where, v, rows, options["m"])
+    if options["branch"] == "literal":
+        branch = literal_branch(where, y / data.span, rows, options["m"])
+    else:
+        v, free = output_bend.straightened(x[rows], y[rows], options["bend"])
+        branch = increasing_branch(where, v, free, rows, options["m"])
     values = {"a0": branch.a[0], "a": branch.a[1:], "d_max": branch.d_max, "memory": options["memory"], "x0": x0}
     nodes = [
         Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}),

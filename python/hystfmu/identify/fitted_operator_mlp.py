@@ -1,9 +1,7 @@
 """The expanded input space (x, z), z the output of a Prandtl-Ishlinskii model fitted to the data, and a network on it.
 
 Zhao & Tan 2008 and Shen & Ma 2017 pair the input with an operator of a given shape; any sum of plays is such an operator
-with another branch, so the one nearest to the data is taken and the network bends it.  The sum of plays is fitted not
-to y but to y + q_2 P_2(y) + q_3 P_3(y) + .., the q free (P: Legendre): then a bent readout, which the network is for,
-does not distort the weights.  This is still one linear least-squares problem with w >= 0.
+with another branch, so the one nearest to the data is taken, by non-negative least squares, and the network bends it.
 """
 
 from __future__ import annotations
@@ -15,15 +13,15 @@ import numpy as np
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify import readout
+from hystfmu.identify import output_bend, readout
 from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.options import Option
 from hystfmu.identify.plays import plays, thresholds
-from hystfmu.identify.readout import Features, centre_and_gain, fit_readout
+from hystfmu.identify.readout import Features, fit_readout
 
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
-    Option("bend", 5, 1, 20, text="degree of the polynomial of y that the plays are fitted to; 1: y itself"),
+    output_bend.OPTION,
     Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
     *readout.options(hidden=12, starts=3, iterations=150),
 )
@@ -31,14 +29,11 @@ OPTIONS = (
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling`` and the number of its parameters."""
-    u, y, rows = data.u, data.y[data.train], data.train
+    u, rows = data.u, data.train
     u0 = float(u[0]) if options["u0"] is None else options["u0"]
     r = thresholds(u[rows], options["N"])
     columns = np.column_stack([u, plays(u, r, u0)])[rows]
-    (middle,), (gain,) = centre_and_gain(y[:, None])
-    v = (y - middle) * gain
-    P = np.polynomial.legendre.legvander(v, options["bend"])
-    free = np.delete(P, 1, axis=1)
+    v, free = output_bend.straightened(u[rows], data.y[rows], options["bend"])
     w, _ = nonnegative(columns, v, free)
     progress(0.2)
     nodes = [

@@ -11,6 +11,7 @@ from itertools import combinations_with_replacement
 from math import comb
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.core import Array
 
@@ -21,7 +22,7 @@ def count(p: int, q: int) -> int:
 
 
 @functools.lru_cache(maxsize=64)
-def _factors(p: int, q: int) -> tuple[Array, ...]:
+def _factors(p: int, q: int) -> tuple[NDArray[np.intp], ...]:
     """For every degree 1..q which variables each monomial multiplies: shape (monomials of that degree, degree)."""
     return tuple(
         np.array(list(combinations_with_replacement(range(p), d)), np.intp).reshape(-1, d) for d in range(1, q + 1)

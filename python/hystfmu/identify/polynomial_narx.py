@@ -1,4 +1,4 @@
-"""IPMC paper: basis-function network on the expanded input space, a polynomial of lagged input, auxiliary function, output.
+"""IPMC paper: basis-function network, a polynomial of the lagged input, auxiliary function and output.
 
 y(k) = theta' h(k), h all monomials up to order q of u(k-1..k-n_u), f(k-1..k-n_f), y(k-1..k-n_y); f is the auxiliary
 function in its correct form, the Zhao-Tan operator.  Linear in theta: one least-squares problem, solved at once by QR
@@ -75,7 +75,7 @@ class Signals:
     half: float
 
     def lags(self, n_u: int, n_f: int, n_y: int) -> tuple[Array, Array]:
-        """The variables z(k) of every row, (rows, n_u + n_f + n_y), and a gain for each that maps it to about [-1, 1]."""
+        """z(k) of every row, (rows, n_u + n_f + n_y), and for each variable a gain that maps it to about [-1, 1]."""
         z = np.column_stack([lagged(self.x, n_u), lagged(self.f, n_f), lagged(self.y, n_y)])
         most = [(np.abs(v).max(), n) for v, n in ((self.x, n_u), (self.f, n_f), (self.y, n_y))]
         return z, np.concatenate([np.full(n, 1 / m if m > 0 else 1.0) for m, n in most])
@@ -107,7 +107,7 @@ def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
 
     rows, n = phi.shape
     stacked = np.vstack([np.column_stack([phi, y]), np.sqrt(rows) * ridge * np.eye(n, n + 1)])
-    r = np.linalg.qr(stacked, mode="r")
+    r: Array = np.asarray(np.linalg.qr(stacked, mode="r"))
     theta = np.asarray(solve_triangular(r[:n, :n], r[:n, n]))
     return theta, float(np.sqrt(np.mean((y - phi @ theta) ** 2)))
 
@@ -118,8 +118,8 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     parameters, rows = count(n_u + n_f + n_y, q), len(data.u[data.train])
     if parameters > min(rows, MOST_PARAMETERS):
         raise InputError(
-            f"n_u = {n_u}, n_f = {n_f}, n_y = {n_y}, q = {q} make {parameters} weights; at most {MOST_PARAMETERS} and the "
-            f"{rows} train rows are allowed"
+            f"n_u = {n_u}, n_f = {n_f}, n_y = {n_y}, q = {q} make {parameters} weights; at most {MOST_PARAMETERS} are "
+            f"allowed, and no more than the {rows} train rows"
         )
     u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
 

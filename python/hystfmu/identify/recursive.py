@@ -4,7 +4,7 @@ Plain: P(k)^-1 = mu P(k-1)^-1 + h h'.  With R'R = P^-1, one orthogonal transform
 next R; P itself, whose differences lose half the digits, is never formed.
 
 With dead zone (IPMC paper, eqs. 13 to 19, corrected): eqs. 15 to 17 are a weighted update,
-P(k)^-1 = mu (P(k-1)^-1 + c h h') with c = lambda / (mu Sigma), so the same transformation serves with the row sqrt(c) h'.
+P(k)^-1 = mu (P(k-1)^-1 + c h h') with c = lambda / (mu Sigma), so the same transformation does, with row sqrt(c) h'.
 Errata: sigma^2(k) = sigma^2(k-1) + (e^2(k) - sigma^2(k-1)) / k is a mean (printed: it grows without end);
 lambda = beta (e^2(k) - r^2) / (h' P h r^2) takes the present error (printed: the variance, so lambda can be negative);
 P stays as it is while lambda = 0 (printed: it grows as 1 / mu^k).  With beta = fraction * mu Sigma, the largest beta
@@ -157,8 +157,8 @@ class Recursive:
 class PrintedRecursive:
     """The recursion with dead zone exactly as printed (IPMC paper, eqs. 13 to 19), for replicas: it fails.
 
-    P itself is kept and grows as 1/mu^k while lambda = 0; sigma^2 = sum e^2(k)/k only grows, and lambda takes it instead
-    of e^2, so lambda is negative as long as sigma^2 < r^2.
+    P itself is kept and grows as 1/mu^k while lambda = 0; sigma^2 = sum e^2(k)/k only grows, and lambda takes it
+    instead of e^2, so lambda is negative as long as sigma^2 < r^2.
 
     Parameters
     ----------

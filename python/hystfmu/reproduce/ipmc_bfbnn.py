@@ -90,8 +90,8 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
         "basis-function network for an IPMC sensor",
         tuple(rows),
         (
-            "printed values: a measured sensor that is not published; ours: synthetic sensor, span about 2 mV, 1e-3 mV noise",
-            "errors against the sensor without noise, free run from a fresh start; all test signals differ from training",
+            "printed: measured data that are not published; ours: a synthetic sensor, span about 2 mV, 1e-3 mV noise",
+            "errors against the sensor without noise, free run from a fresh start, on signals not trained on",
         ),
     )
 

@@ -1,0 +1,102 @@
+"""Training of any `torch.nn` module by the trainers of this package: derivatives by torch, steps in float64 by numpy.
+
+Levenberg-Marquardt needs the Jacobian, one row per sample and output (torch.func, vectorised); the other two need the
+gradient alone (back-propagation) and suit larger networks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hystfmu.core import Array
+from hystfmu.errors import InputError
+from hystfmu.identify import conjugate_gradient, levenberg_marquardt
+from hystfmu.identify.trainers import TRAINERS, lbfgs_gradient
+
+if TYPE_CHECKING:
+    from torch import nn
+
+
+def train_module(
+    module: nn.Module,
+    x: Array,
+    y: Array,
+    trainer: str = "levenberg_marquardt",
+    iterations: int = 150,
+    progress: Callable[[float], None] = lambda fraction: None,
+) -> float:
+    """Fit a module to samples by least squares, in place, from its present weights.
+
+    Parameters
+    ----------
+    module : torch.nn.Module
+        Maps (n, n_in) to (n, n_out); converted to float64.
+    x : array, shape (n, n_in)
+        Inputs, scaled to about [-1, 1].
+    y : array, shape (n,) or (n, n_out)
+        Wanted outputs, scaled likewise.
+    trainer : {"levenberg_marquardt", "powell_beale", "lbfgs"}
+        See `hystfmu.identify.trainers`.
+    iterations : int
+        Most iterations.
+    progress : function
+        Called with the fraction done, 0..1.
+
+    Returns
+    -------
+    float
+        RMS error over all samples and outputs.
+
+    Raises
+    ------
+    InputError
+        Unknown trainer, lengths that differ, a module without weights.
+    """
+    import torch
+
+    if trainer not in TRAINERS:
+        raise InputError(f"no trainer {trainer!r}; there are: {', '.join(TRAINERS)}")
+    inputs = torch.as_tensor(np.asarray(x, dtype=np.float64))
+    wanted = torch.as_tensor(np.asarray(y, dtype=np.float64).reshape(len(y), -1))
+    if inputs.ndim != 2 or len(inputs) != len(wanted):
+        raise InputError(f"x must have shape (n, n_in) and y n rows; got {tuple(np.shape(x))} and {len(y)} rows")
+    module.double()
+    weights = dict(module.named_parameters())
+    if not weights:
+        raise InputError("the module has no weights to train")
+    if tuple(module(inputs[:1]).shape[1:]) != tuple(wanted.shape[1:]):
+        raise InputError(f"the module gives {tuple(module(inputs[:1]).shape[1:])} values a row, y has {wanted.shape[1]}")
+
+    def named(p: Any) -> dict[str, Any]:
+        parts = torch.split(p, [w.numel() for w in weights.values()])
+        return {k: part.view_as(w) for (k, w), part in zip(weights.items(), parts, strict=True)}
+
+    def one(p: Any, row: Any) -> Any:
+        return torch.func.functional_call(module, named(p), (row[None],))[0]
+
+    jacobian = torch.func.vmap(torch.func.jacrev(one), in_dims=(None, 0))
+
+    def residuals(p: Array) -> tuple[Array, Array]:
+        with torch.no_grad():
+            q = torch.as_tensor(p)
+            r = torch.func.functional_call(module, named(q), (inputs,)) - wanted
+            return r.numpy().ravel(), jacobian(q, inputs).numpy().reshape(r.numel(), len(p))
+
+    def gradient(p: Array) -> tuple[float, Array]:
+        q = torch.as_tensor(p).requires_grad_()
+        value = ((torch.func.functional_call(module, named(q), (inputs,)) - wanted) ** 2).sum()
+        (g,) = torch.autograd.grad(value, q)
+        return float(value.detach()), g.numpy()
+
+    p = torch.nn.utils.parameters_to_vector(weights.values()).detach().numpy().copy()
+    if trainer == "levenberg_marquardt":
+        p, value = levenberg_marquardt.minimise(p, residuals, iterations, progress=progress)
+    elif trainer == "powell_beale":
+        p, value, _ = conjugate_gradient.minimise(p, gradient, iterations, progress=progress)
+    else:
+        p, value = lbfgs_gradient(p, gradient, iterations, progress)
+    torch.nn.utils.vector_to_parameters(torch.as_tensor(p), weights.values())
+    return float(np.sqrt(value / wanted.numel()))
