@@ -12,14 +12,19 @@
   B(creep)                      \
   B(dead_zones)                 \
   B(delay)                      \
+  B(differentiator)             \
   B(disturbance)                \
+  B(duhem)                      \
   B(feedforward)                \
+  B(krasnoselskii_pokrovskii)   \
   B(mlp)                        \
   B(noise)                      \
   B(pid)                        \
   B(play_bank)                  \
+  B(polynomial_narx)            \
   B(prandtl_ishlinskii)         \
   B(prandtl_ishlinskii_inverse) \
+  B(preisach)                   \
   B(reference)                  \
   B(scaling)                    \
   B(sliding_mode)               \

@@ -15,7 +15,7 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.errors import InputError
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.model import Model
 
 if TYPE_CHECKING:
@@ -98,7 +98,13 @@ def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list
             first = _Affine(np.vstack([first.W, -first.W]), np.concatenate([first.b, -first.b]))
             last = _Affine(np.hstack([np.eye(n), -np.eye(n)]), np.zeros(n))
         width = len(last.b)
-        values = {"W1": first.W.ravel(), "b1": first.b, "W2": last.W.ravel(), "b2": last.b, "activation": activation}
+        values: dict[str, Value] = {
+            "W1": first.W.ravel(),
+            "b1": first.b,
+            "W2": last.W.ravel(),
+            "b2": last.b,
+            "activation": activation,
+        }
         dims = {"n_in": first.W.shape[1], "n_hidden": len(first.b), "n_out": width}
         nodes.append(Node(f"{name}{len(nodes) + 1}", "mlp", dims, values))
     return nodes, [(f"{name}{i}.y", f"{name}{i + 1}.u") for i in range(1, len(nodes))]

@@ -23,6 +23,7 @@ Value = float | int | bool | str | Sequence[float] | Array
 
 MAGIC, VERSION = b"HYSTFMU\n", 1
 _TOKEN = 40
+_MOST_VALUES = 1 << 24  # as in graph.c
 _LENGTH = re.compile(r"(\w+)(?: \+ (\d+))?\Z")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _ENDPOINT = re.compile(r"([A-Za-z][A-Za-z0-9_]*)(?:\.([A-Za-z][A-Za-z0-9_]*))?(?:\[(\d+)\])?\Z")
@@ -67,6 +68,10 @@ class Node:
             raise InputError(f"{self.type} has no parameter {sorted(unknown)[0]!r}; it has {names}")
         object.__setattr__(self, "dims", self._complete_dims())
         sizes = self.sizes
+        if sum(sizes.values()) > _MOST_VALUES:
+            raise InputError(
+                f"{self.name}: sizes {dict(self.dims)} make too many values; at most {_MOST_VALUES} fit a graph"
+            )
         for v in kind.parameters:
             self._flat(v, sizes[v.name])
 

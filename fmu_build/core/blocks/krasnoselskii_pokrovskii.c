@@ -2,26 +2,26 @@
  * straight between.  A kernel rises along r(u - p2) and falls along r(u - p1), p1 <= p2:
  *   k = max(k_last, r(u - p2)) for rising u, k = min(k_last, r(u - p1)) for falling u.
  * Since r(u - p2) <= r(u - p1), this is the clamp of k_last between the two, whichever way u goes: a generalised play.
- * Unlike a play a kernel saturates, and p1 != -p2 makes it asymmetric. 210 = 20 * 21 / 2 kernels on the triangle p1 <= p2
- * of a grid of 20 are the reference model of Zhao & Tan 2008, section V. */
+ * Unlike a play a kernel saturates, and p1 != -p2 makes it asymmetric. 210 = 20 * 21 / 2 kernels on the triangle p1 <=
+ * p2 of a grid of 20 are the reference model of Zhao & Tan 2008, section V. */
 #include "../control.h"
 
 #define DIMS(D) D(n, 10, 1, 100000, "number of kernels")
-#define VARS(V)                                                                                       \
-  V(a, PARAM, 1, "real", "1", 0.5, HYST_POSITIVE, HYST_INF, "rise length of the ridge function")      \
-  V(p1, PARAM, n, "real", "1", -0.6, -HYST_INF, HYST_INF, "where the falling ramps are -1")           \
-  V(p2, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "where the rising ramps leave -1; p1 <= p2") \
-  V(w, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the kernels")                     \
-  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output where the kernels cancel")       \
-  V(k0, FIXED, n, "real", "1", 0.0, -1.0, 1.0, "kernels before the first input")                      \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                      \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                    \
+#define VARS(V)                                                                                         \
+  V(a, PARAM, 1, "real", "1", 4.0, 1e-300, HYST_INF, "rise length of the ridge function")               \
+  V(p1, PARAM, n, "real", "1", -2.25, -HYST_INF, HYST_INF, "where the falling ramps are -1")            \
+  V(p2, PARAM, n, "real", "1", -1.75, -HYST_INF, HYST_INF, "where the rising ramps leave -1; p1 <= p2") \
+  V(w, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the kernels")                       \
+  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output where the kernels cancel")         \
+  V(k0, FIXED, n, "real", "1", 0.0, -1.0, 1.0, "kernels before the first input")                        \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                        \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                      \
   V(k, STATE, n, "real", "1", 0.0, -1.0, 1.0, "kernels")
 
-static double ridge(double x, double a) { return hyst_clamp(2 * (x / a) - 1, -1, 1); }
+static double ridge(double x, double slope) { return hyst_clamp(x * slope - 1, -1, 1); }
 
-static double kernel(double k, double u, double p1, double p2, double a) {
-  return hyst_clamp(k, ridge(u - p2, a), ridge(u - p1, a));
+static double kernel(double k, double u, double p1, double p2, double slope) {
+  return hyst_clamp(k, ridge(u - p2, slope), ridge(u - p1, slope));
 }
 
 HYST_PREPARE_FN(prepare) {
@@ -36,15 +36,17 @@ HYST_INIT_FN(init) {
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
+  const double slope = 2 / *a;
   double sum = *offset;
-  for (int i = 0; i < n; i++) sum += w[i] * kernel(k[i], *u, p1[i], p2[i], *a);
+  for (int i = 0; i < n; i++) sum += w[i] * kernel(k[i], *u, p1[i], p2[i], slope);
   *y = sum;
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
-  for (int i = 0; i < n; i++) k[i] = kernel(k[i], *u, p1[i], p2[i], *a);
+  const double slope = 2 / *a;
+  for (int i = 0; i < n; i++) k[i] = kernel(k[i], *u, p1[i], p2[i], slope);
 }
 HYST_BLOCK(krasnoselskii_pokrovskii, .text = "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps",
            .equation = "k = max(k, r(u - p2)) rising, min(k, r(u - p1)) falling, y = offset + sum_i w_i k_i",
-           .source = "Banks, Kurdila & Webb 1997 (KP kernel); Zhao & Tan 2008, section V", .flags = HYST_RATE_INDEPENDENT,
-           .prepare = prepare, .init = init, .output = output, .update = update)
+           .source = "Krasnosel'skii & Pokrovskii 1989, ch. 2; ridge function of Webb, Lagoudas & Kurdila 1998",
+           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .update = update)

@@ -1,7 +1,8 @@
 """Identification: `fit(data, key, ...)` makes a Model from measured data.  One method per file, loaded on first use.
 
-A method's module has a table ``OPTIONS`` and a function ``build(data, options, seed, progress)`` that returns the graph
-and the number of fitted parameters; running, measuring and recording the model is the same for all and done here.
+A method's module has a table ``OPTIONS`` and a function ``build(data, options, seed, progress)`` that returns the
+graph, the number of fitted parameters and, where a method has any, a dict of the physical quantities found; running,
+measuring and recording the model is the same for all and done here.
 """
 
 from __future__ import annotations
@@ -32,10 +33,15 @@ METHODS: dict[str, tuple[str, str]] = {
     "prandtl_ishlinskii_asym": ("prandtl_ishlinskii_asym", "plays, dead zones and creep of the input, least squares"),
     "prandtl_ishlinskii_rate": ("prandtl_ishlinskii_rate", "the same, bent by the lagged input too; ridge found"),
     "zhao_tan_mlp": ("zhao_tan_mlp", "Zhao-Tan operator and a network on (x, h)"),
+    "constraint_factor_mlp": ("constraint_factor_mlp", "constraint-factor operator and a network on (x, h)"),
+    "fitted_operator_mlp": ("fitted_operator_mlp", "fitted weighted plays and a network on (x, their sum)"),
     "play_bank_mlp": ("play_bank_mlp", "bank of plays and a network on them"),
+    "krasnoselskii_pokrovskii": ("krasnoselskii_pokrovskii", "Krasnosel'skii-Pokrovskii kernels, weights >= 0"),
+    "polynomial_narx": ("polynomial_narx", "polynomial of the lagged input and Zhao-Tan operator, least squares"),
     "bouc_wen": ("bouc_wen", "Bouc-Wen grey box, nonlinear least squares"),
     "rate_mlp": ("rate_mlp", "network on the input, its rate and a bank of plays"),
     "g0_prandtl_ishlinskii": ("g0_prandtl_ishlinskii", "weighted plays, then G0(s) with delay, variable projection"),
+    "bouc_wen_oscillator": ("bouc_wen_oscillator", "oscillator with a Bouc-Wen force, grey box, least squares"),
     "auto": ("auto", "the one of these that does best on the last 30 % of the training rows"),
 }
 
@@ -112,13 +118,13 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
         return replace(model, fit={**model.fit, **seen}, provenance={**model.provenance, **scores})
     # small matrices: more threads only wait for each other, up to twenty times longer beside other work
     with threadpool_limits(1):
-        graph, parameters, *found = module.build(data, chosen, seed, progress or (lambda fraction: None))
+        graph, parameters, *more = module.build(data, chosen, seed, progress or (lambda fraction: None))
     seconds = time.perf_counter() - started
     y = graph.run(data.u, data.h)
     result = {
         **errors(y[data.train], data.y[data.train], data.span),
         "parameters": int(parameters),
-        **(found[0] if found else {}),
+        **(more[0] if more else {}),
     }
     return Model(
         key,

@@ -1,4 +1,4 @@
-"""Which model?  The minor loops tell the class of memory; every method is fitted on part of the rows, judged on the rest.
+"""Which model?  Minor loops tell the class of memory; every method is fitted on part of the rows, judged on the rest.
 
 A sum of plays returns to its path after a minor loop, a Bouc-Wen operator does not, and neither follows the other to
 better than some percent: the error on rows that were not fitted separates them by orders of magnitude.  The split only
@@ -65,8 +65,9 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> tuple
 def _warnings(key: str, seen: Excitation) -> tuple[str, ...]:
     if seen.memory == (RETURN_POINT if key == "bouc_wen" else BOUC_WEN):
         other = (
-            f"the best model on the held-out rows is {key}, but the minor loops in the data have a gap of {seen.gap:.2g} % "
-            f"of the span of y ({seen.memory} memory): rate dependence, creep or drift opens them, or no candidate fits"
+            f"the best model on the held-out rows is {key}, but the minor loops in the data have a gap of "
+            f"{seen.gap:.2g} % of the span of y ({seen.memory} memory): rate dependence, creep or drift opens them, "
+            "or no candidate fits"
         )
         return (*seen.warnings, other)
     return seen.warnings

@@ -2,8 +2,8 @@
 
 d_k = -g_k + beta_k d_{k-1} + gamma_k d_t, t the last restart, y_k = g_{k+1} - g_k,
 beta_k = g_k'y_{k-1} / d_{k-1}'y_{k-1}, gamma_k = g_k'y_t / d_t'y_t (0 at k = t+1).
-Restart with d_k = -g_k when |g_{k-1}'g_k| >= 0.2 |g_k|^2 (Powell 1977, Math. Prog. 12, 241-254), after n steps, and when
-d_k is no descent direction.  The third term keeps directions conjugate to the one of the restart (Beale 1972).
+Restart with d_k = -g_k when |g_{k-1}'g_k| >= 0.2 |g_k|^2 (Powell 1977, Math. Prog. 12, 241-254), after n steps, and
+when d_k is no descent direction.  The third term keeps directions conjugate to the one of the restart (Beale 1972).
 """
 
 from __future__ import annotations

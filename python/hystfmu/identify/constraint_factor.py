@@ -2,7 +2,8 @@
 
 Where a branch begins and how far it has gone depends on the input alone, so the operator is linear in the coefficients:
 h = sum_j a_j H_j, H_j the operator with the branch b_j(d) = (1 - e^-d) d^(2j-1).  The columns H_j are orthogonalised
-(SVD); the slope g' is held positive on a grid, which makes a least-distance problem (Lawson & Hanson 1974, ch. 23).
+(SVD); the slope g' is held positive on a grid, which makes a least-distance problem (Lawson & Hanson 1974, ch. 23).  A
+little penalty on the third derivative keeps what the data leave open smooth, and what follows the longest branch sane.
 
 Shen & Ma 2017, eq. 1-10, fit increments from the last extremum by normal equations instead (`literal_branch`): their
 condition is the square of a bad one, and nothing keeps the branch increasing - the printed a_0 = g'(0) is negative.
@@ -33,7 +34,7 @@ class Branch:
     d_max : float
         Longest branch of the data.
     condition : float
-        Of the system that was solved for it.
+        Of the least-squares system, each column scaled to length 1; of the normal equations if they were used.
     """
 
     a: Array
@@ -132,7 +133,7 @@ def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoo
     return StackCoordinates(start, weight, d)
 
 
-def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: slice, m: int) -> Branch:
+def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: slice, m: int, roughness: float) -> Branch:
     """The increasing branch whose operator plus a combination of `free` is nearest to y over `rows`.
 
     Parameters
@@ -147,19 +148,22 @@ def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: slic
         Rows that count.
     m : int
         Order of the polynomial: m odd powers.
+    roughness : float
+        Weight of the RMS third derivative of g, d in units of the longest branch, beside the RMS error.
     """
     d_max = float(where.d[rows].max())
     H = where.columns(m, d_max)[rows]
     Q = np.linalg.svd(free, full_matrices=False)[0]
-    H = H - Q @ (Q.T @ H)
-    size = np.linalg.norm(H, axis=0)
-    U, sigma, Vt = np.linalg.svd(H / size, full_matrices=False)
+    third = d_max * (GRID - 1) ** 2 * np.diff(slopes(np.linspace(0, d_max, GRID), m), 2, axis=0)
+    system = np.vstack([H - Q @ (Q.T @ H), roughness * np.sqrt(len(H) / len(third)) * third])
+    size = np.linalg.norm(system, axis=0)
+    U, sigma, Vt = np.linalg.svd(system / size, full_matrices=False)
     keep = sigma > DEPENDENT * sigma[0]
     back = Vt[keep].T / sigma[keep] / size[:, None]  # from the orthogonal basis to a
     grid = 0.5 * d_max * (1 - np.cos(np.linspace(0, np.pi, GRID)))
     least = LEAST_SLOPE * float(np.ptp(y)) / d_max
-    z = _nearest(U[:, keep].T @ y, slopes(grid, m) @ back, np.full(GRID, least))
-    return Branch(back @ z, d_max, float(np.linalg.cond(U[:, keep])))
+    z = _nearest(U[: len(H), keep].T @ y, slopes(grid, m) @ back, np.full(GRID, least))
+    return Branch(back @ z, d_max, float(sigma[0] / sigma[keep][-1]))
 
 
 def _nearest(f: Array, E: Array, least: Array) -> Array:

@@ -35,6 +35,7 @@ OPTIONS = (
         choices=("dominant", "last"),
         text="extremum a branch starts from; last: the literal reading",
     ),
+    Option("roughness", 1e-4, 0.0, 1e3, text="penalty on the third derivative of the branch"),
     output_bend.OPTION,
     Option("range", 1.0, 1e-6, 10.0, text="range that the input is scaled to before the operator"),
     Option("sweep", 0, 0, 1000, text="try 1 .. sweep hidden neurons; 0: as many as `hidden` says"),
@@ -55,7 +56,7 @@ def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, B
         branch = literal_branch(where, y / data.span, rows, options["m"])
     else:
         v, free = output_bend.straightened(x[rows], y[rows], options["bend"])
-        branch = increasing_branch(where, v, free, rows, options["m"])
+        branch = increasing_branch(where, v, free, rows, options["m"], options["roughness"])
     values = {"a0": branch.a[0], "a": branch.a[1:], "d_max": branch.d_max, "memory": options["memory"], "x0": x0}
     nodes = [
         Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}),

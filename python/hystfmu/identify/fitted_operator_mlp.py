@@ -1,7 +1,8 @@
 """The expanded input space (x, z), z the output of a Prandtl-Ishlinskii model fitted to the data, and a network on it.
 
-Zhao & Tan 2008 and Shen & Ma 2017 pair the input with an operator of a given shape; any sum of plays is such an operator
-with another branch, so the one nearest to the data is taken, by non-negative least squares, and the network bends it.
+Zhao & Tan 2008 and Shen & Ma 2017 pair the input with an operator of a given shape; any sum of plays is such an
+operator with another branch, so the one nearest to the data is taken, by non-negative least squares; the network bends
+it.
 """
 
 from __future__ import annotations

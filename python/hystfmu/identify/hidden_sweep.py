@@ -11,6 +11,7 @@ import numpy as np
 from hystfmu.core import Array
 from hystfmu.identify.levenberg_marquardt import decay_for, train
 from hystfmu.identify.readout import centre_and_gain
+from hystfmu.identify.trainers import TRAINERS
 
 WORKERS = 2
 
@@ -38,7 +39,7 @@ def hidden_sweep(
     counts : sequence of int
         Numbers of hidden neurons.
     chosen : mapping
-        activation, starts, iterations and decay, as in the options of a network readout.
+        activation, starts, trainer, iterations and decay, as in the options of a network readout.
     seed : int
         Of the random starts; each size has its own starts, so that the order of the work does not matter.
     progress : function
@@ -64,6 +65,7 @@ def hidden_sweep(
             chosen["iterations"],
             decay,
             seed,
+            trainer=TRAINERS[chosen["trainer"]],
         )
         return float(np.mean((network(scaled[judged]) - target[judged]) ** 2)) / float(y_gain) ** 2
 

@@ -136,7 +136,7 @@ def train(
     most_rows: int = MOST_ROWS,
     trainer: Callable[..., tuple[Array, float]] = minimise,
 ) -> tuple[Network, float]:
-    """Train a network: every start for a tenth of the iterations, then the best one to the end; one start goes straight.
+    """Train a network: every start for a tenth of the iterations, then the best to the end; one start goes straight.
 
     Parameters
     ----------

@@ -2,6 +2,7 @@
 
 Order, the same as in the block `polynomial_narx`: z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ...,
 y(k-n_y)], then all products z_i z_j with i <= j, then of three, ..., at last the constant (IPMC paper, eqs. 8 to 11).
+u and f may begin at u(k), f(k) instead.
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ def basis(z: Array, q: int) -> Array:
     return np.concatenate([*parts, np.ones((*z.shape[:-1], 1))], axis=-1)
 
 
-def lagged(v: Array, n: int) -> Array:
-    """v(k-1), ..., v(k-n) of every row k, shape (rows, n); before row 0 the signal rested at its first value."""
+def lagged(v: Array, n: int, first: int = 1) -> Array:
+    """v(k-first), ..., v(k-first-n+1) of every row k, shape (rows, n); before row 0 it rested at its first value."""
     rested = np.concatenate([np.full(n, v[0]), v])
-    return np.column_stack([rested[n - i : n - i + len(v)] for i in range(1, n + 1)]) if n else np.empty((len(v), 0))
+    starts = range(n - first, -first, -1)
+    return np.column_stack([rested[i : i + len(v)] for i in starts]) if n else np.empty((len(v), 0))

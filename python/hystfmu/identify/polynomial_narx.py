@@ -27,12 +27,14 @@ from hystfmu.identify.recursive import Recursive
 RANGES = (1.0, 2.0, 4.0)  # of x in the operator
 QUICK_LAGS = 3  # enough to tell one range from another
 MOST_PARAMETERS = 5000
+BLOCK = 2000  # rows in one QR: they stay in the cache
 ROOM = 1.2  # default dead zone over the largest error that the batch solution leaves
 
 OPTIONS = (
     Option("n_u", 9, 1, 1000, text="lags of the input"),
     Option("n_f", 9, 0, 1000, text="lags of the auxiliary function; 0: without it"),
     Option("n_y", 0, 0, 1000, text="lags of the output"),
+    Option("n_k", 1, 0, 1, text="first lag of input and auxiliary function; 0: the present ones too"),
     Option("q", 2, 1, 10, text="highest order of a monomial"),
     Option(
         "training",
@@ -74,9 +76,9 @@ class Signals:
     middle: float
     half: float
 
-    def lags(self, n_u: int, n_f: int, n_y: int) -> tuple[Array, Array]:
+    def lags(self, n_u: int, n_f: int, n_y: int, n_k: int) -> tuple[Array, Array]:
         """z(k) of every row, (rows, n_u + n_f + n_y), and for each variable a gain that maps it to about [-1, 1]."""
-        z = np.column_stack([lagged(self.x, n_u), lagged(self.f, n_f), lagged(self.y, n_y)])
+        z = np.column_stack([lagged(self.x, n_u, n_k), lagged(self.f, n_f, n_k), lagged(self.y, n_y)])
         most = [(np.abs(v).max(), n) for v, n in ((self.x, n_u), (self.f, n_f), (self.y, n_y))]
         return z, np.concatenate([np.full(n, 1 / m if m > 0 else 1.0) for m, n in most])
 
@@ -106,15 +108,17 @@ def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
     from scipy.linalg import solve_triangular
 
     rows, n = phi.shape
-    stacked = np.vstack([np.column_stack([phi, y]), np.sqrt(rows) * ridge * np.eye(n, n + 1)])
-    r: Array = np.asarray(np.linalg.qr(stacked, mode="r"))
+    r: Array = np.sqrt(rows) * ridge * np.eye(n, n + 1)
+    for i in range(0, rows, BLOCK):
+        block = np.column_stack([phi[i : i + BLOCK], y[i : i + BLOCK]])
+        r = np.asarray(np.linalg.qr(np.vstack([r, block]), mode="r"))
     theta = np.asarray(solve_triangular(r[:n, :n], r[:n, n]))
     return theta, float(np.sqrt(np.mean((y - phi @ theta) ** 2)))
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``scaling -> zhao_tan -> polynomial_narx -> scaling`` and the number of weights."""
-    n_u, n_f, n_y, q = (options[name] for name in ("n_u", "n_f", "n_y", "q"))
+    n_u, n_f, n_y, n_k, q = (options[name] for name in ("n_u", "n_f", "n_y", "n_k", "q"))
     parameters, rows = count(n_u + n_f + n_y, q), len(data.u[data.train])
     if parameters > min(rows, MOST_PARAMETERS):
         raise InputError(
@@ -128,11 +132,11 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
 
     span = options["range"]
     if span is None:
-        quick = [min(n, QUICK_LAGS) for n in (n_u, n_f, n_y)]
+        quick = [*(min(n, QUICK_LAGS) for n in (n_u, n_f, n_y)), n_k]
         trials = [(solve(front(trial), data.train, quick, q, options["ridge"])[1], trial) for trial in RANGES]
         span = min(trials)[1] if n_f else 2.0
         progress(0.2)
-    seen, lags = front(span), [n_u, n_f, n_y]
+    seen, lags = front(span), [n_u, n_f, n_y, n_k]
     theta, _, gains = solve(seen, data.train, lags, q, options["ridge"])
     progress(0.4)
     if options["training"] != "batch":
@@ -140,7 +144,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
         if options["training"] == "recursive" and r is not None:
             raise InputError("dead_zone belongs to training = 'dead_zone'")
         theta = _recursive(seen, data.train, lags, options, theta, gains, progress)
-    graph = assemble(data, seen, dict(zip(("n_u", "n_f", "n_y"), lags, strict=True)), q, theta * basis(gains, q))
+    graph = assemble(data, seen, dict(zip(("n_u", "n_f", "n_y", "n_k"), lags, strict=True)), q, theta * basis(gains, q))
     if n_y and not np.isfinite(graph.run(data.u, data.h)).all():
         raise InputError(
             f"the model with n_y = {n_y} is unstable when it runs free; take fewer lags of y or more ridge"
@@ -182,7 +186,7 @@ def assemble(data: Dataset, seen: Signals, lags: Mapping[str, int], q: int, thet
     """The model's graph, input `u`, output `y`, for weights of the monomials of x, f and scaled y."""
     nodes = [
         *seen.nodes,
-        Node("network", "polynomial_narx", {**lags, "q": q}, {"theta": theta}),
+        Node("network", "polynomial_narx", {**lags, "q": q}, {"theta": theta, "y0": seen.y[0]}),
         Node("readout", "scaling", {"n": 1}, {"gain": seen.half, "offset": seen.middle}),
     ]
     wires = [

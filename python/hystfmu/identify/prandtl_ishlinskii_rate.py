@@ -1,9 +1,11 @@
 """Asymmetric Prandtl-Ishlinskii model whose bend depends on the rate: dead zones of the input and of a lagged input.
 
-y = c + w0 u + sum w_i p_{r_i}[u] + sum v_j S(u - m, s_j) + sum x_j S(q_1 - m, s_j) + sum k_l q_l,  T_l q_l' = u - q_l,
-with S the one-sided dead zone (Kuhnen 2003), m the middle of the input and q_1 its lag by T_bend; linear in all weights,
-w >= 0 and the rest free.  The difference of a dead zone of u and of the lagged u is a slope times du/dt that depends on
-u: the rate-dependent width of the loop that no sum of plays has.
+  y = c + w0 u + sum w_i p_{r_i}[u] + sum v_j S(u - m, s_j) + sum x_j S(q_b - m, s_j) + sum k_l q_l,
+  T_l q_l' = u - q_l,  T_b q_b' = u - q_b,
+
+with S the one-sided dead zone (Kuhnen 2003) and m the mean of the input; linear in all weights, w >= 0, the rest free.
+The difference of a dead zone of u and of the lagged u is du/dt times a slope that depends on u: the width of the loop
+that grows with the rate, which no sum of plays has.
 
 Free lags trade against each other, and what they do to slow drift is hardly seen in a short record; so the ridge is the
 largest one whose error in tenfold cross-validation, over consecutive rows of the training range only, is within one
@@ -92,7 +94,7 @@ class _Sums:
         centred = columns - self.middle
         self.size = np.linalg.norm(centred, axis=0)
         self.size[self.size == 0] = 1.0
-        self.triangle = np.linalg.qr(np.column_stack([centred / self.size, y - self.mean]), mode="r")
+        self.triangle = np.linalg.qr(np.column_stack([centred / self.size, y - self.mean]))[1]
 
     def solve(self, ridge: float) -> tuple[Array, Array]:
         """Weights of the bounded columns, and of the free ones with the constant at the end."""
@@ -113,8 +115,9 @@ def cross_validated(bounded: Array, free: Array, y: Array) -> float:
         Columns with weights >= 0, and with free weights; a constant is added.
     y : array, shape (n,)
     """
-    errors = np.empty((len(RIDGES), FOLDS))
-    for f, held in enumerate(np.array_split(np.arange(len(y)), FOLDS)):
+    folds = min(FOLDS, len(y) // 2)
+    errors = np.empty((len(RIDGES), folds))
+    for f, held in enumerate(np.array_split(np.arange(len(y)), folds)):
         kept = np.delete(np.arange(len(y)), held)
         sums = _Sums(bounded[kept], free[kept], y[kept])
         for i, ridge in enumerate(RIDGES):
@@ -123,5 +126,5 @@ def cross_validated(bounded: Array, free: Array, y: Array) -> float:
             errors[i, f] = np.mean(e**2)
     mean = errors.mean(axis=1)
     best = int(np.argmin(mean))
-    limit = mean[best] + errors[best].std(ddof=1) / np.sqrt(FOLDS)
+    limit = mean[best] + errors[best].std(ddof=1) / np.sqrt(folds)
     return max(ridge for ridge, e in zip(RIDGES, mean, strict=True) if e <= limit)

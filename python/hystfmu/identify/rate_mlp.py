@@ -5,7 +5,7 @@ The rate is no memory: on the way down two branches of a loop have the same (u, 
 the first and second derivative of a Prandtl-Ishlinskii fit v of the output: what follows the hysteresis in an actuator
 lags by the rate of its output, v - (2 zeta/omega_n) v' + ..., not by the rate of u.
 
-A derivative is s/(tau s + 1) of a signal that runs linearly between the samples, exactly discretised.
+A derivative is a difference over the last step, behind a first-order filter of time constant tau.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.plays import plays, thresholds
 from hystfmu.identify.readout import Features, fit_readout
 
-SAMPLES = {"none": 1, "plays": 5}  # tau in samples; fewer, and the second derivative is noise
+SAMPLES = {"none": 0, "plays": 5}  # tau in samples; fewer, and the second derivative is noise
 FINER = 3  # times as many plays in the fit whose rate is taken as in the bank
 
 OPTIONS = (
     Option("memory", "plays", choices=("plays", "none"), text="inputs beside (u, du/dt); none: the literal reading"),
     Option("N", 12, 1, 10000, text="number of plays in the bank"),
-    Option("tau", None, 1e-12, 1e12, text="filter of a derivative in s; default 5 samples, without memory 1 sample"),
+    Option("tau", None, 0.0, 1e12, text="filter of a derivative in s; default 5 samples, without memory none"),
     Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
-    *readout.options(hidden=8, starts=2, iterations=150),
+    *readout.options(hidden=6, starts=2, iterations=150),
 )
 
 
@@ -40,29 +40,24 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     """The graph ``(u, rate[, bank, rates of the fit]) -> scaling -> mlp -> scaling`` and its number of weights."""
     memory = options["memory"]
     tau = SAMPLES[memory] * data.h if options["tau"] is None else options["tau"]
-    nodes = [Node("input", "scaling", {"n": 1}), derivative("rate", tau)]
+    nodes = [Node("input", "scaling", {"n": 1}), Node("rate", "differentiator", {}, {"tau": tau})]
     wires = [("input.y", "rate.u")]
-    outputs = ["input.y", "rate.y"]
+    outputs = ["input.y", "rate.du"]
     if memory == "plays":
         u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
         r = thresholds(data.u[data.train], options["N"])
         nodes += [
             Node("bank", "play_bank", {"n": len(r)}, {"r": r, "z0": u0}),
             Node("hysteresis", "prandtl_ishlinskii", {}, _weights(data, FINER * options["N"], u0)),
-            derivative("first", tau),
-            derivative("second", tau),
+            Node("first", "differentiator", {}, {"tau": tau}),
+            Node("second", "differentiator", {}, {"tau": tau}),
         ]
         wires += [("input.y", "bank.u"), ("input.y", "hysteresis.u")]
-        wires += [("hysteresis.y", "first.u"), ("first.y", "second.u")]
-        outputs += ["bank.z", "first.y", "second.y"]
+        wires += [("hysteresis.y", "first.u"), ("first.du", "second.u")]
+        outputs += ["bank.z", "first.du", "second.du"]
     front = Features(nodes, wires, ["input.u"], outputs, data)
     graph, parameters, _ = fit_readout(front, data, options, seed, progress, linear=memory == "plays")
     return graph, parameters
-
-
-def derivative(name: str, tau: float) -> Node:
-    """The derivative of a signal through a first-order filter of time constant tau (s), from rest."""
-    return Node(name, "transfer_function", {}, {"b": [1.0, 0.0], "a": [tau, 1.0], "hold": "foh", "start": "steady"})
 
 
 def _weights(data: Dataset, n: int, u0: float) -> dict[str, float | Array]:

@@ -82,16 +82,17 @@ class Recursive:
     @property
     def theta(self) -> Array:
         """The parameters (n,), from R theta = z."""
-        from scipy.linalg import solve_triangular
-
-        return np.asarray(solve_triangular(self._triangle[: self.n, : self.n], self._triangle[: self.n, self.n]))
+        return self._solve(self._triangle[: self.n, self.n], 0)
 
     def leverage(self, phi: Array) -> float:
         """h' P h = |R^-T h|^2."""
-        from scipy.linalg import solve_triangular
-
-        v = solve_triangular(self._triangle[: self.n, : self.n], phi, trans="T")
+        v = self._solve(phi, 1)
         return float(v @ v)
+
+    def _solve(self, b: Array, transposed: int) -> Array:
+        from scipy.linalg.lapack import dtrtrs  # several times as fast as solve_triangular for one small system
+
+        return np.asarray(dtrtrs(self._triangle[: self.n, : self.n], b, trans=transposed)[0])
 
     def update(self, phi: Array, y: float) -> float:
         """Take one sample.

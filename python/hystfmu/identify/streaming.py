@@ -48,7 +48,7 @@ class Stream:
         self._h = model.step if model.step is not None else 1.0
         self._half, self._middle = float(readout.value("gain")[0]), float(readout.value("offset")[0])
         dims = self._network.dims
-        self._sizes, self._q = (dims["n_u"], dims["n_f"], dims["n_y"]), dims["q"]
+        self._sizes, self._n_k, self._q = (dims["n_u"], dims["n_f"], dims["n_y"]), dims["n_k"], dims["q"]
         theta = self._network.value("theta")
         scaled = None if dead_zone is None else dead_zone / self._half
         self.recursive = Recursive(len(theta), eta, mu, scaled, theta=theta)
@@ -73,12 +73,22 @@ class Stream:
             self._unit.do_step((self.recursive.samples - 1) * self._h, self._h)
         else:
             self._unit.initialize(u=u)
-        now = (self._unit.get("x"), self._unit.get("f"), scaled)
-        if not self._lags:  # before the first sample the signals rested
-            self._lags = [np.full(n, v) for n, v in zip(self._sizes, now, strict=True)]
+        x, f = self._unit.get("x"), self._unit.get("f")
+        if not self._lags:  # before the first sample x and f rested, and y was what the model says
+            rested = (x, f, float(self._network.value("y0")[0]))
+            self._lags = [np.full(n, v) for n, v in zip(self._sizes, rested, strict=True)]
+        if self._n_k == 0:
+            self._push(0, x)
+            self._push(1, f)
         e = self.recursive.update(basis(np.concatenate(self._lags), self._q), scaled)
-        self._lags = [np.append(v, lag)[:-1] for v, lag in zip(now, self._lags, strict=True)]
+        if self._n_k == 1:
+            self._push(0, x)
+            self._push(1, f)
+        self._push(2, scaled)
         return y - e * self._half
+
+    def _push(self, i: int, now: float) -> None:
+        self._lags[i] = np.append(now, self._lags[i])[: self._sizes[i]]
 
     @property
     def model(self) -> Model:

@@ -67,8 +67,9 @@ def train_module(
     weights = dict(module.named_parameters())
     if not weights:
         raise InputError("the module has no weights to train")
-    if tuple(module(inputs[:1]).shape[1:]) != tuple(wanted.shape[1:]):
-        raise InputError(f"the module gives {tuple(module(inputs[:1]).shape[1:])} values a row, y has {wanted.shape[1]}")
+    gives = tuple(module(inputs[:1]).shape[1:])
+    if gives != (wanted.shape[1],):
+        raise InputError(f"the module gives {gives} values a row, y has {wanted.shape[1]}")
 
     def named(p: Any) -> dict[str, Any]:
         parts = torch.split(p, [w.numel() for w in weights.values()])

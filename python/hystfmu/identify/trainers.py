@@ -8,7 +8,7 @@ lbfgs                quasi-Newton with limited memory (Nocedal 1980; scipy), for
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -23,14 +23,14 @@ Progress = Callable[[float], None]
 
 
 class Trainer(Protocol):
-    """Least squares from the start p (n,): `function` gives residuals (rows,) and their Jacobian (rows, n).
+    """What every trainer looks like."""
 
-    Returns the point and the sum of squares there.
-    """
+    def __call__(self, p: Array, function: Residuals, iterations: int, *, progress: Progress) -> tuple[Array, float]:
+        """Least squares from the start p (n,).
 
-    def __call__(
-        self, p: Array, function: Residuals, iterations: int, *, progress: Progress
-    ) -> tuple[Array, float]: ...
+        `function` gives residuals (rows,) and their Jacobian (rows, n); returned are the point found and the sum of
+        squares there.
+        """
 
 
 def powell_beale(
@@ -61,8 +61,9 @@ def lbfgs_gradient(
         progress(min(done / iterations, 1.0))
 
     # no early end: training creeps along valleys where one step gains little and later ones much
-    limits = {"maxiter": iterations, "maxfun": 20 * iterations, "maxcor": PAIRS, "ftol": 0.0, "gtol": 1e-12}
-    result = minimize(function, p, jac=True, method="L-BFGS-B", callback=count, options=limits)
+    limits: Any = {"maxiter": iterations, "maxfun": 20 * iterations, "maxcor": PAIRS, "ftol": 0.0, "gtol": 1e-12}
+    call: Any = minimize  # its stubs know only one-dimensional arrays by type
+    result = call(function, p, jac=True, method="L-BFGS-B", callback=count, options=limits)
     return np.asarray(result.x), float(result.fun)
 
 

@@ -15,7 +15,14 @@ from hystfmu.errors import InputError
 
 __all__ = ["PAPERS", "Report", "Row", "reproduce"]
 
-PAPERS: dict[str, str] = {}
+PAPERS: dict[str, str] = {
+    "zhao_tan_2008": "hysteretic operator and 2-12-1 network, KP model, inverse in cascade",
+    "shen_ma_2017": "constraint factor, odd polynomial and 2-5-1 network against weighted plays, N up to 5000",
+    "ipmc_bfbnn": "polynomial of lagged input and auxiliary function, recursive least squares with dead zone",
+    "yu_alici_2005_smc": "network on (u, du/dt), its inverse, sliding mode; against H -> G0(s) identified",
+    "boucwen_benchmark": "oscillator with a Bouc-Wen force: grey box, structured Duhem, black box, published results",
+    "dbo_piezo": "measured piezo stack, protocol P1: every model; needs --data",
+}
 
 
 @dataclass(frozen=True)

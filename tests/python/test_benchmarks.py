@@ -1,0 +1,267 @@
+"""Benchmarks and the choice of a model: memory class from minor loops, warnings, oscillator, measured piezo stack."""
+
+import json
+
+import numpy as np
+import plants
+import pytest
+from click.testing import CliRunner
+
+from hystfmu import Dataset, InputError, Model, signals, synthetic
+from hystfmu.cli import main
+from hystfmu.identify import fit
+from hystfmu.identify.bouc_wen_oscillator import linear_oscillator
+from hystfmu.identify.excitation import examine, gaps, turning_points
+from hystfmu.identify.prandtl_ishlinskii_rate import _Sums, cross_validated, dead_zones
+from hystfmu.reproduce import boucwen_benchmark, dbo_piezo, reproduce
+from hystfmu.reproduce.narx_network import simulate
+from hystfmu.reproduce.structured_duhem import KNOTS, DuhemOscillator, run_many
+
+
+def rms(x):
+    return np.sqrt(np.mean(np.square(x)))
+
+
+# ---- excitation ------------------------------------------------------------------------------------------------------
+def test_turning_points_under_noise_and_on_plateaus():
+    levels = [0.0, 1.0, -0.5, 0.7, 0.7, -1.0, 0.2]
+    u = signals.ramps(levels, 0.01)
+    np.testing.assert_allclose(u[turning_points(u, 1e-3)], [1.0, -0.5, 0.7, -1.0], atol=1e-12)
+    noisy = u + 0.005 * np.random.default_rng(0).normal(size=len(u))
+    np.testing.assert_allclose(noisy[turning_points(noisy, 0.05)], [1.0, -0.5, 0.7, -1.0], atol=0.02)
+
+
+def test_gap_of_a_minor_loop_between_samples():
+    """u: 0 -> 1 -> 0.4 -> 1.2; y = u + 0.1 per unit of way travelled downwards: the gap is 0.06."""
+    u = signals.ramps([0.0, 1.0, 0.4, 1.2], 0.017)
+    y = u + 0.1 * np.concatenate([[0], np.cumsum(np.maximum(-np.diff(u), 0))])
+    np.testing.assert_allclose(gaps(u, y, turning_points(u, 1e-3)), [0.06], atol=1e-12)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+@pytest.mark.parametrize(
+    ("plant", "memory"),
+    [
+        (plants.prandtl_ishlinskii, "return-point"),
+        (plants.asymmetric, "return-point"),
+        (plants.bouc_wen, "bouc-wen"),
+        (lambda u: plants.bouc_wen(u, beta=0.3, n=2.0), "bouc-wen"),
+    ],
+)
+def test_minor_loops_tell_the_class_of_memory(plant, memory, noise):
+    u = signals.training(60, 1)
+    y = plant(u)
+    y = y + noise * np.ptp(y) * np.random.default_rng(1).normal(size=len(y))
+    seen = examine(Dataset.from_signal(u, y))
+    assert seen.memory == memory
+    assert seen.loops >= 10
+    assert seen.warnings == ()
+    assert (seen.gap > 1.5) if memory == "bouc-wen" else (seen.gap < 0.1)
+
+
+def test_what_cannot_identify_memory_is_said():
+    def warnings(u):
+        return " ".join(examine(Dataset.from_signal(u, plants.prandtl_ishlinskii(u))).warnings)
+
+    assert "one decaying" in warnings(signals.decaying_sine(10, 0.1))
+    assert "one decaying" in warnings(signals.decaying_sine(10, 0.0))
+    assert "samples per cycle" in warnings(signals.training(60, 1)[::4])
+    assert "no minor loop" in warnings(signals.ramps([0.0, 0.5, -1.0, 1.0], 0.005))
+    assert warnings(signals.training(60, 1)) == ""
+    noisy = plants.prandtl_ishlinskii(u := signals.training(60, 1))
+    noisy = noisy + 0.05 * np.ptp(noisy) * np.random.default_rng(0).normal(size=len(u))
+    assert examine(Dataset.from_signal(u, noisy)).memory == "unknown"
+
+
+def test_auto_prints_candidates_memory_and_warnings(tmp_path):
+    u = signals.decaying_sine(5, 0.1, samples=60)
+    path = tmp_path / "sine.csv"
+    Dataset.from_signal(u, plants.prandtl_ishlinskii(u), 1e-3).to_csv(path)
+    out = tmp_path / "m.model.toml"
+    done = CliRunner().invoke(main, ["fit", str(path), "--model", "auto", "-o", str(out)])
+    assert done.exit_code == 0, done.output
+    for words in ("held-out RMS", "parameters", "memory: unknown", "warning: the input is one decaying", "60 samples"):
+        assert words in done.output, words
+    saved = Model.load(out)
+    assert len(saved.fit["warnings"]) == 2
+    best = min(saved.provenance["auto"].values())
+    assert saved.provenance["auto"][saved.key] <= 1.05 * best
+    assert saved.provenance["auto_parameters"]["prandtl_ishlinskii"] == 42
+
+
+def test_s3_bouc_wen_is_picked_and_holds_on_other_signals():
+    u = signals.training(60, 1)
+    data = Dataset.from_signal(u, plants.bouc_wen(u))
+    model = fit(data, "auto")
+    assert (model.key, model.fit["memory"], model.fit["warnings"]) == ("bouc_wen", "bouc-wen", [])
+    for name, e in signals.held_out_table(model, plants.bouc_wen, data.span).items():
+        assert e["rms_percent"] <= 0.03, name
+
+
+# ---- rate-dependent Prandtl-Ishlinskii model -------------------------------------------------------------------------
+def test_rate_model_recovers_its_own_kind():
+    h, T, middle = 0.01, 0.04, 0.3
+    u = 0.3 + signals.training(40, 5)
+    q = np.full(len(u), u[0])
+    for k in range(1, len(u)):  # dq/dt = (u - q)/T for an input held over the step, steady at first
+        q[k] = q[k - 1] + (1 - np.exp(-h / T)) * (u[k] - q[k - 1])
+    r = 0.98 * np.ptp(u) / 2 * np.arange(1, 21) / 20
+    middle = u.mean()
+    s = (u - middle).min() + np.ptp(u) * 5 / 7  # one of six knots, evenly inside the range
+    y = 2 * u + plants.plays(u, r, u[0]) @ np.linspace(1, 0, 20) - 0.8 * np.maximum(q - middle - s, 0) + 1
+    m = fit(Dataset.from_signal(u, y, h), "prandtl_ishlinskii_rate", lags=1, T_max=0.5, ridge=0.0)
+    assert m.fit["max_percent"] < 1e-9
+    assert m.fit["parameters"] == 1 + 20 + 12 + 1 + 1
+
+
+def test_reduced_regression_is_the_regression():
+    """Against scipy's bounded solver on all rows, with the ridge on columns scaled about their means."""
+    from scipy.optimize import lsq_linear
+
+    rng = np.random.default_rng(3)
+    bounded, free = rng.normal(size=(80, 5)), 3 + rng.normal(size=(80, 4))
+    y = bounded @ [1, 0, 2, 0, -1] + free @ [1.0, -2, 0, 1] + 5 + rng.normal(size=80)
+    columns = np.column_stack([bounded, free])
+    size = np.linalg.norm(columns - columns.mean(axis=0), axis=0)
+    stacked = np.vstack([np.column_stack([columns, np.ones(80)]), np.column_stack([0.7 * np.diag(size), np.zeros(9)])])
+    lowest = np.r_[np.zeros(5), np.full(5, -np.inf)]
+    reference = lsq_linear(stacked, np.r_[y, np.zeros(9)], (lowest, np.inf), tol=1e-14).x
+    np.testing.assert_allclose(np.concatenate(_Sums(bounded, free, y).solve(0.7)), reference, rtol=1e-6, atol=1e-8)
+
+
+def test_cross_validation_prefers_a_ridge_on_noise_and_none_on_exact_data():
+    rng = np.random.default_rng(4)
+    x = rng.normal(size=(60, 30))
+    exact = x @ rng.normal(size=30)
+    none = np.zeros((60, 0))
+    assert cross_validated(none, x, exact) == 1e-3
+    assert cross_validated(none, x, rng.normal(size=60)) == 0.2
+
+
+def test_dead_zones_have_sides():
+    np.testing.assert_array_equal(
+        dead_zones(np.array([-2.0, 0.0, 3.0]), np.array([1.0, -1.0])), [[0, -1], [0, 0], [2, 0]]
+    )
+
+
+# ---- oscillators -----------------------------------------------------------------------------------------------------
+def test_linear_oscillator_from_its_spectra():
+    h, n = 1e-3, 4000
+    u = np.fft.irfft(np.r_[0, np.exp(2j * np.pi * np.random.default_rng(0).uniform(size=400)), np.zeros(1600)], n)
+    s = 2j * np.pi * np.fft.rfftfreq(n, h)
+    y = np.fft.irfft(np.fft.rfft(u) / (2 * s**2 + 10 * s + 1e5), n)
+    np.testing.assert_allclose(linear_oscillator(u, y, h), [2, 10, 1e5], rtol=1e-9)
+
+
+def bouc_wen_oscillator(u, h, m, c, k, alpha, gamma, delta):
+    """Displacement by scipy's adaptive RK45 (another integrator than the core's), u a line between rows."""
+    from scipy.integrate import solve_ivp
+
+    t = h * np.arange(len(u))
+
+    def rate(at, x):
+        q, v, z = x
+        a = (np.interp(at, t, u) - c * v - k * q - z) / m
+        return [v, a, alpha * v - gamma * abs(v) * z - delta * v * abs(z)]
+
+    return solve_ivp(rate, (0, t[-1]), [0.0, 0.0, 0.0], t_eval=t, rtol=1e-7, atol=1e-9, max_step=2 * h).y[0]
+
+
+def test_grey_box_oscillator_recovers_a_plant_of_another_integrator():
+    h, true = 1e-3, {"m_L": 2.0, "c_L": 15.0, "k_L": 3e4, "alpha": 4e4}
+    rng = np.random.default_rng(2)
+    spectrum = np.zeros(1001, complex)
+    spectrum[10:120] = np.exp(2j * np.pi * rng.uniform(size=110))
+    u = np.fft.irfft(spectrum, 2000)
+    u *= 60 / rms(u)
+    y = bouc_wen_oscillator(u, h, *true.values(), 900.0, -400.0)
+    m = fit(Dataset.from_signal(u, y, h), "bouc_wen_oscillator")
+    v = m.graph.node("plant").values
+    assert m.fit["rms_percent"] < 0.02
+    for name, value in true.items():
+        np.testing.assert_allclose(v[name], value, rtol=0.02)
+    np.testing.assert_allclose([v["beta"] * v["gamma"], v["beta"] * v["delta"]], [900, -400], rtol=0.05)
+    assert abs(abs(v["gamma"]) + abs(v["delta"]) - 1) < 1e-12
+    with pytest.raises(InputError, match="no oscillator"):
+        fit(Dataset.from_signal(u, -y, h), "bouc_wen_oscillator")
+
+
+def test_duhem_oscillator_with_the_law_of_bouc_wen():
+    """f(x) = alpha - gamma x - delta |x| seen along the motion is Bouc-Wen with nu = 1."""
+    h = 1e-4
+    u = 80 * np.sin(2 * np.pi * 20 * h * np.arange(4000))
+    y = bouc_wen_oscillator(u[::10], 10 * h, 2.0, 10.0, 5e4, 5e4, 800.0, -1100.0)
+    x = np.linspace(-300, 300, KNOTS)
+    model = DuhemOscillator(2.0, 10.0, 5e4, 5e4 - 800 * x + 1100 * np.abs(x), 300.0)
+    assert rms(model.run(u, h)[::10] - y) < 5e-3 * rms(y)
+    many = run_many(np.array([[2.0, 10.0, 5e4, *model.f], [2.1, 10.0, 5e4, *model.f]]), u, h, 300.0)
+    np.testing.assert_allclose(many[:, 0], model.run(u, h), rtol=0, atol=1e-15)
+
+
+def test_derivatives_of_a_free_run_against_differences():
+    rng = np.random.default_rng(1)
+    lags, hidden = 3, 4
+    p = 0.2 * rng.normal(size=7 + hidden * 7 + 2 * hidden + 1)
+    u, before = rng.normal(size=30), rng.normal(size=lags)
+    y, s = simulate(p, u, before, lags, hidden, derivatives=True)
+    for i in range(len(p)):
+        d = np.zeros(len(p))
+        d[i] = 1e-6
+        up, down = (simulate(p + e, u, before, lags, hidden)[0] for e in (d, -d))
+        np.testing.assert_allclose(s[:, i], (up - down) / 2e-6, atol=1e-8)
+    a, W1, b1, W2, b2 = p[:7], p[7:35].reshape(4, 7), p[35:39], p[39:43], p[43]
+    x = np.r_[u[2:6], y[2:5]]
+    np.testing.assert_allclose(y[5], a @ x + W2 @ np.tanh(W1 @ x + b1) + b2, rtol=1e-12)
+
+
+# ---- tables ----------------------------------------------------------------------------------------------------------
+def test_s9_grey_box_on_the_benchmark(measured):
+    pytest.importorskip("h5py")
+    if not (measured / "boucwen_benchmark" / "test.h5").exists():
+        pytest.skip("no boucwen_benchmark/test.h5")
+    test = boucwen_benchmark.records(measured)
+    assert test.official
+    errors = boucwen_benchmark.grey_box(*boucwen_benchmark.training(), test)
+    assert max(errors) <= 5e-7
+    inside = boucwen_benchmark.records(measured / "boucwen_benchmark")
+    np.testing.assert_array_equal(inside.sweep[0], test.sweep[0])
+
+
+def test_benchmark_without_its_file_says_so(tmp_path):
+    with pytest.raises(InputError, match=r"no boucwen_benchmark/test\.h5"):
+        reproduce("boucwen_benchmark", tmp_path)
+    pytest.importorskip("h5py")
+    (tmp_path / "test.h5").write_text("no HDF5")
+    with pytest.raises(InputError, match="multisine and sinesweep"):
+        reproduce("boucwen_benchmark", tmp_path)
+
+
+def test_s11_protocol_p1(measured):
+    if not (measured / "dbo_piezo" / dbo_piezo.FILE).exists():
+        pytest.skip("no dbo_piezo")
+    run, _ = dbo_piezo.measured(measured)
+    assert abs(dbo_piezo.line(run) - 1.99) < 0.005, "the figure of the straight line, measured elsewhere"
+    assert dbo_piezo.judge(run, "prandtl_ishlinskii_rate")[0] <= 0.15
+    assert dbo_piezo.judge(run, "prandtl_ishlinskii_asym")[0] <= 0.203
+
+
+def test_piezo_table_without_data_is_what_was_published(tmp_path):
+    done = CliRunner().invoke(main, ["reproduce", "dbo_piezo", "--json"])
+    assert done.exit_code == 0
+    (report,) = json.loads(done.output)
+    assert [r["printed"] for r in report["rows"]] == [1.68, 0.58, 0.316, 0.285]
+    assert "--data" in report["notes"][0]
+    with pytest.raises(InputError, match="Test_Vi_Do_Di"):
+        reproduce("dbo_piezo", tmp_path)
+    (tmp_path / dbo_piezo.FILE).write_text("1 2 3\n")
+    with pytest.raises(InputError, match="9 columns"):
+        reproduce("dbo_piezo", tmp_path)
+
+
+def test_own_records_stand_in_for_the_official_ones():
+    test = boucwen_benchmark.records(None)
+    assert not test.official
+    assert [len(v) for v in (*test.multisine, *test.sweep)] == [8192, 8192, 153000, 153000]
+    assert rms(test.multisine[0] - synthetic.multisine(8192, seed=boucwen_benchmark.SEED)) > 10, (
+        "not the training signal"
+    )
