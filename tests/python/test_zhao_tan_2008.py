@@ -7,7 +7,8 @@ import pytest
 from hystfmu import Dataset, Graph, InputError, Model, Node, signals
 from hystfmu.identify import conjugate_gradient, fit
 from hystfmu.identify.krasnoselskii_pokrovskii import grid
-from hystfmu.identify.levenberg_marquardt import residuals, start
+from hystfmu.identify.network import perceptron, start
+from hystfmu.identify.torch_module import problem
 from hystfmu.identify.trainers import TRAINERS
 from hystfmu.reproduce import zhao_tan_2008
 
@@ -71,10 +72,14 @@ def test_powell_beale_stops_at_a_minimum_and_never_climbs():
 def test_gradient_of_the_network_against_differences():
     x, y = rng.uniform(-1, 1, (30, 2)), rng.normal(size=30)
     p = start(x, y, 5, "sigmoid", np.random.default_rng(0))
-    r, J = residuals(p, x, y, 5)
-    gradient, h = 2 * J.T @ r, 1e-6
+    fit = problem(perceptron(2, 5), x, y[:, None])
+    value, gradient = fit.gradient(p)
+    r, J = fit.residuals(p)
+    assert abs(value - r @ r) < 1e-12 * value
+    np.testing.assert_allclose(gradient, 2 * J.T @ r, atol=1e-10)
+    h = 1e-6
     for i in range(len(p)):
-        up, down = (float(np.sum(residuals(p + s * h * np.eye(len(p))[i], x, y, 5)[0] ** 2)) for s in (1, -1))
+        up, down = (fit.gradient(p + s * h * np.eye(len(p))[i])[0] for s in (1, -1))
         assert abs((up - down) / (2 * h) - gradient[i]) < 1e-6 * max(1, np.abs(gradient).max())
 
 
@@ -89,8 +94,10 @@ def test_trainers_end_near_one_another(smooth):
     p = start(x, y, 4, "tanh", np.random.default_rng(3))
     ridge = 1e-2 * np.eye(len(p))  # one minimum that all of them see
 
+    fit = problem(perceptron(2, 4, "tanh"), x, y[:, None])
+
     def function(p):
-        r, J = residuals(p, x, y, 4, "tanh")
+        r, J = fit.residuals(p)
         return np.concatenate([r, ridge @ p]), np.vstack([J, ridge])
 
     before = np.sum(function(p)[0] ** 2)

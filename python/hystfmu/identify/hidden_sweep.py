@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.core import Array
-from hystfmu.identify.levenberg_marquardt import decay_for, train
+from hystfmu.identify.network import decay_for, train
 from hystfmu.identify.readout import centre_and_gain
 from hystfmu.identify.trainers import TRAINERS
 

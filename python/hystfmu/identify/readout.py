@@ -10,7 +10,7 @@ import numpy as np
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.identify.levenberg_marquardt import MOST_ROWS, decay_for, train
+from hystfmu.identify.network import MOST_ROWS, decay_for, train
 from hystfmu.identify.options import Option
 from hystfmu.identify.trainers import TRAINERS
 

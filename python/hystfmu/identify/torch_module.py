@@ -7,6 +7,7 @@ gradient alone (back-propagation) and suit larger networks.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,12 +65,42 @@ def train_module(
     if inputs.ndim != 2 or len(inputs) != len(wanted):
         raise InputError(f"x must have shape (n, n_in) and y n rows; got {tuple(np.shape(x))} and {len(y)} rows")
     module.double()
-    weights = dict(module.named_parameters())
-    if not weights:
+    if not list(module.parameters()):
         raise InputError("the module has no weights to train")
     gives = tuple(module(inputs[:1]).shape[1:])
     if gives != (wanted.shape[1],):
         raise InputError(f"the module gives {gives} values a row, y has {wanted.shape[1]}")
+    fit = problem(module, inputs.numpy(), wanted.numpy())
+    if trainer == "levenberg_marquardt":
+        p, value = levenberg_marquardt.minimise(fit.start(), fit.residuals, iterations, progress=progress)
+    elif trainer == "powell_beale":
+        p, value, _ = conjugate_gradient.minimise(fit.start(), fit.gradient, iterations, progress=progress)
+    else:
+        p, value = lbfgs_gradient(fit.start(), fit.gradient, iterations, progress)
+    fit.store(p)
+    return float(np.sqrt(value / wanted.numel()))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A module and samples as a least-squares problem over the flat vector of its weights."""
+
+    start: Callable[[], Array]
+    """The present weights, flat (p,)."""
+    residuals: Callable[[Array], tuple[Array, Array]]
+    """Residuals (n n_out,) and their Jacobian (n n_out, p)."""
+    gradient: Callable[[Array], tuple[float, Array]]
+    """Sum of squares and its gradient (p,)."""
+    store: Callable[[Array], None]
+    """Put weights into the module."""
+
+
+def problem(module: nn.Module, x: Array, y: Array) -> Problem:
+    """The least-squares problem of a float64 module that maps x (n, n_in) to y (n, n_out)."""
+    import torch
+
+    inputs, wanted = torch.as_tensor(x), torch.as_tensor(y)
+    weights = dict(module.named_parameters())
 
     def named(p: Any) -> dict[str, Any]:
         parts = torch.split(p, [w.numel() for w in weights.values()])
@@ -92,12 +123,10 @@ def train_module(
         (g,) = torch.autograd.grad(value, q)
         return float(value.detach()), g.numpy()
 
-    p = torch.nn.utils.parameters_to_vector(weights.values()).detach().numpy().copy()
-    if trainer == "levenberg_marquardt":
-        p, value = levenberg_marquardt.minimise(p, residuals, iterations, progress=progress)
-    elif trainer == "powell_beale":
-        p, value, _ = conjugate_gradient.minimise(p, gradient, iterations, progress=progress)
-    else:
-        p, value = lbfgs_gradient(p, gradient, iterations, progress)
-    torch.nn.utils.vector_to_parameters(torch.as_tensor(p), weights.values())
-    return float(np.sqrt(value / wanted.numel()))
+    def start() -> Array:
+        return torch.nn.utils.parameters_to_vector(weights.values()).detach().numpy().copy()
+
+    def store(p: Array) -> None:
+        torch.nn.utils.vector_to_parameters(torch.as_tensor(p), weights.values())
+
+    return Problem(start, residuals, gradient, store)

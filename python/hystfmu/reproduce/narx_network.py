@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hystfmu.core import Array
-from hystfmu.identify.levenberg_marquardt import minimise, train
+from hystfmu.identify.levenberg_marquardt import minimise
+from hystfmu.identify.network import train
 
 RIDGE = 1e-5  # of the parameters, in the scaled unit of y
 
@@ -92,14 +93,26 @@ def simulate(
 def fit_narx(
     u: Array,
     y: Array,
-    lags: int = 10,
-    hidden: int = 10,
-    iterations: tuple[int, int] = (40, 30),
+    lags: int,
+    hidden: int,
+    iterations: tuple[int, int],
+    progress: Callable[[float], None],
     skip: int = 200,
     seed: int = 0,
-    progress: Callable[[float], None] = lambda fraction: None,
 ) -> NarxNetwork:
-    """Train on force and displacement (n,); the first `skip` rows of the free run do not count."""
+    """Train on force and displacement.
+
+    Parameters
+    ----------
+    u, y : array, shape (n,)
+        At equal steps.
+    iterations : (int, int)
+        Of Levenberg-Marquardt, one step ahead and in simulation.
+    progress : function
+        Called with the fraction done.
+    skip : int
+        The first rows of the free run, which starts from measured displacements, do not count.
+    """
     gain_u, gain_y = 1 / float(np.abs(u).max()), 1 / float(np.abs(y).max())
     su, sy = u * gain_u, y * gain_y
     n = len(u) - lags

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -119,15 +120,10 @@ def fit_duhem(
         e = np.clip(np.nan_to_num(e, nan=1e3), -1e3, 1e3)
         return e[:, 0], (e[:, 1:] - e[:, :1]) / STEP
 
-    p, done = start, 0.0
-    for count, most, share in zip((len(y) // 4, len(y)), iterations, (0.4, 0.6), strict=True):
-        p, _ = minimise(
-            p,
-            lambda p, count=count: function(p, count),  # type: ignore[misc]
-            most,
-            tolerance=1e-7,
-            progress=lambda f, done=done, share=share: progress(done + share * f),  # type: ignore[misc]
-        )
-        done += share
+    def report(done: float, share: float, fraction: float) -> None:
+        progress(done + share * fraction)
+
+    p, _ = minimise(start, partial(function, count=len(y) // 4), iterations[0], 1e-7, partial(report, 0.0, 0.4))
+    p, _ = minimise(p, partial(function, count=len(y)), iterations[1], 1e-7, partial(report, 0.4, 0.6))
     p = p * scale
     return DuhemOscillator(float(p[0]), float(p[1]), float(p[2]), p[3:], z_max)
