@@ -1,10 +1,20 @@
-"""How many hidden neurons?  Train a network of every size on some rows, judge it on others, two at a time."""
+"""How many hidden neurons?  Train a network of every size on some rows, judge it on others, in two processes.
+
+Each process is this module run as a program with one BLAS thread: small factorisations in two threads of one process
+wait for each other, a hundred times longer than they compute.  As a program of its own, it needs nothing of the
+caller's script.
+"""
 
 from __future__ import annotations
 
+import os
+import pickle
+import subprocess
+import sys
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -14,6 +24,7 @@ from hystfmu.identify.readout import centre_and_gain
 from hystfmu.identify.trainers import TRAINERS
 
 WORKERS = 2
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
 def hidden_sweep(
@@ -49,33 +60,68 @@ def hidden_sweep(
     -------
     dict
         Number of neurons to mean square error, in the unit of y squared, in the order of `counts`.
+
+    Raises
+    ------
+    RuntimeError
+        A process ended early; the text is its last message.
     """
     middle, gain = centre_and_gain(x[fitted])
     (y_middle,), (y_gain,) = centre_and_gain(y[fitted][:, None])
     scaled, target = (x - middle) * gain, (y - y_middle) * y_gain
     decay = decay_for(target[fitted]) if chosen["decay"] is None else chosen["decay"]
-
-    def judge(hidden: int) -> float:
-        network, _ = train(
-            scaled[fitted],
-            target[fitted],
-            hidden,
-            chosen["activation"],
-            chosen["starts"],
-            chosen["iterations"],
-            decay,
-            seed,
-            trainer=TRAINERS[chosen["trainer"]],
-        )
-        return float(np.mean((network(scaled[judged]) - target[judged]) ** 2)) / float(y_gain) ** 2
-
+    task = {
+        "fitted": (scaled[fitted], target[fitted]),
+        "judged": (scaled[judged], target[judged]),
+        "settings": (chosen["activation"], chosen["starts"], chosen["iterations"], decay, seed),
+        "trainer": chosen["trainer"],
+    }
     found: dict[int, float] = {}
     cost = {n: 10 + n**2 for n in counts}
-    done, total = 0, sum(cost.values())
+
+    def follow(share: Sequence[int]) -> None:
+        with _start() as process:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            assert process.stderr is not None
+            pickle.dump({**task, "counts": share}, process.stdin)
+            process.stdin.close()
+            for line in process.stdout:
+                n, error = line.split()
+                found[int(n)] = float(error) / float(y_gain) ** 2
+                progress(sum(cost[i] for i in tuple(found)) / sum(cost.values()))
+            message = process.stderr.read().decode(errors="replace").strip()
+        if process.returncode:
+            raise RuntimeError(f"training networks of {list(share)} neurons: {message.splitlines()[-1:]}")
+
+    longest_first = sorted(set(counts), reverse=True)
+    shares = [share for k in range(WORKERS) if (share := longest_first[k::WORKERS])]
     with ThreadPoolExecutor(WORKERS) as pool:
-        jobs = {pool.submit(judge, n): n for n in sorted(counts, reverse=True)}  # the longest first
-        for job in as_completed(jobs):
-            found[jobs[job]] = job.result()
-            done += cost[jobs[job]]
-            progress(done / total)
+        list(pool.map(follow, shares))
     return {n: found[n] for n in counts}
+
+
+def _start() -> subprocess.Popen[bytes]:
+    root = str(Path(__file__).parents[2])
+    paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.Popen(
+        [sys.executable, "-m", "hystfmu.identify.hidden_sweep"],
+        env={**os.environ, **ONE_THREAD, "PYTHONPATH": paths},
+        **pipes,
+    )
+
+
+def _work(source: BinaryIO) -> None:
+    """The process: one line "neurons error" for every size, the error in scaled units."""
+    task = pickle.load(source)
+    x, y = task["fitted"]
+    x_judged, y_judged = task["judged"]
+    activation, starts, iterations, decay, seed = task["settings"]
+    for n in task["counts"]:
+        network, _ = train(x, y, n, activation, starts, iterations, decay, seed, trainer=TRAINERS[task["trainer"]])
+        print(n, repr(float(np.mean((network(x_judged) - y_judged) ** 2))), flush=True)
+
+
+if __name__ == "__main__":
+    _work(sys.stdin.buffer)
