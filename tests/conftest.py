@@ -5,6 +5,10 @@ from pathlib import Path
 
 import pytest
 
+# small matrices: more threads only wait for each other, for minutes when other work shares the cores
+for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(library, "1")
+
 ROOT = Path(__file__).parent.parent
 
 

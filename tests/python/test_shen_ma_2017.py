@@ -182,16 +182,17 @@ def test_straightened_output():
 
 
 def test_hidden_sweep():
-    """A pulse needs two sigmoids; the order of the sizes does not matter; the model takes the best one."""
+    """A pulse needs two sigmoids; the model takes the best one."""
     x = np.linspace(-1, 1, 300)[:, None]
     y = np.tanh(6 * (x[:, 0] + 0.4)) - np.tanh(6 * (x[:, 0] - 0.4))
     chosen = resolve("constraint_factor_mlp", options("constraint_factor_mlp"), {"starts": 6, "iterations": 100})
     fractions = []
     odd, even = slice(0, None, 2), slice(1, None, 2)
-    found = hidden_sweep(x, y, odd, even, (1, 2, 4), chosen, progress=fractions.append)
+    found = hidden_sweep(x, y, odd, even, (2, 1, 4), chosen, progress=fractions.append)
     assert found[1] > 100 * found[2] > 0
-    assert fractions[-1] == 1
-    assert hidden_sweep(x, y, odd, even, (4, 1), chosen) == {4: found[4], 1: found[1]}
+    assert list(found) == [2, 1, 4]
+    assert max(fractions) == 1
+    assert all(0 < f <= 1 for f in fractions)
     u = signals.training(20, 1)[::3]
     data = Dataset.from_signal(u, plants.asymmetric(u))
     m = fit(data, "constraint_factor_mlp", sweep=3, iterations=30)

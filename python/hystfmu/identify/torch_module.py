@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from hystfmu.core import Array
 from hystfmu.errors import InputError
@@ -71,12 +72,13 @@ def train_module(
     if gives != (wanted.shape[1],):
         raise InputError(f"the module gives {gives} values a row, y has {wanted.shape[1]}")
     fit = problem(module, inputs.numpy(), wanted.numpy())
-    if trainer == "levenberg_marquardt":
-        p, value = levenberg_marquardt.minimise(fit.start(), fit.residuals, iterations, progress=progress)
-    elif trainer == "powell_beale":
-        p, value, _ = conjugate_gradient.minimise(fit.start(), fit.gradient, iterations, progress=progress)
-    else:
-        p, value = lbfgs_gradient(fit.start(), fit.gradient, iterations, progress)
+    with threadpool_limits(1):  # see hystfmu.identify.fit
+        if trainer == "levenberg_marquardt":
+            p, value = levenberg_marquardt.minimise(fit.start(), fit.residuals, iterations, progress=progress)
+        elif trainer == "powell_beale":
+            p, value, _ = conjugate_gradient.minimise(fit.start(), fit.gradient, iterations, progress=progress)
+        else:
+            p, value = lbfgs_gradient(fit.start(), fit.gradient, iterations, progress)
     fit.store(p)
     return float(np.sqrt(value / wanted.numel()))
 

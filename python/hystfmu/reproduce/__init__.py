@@ -11,6 +11,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from hystfmu.errors import InputError
 
 __all__ = ["PAPERS", "Report", "Row", "reproduce"]
@@ -127,7 +129,7 @@ def reproduce(
     """
     if name not in PAPERS:
         raise InputError(f"nothing to reproduce called {name!r}; there are: {', '.join(PAPERS)}")
-    report: Report = importlib.import_module(f"hystfmu.reproduce.{name}").table(
-        None if data is None else Path(data), progress
-    )
+    module = importlib.import_module(f"hystfmu.reproduce.{name}")
+    with threadpool_limits(1):  # see hystfmu.identify.fit
+        report: Report = module.table(None if data is None else Path(data), progress)
     return report
