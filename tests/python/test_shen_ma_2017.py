@@ -188,9 +188,11 @@ def test_hidden_sweep():
     chosen = resolve("constraint_factor_mlp", options("constraint_factor_mlp"), {"starts": 6, "iterations": 100})
     fractions = []
     odd, even = slice(0, None, 2), slice(1, None, 2)
-    found = hidden_sweep(x, y, odd, even, (2, 1, 4), chosen, progress=fractions.append)
+    found = hidden_sweep(x, y, odd, even, (2, 1, 8), chosen, progress=fractions.append)
     assert found[1] > 100 * found[2] > 0
-    assert list(found) == [2, 1, 4]
+    assert list(found) == [2, 1, 8]
+    here = hidden_sweep(x, y, odd, even, (1,), chosen)  # in this process, not in two others
+    assert here[1] == pytest.approx(found[1], rel=1e-6)
     assert max(fractions) == 1
     assert all(0 < f <= 1 for f in fractions)
     u = signals.training(20, 1)[::3]

@@ -2,7 +2,7 @@
 
 Each process is this module run as a program with one BLAS thread: small factorisations in two threads of one process
 wait for each other, a hundred times longer than they compute.  As a program of its own, it needs nothing of the
-caller's script.
+caller's script.  A few small networks are trained at once, here.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from hystfmu.identify.readout import centre_and_gain
 from hystfmu.identify.trainers import TRAINERS
 
 WORKERS = 2
+FEW = 60  # cost of sizes that are trained sooner than a process has started
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
@@ -79,6 +80,10 @@ def hidden_sweep(
     found: dict[int, float] = {}
     cost = {n: 10 + n**2 for n in counts}
 
+    def note(n: int, error: float) -> None:
+        found[n] = error / float(y_gain) ** 2
+        progress(sum(cost[i] for i in tuple(found)) / sum(cost.values()))
+
     def follow(share: Sequence[int]) -> None:
         with _start() as process:
             assert process.stdin is not None
@@ -88,12 +93,15 @@ def hidden_sweep(
             process.stdin.close()
             for line in process.stdout:
                 n, error = line.split()
-                found[int(n)] = float(error) / float(y_gain) ** 2
-                progress(sum(cost[i] for i in tuple(found)) / sum(cost.values()))
+                note(int(n), float(error))
             message = process.stderr.read().decode(errors="replace").strip()
         if process.returncode:
             raise RuntimeError(f"training networks of {list(share)} neurons: {message.splitlines()[-1:]}")
 
+    if sum(cost.values()) <= FEW:
+        for n in cost:
+            note(n, _judge(task, n))
+        return found
     longest_first = sorted(set(counts), reverse=True)
     shares = [share for k in range(WORKERS) if (share := longest_first[k::WORKERS])]
     with ThreadPoolExecutor(WORKERS) as pool:
@@ -113,15 +121,18 @@ def _start() -> subprocess.Popen[bytes]:
     )
 
 
+def _judge(task: Mapping[str, Any], hidden: int) -> float:
+    """Train one network; its mean square error on the judged rows, in scaled units."""
+    x, y = task["judged"]
+    network, _ = train(*task["fitted"], hidden, *task["settings"], trainer=TRAINERS[task["trainer"]])
+    return float(np.mean((network(x) - y) ** 2))
+
+
 def _work(source: BinaryIO) -> None:
-    """The process: one line "neurons error" for every size, the error in scaled units."""
+    """The process: one line "neurons error" for every size."""
     task = pickle.load(source)
-    x, y = task["fitted"]
-    x_judged, y_judged = task["judged"]
-    activation, starts, iterations, decay, seed = task["settings"]
     for n in task["counts"]:
-        network, _ = train(x, y, n, activation, starts, iterations, decay, seed, trainer=TRAINERS[task["trainer"]])
-        print(n, repr(float(np.mean((network(x_judged) - y_judged) ** 2))), flush=True)
+        print(n, repr(_judge(task, n)), flush=True)
 
 
 if __name__ == "__main__":
