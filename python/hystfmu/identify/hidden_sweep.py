@@ -7,14 +7,16 @@ caller's script.  A few small networks are trained at once, here.
 
 from __future__ import annotations
 
+import io
+import json
 import os
-import pickle
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 
@@ -26,6 +28,38 @@ from hystfmu.identify.trainers import TRAINERS
 WORKERS = 2
 FEW = 60  # cost of sizes that are trained sooner than a process has started
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What a process needs: rows (inputs, wanted) to fit and to judge by, options of `train`, sizes."""
+
+    fitted: tuple[Array, Array]
+    judged: tuple[Array, Array]
+    trainer: str
+    options: Mapping[str, Any]
+    counts: tuple[int, ...]
+
+    def judge(self, hidden: int) -> float:
+        """Train one network; its mean square error on the judged rows, in scaled units."""
+        x, y = self.judged
+        network, _ = train(*self.fitted, hidden, trainer=TRAINERS[self.trainer], **self.options)
+        return float(np.mean((network(x) - y) ** 2))
+
+    def write(self, counts: Sequence[int], to: IO[bytes]) -> None:
+        """As plain arrays and JSON: nothing that a reader would have to execute."""
+        words = json.dumps({"trainer": self.trainer, "options": self.options, "counts": list(counts)})
+        content = io.BytesIO()
+        np.savez(content, *self.fitted, *self.judged, np.array(words))
+        to.write(content.getvalue())
+
+    @classmethod
+    def read(cls, source: IO[bytes]) -> _Task:
+        """The counterpart of `write`."""
+        with np.load(io.BytesIO(source.read()), allow_pickle=False) as arrays:
+            a, b, c, d, words = (arrays[f"arr_{k}"] for k in range(5))
+        told = json.loads(str(words))
+        return cls((a, b), (c, d), told["trainer"], told["options"], tuple(told["counts"]))
 
 
 def hidden_sweep(
@@ -71,12 +105,10 @@ def hidden_sweep(
     (y_middle,), (y_gain,) = centre_and_gain(y[fitted][:, None])
     scaled, target = (x - middle) * gain, (y - y_middle) * y_gain
     decay = decay_for(target[fitted]) if chosen["decay"] is None else chosen["decay"]
-    task = {
-        "fitted": (scaled[fitted], target[fitted]),
-        "judged": (scaled[judged], target[judged]),
-        "settings": (chosen["activation"], chosen["starts"], chosen["iterations"], decay, seed),
-        "trainer": chosen["trainer"],
-    }
+    options = {k: chosen[k] for k in ("activation", "starts", "iterations")} | {"decay": decay, "seed": seed}
+    task = _Task(
+        (scaled[fitted], target[fitted]), (scaled[judged], target[judged]), chosen["trainer"], options, tuple(counts)
+    )
     found: dict[int, float] = {}
     cost = {n: 10 + n**2 for n in counts}
 
@@ -89,7 +121,7 @@ def hidden_sweep(
             assert process.stdin is not None
             assert process.stdout is not None
             assert process.stderr is not None
-            pickle.dump({**task, "counts": share}, process.stdin)
+            task.write(share, process.stdin)
             process.stdin.close()
             for line in process.stdout:
                 n, error = line.split()
@@ -100,7 +132,7 @@ def hidden_sweep(
 
     if sum(cost.values()) <= FEW:
         for n in cost:
-            note(n, _judge(task, n))
+            note(n, task.judge(n))
         return found
     longest_first = sorted(set(counts), reverse=True)
     shares = [share for k in range(WORKERS) if (share := longest_first[k::WORKERS])]
@@ -121,18 +153,11 @@ def _start() -> subprocess.Popen[bytes]:
     )
 
 
-def _judge(task: Mapping[str, Any], hidden: int) -> float:
-    """Train one network; its mean square error on the judged rows, in scaled units."""
-    x, y = task["judged"]
-    network, _ = train(*task["fitted"], hidden, *task["settings"], trainer=TRAINERS[task["trainer"]])
-    return float(np.mean((network(x) - y) ** 2))
-
-
-def _work(source: BinaryIO) -> None:
+def _work(source: IO[bytes]) -> None:
     """The process: one line "neurons error" for every size."""
-    task = pickle.load(source)
-    for n in task["counts"]:
-        print(n, repr(_judge(task, n)), flush=True)
+    task = _Task.read(source)
+    for n in task.counts:
+        print(n, repr(task.judge(n)), flush=True)
 
 
 if __name__ == "__main__":
