@@ -18,6 +18,7 @@ from scipy.optimize import least_squares
 
 from hystfmu.core import Array
 from hystfmu.data import Dataset
+from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.options import Option
 
@@ -44,6 +45,7 @@ class _Slopes:
 
     def __init__(self, u: Array, y: Array, m: int, q: int) -> None:
         self.u, self.y, self.m, self.q = u, y, m, q
+        self.terms = (m + 1) * (2 * q + 1)
         du = np.diff(u)
         self.parts = [np.flatnonzero(s * du > 0) for s in (1, -1)]
 
@@ -74,7 +76,13 @@ def _node(theta: list[Array], k: float, w0: float, w_max: float, m: int, q: int)
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``scaling -> duhem -> scaling`` and the number of its parameters."""
+    """The graph ``scaling -> duhem -> scaling`` and the number of its parameters.
+
+    Raises
+    ------
+    InputError
+        Fewer rows of rising or of falling input than coefficients.
+    """
     rows, m, q = data.train, options["m"], options["q"]
     seen = data.u[: rows.stop]  # what comes later has no influence on the training rows
     middle, half = (seen.max() + seen.min()) / 2, np.ptp(seen) / 2
@@ -82,6 +90,12 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     centre, size = float(data.y[rows].mean()), data.span / 2
     y = (data.y[rows] - centre) / size
     slopes = _Slopes(u[rows], y, m, q)
+    if min(map(len, slopes.parts)) < slopes.terms:
+        rises, falls = map(len, slopes.parts)
+        raise InputError(
+            f"{data.path or data.name}: duhem with m = {m}, q = {q} needs at least {slopes.terms} train rows of rising "
+            f"and of falling u; there are {rises} and {falls}"
+        )
 
     def increments(p: Array) -> Array:
         return slopes.solve(p[0], p[1])[2]
@@ -94,7 +108,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     k, c = min(tries, key=lambda r: r.cost).x
     theta, factors, _ = slopes.solve(k, c)
     w = y - k * u[rows] - c
-    w_max, first, p = ROOM * float(np.abs(w).max()), float(w[0]) if rows.start == 0 else 0.0, len(theta[0])
+    w_max, first, p = ROOM * float(np.abs(w).max()), float(w[0]) if rows.start == 0 else 0.0, slopes.terms
 
     def parts(x: Array) -> tuple[list[Array], float, float, float]:
         changed = [t + f @ x[3 + d * p : 3 + (d + 1) * p] for d, (t, f) in enumerate(zip(theta, factors, strict=True))]

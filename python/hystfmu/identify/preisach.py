@@ -40,8 +40,9 @@ def triangles(n: int) -> Array:
         Row: node (alpha_i, beta_j), i > j, in the order of the block's `E`.  Column: cell between alpha_k, alpha_k+1
         and beta_l, beta_l+1, k >= l, row by row of k; for k = l the triangle on the diagonal.
     """
-    k, l = np.tril_indices(n)
-    return np.asarray((k[None, :] <= k[:, None]) & (l[None, :] >= l[:, None]), dtype=np.float64)
+    up, down = np.tril_indices(n)
+    inside = (up[None, :] <= up[:, None]) & (down[None, :] >= down[:, None])
+    return np.asarray(inside, dtype=np.float64)
 
 
 def columns(u: Array, n: int, lo: float, hi: float, start: str) -> Array:
@@ -49,7 +50,7 @@ def columns(u: Array, n: int, lo: float, hi: float, start: str) -> Array:
     cells = triangles(n)
     out = np.empty((len(u), cells.shape[1]), order="F")
     for c in range(cells.shape[1]):
-        values = {"lo": lo, "hi": hi, "E": cells[:, c], "start": start}
+        values: dict[str, Any] = {"lo": lo, "hi": hi, "E": cells[:, c], "start": start}
         out[:, c] = Graph.single(Node("relays", "preisach", {"n": n}, values)).run(u)
     return out
 

@@ -1,0 +1,187 @@
+"""Preisach and Duhem models: fitted to independent plants, judged on the held-out signals, the same bits as FMU."""
+
+from functools import partial
+
+import numpy as np
+import plants
+import pytest
+
+from hystfmu import Dataset, InputError, Unit, signals
+from hystfmu.identify import fit
+from hystfmu.identify.duhem import basis
+from hystfmu.identify.preisach import columns, triangles
+
+STEP = 0.01
+
+
+def relays(u, levels=90):
+    """Relays on a lattice that is no method's, denser around one place and towards the diagonal for high inputs."""
+    edges = np.linspace(-1.05, 1.05, levels + 1)
+    middle = (edges[1:] + edges[:-1]) / 2
+    alpha, beta = (a[np.tril_indices(levels)] for a in np.meshgrid(middle, middle, indexing="ij"))
+    w = np.exp(-((alpha - 0.3) ** 2 + (beta + 0.2) ** 2) / 0.15)
+    w += 0.6 * np.exp(-((alpha - beta) ** 2) / 0.05) * (1 + 0.7 * alpha) + 0.15
+    state, out = np.where(alpha + beta < 0, 1.0, -1.0), np.empty(len(u))
+    for k, x in enumerate(u):
+        state = np.where(x >= alpha, 1.0, np.where(x <= beta, -1.0, state))
+        out[k] = w @ state / w.sum()
+    return out + 0.3 * u
+
+
+def worst(model, plant, data):
+    return {name: row["rms_percent"] for name, row in signals.held_out_table(model, plant, data.span).items()}
+
+
+@pytest.fixture(scope="module")
+def preisach_like():
+    u = signals.training()
+    return Dataset.from_signal(u, relays(u), STEP, "relays")
+
+
+@pytest.fixture(scope="module")
+def preisach_model(preisach_like):
+    return fit(preisach_like, "preisach")
+
+
+@pytest.fixture(scope="module")
+def bouc_wen_like():
+    u = signals.training(30)
+    return Dataset.from_signal(u, plants.bouc_wen(u, n=1.5), STEP, "Bouc-Wen")
+
+
+@pytest.fixture(scope="module")
+def duhem_model(bouc_wen_like):
+    return fit(bouc_wen_like, "duhem")
+
+
+# ---- Preisach -------------------------------------------------------------------------------------------------------
+def test_preisach_on_relays_that_are_no_sum_of_plays(preisach_like, preisach_model):
+    """Of this about 0.3 % is the staircase of the plant's own relays: a step of 2.1 / 90 in u, over sqrt(12)."""
+    table = worst(preisach_model, relays, preisach_like)
+    assert max(table.values()) <= 0.6, table
+    plays = worst(fit(preisach_like, "prandtl_ishlinskii"), relays, preisach_like)
+    assert min(plays.values()) >= 3 * max(table.values()), plays
+    assert preisach_model.fit["parameters"] == 32 * 33 // 2 + 1
+
+
+def test_preisach_on_plays():
+    u = signals.training()
+    data = Dataset.from_signal(u, plants.prandtl_ishlinskii(u))
+    table = worst(fit(data, "preisach"), plants.prandtl_ishlinskii, data)
+    assert max(table.values()) <= 0.1, table
+
+
+@pytest.mark.parametrize("start", ["demagnetised", "low", "high"])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_preisach_finds_a_density_on_its_own_grid(start, sign):
+    """In other units, before and after the memory is wiped out, rising or falling outputs."""
+    n, scaled = 6, signals.training(100, 4)
+    mu = np.random.default_rng(1).uniform(0, 1, n * (n + 1) // 2)
+    y = sign * (columns(scaled, n, -1.0, 1.0, start) @ mu) - 7
+    m = fit(Dataset.from_signal(50 + 20 * scaled, y), "preisach", n=n, start=start)
+    assert m.fit["max_percent"] <= 1e-9
+    np.testing.assert_allclose(m.graph.node("hysteresis").value("E"), sign * (triangles(n) @ mu), atol=1e-8)
+
+
+def test_everett_function_of_a_cell_counts_the_triangle():
+    """Node (alpha_i, beta_j) holds the cells with beta_j <= beta, alpha <= alpha_i: counted with loops."""
+    n, expected = 4, []
+    for i in range(1, n + 1):
+        for j in range(i):
+            expected.append([float(k < i and b >= j) for k in range(n) for b in range(k + 1)])
+    np.testing.assert_array_equal(triangles(n), expected)
+
+
+# ---- Duhem ----------------------------------------------------------------------------------------------------------
+def test_duhem_on_bouc_wen_with_a_broken_exponent(bouc_wen_like, duhem_model):
+    """S3: no polynomial is |w|^1.5, and the plant is integrated by scipy."""
+    plant = partial(plants.bouc_wen, n=1.5)
+    table = worst(duhem_model, plant, bouc_wen_like)
+    assert max(table.values()) <= 0.005, table
+    assert duhem_model.fit["parameters"] == 25
+
+
+def test_duhem_under_noise(bouc_wen_like):
+    noise = 1e-3 * bouc_wen_like.span * np.random.default_rng(1).normal(size=len(bouc_wen_like.u))
+    m = fit(bouc_wen_like.with_output(bouc_wen_like.y + noise), "duhem")
+    table = worst(m, partial(plants.bouc_wen, n=1.5), bouc_wen_like)
+    assert max(table.values()) <= 0.02, table
+
+
+def test_duhem_in_other_units(bouc_wen_like, duhem_model):
+    data = Dataset.from_signal(50 + 20 * bouc_wen_like.u, 1e-6 * bouc_wen_like.y + 3e-6, STEP)
+    m = fit(data, "duhem")
+    assert m.fit["rms_percent"] == pytest.approx(duhem_model.fit["rms_percent"], rel=0.05)
+
+
+def test_duhem_whose_slope_depends_on_the_input():
+    """dw/du = (1 + 0.4 u) (1 -+ w), c + k u beside it, solved in closed form along every ramp."""
+
+    def plant(u):
+        w, out = 0.0, np.zeros(len(u))
+        for i in range(len(u)):
+            last, now = u[max(i - 1, 0)], u[i]
+            s = np.sign(now - last)
+            way = s * (now - last + 0.2 * (now**2 - last**2))
+            w = s - (s - w) * np.exp(-way)
+            out[i] = w
+        return 0.3 + 0.5 * u + out
+
+    u = signals.training(30)
+    data = Dataset.from_signal(u, plant(u))
+    good = worst(fit(data, "duhem", m=1, q=1), plant, data)
+    assert max(good.values()) <= 1e-3, good
+    assert min(worst(fit(data, "duhem", m=0, q=5), plant, data).values()) >= 0.1
+
+
+def test_terms_of_the_slope():
+    got = basis(np.array([2.0]), np.array([-3.0]), 1, 2)
+    np.testing.assert_array_equal(got, [[1, -3, 9, 3, -9, 2, -6, 18, 6, -18]])
+
+
+def test_duhem_needs_both_directions():
+    u = np.linspace(0, 1, 200)
+    with pytest.raises(InputError, match=r"at least 11 train rows of rising and of falling u; there are 199 and 0"):
+        fit(Dataset.from_signal(u, u**2), "duhem")
+
+
+# ---- both -----------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("name", ["preisach_model", "duhem_model"])
+def test_fmu_unit_and_native_run_give_the_same_bits(name, request, tmp_path):
+    fmpy, fmi2 = pytest.importorskip("fmpy"), pytest.importorskip("fmpy.fmi2")
+    from hystfmu.fmu import export_fmu
+
+    model = request.getfixturevalue(name)
+    u = signals.nested_reversals(12, 7, 0.05)
+    y = model.predict(u)
+    unit, rows = Unit(model.graph), []
+    unit.initialize(u=float(u[0]))
+    rows.append(unit.get("y"))
+    for k in range(1, len(u)):
+        unit.set("u", float(u[k]))
+        unit.do_step((k - 1) * STEP, STEP)
+        rows.append(unit.get("y"))
+    assert np.array(rows).tobytes() == y.tobytes()
+
+    path = export_fmu(model, tmp_path / "m.fmu", fmi=2)
+    description = fmpy.read_model_description(str(path))
+    reference = {v.name: v.valueReference for v in description.modelVariables}
+    slave = fmi2.FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(str(path), str(tmp_path / "unpacked")),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="m",
+    )
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.setReal([reference["u"]], [float(u[0])])
+    slave.exitInitializationMode()
+    rows = slave.getReal([reference["y"]])
+    for k in range(1, len(u)):
+        slave.setReal([reference["u"]], [float(u[k])])
+        slave.doStep((k - 1) * STEP, STEP)
+        rows += slave.getReal([reference["y"]])
+    slave.terminate()
+    slave.freeInstance()
+    assert np.array(rows).tobytes() == y.tobytes()
