@@ -7,24 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from torch import nn
 
 from hystfmu.core import Array
 from hystfmu.identify import levenberg_marquardt
 from hystfmu.identify.torch_module import problem
-
-if TYPE_CHECKING:
-    from torch import nn
 
 MOST_ROWS = 3000  # more rows than this are thinned evenly: they are near copies of their neighbours
 
 
 def perceptron(n_in: int, hidden: int, activation: str = "sigmoid") -> nn.Sequential:
     """y = W2 f(W1 x + b1) + b2 in float64, f the sigmoid or tanh: (n, n_in) to (n, 1)."""
-    from torch import nn
-
     f = {"sigmoid": nn.Sigmoid, "tanh": nn.Tanh}[activation]
     return nn.Sequential(nn.Linear(n_in, hidden), f(), nn.Linear(hidden, 1)).double()
 

@@ -8,18 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import torch
 from threadpoolctl import threadpool_limits
+from torch import nn
 
 from hystfmu.core import Array
 from hystfmu.errors import InputError
 from hystfmu.identify import conjugate_gradient, levenberg_marquardt
 from hystfmu.identify.trainers import TRAINERS, lbfgs_gradient
-
-if TYPE_CHECKING:
-    from torch import nn
 
 
 def train_module(
@@ -57,8 +56,6 @@ def train_module(
     InputError
         Unknown trainer, lengths that differ, a module without weights.
     """
-    import torch
-
     if trainer not in TRAINERS:
         raise InputError(f"no trainer {trainer!r}; there are: {', '.join(TRAINERS)}")
     inputs = torch.as_tensor(np.asarray(x, dtype=np.float64))
@@ -99,8 +96,6 @@ class Problem:
 
 def problem(module: nn.Module, x: Array, y: Array) -> Problem:
     """The least-squares problem of a float64 module that maps x (n, n_in) to y (n, n_out)."""
-    import torch
-
     inputs, wanted = torch.as_tensor(x), torch.as_tensor(y)
     weights = dict(module.named_parameters())
 
