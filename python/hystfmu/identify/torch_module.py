@@ -103,16 +103,19 @@ def problem(module: nn.Module, x: Array, y: Array) -> Problem:
         parts = torch.split(p, [w.numel() for w in weights.values()])
         return {k: part.view_as(w) for (k, w), part in zip(weights.items(), parts, strict=True)}
 
-    def one(p: Any, row: Any) -> Any:
-        return torch.func.functional_call(module, named(p), (row[None],))[0]
+    def one(p: Any, row: Any) -> tuple[Any, Any]:
+        out = torch.func.functional_call(module, named(p), (row[None],))[0]
+        return (out[0], out) if len(out) == 1 else (out, out)
 
-    jacobian = torch.func.vmap(torch.func.jacrev(one), in_dims=(None, 0))
+    # reverse mode once per row gives the output beside its derivatives; a plain gradient is cheaper where one will do
+    differentiate = torch.func.grad if wanted.shape[1] == 1 else torch.func.jacrev
+    jacobian = torch.func.vmap(differentiate(one, has_aux=True), in_dims=(None, 0))
 
     def residuals(p: Array) -> tuple[Array, Array]:
         with torch.no_grad():
-            q = torch.as_tensor(p)
-            r = torch.func.functional_call(module, named(q), (inputs,)) - wanted
-            return r.numpy().ravel(), jacobian(q, inputs).numpy().reshape(r.numel(), len(p))
+            J, out = jacobian(torch.as_tensor(p), inputs)
+            r = out - wanted
+            return r.numpy().ravel(), J.numpy().reshape(r.numel(), len(p))
 
     def gradient(p: Array) -> tuple[float, Array]:
         q = torch.as_tensor(p).requires_grad_()
