@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from hystfmu.core import Array
 
@@ -20,8 +21,12 @@ def minimise(
     iterations: int,
     tolerance: float = 1e-5,
     progress: Callable[[float], None] = lambda fraction: None,
+    residuals: Callable[[Array], Array] | None = None,
 ) -> tuple[Array, float]:
     """Least squares from the start p; stops when 10 iterations gain less than `tolerance` of the sum of squares.
+
+    `function` gives residuals and Jacobian; `residuals`, where it is given, the residuals alone: every other trial is
+    refused, and its Jacobian would be computed for nothing.
 
     Returns
     -------
@@ -37,20 +42,22 @@ def minimise(
         progress(i / iterations)
         norms = np.linalg.norm(J, axis=0)
         scale = np.maximum(scale, np.maximum(norms, 1e-8 * max(norms.max(), 1e-300)))
-        Q, R = np.linalg.qr(J / scale)
-        right = np.concatenate([-(Q.T @ r), np.zeros(len(p))])
+        n = len(p)
+        # the residual rides along as a last column: it comes out as Q'r, and Q itself is never formed
+        R: Array = np.linalg.qr(np.column_stack([J / scale, -r]), mode="r")[:n]  # type: ignore[assignment]
         for _ in range(12):
-            damped = np.vstack([R, np.sqrt(mu) * np.eye(len(p))])
-            q, t = np.linalg.qr(damped)
-            trial = p + np.linalg.solve(t, q.T @ right) / scale
-            r_trial, J_trial = function(trial)
+            damped = np.vstack([R, np.sqrt(mu) * np.eye(n, n + 1)])
+            t: Array = np.linalg.qr(damped, mode="r")  # type: ignore[assignment]
+            trial = p + solve_triangular(t[:n, :n], t[:n, n], check_finite=False) / scale
+            r_trial, J_trial = (residuals(trial), None) if residuals else function(trial)
             cost_trial = float(r_trial @ r_trial)
             if cost_trial < cost:
                 break
             mu *= 4
         else:
             break
-        p, r, J, cost = trial, r_trial, J_trial, cost_trial
+        p, cost = trial, cost_trial
+        r, J = function(p) if J_trial is None else (r_trial, J_trial)
         mu = max(mu / 5, 1e-14)
         history.append(cost)
         if len(history) > 10 and history[-11] - cost < tolerance * cost:

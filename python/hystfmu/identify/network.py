@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from torch import nn
@@ -132,6 +133,9 @@ def train(
     def function(p: Array) -> tuple[Array, Array]:
         r, J = fit.residuals(p)
         return np.concatenate([r, ridge @ p]), np.vstack([J, ridge])
+
+    if trainer is levenberg_marquardt.minimise:
+        trainer = partial(trainer, residuals=lambda p: np.concatenate([fit.errors(p), ridge @ p]))
 
     def part(done: float, share: float) -> Callable[[float], None]:
         return lambda fraction: progress((done + fraction * share) / total)

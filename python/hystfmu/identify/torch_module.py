@@ -71,7 +71,9 @@ def train_module(
     fit = problem(module, inputs.numpy(), wanted.numpy())
     with threadpool_limits(1):  # see hystfmu.identify.fit
         if trainer == "levenberg_marquardt":
-            p, value = levenberg_marquardt.minimise(fit.start(), fit.residuals, iterations, progress=progress)
+            p, value = levenberg_marquardt.minimise(
+                fit.start(), fit.residuals, iterations, progress=progress, residuals=fit.errors
+            )
         elif trainer == "powell_beale":
             p, value, _ = conjugate_gradient.minimise(fit.start(), fit.gradient, iterations, progress=progress)
         else:
@@ -88,6 +90,8 @@ class Problem:
     """The present weights, flat (p,)."""
     residuals: Callable[[Array], tuple[Array, Array]]
     """Residuals (n n_out,) and their Jacobian (n n_out, p)."""
+    errors: Callable[[Array], Array]
+    """The residuals alone."""
     gradient: Callable[[Array], tuple[float, Array]]
     """Sum of squares and its gradient (p,)."""
     store: Callable[[Array], None]
@@ -117,6 +121,11 @@ def problem(module: nn.Module, x: Array, y: Array) -> Problem:
             r = out - wanted
             return r.numpy().ravel(), J.numpy().reshape(r.numel(), len(p))
 
+    def errors(p: Array) -> Array:
+        with torch.no_grad():
+            r = torch.func.functional_call(module, named(torch.as_tensor(p)), (inputs,)) - wanted
+            return np.asarray(r.numpy().ravel())
+
     def gradient(p: Array) -> tuple[float, Array]:
         q = torch.as_tensor(p).requires_grad_()
         value = ((torch.func.functional_call(module, named(q), (inputs,)) - wanted) ** 2).sum()
@@ -129,4 +138,4 @@ def problem(module: nn.Module, x: Array, y: Array) -> Problem:
     def store(p: Array) -> None:
         torch.nn.utils.vector_to_parameters(torch.as_tensor(p), weights.values())
 
-    return Problem(start, residuals, gradient, store)
+    return Problem(start, residuals, errors, gradient, store)
