@@ -2,7 +2,7 @@
  * Evaluated through the turning points of u with prefix sums of the weights: the cost does not grow with n.
  * Krejci & Kuhnen, IEE Proc. Control Theory Appl. 148 (2001) 185-192, eq. 5-9. */
 #include "../piecewise.h"
-#include "../turning_points.h"
+#include "../return_point.h"
 
 #define DIMS(D)                                   \
   D(n, 10, 1, 100000, "number of play operators") \
@@ -17,29 +17,20 @@
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                            \
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")
 
-static hyst_turn turn(const hyst_piecewise *f, const double *memory, int depth, double u, double u0) {
-  return hyst_turn_dominant(memory, depth, u, u0, hyst_piecewise_slope(f) * u0, hyst_piecewise_branch, f);
+static double slope(const double *curve, int n) {
+  const hyst_piecewise f = {curve, n};
+  return hyst_piecewise_slope(&f);
+}
+static hyst_turn turn(const double *curve, int n, const double *memory, int depth, double u, double u0) {
+  const hyst_piecewise f = {curve, n};
+  return hyst_turn_dominant(memory, depth, u, u0, hyst_piecewise_slope(&f) * u0, hyst_piecewise_branch, &f);
 }
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   return hyst_piecewise_build(curve, n, *w0, r, w, 0);
 }
-HYST_INIT_FN(init) {
-  HYST_OPEN_INIT
-  const hyst_piecewise f = {curve, n};
-  hyst_tp_init(memory, depth, *u0, hyst_piecewise_slope(&f) * *u0);
-}
-HYST_OUTPUT_FN(output) {
-  HYST_OPEN_OUTPUT
-  const hyst_piecewise f = {curve, n};
-  *y = turn(&f, memory, depth, *u, *u0).h;
-}
-HYST_UPDATE_FN(update) {
-  HYST_OPEN_UPDATE
-  const hyst_piecewise f = {curve, n};
-  hyst_tp_commit(memory, depth, *u, turn(&f, memory, depth, *u, *u0));
-}
+HYST_RETURN_POINT(memory, *u, y, turn(curve, n, memory, depth, *u, *u0), *u0, slope(curve, n) * *u0)
 HYST_BLOCK(prandtl_ishlinskii, .text = "Prandtl-Ishlinskii operator: linear term plus weighted plays",
            .equation = "y = w0 u + sum_i w_i p_{r_i}[u]",
            .source = "Krejci & Kuhnen 2001, eq. 5-9; Zhao & Tan 2008, section II", .flags = HYST_RATE_INDEPENDENT,

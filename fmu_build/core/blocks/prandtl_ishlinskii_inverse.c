@@ -2,7 +2,7 @@
  * inverse loading curve.  It is again a Prandtl-Ishlinskii operator.
  * Krejci & Kuhnen, IEE Proc. Control Theory Appl. 148 (2001) 185-192, eq. 10-14. */
 #include "../piecewise.h"
-#include "../turning_points.h"
+#include "../return_point.h"
 
 #define DIMS(D)                                   \
   D(n, 10, 1, 100000, "number of play operators") \
@@ -17,29 +17,20 @@
   V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives y")                  \
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of y")
 
-static hyst_turn turn(const hyst_piecewise *f, const double *memory, int depth, double y, double u0) {
-  return hyst_turn_dominant(memory, depth, y, hyst_piecewise_slope(f) * u0, u0, hyst_piecewise_inverse_branch, f);
+static double slope(const double *curve, int n) {
+  const hyst_piecewise f = {curve, n};
+  return hyst_piecewise_slope(&f);
+}
+static hyst_turn turn(const double *curve, int n, const double *memory, int depth, double y, double u0) {
+  const hyst_piecewise f = {curve, n};
+  return hyst_turn_dominant(memory, depth, y, hyst_piecewise_slope(&f) * u0, u0, hyst_piecewise_inverse_branch, &f);
 }
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   return hyst_piecewise_build(curve, n, *w0, r, w, 1);
 }
-HYST_INIT_FN(init) {
-  HYST_OPEN_INIT
-  const hyst_piecewise f = {curve, n};
-  hyst_tp_init(memory, depth, hyst_piecewise_slope(&f) * *u0, *u0);
-}
-HYST_OUTPUT_FN(output) {
-  HYST_OPEN_OUTPUT
-  const hyst_piecewise f = {curve, n};
-  *u = turn(&f, memory, depth, *y, *u0).h;
-}
-HYST_UPDATE_FN(update) {
-  HYST_OPEN_UPDATE
-  const hyst_piecewise f = {curve, n};
-  hyst_tp_commit(memory, depth, *y, turn(&f, memory, depth, *y, *u0));
-}
+HYST_RETURN_POINT(memory, *y, u, turn(curve, n, memory, depth, *y, *u0), slope(curve, n) * *u0, *u0)
 HYST_BLOCK(prandtl_ishlinskii_inverse, .text = "Exact inverse of the Prandtl-Ishlinskii operator",
            .equation = "u such that w0 u + sum_i w_i p_{r_i}[u] = y", .source = "Krejci & Kuhnen 2001, eq. 10-14",
            .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .update = update)
