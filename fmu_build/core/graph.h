@@ -9,6 +9,7 @@
 #include "hyst.h"
 
 enum { HYST_TOKEN = 40 }; /* bytes of the token that ties a block file to its modelDescription.xml, ends with 0 */
+enum { HYST_MOST_NODES = 1000 };
 
 /* What went wrong, and where; hyst_message() makes the sentence. */
 typedef struct {
@@ -79,6 +80,7 @@ double *hyst_graph_value(hyst_graph *g, int64_t reference);                 /* o
 double *hyst_graph_state(hyst_graph *g, int64_t *n);
 const hyst_error *hyst_graph_error(const hyst_graph *g);
 void hyst_graph_defaults(hyst_graph *g);                  /* all values as in the file and the tables */
+hyst_status hyst_graph_order(hyst_graph *g);              /* refuses algebraic loops */
 hyst_status hyst_graph_prepare(hyst_graph *g, double dt); /* after parameters changed */
 hyst_status hyst_graph_start(hyst_graph *g, double t);    /* states from the parameters, then the first outputs */
 hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt);

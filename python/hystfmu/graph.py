@@ -23,7 +23,7 @@ Value = float | int | bool | str | Sequence[float] | Array
 
 MAGIC, VERSION = b"HYSTFMU\n", 1
 _TOKEN = 40
-_MOST_VALUES = 1 << 24  # as in graph.c
+_MOST_VALUES = 1 << 24  # as in graph_file.c
 _LENGTH = re.compile(r"(\w+)(?: \+ (\d+))?\Z")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _ENDPOINT = re.compile(r"([A-Za-z][A-Za-z0-9_]*)(?:\.([A-Za-z][A-Za-z0-9_]*))?(?:\[(\d+)\])?\Z")
