@@ -74,14 +74,20 @@ static hyst_status prepare(hyst_graph *g, double dt, unsigned flags) {
 
 hyst_status hyst_graph_prepare(hyst_graph *g, double dt) { return prepare(g, dt, 0); }
 
-static void advance(hyst_graph *g, double t, double dt) {
-  for (int i = 0; i < g->n_nodes; i++) {
-    const hyst_node *n = g->nodes + i;
-    for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
-      for (int64_t k = 0; k < w->size; k++) w->to[k] = w->from[k];
+/* n >= 1 numbers, mostly one: the first alone, so that nothing is set up for a loop that does not run */
+static inline void copy(double *to, const double *from, int64_t n) {
+  *to = *from;
+  for (int64_t k = 1; k < n; k++) to[k] = from[k];
+}
+
+static inline void advance(const hyst_graph *g, double t, double dt) {
+  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) {
+    const hyst_block *const b = n->block;
+    for (const hyst_wire *w = g->wires + n->first_wire, *last = w + n->n_wires; w < last; w++)
+      copy(w->to, w->from, w->size);
     if (n->time >= 0) n->u[n->time] = t;
-    if (n->block->update) n->block->update(n->dim, n->p, n->x, n->u, dt);
-    n->block->output(n->dim, n->p, n->x, n->u, n->y);
+    if (b->update) b->update(n->dim, n->p, n->x, n->u, dt);
+    b->output(n->dim, n->p, n->x, n->u, n->y);
   }
 }
 
@@ -104,9 +110,9 @@ static double same_step(double dt, double last, double t_end) {
   return last > 0 && off <= 4.5e-16 * (t + last) ? last : dt; /* two units in the last place of the times */
 }
 
-hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) {
+static inline hyst_status step(hyst_graph *g, double t_end, double dt) {
   double *last = g->state; /* part of the state: a restored run goes on with the same bits */
-  dt = same_step(dt, *last, t_end);
+  if (dt != *last) dt = same_step(dt, *last, t_end);
   if (dt != g->dt || g->changed) {
     const hyst_status s = prepare(g, dt, g->changed ? 0 : HYST_STEP);
     if (s) return s;
@@ -116,16 +122,18 @@ hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) {
   return HYST_E_OK;
 }
 
+hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) { return step(g, t_end, dt); }
+
 hyst_status hyst_graph_run(hyst_graph *g, int64_t n, double t0, double h, const double *u, double *y) {
-  const hyst_port *const end = g->ports + g->end_output;
+  const hyst_port *const first = g->ports + g->first_output, *const end = g->ports + g->end_output;
+  const int64_t n_external = g->n_external;
   for (int64_t i = 0; i < n; i++) {
-    for (int64_t k = 0; k < g->n_external; k++) g->external[k] = *u++;
+    if (n_external > 0) copy(g->external, u, n_external), u += n_external;
     /* t + h, not t0 + i h: a master that calls doStep(t, h) must get the same bits */
-    const hyst_status s = i == 0 ? hyst_graph_start(g, t0) : hyst_graph_step(g, t0 + (double)(i - 1) * h + h, h);
+    const hyst_status s = i == 0 ? hyst_graph_start(g, t0) : step(g, t0 + (double)(i - 1) * h + h, h);
     if (s) return s;
-    for (const hyst_port *p = g->ports + g->first_output; p < end; p++)
-      if (p->kind == HYST_OUTPUT)
-        for (int64_t k = 0; k < p->size; k++) *y++ = p->value[k];
+    for (const hyst_port *p = first; p < end; p++)
+      if (p->kind == HYST_OUTPUT) copy(y, p->value, p->size), y += p->size;
   }
   return HYST_E_OK;
 }

@@ -10,7 +10,9 @@
 /* clang-format off */
 #define HYST_RETURN_POINT(memory, input, out, TURN, ...)                                       \
   HYST_INIT_FN(init) { HYST_OPEN_INIT hyst_tp_init(memory, depth, __VA_ARGS__); }              \
-  HYST_OUTPUT_FN(output) { HYST_OPEN_OUTPUT *out = (TURN).h; }                                 \
+  HYST_OUTPUT_FN(output) {                                                                     \
+    HYST_OPEN_OUTPUT *out = input == memory[HYST_TP_X] ? memory[HYST_TP_H] : (TURN).h;         \
+  }                                                                                            \
   HYST_UPDATE_FN(update) { HYST_OPEN_UPDATE hyst_tp_commit(memory, depth, input, TURN); }
 /* clang-format on */
 #endif
