@@ -197,8 +197,11 @@ def inverse(model: str, out: str, method: str) -> None:
     from hystfmu.inverse import inverse as invert
     from hystfmu.model import Model
 
-    invert(Model.load(model), method=method).save(out)
-    click.echo(f"wrote {out}")
+    made = invert(Model.load(model), method=method)
+    made.save(out)
+    rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
+    worth = "" if rms is None else f": inverse and model in cascade, RMS {rms:.2g} %, max {most:.2g} % of the span"
+    click.echo(f"wrote {out}{worth}")
 
 
 @main.command()

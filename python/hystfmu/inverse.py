@@ -1,17 +1,22 @@
 """Inverses of a model: the input that makes the model's output follow a wanted one, again a Model with ports u and y.
 
 exact    block by block from the output to the input; every block of the chain needs an inverse
-         (Prandtl-Ishlinskii with a linear term, Zhao-Tan, scaling).
+         (Prandtl-Ishlinskii with a linear term, Zhao-Tan, dead zones, scaling).
 learned  a bank of plays and a network, trained on the model's own response with input and output exchanged.
+
+Every inverse states what it is worth: `fit` holds the errors of inverse -> model, in percent of the span of the wanted
+output, the worst of the held-out signals within 90 % of the range of the input.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
@@ -19,6 +24,7 @@ from hystfmu.model import Model
 
 METHODS = ("exact", "learned")
 NO_LIMIT = 1e300
+SHARE = 0.9  # of the range of the input, for the wanted outputs that an inverse is judged on
 
 # block -> (block of the inverse, its input, its output)
 _TYPES = {
@@ -26,6 +32,7 @@ _TYPES = {
     "prandtl_ishlinskii_inverse": ("prandtl_ishlinskii", "u", "y"),
     "zhao_tan": ("zhao_tan_inverse", "h", "x"),
     "zhao_tan_inverse": ("zhao_tan", "x", "h"),
+    "dead_zones": ("dead_zones", "u", "y"),
     "scaling": ("scaling", "u", "y"),
 }
 
@@ -47,21 +54,55 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
     Returns
     -------
     Model
+        `fit` holds ``cascade_rms_percent`` and ``cascade_max_percent``, see the module's text (not for a model that
+        does not know the range of its input, provenance ``span_u``).
 
     Raises
     ------
     InputError
-        No exact inverse exists; the sentence says why and what to do.
+        No such inverse exists; the sentence says why and what to do.
     """
     if method not in METHODS:
         raise InputError(f"no inverse method {method!r}; there are: {', '.join(METHODS)}")
     if len(model.graph.inputs) != 1 or len(model.graph.outputs) != 1:
         raise InputError("an inverse needs a model with one input and one output")
+    if not any(model.graph.dependencies().values()):
+        raise InputError(
+            f"the output of {model.key} depends on past inputs only (dynamics or a delay): no causal inverse exists; "
+            "invert its hysteresis alone, with the inverse of the dynamics (feedforward) in front"
+        )
     if method == "learned":
-        return _learned(model, seed, options)
-    if options:
+        made = _learned(model, seed, options)
+    elif options:
         raise InputError(f"the exact inverse has no option {sorted(options)[0]!r}")
-    return _exact(model)
+    else:
+        made = _exact(model)
+    return replace(made, fit={**made.fit, **_cascade(model, made)})
+
+
+# ---- what an inverse is worth ----------------------------------------------------------------------------------------
+def _cascade(model: Model, made: Model) -> dict[str, float]:
+    """Errors of inverse -> model on outputs that the model gives for every held-out signal: the worst of each."""
+    from hystfmu.identify import errors
+    from hystfmu.signals import held_out
+
+    if "span_u" not in model.provenance:
+        return {}
+    wanted = [model.predict(_path(model, SHARE * v)) for v in held_out().values()]
+    found = [errors(model.predict(made.predict(r, model.step)), r, float(np.ptp(r))) for r in wanted]
+    return {f"cascade_{k}": max(e[k] for e in found) for k in ("rms_percent", "max_percent")}
+
+
+def _path(model: Model, v: Array) -> Array:
+    """The signal v, in [-1, 1], over the range of the model's input, after a ramp from where the model starts."""
+    from hystfmu.signals import ramps
+
+    span = model.provenance.get("span_u")
+    if not (isinstance(span, list) and len(span) == 2):
+        raise InputError("a learned inverse needs the input range of the model: provenance.span_u = [min, max]")
+    middle, half, start = (span[0] + span[1]) / 2, (span[1] - span[0]) / 2, model.graph.inputs[0].start
+    way_in = ramps([(start - middle) / half, float(v[0])])[:-1] if half > 0 else np.zeros(0)
+    return np.asarray(middle + half * np.concatenate([way_in, v]))
 
 
 # ---- exact -----------------------------------------------------------------------------------------------------------
@@ -126,6 +167,27 @@ def _same_values(n: Node) -> Node:
     return Node(n.name, _TYPES[n.type][0], n.dims, {v.name: n.value(v.name) for v in n.block.parameters})
 
 
+def _invert_dead_zones(n: Node) -> Node:
+    """An increasing piecewise linear curve through 0 has one as its inverse: the same block with other values."""
+    r, w = n.value("r"), n.value("w")
+    centre = float(n.value("w0")[0] + w[r == 0].sum())  # the slope at 0: a dead zone at 0 is the input itself
+    values: dict[str, Any] = {"w0": 1 / centre if centre else np.inf, "r": [], "w": []}
+    for side in (-1.0, 1.0):
+        slope, at, height = centre, 0.0, 0.0
+        for knot in np.unique(side * r[side * r > 0]):
+            height, at, before = height + slope * (knot - at), knot, slope
+            slope = slope + w[r == side * knot].sum()
+            if not (before > 0 and slope > 0):
+                raise InputError(f"the block {n.name!r} is not increasing: its slope falls to {min(before, slope):g}")
+            values["r"].append(side * height)
+            values["w"].append(1 / slope - 1 / before)
+    if not centre > 0:
+        raise InputError(f"the block {n.name!r} is not increasing: its slope at 0 is {centre:g}")
+    if not values["r"]:  # a straight line
+        values |= {"r": [1.0], "w": [0.0]}
+    return Node(n.name, "dead_zones", {"n": len(values["r"])}, values)
+
+
 def _invert_scaling(n: Node) -> Node:
     gain, offset, lo, hi = (n.value(name) for name in ("gain", "offset", "lo", "hi"))
     if len(gain) != 1:
@@ -144,6 +206,7 @@ _INVERT: dict[str, Callable[[Node], Node]] = {
     "prandtl_ishlinskii_inverse": _same_values,
     "zhao_tan": _invert_zhao_tan,
     "zhao_tan_inverse": _invert_zhao_tan,
+    "dead_zones": _invert_dead_zones,
     "scaling": _invert_scaling,
 }
 
@@ -151,15 +214,9 @@ _INVERT: dict[str, Callable[[Node], Node]] = {
 # ---- learned ---------------------------------------------------------------------------------------------------------
 def _learned(model: Model, seed: int, options: dict[str, Any]) -> Model:
     from hystfmu.identify import fit
-    from hystfmu.signals import ramps, training
+    from hystfmu.signals import training
 
-    span = model.provenance.get("span_u")
-    if not (isinstance(span, list) and len(span) == 2):
-        raise InputError("a learned inverse needs the input range of the model: provenance.span_u = [min, max]")
-    lo, hi = float(span[0]), float(span[1])
-    middle, half, start = (lo + hi) / 2, (hi - lo) / 2, model.graph.inputs[0].start
-    way_in = ramps([(start - middle) / half, 0.0])[:-1] if half > 0 else np.zeros(0)
-    u = middle + half * np.concatenate([way_in, training(200, seed + 1)])
+    u = _path(model, training(200, seed + 1))
     y = model.predict(u)
     h = model.step if model.step is not None else 1.0
     # the response is free of noise, so that little decay is needed; the plays of the bank rest where the run begins

@@ -11,12 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmpy import extract, read_model_description
-from fmpy.fmi2 import FMU2Slave
-from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
+from runners import run_by_fmpy, run_by_unit
 
-from hystfmu import Model, Unit
+from hystfmu import Model
 
 H = 0.005
 LIMITS = {"prandtl_ishlinskii": 0.48, "zhao_tan_mlp": 0.30, "prandtl_ishlinskii_asym": 0.21}  # RMS in um
@@ -39,31 +37,6 @@ def csv(measured: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def by_fmpy(path: Path, folder: Path, u: np.ndarray) -> np.ndarray:
-    description = read_model_description(path)
-    kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
-    references = {v.name: v.valueReference for v in description.modelVariables}
-    unit = kind(
-        guid=description.guid,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        unzipDirectory=extract(path, folder),
-        instanceName="measured",
-    )
-    unit.instantiate()
-    put, get = (unit.setReal, unit.getReal) if kind is FMU2Slave else (unit.setFloat64, unit.getFloat64)
-    put([references["u"]], [u[0]])
-    unit.enterInitializationMode()
-    unit.exitInitializationMode()
-    y = [get([references["y"]])[0]]
-    for k in range(1, len(u)):
-        put([references["u"]], [u[k]])
-        unit.doStep((k - 1) * H, H)
-        y.append(get([references["y"]])[0])
-    unit.terminate()
-    unit.freeInstance()
-    return np.array(y)
-
-
 @pytest.mark.parametrize("key", list(LIMITS))
 def test_measured_data_to_fmu(csv: Path, tmp_path: Path, key: str) -> None:
     model = tmp_path / "m.model.toml"
@@ -78,16 +51,9 @@ def test_measured_data_to_fmu(csv: Path, tmp_path: Path, key: str) -> None:
     m = Model.load(model)
     native = m.predict(u)
     assert native.tobytes() == predicted[:4000, 2].tobytes(), "predict writes every bit"
-    unit = Unit(m.graph)
-    unit.initialize(0.0, u=float(u[0]))
-    stepped = [unit.get("y")]
-    for k in range(1, len(u)):
-        unit.set("u", float(u[k]))
-        unit.do_step((k - 1) * H, H)
-        stepped.append(unit.get("y"))
-    assert np.array(stepped).tobytes() == native.tobytes()
+    assert run_by_unit(m.graph, u[:, None], H).tobytes() == native.tobytes()
     for fmi in ("2", "3"):
         fmu = tmp_path / f"x{fmi}.fmu"
         hystfmu("export", model, "--fmi", fmi, "-o", fmu)
         assert validate_fmu(str(fmu)) == []
-        assert by_fmpy(fmu, tmp_path / f"x{fmi}", u).tobytes() == native.tobytes()
+        assert run_by_fmpy(fmu, tmp_path / f"x{fmi}", u[:, None], H).tobytes() == native.tobytes()

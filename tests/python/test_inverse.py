@@ -71,6 +71,53 @@ def test_zhao_tan_between_scalings():
     assert inverse(m).predict(np.r_[far, far[-1] + 5]).min() >= -0.9 - 1e-12
 
 
+def dead_zones(w0, r, w):
+    """The operator and a bent readout in one chain: Kuhnen's modified Prandtl-Ishlinskii operator."""
+    nodes = [
+        Node("plays", "prandtl_ishlinskii", {}, {"w0": 1.0, "r": [0.1, 0.3], "w": [0.5, 0.25]}),
+        Node("bend", "dead_zones", {}, {"w0": w0, "r": r, "w": w}),
+    ]
+    return Model("m", Graph(nodes, [("plays.y", "bend.u")], [Input("u", ("plays.u",))], [Output("y", "bend.y")]))
+
+
+@pytest.mark.parametrize(
+    ("w0", "r", "w"),
+    [
+        (1.0, [-0.5, -0.2, 0.3, 0.6], [0.5, -0.7, 2.0, -2.9]),
+        (0.3, [0.4, -0.1, 0.4, 0.0], [-0.1, 0.2, 3.0, 0.2]),  # in no order, twice the same, one at 0
+        (2.0, [0.0], [0.5]),
+    ],
+)
+def test_dead_zones_behind_plays(w0, r, w):
+    m = dead_zones(w0, r, w)
+    u = signals.nested_reversals(60, 3)
+    back = inverse(m)
+    np.testing.assert_allclose(back.predict(m.predict(u)), u, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(m.predict(back.predict(u)), u, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(inverse(back).predict(u), m.predict(u), rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("w0", "r", "w", "slope"),
+    [(0.0, [0.1], [1.0], "0"), (1.0, [0.2, 0.1], [-0.6, -0.6], "-0.2"), (1.0, [-0.1, 0.0], [-2.0, 0.1], "-0.9")],
+)
+def test_dead_zones_that_fall_have_no_inverse(w0, r, w, slope):
+    with pytest.raises(InputError, match=f"'bend' is not increasing: .* {slope}$"):
+        inverse(dead_zones(w0, r, w))
+
+
+def test_an_inverse_states_what_it_is_worth():
+    """Against the cascade run here, on one of the signals."""
+    m = fitted("zhao_tan_mlp", iterations=40, starts=1)
+    worth = inverse(m, "learned", iterations=40, N=8).fit
+    r = m.predict(0.9 * signals.held_out()["nested reversals"])
+    e = m.predict(inverse(m, "learned", iterations=40, N=8).predict(r)) - r
+    assert 100 * np.abs(e).max() / np.ptp(r) <= worth["cascade_max_percent"] * (1 + 1e-12)
+    assert 100 * np.sqrt(np.mean(e**2)) / np.ptp(r) <= worth["cascade_rms_percent"] * (1 + 1e-12)
+    assert worth["cascade_max_percent"] < 10
+    assert inverse(chain()).fit == {}  # nobody knows the range of its input
+
+
 def test_identified_with_noise_its_inverse_linearises_the_true_plant():
     """S6: 0.1 % noise, at most 0.05 % of span in cascade with the plant itself, on held-out signals."""
     m = fitted(noise=1e-3, u=signals.training(150, 1), N=200)

@@ -1,0 +1,152 @@
+"""Every key of METHODS, from data to the FMU of its inverse: fit, file, every way to run, inverse or why there is none.
+
+Each way gives the same bits: native run of the saved model, Python unit, FMI 2.0 and FMI 3.0 FMU run by fmpy.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from runners import run_by_fmpy, run_by_unit
+from scipy.integrate import solve_ivp
+
+from hystfmu import Dataset, InputError, Model, signals
+from hystfmu.core import Array
+from hystfmu.fmu import export_fmu
+from hystfmu.identify import METHODS, fit
+from hystfmu.inverse import METHODS as WAYS
+from hystfmu.inverse import inverse
+
+H = 1e-3
+SHORT: dict[str, Any] = {"starts": 1, "iterations": 25}
+OPTIONS: dict[str, dict[str, Any]] = {
+    "prandtl_ishlinskii": {"N": 20, "w0_min": 0.1},
+    "zhao_tan_mlp": SHORT,
+    "constraint_factor_mlp": SHORT,
+    "fitted_operator_mlp": {**SHORT, "N": 20},
+    "play_bank_mlp": {**SHORT, "N": 8},
+    "rate_mlp": {**SHORT, "N": 6},
+    "polynomial_narx": {"n_u": 3, "n_f": 3, "n_k": 0},
+    "preisach": {"n": 16},
+    "krasnoselskii_pokrovskii": {"levels": 12},
+    "g0_prandtl_ishlinskii": {"N": 10},
+}
+# why a key has no inverse of that kind: words of the error
+NO_CHAIN, PAST = ("no exact inverse", "learned"), ("past inputs only", "feedforward")
+REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
+    **{("exact", key): NO_CHAIN for key in METHODS if key not in ("prandtl_ishlinskii", "auto")},
+    **{(way, key): PAST for way in WAYS for key in ("g0_prandtl_ishlinskii", "bouc_wen_oscillator")},
+}
+BOUND = {"exact": 1e-12, "learned": 8.0}  # max error of inverse -> model, % of span; learned: little training
+LEARNED: dict[str, Any] = {"starts": 1, "iterations": 30, "N": 8, "hidden": 6}
+
+
+def plant(u: Array) -> Array:
+    """A linear term and six plays by their definition."""
+    r, z, out = np.array([0.07, 0.15, 0.22, 0.31, 0.42, 0.58]), np.zeros(6), np.empty(len(u))
+    for k, v in enumerate(u):
+        z = np.maximum(v - r, np.minimum(v + r, z))
+        out[k] = 2 * v + z.sum()
+    return out
+
+
+def oscillator(u: Array) -> Array:
+    """The Bouc-Wen oscillator by scipy's Runge-Kutta, the force a line between the rows."""
+    t = H * np.arange(len(u))
+
+    def rate(at: float, x: Array) -> list[float]:
+        q, v, z = x
+        a = (np.interp(at, t, u) - 15 * v - 3e4 * q - z) / 2
+        return [v, a, 4e4 * v - 900 * abs(v) * z + 400 * v * abs(z)]
+
+    return np.asarray(solve_ivp(rate, (0, t[-1]), [0.0, 0.0, 0.0], t_eval=t, rtol=1e-7, atol=1e-9, max_step=2 * H).y[0])
+
+
+def data_for(key: str) -> Dataset:
+    if key != "bouc_wen_oscillator":
+        u = signals.training(30, 3)[::2]
+        return Dataset.from_signal(u, plant(u), H, "plays")
+    spectrum = np.zeros(501, complex)
+    spectrum[5:60] = np.exp(2j * np.pi * np.random.default_rng(2).uniform(size=55))
+    u = np.fft.irfft(spectrum, 1000)
+    u *= 60 / u.std()
+    return Dataset.from_signal(u, oscillator(u), H, "oscillator")
+
+
+@pytest.fixture(scope="session")
+def fitted() -> dict[str, Model]:
+    return {}
+
+
+@pytest.fixture
+def model(request: pytest.FixtureRequest, fitted: dict[str, Model]) -> Model:
+    """Fitted once per session."""
+    key = request.param
+    if key not in fitted:
+        fitted[key] = fit(data_for(key), key, seed=1, **OPTIONS.get(key, {}))
+    return fitted[key]
+
+
+every_key = pytest.mark.parametrize("model", list(METHODS), indirect=True)
+
+
+def same_bits(model: Model, u: Array, folder: Path) -> Array:
+    """The response to u, after the same bits came out of every way to run the model."""
+    model.save(folder / "m.model.toml")
+    loaded = Model.load(folder / "m.model.toml")
+    assert loaded.graph.to_bytes() == model.graph.to_bytes()
+    assert loaded.step == model.step == H
+    y = loaded.predict(u)
+    assert y.tobytes() == model.predict(u).tobytes()
+    assert np.isfinite(y).all()
+    assert np.ptp(y) > 0
+    assert run_by_unit(loaded.graph, u[:, None], H).tobytes() == y.tobytes()
+    for fmi in (2, 3):
+        fmu = export_fmu(loaded, folder / f"m{fmi}.fmu", fmi)  # type: ignore[arg-type]
+        assert validate_fmu(str(fmu)) == []
+        assert run_by_fmpy(fmu, folder / f"m{fmi}", u[:, None], H).tobytes() == y.tobytes()
+    return y
+
+
+@every_key
+def test_a_key_gives_the_same_bits_everywhere(model: Model, tmp_path: Path) -> None:
+    lo, hi = model.provenance["span_u"]
+    u = (lo + hi) / 2 + (hi - lo) / 2 * signals.nested_reversals(12, 5, step=0.02)
+    same_bits(model, u, tmp_path)
+    assert model.fit["rms_percent"] < 5
+
+
+@pytest.mark.parametrize("way", WAYS)
+@every_key
+def test_a_key_has_an_inverse_or_says_why_not(model: Model, way: str, tmp_path: Path) -> None:
+    options = LEARNED if way == "learned" else {}
+    words = REFUSED.get((way, model.key))
+    if words:
+        with pytest.raises(InputError) as e:
+            inverse(model, way, **options)
+        assert "\n" not in str(e.value)
+        for w in words:
+            assert w in str(e.value)
+        return
+    made = inverse(model, way, **options)
+    assert made.key == f"{model.key}_inverse"
+    worth = made.fit["cascade_max_percent"]
+    assert made.fit["cascade_rms_percent"] <= worth <= BOUND[way]
+    r = model.predict(0.8 * signals.nested_reversals(12, 5, step=0.02))
+    u = same_bits(made, r, tmp_path)
+    assert np.abs(model.predict(u) - r).max() <= max(2 * worth, BOUND["exact"]) / 100 * np.ptp(r)  # another signal
+
+
+def test_what_has_no_inverse_says_so() -> None:
+    data = data_for("")
+    lagged = fit(data, "polynomial_narx", n_u=2, n_f=2, n_k=1)
+    for way in WAYS:
+        with pytest.raises(InputError, match="past inputs only"):
+            inverse(lagged, way)
+    plays_only = fit(data.with_output(data.y - 2 * data.u), "prandtl_ishlinskii", N=20)
+    with pytest.raises(InputError, match=r"w0 = 0: a sum of plays without linear term .* no continuous inverse"):
+        inverse(plays_only)
