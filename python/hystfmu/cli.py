@@ -252,7 +252,12 @@ def validate(fmu: str, as_json: bool) -> None:
     type=click.Choice(["fmpy", "python", "native"]),
     default="fmpy",
     show_default=True,
-    help="FMUs by fmpy (the reference), Python units, or fused graphs in the C core; all give the same bits.",
+    help="FMUs by fmpy (the reference), Python units, or the whole loop in the C core; all give the same bits.",
+)
+@click.option(
+    "--coupling",
+    type=click.Choice(["gauss_seidel", "jacobi", "iterative"]),
+    help="How units exchange values, instead of what the scenario says.",
 )
 @click.option("--record", is_flag=True, help="Write the results as the new baseline.")
 @click.option("--report", "report_dir", metavar="DIR", help="Write report.html and report.json there.")
@@ -262,6 +267,7 @@ def run(
     everything: bool,
     settings: tuple[str, ...],
     engine: Literal["fmpy", "python", "native"],
+    coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
     record: bool,
     report_dir: str | None,
     as_json: bool,
@@ -287,6 +293,7 @@ def run(
             overrides=_assignments(settings),
             progress=report,
             engine=engine,
+            coupling=coupling,
         )
     if as_json:
         click.echo(json.dumps([r.summary() for r in results]))

@@ -226,10 +226,14 @@ def block_types() -> dict[str, BlockType]:
     return types
 
 
-def _raise(error: _Error) -> None:
+def _message(error: _Error) -> str:
     text = C.create_string_buffer(512)
     library().hyst_message(C.byref(error), text, len(text))
-    raise InputError(text.value.decode(errors="replace"))
+    return text.value.decode(errors="replace")
+
+
+def _raise(error: _Error) -> None:
+    raise InputError(_message(error))
 
 
 class Executor:
@@ -264,6 +268,15 @@ class Executor:
     def _check(self, status: int) -> None:
         if status:
             _raise(self._lib.hyst_graph_error(self._g).contents)
+
+    @property
+    def handle(self) -> C.c_void_p:
+        """The graph as the functions of the core take it."""
+        return self._g
+
+    def error(self) -> str:
+        """What the core refused last."""
+        return _message(self._lib.hyst_graph_error(self._g).contents)
 
     def get(self, reference: int) -> float:
         """The value behind a value reference."""

@@ -13,7 +13,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from hystfmu.fmu.export import export_fmu
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate, to_graph
-from hystfmu.scenario.run import Stopped
+from hystfmu.scenario.trace import Stopped
 
 KINDS = ("fmu2", "fmu3", "python")
 

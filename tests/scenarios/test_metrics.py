@@ -9,8 +9,8 @@ import pytest
 
 from hystfmu.errors import InputError
 from hystfmu.scenario.metrics import measure
-from hystfmu.scenario.run import Trace
 from hystfmu.scenario.spec import MetricSpec
+from hystfmu.scenario.trace import Trace
 
 
 def trace(signal: Any, against: Any, ripple: int = 1, h: float = 0.001) -> Trace:

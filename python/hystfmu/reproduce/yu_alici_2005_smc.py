@@ -157,7 +157,7 @@ class _Loops:
         """
         from hystfmu.scenario import Scenario, build, simulate
         from hystfmu.scenario.metrics import measure
-        from hystfmu.scenario.run import Stopped
+        from hystfmu.scenario.trace import Stopped
 
         overrides: dict[str, Any] = {key.replace("__", "."): v for key, v in changed.items()}
         if inverse is self.literal:  # the network sees the reference itself

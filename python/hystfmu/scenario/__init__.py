@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.errors import InputError
+from hystfmu.scenario.fmu_member import FmuStore
 from hystfmu.scenario.metrics import Baseline, Verdict, judge, sample_rows, save_baseline
-from hystfmu.scenario.run import Engine, FmuStore, Stopped, Trace, simulate
-from hystfmu.scenario.spec import Scenario, split_end
+from hystfmu.scenario.run import Engine, simulate
+from hystfmu.scenario.spec import Scenario, Scheme, split_end
 from hystfmu.scenario.system import System, build, signals, to_graph
+from hystfmu.scenario.trace import Stopped, Trace
 
 __all__ = ["Engine", "Result", "Scenario", "Trace", "Verdict", "build", "run_scenarios", "simulate", "to_graph"]
 
@@ -68,6 +70,7 @@ def run_scenarios(
     overrides: Mapping[str, Any] | None = None,
     progress: Callable[[float], None] = lambda fraction: None,
     engine: Engine = "fmpy",
+    coupling: Scheme | None = None,
 ) -> list[Result]:
     """Run scenarios with all their cases.
 
@@ -85,6 +88,8 @@ def run_scenarios(
         Called with the fraction that is done, 0..1.
     engine : {"fmpy", "python", "native"}
         See `simulate`; FMUs by fmpy are the reference.
+    coupling : {"gauss_seidel", "jacobi", "iterative"}, optional
+        Scheme for all cases instead of their own.
 
     Returns
     -------
@@ -97,9 +102,9 @@ def run_scenarios(
         Bad scenario, model or override; before anything runs.
     """
     overrides = dict(overrides or {})
-    if record and overrides:
-        raise InputError("--record stores the scenario as it is written: it does not go together with --set")
-    scenarios = [Scenario(p, overrides) for p in paths]
+    if record and (overrides or coupling):
+        raise InputError("--record stores the scenario as it is written: it takes neither --set nor --coupling")
+    scenarios = [Scenario(p, overrides, coupling) for p in paths]
     systems = [[build(c) for c in s.cases] for s in scenarios]
     for key in overrides:
         split_end(key, "--set")

@@ -23,8 +23,8 @@ import pydantic
 from hystfmu.core import Array
 from hystfmu.errors import InputError
 from hystfmu.files import read_bytes, read_toml, write_text, write_toml
-from hystfmu.scenario.run import Trace
 from hystfmu.scenario.spec import Case, MetricSpec
+from hystfmu.scenario.trace import Trace
 
 ROUNDING = 1e-9  # percent of stroke, or unit of the signal: an error that is rounding alone may change by as much
 BASELINE_ROWS = 24  # of every case in baseline.csv

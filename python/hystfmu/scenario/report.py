@@ -18,8 +18,8 @@ import numpy as np
 from hystfmu import __version__
 from hystfmu.files import write_text
 from hystfmu.scenario.plot import Line, Plot
-from hystfmu.scenario.run import Trace
 from hystfmu.scenario.system import System, delay_budget
+from hystfmu.scenario.trace import Trace
 
 if TYPE_CHECKING:
     from hystfmu.scenario import Result

@@ -74,6 +74,22 @@ class MetricSpec(pydantic.BaseModel):
     text: str = Field("", description="one line for a reader")
 
 
+Scheme = Literal["gauss_seidel", "jacobi", "iterative"]
+
+
+class CouplingSpec(pydantic.BaseModel):
+    """How units that step at the same time exchange values."""
+
+    model_config = STRICT
+    scheme: Scheme = Field(
+        "gauss_seidel",
+        description="gauss_seidel: in the stated order, with the newest values; jacobi: all with the values of the "
+        "last step; iterative: sweeps from the same saved states until what was read early agrees with what came out",
+    )
+    tolerance: Positive = Field(1e-12, description="iterative: largest disagreement, relative to 1 + |value|")
+    most_sweeps: int = Field(50, ge=2, le=10_000, description="iterative: sweeps before the run is given up")
+
+
 class CaseSpec(pydantic.BaseModel):
     """A variant: what differs from the scenario."""
 
@@ -85,6 +101,7 @@ class CaseSpec(pydantic.BaseModel):
     set: dict[str, Value] = Field({}, description="'unit.parameter' = value, or '*1.2' to scale it")
     units: dict[Name, UnitSpec] = Field({}, description="units that are added or replaced as a whole")
     order: list[Name] | None = Field(None, description="order of evaluation, when it differs")
+    coupling: CouplingSpec | None = Field(None, description="coupling, when it differs")
     connections: dict[str, str] = Field({}, description="connections that are added or replaced")
     limits: dict[Name, Annotated[float, Field(ge=0, allow_inf_nan=False)]] = Field(
         {}, description="limits of metrics, by name"
@@ -104,6 +121,7 @@ class ScenarioSpec(pydantic.BaseModel):
     order: list[Name] = Field(
         min_length=1, max_length=200, description="Gauss-Seidel order: every unit reads the newest values there are"
     )
+    coupling: CouplingSpec = Field(CouplingSpec.model_validate({}), description="how units exchange values")
     units: dict[Name, UnitSpec] = Field(min_length=1, max_length=200)
     connections: dict[str, str] = Field({}, description="'unit.input' = 'unit.output'")
     record: list[str] = Field([], description="outputs stored in baseline.csv and shown in the report")
@@ -130,6 +148,7 @@ class Case:
     stop: float
     ripple: int
     order: tuple[str, ...]
+    coupling: CouplingSpec
     units: dict[str, UnitSpec]
     connections: dict[str, str]
     metrics: dict[str, MetricSpec]
@@ -174,6 +193,8 @@ class Scenario:
         The file, or the folder that holds it.
     overrides : mapping of str to value
         ``{"unit.parameter": value}`` on top of everything else, in the cases that have such a parameter.
+    coupling : str, optional
+        Scheme that all cases take instead of their own.
 
     Raises
     ------
@@ -181,12 +202,15 @@ class Scenario:
         One line with the file, the key, the rule and the value.
     """
 
-    def __init__(self, path: str | Path, overrides: dict[str, Any] | None = None) -> None:
+    def __init__(
+        self, path: str | Path, overrides: dict[str, Any] | None = None, coupling: Scheme | None = None
+    ) -> None:
         path = Path(path)
         self.file = path / "scenario.toml" if path.suffix != ".toml" else path
         self.folder = self.file.parent
         self.spec = read_toml(self.file, ScenarioSpec, MOST_BYTES)
         self.overrides = dict(overrides or {})
+        self.coupling = coupling
         self.cases = self._cases()
 
     def _cases(self) -> tuple[Case, ...]:
@@ -206,6 +230,9 @@ class Scenario:
                 raise InputError(f"{where}: set: no unit {unit!r}; there are {sorted(units)}")
             merged = {**units[unit].set, parameter: value}
             units[unit] = units[unit].model_copy(update={"set": merged})
+        coupling = c.coupling if c.coupling is not None else s.coupling
+        if self.coupling is not None:
+            coupling = coupling.model_copy(update={"scheme": self.coupling})
         metrics = {}
         for name in c.limits:
             if name not in s.metrics:
@@ -227,6 +254,7 @@ class Scenario:
             stop=c.stop if c.stop is not None else s.stop,
             ripple=s.ripple,
             order=tuple(c.order if c.order is not None else s.order),
+            coupling=coupling,
             units=units,
             connections={**s.connections, **c.connections},
             metrics=metrics,

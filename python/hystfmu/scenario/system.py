@@ -91,6 +91,11 @@ class System:
             raise InputError(f"{where}: no output {end!r}; there are {', '.join(have)}")
         return self.columns[end]
 
+    def early(self) -> Array:
+        """Places of the values that a unit reads before the unit that makes them has stepped (in the stated order)."""
+        owner = {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
+        return np.array(sorted({n.source for n in self.links if owner[n.source] >= n.to}), dtype=np.int64)
+
     def starts(self) -> Array:
         """Values before the units are initialised: the start values of their outputs, shape (n_values,)."""
         return np.array([s for p in self.parts for s in _starts(p.graph, "output")], dtype=np.float64)
@@ -335,10 +340,18 @@ def fuse(system: System, parts: tuple[int, ...]) -> tuple[Graph, list[tuple[int,
 
 
 def segments(system: System) -> list[tuple[int, ...]]:
-    """Neighbours in the order that have the same period: each can be one graph without changing any value."""
+    """Neighbours in the order that have the same period: each can be one graph without changing any value.
+
+    A unit that feeds a value of the last step through (it stands before the unit that makes it) would be an algebraic
+    loop inside one graph: it and its source come into different ones.
+    """
+    owner = {p.first + i: k for k, p in enumerate(system.parts) for i in range(len(p.outputs))}
+    early = [(n.to, owner[n.source], n.input) for n in system.links if owner[n.source] >= n.to]
+    held = [(to, source) for to, source, i in early if _feeds_through(system, system.parts[to], i)]
     groups: list[list[int]] = []
     for k, part in enumerate(system.parts):
-        if groups and system.parts[groups[-1][-1]].period == part.period:
+        fits = groups and system.parts[groups[-1][-1]].period == part.period
+        if fits and not any(source == k and to in groups[-1] for to, source in held):
             groups[-1].append(k)
         else:
             groups.append([k])

@@ -1,0 +1,157 @@
+/* master.c - the three couplings of master.h. */
+#include "master.h"
+
+#include <string.h>
+
+/* ---- one unit: a graph, or an FMU behind the function types of its standard -----------------------------------------
+ */
+typedef int (*fmi2_set)(void *, const uint32_t *, size_t, const double *);
+typedef int (*fmi2_get)(void *, const uint32_t *, size_t, double *);
+typedef int (*fmi2_step)(void *, double, double, int);
+typedef int (*fmi3_set)(void *, const uint32_t *, size_t, const double *, size_t);
+typedef int (*fmi3_get)(void *, const uint32_t *, size_t, double *, size_t);
+typedef int (*fmi3_step)(void *, double, double, unsigned char, unsigned char *, unsigned char *, unsigned char *,
+                         double *);
+typedef int (*fmi_save)(void *, void **);
+typedef int (*fmi_restore)(void *, void *);
+enum { WARNING = 1 }; /* the worst status with which a run goes on */
+
+/* where the inputs and outputs of a graph stand: looked up once */
+static int bind(master_unit *u) {
+  if (u->kind != MASTER_GRAPH) return 0;
+  for (int64_t k = 0; k < u->n_in; k++)
+    if (!(u->at[k] = (void *)hyst_graph_port(u->self, u->vr_in[k]))) return 1;
+  for (int64_t k = 0; k < u->n_out; k++)
+    if (!(u->at[u->n_in + k] = hyst_graph_value(u->self, u->vr_out[k]))) return 1;
+  return 0;
+}
+
+static int copy(master_unit *u, const double *values) {
+  if (u->kind == MASTER_GRAPH) {
+    for (int64_t k = 0; k < u->n_in; k++) {
+      const hyst_port *p = u->at[k];
+      const double v = values[u->source[k]];
+      /* an ordinary real number in range; all else is for the function that knows every rule and makes the message */
+      if (v > p->row->lo && v < p->row->hi && p->row->type[0] == 'r') p->value[u->vr_in[k] - p->reference] = v;
+      else if (hyst_graph_set(u->self, u->vr_in[k], v)) return 1;
+    }
+    return 0;
+  }
+  if (u->n_in == 0) return 0;
+  for (int64_t k = 0; k < u->n_in; k++) u->u[k] = values[u->source[k]];
+  if (u->kind == MASTER_FMI2) return ((fmi2_set)u->set)(u->self, u->vr_in, (size_t)u->n_vr_in, u->u) > WARNING;
+  return ((fmi3_set)u->set)(u->self, u->vr_in, (size_t)u->n_vr_in, u->u, (size_t)u->n_in) > WARNING;
+}
+
+static int advance(master_unit *u, double t) {
+  unsigned char event, end, early;
+  double reached;
+  if (u->kind == MASTER_GRAPH) return hyst_graph_step(u->self, t + u->h, u->h) != HYST_E_OK;
+  if (u->kind == MASTER_FMI2) return ((fmi2_step)u->step)(u->self, t, u->h, !u->rollback) > WARNING;
+  return ((fmi3_step)u->step)(u->self, t, u->h, !u->rollback, &event, &end, &early, &reached) > WARNING;
+}
+
+static int take(master_unit *u, double *values) {
+  double *to = values + u->first;
+  if (u->kind == MASTER_GRAPH) {
+    for (int64_t k = 0; k < u->n_out; k++) to[k] = *(const double *)u->at[u->n_in + k];
+    return 0;
+  }
+  if (u->n_out == 0) return 0;
+  if (u->kind == MASTER_FMI2) return ((fmi2_get)u->get)(u->self, u->vr_out, (size_t)u->n_vr_out, to) > WARNING;
+  return ((fmi3_get)u->get)(u->self, u->vr_out, (size_t)u->n_vr_out, to, (size_t)u->n_out) > WARNING;
+}
+
+static int save(master_unit *u) {
+  if (u->kind != MASTER_GRAPH) return ((fmi_save)u->save)(u->self, &u->state) > WARNING;
+  int64_t n;
+  const double *state = hyst_graph_state(u->self, &n);
+  memcpy(u->saved, state, (size_t)n * sizeof *state);
+  return 0;
+}
+
+static int restore(master_unit *u) {
+  if (u->kind != MASTER_GRAPH) return ((fmi_restore)u->restore)(u->self, u->state) > WARNING;
+  int64_t n;
+  double *state = hyst_graph_state(u->self, &n);
+  memcpy(state, u->saved, (size_t)n * sizeof *state);
+  return 0;
+}
+
+/* ---- couplings: the fine step n, for the units whose period divides it ---------------------------------------------
+ */
+#define DUE(u, n) ((n) % (u)->period == 0)
+#define EACH(call)                                  \
+  for (int64_t k = 0; k < m->n_units; k++) {        \
+    master_unit *u = m->units + k;                  \
+    if (DUE(u, n) && (call)) return m->unit = k, 1; \
+  }
+
+static int gauss_seidel(master *m, int64_t n, const double *times) {
+  EACH(copy(u, m->values) || advance(u, times[n - u->period]) || take(u, m->values))
+  return 0;
+}
+
+static int jacobi(master *m, int64_t n, const double *times) {
+  EACH(copy(u, m->values))
+  EACH(advance(u, times[n - u->period]))
+  EACH(take(u, m->values))
+  return 0;
+}
+
+/* How much of the residual to add to the guess: Aitken's relaxation of a vector, after Irons & Tuck.  For one value
+ * it is the secant method, so that a loop gain of any size but one converges; starts with a whole step. */
+static double relaxation(double last, int64_t n, const double *before, const double *now) {
+  double along = 0, square = 0;
+  for (int64_t k = 0; k < n; k++) {
+    const double change = now[k] - before[k];
+    along += before[k] * change;
+    square += change * change;
+  }
+  return square > 0 ? -last * along / square : last;
+}
+
+static int iterative(master *m, int64_t n, const double *times) {
+  double *guess = m->guess, *residual = m->residual, *now = m->residual + m->n_early, relax = 1;
+  EACH(save(u))
+  memcpy(m->begin, m->values, (size_t)m->n_values * sizeof *m->values);
+  for (int64_t k = 0; k < m->n_early; k++) guess[k] = m->values[m->early[k]];
+  for (int sweep = 0; sweep < m->most_sweeps; sweep++) {
+    if (sweep > 0) {
+      EACH(restore(u))
+      memcpy(m->values, m->begin, (size_t)m->n_values * sizeof *m->values);
+      for (int64_t k = 0; k < m->n_early; k++) m->values[m->early[k]] = guess[k];
+    }
+    if (gauss_seidel(m, n, times)) return 1;
+    m->sweeps++;
+    int agree = 1;
+    for (int64_t k = 0; k < m->n_early; k++) {
+      const double out = m->values[m->early[k]], size = out < 0 ? -out : out;
+      now[k] = out - guess[k];
+      if (!(now[k] <= m->tolerance * (1 + size) && -now[k] <= m->tolerance * (1 + size))) agree = 0;
+    }
+    if (agree) return 0;
+    if (sweep > 0) relax = relaxation(relax, m->n_early, residual, now);
+    for (int64_t k = 0; k < m->n_early; k++) guess[k] += relax * now[k], residual[k] = now[k];
+  }
+  return m->unit = -2, 1;
+}
+
+int master_run(master *m, int64_t n, const double *times, double *record) {
+  m->row = m->sweeps = 0;
+  for (int64_t k = 0; k < m->n_units; k++)
+    if (bind(m->units + k)) return m->unit = k, 1;
+  for (int64_t row = 0; row <= n; row++) {
+    if (row > 0) {
+      m->row = row;
+      const int failed = m->scheme == MASTER_JACOBI      ? jacobi(m, row, times)
+                         : m->scheme == MASTER_ITERATIVE ? iterative(m, row, times)
+                                                         : gauss_seidel(m, row, times);
+      if (failed) return 1;
+    }
+    for (int64_t k = 0; k < m->n_values; k++)
+      if (!(m->values[k] - m->values[k] == 0)) return m->unit = -1, 1;
+    for (int64_t k = 0; k < m->n_columns; k++) *record++ = m->values[m->columns[k]];
+  }
+  return 0;
+}

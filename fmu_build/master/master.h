@@ -1,0 +1,53 @@
+/* master.h - the master loop of a scenario in C: units of several rates in a stated order, recorded on the fine grid.
+ *
+ * A unit is a graph of the core, or an FMU of anybody that is called by its function pointers.  All outputs of all
+ * units lie side by side in `values`; a unit copies what it reads from there, steps, and writes its own outputs there.
+ *   Gauss-Seidel  every unit in the stated order copies, steps and writes: it reads the newest values there are
+ *   Jacobi        all units that are due copy first, then all step, then all write: every unit reads the last step's
+ * values iterative     Gauss-Seidel sweeps from the same saved states until the values that were read too early agree
+ * with those that came out; relaxed after Aitken (Irons & Tuck 1969), which for one loop is the secant method No
+ * allocation, no lock, no call into Python: threads run in parallel. */
+#ifndef HYST_MASTER_H
+#define HYST_MASTER_H
+#include "graph.h"
+
+typedef enum { MASTER_GRAPH, MASTER_FMI2, MASTER_FMI3 } master_kind;
+typedef enum { MASTER_GAUSS_SEIDEL, MASTER_JACOBI, MASTER_ITERATIVE } master_scheme;
+
+typedef struct {
+  int32_t kind, rollback;                         /* rollback: an FMU must be ready to be restored (iterative) */
+  int64_t period;                                 /* in fine steps */
+  double h;                                       /* its step (s) */
+  void *self;                                     /* hyst_graph or component */
+  void (*set)(void), (*step)(void), (*get)(void); /* of an FMU: Set..., DoStep, Get... */
+  void (*save)(void), (*restore)(void);           /* of an FMU, iterative: Get...State, Set...State */
+  int64_t n_in, n_out, first;                     /* elements; place of its first output among the values */
+  const int64_t *source;                          /* per input: place among the values */
+  double *u;                                      /* of an FMU: room for its inputs */
+  const uint32_t *vr_in, *vr_out;                 /* value references; of a graph one per element */
+  int64_t n_vr_in, n_vr_out;
+  void **at;     /* of a graph: room for n_in + n_out pointers */
+  double *saved; /* of a graph, iterative: room for its state */
+  void *state;   /* of an FMU, iterative: its saved state; the caller frees it */
+} master_unit;
+
+typedef struct {
+  int32_t scheme, most_sweeps;
+  double tolerance; /* iterative: largest remaining disagreement, relative to 1 + |value| */
+  int64_t n_units;
+  master_unit *units; /* in the stated order */
+  double *values;
+  int64_t n_values;
+  int64_t n_early; /* values that a unit reads before the unit that makes them has stepped */
+  const int64_t *early;
+  double *begin, *guess, *residual; /* iterative: room for n_values and twice n_early */
+  int64_t n_columns;                /* values that are recorded */
+  const int64_t *columns;
+  int64_t row, unit; /* after a failure: fine step; unit, -1: values not finite, -2: sweeps do not agree */
+  int64_t sweeps;    /* all together */
+} master;
+
+/* Units are initialised, `values` hold their first outputs and times[0] their time.  Steps to times[1] ... times[n];
+ * record: (n + 1) rows of n_columns.  0, or 1 with row and unit in *m. */
+int master_run(master *m, int64_t n, const double *times, double *record);
+#endif

@@ -1,0 +1,203 @@
+"""An FMU as a member of a run, called through fmpy: bound functions, buffers that live as long as the run.
+
+An output buffer of a member is a window into the values of the system, an input costs one copy, and the functions of
+the binary are called without a wrapper in between.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal
+
+from hystfmu.graph import Graph, Port
+from hystfmu.scenario.system import Part, System
+from hystfmu.scenario.trace import Stopped
+
+
+class FmuStore:
+    """Exported and unpacked FMUs in a temporary folder (TMPDIR is honoured) that is gone at the end of the `with`."""
+
+    def __init__(self) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix="hystfmu_run_"))
+        self._known: dict[tuple[str, int], tuple[Path, Any]] = {}
+
+    def __enter__(self) -> FmuStore:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, e: BaseException | None, tb: TracebackType | None) -> None:
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:
+        """Folder and model description of the graph as an FMU; exported on first use."""
+        key = (graph.token, fmi)
+        if key not in self._known:
+            import fmpy
+
+            from hystfmu.fmu.export import export_fmu
+
+            archive = self.folder / f"unit_{len(self._known)}.fmu"
+            export_fmu(graph, archive, fmi=fmi)
+            folder = self.folder / archive.stem
+            fmpy.extract(str(archive), str(folder))
+            archive.unlink()
+            self._known[key] = (folder, fmpy.read_model_description(str(folder), validate=False))
+        return self._known[key]
+
+
+def _window(values: C.Array[C.c_double], first: int, n: int) -> C.Array[C.c_double]:
+    return (C.c_double * n).from_buffer(values, 8 * first)
+
+
+def _slots(port: Port, fmi: int) -> list[tuple[str, tuple[str, ...]]]:
+    """The variables of an FMU that a port is, each with the names of its elements."""
+    return [(port.name, port.scalar_names)] if fmi == 3 else [(n, (n,)) for n in port.scalar_names]
+
+
+def _references(values: Sequence[int]) -> C.Array[C.c_uint32]:
+    return (C.c_uint32 * len(values))(*values)
+
+
+def _callbacks(log: Callable[..., None]) -> Any:
+    """FMI 2.0 callbacks that hand log messages to `log`."""
+    from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+
+    callbacks = fmi2CallbackFunctions()
+    callbacks.logger = fmi2CallbackLoggerTYPE(log)
+    callbacks.allocateMemory = defaultCallbacks.allocateMemory
+    callbacks.freeMemory = defaultCallbacks.freeMemory
+    return callbacks
+
+
+def _size(values: C.Array[Any]) -> Any:
+    return C.c_size_t.from_param(len(values))
+
+
+def _nothing() -> int:
+    return 0
+
+
+class FmuMember:
+    """One FMU, called through fmpy's loaded library with buffers that live as long as the run."""
+
+    def __init__(
+        self,
+        system: System,
+        part: Part,
+        sources: Sequence[tuple[int, int]],
+        values: C.Array[C.c_double],
+        store: FmuStore,
+    ) -> None:
+        from fmpy.fmi2 import FMU2Slave
+        from fmpy.fmi3 import FMU3Slave
+
+        fmi: Literal[2, 3] = 2 if part.runs_as == "fmu2" else 3
+        folder, description = store.get(part.graph, fmi)
+        self.name, self.period, self._h = part.name, part.period, system.length(part)
+        kind = FMU2Slave if fmi == 2 else FMU3Slave
+        self._fmu = kind(
+            guid=description.guid,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            unzipDirectory=str(folder),
+            instanceName=part.name,
+        )
+        self._state: Any = None
+        self._said: list[str] = []  # what the FMU logs belongs into the verdict, not onto the terminal
+        if fmi == 2:
+            self._fmu.instantiate(callbacks=_callbacks(lambda _c, _n, _s, _k, m: self._said.append(m.decode())))
+        else:
+            self._fmu.instantiate(logMessage=lambda _e, _s, _k, m: self._said.append(m.decode()))
+        reference = {v.name: v.valueReference for v in description.modelVariables}
+        # What is connected is set in every step, what is constant once.  FMI 3.0 has arrays: one reference for all the
+        # elements, set as a whole; their values lie side by side as ours do.
+        ports = {k: [p for p in part.graph.ports if p.kind == k] for k in ("input", "output")}
+        source = {part.inputs[i]: j for i, j in sources}
+        slots = [slot for p in ports["input"] for slot in _slots(p, fmi)]
+        linked = [slot for slot in slots if any(n in source for n in slot[1])]
+        fixed = [slot for slot in slots if slot not in linked]
+        self._constants = [(reference[name], [part.constants[n] for n in names]) for name, names in fixed]
+        read = [n for _, names in linked for n in names]
+        self._u, self._values = (C.c_double * len(read))(*[part.constants.get(n, 0.0) for n in read]), values
+        self._copies = [(k, source[n]) for k, n in enumerate(read) if n in source]
+        if len(read) == 1:  # reads the output of its source where it stands
+            self._u, self._copies = _window(values, source[read[0]], 1), []
+        vr_in = _references([reference[name] for name, _ in linked])
+        vr_out = _references([reference[name] for p in ports["output"] for name, _ in _slots(p, fmi)])
+        self._t, y = C.c_double(), _window(values, part.first, len(part.outputs))
+        forward = system.case.coupling.scheme != "iterative"  # no state before the present point will be restored
+        # Called without the argument types that fmpy declares: the arguments are converted once, here (a third faster).
+        dll, instance, h = self._fmu.dll, C.c_void_p.from_param(self._fmu.component), C.c_double.from_param(self._h)
+        u, n_u, n_y = C.byref(self._u), _size(self._u), _size(y)
+        inputs, outputs = (C.byref(vr_in), _size(vr_in)), (C.byref(vr_out), _size(vr_out))
+        if fmi == 2:
+            put = partial(dll["fmi2SetReal"], instance, *inputs, u)
+            get = partial(dll["fmi2GetReal"], instance, *outputs, C.byref(y))
+            do = partial(dll["fmi2DoStep"], instance, self._t, h, C.c_int.from_param(forward))
+        else:
+            put = partial(dll["fmi3SetFloat64"], instance, *inputs, u, n_u)
+            get = partial(dll["fmi3GetFloat64"], instance, *outputs, C.byref(y), n_y)
+            told = [C.byref(C.c_bool()), C.byref(C.c_bool()), C.byref(C.c_bool()), C.byref(C.c_double())]
+            do = partial(dll["fmi3DoStep"], instance, self._t, h, C.c_bool.from_param(forward), *told)
+        self._put, self._do, self._get = put if read else _nothing, do, get if part.outputs else _nothing
+
+    def start(self, t0: float) -> None:
+        if hasattr(self._fmu, "setupExperiment"):
+            self._fmu.setupExperiment(startTime=t0)
+            self._fmu.enterInitializationMode()
+        else:
+            self._fmu.enterInitializationMode(startTime=t0)
+        put = self._fmu.setFloat64 if hasattr(self._fmu, "setFloat64") else self._fmu.setReal
+        for reference, constants in self._constants:
+            put([reference], constants)
+        for i, j in self._copies:
+            self._u[i] = self._values[j]
+        if self._put() > 1:
+            raise self._stopped(t0)
+        self._fmu.exitInitializationMode()
+        if self._get() > 1:
+            raise self._stopped(t0)
+
+    def step(self, t: float) -> None:
+        u, values = self._u, self._values
+        for i, j in self._copies:
+            u[i] = values[j]
+        self._t.value = t
+        if self._put() > 1 or self._do() > 1 or self._get() > 1:
+            raise self._stopped(t)
+
+    def copy(self) -> None:
+        for i, j in self._copies:
+            self._u[i] = self._values[j]
+        if self._put() > 1:
+            raise self._stopped(self._t.value)
+
+    def advance(self, t: float) -> None:
+        self._t.value = t
+        if self._do() > 1:
+            raise self._stopped(t)
+
+    def take(self) -> None:
+        if self._get() > 1:
+            raise self._stopped(self._t.value)
+
+    def save(self) -> None:
+        if self._state is not None:
+            self._fmu.freeFMUState(self._state)
+        self._state = self._fmu.getFMUState()
+
+    def restore(self) -> None:
+        self._fmu.setFMUState(self._state)
+
+    def _stopped(self, t: float) -> Stopped:
+        why = self._said[-1] if self._said else f"inputs {list(self._u)}"
+        return Stopped(f"{self.name} refuses the step from t = {t:g} s: {why}")
+
+    def close(self) -> None:
+        if self._state is not None:
+            self._fmu.freeFMUState(self._state)
+        self._fmu.freeInstance()

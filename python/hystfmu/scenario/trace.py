@@ -1,0 +1,34 @@
+"""What a run leaves: all values on the fine grid, or the reason why it ended early."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from hystfmu.core import Array
+
+
+class Stopped(Exception):
+    """A unit refused to go on (a diverged loop ends with values that are not finite): a failure, not bad input."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """All outputs of all units of one run.
+
+    t : shape (n + 1,), times of the fine grid (s);  values : shape (n + 1, n_values), `columns` says which is which.
+    """
+
+    t: Array
+    values: Array
+    columns: dict[str, int]
+    ripple: int
+
+    def __getitem__(self, end: str) -> Array:
+        return self.values[:, self.columns[end]]
+
+    def only(self, ends: Iterable[str]) -> Trace:
+        """A copy that holds these outputs alone: many cases are kept for a report."""
+        kept = list(dict.fromkeys(ends))
+        values = self.values[:, [self.columns[e] for e in kept]]
+        return Trace(self.t, values, {e: k for k, e in enumerate(kept)}, self.ripple)

@@ -1,0 +1,61 @@
+"""A Python unit as a member of a run, in the place of an FMU."""
+
+from __future__ import annotations
+
+import ctypes as C
+from collections.abc import Sequence
+
+from hystfmu.errors import InputError
+from hystfmu.scenario.system import Part, System
+from hystfmu.scenario.trace import Stopped
+from hystfmu.unit import Unit
+
+
+class UnitMember:
+    """One Python unit in the place of an FMU."""
+
+    def __init__(
+        self, system: System, part: Part, sources: Sequence[tuple[int, int]], values: C.Array[C.c_double]
+    ) -> None:
+        self.name, self.period, self._h = part.name, part.period, system.length(part)
+        self._unit = Unit(part.graph)
+        self._constants, self._values = part.constants, values
+        self._inputs = [(part.inputs[i], j) for i, j in sources]
+        self._outputs = [(part.first + i, n) for i, n in enumerate(part.outputs)]
+
+    def start(self, t0: float) -> None:
+        for name, value in self._constants.items():
+            self._unit.set(name, value)
+        self.copy()
+        self._unit.initialize(t0)
+        self.take()
+
+    def step(self, t: float) -> None:
+        self.copy()
+        self.advance(t)
+        self.take()
+
+    def copy(self) -> None:
+        try:
+            for name, j in self._inputs:
+                self._unit.set(name, self._values[j])
+        except InputError as e:
+            raise Stopped(f"{self.name} refuses its inputs: {e}") from None
+
+    def advance(self, t: float) -> None:
+        try:
+            self._unit.do_step(t, self._h)
+        except InputError as e:
+            raise Stopped(f"{self.name} refuses the step from t = {t:g} s: {e}") from None
+
+    def take(self) -> None:
+        for j, name in self._outputs:
+            self._values[j] = self._unit.get(name)
+
+    def save(self) -> None:
+        self._state = self._unit.state
+
+    def restore(self) -> None:
+        self._unit.state = self._state
+
+    def close(self) -> None: ...
