@@ -25,15 +25,20 @@ hyst_status hyst_fail_value(hyst_error *e, const char *block, const hyst_var *ro
   return HYST_E_VALUE;
 }
 
+int hyst_type(const hyst_var *row) {
+  return strchr(row->type, '|')       ? HYST_CHOICE
+         : !strcmp(row->type, "real") ? HYST_REAL
+         : !strcmp(row->type, "bool") ? HYST_BOOL
+                                      : HYST_INT;
+}
+
 hyst_status hyst_check(const hyst_var *row, double value) {
   if (!(value - value == 0)) return HYST_E_VALUE; /* NaN or infinite */
   if (value < row->lo || value > row->hi) return HYST_E_VALUE;
-  if (strcmp(row->type, "real") != 0) {
-    if (value > 2147483647.0 || value < -2147483648.0 || value != (double)(int32_t)value) return HYST_E_VALUE;
-    double choices = 1; /* of an enumeration: the bars plus one */
-    for (const char *s = row->type; *s; s++) choices += *s == '|';
-    if (!strcmp(row->type, "bool")) choices = 2;
-    if (strcmp(row->type, "int") != 0 && (value < 0 || value >= choices)) return HYST_E_VALUE;
-  }
-  return HYST_E_OK;
+  const int type = hyst_type(row);
+  if (type == HYST_REAL) return HYST_E_OK;
+  if (value > 2147483647.0 || value < -2147483648.0 || value != (double)(int32_t)value) return HYST_E_VALUE;
+  double choices = type == HYST_BOOL ? 2 : 1; /* of an enumeration: the bars plus one */
+  for (const char *s = row->type; *s; s++) choices += *s == '|';
+  return type != HYST_INT && (value < 0 || value >= choices) ? HYST_E_VALUE : HYST_E_OK;
 }

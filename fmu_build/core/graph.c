@@ -6,17 +6,6 @@
 #include "error.h"
 #include "layout.h"
 
-const hyst_port *hyst_graph_port(const hyst_graph *g, int64_t reference) {
-  int lo = 0, hi = g->n_ports; /* ports are sorted by reference: find the last that begins at or before it */
-  while (lo < hi) {
-    const int mid = lo + (hi - lo) / 2;
-    if (g->ports[mid].reference <= reference) lo = mid + 1;
-    else hi = mid;
-  }
-  if (lo == 0 || reference >= g->ports[lo - 1].reference + g->ports[lo - 1].size) return NULL;
-  return g->ports + lo - 1;
-}
-
 double *hyst_graph_value(hyst_graph *g, int64_t reference) {
   const hyst_port *p = hyst_graph_port(g, reference);
   return p ? p->value + (reference - p->reference) : NULL;
@@ -26,7 +15,7 @@ hyst_status hyst_graph_set(hyst_graph *g, int64_t reference, double value) {
   const hyst_port *p = hyst_graph_port(g, reference);
   if (!p || p->kind == HYST_OUTPUT)
     return hyst_fail(&g->error, HYST_E_WIRING, NULL, p ? p->name : NULL, "not a parameter or input");
-  if (hyst_check(p->row, value)) return hyst_fail_value(&g->error, g->nodes[p->block].name, p->row, value);
+  if (hyst_check_port(p, value)) return hyst_fail_value(&g->error, g->nodes[p->block].name, p->row, value);
   p->value[reference - p->reference] = value;
   if (p->kind != HYST_INPUT) g->changed = 1;
   return HYST_E_OK;

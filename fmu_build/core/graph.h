@@ -22,11 +22,14 @@ int hyst_message(const hyst_error *e, char *text, size_t size);
 const char *hyst_number(char *to, size_t size, double v);         /* as a person writes it; never a decimal comma; to */
 void hyst_interval(const hyst_var *row, char *text, size_t size); /* its legal values in words */
 
+/* types of the table, as bits */
+enum { HYST_REAL = 1, HYST_INT = 2, HYST_BOOL = 4, HYST_CHOICE = 8 };
+
 /* A variable seen from outside.  Its elements have the value references reference, reference + 1, ... */
 typedef struct {
   const char *name;
   int kind; /* HYST_PARAM, HYST_FIXED, HYST_INPUT, HYST_OUTPUT */
-  int block, var;
+  int block, var, type;
   int64_t reference, size;
   const hyst_var *row;
   double *value; /* its place in the graph's memory */
@@ -57,6 +60,8 @@ typedef struct {
   hyst_node *nodes;
   hyst_wire *wires;
   hyst_port *ports;
+  int64_t n_references;
+  uint32_t *port_of; /* of every value reference: set and get are called in every step, a search would be seen */
   int *dims;
   char *names;
   double *p, *p_file;               /* all parameters; as they stand in the file */
@@ -72,9 +77,17 @@ typedef struct {
 hyst_status hyst_graph_measure(const unsigned char *file, size_t length, size_t *bytes, hyst_error *e);
 hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memory, size_t bytes, hyst_graph **g,
                             hyst_error *e);
-const hyst_port *hyst_graph_port(const hyst_graph *g, int64_t reference); /* NULL: no such value reference */
+/* NULL: no such value reference */
+static inline const hyst_port *hyst_graph_port(const hyst_graph *g, int64_t reference) {
+  return reference >= 0 && reference < g->n_references ? g->ports + g->port_of[reference] : NULL;
+}
+int hyst_type(const hyst_var *row); /* one of the bits */
 /* Is the value legal for this variable?  Refuses NaN, infinities, values out of range, fractions of an int. */
 hyst_status hyst_check(const hyst_var *row, double value);
+static inline hyst_status hyst_check_port(const hyst_port *p, double value) { /* the same, sooner for a real number */
+  if (p->type == HYST_REAL && value - value == 0 && value >= p->row->lo && value <= p->row->hi) return HYST_E_OK;
+  return hyst_check(p->row, value);
+}
 hyst_status hyst_graph_set(hyst_graph *g, int64_t reference, double value); /* checked; takes effect at the next step */
 double *hyst_graph_value(hyst_graph *g, int64_t reference);                 /* or NULL */
 double *hyst_graph_state(hyst_graph *g, int64_t *n);

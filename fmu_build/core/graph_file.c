@@ -69,7 +69,7 @@ static counts count(const hyst_block *b, const int *dim) {
 
 /* The file is read twice by one walker: without a graph it counts, with one it fills. */
 typedef struct {
-  int64_t nodes, dims, values, external, p, x, y, u, wires, ports;
+  int64_t nodes, dims, values, external, p, x, y, u, wires, ports, references;
   size_t names;
 } totals;
 
@@ -165,14 +165,15 @@ static hyst_status read_ports(cursor *c, totals *n, hyst_graph *g, hyst_error *e
   const uint32_t n_ports = get_u32(c);
   if (c->bad || n_ports > 1000000) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "number of variables");
   n->ports = n_ports;
-  int64_t next = 0;
   for (uint32_t i = 0; i < n_ports; i++) {
     char *name = g ? g->names + n->names : NULL;
     n->names += get_name(c, name);
     const uint32_t kind = get_u32(c);
     const uint32_t block = get_u32(c), var = get_u32(c), at = get_u32(c);
     const int64_t size = get_u32(c);
-    if (c->bad || size < 1) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "a variable");
+    const int64_t reference = n->references;
+    if (c->bad || size < 1 || (n->references += size) > MOST_VALUES)
+      return hyst_fail(e, HYST_E_FILE, NULL, NULL, "a variable");
     if (!g) continue;
     if (block >= (uint32_t)g->n_nodes || var >= (uint32_t)g->nodes[block].block->n_vars)
       return hyst_fail(e, HYST_E_WIRING, name, NULL, "");
@@ -181,8 +182,8 @@ static hyst_status read_ports(cursor *c, totals *n, hyst_graph *g, hyst_error *e
     const int64_t own = node->block->size(node->dim, (int)var);
     hyst_port *p = g->ports + i;
     p->name = name, p->kind = (int)kind, p->block = (int)block, p->var = (int)var, p->row = row;
-    p->reference = next, p->size = size;
-    next += size;
+    p->type = hyst_type(row), p->reference = reference, p->size = size;
+    for (int64_t k = 0; k < size; k++) g->port_of[reference + k] = i;
     if (row->kind != (hyst_kind)kind) return hyst_fail(e, HYST_E_WIRING, name, NULL, "");
     if (kind == HYST_INPUT) { /* row: the input of the first block that reads it; at: place among the graph's inputs */
       if ((int64_t)at + size > g->n_external) return hyst_fail(e, HYST_E_WIRING, name, NULL, "");
@@ -215,12 +216,13 @@ static hyst_status read_header(cursor *c, const unsigned char *file, size_t leng
 
 static size_t align(size_t n) { return (n + 15) / 16 * 16; }
 
-/* memory in the order: graph, nodes, wires, ports, doubles, sizes, names */
+/* memory in the order: graph, nodes, wires, ports, doubles, sizes, names, references */
 static size_t measure(const totals *n) {
   const int64_t doubles = 1 + 2 * n->p + n->u + n->x + n->y + 2 * n->external;
   return align(sizeof(hyst_graph)) + align((size_t)n->nodes * sizeof(hyst_node)) +
          align((size_t)n->wires * sizeof(hyst_wire)) + align((size_t)n->ports * sizeof(hyst_port)) +
-         align((size_t)doubles * sizeof(double)) + align((size_t)n->dims * sizeof(int)) + align(n->names);
+         align((size_t)doubles * sizeof(double)) + align((size_t)n->dims * sizeof(int)) + align(n->names) +
+         align((size_t)n->references * sizeof(uint32_t));
 }
 
 static hyst_status count_file(const unsigned char *file, size_t length, totals *n, hyst_error *e) {
@@ -275,6 +277,8 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   g->external = y + n.y;
   g->dims = take(&at, (size_t)n.dims * sizeof(int));
   g->names = take(&at, n.names);
+  g->n_references = n.references;
+  g->port_of = take(&at, (size_t)n.references * sizeof(uint32_t));
   cursor c;
   memset(&n, 0, sizeof n);
   s = read_header(&c, file, length, g->token, e);

@@ -109,7 +109,7 @@ static fmi_status check_count(const instance *i, const fmi_call *call, const fmi
                               unsigned types, int time, size_t count) {
   size_t have = 0;
   for (size_t k = 0; k < n; k++) {
-    if (time && vr[k] == i->n_references) {
+    if (time && vr[k] == i->graph->n_references) {
       have++;
       continue;
     }

@@ -63,10 +63,8 @@ static const char *phase_name(int phase) {
                                    : "Terminated";
 }
 
-int fmi_allowed(const instance *i, const fmi_call *call) {
-  if (!i) return 0;
-  if (call->phases & (unsigned)i->run.phase) return 1;
-  fmi_refuse(i, "%s is not allowed in the state '%s'.", call->name, phase_name(i->run.phase));
+int fmi_refuse_phase(const instance *i, const fmi_call *call) {
+  if (i) fmi_refuse(i, "%s is not allowed in the state '%s'.", call->name, phase_name(i->run.phase));
   return 0;
 }
 
@@ -75,13 +73,6 @@ fmi_status fmi_absent(const instance *i, const char *name, const char *why) {
 }
 
 /* ---- life ------------------------------------------------------------------------------------------------------- */
-static int type_of(const hyst_var *row) {
-  return strchr(row->type, '|')       ? ENUMERATION
-         : !strcmp(row->type, "real") ? REAL
-         : !strcmp(row->type, "bool") ? BOOLEAN
-                                      : INTEGER;
-}
-
 static void fresh_run(instance *i) {
   const fmi_run run = {.phase = INSTANTIATED, .changed = i->graph->changed, .dt = i->graph->dt};
   i->run = run;
@@ -98,15 +89,12 @@ static int open_graph(instance *i, const char *token, const unsigned char *file,
   if (!i->memory) return fmi_refuse(i, "out of memory"), 0;
   if (hyst_graph_open(file, length, i->memory, bytes, &i->graph, &e)) return refuse_graph(i, &e), 0;
   const hyst_graph *g = i->graph;
-  if (g->n_ports) i->n_references = (uint32_t)(g->ports[g->n_ports - 1].reference + g->ports[g->n_ports - 1].size);
   if (!token || strcmp(token, g->token) != 0)
     return fmi_refuse(i, "The token '%s' of modelDescription.xml does not belong to this block.bin ('%s').",
                       token ? token : "", g->token),
            0;
-  i->type = malloc((size_t)g->n_ports + 1);
   i->broken = malloc((size_t)g->n_external + 1);
-  if (!i->type || !i->broken) return fmi_refuse(i, "out of memory"), 0;
-  for (int k = 0; k < g->n_ports; k++) i->type[k] = (unsigned char)type_of(g->ports[k].row);
+  if (!i->broken) return fmi_refuse(i, "out of memory"), 0;
   return 1;
 }
 
@@ -137,7 +125,6 @@ void fmi_free(instance *i) {
   void *state;
   while ((state = i->saved)) fmi_forget(i, &state);
   free(i->memory);
-  free(i->type);
   free(i->broken);
   free(i->name);
   free(i);
@@ -163,8 +150,7 @@ fmi_status fmi_setup(instance *i, double start, int stop_defined, double stop) {
   return FMI_OK;
 }
 
-fmi_status fmi_fresh(instance *i) {
-  if (i->run.phase != INITIALIZATION || !i->run.stale) return FMI_OK;
+fmi_status fmi_refresh(instance *i) {
   if (hyst_graph_start(i->graph, i->run.t)) return refuse_graph(i, hyst_graph_error(i->graph));
   i->run.stale = 0;
   return FMI_OK;
@@ -186,7 +172,7 @@ fmi_status fmi_step(instance *i, double t, double h) {
   char a[32], b[32];
   if (!(h >= LEAST_STEP && h <= MOST_STEP))
     return fmi_refuse(i, "The step size must be in [1e-12, 1e9] s. Got %s instead.", hyst_number(a, sizeof a, h));
-  if (!is_finite(t) || !(t - i->run.t <= slack(t, h)) || !(i->run.t - t <= slack(t, h)))
+  if (t != i->run.t && (!is_finite(t) || !(t - i->run.t <= slack(t, h)) || !(i->run.t - t <= slack(t, h))))
     return fmi_refuse(i, "The step starts at t = %s s, but the unit is at t = %s s.", hyst_number(a, sizeof a, t),
                       hyst_number(b, sizeof b, i->run.t));
   const double t_end = t + h;
@@ -207,15 +193,11 @@ static const char *type_words(unsigned types) {
   return types & REAL ? "real" : types & BOOLEAN ? "boolean" : types & INTEGER ? "integer" : "enumeration";
 }
 
-const hyst_port *fmi_port(const instance *i, const fmi_call *call, uint32_t reference, unsigned types) {
+const hyst_port *fmi_refuse_port(const instance *i, const fmi_call *call, uint32_t reference) {
   const hyst_port *p = hyst_graph_port(i->graph, reference);
-  if (!p || (!i->by_element && p->reference != reference)) {
+  if (!p || (!i->by_element && p->reference != reference))
     fmi_refuse(i, "%s: no variable has the value reference %lu.", call->name, (unsigned long)reference);
-    return NULL;
-  }
-  const unsigned type = i->type[p - i->graph->ports];
-  if (type & types) return p;
-  fmi_refuse(i, "%s: '%s' is of type %s.", call->name, p->name, type_words(type));
+  else fmi_refuse(i, "%s: '%s' is of type %s.", call->name, p->name, type_words((unsigned)p->type));
   return NULL;
 }
 
@@ -226,7 +208,7 @@ static fmi_status refuse_value(const instance *i, const hyst_port *p, double val
   return refuse_graph(i, &e);
 }
 
-fmi_status fmi_accept(instance *i, const hyst_port *p, int64_t element, double value) {
+fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double value) {
   if (p->kind == HYST_OUTPUT) return fmi_refuse(i, "'%s' is an output and cannot be set.", p->name);
   if (p->kind == HYST_FIXED && i->run.phase == STEPPING)
     return fmi_refuse(i, "'%s' is a fixed parameter: set it before the initialisation ends.", p->name);
@@ -241,16 +223,4 @@ fmi_status fmi_accept(instance *i, const hyst_port *p, int64_t element, double v
     return FMI_DISCARD;
   }
   return hyst_check(p->row, value) ? refuse_value(i, p, value) : FMI_OK;
-}
-
-void fmi_set(instance *i, const hyst_port *p, int64_t element, double value) {
-  p->value[element] = value;
-  i->run.stale = 1;
-  if (p->kind != HYST_INPUT) {
-    i->graph->changed = 1;
-  } else if (i->n_broken) {
-    const int64_t at = p->value - i->graph->external + element;
-    i->n_broken -= i->broken[at];
-    i->broken[at] = 0;
-  }
 }

@@ -14,7 +14,7 @@ typedef enum { FMI_OK, FMI_WARNING, FMI_DISCARD, FMI_ERROR, FMI_FATAL } fmi_stat
 enum { INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 8, ANY = 15 };
 
 /* types of the table, as bits: a getter or setter lists those it carries */
-enum { REAL = 1, INTEGER = 2, BOOLEAN = 4, ENUMERATION = 8 };
+enum { REAL = HYST_REAL, INTEGER = HYST_INT, BOOLEAN = HYST_BOOL, ENUMERATION = HYST_CHOICE };
 
 /* categories of messages, as bits; the names are those that the standards predefine */
 #define FMI_CATEGORIES(C)        \
@@ -54,9 +54,7 @@ typedef struct {
   unsigned categories; /* bits of the categories that are sent */
   int by_element;      /* FMI 2.0: every element of an array is a variable of its own */
   hyst_graph *graph;
-  uint32_t n_references; /* of the graph; in FMI 3.0 the next one is the time */
   void *memory;          /* of the graph */
-  unsigned char *type;   /* REAL, ... of every port */
   unsigned char *broken; /* inputs of the graph whose last value was NaN or infinite */
   int64_t n_broken;
   fmi_run run;
@@ -72,8 +70,13 @@ void fmi_reset(instance *i);
 void fmi_log(const instance *i, fmi_status status, int category, const char *format, ...);
 fmi_status fmi_set_logging(instance *i, const fmi_call *call, int on, size_t n, const char *const names[]);
 fmi_status fmi_refuse(const instance *i, const char *format, ...); /* logs an error, returns FMI_ERROR */
-/* 1 if the call is allowed in the present phase; else a message, and the caller returns Error */
-int fmi_allowed(const instance *i, const fmi_call *call);
+/* 1 if the call is allowed in the present phase; else a message, and the caller returns Error.  Here and below, what
+ * happens at every step stands in this header, and what is refused in instance.c: a small model takes less time than
+ * the calls around it. */
+int fmi_refuse_phase(const instance *i, const fmi_call *call); /* 0 */
+static inline int fmi_allowed(const instance *i, const fmi_call *call) {
+  return i && call->phases & (unsigned)i->run.phase ? 1 : fmi_refuse_phase(i, call);
+}
 /* a function of the standard that this unit does not have */
 fmi_status fmi_absent(const instance *i, const char *name, const char *why);
 
@@ -82,11 +85,33 @@ fmi_status fmi_exit_initialization(instance *i);
 fmi_status fmi_step(instance *i, double t, double h);
 
 /* The variable behind a reference if it has one of the types; NULL after a message. */
-const hyst_port *fmi_port(const instance *i, const fmi_call *call, uint32_t reference, unsigned types);
-fmi_status fmi_fresh(instance *i); /* before values are read: outputs that belong to the present inputs */
+const hyst_port *fmi_refuse_port(const instance *i, const fmi_call *call, uint32_t reference);
+static inline const hyst_port *fmi_port(const instance *i, const fmi_call *call, uint32_t reference, unsigned types) {
+  const hyst_port *p = hyst_graph_port(i->graph, reference);
+  const int good = p && (unsigned)p->type & types && (i->by_element || p->reference == reference);
+  return good ? p : fmi_refuse_port(i, call, reference);
+}
+fmi_status fmi_refresh(instance *i);
+static inline fmi_status fmi_fresh(
+    instance *i) { /* before values are read: outputs that belong to the present inputs */
+  return i->run.phase == INITIALIZATION && i->run.stale ? fmi_refresh(i) : FMI_OK;
+}
 /* May the element be set to this value now?  fmi_set() then does it: a call with several values sets all or none. */
-fmi_status fmi_accept(instance *i, const hyst_port *p, int64_t element, double value);
-void fmi_set(instance *i, const hyst_port *p, int64_t element, double value);
+fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double value);
+static inline fmi_status fmi_accept(instance *i, const hyst_port *p, int64_t element, double value) {
+  return p->kind == HYST_INPUT && !hyst_check_port(p, value) ? FMI_OK : fmi_examine(i, p, element, value);
+}
+static inline void fmi_set(instance *i, const hyst_port *p, int64_t element, double value) {
+  p->value[element] = value;
+  i->run.stale = 1;
+  if (p->kind != HYST_INPUT) {
+    i->graph->changed = 1;
+  } else if (i->n_broken) {
+    const int64_t at = p->value - i->graph->external + element;
+    i->n_broken -= i->broken[at];
+    i->broken[at] = 0;
+  }
+}
 
 fmi_status fmi_save(instance *i, void **state);
 fmi_status fmi_restore(instance *i, void *state);
