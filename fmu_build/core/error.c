@@ -26,10 +26,10 @@ hyst_status hyst_fail_value(hyst_error *e, const char *block, const hyst_var *ro
 }
 
 int hyst_type(const hyst_var *row) {
-  return strchr(row->type, '|')       ? HYST_CHOICE
-         : !strcmp(row->type, "real") ? HYST_REAL
+  return !strcmp(row->type, "real")   ? HYST_REAL
+         : !strcmp(row->type, "int")  ? HYST_INT
          : !strcmp(row->type, "bool") ? HYST_BOOL
-                                      : HYST_INT;
+                                      : HYST_CHOICE;
 }
 
 hyst_status hyst_check(const hyst_var *row, double value) {
