@@ -5,6 +5,7 @@
 
 #include "error.h"
 #include "layout.h"
+#include "node.h"
 
 double *hyst_graph_value(hyst_graph *g, int64_t reference) {
   const hyst_port *p = hyst_graph_port(g, reference);
@@ -63,18 +64,10 @@ static hyst_status prepare(hyst_graph *g, double dt, unsigned flags) {
 
 hyst_status hyst_graph_prepare(hyst_graph *g, double dt) { return prepare(g, dt, 0); }
 
-/* n >= 1 numbers, mostly one: the first alone, so that nothing is set up for a loop that does not run */
-static inline void copy(double *to, const double *from, int64_t n) {
-  *to = *from;
-  for (int64_t k = 1; k < n; k++) to[k] = from[k];
-}
-
 static inline void advance(const hyst_graph *g, double t, double dt) {
   for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) {
     const hyst_block *const b = n->block;
-    for (const hyst_wire *w = g->wires + n->first_wire, *last = w + n->n_wires; w < last; w++)
-      copy(w->to, w->from, w->size);
-    if (n->time >= 0) n->u[n->time] = t;
+    hyst_gather(g, n, t);
     if (b->update) b->update(n->dim, n->p, n->x, n->u, dt);
     b->output(n->dim, n->p, n->x, n->u, n->y);
   }

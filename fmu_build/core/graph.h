@@ -41,6 +41,7 @@ typedef struct {
   const int *dim;
   double *p, *u, *y, *x;
   int64_t n_p, n_u, n_y, n_x;
+  int64_t n_c;                 /* its continuous states: the first of x */
   int64_t time;                /* place of the time among u, or -1 */
   int64_t first_wire, n_wires; /* its wires, gathered into u before update() */
 } hyst_node;
@@ -62,7 +63,7 @@ typedef struct {
   hyst_port *ports;
   int64_t n_references;
   uint32_t *port_of; /* of every value reference: set and get are called in every step, a search would be seen */
-  int *dims;
+  int *dims, *order; /* order: node numbers, every block after the sources that it passes on at once */
   char *names;
   double *p, *p_file;               /* all parameters; as they stand in the file */
   double *external, *external_file; /* inputs of the graph; their start values */
@@ -70,6 +71,7 @@ typedef struct {
   int64_t n_p, n_state, n_external;
   int changed; /* parameters were set since prepare() ran */
   double dt;   /* the step that the derived values of STEP blocks belong to */
+  double step; /* sample period of the model, for its sampled blocks in continuous time; 0: none is stated */
   hyst_error error;
 } hyst_graph;
 
@@ -93,7 +95,7 @@ double *hyst_graph_value(hyst_graph *g, int64_t reference);                 /* o
 double *hyst_graph_state(hyst_graph *g, int64_t *n);
 const hyst_error *hyst_graph_error(const hyst_graph *g);
 void hyst_graph_defaults(hyst_graph *g);                  /* all values as in the file and the tables */
-hyst_status hyst_graph_order(hyst_graph *g);              /* refuses algebraic loops */
+hyst_status hyst_graph_order(hyst_graph *g);              /* fills order; refuses algebraic loops */
 hyst_status hyst_graph_prepare(hyst_graph *g, double dt); /* after parameters changed */
 hyst_status hyst_graph_start(hyst_graph *g, double t);    /* states from the parameters, then the first outputs */
 hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt);

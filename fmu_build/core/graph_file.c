@@ -7,9 +7,9 @@
 #include "layout.h"
 
 /* ---- reading: a cursor that never passes the end -------------------------------------------------------------- */
-enum { HEADER = 8 + 4 + 4 + 4 + HYST_TOKEN }; /* magic, version, length, checksum, token */
+enum { HEADER = 8 + 4 + 4 + 4 + HYST_TOKEN + 8 }; /* magic, version, length, checksum, token, step */
 static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'F', 'M', 'U', '\n'};
-enum { VERSION = 1 };
+enum { VERSION = 2 };
 static const int64_t MOST_VALUES = 1 << 24; /* doubles in one graph: 128 MiB; a stranger's file must not ask for more */
 enum { MOST_NODES = HYST_MOST_NODES, MOST_WIRES = 100000, MOST_NAME = 255 };
 
@@ -43,11 +43,11 @@ static size_t get_name(cursor *c, char *to) {
 
 /* ---- sizes of a block ------------------------------------------------------------------------------------------ */
 typedef struct {
-  int64_t p, p_file, u, y, x, time;
+  int64_t p, p_file, u, y, x, c, time;
 } counts;
 
 static counts count(const hyst_block *b, const int *dim) {
-  counts n = {0, 0, 0, 0, 0, -1};
+  counts n = {0, 0, 0, 0, 0, 0, -1};
   for (int v = 0; v < b->n_vars; v++) {
     const int64_t size = b->size(dim, v);
     switch (b->vars[v].kind) {
@@ -60,7 +60,7 @@ static counts count(const hyst_block *b, const int *dim) {
         break;
       case HYST_INPUT: n.u += size; break;
       case HYST_OUTPUT: n.y += size; break;
-      case HYST_CSTATE:
+      case HYST_CSTATE: n.x += size, n.c += size; break;
       case HYST_STATE: n.x += size; break;
     }
   }
@@ -108,7 +108,7 @@ static hyst_status read_nodes(cursor *c, totals *n, hyst_graph *g, hyst_error *e
     node->name = name;
     node->block = b;
     node->dim = dims;
-    node->n_p = k.p, node->n_u = k.u, node->n_y = k.y, node->n_x = k.x, node->time = k.time;
+    node->n_p = k.p, node->n_u = k.u, node->n_y = k.y, node->n_x = k.x, node->n_c = k.c, node->time = k.time;
     node->p = g->p + n->p - k.p;
     for (int v = 0; v < b->n_vars; v++) {
       if (!hyst_is_parameter(b->vars[v].kind)) continue;
@@ -200,7 +200,8 @@ static hyst_status read_ports(cursor *c, totals *n, hyst_graph *g, hyst_error *e
 }
 
 /* ---- one allocation: where everything lies ---------------------------------------------------------------------- */
-static hyst_status read_header(cursor *c, const unsigned char *file, size_t length, char *token, hyst_error *e) {
+static hyst_status read_header(cursor *c, const unsigned char *file, size_t length, char *token, double *step,
+                               hyst_error *e) {
   const cursor made = {file, file + length, 0};
   *c = made;
   if (length < HEADER || memcmp(file, MAGIC, sizeof MAGIC) != 0) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "header");
@@ -211,25 +212,28 @@ static hyst_status read_header(cursor *c, const unsigned char *file, size_t leng
   memcpy(token, c->at, HYST_TOKEN);
   if (token[HYST_TOKEN - 1] != 0) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "token");
   c->at += HYST_TOKEN;
+  *step = get_f64(c);
+  if (!(*step >= 0 && *step < HYST_INF)) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "step");
   return HYST_E_OK;
 }
 
 static size_t align(size_t n) { return (n + 15) / 16 * 16; }
 
-/* memory in the order: graph, nodes, wires, ports, doubles, sizes, names, references */
+/* memory in the order: graph, nodes, wires, ports, doubles, sizes, order, names, references */
 static size_t measure(const totals *n) {
   const int64_t doubles = 1 + 2 * n->p + n->u + n->x + n->y + 2 * n->external;
   return align(sizeof(hyst_graph)) + align((size_t)n->nodes * sizeof(hyst_node)) +
          align((size_t)n->wires * sizeof(hyst_wire)) + align((size_t)n->ports * sizeof(hyst_port)) +
-         align((size_t)doubles * sizeof(double)) + align((size_t)n->dims * sizeof(int)) + align(n->names) +
-         align((size_t)n->references * sizeof(uint32_t));
+         align((size_t)doubles * sizeof(double)) + align((size_t)n->dims * sizeof(int)) +
+         align((size_t)n->nodes * sizeof(int)) + align(n->names) + align((size_t)n->references * sizeof(uint32_t));
 }
 
 static hyst_status count_file(const unsigned char *file, size_t length, totals *n, hyst_error *e) {
   cursor c;
   char token[HYST_TOKEN];
+  double step;
   memset(n, 0, sizeof *n);
-  hyst_status s = read_header(&c, file, length, token, e);
+  hyst_status s = read_header(&c, file, length, token, &step, e);
   if (!s) s = read_nodes(&c, n, NULL, e);
   if (!s) s = read_wires(&c, n, NULL, e);
   if (!s) s = read_ports(&c, n, NULL, e);
@@ -276,12 +280,13 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   double *x = d, *y = d + n.x;
   g->external = y + n.y;
   g->dims = take(&at, (size_t)n.dims * sizeof(int));
+  g->order = take(&at, (size_t)n.nodes * sizeof(int));
   g->names = take(&at, n.names);
   g->n_references = n.references;
   g->port_of = take(&at, (size_t)n.references * sizeof(uint32_t));
   cursor c;
   memset(&n, 0, sizeof n);
-  s = read_header(&c, file, length, g->token, e);
+  s = read_header(&c, file, length, g->token, &g->step, e);
   if (!s) s = read_nodes(&c, &n, g, e);
   if (s) return s;
   for (int i = 0; i < g->n_nodes; i++) {

@@ -1,4 +1,4 @@
-/* graph_order.c - refuses algebraic loops with the names along them. */
+/* graph_order.c - the topological order of direct feed-through; refuses algebraic loops with the names along them. */
 #include "error.h"
 #include "graph.h"
 
@@ -16,10 +16,11 @@ static int blocked(const hyst_graph *g, const char *done, int i) {
 /* A loop of blocks that all feed through has no order in which it could be evaluated: refuse it with its names. */
 hyst_status hyst_graph_order(hyst_graph *g) {
   char done[HYST_MOST_NODES] = {0};
+  int n_done = 0;
   for (int found = 1; found;) {
     found = 0;
     for (int i = 0; i < g->n_nodes; i++)
-      if (!done[i] && blocked(g, done, i) < 0) done[i] = found = 1;
+      if (!done[i] && blocked(g, done, i) < 0) done[i] = found = 1, g->order[n_done++] = i;
   }
   int i = 0;
   while (i < g->n_nodes && done[i]) i++;

@@ -21,7 +21,7 @@ from hystfmu.errors import InputError
 
 Value = float | int | bool | str | Sequence[float] | Array
 
-MAGIC, VERSION = b"HYSTFMU\n", 1
+MAGIC, VERSION = b"HYSTFMU\n", 2
 _TOKEN = 40
 _MOST_VALUES = 1 << 24  # as in graph_file.c
 _LENGTH = re.compile(r"(\w+)(?: \+ (\d+))?\Z")
@@ -193,6 +193,15 @@ class Port:
         return (self.name,) if self.size == 1 else tuple(f"{self.name}_{i + 1}" for i in range(self.size))
 
 
+@dataclass(frozen=True)
+class ContinuousState:
+    """One continuous state of the finished unit, as Model Exchange names it; its derivative is `der(name)`."""
+
+    name: str
+    unit: str
+    text: str
+
+
 class Graph:
     """Blocks, wires, inputs and outputs.
 
@@ -208,12 +217,14 @@ class Graph:
         Put the nodes into an order in which every block with direct feed-through comes after its sources.  Without
         loops the chain is evaluated from input to output, without delay.  In a loop the blocks without direct
         feed-through come first and read the values held since the last step, as a sampled loop does.
+    step : float
+        Sample period (s) of the model, at which its sampled blocks advance in Model Exchange; 0: none is stated.
 
     Raises
     ------
     InputError
-        Unknown endpoints, sizes that differ, an input wired twice, two nodes of one name, an algebraic loop (with the
-        names along it).
+        A bad step, unknown endpoints, sizes that differ, an input wired twice, two nodes of one name, an algebraic loop
+        (with the names along it).
     """
 
     def __init__(
@@ -223,7 +234,11 @@ class Graph:
         inputs: Sequence[Input] = (),
         outputs: Sequence[Output] = (),
         sort: bool = True,
+        step: float = 0.0,
     ) -> None:
+        if not (np.isfinite(step) and step >= 0):
+            raise InputError(f"the step of a graph must be a float in [0, inf). Got {step} instead.")
+        self.step = float(step)
         self.nodes = tuple(nodes)
         self.wires = tuple((a, b) for a, b in wires)
         self.inputs, self.outputs = tuple(inputs), tuple(outputs)
@@ -259,7 +274,11 @@ class Graph:
         """The same graph with one node exchanged for another of the same name."""
         self.node(node.name)
         nodes = [node if n.name == node.name else n for n in self.nodes]
-        return Graph(nodes, self.wires, self.inputs, self.outputs, sort=False)
+        return Graph(nodes, self.wires, self.inputs, self.outputs, sort=False, step=self.step)
+
+    def with_step(self, step: float) -> Graph:
+        """The same graph with another sample period (s)."""
+        return Graph(self.nodes, self.wires, self.inputs, self.outputs, sort=False, step=step)
 
     # ---- resolving endpoints --------------------------------------------------------------------------------------
     def _endpoint(self, text: str, kinds: tuple[str, ...]) -> tuple[int, int, int, Var]:
@@ -379,6 +398,23 @@ class Graph:
         raise InputError(f"no variable {name!r}; there are {', '.join(p.name for p in self.ports[:20])}")
 
     @property
+    def continuous_states(self) -> tuple[ContinuousState, ...]:
+        """The continuous states in the order of the core, one per element; none is a variable that can be set."""
+        taken = {s for p in self.ports for s in p.scalar_names}
+        states: list[ContinuousState] = []
+        for n in self.nodes:
+            for v in n.block.of("cstate"):
+                size = n.sizes[v.name]
+                name = v.name if len(self.nodes) == 1 else f"{n.name}_{v.name}"
+                for i in range(size):
+                    own = name if size == 1 else f"{name}_{i + 1}"
+                    while own in taken:  # names are free text: a port may have taken it
+                        own += "_"
+                    taken.add(own)
+                    states.append(ContinuousState(own, v.unit, v.text))
+        return tuple(states)
+
+    @property
     def n_outputs(self) -> int:
         """Number of scalar outputs."""
         return sum(p.size for p in self.ports if p.kind == "output")
@@ -416,7 +452,7 @@ class Graph:
             b = s.encode("ascii")
             return struct.pack("<I", len(b)) + b
 
-        out = [struct.pack("<I", len(self.nodes))]
+        out = [struct.pack("<dI", self.step, len(self.nodes))]
         for n in self.nodes:
             p = n.parameters()
             dims = [n.dims[d.name] for d in n.block.dims]

@@ -52,6 +52,10 @@ class Model:
     fit: dict[str, Any] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        if self.step is not None and self.graph.step != self.step:  # the block file carries it into Model Exchange
+            object.__setattr__(self, "graph", self.graph.with_step(self.step))
+
     def predict(self, u: Array | Sequence[float], h: float | None = None) -> Array:
         """Free-run output for the input rows `u`, from a fresh start.
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "continuous.h"
 #include "graph.h"
 #include "random.h"
 
@@ -36,6 +37,28 @@ static double input(int extreme) {
   const double u = 4 * hyst_random_uniform(2, drawn++) - 2;
   if (!extreme || draw() % 50) return u;
   return u * (draw() % 2 ? 1e300 : 1e-300);
+}
+
+/* the passes of continuous time, from wherever the run is */
+static void continuous(hyst_graph *g, int extreme) {
+  const int64_t n = hyst_graph_n_continuous(g);
+  double *dx = malloc(((size_t)n + 1) * sizeof *dx);
+  if (!dx) exit(3);
+  for (int i = 0; i < 20; i++) {
+    for (int64_t k = 0; k < g->n_external; k++) g->external[k] = input(extreme);
+    for (int64_t k = 0; k < n; k++) {
+      const hyst_node *node;
+      int64_t element;
+      const hyst_var *row = hyst_graph_continuous_row(g, k, &node, &element);
+      if (row->kind != HYST_CSTATE || element >= node->n_c) exit(10);
+      *hyst_graph_continuous(g, k) = input(extreme);
+    }
+    hyst_graph_evaluate(g, i);
+    hyst_graph_derivatives(g, dx);
+    hyst_graph_commit(g, i);
+    if (hyst_graph_is_sampled(g)) (void)hyst_graph_sample(g, i, g->step > 0 ? g->step : 1);
+  }
+  free(dx);
 }
 
 /* open, run, save and restore; returns the status of opening */
@@ -76,6 +99,7 @@ static hyst_status run(const unsigned char *file, size_t length, int steps, doub
     }
     if (i == steps / 2) memcpy(saved, state, (size_t)n * sizeof *state);
   }
+  continuous(g, extreme);
   memcpy(state, saved, (size_t)n * sizeof *state);
   (void)hyst_graph_step(g, (steps + 1) * h, h);
   for (int k = 0; k < g->n_ports; k++) past = g->ports[k].reference + g->ports[k].size;
