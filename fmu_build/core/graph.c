@@ -110,12 +110,12 @@ hyst_status hyst_graph_run(hyst_graph *g, int64_t n, double t0, double h, const 
   const hyst_port *const first = g->ports + g->first_output, *const end = g->ports + g->end_output;
   const int64_t n_external = g->n_external;
   for (int64_t i = 0; i < n; i++) {
-    if (n_external > 0) copy(g->external, u, n_external), u += n_external;
+    if (n_external > 0) hyst_copy(g->external, u, n_external), u += n_external;
     /* t + h, not t0 + i h: a master that calls doStep(t, h) must get the same bits */
     const hyst_status s = i == 0 ? hyst_graph_start(g, t0) : step(g, t0 + (double)(i - 1) * h + h, h);
     if (s) return s;
     for (const hyst_port *p = first; p < end; p++)
-      if (p->kind == HYST_OUTPUT) copy(y, p->value, p->size), y += p->size;
+      if (p->kind == HYST_OUTPUT) hyst_copy(y, p->value, p->size), y += p->size;
   }
   return HYST_E_OK;
 }
