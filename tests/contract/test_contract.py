@@ -252,7 +252,7 @@ def test_model_file_keeps_every_bit(name: str, tmp_path: Path) -> None:
     block = block_types()[name]
     for n in some(block):
         changed = perturbed(n, {v.name for v in block.parameters if v.type == "real"})
-        graph = Graph.single(changed)
+        graph = Graph.single(changed).with_step(STEP)
         Model(name, graph, STEP).save(tmp_path / "m.model.toml")
         again = Model.load(tmp_path / "m.model.toml")
         assert again.graph.token == graph.token
