@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hystfmu.plot import Line, Plot
 from hystfmu.scenario import build, run_scenarios
-from hystfmu.scenario.plot import Line, Plot
 from hystfmu.scenario.report import Section, Table, write_report
 from hystfmu.scenario.spec import Scenario
 from hystfmu.scenario.system import delay_budget

@@ -13,6 +13,7 @@ from typing import Literal
 
 import hystfmu
 from hystfmu.core import Var
+from hystfmu.fmu.xml_file import xml_file
 from hystfmu.graph import Graph, Port
 
 Fmi = Literal[2, 3]
@@ -249,6 +250,4 @@ def model_description(graph: Graph, fmi: Fmi, name: str, text: str = "", step: f
         ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=repr(1000 * step), stepSize=repr(step))
     root.append(_variables2(graph) if fmi == 2 else _variables3(graph))
     root.append(_structure(graph, fmi))
-    ET.indent(root)
-    xml: str = ET.tostring(root, encoding="unicode")
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{xml}\n'.encode()
+    return xml_file(root)

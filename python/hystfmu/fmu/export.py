@@ -1,41 +1,33 @@
-"""Writes an FMU: description, prebuilt binary, block file, zipped.  No compiler, the same bytes every time."""
+"""Writes an FMU: description, prebuilt binary, block file, documentation.  No compiler, the same bytes every time."""
 
 from __future__ import annotations
 
 import functools
 import io
-import platform
 import re
-import sys
 import zipfile
 from pathlib import Path
 
 from hystfmu.errors import InputError
 from hystfmu.files import write_bytes
 from hystfmu.fmu.description import Fmi, model_description
+from hystfmu.fmu.documentation import documentation
+from hystfmu.fmu.icon import png, svg
+from hystfmu.fmu.platforms import binary, host
+from hystfmu.fmu.reference import Reference
+from hystfmu.fmu.terminals import terminals_and_icons
 from hystfmu.graph import Graph
 from hystfmu.model import Model
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
-# (system, machine): folder in FMI 2.0, folder in FMI 3.0, suffix of the binary in the FMU
-_PLATFORMS = {
-    ("linux", "x86_64"): ("linux64", "x86_64-linux", "so"),
-    ("linux", "aarch64"): ("aarch64-linux", "aarch64-linux", "so"),
-    ("darwin", "x86_64"): ("darwin64", "x86_64-darwin", "dylib"),
-    ("darwin", "arm64"): ("darwin64", "aarch64-darwin", "dylib"),
-    ("win32", "AMD64"): ("win64", "x86_64-windows", "dll"),
-}
-
 
 @functools.cache
-def _binary() -> bytes:
-    """The prebuilt binary of the host: the same one in every FMU."""
-    for suffix in ("so", "dylib", "dll"):
-        path = Path(__file__).parent.with_name(f"_fmu.{suffix}")
-        if path.exists():
-            return path.read_bytes()
-    raise ImportError("the compiled FMU binary is missing: install the package with 'pip install .'")
+def _licence() -> bytes:
+    path = Path(__file__).parents[1] / "LICENSE"
+    if not path.exists():
+        raise ImportError("the licence text is missing: install the package with 'pip install .'")
+    return path.read_bytes()
 
 
 def _identifier(text: str) -> str:
@@ -44,12 +36,36 @@ def _identifier(text: str) -> str:
     return cleaned if _IDENTIFIER.match(cleaned) else f"_{cleaned}"
 
 
-def _add(archive: zipfile.ZipFile, name: str, content: bytes, mode: int = 0o644) -> None:
+def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
     entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))  # no clock: the same model gives the same file
     entry.create_system = 3
-    entry.external_attr = mode << 16
+    entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
     entry.compress_type = zipfile.ZIP_DEFLATED
     archive.writestr(entry, content)
+
+
+def _binaries(fmi: Fmi, name: str) -> dict[str, bytes]:
+    content = binary(host())
+    if content is None:
+        raise ImportError("the compiled FMU binary is missing: install the package with 'pip install .'")
+    return {f"binaries/{host().folder(fmi)}/{name}.{host().suffix}": content}
+
+
+def _entries(model: Model | None, graph: Graph, fmi: Fmi, name: str, text: str) -> dict[str, bytes]:
+    """Everything in the archive, by name."""
+    reference = Reference.of(graph, model)
+    entries = {"modelDescription.xml": model_description(graph, fmi, name, text, reference.h)}
+    entries |= _binaries(fmi, name)
+    entries["resources/block.bin"] = graph.to_bytes()
+    if fmi == 2:
+        entries["model.png"] = png(reference.curve)
+    else:
+        entries["terminalsAndIcons/terminalsAndIcons.xml"] = terminals_and_icons(graph)
+        entries["terminalsAndIcons/icon.png"] = png(reference.curve)
+        entries["terminalsAndIcons/icon.svg"] = svg(reference.curve)
+    entries["documentation/index.html"] = documentation(graph, fmi, name, text, reference, model)
+    entries["documentation/licenses/license.txt"] = _licence()
+    return entries | reference.files(fmi)
 
 
 def export_fmu(model: Model | Graph, path: str | Path, fmi: Fmi = 2, name: str | None = None) -> Path:
@@ -58,7 +74,8 @@ def export_fmu(model: Model | Graph, path: str | Path, fmi: Fmi = 2, name: str |
     Parameters
     ----------
     model : Model or Graph
-        What runs in it; a model also gives the step of the default experiment and the description.
+        What runs in it; a model also gives the step of the default experiment, the description, the fit and the data
+        range of the documentation.
     path : str or Path
         The file, usually ``*.fmu``; written as a whole or not at all.
     fmi : {2, 3}
@@ -78,22 +95,16 @@ def export_fmu(model: Model | Graph, path: str | Path, fmi: Fmi = 2, name: str |
     """
     if fmi not in (2, 3):
         raise InputError(f"the FMI version must be 2 or 3; got {fmi}")
-    graph = model.graph if isinstance(model, Model) else model
+    whole, graph = (model, model.graph) if isinstance(model, Model) else (None, model)
+    single = graph.nodes[0] if len(graph.nodes) == 1 else None
     if name is None:
-        key = model.key if isinstance(model, Model) else graph.nodes[0].name if len(graph.nodes) == 1 else "graph"
-        name = _identifier(key)
+        name = _identifier(whole.key if whole else single.name if single else "graph")
     if not _IDENTIFIER.match(name):
         raise InputError(f"the FMU name {name!r} must be a letter or _ followed by letters, digits or _")
-    host = (sys.platform, platform.machine())
-    if host not in _PLATFORMS:
-        raise InputError(f"no FMU folder is defined for the platform {host[0]} {host[1]}")
-    folders, suffix = _PLATFORMS[host][:2], _PLATFORMS[host][2]
-    step = model.step if isinstance(model, Model) else None
-    text = model.text if isinstance(model, Model) else graph.nodes[0].block.text if len(graph.nodes) == 1 else ""
+    text = whole.text if whole else single.block.text if single else ""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", compresslevel=6) as archive:
-        _add(archive, "modelDescription.xml", model_description(graph, fmi, name, text, step))
-        _add(archive, f"binaries/{folders[fmi - 2]}/{name}.{suffix}", _binary(), 0o755)
-        _add(archive, "resources/block.bin", graph.to_bytes())
+        for entry, content in _entries(whole, graph, fmi, name, text).items():
+            _add(archive, entry, content)
     write_bytes(path, buffer.getvalue())
     return Path(path)

@@ -17,7 +17,7 @@ import numpy as np
 
 from hystfmu import __version__
 from hystfmu.files import write_text
-from hystfmu.scenario.plot import Line, Plot
+from hystfmu.plot import Line, Plot
 from hystfmu.scenario.system import System, delay_budget
 from hystfmu.scenario.trace import Trace
 

@@ -61,7 +61,7 @@ class Plot:
             out.append(f'<text class="tick" x="{LEFT - 5}" y="{py(v) + 4:.1f}" text-anchor="end">{v:.6g}</text>')
         out.append(f'<rect class="frame" x="{LEFT}" y="{TOP}" width="{right - LEFT}" height="{bottom - TOP}"/>')
         for k, line in enumerate(lines):
-            out.append(f'<path class="line c{k % 4}" transform="scale(.1)" d="{_path(px(line.x), py(line.y))}"/>')
+            out.append(f'<path class="line c{k % 4}" transform="scale(.1)" d="{path(px(line.x), py(line.y))}"/>')
         at = LEFT
         for k, line in enumerate(lines):
             out.append(f'<path class="line c{k % 4}" d="M{at} 15h14"/>')
@@ -76,7 +76,7 @@ class Plot:
         return "".join(out)
 
 
-def _path(x: Array, y: Array) -> str:
+def path(x: Array, y: Array) -> str:
     """Relative steps in whole tenths of a unit: a third of the size of absolute decimals."""
     points = np.column_stack([x, y])
     tenths = np.round(10 * points).astype(int)
