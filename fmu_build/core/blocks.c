@@ -9,6 +9,7 @@
   B(bouc_wen)                   \
   B(bouc_wen_oscillator)        \
   B(constraint_factor)          \
+  B(constraint_factor_inverse)  \
   B(creep)                      \
   B(dead_zones)                 \
   B(delay)                      \

@@ -1,7 +1,7 @@
 """Inverses of a model: the input that makes the model's output follow a wanted one, again a Model with ports u and y.
 
 exact    block by block from the output to the input; every block of the chain needs an inverse
-         (Prandtl-Ishlinskii with a linear term, Zhao-Tan, dead zones, scaling).
+         (Prandtl-Ishlinskii with a linear term, Zhao-Tan, constraint factor, dead zones, scaling).
 learned  a bank of plays and a network, trained on the model's own response with input and output exchanged.
 
 Every inverse states what it is worth: `fit` holds the errors of inverse -> model, in percent of the span of the wanted
@@ -32,6 +32,8 @@ _TYPES = {
     "prandtl_ishlinskii_inverse": ("prandtl_ishlinskii", "u", "y"),
     "zhao_tan": ("zhao_tan_inverse", "h", "x"),
     "zhao_tan_inverse": ("zhao_tan", "x", "h"),
+    "constraint_factor": ("constraint_factor_inverse", "h", "x"),
+    "constraint_factor_inverse": ("constraint_factor", "x", "h"),
     "dead_zones": ("dead_zones", "u", "y"),
     "scaling": ("scaling", "u", "y"),
 }
@@ -119,6 +121,7 @@ def _exact(model: Model) -> Model:
         [Input("u", (f"{nodes[0].name}.{ends[0][1]}",), sink.unit, start, "wanted output")],
         [Output("y", f"{nodes[-1].name}.{ends[-1][2]}", source.unit, "input that gives it")],
     )
+    graph.executor()  # a block whose values have no inverse says so
     key = model.key.removesuffix("_inverse") if model.key.endswith("_inverse") else f"{model.key}_inverse"
     return Model(
         key, graph, model.step, f"exact inverse: {model.text}", {}, {"inverse": "exact", "of": model.provenance}
@@ -156,15 +159,12 @@ def _invert_prandtl_ishlinskii(n: Node) -> Node:
     return _same_values(n)
 
 
-def _invert_zhao_tan(n: Node) -> Node:
-    if n.type == "zhao_tan" and n.value("memory")[0] != 0:
-        raise InputError(f"the block {n.name!r} has memory = 'last', which has no inverse; use memory = 'dominant'")
-    values = {"x0": n.value("x0")}
-    return Node(n.name, _TYPES[n.type][0], {"depth": n.dims["depth"]}, values)
-
-
 def _same_values(n: Node) -> Node:
-    return Node(n.name, _TYPES[n.type][0], n.dims, {v.name: n.value(v.name) for v in n.block.parameters})
+    """The block of the inverse has the parameters of the forward block, but no choice of the memory."""
+    if "memory" in n.values and n.value("memory")[0] != 0:
+        raise InputError(f"the block {n.name!r} has memory = 'last', which has no inverse; use memory = 'dominant'")
+    values = {v.name: n.value(v.name) for v in n.block.parameters if v.name != "memory"}
+    return Node(n.name, _TYPES[n.type][0], n.dims, values)
 
 
 def _invert_dead_zones(n: Node) -> Node:
@@ -204,8 +204,10 @@ def _invert_scaling(n: Node) -> Node:
 _INVERT: dict[str, Callable[[Node], Node]] = {
     "prandtl_ishlinskii": _invert_prandtl_ishlinskii,
     "prandtl_ishlinskii_inverse": _same_values,
-    "zhao_tan": _invert_zhao_tan,
-    "zhao_tan_inverse": _invert_zhao_tan,
+    "zhao_tan": _same_values,
+    "zhao_tan_inverse": _same_values,
+    "constraint_factor": _same_values,
+    "constraint_factor_inverse": _same_values,
     "dead_zones": _invert_dead_zones,
     "scaling": _invert_scaling,
 }

@@ -71,6 +71,44 @@ def test_zhao_tan_between_scalings():
     assert inverse(m).predict(np.r_[far, far[-1] + 5]).min() >= -0.9 - 1e-12
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"a0": 0.5, "a": [1.0, 0.25], "d_max": 3.0},  # a straight line beyond 3
+        {"a0": 1e-3, "a": [1.0]},  # nearly flat where a branch starts
+        {"a0": 0.01, "a": [0.0] * 8 + [1.0], "d_max": 4.0, "x0": 0.3},  # d^18
+        {"a0": 2.0, "a": [0.0], "d_max": 9.0},  # flat at the far end
+    ],
+)
+def test_constraint_factor(values):
+    """In the output to the last bits of the span; in the input as far as its slope allows."""
+    m = Model("c", Graph.single(Node("c", "constraint_factor", {}, values)))
+    back = inverse(m)
+    for u in signals.held_out().values():
+        h = m.predict(u)
+        x = back.predict(h)
+        assert np.abs(m.predict(x) - h).max() <= 1e-15 * np.ptp(h)
+        if values["a0"] >= 0.5:
+            assert np.abs(x - u).max() <= 1e-13
+    np.testing.assert_array_equal(inverse(back).predict(u), h)
+
+
+def test_the_inverse_branch_against_bisection():
+    """g^-1 in 50 digits."""
+    import mpmath
+
+    a0, a, d_max = 0.01, [0.3, 0.0, 2.0], 3.0
+
+    def g(d):
+        return (1 - mpmath.exp(-d)) * (a0 + sum(c * d ** (2 * j + 1) for j, c in enumerate(a)))
+
+    node = Node("c", "constraint_factor_inverse", {}, {"a0": a0, "a": a, "d_max": d_max})
+    for v in (1e-12, 1e-5, 0.01, 0.5, 20.0, 200.0):
+        with mpmath.workdps(50):
+            exact = float(mpmath.findroot(lambda d, v=v: g(d) - 2 * mpmath.mpf(v), (0, d_max), solver="illinois")) / 2
+        assert abs(Graph.single(node).run([0.0, v])[1] - exact) <= 4e-16 * max(exact, 1e-3)
+
+
 def dead_zones(w0, r, w):
     """The operator and a bent readout in one chain: Kuhnen's modified Prandtl-Ishlinskii operator."""
     nodes = [
@@ -148,6 +186,7 @@ def test_learned_inverse_of_a_network():
         (lambda: fitted("prandtl_ishlinskii_asym"), ("no exact inverse", "learned")),
         (lambda: chain(memory="last"), ("'last'", "dominant")),
         (lambda: falling(), ("not increasing", "-0.5")),
+        (lambda: flat(), ("at c:", "must rise")),
         (lambda: Model("s", Graph.single(Node("s", "scaling", {"n": 1}, {"gain": 0.0}))), ("gain 0",)),
     ],
 )
@@ -160,6 +199,11 @@ def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
 
 def plays_only():
     return Model("p", Graph.single(Node("p", "prandtl_ishlinskii", {}, {"w0": 0.0, "r": [0.1, 0.2], "w": [1.0, 2.0]})))
+
+
+def flat():
+    values = {"a0": 0.0, "a": [0.0]}
+    return Model("c", Graph.single(Node("c", "constraint_factor", {}, values)))
 
 
 def falling():

@@ -5,11 +5,9 @@
  * m = 9: "9-order" counts the powers, the degree is 17.  The normal equations confirm it: d^(2j-1) d^(2k-1) =
  * d^(2(j+k-1)), eq. 5.  The last exponent of eq. 7, 2(m-1), is a misprint of 2(2m-1), which eq. 8 has.
  *
- * A hysteretic operator needs an increasing branch; the printed a0 = -13.1 = g'(0) gives none.  prepare() looks at g'
- * in 4097 even places of [0, d_max]: between them the branch can fall by less than (d_max / 4096)^3 max|g'''| / 12.
- * Beyond d_max it goes on with its slope there, since a polynomial of degree 2m - 1 says nothing outside its data.
- * memory = last, the literal reading for replicas, takes any coefficients. */
-#include "../elementary.h"
+ * A hysteretic operator needs an increasing branch; the printed a0 = -13.1 = g'(0) gives none.  memory = last, the
+ * literal reading for replicas, takes any coefficients. */
+#include "../odd_branch.h"
 #include "../return_point.h"
 
 #define DIMS(D)                          \
@@ -27,54 +25,19 @@
   V(h, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output of the operator")                                \
   V(extrema, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "extrema of x")
 
-#define CELLS 4096
-
-typedef struct {
-  double a0;
-  const double *a;
-  int m;
-  double d_max;
-  const double *edge;
-} law;
-
-static double branch(const void *ctx, double d) {
-  const law *l = (const law *)ctx;
-  double odd = 0;
-  if (d > l->d_max) return l->edge[0] + l->edge[1] * (d - l->d_max);
-  for (int j = l->m - 1; j >= 0; j--) odd = odd * (d * d) + l->a[j];
-  return -hyst_expm1(-d) * (l->a0 + odd * d);
-}
-
-static double slope(const law *l, double d) {
-  const double m = hyst_expm1(-d);
-  double odd = 0, d_odd = 0; /* odd(d^2) d is the odd part, d_odd(d^2) its derivative */
-  for (int j = l->m - 1; j >= 0; j--) {
-    odd = odd * (d * d) + l->a[j];
-    d_odd = d_odd * (d * d) + (2 * j + 1) * l->a[j];
-  }
-  return (1 + m) * (l->a0 + odd * d) - m * d_odd;
-}
-
-static law law_of(double a0, const double *a, int m, double d_max, const double *edge) {
-  const law l = {a0, a, m, d_max, edge};
-  return l;
-}
-
-static hyst_turn turn(law l, double memory, const double *extrema, int depth, double x, double x0) {
-  return hyst_turn_chosen(memory, extrema, depth, x, x0, 0, branch, &l);
+static hyst_turn turn(hyst_odd l, double memory, const double *extrema, int depth, double x, double x0) {
+  return hyst_turn_chosen(memory, extrema, depth, x, x0, 0, hyst_odd_branch, &l);
 }
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  const law l = law_of(*a0, a, m, *d_max, edge);
-  edge[0] = branch(&l, *d_max);
-  edge[1] = slope(&l, *d_max);
-  for (int i = 0; i <= CELLS && *memory != HYST_LAST; i++)
-    if (!(slope(&l, *d_max * i / CELLS) >= 0))
-      return "the branch (1 - e^-d) (a0 + sum a_j d^(2j-1)) must not fall between d = 0 and d_max";
+  const hyst_odd l = hyst_odd_of(*a0, a, m, *d_max, edge);
+  hyst_odd_prepare(&l, edge);
+  if (*memory != HYST_LAST && !(hyst_odd_least_slope(&l, 0) >= 0))
+    return "the branch (1 - e^-d) (a0 + sum a_j d^(2j-1)) must not fall between d = 0 and d_max";
   return NULL;
 }
-HYST_RETURN_POINT(extrema, *x, h, turn(law_of(*a0, a, m, *d_max, edge), *memory, extrema, depth, *x, *x0), *x0, 0)
+HYST_RETURN_POINT(extrema, *x, h, turn(hyst_odd_of(*a0, a, m, *d_max, edge), *memory, extrema, depth, *x, *x0), *x0, 0)
 HYST_BLOCK(
     constraint_factor, .text = "Constraint-factor operator (Ma): odd polynomial branch",
     .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) (a0 + sum_j a_j d^(2j-1)), d = |x - x_p|; virgin branch by Masing",
