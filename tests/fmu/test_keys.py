@@ -141,6 +141,14 @@ def test_a_key_has_an_inverse_or_says_why_not(model: Model, way: str, tmp_path: 
     assert np.abs(model.predict(u) - r).max() <= max(2 * worth, BOUND["exact"]) / 100 * np.ptp(r)  # another signal
 
 
+def test_a_dead_band_is_part_of_the_model(tmp_path: Path) -> None:
+    data = data_for("")
+    u = data.u + 0.01 * np.random.default_rng(0).normal(size=len(data.u))
+    model = fit(Dataset.from_signal(u, data.y, H), "duhem")
+    assert model.graph.node("dead_band").value("r")[0] == model.provenance["options"]["dead_band"] > 0.01
+    same_bits(model, u[:400], tmp_path)
+
+
 def test_what_has_no_inverse_says_so() -> None:
     data = data_for("")
     lagged = fit(data, "polynomial_narx", n_u=2, n_f=2, n_k=1)

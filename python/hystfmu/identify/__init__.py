@@ -2,7 +2,7 @@
 
 A method's module has a table ``OPTIONS`` and a function ``build(data, options, seed, progress)`` that returns the
 graph, the number of fitted parameters and, where a method has any, a dict of the physical quantities found; running,
-measuring and recording the model is the same for all and done here.
+measuring and recording the model is the same for all and done here, and so is the dead band of those that have one.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
+from hystfmu.identify import dead_band
 from hystfmu.identify.options import Option, resolve
 from hystfmu.model import Model
 
@@ -118,9 +119,14 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
         model = fit(data, found, seed)
         seen["seconds"] = round(time.perf_counter() - started, 4)
         return replace(model, fit={**model.fit, **seen}, provenance={**model.provenance, **scores})
+    if chosen.get(dead_band.OPTION.name, 0.0) is None:
+        chosen[dead_band.OPTION.name] = dead_band.half_width(data.u[: data.train.stop])
+    band = chosen.get(dead_band.OPTION.name, 0.0)
     # small matrices: more threads only wait for each other, up to twenty times longer beside other work
     with threadpool_limits(1):
-        graph, parameters, *more = module.build(data, chosen, seed, progress or (lambda fraction: None))
+        seen = dead_band.behind(data, band)
+        graph, parameters, *more = module.build(seen, chosen, seed, progress or (lambda fraction: None))
+    graph = dead_band.in_front(graph, band)
     seconds = time.perf_counter() - started
     y = graph.run(data.u, data.h)
     result = {

@@ -17,6 +17,7 @@ from scipy.optimize import least_squares
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify import dead_band
 from hystfmu.identify.options import Option
 
 EVALUATIONS = (30, 200)  # of the residuals and their Jacobian: for every start, for the best one
@@ -26,6 +27,7 @@ OPTIONS = (
     Option("starts", 6, 1, 1000, text="starts of the search"),
     Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"),
     Option("z0", None, -1.0, 1.0, text="z at the first row, as a fraction of its bound; default: fitted"),
+    dead_band.OPTION,
 )
 
 

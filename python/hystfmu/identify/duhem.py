@@ -3,9 +3,10 @@
   y = c + k u + w,   dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))),  rising and falling apart.
 
 Given k and c, w is known at every row and the coefficients follow from linear least squares of its increments over
-the rows; k and c minimise what is left (variable projection, Golub & Pereyra 1973).  That is the start.  Then all of
-them and w at the first row are refined on the free run, in the orthonormal basis of the increments, in which the
-powers do not nearly depend on each other.  Oh & Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645.
+the rows, under noise over pieces of the path; k and c minimise what is left (variable projection, Golub & Pereyra
+1973).  That is the start.  Then all of them and w at the first row are refined on the free run, in the orthonormal
+basis of the increments, in which the powers do not nearly depend on each other.  Oh & Bernstein, IEEE Trans. Autom.
+Control 50 (2005) 631-645.
 """
 
 from __future__ import annotations
@@ -20,15 +21,18 @@ from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify import dead_band
 from hystfmu.identify.options import Option
 
 EVALUATIONS = (60, 30)  # of residuals and Jacobian: for k and c from the increments, on the free run
 STARTS = (0.0, 0.5, 1.0)  # for k, as a fraction of the straight line's slope
+PIECE = 5.0  # dead bands that a piece of the path is long: its noise, at both ends, is an eighth of it
 ROOM = 3.0  # bound of |w|, as a multiple of the largest seen
 
 OPTIONS = (
     Option("m", 0, 0, 6, text="degree of the slope in the input"),
     Option("q", 5, 1, 10, text="degree of the slope in the output"),
+    dead_band.OPTION,
 )
 
 
@@ -40,25 +44,44 @@ def basis(u: Array, w: Array, m: int, q: int) -> Array:
     return np.asarray((of_u[:, :, None] * of_w[:, None, :]).reshape(len(w), -1))
 
 
-class _Slopes:
-    """The linear problem: increments of w between rows against the terms of the slope between them, by direction."""
+def segments(u: Array, least: float) -> tuple[Array, Array]:
+    """First and last rows of the pieces of a path u (n,) that go one way by at least `least`, or to its next turn.
 
-    def __init__(self, u: Array, y: Array, m: int, q: int) -> None:
+    Under noise, the way between two rows is mostly noise, the way of a longer piece is not.
+    """
+    first, last = [0], []
+    direction = 0.0
+    for k in range(1, len(u)):
+        s = float(np.sign(u[k] - u[k - 1]))
+        if direction * s < 0 or abs(u[k - 1] - u[first[-1]]) >= least:
+            last.append(k - 1)
+            first.append(k - 1)
+            direction = 0.0
+        direction = s or direction
+    return np.array(first), np.array([*last, len(u) - 1])
+
+
+class _Slopes:
+    """The linear problem: increments of w over pieces of the path against the sums of the terms, by direction."""
+
+    def __init__(self, u: Array, y: Array, m: int, q: int, least: float) -> None:
         self.u, self.y, self.m, self.q = u, y, m, q
         self.terms = (m + 1) * (2 * q + 1)
-        du = np.diff(u)
-        self.parts = [np.flatnonzero(s * du > 0) for s in (1, -1)]
+        self.first, self.last = segments(u, least)
+        way = u[self.last] - u[self.first]
+        self.parts = [np.flatnonzero(s * way > 0) for s in (1, -1)]
 
     def solve(self, k: float, c: float) -> tuple[list[Array], list[Array], Array]:
         """For both directions the coefficients (p,) and the factor (p, p) that makes the terms orthonormal; what is
         left of the increments."""
-        u, w, du = self.u, self.y - k * self.u - c, np.diff(self.u)
+        u, w = self.u, self.y - k * self.u - c
         theta, factors, left = [], [], []
-        for rows in self.parts:
-            terms = basis((u[rows] + u[rows + 1]) / 2, (w[rows] + w[rows + 1]) / 2, self.m, self.q)
-            U, s, Vt = np.linalg.svd(du[rows, None] * terms, full_matrices=False)
+        terms = basis((u[:-1] + u[1:]) / 2, (w[:-1] + w[1:]) / 2, self.m, self.q)
+        sums = np.add.reduceat(np.diff(u)[:, None] * terms, self.first)
+        for pieces in self.parts:
+            U, s, Vt = np.linalg.svd(sums[pieces], full_matrices=False)
             factor = Vt.T / np.maximum(s, 1e-10 * s[0])
-            dw = w[rows + 1] - w[rows]
+            dw = w[self.last[pieces]] - w[self.first[pieces]]
             x = U.T @ dw
             x[s <= 1e-10 * s[0]] = 0  # terms that this data cannot tell apart share their weight
             theta.append(factor @ x)
@@ -89,7 +112,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     u = (seen - middle) / half
     centre, size = float(data.y[rows].mean()), data.span / 2
     y = (data.y[rows] - centre) / size
-    slopes = _Slopes(u[rows], y, m, q)
+    slopes = _Slopes(u[rows], y, m, q, PIECE * options["dead_band"] / half)
     if min(map(len, slopes.parts)) < slopes.terms:
         rises, falls = map(len, slopes.parts)
         raise InputError(

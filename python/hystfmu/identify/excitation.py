@@ -13,6 +13,7 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.data import Dataset
+from hystfmu.identify.dead_band import noise
 
 OPEN = 0.5  # percent of the span of y: a larger gap is no return-point memory
 LEAST_LOOP = 0.02  # of the range of u: smaller loops say little
@@ -47,12 +48,6 @@ class Excitation:
     gap: float
     memory: str
     warnings: tuple[str, ...]
-
-
-def noise(v: Array) -> float:
-    """RMS of white noise in v (n,): what third differences see; their median is blind to the kinks of a smooth path."""
-    third = np.diff(v, 3)
-    return float(np.median(np.abs(third)) / 0.6745 / np.sqrt(20)) if len(third) else 0.0
 
 
 def turning_points(u: Array, band: float) -> Array:
