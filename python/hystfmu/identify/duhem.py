@@ -35,6 +35,8 @@ OPTIONS = (
     dead_band.OPTION,
 )
 
+Rows = np.typing.NDArray[np.intp]
+
 
 def basis(u: Array, w: Array, m: int, q: int) -> Array:
     """Terms of dw/du at (u, w), each (rows,): shape (rows, (m + 1) (2 q + 1)), for every u^i: 1, w^j, |w| w^(j-1)."""
@@ -44,16 +46,15 @@ def basis(u: Array, w: Array, m: int, q: int) -> Array:
     return np.asarray((of_u[:, :, None] * of_w[:, None, :]).reshape(len(w), -1))
 
 
-def segments(u: Array, least: float) -> tuple[Array, Array]:
+def segments(u: Array, least: float) -> tuple[Rows, Rows]:
     """First and last rows of the pieces of a path u (n,) that go one way by at least `least`, or to its next turn.
 
     Under noise, the way between two rows is mostly noise, the way of a longer piece is not.
     """
-    first, last = [0], []
-    direction = 0.0
+    first, last, direction = [0], [], 0.0
     for k in range(1, len(u)):
         s = float(np.sign(u[k] - u[k - 1]))
-        if direction * s < 0 or abs(u[k - 1] - u[first[-1]]) >= least:
+        if k - 1 > first[-1] and (direction * s < 0 or abs(u[k - 1] - u[first[-1]]) >= least):
             last.append(k - 1)
             first.append(k - 1)
             direction = 0.0
