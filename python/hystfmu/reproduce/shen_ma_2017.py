@@ -27,7 +27,7 @@ from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.options import resolve
 from hystfmu.identify.plays import plays, thresholds
 from hystfmu.model import Model
-from hystfmu.reproduce import Report, Row
+from hystfmu.reproduce import Report, Row, sums_of_plays
 from hystfmu.synthetic import stack
 
 SAMPLES, RATE = 1916, 200.0  # Hz: one cycle per second
@@ -72,7 +72,7 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
         note="PI with optimal weights is no poor model; the printed 0.4327 can hardly be an optimum",
     )
     rows += [*networks, *pis, _with(ratio, means[0] / pi_means[0], means[1] / pi_means[1])]
-    rows += _times()
+    rows += [*sums_of_plays.fit_rows(), *sums_of_plays.step_rows()]
     progress(0.7)
     rows += _held_out(half, lambda f: progress(0.7 + 0.2 * f))
     if measured is not None:
@@ -240,31 +240,6 @@ def _still(data: Dataset, r: Array) -> float:
 
 def _mse(model: Model, data: Dataset, rows: slice) -> float:
     return errors(model.predict(data.u)[rows], data.y[rows], 1.0)["rms"] ** 2
-
-
-# ---- speed of the fit ------------------------------------------------------------------------------------------------
-def _times() -> list[Row]:
-    """Fits of a sum of plays without noise, 2000 samples; the plant's thresholds are among the model's."""
-    u = signals.training(60, 1)[:2000]
-    rows = []
-    for n, target in ((100, 0.02), (1000, 0.5), (5000, 5.0)):
-        r = thresholds(u, n)[n // 20 :: n // 10]
-        data = Dataset.from_signal(u, 3 * u + plays(u, r, 0.0).sum(axis=1))
-        best = min(
-            (fit(data, "prandtl_ishlinskii", N=n) for _ in range(5 if n <= 1000 else 1)), key=lambda m: m.fit["seconds"]
-        )
-        error = best.fit["max_percent"] / 100
-        rows.append(
-            Row(
-                f"PI fit, 2000 samples, N = {n}, s",
-                None,
-                None,
-                best.fit["seconds"],
-                target,
-                note=f"largest error {error:.1e} of span, no noise",
-            )
-        )
-    return rows
 
 
 # ---- held-out signals ------------------------------------------------------------------------------------------------

@@ -23,18 +23,18 @@ from hystfmu.graph import Graph, Node
 from hystfmu.identify import errors, fit
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
-from hystfmu.reproduce import Report, Row
+from hystfmu.reproduce import Report, Row, nested_loops
+from hystfmu.reproduce.nested_loops import STEP, Response, recorded
 
-STEP, ROWS, CYCLE = 1e-3, 1200, 200
+ROWS, CYCLE = 1200, 200
 VIRGIN = CYCLE // 4  # rows of the first rise, which no later loop repeats: left out
 DECAY = 0.1  # per cycle; the paper does not print it
 R = np.linspace(0.1, 1, 10) / 2
 SEEDS = 5
 REVERSALS = 400  # of the data that ours is trained on
 REPLICA: dict[str, Any] = {"trainer": "powell_beale", "starts": 1, "iterations": 463, "range": 2.0, "decay": 0.0}
+LINEAR = 3.0  # weight of the linear term of the actuator that has a continuous inverse
 MARGIN = 0.98  # share of the range that the cascade is asked for
-
-Response = Callable[[Array], Array]
 
 
 def actuator(linear: float = 0.0) -> Response:
@@ -67,6 +67,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     rows = _model(experiment(plant), progress)
     rows += _held_out(plant, progress)
     rows += _operators(plant)
+    rows += nested_loops.inverse_rows(actuator(LINEAR), REVERSALS)
     rows += _cascade(progress)
     return Report(
         "zhao_tan_2008",
@@ -78,6 +79,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
             f"literal: last extremum, 463 Powell-Beale iterations, one start; medians of {SEEDS} seeds",
             f"the first rise, {VIRGIN} rows, does not count on the decaying sine; on the held-out signals it does",
             f"held-out signals: literal trained on the decaying sine, ours on {REVERSALS} random nested reversals",
+            "defaults of zhao_tan_mlp and play_bank_mlp were chosen with these signals in view, on other thresholds",
         ),
     )
 
@@ -147,16 +149,15 @@ def _second_half(model: Model, data: Dataset) -> dict[str, float]:
 # ---- other signals ---------------------------------------------------------------------------------------------------
 def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
     """The replica, trained on its one decaying sine, and ours, trained on random reversals, on signals neither saw."""
-    u = signals.training(REVERSALS, 1)
-    rich = Dataset.from_signal(u, plant(u), STEP, "random nested reversals")
+    rich, bent = recorded(plant, REVERSALS), nested_loops.bent(plant)
+    rich_bent = recorded(bent, REVERSALS)
     replica = signals.held_out_table(fit(experiment(plant), "zhao_tan_mlp", memory="last", **REPLICA), plant, rich.span)
     dominant, last = (
         signals.held_out_table(fit(rich, "zhao_tan_mlp", memory=memory), plant, rich.span)
         for memory in ("dominant", "last")
     )
+    asymmetric = signals.held_out_table(fit(rich_bent, "zhao_tan_mlp"), bent, rich_bent.span)
     progress(0.4)
-    bank = signals.held_out_table(fit(rich, "play_bank_mlp"), plant, rich.span)
-    progress(0.7)
     rows = []
     for name, e in dominant.items():
         nested = name == "nested reversals"
@@ -170,10 +171,12 @@ def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
                 note="(x, h) does not fix the output, see theorem 1: floor about 0.9" if nested else "",
             )
         )
-    worst = {k: max(e[k] for e in bank.values()) for k in ("rms_percent", "max_percent")}
-    nested_bank = bank["nested reversals"]
-    return [
-        *rows,
+    rows += [
+        Row(
+            "the same, asymmetric actuator, nested reversals, RMS, % of span",
+            ours=asymmetric["nested reversals"]["rms_percent"],
+            target=1.0,
+        ),
         Row(
             "last / dominant extremum, nested reversals, RMS",
             None,
@@ -183,11 +186,10 @@ def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
             at_least=True,
             note="same data and training",
         ),
-        Row("16 plays and network, nested reversals, RMS, % of span", None, None, nested_bank["rms_percent"], 0.1),
-        Row("16 plays and network, nested reversals, max, % of span", None, None, nested_bank["max_percent"], 0.5),
-        Row("16 plays and network, worst held-out RMS, % of span", None, None, worst["rms_percent"], 0.2),
-        Row("16 plays and network, worst held-out max, % of span", None, None, worst["max_percent"], 0.8),
     ]
+    rows += nested_loops.bank_rows("ten backlashes", plant, rich)
+    progress(0.55)
+    return [*rows, *nested_loops.bank_rows("asymmetric", bent, rich_bent)]
 
 
 # ---- operators -------------------------------------------------------------------------------------------------------
@@ -224,12 +226,11 @@ def _cascade(progress: Callable[[float], None]) -> list[Row]:
         "nested reversals": MARGIN * signals.held_out()["nested reversals"],
     }
     rows = []
-    for k, (linear, which) in enumerate(((0.0, "ten backlashes"), (3.0, "with linear term"))):
+    for k, (linear, which) in enumerate(((0.0, "ten backlashes"), (LINEAR, "with linear term"))):
         plant = actuator(linear)
         record = experiment(plant)
         swapped = Dataset.from_signal(record.y, record.u, STEP, "exchanged", record.train)
-        u = signals.training(REVERSALS, 1)
-        identified = fit(Dataset.from_signal(u, plant(u), STEP), "prandtl_ishlinskii", w0_min=0.01)
+        identified = fit(recorded(plant, REVERSALS), "prandtl_ishlinskii", w0_min=0.01)
         exact = inverse(identified)
         literal = {"operator": "zhao_tan_inverse_reconstructed", **REPLICA}
         networks = {
