@@ -7,13 +7,13 @@ import plants
 import pytest
 from click.testing import CliRunner
 
-from hystfmu import Dataset, InputError, Model, signals, synthetic
+from hystfmu import Dataset, Graph, InputError, Model, Node, signals, synthetic
 from hystfmu.cli import main
 from hystfmu.identify import auto, fit
 from hystfmu.identify.bouc_wen_oscillator import linear_oscillator
 from hystfmu.identify.excitation import examine, gaps, turning_points
 from hystfmu.identify.prandtl_ishlinskii_rate import _Sums, cross_validated, dead_zones
-from hystfmu.reproduce import boucwen_benchmark, dbo_piezo, reproduce
+from hystfmu.reproduce import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
 from hystfmu.reproduce.narx_network import simulate
 from hystfmu.reproduce.structured_duhem import KNOTS, DuhemOscillator, run_many
 
@@ -219,6 +219,21 @@ def test_derivatives_of_a_free_run_against_differences():
 
 
 # ---- tables ----------------------------------------------------------------------------------------------------------
+def test_static_plant_against_the_block_of_another_integrator():
+    u = signals.nested_reversals(30, 2)
+    p = static_bouc_wen
+    values = {"A": p.A, "beta": p.BETA, "gamma": p.GAMMA, "n": p.N}
+    z = Graph.single(Node("z", "bouc_wen", {}, values)).run(u)[:, 1]
+    np.testing.assert_allclose(p.response(u), p.OFFSET + p.LINEAR * u + p.WEIGHT * z, rtol=0, atol=1e-7)
+
+
+def test_s5_turning_points_are_the_plain_loop():
+    precision, *times = sums_of_plays.step_rows()
+    assert precision.met
+    assert precision.ours > 0
+    assert all(r.ours > 1 for r in times), "nanoseconds"
+
+
 def test_s9_grey_box_on_the_benchmark(measured):
     pytest.importorskip("h5py")
     if not (measured / "boucwen_benchmark" / "test.h5").exists():
