@@ -52,6 +52,13 @@ _json_option = click.option("--json", "as_json", is_flag=True, help="Print the r
 
 def _data_options(f: Callable[..., Any]) -> Callable[..., Any]:
     for option in (
+        click.option(
+            "--resample",
+            is_flag=False,
+            flag_value="median",
+            metavar="[HZ]",
+            help="Bring uneven steps to this rate, or to the median step; gaps are refused.",
+        ),
         click.option("--rate", type=float, metavar="HZ", help="Sample rate, when the file has no time column."),
         click.option("--output", default="y", show_default=True, help="Name of the output column."),
         click.option("--input", "input_", default="u", show_default=True, help="Name of the input column."),
@@ -92,20 +99,22 @@ def _assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
     return values
 
 
-def _rows(text: str | None) -> slice | None:
-    if text is None:
-        return None
-    try:
-        a, b = (int(p) if p else None for p in text.split(":"))
-    except ValueError:
-        raise InputError(f"--train {text}: write it as A:B, rows counted from 0") from None
-    return slice(a, b)
-
-
-def _read(path: str, time: str, input_: str, output: str | None, rate: float | None) -> Dataset:
+def _read(
+    path: str,
+    time: str,
+    input_: str,
+    output: str | None,
+    rate: float | None,
+    resample: str | None,
+    train: str | None = None,
+) -> Dataset:
     from hystfmu.data import Dataset
 
-    return Dataset.from_csv(path, time=time, input=input_, output=output, rate=rate)
+    try:
+        to: Any = resample if resample in (None, "median") else float(resample)
+    except ValueError:
+        raise InputError(f"--resample {resample}: write a rate in Hz, or nothing for the median step") from None
+    return Dataset.from_csv(path, time, input_, output, rate, train, to)
 
 
 @main.command()
@@ -125,6 +134,7 @@ def fit(
     input_: str,
     output: str,
     rate: float | None,
+    resample: str | None,
     train: str | None,
     settings: tuple[str, ...],
     seed: int,
@@ -138,10 +148,8 @@ def fit(
     from hystfmu.identify import fit as fit_model
     from hystfmu.terminal import progress, table
 
-    options, rows = _assignments(settings), _rows(train)
-    measured = _read(data, time, input_, output, rate)
-    if rows is not None:
-        measured = measured.with_train(rows)
+    options = _assignments(settings)
+    measured = _read(data, time, input_, output, rate, resample, train)
     with progress(f"fitting {key}") as report:
         model = fit_model(measured, key, seed=seed, progress=report, **options)
     model.save(out)
@@ -166,7 +174,9 @@ def fit(
 @click.argument("data")
 @click.option("-o", "out", required=True, metavar="OUT.csv", help="File to write: columns t, u, y.")
 @_data_options
-def predict(model: str, data: str, out: str, time: str, input_: str, output: str, rate: float | None) -> None:
+def predict(
+    model: str, data: str, out: str, time: str, input_: str, output: str, rate: float | None, resample: str | None
+) -> None:
     """Run a model free on the input column of a file.
 
     Row 0 is the output after initialisation with the first input; row k what an FMU gives after set u_k,
@@ -178,7 +188,7 @@ def predict(model: str, data: str, out: str, time: str, input_: str, output: str
     from hystfmu.model import Model
 
     m = Model.load(model)
-    measured = _read(data, time, input_, None, rate)
+    measured = _read(data, time, input_, None, rate, resample)
     y = m.predict(measured.u, measured.h)
     measured.with_output(y).to_csv(out)
     click.echo(f"wrote {out}: {len(y)} rows")

@@ -9,6 +9,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -110,6 +111,7 @@ class Dataset:
         output: str | None = "y",
         rate: float | None = None,
         train: slice | tuple[int, int] | str | None = None,
+        resample: float | Literal["median"] | None = None,
         most: int = 256 * 2**20,
     ) -> Dataset:
         """Read a CSV file whose first line names the columns.
@@ -126,7 +128,10 @@ class Dataset:
         rate : float, optional
             Sample rate in Hz, instead of a time column.
         train : slice, (first, end) or "first:end", optional
-            Rows whose residuals count.
+            Rows of the file whose residuals count.
+        resample : float or "median", optional
+            Rate in Hz, or one over the median step, to bring uneven steps to (`hystfmu.resampling`); without it they
+            are refused.
         most : int
             Largest size of the file in bytes.
 
@@ -144,20 +149,15 @@ class Dataset:
             _check_finite(columns[name], name, str(path))
         n = len(columns[input])
         y: Array = np.full(n, np.nan) if output is None else columns[output]
-        if rate is not None:
-            t: Array = np.arange(n) / rate
-        else:
-            t = _check_time(columns[time], str(path), cells) if n >= LEAST_ROWS else columns[time]
-        return cls(
-            t,
-            columns[input],
-            y,
-            Path(path).stem,
-            str(path),
-            train_rows(train, n, str(path)) if n >= LEAST_ROWS else slice(None),
-            units[input],
-            "" if output is None else units[output],
-        )
+        t: Array = columns[time] if rate is None else np.arange(n) / rate
+        u, rows = columns[input], slice(None)
+        if n >= LEAST_ROWS:
+            rows = train_rows(train, n, str(path))
+            if resample is not None:
+                t, u, y, rows = _resampled(t, u, y, rows, None if resample == "median" else resample, str(path))
+            elif rate is None:
+                t = _check_time(t, str(path), cells)
+        return cls(t, u, y, Path(path).stem, str(path), rows, units[input], "" if output is None else units[output])
 
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
@@ -168,6 +168,17 @@ class Dataset:
     def with_train(self, train: slice | tuple[int, int] | str | None) -> Dataset:
         """The same data with other rows counted in an identification."""
         return replace(self, train=train_rows(train, len(self.t), self.path or self.name))
+
+    def resampled(self, rate: float) -> Dataset:
+        """The same run at another rate in Hz; the train rows cover the same time.
+
+        Raises
+        ------
+        InputError
+            A rate that the rows cannot give; fewer than 4 rows left.
+        """
+        t, u, y, rows = _resampled(self.t, self.u, self.y, self.train, rate, self.path or self.name)
+        return replace(self, t=t, u=u, y=y, train=rows)
 
     def with_output(self, y: Array) -> Dataset:
         """The same time and input with another output, e.g. a prediction."""
@@ -318,16 +329,32 @@ def _uneven(table: Array, names: list[str], time: str) -> bool:
     return bool(h > 0 and (error > STEP_TOLERANCE * h).any())
 
 
+def _resampled(
+    t: Array, u: Array, y: Array, rows: slice, rate: float | None, where: str
+) -> tuple[Array, Array, Array, slice]:
+    """New t, u, y, and the new rows within the time of the old ones."""
+    from hystfmu.resampling import resample
+
+    _check_increasing(t, where)
+    new, u, y = resample(t, u, y, rate, where)
+    first, end = np.searchsorted(new, t[rows][[0, -1]] + [-1e-9, 1e-9] * np.diff(new[:2]))
+    return new, u, y, train_rows((int(first), int(end)), len(new), f"{where}, resampled")
+
+
+def _check_increasing(t: Array, where: str) -> None:
+    back = np.diff(t) <= 0
+    if back.any():
+        n = int(np.argmax(back)) + 1
+        raise InputError(f"{where}: row {n}: time must increase; got {t[n]:.12g} after {t[n - 1]:.12g}")
+
+
 def _check_time(t: Array, where: str, cells: list[str] | None) -> Array:
     """Time in equal steps; with the printed cells, times rounded to their digits are put back on the grid.
 
     Steps may differ by 1e-6 of the step.  Printed times may instead lie off the even grid by half a unit of their last
     digit, as long as that unit is at most a quarter of the step: coarser digits could hide a missing sample.
     """
-    back = np.diff(t) <= 0
-    if back.any():
-        n = int(np.argmax(back)) + 1
-        raise InputError(f"{where}: row {n}: time must increase; got {t[n]:.12g} after {t[n - 1]:.12g}")
+    _check_increasing(t, where)
     h, error = _step_error(t)
     if (error <= STEP_TOLERANCE * h + 4 * np.spacing(np.abs(t).max())).all():
         return t
@@ -340,7 +367,7 @@ def _check_time(t: Array, where: str, cells: list[str] | None) -> Array:
     n = int(np.argmax(error)) + 1
     raise InputError(
         f"{where}: row {n}: time must increase in equal steps (to 1e-6 of the step, or to the digits printed); "
-        f"got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s"
+        f"got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s; resample on request (--resample)"
     )
 
 
