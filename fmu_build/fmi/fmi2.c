@@ -1,45 +1,41 @@
-/* fmi2.c - FMI 2.0 for Co-Simulation: the standard's names and types around instance.h.
- * FMI Specification 2.0.4, sections 2.1 (common functions), 4.2 (co-simulation, table of allowed calls 4.2.4). */
+/* fmi2.c - FMI 2.0, what its two interfaces have in common and Co-Simulation: names and types around instance.h.
+ * FMI Specification 2.0.4, sections 2.1 (common functions), 3.2.3 and 4.2.4 (tables of allowed calls). */
 #include "fmi2Functions.h"
-#include "instance.h"
+#define FMI "fmi2"
+#define REFUSED fmi2Error
 
 /* the states in which a call is allowed; stepInProgress, stepCanceled do not occur: a step is finished when it returns.
  * After a discarded step (an input is NaN) the unit is as before the step, so that Step Mode covers stepFailed. */
-#define CALLS(C)                                          \
-  C(SetDebugLogging, ANY)                                 \
-  C(SetupExperiment, INSTANTIATED)                        \
-  C(EnterInitializationMode, INSTANTIATED)                \
-  C(ExitInitializationMode, INITIALIZATION)               \
-  C(Terminate, STEPPING)                                  \
-  C(Reset, ANY)                                           \
-  C(GetReal, INITIALIZATION | STEPPING | TERMINATED)      \
-  C(GetInteger, INITIALIZATION | STEPPING | TERMINATED)   \
-  C(GetBoolean, INITIALIZATION | STEPPING | TERMINATED)   \
-  C(GetString, INITIALIZATION | STEPPING | TERMINATED)    \
-  C(SetReal, INSTANTIATED | INITIALIZATION | STEPPING)    \
-  C(SetInteger, INSTANTIATED | INITIALIZATION | STEPPING) \
-  C(SetBoolean, INSTANTIATED | INITIALIZATION | STEPPING) \
-  C(SetString, INSTANTIATED | INITIALIZATION | STEPPING)  \
-  C(GetFMUstate, ANY)                                     \
-  C(SetFMUstate, ANY)                                     \
-  C(FreeFMUstate, ANY)                                    \
-  C(SerializedFMUstateSize, ANY)                          \
-  C(SerializeFMUstate, ANY)                               \
-  C(DeSerializeFMUstate, ANY)                             \
-  C(DoStep, STEPPING)                                     \
-  C(GetStatus, STEPPING | TERMINATED)                     \
-  C(GetRealStatus, STEPPING | TERMINATED)                 \
-  C(GetIntegerStatus, STEPPING | TERMINATED)              \
-  C(GetBooleanStatus, STEPPING | TERMINATED)              \
-  C(GetStringStatus, STEPPING | TERMINATED)
-#define ID(name, phases) CALL_##name,
-#define ROW(name, phases) {"fmi2" #name, phases},
-enum { CALLS(ID) };
-static const fmi_call TABLE[] = {CALLS(ROW)};
-
-#define BEGIN(name) \
-  instance *i = c;  \
-  if (!fmi_allowed(i, TABLE + CALL_##name)) return fmi2Error;
+#define READ (INITIALIZATION | EVENT | CONTINUOUS | STEPPING | TERMINATED)
+#define WRITE (INSTANTIATED | INITIALIZATION | EVENT | STEPPING)
+#define CALLS(C)                                            \
+  C(SetDebugLogging, BOTH, ANY)                             \
+  C(SetupExperiment, BOTH, INSTANTIATED)                    \
+  C(EnterInitializationMode, BOTH, INSTANTIATED)            \
+  C(ExitInitializationMode, BOTH, INITIALIZATION)           \
+  C(Terminate, BOTH, EVENT | CONTINUOUS | STEPPING)         \
+  C(Reset, BOTH, ANY)                                       \
+  C(GetReal, BOTH, READ)                                    \
+  C(GetInteger, BOTH, READ)                                 \
+  C(GetBoolean, BOTH, READ)                                 \
+  C(GetString, BOTH, READ)                                  \
+  C(SetReal, BOTH, WRITE | CONTINUOUS)                      \
+  C(SetInteger, BOTH, WRITE)                                \
+  C(SetBoolean, BOTH, WRITE)                                \
+  C(SetString, BOTH, WRITE)                                 \
+  C(GetFMUstate, BOTH, ANY)                                 \
+  C(SetFMUstate, BOTH, ANY)                                 \
+  C(FreeFMUstate, BOTH, ANY)                                \
+  C(SerializedFMUstateSize, BOTH, ANY)                      \
+  C(SerializeFMUstate, BOTH, ANY)                           \
+  C(DeSerializeFMUstate, BOTH, ANY)                         \
+  C(DoStep, CO_SIMULATION, STEPPING)                        \
+  C(GetStatus, CO_SIMULATION, STEPPING | TERMINATED)        \
+  C(GetRealStatus, CO_SIMULATION, STEPPING | TERMINATED)    \
+  C(GetIntegerStatus, CO_SIMULATION, STEPPING | TERMINATED) \
+  C(GetBooleanStatus, CO_SIMULATION, STEPPING | TERMINATED) \
+  C(GetStringStatus, CO_SIMULATION, STEPPING | TERMINATED)
+#include "calls.h"
 
 /* The message is the format: "%" is doubled because importers may print it.  No further arguments follow. */
 static void send(const fmi_logger *to, const char *name, fmi_status status, const char *category, const char *text) {
@@ -69,12 +65,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     logger.callback = (void (*)(void))functions->logger;
     logger.environment = functions->componentEnvironment;
   }
-  if (type != fmi2CoSimulation) {
-    if (logger.callback)
-      send(&logger, name ? name : "", FMI_ERROR, "logStatusError", "This FMU is for co-simulation only.");
-    return NULL;
-  }
-  return fmi_instantiate(name, guid, location, logging_on, 1, &logger);
+  const fmi_kind kind = {.interface = type == fmi2CoSimulation ? CO_SIMULATION : MODEL_EXCHANGE, .by_element = 1};
+  return fmi_instantiate(name, guid, location, logging_on, kind, &logger);
 }
 
 void fmi2FreeInstance(fmi2Component c) { fmi_free(c); }
@@ -131,7 +123,7 @@ fmi2Status fmi2Reset(fmi2Component c) {
       if (s) return (fmi2Status)s;                                                                      \
     }                                                                                                   \
     for (size_t k = 0; k < n; k++) {                                                                    \
-      const hyst_port *p = hyst_graph_port(i->graph, vr[k]);                                            \
+      const hyst_port *p = fmi_find(i, vr[k]);                                                          \
       fmi_set(i, p, vr[k] - p->reference, (double)value[k]);                                            \
     }                                                                                                   \
     return fmi2OK;                                                                                      \
@@ -215,7 +207,6 @@ NO_STATUS(StringStatus, fmi2String)
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #define ABSENT(name, why, ...) \
   fmi2Status name(fmi2Component c, __VA_ARGS__) { return (fmi2Status)fmi_absent(c, #name, why); }
-static const char NO_ME[] = "this FMU is for co-simulation only";
 static const char NO_DERIVATIVES[] = "modelDescription.xml does not declare derivatives";
 
 ABSENT(fmi2GetDirectionalDerivative, NO_DERIVATIVES, const fmi2ValueReference z[], size_t nz,
@@ -227,15 +218,3 @@ ABSENT(fmi2GetRealOutputDerivatives, NO_DERIVATIVES, const fmi2ValueReference vr
 fmi2Status fmi2CancelStep(fmi2Component c) {
   return (fmi2Status)fmi_absent(c, "fmi2CancelStep", "a step is finished when fmi2DoStep returns");
 }
-fmi2Status fmi2EnterEventMode(fmi2Component c) { return (fmi2Status)fmi_absent(c, "fmi2EnterEventMode", NO_ME); }
-fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
-  return (fmi2Status)fmi_absent(c, "fmi2EnterContinuousTimeMode", NO_ME);
-}
-ABSENT(fmi2NewDiscreteStates, NO_ME, fmi2EventInfo *info)
-ABSENT(fmi2CompletedIntegratorStep, NO_ME, fmi2Boolean no_set_state, fmi2Boolean *event, fmi2Boolean *terminate)
-ABSENT(fmi2SetTime, NO_ME, fmi2Real time)
-ABSENT(fmi2SetContinuousStates, NO_ME, const fmi2Real x[], size_t n)
-ABSENT(fmi2GetDerivatives, NO_ME, fmi2Real dx[], size_t n)
-ABSENT(fmi2GetEventIndicators, NO_ME, fmi2Real z[], size_t n)
-ABSENT(fmi2GetContinuousStates, NO_ME, fmi2Real x[], size_t n)
-ABSENT(fmi2GetNominalsOfContinuousStates, NO_ME, fmi2Real x[], size_t n)

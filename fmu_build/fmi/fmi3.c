@@ -1,41 +1,38 @@
-/* fmi3.c - FMI 3.0 for Co-Simulation: the standard's names and types around instance.h.
+/* fmi3.c - FMI 3.0, what its interfaces have in common and Co-Simulation: names and types around instance.h.
  * FMI Specification 3.0.1, sections 2.2, 2.3 (common functions and states), 4.2 (co-simulation).
  * Arrays are native: a variable has one value reference and as many values as it has elements. */
 #include "fmi3Functions.h"
-#include "instance.h"
+#define FMI "fmi3"
+#define REFUSED fmi3Error
 
-/* the states in which a call is allowed; there is no Event Mode, Configuration Mode or Intermediate Update */
-#define READ (INITIALIZATION | STEPPING | TERMINATED)
-#define WRITE (INSTANTIATED | INITIALIZATION | STEPPING)
-#define CALLS(C)                            \
-  C(SetDebugLogging, ANY)                   \
-  C(EnterInitializationMode, INSTANTIATED)  \
-  C(ExitInitializationMode, INITIALIZATION) \
-  C(Terminate, STEPPING)                    \
-  C(Reset, ANY)                             \
-  C(GetFloat64, READ)                       \
-  C(GetInt32, READ)                         \
-  C(GetInt64, READ)                         \
-  C(GetBoolean, READ)                       \
-  C(SetFloat64, WRITE)                      \
-  C(SetInt32, WRITE)                        \
-  C(SetInt64, WRITE)                        \
-  C(SetBoolean, WRITE)                      \
-  C(GetFMUState, ANY)                       \
-  C(SetFMUState, ANY)                       \
-  C(FreeFMUState, ANY)                      \
-  C(SerializedFMUStateSize, ANY)            \
-  C(SerializeFMUState, ANY)                 \
-  C(DeserializeFMUState, ANY)               \
-  C(DoStep, STEPPING)
-#define ID(name, phases) CALL_##name,
-#define ROW(name, phases) {"fmi3" #name, phases},
-enum { CALLS(ID) };
-static const fmi_call TABLE[] = {CALLS(ROW)};
-
-#define BEGIN(name) \
-  instance *i = c;  \
-  if (!fmi_allowed(i, TABLE + CALL_##name)) return fmi3Error;
+/* the states in which a call is allowed; there is no Configuration Mode or Intermediate Update */
+#define READ ANY /* before the initialisation: start values (section 2.3.2) */
+#define WRITE (INSTANTIATED | INITIALIZATION | EVENT | STEPPING)
+#define CALLS(C)                                    \
+  C(SetDebugLogging, BOTH, ANY)                     \
+  C(EnterInitializationMode, BOTH, INSTANTIATED)    \
+  C(ExitInitializationMode, BOTH, INITIALIZATION)   \
+  C(EnterEventMode, BOTH, STEPPING | CONTINUOUS)    \
+  C(UpdateDiscreteStates, BOTH, EVENT)              \
+  C(Terminate, BOTH, EVENT | STEPPING | CONTINUOUS) \
+  C(Reset, BOTH, ANY)                               \
+  C(GetFloat64, BOTH, READ)                         \
+  C(GetInt32, BOTH, READ)                           \
+  C(GetInt64, BOTH, READ)                           \
+  C(GetBoolean, BOTH, READ)                         \
+  C(SetFloat64, BOTH, WRITE | CONTINUOUS)           \
+  C(SetInt32, BOTH, WRITE)                          \
+  C(SetInt64, BOTH, WRITE)                          \
+  C(SetBoolean, BOTH, WRITE)                        \
+  C(GetFMUState, BOTH, ANY)                         \
+  C(SetFMUState, BOTH, ANY)                         \
+  C(FreeFMUState, BOTH, ANY)                        \
+  C(SerializedFMUStateSize, BOTH, ANY)              \
+  C(SerializeFMUState, BOTH, ANY)                   \
+  C(DeserializeFMUState, BOTH, ANY)                 \
+  C(EnterStepMode, CO_SIMULATION, EVENT)            \
+  C(DoStep, CO_SIMULATION, STEPPING)
+#include "calls.h"
 
 static void send(const fmi_logger *to, const char *name, fmi_status status, const char *category, const char *text) {
   (void)name; /* the environment pointer tells the importer who speaks */
@@ -60,10 +57,19 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
                                          fmi3IntermediateUpdateCallback update) {
   (void)visible, (void)early_return, (void)intermediate, (void)update;
-  if (event_mode) return refuse(log, environment, "This FMU has no Event Mode: eventModeUsed must be false.");
   if (n_intermediate) return refuse(log, environment, "This FMU provides no intermediate updates.");
   const fmi_logger logger = {send, (void (*)(void))log, environment};
-  return fmi_instantiate(name, token, path, logging_on, 0, &logger);
+  const fmi_kind kind = {.interface = CO_SIMULATION, .event_mode = event_mode};
+  return fmi_instantiate(name, token, path, logging_on, kind, &logger);
+}
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible,
+                                          fmi3Boolean logging_on, fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback log) {
+  (void)visible;
+  const fmi_logger logger = {send, (void (*)(void))log, environment};
+  const fmi_kind kind = {.interface = MODEL_EXCHANGE};
+  return fmi_instantiate(name, token, path, logging_on, kind, &logger);
 }
 
 void fmi3FreeInstance(fmi3Instance c) { fmi_free(c); }
@@ -126,7 +132,7 @@ static fmi_status check_count(const instance *i, const fmi_call *call, const fmi
     if (fmi_fresh(i) || check_count(i, TABLE + CALL_Get##name, vr, n, types, (types) == REAL, count))           \
       return fmi3Error;                                                                                         \
     for (size_t k = 0; k < n; k++) {                                                                            \
-      const hyst_port *p = hyst_graph_port(i->graph, vr[k]);                                                    \
+      const hyst_port *p = fmi_find(i, vr[k]);                                                                  \
       if (!p) *values++ = (T)i->run.t;                                                                          \
       for (int64_t e = 0; p && e < p->size; e++) *values++ = (T)p->value[e];                                    \
     }                                                                                                           \
@@ -139,7 +145,7 @@ static fmi_status check_count(const instance *i, const fmi_call *call, const fmi
     for (int write = 0; write < 2; write++) { /* look at all of them before the first is set */                       \
       const T *from = values;                                                                                         \
       for (size_t k = 0; k < n; k++) {                                                                                \
-        const hyst_port *p = hyst_graph_port(i->graph, vr[k]);                                                        \
+        const hyst_port *p = fmi_find(i, vr[k]);                                                                      \
         for (int64_t e = 0; e < p->size; e++, from++) {                                                               \
           const fmi_status s = write ? FMI_OK : fmi_accept(i, p, e, (double)*from);                                   \
           if (s) return (fmi3Status)s;                                                                                \
@@ -190,97 +196,38 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
   BEGIN(DoStep)
   (void)no_set_state;
   const fmi_status s = fmi_step(i, t, h);
-  if (event) *event = fmi3False;
+  if (event) *event = s == FMI_OK && i->run.event_mode && i->before; /* its sampled blocks wait for Event Mode */
   if (terminate) *terminate = fmi3False;
   if (early_return) *early_return = fmi3False;
   if (last_time) *last_time = i->run.t;
   return (fmi3Status)s;
 }
 
-/* ---- what this unit does not have ---------------------------------------------------------------------------------
- */
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#define ABSENT(name, why, ...) \
-  fmi3Status name(fmi3Instance c, __VA_ARGS__) { return (fmi3Status)fmi_absent(c, #name, why); }
-#define ABSENT_MODE(name, why) \
-  fmi3Status name(fmi3Instance c) { return (fmi3Status)fmi_absent(c, #name, why); }
-static const char CS_ONLY[] = "this FMU is for co-simulation only";
-static const char NO_EVENTS[] = "this FMU has no Event Mode";
-static const char NO_CLOCKS[] = "this FMU has no clocks";
-static const char NO_STRUCTURE[] = "this FMU has no structural parameters";
-static const char NO_DERIVATIVES[] = "modelDescription.xml does not declare derivatives";
-static const char NO_TYPE[] = "this FMU has no variables of that type";
-
-fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible,
-                                          fmi3Boolean logging_on, fmi3InstanceEnvironment environment,
-                                          fmi3LogMessageCallback log) {
-  return refuse(log, environment, "This FMU is for co-simulation only.");
-}
-fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible,
-                                               fmi3Boolean logging_on, fmi3InstanceEnvironment environment,
-                                               fmi3LogMessageCallback log, fmi3ClockUpdateCallback clock,
-                                               fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock) {
-  return refuse(log, environment, "This FMU is for co-simulation only.");
+/* ---- events ------------------------------------------------------------------------------------------------------ */
+fmi3Status fmi3EnterEventMode(fmi3Instance c) {
+  BEGIN(EnterEventMode)
+  if (i->run.phase == STEPPING && !i->run.event_mode)
+    return (fmi3Status)fmi_refuse(
+        i, "fmi3EnterEventMode is not allowed: the instance was made with eventModeUsed = false.");
+  return (fmi3Status)fmi_enter_event(i);
 }
 
-#define NO_SUCH_TYPE(name)                                                                                   \
-  ABSENT(fmi3Get##name, NO_TYPE, const fmi3ValueReference vr[], size_t n, fmi3##name values[], size_t count) \
-  ABSENT(fmi3Set##name, NO_TYPE, const fmi3ValueReference vr[], size_t n, const fmi3##name values[], size_t count)
-NO_SUCH_TYPE(Float32)
-NO_SUCH_TYPE(Int8)
-NO_SUCH_TYPE(UInt8)
-NO_SUCH_TYPE(Int16)
-NO_SUCH_TYPE(UInt16)
-NO_SUCH_TYPE(UInt32)
-NO_SUCH_TYPE(UInt64)
-NO_SUCH_TYPE(String)
-ABSENT(fmi3GetBinary, NO_TYPE, const fmi3ValueReference vr[], size_t n, size_t sizes[], fmi3Binary values[],
-       size_t count)
-ABSENT(fmi3SetBinary, NO_TYPE, const fmi3ValueReference vr[], size_t n, const size_t sizes[], const fmi3Binary values[],
-       size_t count)
-ABSENT(fmi3GetClock, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, fmi3Clock values[])
-ABSENT(fmi3SetClock, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, const fmi3Clock values[])
-ABSENT(fmi3GetIntervalDecimal, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, fmi3Float64 intervals[],
-       fmi3IntervalQualifier qualifiers[])
-ABSENT(fmi3GetIntervalFraction, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, fmi3UInt64 counters[],
-       fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
-ABSENT(fmi3GetShiftDecimal, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, fmi3Float64 shifts[])
-ABSENT(fmi3GetShiftFraction, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, fmi3UInt64 counters[],
-       fmi3UInt64 resolutions[])
-ABSENT(fmi3SetIntervalDecimal, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, const fmi3Float64 intervals[])
-ABSENT(fmi3SetIntervalFraction, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, const fmi3UInt64 counters[],
-       const fmi3UInt64 resolutions[])
-ABSENT(fmi3SetShiftDecimal, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, const fmi3Float64 shifts[])
-ABSENT(fmi3SetShiftFraction, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, const fmi3UInt64 counters[],
-       const fmi3UInt64 resolutions[])
-ABSENT(fmi3ActivateModelPartition, CS_ONLY, fmi3ValueReference clock, fmi3Float64 time)
-ABSENT(fmi3GetNumberOfVariableDependencies, "modelDescription.xml has the dependencies", fmi3ValueReference vr,
-       size_t *n)
-ABSENT(fmi3GetVariableDependencies, "modelDescription.xml has the dependencies", fmi3ValueReference vr,
-       size_t elements[], fmi3ValueReference independents[], size_t elements_of_independents[],
-       fmi3DependencyKind kinds[], size_t n)
-ABSENT(fmi3GetDirectionalDerivative, NO_DERIVATIVES, const fmi3ValueReference unknowns[], size_t n_unknowns,
-       const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[], size_t n_seed,
-       fmi3Float64 sensitivity[], size_t n_sensitivity)
-ABSENT(fmi3GetAdjointDerivative, NO_DERIVATIVES, const fmi3ValueReference unknowns[], size_t n_unknowns,
-       const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[], size_t n_seed,
-       fmi3Float64 sensitivity[], size_t n_sensitivity)
-ABSENT(fmi3GetOutputDerivatives, NO_DERIVATIVES, const fmi3ValueReference vr[], size_t n, const fmi3Int32 orders[],
-       fmi3Float64 values[], size_t count)
-ABSENT_MODE(fmi3EnterConfigurationMode, NO_STRUCTURE)
-ABSENT_MODE(fmi3ExitConfigurationMode, NO_STRUCTURE)
-ABSENT_MODE(fmi3EnterEventMode, NO_EVENTS)
-ABSENT_MODE(fmi3EnterStepMode, NO_EVENTS)
-ABSENT_MODE(fmi3EvaluateDiscreteStates, NO_EVENTS)
-ABSENT(fmi3UpdateDiscreteStates, NO_EVENTS, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals,
-       fmi3Boolean *values, fmi3Boolean *next_defined, fmi3Float64 *next)
-ABSENT_MODE(fmi3EnterContinuousTimeMode, CS_ONLY)
-ABSENT(fmi3CompletedIntegratorStep, CS_ONLY, fmi3Boolean no_set_state, fmi3Boolean *event, fmi3Boolean *terminate)
-ABSENT(fmi3SetTime, CS_ONLY, fmi3Float64 time)
-ABSENT(fmi3SetContinuousStates, CS_ONLY, const fmi3Float64 x[], size_t n)
-ABSENT(fmi3GetContinuousStateDerivatives, CS_ONLY, fmi3Float64 dx[], size_t n)
-ABSENT(fmi3GetEventIndicators, CS_ONLY, fmi3Float64 z[], size_t n)
-ABSENT(fmi3GetContinuousStates, CS_ONLY, fmi3Float64 x[], size_t n)
-ABSENT(fmi3GetNominalsOfContinuousStates, CS_ONLY, fmi3Float64 x[], size_t n)
-ABSENT(fmi3GetNumberOfEventIndicators, CS_ONLY, size_t *n)
-ABSENT(fmi3GetNumberOfContinuousStates, CS_ONLY, size_t *n)
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals,
+                                    fmi3Boolean *values, fmi3Boolean *next_defined, fmi3Float64 *next) {
+  BEGIN(UpdateDiscreteStates)
+  const fmi_status s = fmi_update_discrete(i);
+  if (s) return (fmi3Status)s;
+  fmi3Boolean *const never[] = {again, terminate, nominals, values};
+  for (int k = 0; k < 4; k++)
+    if (never[k]) *never[k] = fmi3False;
+  double t;
+  const int defined = fmi_next_event(i, &t);
+  if (next_defined) *next_defined = defined;
+  if (next) *next = t;
+  return fmi3OK;
+}
+
+fmi3Status fmi3EnterStepMode(fmi3Instance c) {
+  BEGIN(EnterStepMode)
+  return (fmi3Status)fmi_leave_event(i);
+}

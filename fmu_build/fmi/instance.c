@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "continuous.h"
+
 /* ---- messages ------------------------------------------------------------------------------------------------- */
 #define NAME(id, name) name,
 static const char *const CATEGORIES[] = {FMI_CATEGORIES(NAME)};
@@ -33,7 +35,7 @@ fmi_status fmi_refuse(const instance *i, const char *format, ...) {
   return FMI_ERROR;
 }
 
-static fmi_status refuse_graph(const instance *i, const hyst_error *e) {
+fmi_status fmi_refuse_graph(const instance *i, const hyst_error *e) {
   char text[512];
   hyst_message(e, text, sizeof text);
   return fmi_refuse(i, "%s", text);
@@ -59,12 +61,16 @@ fmi_status fmi_set_logging(instance *i, const fmi_call *call, int on, size_t n, 
 static const char *phase_name(int phase) {
   return phase == INSTANTIATED     ? "Instantiated"
          : phase == INITIALIZATION ? "Initialization Mode"
+         : phase == EVENT          ? "Event Mode"
          : phase == STEPPING       ? "Step Mode"
+         : phase == CONTINUOUS     ? "Continuous-Time Mode"
                                    : "Terminated";
 }
 
 int fmi_refuse_phase(const instance *i, const fmi_call *call) {
-  if (i) fmi_refuse(i, "%s is not allowed in the state '%s'.", call->name, phase_name(i->run.phase));
+  if (!i) return 0;
+  fmi_refuse(i, "%s is not allowed in the state '%s' of %s.", call->name, phase_name(i->run.phase),
+             i->run.interface == CO_SIMULATION ? "Co-Simulation" : "Model Exchange");
   return 0;
 }
 
@@ -74,8 +80,13 @@ fmi_status fmi_absent(const instance *i, const char *name, const char *why) {
 
 /* ---- life ------------------------------------------------------------------------------------------------------- */
 static void fresh_run(instance *i) {
-  const fmi_run run = {.phase = INSTANTIATED, .changed = i->graph->changed, .dt = i->graph->dt};
+  const fmi_run run = {.interface = i->kind.interface,
+                       .event_mode = i->kind.event_mode,
+                       .phase = INSTANTIATED,
+                       .changed = i->graph->changed,
+                       .dt = i->graph->dt};
   i->run = run;
+  i->tried = 0;
   memset(i->broken, 0, (size_t)i->graph->n_external);
   i->n_broken = 0;
 }
@@ -84,10 +95,10 @@ static void fresh_run(instance *i) {
 static int open_graph(instance *i, const char *token, const unsigned char *file, size_t length) {
   hyst_error e;
   size_t bytes;
-  if (hyst_graph_measure(file, length, &bytes, &e)) return refuse_graph(i, &e), 0;
+  if (hyst_graph_measure(file, length, &bytes, &e)) return fmi_refuse_graph(i, &e), 0;
   i->memory = malloc(bytes);
   if (!i->memory) return fmi_refuse(i, "out of memory"), 0;
-  if (hyst_graph_open(file, length, i->memory, bytes, &i->graph, &e)) return refuse_graph(i, &e), 0;
+  if (hyst_graph_open(file, length, i->memory, bytes, &i->graph, &e)) return fmi_refuse_graph(i, &e), 0;
   const hyst_graph *g = i->graph;
   if (!token || strcmp(token, g->token) != 0)
     return fmi_refuse(i, "The token '%s' of modelDescription.xml does not belong to this block.bin ('%s').",
@@ -98,21 +109,53 @@ static int open_graph(instance *i, const char *token, const unsigned char *file,
   return 1;
 }
 
-instance *fmi_instantiate(const char *name, const char *token, const char *location, int logging_on, int by_element,
+/* the states and derivatives as variables, room for events that are tried; 0 after a message */
+static int open_continuous(instance *i) {
+  hyst_graph *g = i->graph;
+  const int64_t n = i->n_continuous = hyst_graph_n_continuous(g);
+  const int has_events = i->kind.interface == MODEL_EXCHANGE || i->kind.event_mode;
+  if (hyst_graph_is_sampled(g) && i->kind.interface == MODEL_EXCHANGE && g->step == 0)
+    return fmi_refuse(i, "Model Exchange needs the sample period of the model: export it with a step."), 0;
+  i->continuous = calloc((size_t)n + 1, 2 * sizeof *i->continuous);
+  i->derivatives = calloc((size_t)n + 1, sizeof *i->derivatives);
+  if (hyst_graph_is_sampled(g) && has_events && !(i->before = malloc((size_t)g->n_state * sizeof(double))))
+    return fmi_refuse(i, "out of memory"), 0;
+  if (!i->continuous || !i->derivatives) return fmi_refuse(i, "out of memory"), 0;
+  for (int64_t k = 0; k < n; k++) {
+    const hyst_node *node;
+    int64_t element;
+    const hyst_var *row = hyst_graph_continuous_row(g, k, &node, &element);
+    const hyst_port state = {.name = row->name,
+                             .kind = HYST_CSTATE,
+                             .block = (int)(node - g->nodes),
+                             .var = (int)(row - node->block->vars),
+                             .type = HYST_REAL,
+                             .reference = g->n_references + 1 + k,
+                             .size = 1,
+                             .row = row,
+                             .value = hyst_graph_continuous(g, k)};
+    i->continuous[k] = i->continuous[n + k] = state;
+    i->continuous[n + k].reference += n;
+    i->continuous[n + k].value = i->derivatives + k;
+  }
+  return 1;
+}
+
+instance *fmi_instantiate(const char *name, const char *token, const char *location, int logging_on, fmi_kind kind,
                           const fmi_logger *logger) {
   char why[512];
   size_t length = 0;
   instance *i = calloc(1, sizeof *i);
   if (!i) return NULL;
   i->logger = *logger;
-  i->by_element = by_element;
+  i->kind = kind;
   i->categories = 1u << FMI_LOG_WARNING | 1u << FMI_LOG_ERROR | (logging_on ? 1u << FMI_LOG_EVENTS : 0);
   i->name = malloc(name ? strlen(name) + 1 : 1);
   if (i->name) strcpy(i->name, name ? name : "");
   unsigned char *file = NULL;
   if (!i->name || strspn(i->name, " \t\r\n") == strlen(i->name)) fmi_refuse(i, "The instance needs a name.");
   else if (!(file = fmi_read_block_file(location, &length, why, sizeof why))) fmi_refuse(i, "%s", why);
-  const int good = file && open_graph(i, token, file, length);
+  const int good = file && open_graph(i, token, file, length) && open_continuous(i);
   free(file);
   if (!good) return fmi_free(i), NULL;
   fresh_run(i);
@@ -126,6 +169,9 @@ void fmi_free(instance *i) {
   while ((state = i->saved)) fmi_forget(i, &state);
   free(i->memory);
   free(i->broken);
+  free(i->continuous);
+  free(i->derivatives);
+  free(i->before);
   free(i->name);
   free(i);
 }
@@ -144,27 +190,38 @@ fmi_status fmi_setup(instance *i, double start, int stop_defined, double stop) {
   if (!is_finite(start)) return fmi_refuse(i, "The start time must be finite.");
   if (stop_defined && !(is_finite(stop) && stop >= start))
     return fmi_refuse(i, "The stop time must be finite and not before the start time.");
-  i->run.t = start;
+  i->run.t = i->run.start = start;
   i->run.stop_defined = stop_defined != 0;
   i->run.stop = stop_defined ? stop : 0;
   return FMI_OK;
 }
 
-fmi_status fmi_refresh(instance *i) {
-  if (hyst_graph_start(i->graph, i->run.t)) return refuse_graph(i, hyst_graph_error(i->graph));
+static fmi_status initialize(instance *i) {
+  if (hyst_graph_start(i->graph, i->run.t)) return fmi_refuse_graph(i, hyst_graph_error(i->graph));
   i->run.stale = 0;
   return FMI_OK;
 }
 
+fmi_status fmi_refresh(instance *i) {
+  switch (i->run.phase) {
+    case INITIALIZATION: return initialize(i);
+    case EVENT: return fmi_try_event(i);
+    case CONTINUOUS: return fmi_evaluate(i);
+    default: return FMI_OK; /* outputs stay as they are until the next step */
+  }
+}
+
 fmi_status fmi_exit_initialization(instance *i) {
   const fmi_status s = fmi_fresh(i);
-  if (s == FMI_OK) i->run.phase = STEPPING;
-  return s;
+  if (s) return s;
+  if (i->run.interface == MODEL_EXCHANGE || i->run.event_mode) return fmi_enter_event(i);
+  i->run.phase = STEPPING;
+  return FMI_OK;
 }
 
 /* Importers compute t as i*h, as t += h, or in integer nanoseconds: a thousandth of a step and some rounding of t are
  * theirs.  A real mismatch is a step or more. */
-static double slack(double t, double h) { return 1e-3 * h + 16 * 2.220446049250313e-16 * (t < 0 ? -t : t); }
+double fmi_slack(double t, double h) { return 1e-3 * h + 16 * 2.220446049250313e-16 * (t < 0 ? -t : t); }
 
 static const double LEAST_STEP = 1e-12, MOST_STEP = 1e9; /* seconds */
 
@@ -172,55 +229,18 @@ fmi_status fmi_step(instance *i, double t, double h) {
   char a[32], b[32];
   if (!(h >= LEAST_STEP && h <= MOST_STEP))
     return fmi_refuse(i, "The step size must be in [1e-12, 1e9] s. Got %s instead.", hyst_number(a, sizeof a, h));
-  if (t != i->run.t && (!is_finite(t) || !(t - i->run.t <= slack(t, h)) || !(i->run.t - t <= slack(t, h))))
+  if (t != i->run.t && (!is_finite(t) || !(t - i->run.t <= fmi_slack(t, h)) || !(i->run.t - t <= fmi_slack(t, h))))
     return fmi_refuse(i, "The step starts at t = %s s, but the unit is at t = %s s.", hyst_number(a, sizeof a, t),
                       hyst_number(b, sizeof b, i->run.t));
   const double t_end = t + h;
   if (t_end == t)
     return fmi_refuse(i, "The step size %s s is lost in rounding at t = %s s.", hyst_number(a, sizeof a, h),
                       hyst_number(b, sizeof b, t));
-  if (i->run.stop_defined && t_end - i->run.stop > slack(t_end, h))
+  if (i->run.stop_defined && t_end - i->run.stop > fmi_slack(t_end, h))
     return fmi_refuse(i, "The step ends at t = %s s, after the stop time %s s.", hyst_number(a, sizeof a, t_end),
                       hyst_number(b, sizeof b, i->run.stop));
   if (i->n_broken) return FMI_DISCARD; /* the message was sent when the value came */
-  if (hyst_graph_step(i->graph, t_end, h)) return refuse_graph(i, hyst_graph_error(i->graph));
+  if (hyst_graph_step(i->graph, t_end, h)) return fmi_refuse_graph(i, hyst_graph_error(i->graph));
   i->run.t = t_end;
   return FMI_OK;
-}
-
-/* ---- values ----------------------------------------------------------------------------------------------------- */
-static const char *type_words(unsigned types) {
-  return types & REAL ? "real" : types & BOOLEAN ? "boolean" : types & INTEGER ? "integer" : "enumeration";
-}
-
-const hyst_port *fmi_refuse_port(const instance *i, const fmi_call *call, uint32_t reference) {
-  const hyst_port *p = hyst_graph_port(i->graph, reference);
-  if (!p || (!i->by_element && p->reference != reference))
-    fmi_refuse(i, "%s: no variable has the value reference %lu.", call->name, (unsigned long)reference);
-  else fmi_refuse(i, "%s: '%s' is of type %s.", call->name, p->name, type_words((unsigned)p->type));
-  return NULL;
-}
-
-static fmi_status refuse_value(const instance *i, const hyst_port *p, double value) {
-  hyst_error e = {.status = HYST_E_VALUE, .row = p->row, .value = value};
-  snprintf(e.block, sizeof e.block, "%s", i->graph->nodes[p->block].name);
-  snprintf(e.variable, sizeof e.variable, "%s", p->row->name);
-  return refuse_graph(i, &e);
-}
-
-fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double value) {
-  if (p->kind == HYST_OUTPUT) return fmi_refuse(i, "'%s' is an output and cannot be set.", p->name);
-  if (p->kind == HYST_FIXED && i->run.phase == STEPPING)
-    return fmi_refuse(i, "'%s' is a fixed parameter: set it before the initialisation ends.", p->name);
-  if (p->kind == HYST_INPUT && !is_finite(value)) {
-    const int64_t at = p->value - i->graph->external + element;
-    if (i->n_broken == 0)
-      fmi_log(i, FMI_WARNING, FMI_LOG_WARNING,
-              "The input '%s' is %s: no step is made until it has a finite value again.", p->name,
-              value != value ? "NaN" : "infinite");
-    i->n_broken += !i->broken[at];
-    i->broken[at] = 1;
-    return FMI_DISCARD;
-  }
-  return hyst_check(p->row, value) ? refuse_value(i, p, value) : FMI_OK;
 }

@@ -10,7 +10,7 @@
 #include "instance.h"
 
 static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'S', 'T', 'A', 'T'};
-enum { VERSION = 1 };
+enum { VERSION = 2 };
 
 typedef struct {
   char magic[8];
@@ -49,6 +49,7 @@ fmi_status fmi_save(instance *i, void **state) {
   fmi_saved *s = *state ? find(i, *state) : make(i); /* a state that is handed in is overwritten */
   if (!s) return FMI_ERROR;
   hyst_graph *g = i->graph;
+  fmi_undo_event(i);
   s->run = i->run;
   s->run.changed = g->changed;
   s->run.dt = g->dt;
@@ -63,6 +64,7 @@ fmi_status fmi_restore(instance *i, void *state) {
   if (!s) return FMI_ERROR;
   hyst_graph *g = i->graph;
   i->run = s->run;
+  i->tried = 0;
   g->changed = s->run.changed;
   g->dt = s->run.dt;
   memcpy(g->p, s->values, (size_t)g->n_p * sizeof(double));
@@ -122,11 +124,22 @@ static const char *wrong_header(const instance *i, const unsigned char *bytes, s
   return NULL;
 }
 
+static int legal_run(const fmi_run *r) {
+  const double values[] = {r->t, r->stop, r->dt, r->start, r->samples, r->pending};
+  for (size_t k = 0; k < sizeof values / sizeof *values; k++)
+    if (!(values[k] - values[k] == 0)) return 0;
+  switch (r->phase) {
+    case EVENT: return r->interface == MODEL_EXCHANGE || r->event_mode;
+    case STEPPING: return r->interface == CO_SIMULATION;
+    case CONTINUOUS: return r->interface == MODEL_EXCHANGE;
+    default: return r->phase == INSTANTIATED || r->phase == INITIALIZATION || r->phase == TERMINATED;
+  }
+}
+
 /* what a set call would refuse must not come in through a state */
 static int legal(const instance *i, const fmi_saved *s) {
   const hyst_graph *g = i->graph;
-  const int phase = s->run.phase;
-  if (phase != INSTANTIATED && phase != INITIALIZATION && phase != STEPPING && phase != TERMINATED) return 0;
+  if (!legal_run(&s->run)) return 0;
   for (int k = 0; k < g->n_ports; k++) {
     const hyst_port *p = g->ports + k;
     if (p->kind != HYST_PARAM && p->kind != HYST_FIXED) continue;
@@ -145,9 +158,13 @@ fmi_status fmi_deserialize(instance *i, const unsigned char *bytes, size_t size,
   memcpy(&s->run, bytes + sizeof(header), sizeof s->run);
   memcpy(s->values, bytes + sizeof(header) + sizeof s->run, n_values(i) * sizeof(double));
   void *made = s;
-  if (!legal(i, s)) {
+  wrong = s->run.interface != i->kind.interface || s->run.event_mode != i->kind.event_mode
+              ? "it belongs to another interface of the standard"
+          : legal(i, s) ? NULL
+                        : "a value is out of range";
+  if (wrong) {
     fmi_forget(i, &made);
-    return fmi_refuse(i, "The serialized state cannot be read: a value is out of range.");
+    return fmi_refuse(i, "The serialized state cannot be read: %s.", wrong);
   }
   *state = s;
   return FMI_OK;

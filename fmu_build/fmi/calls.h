@@ -1,0 +1,16 @@
+/* calls.h - how every function of a standard begins: may it be called now?
+ * The file that includes it defines CALLS(C): C(name, interfaces, phases) for each of its functions; FMI, the prefix of
+ * the names; REFUSED, the status Error of the standard. */
+#ifndef FMI_CALLS_H
+#define FMI_CALLS_H
+#include "instance.h"
+
+#define FMI_CALL_ID(name, interfaces, phases) CALL_##name,
+#define FMI_CALL_ROW(name, interfaces, phases) {FMI #name, interfaces, phases},
+enum { CALLS(FMI_CALL_ID) };
+static const fmi_call TABLE[] = {CALLS(FMI_CALL_ROW)};
+
+#define BEGIN(name) \
+  instance *i = c;  \
+  if (!fmi_allowed(i, TABLE + CALL_##name)) return REFUSED;
+#endif

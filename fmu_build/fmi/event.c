@@ -1,0 +1,163 @@
+/* event.c - Event Mode and Continuous-Time Mode of both standards, around core/continuous.h.
+ *
+ * Hysteretic memories take their inputs where the importer accepts a step (completed_step) and at events; sampled
+ * blocks advance at events: in Model Exchange every hyst_graph.step seconds from the start time, in Co-Simulation at
+ * every communication point.  In Event Mode inputs and outputs may be set and read in turn until they fit together.
+ * So the event is tried from the same memory each time, and only update_discrete lets it happen. */
+#include <string.h>
+
+#include "continuous.h"
+#include "instance.h"
+
+static int is_finite(double v) { return v - v == 0; }
+
+static fmi_status prepare(instance *i) {
+  hyst_graph *g = i->graph;
+  return g->changed && hyst_graph_prepare(g, g->dt) ? fmi_refuse_graph(i, hyst_graph_error(g)) : FMI_OK;
+}
+
+/* ---- Event Mode ------------------------------------------------------------------------------------------------- */
+static size_t memory_size(const instance *i) { /* the inputs stay as they were set */
+  return (size_t)(i->graph->n_state - i->graph->n_external) * sizeof(double);
+}
+
+/* sample periods that ended since the last sample; an importer that steps over one of them gets one long sample */
+static double periods_due(const instance *i) {
+  const double h = i->graph->step, t = i->run.t - i->run.start;
+  const double n = (t + fmi_slack(i->run.t, h)) / h - i->run.samples;
+  return n < 1 ? 0 : n < 4503599627370496.0 ? (double)(int64_t)n : n;
+}
+
+/* the time by which sampled blocks advance in this event; 0: they hold */
+static double sample_length(const instance *i) {
+  if (!i->before) return 0;
+  return i->run.interface == MODEL_EXCHANGE ? periods_due(i) * i->graph->step : i->run.pending;
+}
+
+void fmi_undo_event(instance *i) {
+  if (!i->tried) return;
+  memcpy(i->graph->state, i->before, memory_size(i));
+  i->tried = 0;
+  i->run.stale = 1;
+}
+
+fmi_status fmi_try_event(instance *i) {
+  hyst_graph *g = i->graph;
+  const double dt = sample_length(i);
+  if (dt == 0) return fmi_evaluate(i);
+  if (!(dt <= 1e9)) return fmi_refuse(i, "The time jumped by more than 1e9 s over the last sample.");
+  fmi_undo_event(i);
+  if (prepare(i)) return FMI_ERROR;
+  memcpy(i->before, g->state, memory_size(i));
+  if (hyst_graph_sample(g, i->run.t, dt)) return fmi_refuse_graph(i, hyst_graph_error(g));
+  i->tried = 1;
+  i->run.stale = 0;
+  return FMI_OK;
+}
+
+fmi_status fmi_enter_event(instance *i) {
+  i->run.phase = EVENT;
+  i->run.stale = 1;
+  return FMI_OK;
+}
+
+fmi_status fmi_update_discrete(instance *i) {
+  if (i->n_broken) return FMI_DISCARD;
+  const fmi_status s = fmi_fresh(i);
+  if (s) return s;
+  if (i->tried) {
+    i->tried = 0;
+    i->run.pending = 0;
+    if (i->run.interface == MODEL_EXCHANGE) i->run.samples += periods_due(i);
+  }
+  hyst_graph_commit(i->graph, i->run.t);
+  return FMI_OK;
+}
+
+int fmi_next_event(const instance *i, double *t) {
+  *t = i->run.start + (i->run.samples + 1) * i->graph->step;
+  return i->before && i->run.interface == MODEL_EXCHANGE;
+}
+
+fmi_status fmi_leave_event(instance *i) {
+  fmi_undo_event(i);
+  i->run.phase = i->run.interface == MODEL_EXCHANGE ? CONTINUOUS : STEPPING;
+  return FMI_OK;
+}
+
+/* ---- Continuous-Time Mode ---------------------------------------------------------------------------------------- */
+fmi_status fmi_evaluate(instance *i) {
+  const fmi_status s = prepare(i);
+  if (s) return s;
+  hyst_graph_evaluate(i->graph, i->run.t);
+  i->run.stale = 0;
+  return FMI_OK;
+}
+
+fmi_status fmi_set_time(instance *i, double t) {
+  if (!is_finite(t)) return fmi_refuse(i, "The time must be finite.");
+  fmi_undo_event(i);
+  i->run.t = t;
+  i->run.stale = 1;
+  return FMI_OK;
+}
+
+fmi_status fmi_completed_step(instance *i) {
+  if (i->n_broken) return FMI_DISCARD;
+  const fmi_status s = prepare(i);
+  if (s) return s;
+  hyst_graph_commit(i->graph, i->run.t);
+  i->run.stale = 0;
+  return FMI_OK;
+}
+
+static fmi_status check_count(const instance *i, const fmi_call *call, size_t n, int64_t have) {
+  return n == (size_t)have ? FMI_OK
+                           : fmi_refuse(i, "%s: the unit has %ld of them. Got room for %lu.", call->name, (long)have,
+                                        (unsigned long)n);
+}
+
+fmi_status fmi_set_states(instance *i, const fmi_call *call, const double *x, size_t n) {
+  if (check_count(i, call, n, i->n_continuous)) return FMI_ERROR;
+  for (size_t k = 0; k < n; k++)
+    if (!is_finite(x[k])) {
+      fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "The continuous state '%s' is %s: it is not set.", i->continuous[k].name,
+              x[k] != x[k] ? "NaN" : "infinite");
+      return FMI_DISCARD;
+    }
+  for (size_t k = 0; k < n; k++) *i->continuous[k].value = x[k];
+  i->run.stale = 1;
+  return FMI_OK;
+}
+
+fmi_status fmi_get_states(instance *i, const fmi_call *call, double *x, size_t n) {
+  fmi_status s = check_count(i, call, n, i->n_continuous);
+  if (!s) s = fmi_fresh(i);
+  for (size_t k = 0; k < n && !s; k++) x[k] = *i->continuous[k].value;
+  return s;
+}
+
+fmi_status fmi_get_derivatives(instance *i, const fmi_call *call, double *dx, size_t n) {
+  fmi_status s = check_count(i, call, n, i->n_continuous);
+  if (!s) s = i->n_broken ? FMI_DISCARD : fmi_fresh(i);
+  if (s) return s;
+  hyst_graph_derivatives(i->graph, dx);
+  for (size_t k = 0; k < n; k++)
+    if (!is_finite(dx[k])) {
+      char t[32];
+      fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "The derivative of '%s' is not finite at t = %s s.",
+              i->continuous[k].name, hyst_number(t, sizeof t, i->run.t));
+      return FMI_DISCARD;
+    }
+  return FMI_OK;
+}
+
+/* no scale is known: the states have those of the importer's inputs */
+fmi_status fmi_get_nominals(instance *i, const fmi_call *call, double *nominals, size_t n) {
+  if (check_count(i, call, n, i->n_continuous)) return FMI_ERROR;
+  for (size_t k = 0; k < n; k++) nominals[k] = 1;
+  return FMI_OK;
+}
+
+/* none: a reversal of the input needs no event, for the memory takes notice of it where the step is accepted */
+fmi_status fmi_get_indicators(instance *i, const fmi_call *call, size_t n) { return check_count(i, call, n, 0); }

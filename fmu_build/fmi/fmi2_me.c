@@ -1,0 +1,80 @@
+/* fmi2_me.c - FMI 2.0 for Model Exchange: the standard's names and types around event.c.
+ * FMI Specification 2.0.4, section 3.2 (table of allowed calls 3.2.3). */
+#include "fmi2Functions.h"
+#define FMI "fmi2"
+#define REFUSED fmi2Error
+
+/* fmi2SetTime in Event Mode ends the event: units that have discrete states alone go from event to event */
+#define READ (INITIALIZATION | EVENT | CONTINUOUS | TERMINATED)
+#define CALLS(C)                                         \
+  C(EnterEventMode, MODEL_EXCHANGE, EVENT | CONTINUOUS)  \
+  C(NewDiscreteStates, MODEL_EXCHANGE, EVENT)            \
+  C(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT)      \
+  C(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS) \
+  C(SetTime, MODEL_EXCHANGE, EVENT | CONTINUOUS)         \
+  C(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS)     \
+  C(GetEventIndicators, MODEL_EXCHANGE, READ)            \
+  C(GetContinuousStates, MODEL_EXCHANGE, READ)           \
+  C(GetDerivatives, MODEL_EXCHANGE, READ)                \
+  C(GetNominalsOfContinuousStates, MODEL_EXCHANGE, READ | INSTANTIATED)
+#include "calls.h"
+
+fmi2Status fmi2EnterEventMode(fmi2Component c) {
+  BEGIN(EnterEventMode)
+  return (fmi2Status)fmi_enter_event(i);
+}
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
+  BEGIN(NewDiscreteStates)
+  const fmi_status s = fmi_update_discrete(i);
+  if (s || !info) return (fmi2Status)s;
+  info->newDiscreteStatesNeeded = info->terminateSimulation = fmi2False;
+  info->nominalsOfContinuousStatesChanged = info->valuesOfContinuousStatesChanged = fmi2False;
+  info->nextEventTimeDefined = fmi_next_event(i, &info->nextEventTime);
+  return fmi2OK;
+}
+
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
+  BEGIN(EnterContinuousTimeMode)
+  return (fmi2Status)fmi_leave_event(i);
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state, fmi2Boolean *event,
+                                       fmi2Boolean *terminate) {
+  BEGIN(CompletedIntegratorStep)
+  (void)no_set_state;
+  if (event) *event = fmi2False;
+  if (terminate) *terminate = fmi2False;
+  return (fmi2Status)fmi_completed_step(i);
+}
+
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
+  BEGIN(SetTime)
+  return (fmi2Status)fmi_set_time(i, time);
+}
+
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n) {
+  BEGIN(SetContinuousStates)
+  return (fmi2Status)fmi_set_states(i, TABLE + CALL_SetContinuousStates, x, n);
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real dx[], size_t n) {
+  BEGIN(GetDerivatives)
+  return (fmi2Status)fmi_get_derivatives(i, TABLE + CALL_GetDerivatives, dx, n);
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n) {
+  BEGIN(GetEventIndicators)
+  (void)z;
+  return (fmi2Status)fmi_get_indicators(i, TABLE + CALL_GetEventIndicators, n);
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
+  BEGIN(GetContinuousStates)
+  return (fmi2Status)fmi_get_states(i, TABLE + CALL_GetContinuousStates, x, n);
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t n) {
+  BEGIN(GetNominalsOfContinuousStates)
+  return (fmi2Status)fmi_get_nominals(i, TABLE + CALL_GetNominalsOfContinuousStates, nominals, n);
+}

@@ -1,0 +1,71 @@
+/* fmi3_absent.c - the functions of FMI 3.0 that these units do not have: a message and Error.
+ * modelDescription.xml declares none of them. */
+#include "fmi3Functions.h"
+#include "instance.h"
+
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#define ABSENT(name, why, ...) \
+  fmi3Status name(fmi3Instance c, __VA_ARGS__) { return (fmi3Status)fmi_absent(c, #name, why); }
+#define ABSENT_MODE(name, why) \
+  fmi3Status name(fmi3Instance c) { return (fmi3Status)fmi_absent(c, #name, why); }
+static const char NO_SCHEDULE[] = "this FMU has no Scheduled Execution";
+static const char NO_CLOCKS[] = "this FMU has no clocks";
+static const char NO_STRUCTURE[] = "this FMU has no structural parameters";
+static const char NO_DERIVATIVES[] = "modelDescription.xml does not declare derivatives";
+static const char NO_TYPE[] = "this FMU has no variables of that type";
+
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible,
+                                               fmi3Boolean logging_on, fmi3InstanceEnvironment environment,
+                                               fmi3LogMessageCallback log, fmi3ClockUpdateCallback clock,
+                                               fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock) {
+  if (log) log(environment, fmi3Error, "logStatusError", "This FMU has no Scheduled Execution.");
+  return NULL;
+}
+
+#define NO_SUCH_TYPE(name)                                                                                   \
+  ABSENT(fmi3Get##name, NO_TYPE, const fmi3ValueReference vr[], size_t n, fmi3##name values[], size_t count) \
+  ABSENT(fmi3Set##name, NO_TYPE, const fmi3ValueReference vr[], size_t n, const fmi3##name values[], size_t count)
+NO_SUCH_TYPE(Float32)
+NO_SUCH_TYPE(Int8)
+NO_SUCH_TYPE(UInt8)
+NO_SUCH_TYPE(Int16)
+NO_SUCH_TYPE(UInt16)
+NO_SUCH_TYPE(UInt32)
+NO_SUCH_TYPE(UInt64)
+NO_SUCH_TYPE(String)
+ABSENT(fmi3GetBinary, NO_TYPE, const fmi3ValueReference vr[], size_t n, size_t sizes[], fmi3Binary values[],
+       size_t count)
+ABSENT(fmi3SetBinary, NO_TYPE, const fmi3ValueReference vr[], size_t n, const size_t sizes[], const fmi3Binary values[],
+       size_t count)
+ABSENT(fmi3GetClock, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, fmi3Clock values[])
+ABSENT(fmi3SetClock, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, const fmi3Clock values[])
+ABSENT(fmi3GetIntervalDecimal, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, fmi3Float64 intervals[],
+       fmi3IntervalQualifier qualifiers[])
+ABSENT(fmi3GetIntervalFraction, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, fmi3UInt64 counters[],
+       fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
+ABSENT(fmi3GetShiftDecimal, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, fmi3Float64 shifts[])
+ABSENT(fmi3GetShiftFraction, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, fmi3UInt64 counters[],
+       fmi3UInt64 resolutions[])
+ABSENT(fmi3SetIntervalDecimal, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, const fmi3Float64 intervals[])
+ABSENT(fmi3SetIntervalFraction, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, const fmi3UInt64 counters[],
+       const fmi3UInt64 resolutions[])
+ABSENT(fmi3SetShiftDecimal, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, const fmi3Float64 shifts[])
+ABSENT(fmi3SetShiftFraction, NO_CLOCKS, const fmi3ValueReference vr[], size_t n, const fmi3UInt64 counters[],
+       const fmi3UInt64 resolutions[])
+ABSENT(fmi3ActivateModelPartition, NO_SCHEDULE, fmi3ValueReference clock, fmi3Float64 time)
+ABSENT(fmi3GetNumberOfVariableDependencies, "modelDescription.xml has the dependencies", fmi3ValueReference vr,
+       size_t *n)
+ABSENT(fmi3GetVariableDependencies, "modelDescription.xml has the dependencies", fmi3ValueReference vr,
+       size_t elements[], fmi3ValueReference independents[], size_t elements_of_independents[],
+       fmi3DependencyKind kinds[], size_t n)
+ABSENT(fmi3GetDirectionalDerivative, NO_DERIVATIVES, const fmi3ValueReference unknowns[], size_t n_unknowns,
+       const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[], size_t n_seed,
+       fmi3Float64 sensitivity[], size_t n_sensitivity)
+ABSENT(fmi3GetAdjointDerivative, NO_DERIVATIVES, const fmi3ValueReference unknowns[], size_t n_unknowns,
+       const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[], size_t n_seed,
+       fmi3Float64 sensitivity[], size_t n_sensitivity)
+ABSENT(fmi3GetOutputDerivatives, NO_DERIVATIVES, const fmi3ValueReference vr[], size_t n, const fmi3Int32 orders[],
+       fmi3Float64 values[], size_t count)
+ABSENT_MODE(fmi3EnterConfigurationMode, NO_STRUCTURE)
+ABSENT_MODE(fmi3ExitConfigurationMode, NO_STRUCTURE)
+ABSENT_MODE(fmi3EvaluateDiscreteStates, "reading outputs in Event Mode evaluates the discrete states")

@@ -1,0 +1,67 @@
+/* values.c - variables by value reference: which one, of what type, may it have this value now? */
+#include <stdio.h>
+
+#include "continuous.h"
+#include "instance.h"
+
+static int is_finite(double v) { return v - v == 0; }
+
+static int is_derivative(const instance *i, const hyst_port *p) {
+  return p->kind == HYST_CSTATE && p >= i->continuous + i->n_continuous;
+}
+
+static const char *type_words(int type) {
+  return type == REAL ? "real" : type == BOOLEAN ? "boolean" : type == INTEGER ? "integer" : "enumeration";
+}
+
+const hyst_port *fmi_find(const instance *i, uint32_t reference) {
+  const hyst_port *p = hyst_graph_port(i->graph, reference);
+  if (p) return i->kind.by_element || p->reference == reference ? p : NULL;
+  const int64_t k = (int64_t)reference - i->graph->n_references - 1;
+  return k >= 0 && k < 2 * i->n_continuous ? i->continuous + k : NULL;
+}
+
+const hyst_port *fmi_seek_port(const instance *i, const fmi_call *call, uint32_t reference, unsigned types) {
+  const hyst_port *p = fmi_find(i, reference);
+  if (!p) fmi_refuse(i, "%s: no variable has the value reference %lu.", call->name, (unsigned long)reference);
+  else if (!((unsigned)p->type & types))
+    fmi_refuse(i, "%s: '%s' is of type %s.", call->name, p->name, type_words(p->type)), p = NULL;
+  else if (is_derivative(i, p)) hyst_graph_derivatives(i->graph, i->derivatives);
+  return p;
+}
+
+static fmi_status refuse_value(const instance *i, const hyst_port *p, double value) {
+  hyst_error e = {.status = HYST_E_VALUE, .row = p->row, .value = value};
+  snprintf(e.block, sizeof e.block, "%s", i->graph->nodes[p->block].name);
+  snprintf(e.variable, sizeof e.variable, "%s", p->row->name);
+  return fmi_refuse_graph(i, &e);
+}
+
+static fmi_status wait_for_input(instance *i, const hyst_port *p, int64_t element, double value) {
+  const int64_t at = p->value - i->graph->external + element;
+  if (i->n_broken == 0)
+    fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "The input '%s' is %s: no step is made until it has a finite value again.",
+            p->name, value != value ? "NaN" : "infinite");
+  i->n_broken += !i->broken[at];
+  i->broken[at] = 1;
+  return FMI_DISCARD;
+}
+
+static fmi_status examine_continuous(const instance *i, const hyst_port *p, double value) {
+  if (is_derivative(i, p)) return fmi_refuse(i, "The derivative of '%s' cannot be set.", p->name);
+  if (i->run.phase != CONTINUOUS)
+    return fmi_refuse(i, "'%s' is a continuous state: it is set in Continuous-Time Mode only.", p->name);
+  return is_finite(value) ? FMI_OK : FMI_DISCARD;
+}
+
+fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double value) {
+  const int phase = i->run.phase;
+  if (p->kind == HYST_CSTATE) return examine_continuous(i, p, value);
+  if (p->kind == HYST_OUTPUT) return fmi_refuse(i, "'%s' is an output and cannot be set.", p->name);
+  if (p->kind == HYST_FIXED && phase != INSTANTIATED && phase != INITIALIZATION)
+    return fmi_refuse(i, "'%s' is a fixed parameter: set it before the initialisation ends.", p->name);
+  if (p->kind == HYST_PARAM && phase == CONTINUOUS)
+    return fmi_refuse(i, "'%s' is a parameter: set it in Event Mode.", p->name);
+  if (p->kind == HYST_INPUT && !is_finite(value)) return wait_for_input(i, p, element, value);
+  return hyst_check(p->row, value) ? refuse_value(i, p, value) : FMI_OK;
+}
