@@ -95,3 +95,18 @@ hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt) {
   hyst_graph_evaluate(g, t); /* blocks that stand before a sampled one in the file */
   return HYST_E_OK;
 }
+
+hyst_status hyst_graph_hold(hyst_graph *g, double t_end, double dt) {
+  dt = hyst_same_step(dt, g->state[0], t_end);
+  const hyst_status s = dt != g->dt || g->changed ? hyst_graph_prepare(g, dt) : HYST_E_OK;
+  if (s) return s;
+  g->state[0] = dt;
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node *n = g->nodes + i;
+    if (hyst_class_of(n->block) == HYST_SAMPLED) continue;
+    hyst_gather(g, n, t_end);
+    if (n->block->update) n->block->update(n->dim, n->p, n->x, n->u, dt);
+    n->block->output(n->dim, n->p, n->x, n->u, n->y);
+  }
+  return HYST_E_OK;
+}

@@ -27,4 +27,6 @@ void hyst_graph_commit(hyst_graph *g, double t);        /* evaluate, then hyster
 /* Evaluate, then sampled blocks advance by dt in the order of the file, then all outputs follow.  dt = graph->step,
  * whatever the time since the last sample really was: hyst_graph_start() is the sample at the start time. */
 hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt);
+/* hyst_graph_step() without its samples: sampled blocks hold, so that hyst_graph_sample() can follow at t_end. */
+hyst_status hyst_graph_hold(hyst_graph *g, double t_end, double dt);
 #endif

@@ -85,16 +85,9 @@ hyst_status hyst_graph_start(hyst_graph *g, double t) {
   return HYST_E_OK;
 }
 
-/* A master that computes the step as a difference of times gets another rounding in every step.  It must not see
- * another discretisation: a step that differs from the last one by rounding alone is the last one. */
-static double same_step(double dt, double last, double t_end) {
-  const double off = dt > last ? dt - last : last - dt, t = t_end < 0 ? -t_end : t_end;
-  return last > 0 && off <= 4.5e-16 * (t + last) ? last : dt; /* two units in the last place of the times */
-}
-
 static inline hyst_status step(hyst_graph *g, double t_end, double dt) {
   double *last = g->state; /* part of the state: a restored run goes on with the same bits */
-  if (dt != *last) dt = same_step(dt, *last, t_end);
+  if (dt != *last) dt = hyst_same_step(dt, *last, t_end);
   if (dt != g->dt || g->changed) {
     const hyst_status s = prepare(g, dt, g->changed ? 0 : HYST_STEP);
     if (s) return s;

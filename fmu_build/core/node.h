@@ -1,4 +1,4 @@
-/* node.h - what every pass over a graph does with one node: its class in continuous time, its inputs. */
+/* node.h - what every pass over a graph needs: the class of a node in continuous time, its inputs, the step in use. */
 #ifndef HYST_NODE_H
 #define HYST_NODE_H
 #include "graph.h"
@@ -15,6 +15,13 @@ static inline hyst_class hyst_class_of(const hyst_block *b) {
 static inline void hyst_copy(double *to, const double *from, int64_t n) {
   *to = *from;
   for (int64_t k = 1; k < n; k++) to[k] = from[k];
+}
+
+/* A master that computes the step as a difference of times gets another rounding in every step.  It must not see
+ * another discretisation: a step that differs from the last one by rounding alone is the last one. */
+static inline double hyst_same_step(double dt, double last, double t_end) {
+  const double off = dt > last ? dt - last : last - dt, t = t_end < 0 ? -t_end : t_end;
+  return last > 0 && off <= 4.5e-16 * (t + last) ? last : dt; /* two units in the last place of the times */
 }
 
 /* inputs from the present outputs of its sources */

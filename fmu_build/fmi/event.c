@@ -9,8 +9,6 @@
 #include "continuous.h"
 #include "instance.h"
 
-static int is_finite(double v) { return v - v == 0; }
-
 static fmi_status prepare(instance *i) {
   hyst_graph *g = i->graph;
   return g->changed && hyst_graph_prepare(g, g->dt) ? fmi_refuse_graph(i, hyst_graph_error(g)) : FMI_OK;
@@ -95,7 +93,7 @@ fmi_status fmi_evaluate(instance *i) {
 }
 
 fmi_status fmi_set_time(instance *i, double t) {
-  if (!is_finite(t)) return fmi_refuse(i, "The time must be finite.");
+  if (!fmi_is_finite(t)) return fmi_refuse(i, "The time must be finite.");
   fmi_undo_event(i);
   i->run.t = t;
   i->run.stale = 1;
@@ -120,7 +118,7 @@ static fmi_status check_count(const instance *i, const fmi_call *call, size_t n,
 fmi_status fmi_set_states(instance *i, const fmi_call *call, const double *x, size_t n) {
   if (check_count(i, call, n, i->n_continuous)) return FMI_ERROR;
   for (size_t k = 0; k < n; k++)
-    if (!is_finite(x[k])) {
+    if (!fmi_is_finite(x[k])) {
       fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "The continuous state '%s' is %s: it is not set.", i->continuous[k].name,
               x[k] != x[k] ? "NaN" : "infinite");
       return FMI_DISCARD;
@@ -143,7 +141,7 @@ fmi_status fmi_get_derivatives(instance *i, const fmi_call *call, double *dx, si
   if (s) return s;
   hyst_graph_derivatives(i->graph, dx);
   for (size_t k = 0; k < n; k++)
-    if (!is_finite(dx[k])) {
+    if (!fmi_is_finite(dx[k])) {
       char t[32];
       fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "The derivative of '%s' is not finite at t = %s s.",
               i->continuous[k].name, hyst_number(t, sizeof t, i->run.t));

@@ -184,11 +184,9 @@ void fmi_reset(instance *i) {
 }
 
 /* ---- initialisation and steps ----------------------------------------------------------------------------------- */
-static int is_finite(double v) { return v - v == 0; }
-
 fmi_status fmi_setup(instance *i, double start, int stop_defined, double stop) {
-  if (!is_finite(start)) return fmi_refuse(i, "The start time must be finite.");
-  if (stop_defined && !(is_finite(stop) && stop >= start))
+  if (!fmi_is_finite(start)) return fmi_refuse(i, "The start time must be finite.");
+  if (stop_defined && !(fmi_is_finite(stop) && stop >= start))
     return fmi_refuse(i, "The stop time must be finite and not before the start time.");
   i->run.t = i->run.start = start;
   i->run.stop_defined = stop_defined != 0;
@@ -229,7 +227,7 @@ fmi_status fmi_step(instance *i, double t, double h) {
   char a[32], b[32];
   if (!(h >= LEAST_STEP && h <= MOST_STEP))
     return fmi_refuse(i, "The step size must be in [1e-12, 1e9] s. Got %s instead.", hyst_number(a, sizeof a, h));
-  if (t != i->run.t && (!is_finite(t) || !(t - i->run.t <= fmi_slack(t, h)) || !(i->run.t - t <= fmi_slack(t, h))))
+  if (t != i->run.t && (!fmi_is_finite(t) || !(t - i->run.t <= fmi_slack(t, h)) || !(i->run.t - t <= fmi_slack(t, h))))
     return fmi_refuse(i, "The step starts at t = %s s, but the unit is at t = %s s.", hyst_number(a, sizeof a, t),
                       hyst_number(b, sizeof b, i->run.t));
   const double t_end = t + h;
@@ -240,7 +238,9 @@ fmi_status fmi_step(instance *i, double t, double h) {
     return fmi_refuse(i, "The step ends at t = %s s, after the stop time %s s.", hyst_number(a, sizeof a, t_end),
                       hyst_number(b, sizeof b, i->run.stop));
   if (i->n_broken) return FMI_DISCARD; /* the message was sent when the value came */
-  if (hyst_graph_step(i->graph, t_end, h)) return fmi_refuse_graph(i, hyst_graph_error(i->graph));
+  if (i->before ? hyst_graph_hold(i->graph, t_end, h) : hyst_graph_step(i->graph, t_end, h))
+    return fmi_refuse_graph(i, hyst_graph_error(i->graph));
+  if (i->before) i->run.pending += h; /* the sample is taken in Event Mode */
   i->run.t = t_end;
   return FMI_OK;
 }

@@ -32,6 +32,8 @@ typedef struct {
   unsigned interfaces, phases;
 } fmi_call;
 
+static inline int fmi_is_finite(double v) { return v - v == 0; }
+
 /* sends a finished message to the importer in the form of its standard */
 typedef struct fmi_logger fmi_logger;
 struct fmi_logger {

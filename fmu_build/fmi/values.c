@@ -4,8 +4,6 @@
 #include "continuous.h"
 #include "instance.h"
 
-static int is_finite(double v) { return v - v == 0; }
-
 static int is_derivative(const instance *i, const hyst_port *p) {
   return p->kind == HYST_CSTATE && p >= i->continuous + i->n_continuous;
 }
@@ -51,7 +49,7 @@ static fmi_status examine_continuous(const instance *i, const hyst_port *p, doub
   if (is_derivative(i, p)) return fmi_refuse(i, "The derivative of '%s' cannot be set.", p->name);
   if (i->run.phase != CONTINUOUS)
     return fmi_refuse(i, "'%s' is a continuous state: it is set in Continuous-Time Mode only.", p->name);
-  return is_finite(value) ? FMI_OK : FMI_DISCARD;
+  return fmi_is_finite(value) ? FMI_OK : FMI_DISCARD;
 }
 
 fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double value) {
@@ -62,6 +60,6 @@ fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double 
     return fmi_refuse(i, "'%s' is a fixed parameter: set it before the initialisation ends.", p->name);
   if (p->kind == HYST_PARAM && phase == CONTINUOUS)
     return fmi_refuse(i, "'%s' is a parameter: set it in Event Mode.", p->name);
-  if (p->kind == HYST_INPUT && !is_finite(value)) return wait_for_input(i, p, element, value);
+  if (p->kind == HYST_INPUT && !fmi_is_finite(value)) return wait_for_input(i, p, element, value);
   return hyst_check(p->row, value) ? refuse_value(i, p, value) : FMI_OK;
 }
