@@ -251,7 +251,7 @@ class Graph:
         self._resolve()
         order = self._order() if sort else list(range(len(self.nodes)))
         self.nodes = tuple(self.nodes[i] for i in order)
-        self._links = self._resolve()
+        self.links = self._resolve()
         self._order(check_only=True)
         self.ports = self._ports()
 
@@ -430,7 +430,7 @@ class Graph:
         changed = True
         while changed:
             changed = False
-            for d, _, s, place, _ in self._links:
+            for d, _, s, place, _ in self.links:
                 if not through[d]:
                     continue
                 names = reach[s] if s >= 0 else {self.inputs[max(j for j, b in enumerate(starts) if b <= place)].name}
@@ -460,8 +460,8 @@ class Graph:
             out += [struct.pack("<I", p.size), p.astype("<f8").tobytes()]
         starts = [s for p in self.ports if p.kind == "input" for s in p.start]
         out.append(struct.pack(f"<I{len(starts)}d", len(starts), *starts))
-        out.append(struct.pack("<I", len(self._links)))
-        out += [struct.pack("<5i", *link) for link in self._links]
+        out.append(struct.pack("<I", len(self.links)))
+        out += [struct.pack("<5i", *link) for link in self.links]
         out.append(struct.pack("<I", len(self.ports)))
         for port in self.ports:
             var = self.nodes[port.node].block.vars.index(port.var)

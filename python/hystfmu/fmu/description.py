@@ -13,45 +13,12 @@ from typing import Literal
 
 import hystfmu
 from hystfmu.core import Var
+from hystfmu.fmu.structure import Knowns, dependencies, is_hysteretic, is_sampled
+from hystfmu.fmu.units import rate_unit, unit_definitions
 from hystfmu.fmu.xml_file import xml_file
 from hystfmu.graph import Graph, Port
 
 Fmi = Literal[2, 3]
-
-# unit: exponents of the SI base units, factor to SI
-_UNITS: dict[str, tuple[dict[str, int], float]] = {
-    "1": ({}, 1.0),
-    "%": ({}, 0.01),
-    "s": ({"s": 1}, 1.0),
-    "ms": ({"s": 1}, 1e-3),
-    "s2": ({"s": 2}, 1.0),
-    "Hz": ({"s": -1}, 1.0),
-    "kHz": ({"s": -1}, 1e3),
-    "1/s": ({"s": -1}, 1.0),
-    "1/s2": ({"s": -2}, 1.0),
-    "rad": ({"rad": 1}, 1.0),
-    "rad/s": ({"rad": 1, "s": -1}, 1.0),
-    "m": ({"m": 1}, 1.0),
-    "mm": ({"m": 1}, 1e-3),
-    "um": ({"m": 1}, 1e-6),
-    "nm": ({"m": 1}, 1e-9),
-    "m/s": ({"m": 1, "s": -1}, 1.0),
-    "m/s2": ({"m": 1, "s": -2}, 1.0),
-    "1/m": ({"m": -1}, 1.0),
-    "kg": ({"kg": 1}, 1.0),
-    "N": ({"kg": 1, "m": 1, "s": -2}, 1.0),
-    "N/m": ({"kg": 1, "s": -2}, 1.0),
-    "N.s/m": ({"kg": 1, "s": -1}, 1.0),
-    "Pa": ({"kg": 1, "m": -1, "s": -2}, 1.0),
-    "A": ({"A": 1}, 1.0),
-    "A/m": ({"A": 1, "m": -1}, 1.0),
-    "T": ({"kg": 1, "s": -2, "A": -1}, 1.0),
-    "V": ({"kg": 1, "m": 2, "s": -3, "A": -1}, 1.0),
-    "V/m": ({"kg": 1, "m": 1, "s": -3, "A": -1}, 1.0),
-    "um/V": ({"kg": -1, "m": -1, "s": 3, "A": 1}, 1e-6),
-    "m/V": ({"kg": -1, "m": -1, "s": 3, "A": 1}, 1.0),
-    "K": ({"K": 1}, 1.0),
-}
 
 
 def variable_type(v: Var) -> str:
@@ -81,20 +48,6 @@ def _causality(p: Port) -> dict[str, str]:
     if p.kind in ("param", "fixed"):
         return {"causality": "parameter", "variability": "tunable" if p.kind == "param" else "fixed"}
     return {"causality": p.kind, "variability": "continuous" if p.var.type == "real" else "discrete"}
-
-
-def _units(graph: Graph) -> ET.Element | None:
-    used = sorted({p.unit for p in graph.ports if p.unit and p.var.type == "real"} | {"s"})
-    definitions = ET.Element("UnitDefinitions")
-    for name in used:
-        unit = ET.SubElement(definitions, "Unit", name=name)
-        if name in _UNITS:
-            exponents, factor = _UNITS[name]
-            attributes = {k: str(n) for k, n in exponents.items()}
-            if factor != 1.0:
-                attributes["factor"] = repr(factor)
-            ET.SubElement(unit, "BaseUnit", attributes)
-    return definitions
 
 
 def _types(graph: Graph, fmi: Fmi) -> ET.Element | None:
@@ -130,6 +83,20 @@ def _scalars(graph: Graph) -> Iterator[tuple[Port, int, str]]:
             yield p, i, name
 
 
+def _continuous(graph: Graph) -> Iterator[tuple[dict[str, str], str, int | None]]:
+    """Attributes, unit, and, for a derivative, the number of its state: first all states, then all derivatives.
+
+    The binary has them under the value references that follow the one of the time.
+    """
+    states, first = graph.continuous_states, sum(p.size for p in graph.ports) + 1
+    local = {"causality": "local", "variability": "continuous", "initial": "calculated"}
+    for k, x in enumerate(states):
+        yield {"name": x.name, "valueReference": str(first + k), "description": x.text, **local}, x.unit, None
+    for k, x in enumerate(states):
+        named = {"name": f"der({x.name})", "valueReference": str(first + len(states) + k)}
+        yield {**named, "description": f"time derivative of {x.name}", **local}, rate_unit(x.unit), k
+
+
 def _variables2(graph: Graph) -> ET.Element:
     tags = {"real": "Real", "int": "Integer", "bool": "Boolean", "enumeration": "Enumeration"}
     variables = ET.Element("ModelVariables")
@@ -146,6 +113,11 @@ def _variables2(graph: Graph) -> ET.Element:
         kind.attrib.update(_limits(p.var))
         if p.kind != "output":
             kind.set("start", _number(p.var, p.start[i]))
+    n = len(variables)
+    for attributes, unit, of in _continuous(graph):
+        kind = ET.SubElement(ET.SubElement(variables, "ScalarVariable", attributes), "Real", unit=unit)
+        if of is not None:
+            kind.set("derivative", str(n + of + 1))
     return variables
 
 
@@ -166,43 +138,90 @@ def _variables3(graph: Graph) -> ET.Element:
         variable = ET.SubElement(variables, tags[variable_type(p.var)], attributes)
         if p.size > 1:
             ET.SubElement(variable, "Dimension", start=str(p.size))
-    name = "time"
-    while any(p.name == name for p in graph.ports):
+    name, taken = "time", {p.name for p in graph.ports} | {x.name for x in graph.continuous_states}
+    while name in taken:
         name += "_"
     reference = sum(p.size for p in graph.ports)  # the binary gives the time under the first free reference
     time = {"name": name, "valueReference": str(reference), "causality": "independent", "variability": "continuous"}
     ET.SubElement(variables, "Float64", {**time, "unit": "s", "description": "simulation time"})
+    for attributes, unit, of in _continuous(graph):
+        more = {} if of is None else {"derivative": str(reference + 1 + of)}
+        ET.SubElement(variables, "Float64", {**attributes, "unit": unit, **more})
     return variables
 
 
 def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
-    """Outputs with the inputs they depend on at once; without such a list importers suspect an algebraic loop.
+    """Outputs and derivatives with what they depend on at once; without it importers suspect an algebraic loop.
 
-    At the initialisation an output may depend on every parameter and input (`dependencies` is left out: all).
+    At the initialisation they may depend on every parameter and input (`dependencies` is left out: all).
     """
-    depends = graph.dependencies()
+    outputs, derivatives = dependencies(graph)
+    n_states, total = len(derivatives), sum(p.size for p in graph.ports)
     structure = ET.Element("ModelStructure")
     if fmi == 3:
-        for p in graph.ports:
-            if p.kind == "output":
-                inputs = " ".join(str(graph.port(name).reference) for name in depends[p.name])
-                ET.SubElement(structure, "Output", valueReference=str(p.reference), dependencies=inputs)
-        for p in graph.ports:
-            if p.kind == "output":
-                ET.SubElement(structure, "InitialUnknown", valueReference=str(p.reference))
+
+        def known3(known: Knowns) -> str:
+            listed = {graph.port(name).reference for name in known.inputs} | {total + 1 + k for k in known.states}
+            return " ".join(map(str, sorted(listed | ({total} if known.time else set()))))
+
+        of_outputs = [(str(p.reference), outputs[p.name]) for p in graph.ports if p.kind == "output"]
+        of_derivatives = [(str(total + 1 + n_states + k), known) for k, known in enumerate(derivatives)]
+        for tag, unknowns in (("Output", of_outputs), ("ContinuousStateDerivative", of_derivatives)):
+            for reference, known in unknowns:
+                ET.SubElement(structure, tag, valueReference=reference, dependencies=known3(known))
+        states = [str(total + 1 + k) for k in range(n_states)]
+        for reference in [r for r, _ in of_outputs] + states + [r for r, _ in of_derivatives]:
+            ET.SubElement(structure, "InitialUnknown", valueReference=reference)
         return structure
+
     index: dict[str, list[int]] = {}
     for k, (p, _, _) in enumerate(_scalars(graph)):
         index.setdefault(p.name, []).append(k + 1)
-    outputs = [p for p in graph.ports if p.kind == "output"]
-    if outputs:
-        listed, initial = ET.SubElement(structure, "Outputs"), ET.SubElement(structure, "InitialUnknowns")
-        for p in outputs:
-            inputs = " ".join(str(k) for name in depends[p.name] for k in index[name])
-            for k in index[p.name]:
-                ET.SubElement(listed, "Unknown", index=str(k), dependencies=inputs)
-                ET.SubElement(initial, "Unknown", index=str(k))
+
+    def known2(known: Knowns) -> str:  # the time is not a variable in FMI 2.0
+        listed = {k for name in known.inputs for k in index[name]} | {total + 1 + k for k in known.states}
+        return " ".join(map(str, sorted(listed)))
+
+    scalar = [(k, known2(outputs[p.name])) for p in graph.ports if p.kind == "output" for k in index[p.name]]
+    rates = [(total + 1 + n_states + k, known2(known)) for k, known in enumerate(derivatives)]
+    for tag, unknowns2 in (("Outputs", scalar), ("Derivatives", rates)):
+        listed = ET.SubElement(structure, tag) if unknowns2 else structure
+        for k, dependent in unknowns2:
+            ET.SubElement(listed, "Unknown", index=str(k), dependencies=dependent)
+    initial = [k for k, _ in scalar] + [total + 1 + k for k in range(2 * n_states)]
+    if initial:
+        listed = ET.SubElement(structure, "InitialUnknowns")
+        for k in initial:
+            ET.SubElement(listed, "Unknown", index=str(k))
     return structure
+
+
+def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
+    """ModelExchange and CoSimulation with their capabilities.
+
+    A graph with sampled blocks and no sample period has no Model Exchange.
+    """
+    spelling = "state" if fmi == 2 else "State"
+    common = {
+        "modelIdentifier": name,
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        f"canGetAndSetFMU{spelling}": "true",
+        f"canSerializeFMU{spelling}": "true",
+    }
+    if fmi == 2:
+        common["canNotUseMemoryManagementFunctions"] = "true"  # the importer's allocator is not used
+    steps = is_hysteretic(graph)
+    exchange = (
+        {"completedIntegratorStepNotNeeded": str(not steps)}
+        if fmi == 2
+        else {"needsCompletedIntegratorStep": str(steps)}
+    )
+    exchange = {k: v.lower() for k, v in exchange.items()}
+    simulation = {"canHandleVariableCommunicationStepSize": "true"} | ({"hasEventMode": "true"} if fmi == 3 else {})
+    listed = [ET.Element("CoSimulation", {**common, **simulation})]
+    if graph.step > 0 or not is_sampled(graph):
+        listed.insert(0, ET.Element("ModelExchange", {**common, **exchange}))
+    return listed
 
 
 def model_description(graph: Graph, fmi: Fmi, name: str, text: str = "", step: float | None = None) -> bytes:
@@ -226,24 +245,16 @@ def model_description(graph: Graph, fmi: Fmi, name: str, text: str = "", step: f
     bytes
         UTF-8, ends with a newline.
     """
-    token, spelling = graph.token, "state" if fmi == 2 else "State"
     head = {"fmiVersion": "2.0" if fmi == 2 else "3.0", "modelName": name}
-    head["guid" if fmi == 2 else "instantiationToken"] = token
+    head["guid" if fmi == 2 else "instantiationToken"] = graph.token
     if text:
         head["description"] = text
     head |= {"generationTool": f"HystFMU {hystfmu.__version__}", "variableNamingConvention": "flat"}
-    root = ET.Element("fmiModelDescription", head)
-    capabilities = {
-        "modelIdentifier": name,
-        "canHandleVariableCommunicationStepSize": "true",
-        "canBeInstantiatedOnlyOncePerProcess": "false",
-        f"canGetAndSetFMU{spelling}": "true",
-        f"canSerializeFMU{spelling}": "true",
-    }
     if fmi == 2:
-        capabilities["canNotUseMemoryManagementFunctions"] = "true"  # the importer's allocator is not used
-    ET.SubElement(root, "CoSimulation", capabilities)
-    for part in (_units(graph), _types(graph, fmi), _log_categories()):
+        head["numberOfEventIndicators"] = "0"  # reversals need none: see fmu_build/README.md
+    root = ET.Element("fmiModelDescription", head)
+    root.extend(_interfaces(graph, fmi, name))
+    for part in (unit_definitions(graph), _types(graph, fmi), _log_categories()):
         if part is not None:
             root.append(part)
     if step is not None:
