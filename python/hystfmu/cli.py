@@ -220,7 +220,7 @@ def inverse(model: str, out: str, method: str) -> None:
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the standard.")
 @click.option("--name", metavar="NAME", help="Model name in the FMU; default: the name of the file.")
 def export(model: str, out: str, fmi: str, name: str | None) -> None:
-    """Pack a model as a Co-Simulation FMU; no compiler is needed.
+    """Pack a model as an FMU for Co-Simulation and Model Exchange; no compiler is needed.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
@@ -229,7 +229,7 @@ def export(model: str, out: str, fmi: str, name: str | None) -> None:
     from hystfmu.model import Model
 
     path = export_fmu(Model.load(model), out, fmi=2 if fmi == "2" else 3, name=name)
-    click.echo(f"wrote {path}: FMI {fmi}.0 Co-Simulation, {path.stat().st_size // 1024} kB")
+    click.echo(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
 
 
 @main.command()

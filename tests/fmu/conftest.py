@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from fmu_events import Events
 from fmu_master import Master, single
 
 from hystfmu.graph import Graph
@@ -26,9 +27,9 @@ def make(folder: Path, fmi: int) -> Iterator[Callable[[Graph], Master]]:
     """Instances of a graph, freed at the end of the test."""
     made: list[Master] = []
 
-    def new(graph: Graph | None = None) -> Master:
+    def new(graph: Graph | None = None, interface: str = "cs") -> Master:
         graph = graph or single("prandtl_ishlinskii")
-        made.append(Master(graph, folder / graph.token, fmi))
+        made.append((Master if interface == "cs" else Events)(graph, folder / graph.token, fmi, interface=interface))
         assert made[-1].c.value, made[-1].messages
         return made[-1]
 

@@ -35,7 +35,7 @@ _DIMS = {"mlp": {"n_in": 2}, "scaling": {"n": 3}}
 
 def single(name: str) -> Graph:
     """A graph of one block with values under which its output moves."""
-    return Graph.single(Node(name, name, _DIMS.get(name, {}), _LIVE.get(name, {})))
+    return Graph.single(Node(name, name, _DIMS.get(name, {}), _LIVE.get(name, {}))).with_step(H)
 
 
 def loop() -> Graph:
@@ -55,7 +55,20 @@ def loop() -> Graph:
         ("plant.y", "dyn.u"),
     ]
     outputs = [Output("y", "dyn.y", "um"), Output("u", "ctl.u", "V"), Output("r", "ref.r", "um")]
-    return Graph(nodes, wires, [Input("d", ("add.u[2]",), "V")], outputs)
+    return Graph(nodes, wires, [Input("d", ("add.u[2]",), "V")], outputs, step=H)
+
+
+def mixed() -> Graph:
+    """One block of every class: hysteresis, then continuous dynamics, then a sampled derivative and a function."""
+    nodes = [
+        Node("op", "prandtl_ishlinskii", {}, _LIVE["prandtl_ishlinskii"]),
+        Node("dyn", "transfer_function", {"nb": 1, "na": 2}, {"b": [2e-3, 1.0], "a": [1e-5, 4e-3, 1.0]}),
+        Node("rate", "differentiator"),
+        Node("add", "sum", {"n": 2}, {"k": [1.0, 1e-3]}),
+    ]
+    wires = [("op.y", "dyn.u"), ("dyn.y", "rate.u"), ("dyn.y", "add.u[1]"), ("rate.du", "add.u[2]")]
+    outputs = [Output("y", "add.y"), Output("x", "dyn.y"), Output("du", "rate.du"), Output("h", "op.y")]
+    return Graph(nodes, wires, [Input("u", ("op.u",))], outputs, step=H)
 
 
 def rows(graph: Graph, n: int = 300, seed: int = 3) -> Array:
@@ -77,13 +90,22 @@ def unpack(fmu: Path, folder: Path) -> Path:
 
 
 class Master:
-    """One FMU instance called through ctypes; `messages` holds what it logged as (status, category, text)."""
+    """One FMU instance called through ctypes; `messages` holds what it logged as (status, category, text).
+
+    `interface` is "cs", "me", or, in FMI 3.0, "event": Co-Simulation with Event Mode.
+    """
 
     def __init__(
-        self, graph: Graph, folder: Path, fmi: int, token: str | None = None, location: str | None = None
+        self,
+        graph: Graph,
+        folder: Path,
+        fmi: int,
+        token: str | None = None,
+        location: str | None = None,
+        interface: str = "cs",
     ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        self.fmi, self.graph, self.prefix = fmi, graph, f"fmi{fmi}"
+        self.fmi, self.graph, self.prefix, self.interface = fmi, graph, f"fmi{fmi}", interface
         target = folder / f"unpacked{fmi}"
         if not target.exists():
             unpack(export_fmu(graph, folder / f"m{fmi}.fmu", fmi, "m"), target)  # type: ignore[arg-type]
@@ -111,12 +133,18 @@ class Master:
             self._functions = (C.c_void_p * 5)(pointer, None, None, None, None)
             make = self.lib.fmi2Instantiate
             make.restype = C.c_void_p
-            return C.c_void_p(make(b"i", 1, self.token.encode(), location, C.byref(self._functions), 0, 0))
+            kind2 = 0 if self.interface == "me" else 1
+            return C.c_void_p(make(b"i", kind2, self.token.encode(), location, C.byref(self._functions), 0, 0))
         self._log = C.CFUNCTYPE(None, C.c_void_p, C.c_int, C.c_char_p, C.c_char_p)(log3)
+        if self.interface == "me":
+            make = self.lib.fmi3InstantiateModelExchange
+            make.restype = C.c_void_p
+            return C.c_void_p(make(b"i", self.token.encode(), location, 0, 0, None, self._log))
         make = self.lib.fmi3InstantiateCoSimulation
         make.restype = C.c_void_p
+        events = int(self.interface == "event")
         return C.c_void_p(
-            make(b"i", self.token.encode(), location, 0, 0, 0, 0, None, C.c_size_t(0), None, self._log, None)
+            make(b"i", self.token.encode(), location, 0, 0, events, 0, None, C.c_size_t(0), None, self._log, None)
         )
 
     def call(self, name: str, *arguments: Any) -> int:
@@ -163,7 +191,7 @@ class Master:
         return self.call("SetupExperiment", C.c_int(0), *times) or self.call("EnterInitializationMode")
 
     def initialize(self, t: float = 0.0, stop: float | None = None) -> None:
-        """Into Step Mode."""
+        """Past the initialisation: into Step Mode, or into Event Mode of the other interfaces."""
         assert self.enter(t, stop) == OK
         assert self.call("ExitInitializationMode") == OK
 

@@ -1,8 +1,8 @@
 """Every function of the two standards in every state: allowed ones work, the others say their name and the state.
 
-The tables are those of FMI 2.0.4, section 4.2.4 (stepInProgress and stepCanceled cannot occur, stepFailed is Step
-Mode: a discarded step leaves the unit as it was) and of FMI 3.0.1, sections 2.3 and 4.2.1 (without Event Mode and
-Configuration Mode).
+The tables are those of FMI 2.0.4, sections 3.2.3 (Model Exchange) and 4.2.4 (Co-Simulation; stepInProgress and
+stepCanceled cannot occur, stepFailed is Step Mode: a discarded step leaves the unit as it was), and of FMI 3.0.1,
+sections 2.3 (common states), 3.2 and 4.2 (without Configuration Mode and Intermediate Update).
 """
 
 from __future__ import annotations
@@ -10,13 +10,31 @@ from __future__ import annotations
 import ctypes as C
 import subprocess
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
-from fmu_master import ERROR, OK, H, Master, single
+from fmu_events import EventInfo, Events
+from fmu_master import ERROR, OK, H, Master, mixed, single
 
-STATES = ("Instantiated", "Initialization Mode", "Step Mode", "Terminated")
-ANY, READ, WRITE = "+ + + +", ". + + +", "+ + + ."
+STATES = {
+    "I": "Instantiated",
+    "N": "Initialization Mode",
+    "E": "Event Mode",
+    "S": "Step Mode",
+    "C": "Continuous-Time Mode",
+    "T": "Terminated",
+}
+OF = {"cs": "INST", "event": "INEST", "me": "INECT"}  # the states of an interface; "event": FMI 3.0 with Event Mode
+CASES = [
+    pytest.param(fmi, interface, state, id=f"fmi{fmi}-{interface}-{STATES[state]}")
+    for fmi in (2, 3)
+    for interface, states in OF.items()
+    for state in states
+    if (fmi, interface) != (2, "event")
+]
+ANY = "INESCT"
+READ2, READ3 = "NESCT", ANY  # FMI 3.0, section 2.3.2: start values can be read in the state Instantiated
 ZERO, NONE = C.c_size_t(0), None
 
 Call = Callable[[Master], int]
@@ -53,59 +71,101 @@ def _get_state(m: Master) -> int:
     return m.forget(m.save())
 
 
-# function: allowed in Instantiated, Initialization Mode, Step Mode, Terminated; how it is called
-FMI2: dict[str, tuple[str, Call]] = {
-    "GetTypesPlatform": (ANY, lambda m: OK if m.lib.fmi2GetTypesPlatform() else ERROR),
-    "GetVersion": (ANY, lambda m: OK if m.lib.fmi2GetVersion() else ERROR),
-    "SetDebugLogging": (ANY, _plain("SetDebugLogging", 1, ZERO, NONE)),
-    "SetupExperiment": (
-        "+ . . .",
-        _plain("SetupExperiment", 0, C.c_double(0), C.c_double(0), 0, C.c_double(0)),
-    ),
-    "EnterInitializationMode": ("+ . . .", _plain("EnterInitializationMode")),
-    "ExitInitializationMode": (". + . .", _plain("ExitInitializationMode")),
-    "Terminate": (". . + .", _plain("Terminate")),
-    "Reset": (ANY, _plain("Reset")),
-    "GetReal": (READ, lambda m: m._access("Get", "y", None)[0]),
-    "GetInteger": (READ, _plain("GetInteger", NONE, ZERO, NONE)),
-    "GetBoolean": (READ, _plain("GetBoolean", NONE, ZERO, NONE)),
-    "GetString": (READ, _plain("GetString", NONE, ZERO, NONE)),
-    "SetReal": (WRITE, lambda m: m.set("u", 0.5)),
-    "SetInteger": (WRITE, _plain("SetInteger", NONE, ZERO, NONE)),
-    "SetBoolean": (WRITE, _plain("SetBoolean", NONE, ZERO, NONE)),
-    "SetString": (WRITE, _plain("SetString", NONE, ZERO, NONE)),
-    "GetFMUstate": (ANY, _get_state),
-    "SetFMUstate": (ANY, _state("SetFMUstate")),
-    "FreeFMUstate": (ANY, _state("FreeFMUstate")),
-    "SerializedFMUstateSize": (ANY, _state("SerializedFMUstateSize", C.byref(C.c_size_t()))),
-    "SerializeFMUstate": (ANY, _serialize),
-    "DeSerializeFMUstate": (ANY, _deserialize),
-    "DoStep": (". . + .", lambda m: m.step(0.0)),
-    "GetRealStatus": (". . + +", _plain("GetRealStatus", 2, C.byref(C.c_double()))),
-    "GetBooleanStatus": (". . + +", _plain("GetBooleanStatus", 3, C.byref(C.c_int()))),
+def _event2(m: Master) -> int:
+    return m.call("NewDiscreteStates", C.byref(EventInfo()))
+
+
+def _event3(m: Master) -> int:
+    return m.call("UpdateDiscreteStates", *[C.byref(C.c_bool()) for _ in range(5)], C.byref(C.c_double()))
+
+
+def _fill(name: str) -> Call:
+    """A call that fills an array with one number per state."""
+    return lambda m: m.call(name, (C.c_double * 2)(), C.c_size_t(2))
+
+
+def _count(name: str) -> Call:
+    return lambda m: m.call(name, C.byref(C.c_size_t()))
+
+
+def _completed(m: Master) -> int:
+    return m.call("CompletedIntegratorStep", 1, C.byref(C.c_int()), C.byref(C.c_int()))
+
+
+# function: states of Co-Simulation and of Model Exchange in which it is allowed; how it is called
+Table = dict[str, tuple[str, str, Call]]
+FMI2: Table = {
+    "GetTypesPlatform": (ANY, ANY, lambda m: OK if m.lib.fmi2GetTypesPlatform() else ERROR),
+    "GetVersion": (ANY, ANY, lambda m: OK if m.lib.fmi2GetVersion() else ERROR),
+    "SetDebugLogging": (ANY, ANY, _plain("SetDebugLogging", 1, ZERO, NONE)),
+    "SetupExperiment": ("I", "I", _plain("SetupExperiment", 0, C.c_double(0), C.c_double(0), 0, C.c_double(0))),
+    "EnterInitializationMode": ("I", "I", _plain("EnterInitializationMode")),
+    "ExitInitializationMode": ("N", "N", _plain("ExitInitializationMode")),
+    "Terminate": ("S", "EC", _plain("Terminate")),
+    "Reset": (ANY, ANY, _plain("Reset")),
+    "GetReal": (READ2, READ2, lambda m: m._access("Get", "y", None)[0]),
+    "GetInteger": (READ2, READ2, _plain("GetInteger", NONE, ZERO, NONE)),
+    "GetBoolean": (READ2, READ2, _plain("GetBoolean", NONE, ZERO, NONE)),
+    "GetString": (READ2, READ2, _plain("GetString", NONE, ZERO, NONE)),
+    "SetReal": ("INS", "INEC", lambda m: m.set("u", 0.5)),
+    "SetInteger": ("INS", "INE", _plain("SetInteger", NONE, ZERO, NONE)),
+    "SetBoolean": ("INS", "INE", _plain("SetBoolean", NONE, ZERO, NONE)),
+    "SetString": ("INS", "INE", _plain("SetString", NONE, ZERO, NONE)),
+    "GetFMUstate": (ANY, ANY, _get_state),
+    "SetFMUstate": (ANY, ANY, _state("SetFMUstate")),
+    "FreeFMUstate": (ANY, ANY, _state("FreeFMUstate")),
+    "SerializedFMUstateSize": (ANY, ANY, _state("SerializedFMUstateSize", C.byref(C.c_size_t()))),
+    "SerializeFMUstate": (ANY, ANY, _serialize),
+    "DeSerializeFMUstate": (ANY, ANY, _deserialize),
+    "DoStep": ("S", "", lambda m: m.step(0.0)),
+    "GetRealStatus": ("ST", "", _plain("GetRealStatus", 2, C.byref(C.c_double()))),
+    "GetBooleanStatus": ("ST", "", _plain("GetBooleanStatus", 3, C.byref(C.c_int()))),
+    "EnterEventMode": ("", "EC", _plain("EnterEventMode")),
+    "NewDiscreteStates": ("", "E", _event2),
+    "EnterContinuousTimeMode": ("", "E", _plain("EnterContinuousTimeMode")),
+    "CompletedIntegratorStep": ("", "C", _completed),
+    "SetTime": ("", "EC", _plain("SetTime", C.c_double(0))),
+    "SetContinuousStates": ("", "C", _fill("SetContinuousStates")),
+    "GetEventIndicators": ("", "NECT", _plain("GetEventIndicators", NONE, ZERO)),
+    "GetContinuousStates": ("", "NECT", _fill("GetContinuousStates")),
+    "GetDerivatives": ("", "NECT", _fill("GetDerivatives")),
+    "GetNominalsOfContinuousStates": ("", "INECT", _fill("GetNominalsOfContinuousStates")),
 }
-FMI3: dict[str, tuple[str, Call]] = {
-    "GetVersion": (ANY, lambda m: OK if m.lib.fmi3GetVersion() else ERROR),
-    "SetDebugLogging": (ANY, _plain("SetDebugLogging", 1, ZERO, NONE)),
-    "EnterInitializationMode": ("+ . . .", lambda m: m.enter()),
-    "ExitInitializationMode": (". + . .", _plain("ExitInitializationMode")),
-    "Terminate": (". . + .", _plain("Terminate")),
-    "Reset": (ANY, _plain("Reset")),
-    "GetFloat64": (READ, lambda m: m._access("Get", "y", None)[0]),
-    "GetInt32": (READ, _plain("GetInt32", NONE, ZERO, NONE, ZERO)),
-    "GetInt64": (READ, _plain("GetInt64", NONE, ZERO, NONE, ZERO)),
-    "GetBoolean": (READ, _plain("GetBoolean", NONE, ZERO, NONE, ZERO)),
-    "SetFloat64": (WRITE, lambda m: m.set("u", 0.5)),
-    "SetInt32": (WRITE, _plain("SetInt32", NONE, ZERO, NONE, ZERO)),
-    "SetInt64": (WRITE, _plain("SetInt64", NONE, ZERO, NONE, ZERO)),
-    "SetBoolean": (WRITE, _plain("SetBoolean", NONE, ZERO, NONE, ZERO)),
-    "GetFMUState": (ANY, _get_state),
-    "SetFMUState": (ANY, _state("SetFMUState")),
-    "FreeFMUState": (ANY, _state("FreeFMUState")),
-    "SerializedFMUStateSize": (ANY, _state("SerializedFMUStateSize", C.byref(C.c_size_t()))),
-    "SerializeFMUState": (ANY, _serialize),
-    "DeserializeFMUState": (ANY, _deserialize),
-    "DoStep": (". . + .", lambda m: m.step(0.0)),
+FMI3: Table = {
+    "GetVersion": (ANY, ANY, lambda m: OK if m.lib.fmi3GetVersion() else ERROR),
+    "SetDebugLogging": (ANY, ANY, _plain("SetDebugLogging", 1, ZERO, NONE)),
+    "EnterInitializationMode": ("I", "I", lambda m: m.enter()),
+    "ExitInitializationMode": ("N", "N", _plain("ExitInitializationMode")),
+    "Terminate": ("ES", "EC", _plain("Terminate")),
+    "Reset": (ANY, ANY, _plain("Reset")),
+    "GetFloat64": (READ3, READ3, lambda m: m._access("Get", "y", None)[0]),
+    "GetInt32": (READ3, READ3, _plain("GetInt32", NONE, ZERO, NONE, ZERO)),
+    "GetInt64": (READ3, READ3, _plain("GetInt64", NONE, ZERO, NONE, ZERO)),
+    "GetBoolean": (READ3, READ3, _plain("GetBoolean", NONE, ZERO, NONE, ZERO)),
+    "SetFloat64": ("INES", "INEC", lambda m: m.set("u", 0.5)),
+    "SetInt32": ("INES", "INE", _plain("SetInt32", NONE, ZERO, NONE, ZERO)),
+    "SetInt64": ("INES", "INE", _plain("SetInt64", NONE, ZERO, NONE, ZERO)),
+    "SetBoolean": ("INES", "INE", _plain("SetBoolean", NONE, ZERO, NONE, ZERO)),
+    "GetFMUState": (ANY, ANY, _get_state),
+    "SetFMUState": (ANY, ANY, _state("SetFMUState")),
+    "FreeFMUState": (ANY, ANY, _state("FreeFMUState")),
+    "SerializedFMUStateSize": (ANY, ANY, _state("SerializedFMUStateSize", C.byref(C.c_size_t()))),
+    "SerializeFMUState": (ANY, ANY, _serialize),
+    "DeserializeFMUState": (ANY, ANY, _deserialize),
+    "DoStep": ("S", "", lambda m: m.step(0.0)),
+    "EnterStepMode": ("E", "", _plain("EnterStepMode")),
+    "EnterEventMode": ("S", "C", _plain("EnterEventMode")),  # Co-Simulation: only if it was made with Event Mode
+    "UpdateDiscreteStates": ("E", "E", _event3),
+    "EnterContinuousTimeMode": ("", "E", _plain("EnterContinuousTimeMode")),
+    "CompletedIntegratorStep": ("", "C", _completed),
+    "SetTime": ("", "C", _plain("SetTime", C.c_double(0))),
+    "SetContinuousStates": ("", "C", _fill("SetContinuousStates")),
+    "GetEventIndicators": ("", "NECT", _plain("GetEventIndicators", NONE, ZERO)),
+    "GetContinuousStates": ("", "NECT", _fill("GetContinuousStates")),
+    "GetContinuousStateDerivatives": ("", "NECT", _fill("GetContinuousStateDerivatives")),
+    "GetNominalsOfContinuousStates": ("", "NECT", _fill("GetNominalsOfContinuousStates")),
+    "GetNumberOfEventIndicators": ("", ANY, _count("GetNumberOfEventIndicators")),
+    "GetNumberOfContinuousStates": ("", ANY, _count("GetNumberOfContinuousStates")),
 }
 
 
@@ -114,24 +174,15 @@ def _words(text: str) -> list[str]:
 
 
 # what modelDescription.xml does not declare: an error in every state, and the name in the message
-ABSENT2 = _words(
-    """
-    GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives CancelStep EnterEventMode
-    NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates GetDerivatives
-    GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates
-    """
-)
+ABSENT2 = _words("GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives CancelStep")
 ABSENT3 = _words(
     """
     GetFloat32 SetFloat32 GetInt8 SetInt8 GetUInt8 SetUInt8 GetInt16 SetInt16 GetUInt16 SetUInt16 GetUInt32
     SetUInt32 GetUInt64 SetUInt64 GetString SetString GetBinary SetBinary GetClock SetClock
     GetNumberOfVariableDependencies GetVariableDependencies GetDirectionalDerivative GetAdjointDerivative
-    EnterConfigurationMode ExitConfigurationMode EnterEventMode EnterStepMode GetIntervalDecimal GetIntervalFraction
+    EnterConfigurationMode ExitConfigurationMode GetIntervalDecimal GetIntervalFraction
     GetShiftDecimal GetShiftFraction SetIntervalDecimal SetIntervalFraction SetShiftDecimal SetShiftFraction
-    EvaluateDiscreteStates UpdateDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep SetTime
-    SetContinuousStates GetContinuousStateDerivatives GetEventIndicators GetContinuousStates
-    GetNominalsOfContinuousStates GetNumberOfEventIndicators GetNumberOfContinuousStates GetOutputDerivatives
-    ActivateModelPartition
+    EvaluateDiscreteStates GetOutputDerivatives ActivateModelPartition
     """
 )
 # these answer Discard in Step Mode: nothing is ever pending
@@ -139,33 +190,39 @@ PENDING2 = {"GetStatus": 0, "GetIntegerStatus": 0, "GetStringStatus": 1}
 
 
 def _bring(m: Master, state: str) -> None:
-    if state != "Instantiated":
+    if state != "I":
         assert m.enter() == OK
-    if state in ("Step Mode", "Terminated"):
+    if state in "ESCT":
         assert m.call("ExitInitializationMode") == OK
-    if state == "Terminated":
+    if state in "SC" and isinstance(m, Events):
+        assert m.update() == OK
+        m.leave()
+    if state == "T":
         assert m.call("Terminate") == OK
 
 
-@pytest.mark.parametrize("state", STATES)
-def test_matrix(make: Callable[..., Master], fmi: int, state: str) -> None:
-    for name, (allowed, call) in (FMI2 if fmi == 2 else FMI3).items():
-        m = make()
+@pytest.mark.parametrize(("fmi", "interface", "state"), CASES, indirect=["fmi"])
+def test_matrix(make: Callable[..., Master], fmi: int, interface: str, state: str) -> None:
+    place = f"'{STATES[state]}' of {'Model Exchange' if interface == 'me' else 'Co-Simulation'}"
+    for name, (simulation, exchange, call) in (FMI2 if fmi == 2 else FMI3).items():
+        m = make(mixed(), interface)
         _bring(m, state)
         before, m.messages[:] = m.memory(), []
         status = call(m)
-        if allowed.split()[STATES.index(state)] == "+":
+        allowed = state in (exchange if interface == "me" else simulation)
+        if allowed and (interface, name) != ("cs", "EnterEventMode"):
             assert status == OK, (name, m.messages)
             assert m.messages == [] or name == "SetDebugLogging"
         else:
             assert status == ERROR, name
-            assert m.messages == [(ERROR, "logStatusError", f"fmi{fmi}{name} is not allowed in the state '{state}'.")]
+            assert [x[:2] for x in m.messages] == [(ERROR, "logStatusError")]
+            assert m.messages[0][2].startswith(f"fmi{fmi}{name} is not allowed in the state {place}")
             assert m.memory() == before, f"{name} was refused and yet changed something"
 
 
-@pytest.mark.parametrize("state", STATES)
-def test_absent(make: Callable[..., Master], fmi: int, state: str) -> None:
-    m = make()
+@pytest.mark.parametrize(("fmi", "interface", "state"), CASES, indirect=["fmi"])
+def test_absent(make: Callable[..., Master], fmi: int, interface: str, state: str) -> None:
+    m = make(mixed(), interface)
     _bring(m, state)
     before = m.memory()
     for name in ABSENT2 if fmi == 2 else ABSENT3:
@@ -212,17 +269,17 @@ def test_null_instance(make: Callable[..., Master], fmi: int) -> None:
     m.c = c
 
 
-def test_wrong_interface(make: Callable[..., Master], fmi: int) -> None:
-    m = make()
-    m.messages.clear()
-    if fmi == 2:
-        args = (b"i", 0, m.token.encode(), m.resources.as_uri().encode(), C.byref(m._functions), 0, 0)
-        assert m.lib.fmi2Instantiate(*args) in (0, None)
-    else:
-        args3 = (b"i", m.token.encode(), f"{m.resources}/".encode(), 0, 0, None, m._log)
-        assert m.lib.fmi3InstantiateModelExchange(*args3) in (0, None)
-    assert m.messages == [(ERROR, "logStatusError", "This FMU is for co-simulation only.")]
-
-
-def test_single_is_what_the_tables_assume() -> None:
-    assert [p.name for p in single("prandtl_ishlinskii").ports][:2] == ["u", "y"]
+def test_interfaces_that_are_not_there(make: Callable[..., Master], folder: Path, fmi: int) -> None:
+    """Scheduled Execution; Model Exchange of sampled blocks whose sample period nobody stated."""
+    if fmi == 3:
+        m = make()
+        m.lib.fmi3InstantiateScheduledExecution.restype = C.c_void_p
+        args = (b"i", m.token.encode(), f"{m.resources}/".encode(), 0, 0, None, m._log, None, None, None)
+        assert m.lib.fmi3InstantiateScheduledExecution(*args) is None
+        assert m.messages == [(ERROR, "logStatusError", "This FMU has no Scheduled Execution.")]
+    graph = single("delay").with_step(0)
+    sampled = Master(graph, folder / graph.token, fmi, interface="me")
+    assert not sampled.c.value
+    said = "Model Exchange needs the sample period of the model: export it with a step."
+    assert sampled.messages == [(ERROR, "logStatusError", said)]
+    assert make(graph).c.value

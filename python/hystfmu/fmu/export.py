@@ -69,7 +69,7 @@ def _entries(model: Model | None, graph: Graph, fmi: Fmi, name: str, text: str) 
 
 
 def export_fmu(model: Model | Graph, path: str | Path, fmi: Fmi = 2, name: str | None = None) -> Path:
-    """Write an FMU for Co-Simulation.
+    """Write an FMU for Co-Simulation and Model Exchange.
 
     Parameters
     ----------

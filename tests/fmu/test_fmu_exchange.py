@@ -1,0 +1,161 @@
+"""Model Exchange: with our own solvers it leads where Co-Simulation leads, bit for bit where no solver is at work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmu_events import Events, Solver, adaptive, euler, runge_kutta
+from fmu_master import BLOCKS, Array, H, loop, mixed, rows, single
+
+from hystfmu.core import block_types
+from hystfmu.fmu import export_fmu
+from hystfmu.graph import Graph, Node
+
+Make = Callable[..., Events]
+CONTINUOUS = [name for name in BLOCKS if block_types()[name].of("cstate")]
+STATELESS = [name for name in BLOCKS if name not in CONTINUOUS]
+
+
+def exchange(make: Make, graph: Graph) -> Events:
+    return make(graph, "me")
+
+
+@pytest.mark.parametrize("name", STATELESS)
+def test_without_continuous_states_it_is_co_simulation_bit_for_bit(make: Make, name: str) -> None:
+    """Memories take notice of accepted steps only; sampled blocks advance at their time events."""
+    graph = single(name)
+    u = rows(graph, 200)
+    want = graph.executor().run(u, graph.n_outputs, H)
+    assert exchange(make, graph).integrate(u, H, euler(1), reject=True).tobytes() == want.tobytes()
+
+
+# ---- continuous states: the standards differ in names only, so that the solvers run in one of them -----------------
+LINEAR = {
+    "first order": Node("g", "transfer_function", {}, {"b": [2.0], "a": [5e-3, 1.0]}),
+    "resonance": Node("g", "transfer_function", {"nb": 1, "na": 2}, {"b": [1e-3, 1.0], "a": [1e-5, 1e-3, 1.0]}),
+    "feed-through": Node("g", "transfer_function", {"nb": 2, "na": 2}, {"b": [2e-5, 0.0, 1.0], "a": [1e-5, 2e-3, 1.0]}),
+    "creep": Node("g", "creep", {}, {"w": [0.5, 0.2, 0.1], "T": [2e-3, 3e-2, 0.5]}),
+}
+only_fmi2 = pytest.mark.parametrize("fmi", [2], indirect=True)
+DYNAMIC = {name: Graph.single(n).with_step(H) for name, n in LINEAR.items()} | {"mixed": mixed()}
+
+
+def error(make: Make, graph: Graph, solver: Solver, hold: str = "end") -> float:
+    """Largest difference from Co-Simulation, relative to the range of the output."""
+    u = rows(graph, 60)
+    want = graph.executor().run(u, graph.n_outputs, H)
+    off = np.abs(exchange(make, graph).integrate(u, H, solver, hold) - want)
+    return float((off.max(axis=0) / np.ptp(want, axis=0)).max())
+
+
+@pytest.mark.parametrize("name", ["feed-through", "creep", "mixed", "loop", "oscillator"])
+def test_both_standards_give_the_same_bits(folder: Path, name: str) -> None:
+    graph = {**DYNAMIC, "loop": loop(), "oscillator": single("bouc_wen_oscillator")}[name]
+    u = rows(graph, 60)
+    units = [Events(graph, folder / graph.token, fmi, interface="me") for fmi in (2, 3)]
+    first, second = (m.integrate(u, H, runge_kutta(2), "ramp") for m in units)
+    assert first.tobytes() == second.tobytes()
+    for m in units:
+        m.free()
+
+
+@only_fmi2
+@pytest.mark.parametrize("name", list(DYNAMIC))
+def test_adaptive_solver_leads_to_the_exact_discretisation(make: Make, name: str) -> None:
+    """Co-Simulation solves linear parts exactly for held inputs: all that is left is the tolerance of the solver."""
+    assert error(make, DYNAMIC[name], adaptive) < 1e-9
+
+
+@only_fmi2
+@pytest.mark.parametrize("name", list(DYNAMIC))
+@pytest.mark.parametrize(("method", "order", "steps"), [(euler, 1, (64, 128)), (runge_kutta, 4, (4, 8))])
+def test_fixed_steps_converge_with_their_order(
+    make: Make, name: str, method: Callable[[int], Solver], order: int, steps: tuple[int, int]
+) -> None:
+    coarse, fine = (error(make, DYNAMIC[name], method(n)) for n in steps)
+    assert fine < coarse < 1e-2, (coarse, fine)
+    assert np.log2(coarse / fine) == pytest.approx(order, abs=0.15)
+
+
+@only_fmi2
+def test_ramp_between_rows_is_the_first_order_hold(make: Make) -> None:
+    graph = Graph.single(LINEAR["resonance"].with_values(hold="foh"))
+    assert error(make, graph, adaptive, "ramp") < 1e-9
+
+
+@only_fmi2
+def test_bouc_wen_oscillator(make: Make) -> None:
+    """Newmark's method has order 2 in Co-Simulation: half the step, a fourth of the distance from Model Exchange."""
+    graph = single("bouc_wen_oscillator")
+    t = np.arange(121) * 2.5e-4
+
+    def distance(every: int) -> float:
+        u = (20 * np.sin(900 * t) * np.sin(50 * t))[::every, None]
+        h = 2.5e-4 * every
+        want = graph.executor().run(u, graph.n_outputs, h)
+        return float(np.abs(exchange(make, graph).integrate(u, h, adaptive, "ramp") - want)[:, 0].max())
+
+    coarse, fine = distance(2), distance(1)
+    assert fine < 0.3 * coarse
+    assert coarse < 2e-6, "of 1e-4 m"
+
+
+@only_fmi2
+def test_closed_loop_of_all_classes(make: Make) -> None:
+    """Controller sampled by time events, hysteresis, dynamics by a solver: the loop of Co-Simulation."""
+    graph = loop()
+    u = rows(graph, 150)
+    want = graph.executor().run(u, graph.n_outputs, H)
+    got = exchange(make, graph).integrate(u, H, adaptive, "events")
+    assert np.abs(got - want).max() < 1e-9
+
+
+# ---- fmpy ------------------------------------------------------------------------------------------------------------
+def by_fmpy(path: Path, graph: Graph, u: Array, solver: str) -> Array:
+    """fmpy.simulate_fmu with the inputs as a table; rows of outputs."""
+    names = [s for p in graph.ports if p.kind == "input" for s in p.scalar_names]
+    assert all(p.size == 1 for p in graph.ports if p.kind in ("input", "output"))
+    table = np.array([(k * H, *row) for k, row in enumerate(u)], dtype=[(n, "f8") for n in ("time", *names)])
+    done = fmpy.simulate_fmu(
+        str(path),
+        fmi_type="ModelExchange",
+        solver=solver,
+        stop_time=(len(u) - 1) * H,
+        step_size=H,
+        output_interval=H,
+        input=table if names else None,
+        output=[p.name for p in graph.ports if p.kind == "output"],
+        record_events=False,
+        relative_tolerance=1e-9,
+    )
+    return np.array([list(row)[1:] for row in done.tolist()])
+
+
+SCALAR = [name for name in BLOCKS if all(p.size == 1 for p in single(name).ports if p.kind in ("input", "output"))]
+
+
+@pytest.mark.parametrize("name", SCALAR)
+def test_fmpy_runs_it(tmp_path: Path, fmi: int, name: str) -> None:
+    """Without continuous states the same bits as Co-Simulation; sources see the time, which fmpy counts in its way."""
+    graph = single(name)
+    u = rows(graph, 40)
+    got = by_fmpy(export_fmu(graph, tmp_path / "x.fmu", fmi), graph, u, "Euler")  # type: ignore[arg-type]
+    want = graph.executor().run(u, graph.n_outputs, H)
+    assert np.isfinite(got).all()
+    if name in ("reference", "disturbance"):
+        np.testing.assert_allclose(got, want, rtol=0, atol=1e-12)
+    elif name in STATELESS:
+        assert got.tobytes() == want.tobytes()
+
+
+def test_fmpy_with_cvode(tmp_path: Path, fmi: int) -> None:
+    """fmpy sets the inputs between the steps of CVode, not inside: with a constant input nothing is lost by that."""
+    graph = mixed()
+    u = np.full((60, 1), 0.7)
+    got = by_fmpy(export_fmu(graph, tmp_path / "x.fmu", fmi), graph, u, "CVode")  # type: ignore[arg-type]
+    want = graph.executor().run(u, graph.n_outputs, H)
+    np.testing.assert_allclose(got[:, 1], want[:, 1], rtol=0, atol=1e-6)
