@@ -207,8 +207,9 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
 fmi3Status fmi3EnterEventMode(fmi3Instance c) {
   BEGIN(EnterEventMode)
   if (i->run.phase == STEPPING && !i->run.event_mode)
-    return (fmi3Status)fmi_refuse(i, "fmi3EnterEventMode is not allowed in the state 'Step Mode' of Co-Simulation: the "
-                                     "instance was made with eventModeUsed = false.");
+    return (fmi3Status)fmi_refuse(i,
+                                  "fmi3EnterEventMode is not allowed in the state 'Step Mode' of Co-Simulation: the "
+                                  "instance was made with eventModeUsed = false.");
   return (fmi3Status)fmi_enter_event(i);
 }
 
