@@ -234,16 +234,20 @@ def export(model: str, out: str, fmi: str, name: str | None) -> None:
 
 @main.command()
 @click.argument("fmu")
+@click.option("--seconds", default=60.0, show_default=True, help="Time limit.")
 @_json_option
-def validate(fmu: str, as_json: bool) -> None:
-    """Check an FMU: the archive, fmpy's static checks, and a load-and-step round trip in a process of its own.
+def validate(fmu: str, seconds: float, as_json: bool) -> None:
+    """Check anybody's FMU: the archive, static checks of fmpy and fmutool, and trial runs in a process of its own.
+
+    Start values, equal runs, get and set without effect, reset, saved states, two instances, dependencies, directional
+    derivatives, leaks, odd folders.
 
     \b
     Example: hystfmu validate piezo.fmu
     """
     from hystfmu.fmu.check import check_fmu
 
-    problems = check_fmu(fmu)
+    problems = check_fmu(fmu, seconds)
     if as_json:
         click.echo(json.dumps({"file": fmu, "problems": problems}))
     else:

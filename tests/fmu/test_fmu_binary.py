@@ -131,20 +131,23 @@ STEP = "fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boole
 @pytest.mark.parametrize(
     ("body", "expected"),
     [
-        ("*(volatile int *)8 = 1; return theirs(c, t, h, n);", "the FMU crashed: SIGSEGV"),
-        ("for (;;) if (theirs(c, t, h, n) == fmi2Fatal) break; return fmi2OK;", "did not finish 100 steps within 3 s"),
+        ("*(volatile int *)8 = 1; return theirs(c, t, h, n);", "the FMU crashed (SIGSEGV) while making 100 steps"),
+        (
+            "for (;;) if (theirs(c, t, h, n) == fmi2Fatal) break; return fmi2OK;",
+            "did not finish within 3 s while making 100 steps",
+        ),
         (
             "static int k; fmi2Status s = theirs(c, t, h, n); ((instance *)c)->graph->nodes[0].y[0] += ++k; return s;",
-            "after restoring a saved state, step 51 gives other outputs",
+            "the same run in a second instance differs",
         ),
         (
             "fmi2Status s = theirs(c, t, h, n); ((instance *)c)->graph->nodes[0].y[0] = 0.0 / (h - h); return s;",
-            "y is [nan] after step 1",
+            "y is nan after step 1",
         ),
     ],
     ids=["crash", "hang", "hidden memory", "nan"],
 )
 def test_check_survives_foreign_binaries(tmp_path: Path, body: str, expected: str) -> None:
     fmu = _with_binary(tmp_path, f"{STEP} {{ {body} }}\n")
-    (problem,) = check_fmu(fmu, seconds=3)
-    assert problem.endswith(expected)
+    problems = check_fmu(fmu, seconds=3)
+    assert any(expected in p for p in problems), problems

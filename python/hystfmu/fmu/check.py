@@ -1,10 +1,12 @@
-"""Looks for problems in an FMU of anybody: the archive, the description (fmpy), then a run in a child process."""
+"""Looks for problems in an FMU of anybody: the archive, then static checks and trial runs in child processes."""
 
 from __future__ import annotations
 
-import io
+import importlib.util
 import json
 import os
+import re
+import shutil
 import signal
 import stat
 import subprocess
@@ -16,11 +18,11 @@ from collections import Counter
 from pathlib import Path
 
 from hystfmu.errors import InputError
-from hystfmu.files import read_bytes
 
 MOST_ENTRIES = 10_000
 MOST_UNPACKED = 512 * 2**20
 MOST_XML = 64 * 2**20
+MOST_LOG = 1 << 16
 XML = "modelDescription.xml"
 
 
@@ -49,64 +51,114 @@ def _archive_problems(archive: zipfile.ZipFile) -> list[str]:
     names = {e.filename for e in entries}
     if XML not in names:
         problems.append(f"the archive has no {XML}")
-    elif archive.getinfo(XML).file_size > MOST_XML:
-        problems.append(f"{XML} is larger than {MOST_XML} bytes")
+    large = (e.filename for e in entries if e.filename.endswith(".xml") and e.file_size > MOST_XML)
+    problems += [f"{name} is larger than {MOST_XML} bytes" for name in large]
     return problems
 
 
 def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
-    """Write the entries of an archive that was found safe; the names of damaged ones."""
+    """Write the entries of an archive that was found safe; the names of damaged ones.
+
+    Piece by piece: an entry never needs memory for all of it, yields no more than its declared size, and its checksum
+    is compared at the end.
+    """
     problems = []
     for entry in archive.infolist():
         if entry.is_dir():
             continue
-        try:
-            content = archive.read(entry)  # never more than the declared size, and its checksum is compared
-        except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, OSError) as e:
-            problems.append(f"{entry.filename!r} cannot be unpacked: {e}")
-            continue
         path = folder / entry.filename
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
+            with archive.open(entry) as packed, path.open("wb") as unpacked:
+                shutil.copyfileobj(packed, unpacked, 1 << 20)
+        except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as e:
+            problems.append(f"{entry.filename!r} cannot be unpacked: {e}")
         except OSError as e:
-            problems.append(f"{entry.filename!r} cannot be unpacked: {e.strerror}")
+            problems.append(f"{entry.filename!r} cannot be unpacked: {e.strerror or e}")
     return problems
 
 
-def _run_problems(folder: Path, seconds: float) -> list[str]:
-    """Load and step the unpacked FMU in a child, whose crash or hang is only a problem in a list."""
-    result = folder / "result.json"
+def _xml_problems(folder: Path) -> list[str]:
+    """XML files that could make a parser read other files or grow without limit."""
+    problems = []
+    for file in sorted(folder.rglob("*.xml")):
+        content, name = file.read_bytes(), file.relative_to(folder).as_posix()
+        if b"\0" in content:
+            problems.append(f"{name} is not encoded in UTF-8")  # in UTF-16 the words below would not be found
+        elif b"<!DOCTYPE" in content or b"<!ENTITY" in content:
+            problems.append(f"{name} declares a document type; entities are refused")
+    return problems
+
+
+def _child(*arguments: str) -> subprocess.Popen[bytes]:
+    """Python with this package on its path, in a group of its own, so that what it starts ends with it."""
     package = str(Path(__file__).parents[2])
     path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
-    command = [sys.executable, "-m", "hystfmu.fmu.probe", str(folder / "fmu"), str(result)]
+    return subprocess.Popen(
+        [sys.executable, *arguments],
+        env={**os.environ, "PYTHONPATH": path},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
+
+
+def _finish(child: subprocess.Popen[bytes], seconds: float) -> tuple[list[str], bool]:
+    """The last lines that a child wrote, and whether it ended in time."""
     try:
-        child = subprocess.run(
-            command, env={**os.environ, "PYTHONPATH": path}, capture_output=True, timeout=seconds, cwd=folder
-        )
+        out, in_time = child.communicate(timeout=seconds)[0], True
     except subprocess.TimeoutExpired:
-        return [f"the FMU did not finish 100 steps within {seconds:g} s"]
-    lines = (child.stdout + child.stderr).decode(errors="replace").strip().splitlines()
-    if result.exists():
-        # what the FMU itself logged says more than "failed to instantiate"
-        return [f"{p} ({lines[-1]})" if lines else str(p) for p in json.loads(result.read_text())]
-    if child.returncode < 0:
-        return [f"the FMU crashed: {signal.Signals(-child.returncode).name}"]
-    return [f"the FMU ended its process with status {child.returncode}" + (f": {lines[-1]}" if lines else "")]
+        if hasattr(os, "killpg"):
+            os.killpg(child.pid, signal.SIGKILL)
+        child.kill()
+        out, in_time = child.communicate()[0], False
+    return out[-MOST_LOG:].decode(errors="replace").strip().splitlines(), in_time
+
+
+def _run_problems(child: subprocess.Popen[bytes], result: Path, seconds: float) -> list[str]:
+    """What the child found, and during what it crashed or hung."""
+    lines, in_time = _finish(child, seconds)
+    if not result.exists():
+        return [f"the check itself failed: {lines[-1] if lines else child.returncode}"]
+    notes = json.loads(result.read_text())
+    problems = [str(p) for p in notes["problems"]]
+    if not in_time:
+        problems.append(f"the FMU did not finish within {seconds:g} s while {notes['doing']}")
+    elif child.returncode < 0:
+        problems.append(f"the FMU crashed ({signal.Signals(-child.returncode).name}) while {notes['doing']}")
+    elif not notes["done"]:
+        problems.append(f"the FMU ended its process with status {child.returncode} while {notes['doing']}")
+    if problems and lines and re.search("cannot be instantiated|failed with status", problems[0]):
+        problems[0] += f" ({lines[-1]})"  # what the FMU logged says more
+    return problems
+
+
+def _fmutool_problems(child: subprocess.Popen[bytes] | None, seconds: float) -> list[str]:
+    """Errors that fmutool reports; nothing where it is not installed (it comes with the extra `dev`)."""
+    if child is None:
+        return []
+    lines, _ = _finish(child, seconds)
+    found = (re.match(r"(?:ERROR|CRITICAL)\s*\|\s*(.*)", line) for line in lines)
+    summary = re.compile(r"This FMU does not validate|error\(s\)")
+    return [f"fmutool: {m[1]}" for m in found if m and not summary.search(m[1])]
 
 
 def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
-    """Problems of an FMU: archive, description, and a load-and-step round trip in a child process.
+    """Problems of an FMU of any origin: archive, description, behaviour.
 
-    The round trip reads the start values back, makes 100 steps with moving inputs, wants finite outputs, and, where the
-    FMU declares it, restores a saved state and compares the second half of the run bit for bit.
+    First the archive is looked at without unpacking it.  Then fmpy's and, where installed, fmutool's static checks run,
+    and all of `hystfmu.fmu.trials` on the Co-Simulation interface: start values read back, equal runs from new
+    instances, no effect of get and set, reset, saved states, two instances, dependencies, directional derivatives,
+    leaks, loading and unloading, odd folders.  Everything but the first step happens in child processes with limits of
+    time and memory.
 
     Parameters
     ----------
     path : str or Path
-        The FMU; of any origin.  Its binary is executed (in a child process).
+        The FMU.  Its binary is executed (in a child process).
     seconds : float
-        Time limit of the run.
+        Time limit.
 
     Returns
     -------
@@ -119,22 +171,26 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
         If the file cannot be read or is not a whole zip archive.
     """
     try:
-        archive = zipfile.ZipFile(io.BytesIO(read_bytes(path)))
-    except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError) as e:
-        if isinstance(e, InputError):
-            raise
+        with zipfile.ZipFile(path) as archive:
+            problems = _archive_problems(archive)
+            if problems:
+                return problems
+            with tempfile.TemporaryDirectory(prefix="hystfmu-check-") as folder:
+                return _unpack(archive, Path(folder, "fmu")) or _content_problems(Path(path), Path(folder), seconds)
+    except (zipfile.BadZipFile, ValueError, NotImplementedError) as e:
         raise InputError(f"{path}: not a zip archive, or cut off ({e})") from None
-    problems = _archive_problems(archive)
+    except OSError as e:
+        raise InputError(f"{path}: {e.strerror or f'not a zip archive, or cut off ({e})'}") from None
+
+
+def _content_problems(path: Path, folder: Path, seconds: float) -> list[str]:
+    problems = _xml_problems(folder / "fmu")
     if problems:
         return problems
-    with tempfile.TemporaryDirectory(prefix="hystfmu-check-") as folder:
-        problems = _unpack(archive, Path(folder, "fmu"))
-        if problems:
-            return problems
-        xml = Path(folder, "fmu", XML).read_bytes()
-        if b"<!DOCTYPE" in xml or b"<!ENTITY" in xml:
-            return [f"{XML} declares a document type; entities are refused"]
-        from fmpy.validation import validate_fmu
-
-        problems = [" ".join(str(p).split()) for p in validate_fmu(str(Path(folder, "fmu")))]
-        return problems or _run_problems(Path(folder), seconds)
+    result = folder / "result.json"
+    probe = _child("-m", "hystfmu.fmu.probe", str(folder / "fmu"), str(result))
+    fmutool = None
+    if importlib.util.find_spec("fmu_manipulation_toolbox"):
+        start = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
+        fmutool = _child("-c", start, "-input", str(path.absolute()), "-check")
+    return [*_run_problems(probe, result, seconds), *_fmutool_problems(fmutool, seconds)]

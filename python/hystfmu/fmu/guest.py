@@ -1,0 +1,164 @@
+"""Somebody's FMU for Co-Simulation: its description, instances of it, and runs with moving inputs (fmpy).
+
+Only the child process of `check_fmu` uses this: the FMU is foreign native code.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+Values = tuple[float, ...]
+
+
+class Finding(Exception):
+    """What is wrong, as a sentence; ends the trial that found it."""
+
+
+def _count(v: Any) -> int:
+    return math.prod(v.shape) if v.shape else 1
+
+
+class Instance:
+    """One instance behind the few calls that the trials need; a failing call is a `Finding` that names the variable."""
+
+    def __init__(self, folder: Path, description: Any) -> None:
+        from fmpy.fmi2 import FMU2Slave
+        from fmpy.fmi3 import FMU3Slave
+
+        self.fmi2 = description.fmiVersion.startswith("2")
+        kind = FMU2Slave if self.fmi2 else FMU3Slave
+        name = description.coSimulation.modelIdentifier
+        try:
+            self.unit = kind(
+                guid=description.guid, modelIdentifier=name, unzipDirectory=str(folder), instanceName="check"
+            )
+        except AttributeError as e:  # fmpy looks up every function of the standard
+            raise Finding(f"the binary does not export {str(e).split()[-1]}") from None
+        except Exception as e:
+            raise Finding(f"the binary cannot be loaded: {e}") from None
+        try:
+            self.unit.instantiate()
+        except Exception as e:
+            raise Finding(f"the FMU cannot be instantiated: {e}") from None
+
+    def call(self, what: str, name: str, *args: Any, **more: Any) -> Any:
+        """One call of fmpy's wrapper; `what` says for whom it was made."""
+        try:
+            return getattr(self.unit, name)(*args, **more)
+        except Finding:
+            raise
+        except Exception as e:
+            raise Finding(f"{what}: {e}") from None
+
+    def initialize(self, t: float) -> None:
+        """Into Initialization Mode."""
+        if self.fmi2:
+            self.call("setting up the experiment", "setupExperiment", startTime=t)
+            self.call("entering Initialization Mode", "enterInitializationMode")
+        else:
+            self.call("entering Initialization Mode", "enterInitializationMode", startTime=t)
+
+    def _type(self, v: Any) -> str:
+        return ("Integer" if self.fmi2 else "Int64") if v.type == "Enumeration" else str(v.type)
+
+    def get(self, v: Any) -> Values:
+        """All elements of a variable."""
+        what = f"{v.name} (value reference {v.valueReference}) cannot be read"
+        more = {} if self.fmi2 else {"nValues": _count(v)}
+        return tuple(map(float, self.call(what, f"get{self._type(v)}", [v.valueReference], **more)))
+
+    def set(self, v: Any, values: Sequence[float]) -> None:
+        """Set all elements of a variable."""
+        what = f"{v.name} (value reference {v.valueReference}) cannot be set to {values[0]:g}"
+        self.call(what, f"set{self._type(v)}", [v.valueReference], list(values))
+
+    def derivative(self, unknown: Any, known: Any) -> float:
+        """One element of the matrix of directional derivatives."""
+        what = f"the directional derivative of {unknown.name} with respect to {known.name} cannot be read"
+        references = [unknown.valueReference], [known.valueReference], [1.0]
+        return float(self.call(what, "getDirectionalDerivative", *references)[0])
+
+
+class Guest:
+    """An unpacked FMU.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it lies unpacked.
+    description : ModelDescription
+        As fmpy reads it.
+    """
+
+    def __init__(self, folder: Path, description: Any) -> None:
+        self.folder, self.description = folder, description
+        self.variables = [v for v in description.modelVariables if v.type not in ("String", "Binary", "Clock")]
+        self.outputs = [v for v in self.variables if v.causality == "output"]
+        self.inputs = [v for v in self.variables if v.causality == "input" and v.type in ("Real", "Float64")]
+        experiment = description.defaultExperiment
+        self.t0 = float(experiment.startTime or 0) if experiment else 0.0
+        self.h = float(experiment.stepSize or 1e-3) if experiment else 1e-3
+
+    @contextmanager
+    def instance(self) -> Iterator[Instance]:
+        """A new instance in Initialization Mode; freed at the end, also after a finding."""
+        made = Instance(self.folder, self.description)
+        try:
+            made.initialize(self.t0)
+            yield made
+        finally:
+            made.unit.freeInstance()
+
+    @contextmanager
+    def running(self) -> Iterator[Instance]:
+        """A new instance after Initialization Mode."""
+        with self.instance() as made:
+            made.call("leaving Initialization Mode", "exitInitializationMode")
+            yield made
+
+    def start(self, v: Any) -> Values:
+        """The start value in the description, one number per element."""
+        values = [float({"true": 1, "false": 0}.get(w, w)) for w in str(v.start).split()]
+        return tuple(values * _count(v) if len(values) == 1 else values)
+
+    def excitation(self, v: Any, k: int) -> Values:
+        """Row k of an input: it moves back and forth with growing and shrinking swings, inside its range."""
+        low = float(v.min) if v.min is not None else -math.inf
+        high = float(v.max) if v.max is not None else math.inf
+        return tuple(min(max(x + math.sin(0.7 * k) * math.cos(0.11 * k), low), high) for x in self.start(v))
+
+    def read(self, made: Instance) -> Values:
+        """All outputs, one after the other."""
+        return tuple(x for v in self.outputs for x in made.get(v))
+
+    def step(self, made: Instance, k: int, row: int | None = None, h: float | None = None) -> Values:
+        """Set row k (or `row`) of the inputs, make step k (of length h), read the outputs."""
+        for v in self.inputs:
+            made.set(v, self.excitation(v, k if row is None else row))
+        made.call(f"step {k + 1}", "doStep", self.t0 + k * self.h, self.h if h is None else h)
+        return self.read(made)
+
+    def run(
+        self, made: Instance, rows: Sequence[int], between: Callable[[Instance, Values], None] | None = None
+    ) -> list[Values]:
+        """Outputs of the steps `rows`; `between` is called after every step with the outputs just read."""
+        out = []
+        for k in rows:
+            out.append(self.step(made, k))
+            if between:
+                between(made, out[-1])
+        return out
+
+    def difference(self, want: Sequence[Values], got: Sequence[Values], first: int = 0) -> str:
+        """The first step with other bits, in words; "" if there is none."""
+        names = [v.name for v in self.outputs for _ in range(_count(v))]
+        for k, (a, b) in enumerate(zip(want, got, strict=True)):
+            for name, x, y in zip(names, a, b, strict=True):
+                if struct.pack("d", x) != struct.pack("d", y):
+                    return f"{name} is {y!r} instead of {x!r} after step {first + k + 1}"
+        return ""

@@ -1,0 +1,214 @@
+/* broken.c - a small FMI 2.0 unit for Co-Simulation, x' = u and y = k x + u, that is broken on purpose: -DDEFECT=n. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2Functions.h"
+
+enum {
+  NONE,
+  ADVANCES_ON_GET,
+  ADVANCES_ON_SET,
+  LEAKS,
+  RESTORES_NOTHING,
+  RESTORES_ONCE,
+  RESETS_NOTHING,
+  CRASHES_ON_SECOND,
+  SHARES_MEMORY,
+  HANGS,
+  CRASHES,
+  GIVES_NAN,
+  WRONG_DERIVATIVE,
+  IGNORES_INPUT,
+  REFUSES_STEP,
+  NOT_REPEATABLE,
+  ODD_FOLDER,
+  EXITS,
+  TAKES_ALL_MEMORY,
+  LOSES_BYTES,
+  LOSES_PARAMETER
+};
+
+typedef struct {
+  double u, x, k, y;
+  int steps, number;
+} unit;
+
+static int instances, made;
+static double shared;
+static void *volatile lost; /* volatile: an allocation that nobody sees may be left out */
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String names[]) {
+  (void)c, (void)on, (void)n, (void)names;
+  return fmi2OK;
+}
+
+static void start(unit *i) {
+  const unit fresh = {0, 0.25, DEFECT == LOSES_PARAMETER ? 2.5 : 2, 0, 0, made};
+  *i = fresh;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging_on) {
+  (void)name, (void)type, (void)functions, (void)visible, (void)logging_on;
+  if (strcmp(guid, "{broken}") != 0) return NULL;
+  if (DEFECT == ODD_FOLDER && strchr(location, '%')) return NULL;
+  if (DEFECT == CRASHES_ON_SECOND && instances > 0) *(volatile int *)8 = 1;
+  unit *i = malloc(sizeof *i);
+  made++;
+  start(i);
+  instances++;
+  return i;
+}
+void fmi2FreeInstance(fmi2Component c) {
+  free(c);
+  instances--;
+}
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with, fmi2Real tolerance, fmi2Real t, fmi2Boolean stops,
+                               fmi2Real stop) {
+  (void)c, (void)with, (void)tolerance, (void)t, (void)stops, (void)stop;
+  return fmi2OK;
+}
+
+static double *at(unit *i, fmi2ValueReference r) { return r == 0 ? &i->u : r == 1 ? &i->y : r == 2 ? &i->k : NULL; }
+
+static void output(unit *i) { i->y = i->k * (DEFECT == SHARES_MEMORY ? shared : i->x) + i->u; }
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+  output(c);
+  return fmi2OK;
+}
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+  output(c);
+  return fmi2OK;
+}
+fmi2Status fmi2Terminate(fmi2Component c) {
+  (void)c;
+  return fmi2OK;
+}
+fmi2Status fmi2Reset(fmi2Component c) {
+  if (DEFECT != RESETS_NOTHING) start(c);
+  return fmi2OK;
+}
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real value[]) {
+  unit *i = c;
+  for (size_t k = 0; k < n; k++) {
+    if (!at(i, r[k])) return fmi2Error;
+    if (i->steps == 0) output(i);
+    if (DEFECT == ADVANCES_ON_GET && r[k] == 1) i->y += 1e-9;
+    value[k] = *at(i, r[k]);
+  }
+  return fmi2OK;
+}
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Real value[]) {
+  unit *i = c;
+  for (size_t k = 0; k < n; k++) {
+    if (!at(i, r[k])) return fmi2Error;
+    if (DEFECT == ADVANCES_ON_SET && r[k] == 0) i->x += 1e-9 * value[k];
+    if (DEFECT != IGNORES_INPUT || r[k] != 0) *at(i, r[k]) = value[k];
+  }
+  return fmi2OK;
+}
+#define OTHER(name, T)                                                                                 \
+  fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference r[], size_t n, T value[]) {       \
+    (void)c, (void)r, (void)value;                                                                     \
+    return n ? fmi2Error : fmi2OK;                                                                     \
+  }                                                                                                    \
+  fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference r[], size_t n, const T value[]) { \
+    (void)c, (void)r, (void)value;                                                                     \
+    return n ? fmi2Error : fmi2OK;                                                                     \
+  }
+OTHER(Integer, fmi2Integer)
+OTHER(Boolean, fmi2Boolean)
+OTHER(String, fmi2String)
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+  if (!*state) *state = malloc(sizeof(unit));
+  memcpy(*state, c, sizeof(unit));
+  return fmi2OK;
+}
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+  if (DEFECT != RESTORES_NOTHING) memcpy(c, state, sizeof(unit));
+  if (DEFECT == RESTORES_ONCE) ((unit *)state)->x += 1;
+  return fmi2OK;
+}
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
+  (void)c;
+  free(*state);
+  *state = NULL;
+  return fmi2OK;
+}
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
+  (void)c, (void)state;
+  *size = sizeof(unit);
+  return fmi2OK;
+}
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+  (void)c;
+  memcpy(bytes, state, size);
+  if (DEFECT == LOSES_BYTES) memset(bytes, 0, 16);
+  return fmi2OK;
+}
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+  (void)c;
+  *state = malloc(sizeof(unit));
+  memcpy(*state, bytes, size);
+  return fmi2OK;
+}
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n,
+                                        const fmi2ValueReference known[], size_t m, const fmi2Real d[], fmi2Real s[]) {
+  (void)c, (void)unknown, (void)n, (void)known, (void)m;
+  s[0] = (DEFECT == WRONG_DERIVATIVE ? -1 : 1) * d[0];
+  return fmi2OK;
+}
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer o[],
+                                       const fmi2Real value[]) {
+  (void)c, (void)r, (void)n, (void)o, (void)value;
+  return fmi2Error;
+}
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer o[],
+                                        fmi2Real value[]) {
+  (void)c, (void)r, (void)n, (void)o, (void)value;
+  return fmi2Error;
+}
+
+#ifdef NO_STEP
+#define fmi2DoStep doStep /* the binary then lacks the function */
+fmi2Status doStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set);
+#undef FMI2_Export
+#endif
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set) {
+  unit *i = c;
+  (void)t, (void)no_set;
+  if (DEFECT == HANGS && i->steps == 20)
+    for (volatile int forever = 1; forever;) continue;
+  if (DEFECT == CRASHES && i->steps == 20) abort();
+  if (DEFECT == EXITS && i->steps == 20) exit(3);
+  if (DEFECT == REFUSES_STEP && i->steps == 20) return fmi2Error;
+  if (DEFECT == LEAKS) memset(lost = malloc(752), 1, 752);
+  if (DEFECT == TAKES_ALL_MEMORY) memset(lost = malloc((size_t)1 << 30), 1, 4096);
+  i->x += h * i->u;
+  shared = DEFECT == SHARES_MEMORY ? shared + h * i->u : 0;
+  i->steps++;
+  output(i);
+  if (DEFECT == GIVES_NAN && i->steps == 7) i->y = 0.0 / (h - h);
+  if (DEFECT == NOT_REPEATABLE) i->y += 1e-12 * i->number;
+  return fmi2OK;
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c) {
+  (void)c;
+  return fmi2Error;
+}
+#define STATUS(name, T)                                                            \
+  fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind kind, T *value) { \
+    (void)c, (void)kind, (void)value;                                              \
+    return fmi2Discard;                                                            \
+  }
+STATUS(Status, fmi2Status)
+STATUS(RealStatus, fmi2Real)
+STATUS(IntegerStatus, fmi2Integer)
+STATUS(BooleanStatus, fmi2Boolean)
+STATUS(StringStatus, fmi2String)

@@ -1,0 +1,228 @@
+"""The table of broken FMUs: each is caught by `hystfmu validate` with a message that names the defect; good ones pass.
+
+The units come from broken.c, compiled here with one defect each; the archives from one good unit, damaged here.
+"""
+
+from __future__ import annotations
+
+import io
+import shutil
+import stat
+import struct
+import subprocess
+import warnings
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from hystfmu.errors import InputError
+from hystfmu.fmu import check_fmu
+
+SOURCE = Path(__file__).with_name("broken.c")
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+BINARY = f"binaries/{fmpy.platform}/broken{fmpy.sharedLibraryExtension}"
+XML = "modelDescription.xml"
+GOOD = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="broken" guid="{broken}">
+  <CoSimulation modelIdentifier="broken" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUstate="true"
+    canSerializeFMUstate="true" providesDirectionalDerivative="true"/>
+  <UnitDefinitions><Unit name="V"/></UnitDefinitions>
+  <DefaultExperiment stepSize="0.01"/>
+  <ModelVariables>
+    <ScalarVariable name="u" valueReference="0" causality="input" variability="continuous">
+      <Real start="0.0" unit="V"/></ScalarVariable>
+    <ScalarVariable name="y" valueReference="1" causality="output" variability="continuous" initial="calculated">
+      <Real/></ScalarVariable>
+    <ScalarVariable name="k" valueReference="2" causality="parameter" variability="fixed" initial="exact">
+      <Real start="2.0"/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="2" dependencies="1"/></Outputs>
+    <InitialUnknowns><Unknown index="2"/></InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
+Entries = dict[str, bytes]
+
+
+def _swap(old: str, new: str) -> Callable[[Entries], Entries]:
+    """The description with one piece of text exchanged."""
+    assert old in GOOD
+    return lambda e: {**e, XML: e[XML].replace(old.encode(), new.encode(), 1)}
+
+
+def _add(name: str, content: bytes = b"x") -> Callable[[Entries], Entries]:
+    return lambda e: {**e, name: content}
+
+
+def _drop(name: str) -> Callable[[Entries], Entries]:
+    return lambda e: {k: v for k, v in e.items() if k != name}
+
+
+# defect: how the archive differs, and a piece of the message that names it
+ARCHIVES: dict[str, tuple[Callable[[Entries], Entries], str]] = {
+    "no description": (_drop(XML), "the archive has no modelDescription.xml"),
+    "zip slip": (_add("../evil.txt"), "'../evil.txt' would be written outside the folder"),
+    "absolute path": (_add("/evil.txt"), "'/evil.txt' would be written outside the folder"),
+    "not XML": (_add(XML, b"<fmiModelDescription"), "XML"),
+    "external entity": (
+        lambda e: {**e, XML: e[XML].replace(b"<fmi", b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]><fmi', 1)},
+        "declares a document type",
+    ),
+    "external entity in UTF-16": (
+        lambda e: {**e, XML: GOOD.replace("UTF-8", "UTF-16").replace("<fmi", "<!DOCTYPE x><fmi", 1).encode("utf-16")},
+        "modelDescription.xml is not encoded in UTF-8",
+    ),
+    "unknown attribute": (_swap('modelName="broken"', 'modelName="broken" colour="red"'), "'colour'"),
+    "duplicate names": (_swap('name="k"', 'name="u"'), '"u" (line'),
+    "input without start": (_swap('start="0.0" ', ""), 'Variable "u" (line 8) has no start value'),
+    "undefined unit": (_swap('<Unit name="V"/>', '<Unit name="A"/>'), 'The unit "V" of variable "u"'),
+    "illegal variability": (
+        _swap('causality="parameter" variability="fixed"', 'causality="parameter" variability="continuous"'),
+        'causality="parameter" and variability="continuous"',
+    ),
+    "output not in the structure": (_swap('<Outputs><Unknown index="2" dependencies="1"/></Outputs>', ""), "Outputs"),
+    "no binary for this platform": (
+        lambda e: {("binaries/other/broken.so" if k == BINARY else k): v for k, v in e.items()},
+        "has no binary for this platform",
+    ),
+    "not a binary": (_add(BINARY, b"\x7fELF"), "the binary cannot be loaded"),
+    "wrong guid": (_swap('guid="{broken}"', 'guid="{other}"'), "the FMU cannot be instantiated"),
+    "start value differs": (_swap('start="2.0"', 'start="2.5"'), "k: the start value is 2.5, but the binary has 2.0"),
+    "wrong value reference": (
+        _swap('valueReference="1"', 'valueReference="9"'),
+        "y (value reference 9) cannot be read",
+    ),
+    "false dependency": (_swap('index="2" dependencies="1"', 'index="2" dependencies=""'), "y depends on u at once"),
+}
+
+# number in broken.c, and a piece of the message
+UNITS: dict[str, tuple[int, str]] = {
+    "state advances on get": (1, "reading the outputs changes them: y is"),
+    "state advances on set": (2, "setting an input to another value and back changes the run: y is"),
+    "memory leak": (3, "bytes per step"),
+    "restoring does nothing": (4, "after restoring a saved state the run differs: y is"),
+    "a state can be restored once": (5, "after restoring a saved state a second time the run differs: y is"),
+    "reset does nothing": (6, "after reset the run differs from that of a new instance: y is"),
+    "crash of a second instance": (7, "the FMU crashed (SIGSEGV) while running a second instance"),
+    "instances share memory": (8, "the same run in a second instance differs: y is"),
+    "doStep hangs": (9, "did not finish within 3 s while making 100 steps"),
+    "doStep crashes": (10, "the FMU crashed (SIGABRT) while making 100 steps"),
+    "NaN": (11, "y is nan after step 7"),
+    "wrong derivative": (12, "the derivative of y with respect to u is -1, differences give 1"),
+    "input is ignored": (13, "u: set to"),
+    "doStep refuses": (14, "step 21: fmi2DoStep failed with status 3 (error)"),
+    "not repeatable": (15, "the same run in a second instance differs: y is"),
+    "folder with odd letters": (16, "in a folder with a space and non-ASCII letters: the FMU cannot be instantiated"),
+    "ends the process": (17, "the FMU ended its process with status 3 while making 100 steps"),
+    "takes all memory": (18, "while making 100 steps"),
+    "serialized state loses bytes": (19, "after restoring a state from its bytes the run differs: y is"),
+    "a parameter of another value": (20, "k: the start value is 2.0, but the binary has 2.5"),
+}
+
+
+@pytest.fixture(scope="module")
+def compile_unit(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., bytes]:
+    compiler = shutil.which("cc")
+    if not compiler:
+        pytest.skip("no C compiler")
+    folder = tmp_path_factory.mktemp("broken")
+
+    def build(defect: int, *more: str) -> bytes:
+        out = folder / "broken.so"
+        flags = ["-shared", "-fPIC", "-O1", "-w", "-fvisibility=hidden", f"-I{HEADERS}", f"-DDEFECT={defect}", *more]
+        subprocess.run([compiler, *flags, str(SOURCE), "-o", str(out)], check=True, timeout=60)
+        return out.read_bytes()
+
+    return build
+
+
+@pytest.fixture(scope="module")
+def good(compile_unit: Callable[..., bytes]) -> Entries:
+    return {XML: GOOD.encode(), BINARY: compile_unit(0)}
+
+
+def _pack(entries: Entries) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in entries.items():
+            archive.writestr(name, content)
+    return out.getvalue()
+
+
+def _problems(tmp_path: Path, content: bytes, seconds: float = 30) -> list[str]:
+    path = tmp_path / "x.fmu"
+    path.write_bytes(content)
+    problems = check_fmu(path, seconds)
+    assert all("\n" not in p for p in problems)
+    assert [p.name for p in tmp_path.iterdir()] == ["x.fmu"]
+    assert not (tmp_path.parent / "evil.txt").exists()
+    return problems
+
+
+def test_the_good_one_passes(tmp_path: Path, good: Entries) -> None:
+    """Otherwise the table below would show nothing."""
+    assert _problems(tmp_path, _pack(good)) == []
+
+
+@pytest.mark.parametrize("defect", list(ARCHIVES))
+def test_broken_archive(tmp_path: Path, good: Entries, defect: str) -> None:
+    change, message = ARCHIVES[defect]
+    problems = _problems(tmp_path, _pack(change(good)))
+    assert any(message in p for p in problems), problems
+
+
+@pytest.mark.parametrize("defect", list(UNITS))
+def test_broken_unit(tmp_path: Path, good: Entries, compile_unit: Callable[..., bytes], defect: str) -> None:
+    number, message = UNITS[defect]
+    limit = 3 if defect == "doStep hangs" else 30
+    problems = _problems(tmp_path, _pack({**good, BINARY: compile_unit(number)}), limit)
+    assert any(message in p for p in problems), problems
+
+
+def test_missing_symbol(tmp_path: Path, good: Entries, compile_unit: Callable[..., bytes]) -> None:
+    (problem,) = _problems(tmp_path, _pack({**good, BINARY: compile_unit(0, "-DNO_STEP")}))
+    assert problem.startswith("the binary does not export fmi2DoStep")
+
+
+def test_entry_twice(tmp_path: Path, good: Entries) -> None:
+    out = io.BytesIO(_pack(good))
+    with zipfile.ZipFile(out, "a") as archive, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        archive.writestr(XML, GOOD)
+    assert _problems(tmp_path, out.getvalue()) == [f"{XML!r} is in the archive more than once"]
+
+
+def test_symbolic_link(tmp_path: Path, good: Entries) -> None:
+    out = io.BytesIO(_pack(good))
+    with zipfile.ZipFile(out, "a") as archive:
+        link = zipfile.ZipInfo("resources/link")
+        link.external_attr = (stat.S_IFLNK | 0o777) << 16
+        archive.writestr(link, "/etc/passwd")
+    assert _problems(tmp_path, out.getvalue()) == ["'resources/link' is a symbolic link"]
+
+
+@pytest.mark.parametrize(("size", "message"), [(3 << 30, "the archive unpacks to "), (100, "cannot be unpacked")])
+def test_bomb(tmp_path: Path, good: Entries, size: int, message: str) -> None:
+    """An entry that says that it unpacks to 3 GiB, and one that unpacks to more than it says."""
+    out = bytearray(_pack({**good, "resources/zeros": bytes(1 << 20)}))
+    at = out.index(struct.pack("<I", 1 << 20), out.rindex(b"PK\x01\x02"))
+    out[at : at + 4] = struct.pack("<I", size)
+    (problem,) = _problems(tmp_path, bytes(out))
+    assert message in problem
+
+
+def test_damaged_entry(tmp_path: Path, good: Entries) -> None:
+    content = bytearray(_pack({"resources/data": bytes(range(256)) * 40, **good}))
+    content[100] ^= 0xFF
+    (problem,) = _problems(tmp_path, bytes(content))
+    assert problem.startswith("'resources/data' cannot be unpacked")
+
+
+def test_cut_off(tmp_path: Path, good: Entries) -> None:
+    with pytest.raises(InputError, match="not a zip archive, or cut off"):
+        _problems(tmp_path, _pack(good)[:-30])
