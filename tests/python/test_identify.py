@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import plants
 import pytest
-from scipy.optimize import lsq_linear
+from scipy.optimize import lsq_linear, minimize, nnls
 
 from hystfmu import Dataset, InputError, Model, signals
 from hystfmu.identify import METHODS, fit, options
@@ -14,6 +14,7 @@ from hystfmu.identify.levenberg_marquardt import minimise
 from hystfmu.identify.network import Network, decay_for, perceptron, train
 from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.plays import plays, thresholds
+from hystfmu.identify.positive_solution import positive_solution, row_space
 from hystfmu.identify.torch_module import problem
 
 
@@ -139,6 +140,57 @@ def test_nonnegative_meets_the_conditions_of_an_optimum(n):
     assert abs(r.sum()) < 1e-9
     assert np.abs(gradient[x > 0]).max() < 1e-9
     assert gradient.max() < 1e-9, "a column left out would reduce the error"
+
+
+@pytest.mark.parametrize("plant", ["dense", "sparse", "noisy"])
+def test_nonnegative_against_scipy(plant):
+    u = signals.decaying_sine(5, 0.1, 100)
+    r = thresholds(u, 600)
+    A, F, rng = plants.plays(u, r), np.ones((len(u), 1)), np.random.default_rng(7)
+    w = rng.uniform(0, 1, 600) if plant == "dense" else np.where(np.arange(600) % 60 == 30, 1.0, 0.0)
+    b = A @ w - 0.3 + (0.01 * rng.normal(size=len(u)) if plant == "noisy" else 0.0)
+    x, v = nonnegative(A, b, F)
+    residual = b - A @ x - F @ v
+    both, _ = nnls(np.column_stack([A, F, -F]), b, maxiter=100000)
+    least = np.linalg.norm(b - np.column_stack([A, F, -F]) @ both)
+    assert (x >= 0).all()
+    assert np.linalg.norm(residual) <= least * (1 + 1e-9) + 2e-13 * np.linalg.norm(b)
+    # the conditions of an optimum, as far as rounding of the residual lets them be seen
+    gradient = A.T @ residual / np.linalg.norm(A, axis=0)
+    assert gradient.max() < 1e-12 * np.linalg.norm(b)
+    assert abs(gradient @ x) < 1e-12 * np.linalg.norm(b) * x.sum()
+
+
+def test_a_dense_sum_of_5000_plays_is_fitted_exactly():
+    u = signals.decaying_sine(10, 0.1)[:2000]
+    r = thresholds(u, 5000)
+    y = 0.4 * u + plants.plays(u, r) @ np.random.default_rng(1).uniform(0, 1 / 5000, 5000) - 0.7
+    m = fit(Dataset.from_signal(u, y), "prandtl_ishlinskii", N=5000)
+    v = signals.decaying_sine(10, 0.2)
+    truth = 0.4 * v + plants.plays(v, r) @ np.random.default_rng(1).uniform(0, 1 / 5000, 5000) - 0.7
+    assert m.fit["max_percent"] < 1e-10
+    assert np.abs(m.predict(v) - truth).max() < 1e-5 * np.ptp(y), "weights between the samples' kinks are free"
+
+
+def test_shortest_positive_solution():
+    rng = np.random.default_rng(4)
+    A = rng.normal(size=(40, 90))
+    A[30:] = rng.normal(size=(10, 30)) @ A[:30]  # dependent rows
+    w = rng.uniform(size=90)
+    Q, L, rows = row_space(A)
+    np.testing.assert_allclose(L @ Q.T, A[rows], atol=1e-12)
+    np.testing.assert_allclose(Q.T @ Q, np.eye(30), atol=1e-14)
+    x = positive_solution(A, A @ w)
+    assert (x >= 0).all()
+    assert (x == 0).any(), "the shortest solution of any sign has negative weights"
+    np.testing.assert_allclose(A @ x, A @ w, rtol=0, atol=1e-12 * np.linalg.norm(A @ w))
+    shortest = minimize(
+        lambda z: (z @ z, 2 * z), w, jac=True, bounds=[(0, None)] * 90, method="SLSQP", options={"ftol": 1e-14, "maxiter": 500},
+        constraints={"type": "eq", "fun": lambda z: A[:30] @ (z - w), "jac": lambda z: A[:30]},
+    )
+    np.testing.assert_allclose(x, shortest.x, atol=1e-5)
+    assert positive_solution(A, A @ w + rng.normal(size=40)) is None, "no x fits"
+    assert positive_solution(np.abs(A[:30]), -np.ones(30)) is None, "only negative x fit"
 
 
 def test_nonnegative_with_dependent_and_zero_columns():
