@@ -164,28 +164,33 @@ def test_nonnegative_against_scipy(plant):
 def test_a_dense_sum_of_5000_plays_is_fitted_exactly():
     u = signals.decaying_sine(10, 0.1)[:2000]
     r = thresholds(u, 5000)
-    y = 0.4 * u + plants.plays(u, r) @ np.random.default_rng(1).uniform(0, 1 / 5000, 5000) - 0.7
+    w = np.random.default_rng(1).uniform(0, 1 / 5000, 5000)
+    y = 0.4 * u + plants.plays(u, r) @ w - 0.7
     m = fit(Dataset.from_signal(u, y), "prandtl_ishlinskii", N=5000)
-    v = signals.decaying_sine(10, 0.2)
-    truth = 0.4 * v + plants.plays(v, r) @ np.random.default_rng(1).uniform(0, 1 / 5000, 5000) - 0.7
-    assert m.fit["max_percent"] < 1e-10
-    assert np.abs(m.predict(v) - truth).max() < 1e-5 * np.ptp(y), "weights between the samples' kinks are free"
+    v = signals.decaying_sine(3, 0.2)
+    assert np.abs(m.predict(u) - y).max() < 1e-12 * np.ptp(y)
+    assert np.abs(m.predict(v) - (0.4 * v + plants.plays(v, r) @ w - 0.7)).max() < 1e-5 * np.ptp(y)
 
 
 def test_shortest_positive_solution():
     rng = np.random.default_rng(4)
-    A = rng.normal(size=(40, 90))
+    A = rng.uniform(size=(40, 90))
     A[30:] = rng.normal(size=(10, 30)) @ A[:30]  # dependent rows
-    w = rng.uniform(size=90)
+    w = rng.uniform(size=90) ** 4
     Q, L, rows = row_space(A)
     np.testing.assert_allclose(L @ Q.T, A[rows], atol=1e-12)
     np.testing.assert_allclose(Q.T @ Q, np.eye(30), atol=1e-14)
     x = positive_solution(A, A @ w)
     assert (x >= 0).all()
-    assert (x == 0).any(), "the shortest solution of any sign has negative weights"
+    assert 0 < np.count_nonzero(x == 0) < 18, "the shortest solution of any sign has negative weights"
     np.testing.assert_allclose(A @ x, A @ w, rtol=0, atol=1e-12 * np.linalg.norm(A @ w))
     shortest = minimize(
-        lambda z: (z @ z, 2 * z), w, jac=True, bounds=[(0, None)] * 90, method="SLSQP", options={"ftol": 1e-14, "maxiter": 500},
+        lambda z: (z @ z, 2 * z),
+        w,
+        jac=True,
+        bounds=[(0, None)] * 90,
+        method="SLSQP",
+        options={"ftol": 1e-14, "maxiter": 500},
         constraints={"type": "eq", "fun": lambda z: A[:30] @ (z - w), "jac": lambda z: A[:30]},
     )
     np.testing.assert_allclose(x, shortest.x, atol=1e-5)

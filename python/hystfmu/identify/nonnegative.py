@@ -16,6 +16,7 @@ Orthogonal factors throughout, never A'A.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from hystfmu.core import Array
@@ -62,7 +63,7 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
     return x, v
 
 
-def _extreme(A: Array) -> Array:
+def _extreme(A: Array) -> NDArray[np.intp]:
     """Indices of all columns but those on a straight line between two others, in equal steps from neighbours."""
     n = A.shape[1]
     if n <= COARSE:

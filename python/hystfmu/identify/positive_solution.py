@@ -10,6 +10,7 @@ the null space of A, which the residual does not notice: least distance programm
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import dct
 from scipy.linalg import qr, solve_triangular
 from scipy.optimize import nnls
@@ -55,7 +56,7 @@ def _mixed(rows: Array) -> tuple[Array, Array]:
     return mixed[:, :-1], mixed[:, -1]
 
 
-def row_space(A: Array) -> tuple[Array, Array, Array]:
+def row_space(A: Array) -> tuple[Array, Array, NDArray[np.intp]]:
     """Orthonormal Q (p, k), lower triangular L (k, k) and the k rows with A[rows] = L Q'; later rows depend on them.
 
     Gram-Schmidt in blocks, twice (once loses orthogonality where rows are nearly dependent), and a pivoted QR inside
@@ -83,7 +84,7 @@ def row_space(A: Array) -> tuple[Array, Array, Array]:
         L[k : k + more, k : k + more] = (turn @ r[:more, :more]).T
         rows += (start + order[:more]).tolist()
     k = len(rows)
-    return Q[:, :k], L[:k, :k], np.array(rows, dtype=int)
+    return Q[:, :k], L[:k, :k], np.array(rows, dtype=np.intp)
 
 
 def _pushed(Q: Array, x: Array) -> Array | None:
