@@ -134,31 +134,14 @@ static const uint64_t hyst_exp2_table[128] = {
 };
 /* clang-format on */
 
-/* exp(x) = scale (1 + tail) exp(r_high - r_low), |r| <= ln2/128; scale as bits, for it may be out of range. */
-typedef struct {
-  uint64_t scale_bits;
-  double tail, r_high, r_low;
-} hyst_exp_parts;
+static inline uint64_t hyst_exp2_row(uint64_t j, int k) { return hyst_exp2_table[2 * (j & 63) + (uint64_t)k]; }
+static inline double hyst_all(double x) { return x; }
+static inline double hyst_choose(uint64_t where, double a, double b) { return where ? a : b; }
 
-static inline hyst_exp_parts hyst_exp_reduce(double x) { /* |x| < 2^15 */
-  hyst_exp_parts parts;
-  double rounded = x * HYST_64_OVER_LN2 + HYST_ROUNDER;
-  uint64_t j = hyst_to_bits(rounded);
-  const uint64_t *row = hyst_exp2_table + 2 * (j & 63);
-  rounded -= HYST_ROUNDER;
-  parts.tail = hyst_from_bits(row[0]);
-  parts.scale_bits = row[1] + (j << 46);
-  parts.r_high = x - rounded * HYST_LN2_OVER_64_HIGH; /* exact */
-  parts.r_low = rounded * HYST_LN2_OVER_64_LOW;
-  return parts;
-}
-
-/* (1 + tail) exp(r) - 1 with absolute error 2^-59 (degree 5). */
-static inline double hyst_exp_series(double tail, double r) {
-  double r2 = r * r;
-  return (tail + r) + r2 * (0.49999999999985073 + r * 0.16666666666664534) +
-         (r2 * r2) * (0.041666707395269648 + r * 0.0083333391517045954);
-}
+#define HYST_OF(name) hyst_##name
+#define HYST_T double
+#define HYST_BITS uint64_t
+#include "exp_formulas.h"
 
 /* exp(x + x_low) / 2^shift for a scale in range after the shift. */
 static inline double hyst_exp_shifted(double x, double x_low, int shift) {
@@ -179,15 +162,6 @@ static inline double hyst_exp_sum(double x, double x_low) {
 /* e^x by a 64-entry table and a degree 5 remainder: 0.53 ulp, 0.75 ulp below e^-707. */
 static inline double hyst_exp(double x) { return x == x ? hyst_exp_sum(x, 0.0) : hyst_from_bits(HYST_NAN_BITS); }
 
-/* (1 + tail) exp(r) - 1 to full relative accuracy (degree 6), which e^x - 1 needs near 0. */
-static inline double hyst_exp_remainder(hyst_exp_parts e) {
-  double r = e.r_high - e.r_low;
-  double r2 = r * r;
-  double curve = r2 * (0.5 + r * 0.16666666666661334) +
-                 (r2 * r2) * (0.041666666666660003 + r * 0.0083333406062977809 + r2 * 0.0013888897980093707);
-  return e.r_high + (curve + (e.tail - e.r_low));
-}
-
 /* e^x - 1 without cancellation: 1.1 ulp. */
 static inline double hyst_expm1(double x) {
   double a = hyst_fabs(x), scale;
@@ -202,41 +176,23 @@ static inline double hyst_expm1(double x) {
   return (scale - 1.0) + scale * hyst_exp_remainder(e);
 }
 
-/* With E = e^(2|x|) - 1: tanh|x| = E/2 - (E^2/2) / (E + 2) up to |x| = ln(2)/2, where the quotient is a correction,
- * E / (E + 2) up to ln(4)/2, and 1 - 2 / (E + 2) above. Chosen by values, not by branches, for speed: 1.6 ulp. */
+/* Hyperbolic tangent: 1.6 ulp. */
+static inline int hyst_tanh_is_ordinary(double x) {
+  return hyst_fabs(x) > 3.7252902984619141e-9 && hyst_fabs(x) < 20.0; /* 2^-28 */
+}
 static inline double hyst_tanh(double x) {
-  double a = hyst_fabs(x), scale, growth, big_e, big_e_low, head, low, numerator;
-  hyst_exp_parts e;
-  if (!(a > 3.7252902984619141e-9 && a < 20.0)) { /* 2^-28 */
-    if (x != x) return hyst_from_bits(HYST_NAN_BITS);
-    return a < 1.0 ? x : hyst_copysign(1.0, x);
-  }
-  e = hyst_exp_reduce(2.0 * a);
-  scale = hyst_from_bits(e.scale_bits);
-  growth = scale * hyst_exp_remainder(e);
-  big_e = (scale - 1.0) + growth;
-  big_e_low = ((scale - 1.0) - big_e) + growth;
-  head = scale < 4.0 ? 0.0 : 1.0;
-  numerator = scale < 4.0 ? -big_e : 2.0;
-  head = scale < 2.0 ? 0.5 * big_e : head;
-  low = scale < 2.0 ? 0.5 * big_e_low : 0.0;
-  numerator = scale < 2.0 ? 0.5 * big_e * big_e : numerator;
-  return hyst_copysign(head + (low - numerator / (big_e + 2.0)), x);
+  if (hyst_tanh_is_ordinary(x)) return hyst_tanh_ordinary(hyst_exp_reduce(2.0 * hyst_fabs(x)), x);
+  if (x != x) return hyst_from_bits(HYST_NAN_BITS);
+  return hyst_fabs(x) < 1.0 ? x : hyst_copysign(1.0, x);
 }
 
-/* Logistic function 1 / (1 + E), E = e^-x; beyond 36 its series E - E^2 or 1 - E: 1.5 ulp. */
+/* Logistic function; beyond 36 by the series E - E^2 or 1 - E, E = e^-|x|: 1.5 ulp. */
+static inline int hyst_sigmoid_is_ordinary(double x) { return hyst_fabs(x) < 36.0; }
 static inline double hyst_sigmoid(double x) {
-  hyst_exp_parts e;
-  double scale, one_plus, small;
-  if (!(hyst_fabs(x) < 36.0)) {
-    small = hyst_exp(-hyst_fabs(x));
-    return x > 0.0 ? 1.0 - small : small - small * small;
-  }
-  e = hyst_exp_reduce(-x);
-  scale = hyst_from_bits(e.scale_bits);
-  one_plus = 1.0 + scale; /* exact with the error below, since scale < 2^52 */
-  small = (scale - (one_plus - 1.0)) + scale * hyst_exp_series(e.tail, e.r_high - e.r_low);
-  return 1.0 / (one_plus + small);
+  double small;
+  if (hyst_sigmoid_is_ordinary(x)) return hyst_sigmoid_ordinary(hyst_exp_reduce(-x));
+  small = hyst_exp(-hyst_fabs(x));
+  return x > 0.0 ? 1.0 - small : small - small * small;
 }
 
 /* Nearest integer to 64 log2 of the middle of the b-th of 128 equal parts of [1, 2). */
