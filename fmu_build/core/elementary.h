@@ -190,7 +190,7 @@ static inline double hyst_tanh(double x) {
 static inline int hyst_sigmoid_is_ordinary(double x) { return hyst_fabs(x) < 36.0; }
 static inline double hyst_sigmoid(double x) {
   double small;
-  if (hyst_sigmoid_is_ordinary(x)) return hyst_sigmoid_ordinary(hyst_exp_reduce(-x));
+  if (hyst_sigmoid_is_ordinary(x)) return hyst_sigmoid_ordinary(hyst_exp_reduce(-x), x);
   small = hyst_exp(-hyst_fabs(x));
   return x > 0.0 ? 1.0 - small : small - small * small;
 }

@@ -1,5 +1,5 @@
 /* exp_formulas.h - the parts of e^x, the logistic function and tanh, once for every number of lanes: elementary.h
- * includes it for one double, elementary_pair.h for two that go through the same instructions.  It has no guard.
+ * includes it for one double, elementary_lanes.h for two that go through the same instructions.  It has no guard.
  *   HYST_OF(name)   the name of a function with the prefix of its lanes
  *   HYST_T, HYST_BITS   the double or doubles, and the uint64_t of as many lanes */
 
@@ -38,7 +38,8 @@ static inline HYST_T HYST_OF(exp_remainder)(HYST_OF(exp_parts) e) {
 }
 
 /* Logistic function 1 / (1 + E), E = e^-x, for |x| < 36; e: parts of -x. */
-static inline HYST_T HYST_OF(sigmoid_ordinary)(HYST_OF(exp_parts) e) {
+static inline HYST_T HYST_OF(sigmoid_ordinary)(HYST_OF(exp_parts) e, HYST_T x) {
+  (void)x;
   HYST_T scale = HYST_OF(from_bits)(e.scale_bits);
   HYST_T one_plus = 1.0 + scale; /* exact with the error below, since scale < 2^52 */
   HYST_T small = (scale - (one_plus - 1.0)) + scale * HYST_OF(exp_series)(e.tail, e.r_high - e.r_low);

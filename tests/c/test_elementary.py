@@ -26,9 +26,10 @@ BUILDS = {
     "O3": ["-O3", "-march=native", "-fno-math-errno"],
     "plain": ["-O2"],  # with math errno the square root is the one by digits
     "freestanding": ["-O1", "-ffreestanding"],
+    "one lane": ["-O2", "-fno-math-errno", "-DHYST_LANES=1"],
 }
 SOURCE = (
-    '#include "elementary.h"\n'
+    '#include "elementary_lanes.h"\n'
     + "".join(
         f"void v_{name}(const double *x, const double *y, double *f, long n) {{\n"
         f"    (void)y;\n    for (long i = 0; i < n; i++) f[i] = hyst_{name}(x[i]);\n}}\n"
@@ -36,6 +37,17 @@ SOURCE = (
     )
     + "void v_pow(const double *x, const double *y, double *f, long n) {\n"
     "    for (long i = 0; i < n; i++) f[i] = hyst_pow(x[i], y[i]);\n}\n"
+    + "".join(  # y: what stands in the other lane
+        f"void v_lanes_{name}(const double *x, const double *y, double *f, long n) {{\n"
+        f"    for (long i = 0; i < n; i++) {{\n"
+        f"        hyst_lanes a[2] = {{hyst_lanes_of(y[i], x[i]), hyst_lanes_of(x[i], y[i])}};\n"
+        f"        hyst_lanes_{name}(a, 2);\n"
+        f"        f[i] = HYST_LANE(a[1], 0);\n"
+        f"        const double other = HYST_LANE(a[0], HYST_LANES - 1);\n"
+        f"        if (HYST_LANES == 2 && hyst_to_bits(other) != hyst_to_bits(f[i])) f[i] = 7;\n"
+        f"    }}\n}}\n"
+        for name in ("sigmoid", "tanh")
+    )
 )
 EXACT: dict[str, Callable[..., mpf]] = {
     "exp": mpmath.exp,
@@ -241,6 +253,16 @@ def test_every_build_gives_the_same_bits(libraries: dict[str, ctypes.CDLL]) -> N
         bits = {build: evaluate(library, name, x, y).view(np.uint64) for build, library in libraries.items()}
         for build in BUILDS:
             np.testing.assert_array_equal(bits[build], bits["O2"], err_msg=f"{name} built as {build}")
+
+
+@pytest.mark.parametrize("name", ["sigmoid", "tanh"])
+def test_a_lane_has_the_bits_of_the_number_alone(name: str, libraries: dict[str, ctypes.CDLL]) -> None:
+    x, _ = arguments(name)
+    x = np.concatenate([x, [0.0, -0.0, INF, -INF, NAN, 1e300, -1e300, 1e-300]])
+    beside = np.random.default_rng(3).permutation(x)
+    for library in libraries.values():
+        alone, lanes = evaluate(library, name, x), evaluate(library, f"lanes_{name}", x, beside)
+        assert np.array_equal(alone.view(np.uint64), lanes.view(np.uint64))
 
 
 def test_no_build_needs_an_outside_symbol(paths: dict[str, Path]) -> None:

@@ -1,7 +1,7 @@
 /* Multilayer perceptron with one hidden layer and a linear output layer: the readout of an expanded input space.
  * Zhao & Tan 2008, section IV (2-12-1, sigmoid and linear); Shen & Ma 2017 (2-5-1).
- * Every hidden value is added to all outputs as soon as it is known, so no room for the hidden layer is needed. */
-#include "../elementary_pair.h"
+ * Hidden values are computed and added to all outputs in groups, so no room for the hidden layer is needed. */
+#include "../elementary_lanes.h"
 #include "../hyst.h"
 
 #define DIMS(D)                                         \
@@ -19,64 +19,36 @@
 
 enum { SIGMOID, TANH, RELU };
 
-enum { PAIRS = 8 }; /* hidden neurons are computed in groups of so many pairs */
-
-/* One stage of the function for the whole group, then the next: a single pair would wait for itself most of the time.
- * Outside the range of the formula each number alone. */
-static inline void sigmoid(hyst_pair *a, int n) {
-  hyst_pair_exp_parts e[PAIRS];
-  int ordinary = 1;
-  for (int i = 0; i < n; i++) ordinary &= hyst_sigmoid_is_ordinary(a[i][0]) & hyst_sigmoid_is_ordinary(a[i][1]);
-  if (ordinary) {
-    for (int i = 0; i < n; i++) e[i] = hyst_pair_exp_reduce(-a[i]);
-    for (int i = 0; i < n; i++) a[i] = hyst_pair_sigmoid_ordinary(e[i]);
-  } else {
-    for (int i = 0; i < n; i++) a[i] = hyst_pair_of(hyst_sigmoid(a[i][0]), hyst_sigmoid(a[i][1]));
-  }
-}
-
-static inline void hyperbolic_tangent(hyst_pair *a, int n) {
-  hyst_pair_exp_parts e[PAIRS];
-  int ordinary = 1;
-  for (int i = 0; i < n; i++) ordinary &= hyst_tanh_is_ordinary(a[i][0]) & hyst_tanh_is_ordinary(a[i][1]);
-  if (ordinary) {
-    for (int i = 0; i < n; i++) e[i] = hyst_pair_exp_reduce(2.0 * hyst_pair_fabs(a[i]));
-    for (int i = 0; i < n; i++) a[i] = hyst_pair_tanh_ordinary(e[i], a[i]);
-  } else {
-    for (int i = 0; i < n; i++) a[i] = hyst_pair_of(hyst_tanh(a[i][0]), hyst_tanh(a[i][1]));
-  }
-}
-
-static inline void relu(hyst_pair *a, int n) {
-  for (int i = 0; i < n; i++) a[i] = hyst_pair_choose((hyst_pair_bits)(a[i] > 0.0), a[i], hyst_pair_all(0.0));
+static inline void relu(hyst_lanes *a, int n) {
+  const hyst_lanes zero = hyst_lanes_all(0);
+  for (int i = 0; i < n; i++) a[i] = hyst_lanes_choose((hyst_lanes_bits)(a[i] > zero), a[i], zero);
 }
 
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
-  const int kind = (int)*activation;
-  for (int first = 0; first < n_hidden; first += 2 * PAIRS) {
-    const int n = n_hidden - first < 2 * PAIRS ? n_hidden - first : 2 * PAIRS, pairs = (n + 1) / 2;
-    hyst_pair a[PAIRS];
+  const int kind = (int)*activation, most = HYST_LANES * HYST_LANES_MOST;
+  for (int first = 0; first < n_hidden; first += most) {
+    const int n = n_hidden - first < most ? n_hidden - first : most, n_a = (n + HYST_LANES - 1) / HYST_LANES;
     const double *w0 = W1 + (ptrdiff_t)first * n_in, *b = b1 + first;
-    for (int i = 0; i < pairs; i++, w0 += 2 * n_in, b += 2) {
-      const int next = 2 * i + 1 < n; /* an odd one is computed twice */
+    hyst_lanes a[HYST_LANES_MOST];
+    for (int i = 0; i < n_a; i++, w0 += HYST_LANES * n_in, b += HYST_LANES) {
+      const int next = 2 * i + 1 < n; /* a lane without a neuron repeats the one before */
       const double *w1 = next ? w0 + n_in : w0;
-      hyst_pair sum = hyst_pair_of(b[0], b[next]);
-      for (int k = 0; k < n_in; k++) sum += hyst_pair_of(w0[k], w1[k]) * u[k];
+      hyst_lanes sum = hyst_lanes_of(b[0], b[next]);
+      for (int k = 0; k < n_in; k++) sum += hyst_lanes_of(w0[k], w1[k]) * u[k];
       a[i] = sum;
     }
-    if (kind == SIGMOID) sigmoid(a, pairs);
-    else if (kind == TANH) hyperbolic_tangent(a, pairs);
-    else relu(a, pairs);
+    if (kind == SIGMOID) hyst_lanes_sigmoid(a, n_a);
+    else if (kind == TANH) hyst_lanes_tanh(a, n_a);
+    else relu(a, n_a);
     for (int j = 0; j < n_out; j++) {
       const double *w = W2 + (ptrdiff_t)j * n_hidden + first;
       double sum = first == 0 ? b2[j] : y[j];
-      for (int i = 0; i < n / 2; i++, w += 2) {
-        const hyst_pair product = hyst_pair_of(w[0], w[1]) * a[i];
-        sum += product[0];
-        sum += product[1];
+      for (int i = 0; i < n / HYST_LANES; i++, w += HYST_LANES) {
+        const hyst_lanes product = hyst_lanes_of(w[0], w[HYST_LANES - 1]) * a[i];
+        for (int l = 0; l < HYST_LANES; l++) sum += HYST_LANE(product, l);
       }
-      y[j] = n % 2 ? sum + w[0] * a[n / 2][0] : sum;
+      y[j] = n % HYST_LANES ? sum + w[0] * HYST_LANE(a[n_a - 1], 0) : sum;
     }
   }
 }
