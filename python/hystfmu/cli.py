@@ -317,6 +317,37 @@ def run(
 
 
 @main.command()
+@click.argument("study")
+@click.option("-o", "--out", "folder", required=True, metavar="DIR", help="Table and report; run again to resume.")
+@click.option("-j", "--jobs", type=click.IntRange(1, 1024), help="Local processes [default: one per core].")
+@click.option("--on", metavar="dask://HOST:PORT", help="Run on the Dask cluster with this scheduler.")
+@_json_option
+def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bool) -> None:
+    """Run a scenario over many variations: a table (results.parquet) and a report of what matters.
+
+    Interrupted studies go on where they stopped.
+
+    \b
+    Example: hystfmu study scenarios/studies/mismatch.toml -o out -j 2
+    """
+    from hystfmu.study import run_study
+    from hystfmu.terminal import counter
+
+    with counter("running") as report:
+        outcome = run_study(study, folder, workers=jobs, on=on, progress=report)
+    facts = {"rows": len(outcome.rows), "ran": outcome.ran, "failed": len(outcome.failed)}
+    if as_json:
+        click.echo(json.dumps(facts | {"table": str(outcome.table), "report": str(outcome.report)}))
+    else:
+        click.echo(
+            f"{facts['rows']} rows, {facts['ran']} of them run now in {outcome.seconds:.1f} s, {facts['failed']} failed"
+        )
+        for row in outcome.failed[:10]:
+            click.echo(f"row {row['index']} ({row['case']}): {row['status']}: {row['reason']}")
+        click.echo(f"{outcome.table}\n{outcome.report}")
+
+
+@main.command()
 @click.argument("names", nargs=-1)
 @click.option("--data", metavar="DIR", help="Folder with measured data, for the data sets that need it.")
 @_json_option

@@ -44,6 +44,21 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
         yield lambda fraction: bar.update(max(0, int(1000 * fraction) - bar.pos))
 
 
+@contextmanager
+def counter(label: str) -> Iterator[Callable[[int, int, float], None]]:
+    """A bar with the rate and the time left.  Call the yielded function with done, total and rate (1/s)."""
+    if not sys.stderr.isatty():
+        yield lambda done, total, rate: None
+        return
+    with click.progressbar(length=1, label=label, file=sys.stderr, show_pos=True, item_show_func=str) as bar:
+
+        def report(done: int, total: int, rate: float) -> None:
+            bar.length = total
+            bar.update(max(0, done - bar.pos), f"{rate:.0f} runs/s")
+
+        yield report
+
+
 def verdicts(results: Sequence[Result]) -> str:
     """One line per scenario case, and under a failed one the scenario, metric, value and limit."""
     rows = [[r.scenario, r.case, "ok" if r.passed else "FAILED", f"{r.seconds:.2f}"] for r in results]

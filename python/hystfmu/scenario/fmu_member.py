@@ -31,6 +31,10 @@ class FmuStore:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, e: BaseException | None, tb: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Remove everything."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import ctypes as C
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from hystfmu.core import Array, Executor, library
 from hystfmu.errors import InputError
-from hystfmu.scenario.system import System, fuse, segments
+from hystfmu.scenario.spec import split_end
+from hystfmu.scenario.system import System, changed, fuse, segments
 from hystfmu.scenario.trace import Stopped, Trace
 
 _SCHEMES = ("gauss_seidel", "jacobi", "iterative")  # as in master.h
@@ -98,6 +99,9 @@ class _Member:
         self.vr_in = np.array([r for r, _ in linked], dtype=np.uint32)
         self.source = np.array([j for _, j in linked], dtype=np.int64)
         self.vr_out = np.array([p.reference for p in graph.ports if p.kind == "output"], dtype=np.uint32)
+        self.parameters = {
+            (graph.nodes[p.node].name, p.var.name): p.reference for p in graph.ports if p.kind in ("param", "fixed")
+        }
 
     def start(self, values: Array) -> None:
         """Initialise at t = 0 with the present values, and write the first outputs."""
@@ -150,6 +154,34 @@ class Native:
         self._members = [_Member(system, g) for g in groups]
         self._names = list(dict.fromkeys(columns)) if columns is not None else list(system.columns)
         self._columns = np.array([system.columns[c] for c in self._names], dtype=np.int64)
+
+    def set(self, values: Mapping[str, Any]) -> None:
+        """Parameters for the next runs, instead of those of the last call; all others are those of the scenario.
+
+        Parameters
+        ----------
+        values : mapping
+            ``{"unit.parameter": value}`` with the values that a scenario's `set` takes; ``"*1.2"`` scales.
+
+        Raises
+        ------
+        InputError
+            No such unit or parameter, value out of range.
+        """
+        for m in self._members:
+            m.executor.defaults()
+        units = {p.name: p.graph for p in self._system.parts}
+        for key, value in values.items():
+            unit, name = split_end(key, "set")
+            if unit not in units:
+                raise InputError(f"{key}: no unit {unit!r}; there are {', '.join(units)}")
+            port, first, new = changed(units[unit], name, value)
+            node = f"{unit}_{units[unit].nodes[port.node].name}"
+            for m in self._members:
+                reference = m.parameters.get((node, port.var.name))
+                if reference is not None:
+                    for k, v in enumerate(new):
+                        m.executor.set(reference + first + k, v)
 
     def run(self) -> Trace:
         """From t = 0 to the end.

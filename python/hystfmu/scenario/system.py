@@ -270,6 +270,29 @@ def _with_values(graph: Graph, values: dict[str, Any]) -> Graph:
     return graph
 
 
+def changed(graph: Graph, name: str, value: object) -> tuple[Port, int, list[float]]:
+    """A parameter after a change that a scenario's `set` could ask for.
+
+    Returns
+    -------
+    port : Port
+    first : int
+        The first element of the port that changes.
+    values : list of float
+        Its new value and those of the elements after it.
+
+    Raises
+    ------
+    InputError
+        No such parameter, value out of range.
+    """
+    port, element = _parameter(graph, name)
+    node = graph.nodes[port.node]
+    new = node.with_values(**{port.var.name: _changed(node, port, element, value)})
+    values = new.value(port.var.name).tolist()
+    return (port, 0, values) if element is None else (port, element, values[element : element + 1])
+
+
 def _parameter(graph: Graph, name: str) -> tuple[Port, int | None]:
     parameters = [p for p in graph.ports if p.kind in ("param", "fixed")]
     for p in parameters:

@@ -1,0 +1,149 @@
+"""Local workers that may die, hang or eat memory without harm: one process each, watched by the parent.
+
+A worker gets a few tasks at a time and answers one by one, so the parent always knows which task it is at.  A worker
+that dies is replaced, and its task tried once more: somebody may have killed the process, and the table must not depend
+on that.  A task that ends its worker twice, or exceeds the time, becomes a row with the reason.  A worker whose parent
+is gone ends by itself.
+"""
+
+from __future__ import annotations
+
+import multiprocessing as mp
+import multiprocessing.connection
+import os
+import signal
+import time
+from collections import deque
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from typing import Any
+
+from hystfmu.scenario.run import Engine
+from hystfmu.scenario.system import System
+from hystfmu.study.task import Runner, Task
+
+AT_ONCE = 8  # tasks that a worker holds: a run of a millisecond must not wait for the parent
+
+
+def _work(pipe: Any, systems: list[System], engine: Engine, memory: float) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    try:
+        import resource
+
+        most = int(memory * 2**30)
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    except (ImportError, ValueError, OSError):
+        pass  # no such limit on this system
+    runner = Runner(systems, engine)
+    try:
+        while True:
+            for task in pipe.recv():
+                pipe.send(runner(task))
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        pass  # the parent is gone or has no more work
+    finally:
+        runner.close()
+
+
+class _Worker:
+    def __init__(self, systems: list[System], engine: Engine, memory: float) -> None:
+        context = mp.get_context("spawn")
+        self.pipe, theirs = context.Pipe()
+        self.process = context.Process(target=_work, args=(theirs, systems, engine, memory), daemon=True)
+        self.process.start()
+        theirs.close()
+        self.tasks: deque[Task] = deque()
+        self.since = time.monotonic()
+        self.begun = False
+
+    def end(self) -> None:
+        self.pipe.close()
+        self.process.kill()
+        self.process.join()
+
+
+class Pool:
+    """Workers on this machine.
+
+    Parameters
+    ----------
+    systems, engine
+        As `Runner` takes them.
+    n : int
+        Number of workers; by default as many as cores that this process may use.
+    timeout : float
+        Longest time for one task (s).
+    memory : float
+        Largest address space of a worker (GB).
+    """
+
+    STARTUP = 60.0  # s: a new process has to import everything first
+
+    def __init__(self, systems: list[System], engine: Engine, n: int | None, timeout: float, memory: float) -> None:
+        self._of_worker = (systems, engine, memory)
+        self._names = [s.case.name for s in systems]
+        self._n = n or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1))
+        self._timeout = timeout
+        self._workers: list[_Worker] = []
+        self._died: set[int] = set()  # tasks at which a worker died once
+
+    def __enter__(self) -> Pool:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        for w in self._workers:
+            w.end()
+
+    def run(self, tasks: Iterable[Task]) -> Iterator[dict[str, Any]]:
+        """Rows as they are finished."""
+        waiting = deque(tasks)
+        while waiting or any(w.tasks for w in self._workers):
+            while len(self._workers) < min(self._n, len(waiting)):
+                self._workers.append(_Worker(*self._of_worker))
+            share = max(1, min(AT_ONCE, len(waiting) // (2 * self._n)))
+            for w in self._workers:
+                if waiting and not w.tasks:
+                    w.tasks.extend(waiting.popleft() for _ in range(min(share, len(waiting))))
+                    w.since = time.monotonic()
+                    with suppress(BrokenPipeError, ConnectionResetError):  # died between two tasks: noticed below
+                        w.pipe.send(list(w.tasks))
+            yield from self._listen(waiting)
+
+    def _listen(self, waiting: deque[Task]) -> Iterator[dict[str, Any]]:
+        busy = [w for w in self._workers if w.tasks]
+        ready = multiprocessing.connection.wait([w.pipe for w in busy], timeout=0.2)
+        for w in busy:
+            if w.pipe in ready:
+                try:
+                    row = w.pipe.recv()
+                except (EOFError, ConnectionResetError):
+                    w.process.join()
+                    yield from self._dead(w, waiting)
+                    continue
+                w.tasks.popleft()
+                w.since, w.begun = time.monotonic(), True
+                yield row
+            elif time.monotonic() - w.since > self._timeout + (0.0 if w.begun else self.STARTUP):
+                task = w.tasks.popleft()
+                self._replace(w, waiting)
+                yield self._failed(task, "timeout", f"not finished after {self._timeout:g} s")
+
+    def _dead(self, w: _Worker, waiting: deque[Task]) -> Iterator[dict[str, Any]]:
+        task, status = w.tasks.popleft(), w.process.exitcode
+        self._replace(w, waiting)
+        if task.index in self._died:
+            yield self._failed(task, "killed", f"ended its process twice, with status {status}")
+        else:
+            self._died.add(task.index)
+            waiting.appendleft(task)
+
+    def _replace(self, w: _Worker, waiting: deque[Task]) -> None:
+        waiting.extendleft(reversed(w.tasks))
+        w.tasks.clear()
+        self._workers.remove(w)
+        w.end()
+
+    def _failed(self, task: Task, status: str, reason: str) -> dict[str, Any]:
+        row: dict[str, Any] = {"index": task.index, "variation": task.variation, "id": task.id}
+        row |= {"case": self._names[task.case], "values": task.values, "metrics": {}}
+        return row | {"status": status, "reason": reason}

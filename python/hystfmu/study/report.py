@@ -1,0 +1,127 @@
+"""The report of a study: which parameters matter, where the worst cases are, which runs failed and why."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hystfmu.core import Array
+from hystfmu.scenario.plot import Line, Plot
+from hystfmu.scenario.report import Section, Table
+from hystfmu.scenario.report import write_report as write_page
+from hystfmu.study.spec import Study
+
+WORST, BINS, MOST_PLOTS = 10, 12, 24
+
+
+def write_report(study: Study, rows: list[dict[str, Any]], folder: Path) -> Path:
+    """Write report.html and report.json into the folder of the table."""
+    good = [r for r in rows if r["status"] == "ok"]
+    sections = [_summary(study, rows)]
+    for case in dict.fromkeys(r["case"] for r in good):
+        sections.append(_case(study, case, [r for r in good if r["case"] == case]))
+    return write_page([], folder, sections, f"Study {study.spec.name}")
+
+
+def _summary(study: Study, rows: list[dict[str, Any]]) -> Section:
+    failed = [r for r in rows if r["status"] != "ok"]
+    tables = [
+        Table(
+            ["parameter", "from", "to"],
+            [[k, *(p.bounds if p.values is None else (min(p.values), max(p.values)))] for k, p in _parameters(study)],
+            f"{len(rows)} runs by {study.spec.method}, seed {study.spec.seed}; {len(failed)} failed",
+        )
+    ]
+    if failed:
+        shown = [[r["index"], r["case"], r["status"], r["reason"]] for r in failed[:WORST]]
+        tables.append(Table(["row", "case", "status", "reason"], shown, "failed runs"))
+    best = best_variation(study, rows)
+    if best is not None:
+        values = [[k, v] for k, v in best["values"].items()]
+        tables.append(Table(["parameter", "value"], values, f"best variation: {best['variation']}"))
+    return Section("Overview", study.spec.text, tables)
+
+
+def _parameters(study: Study) -> list[tuple[str, Any]]:
+    return list(study.parameters.items())
+
+
+def best_variation(study: Study, rows: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """A row of the variation that the objective likes most among those within its limits, or None."""
+    objective = study.spec.objective
+    if objective is None:
+        return None
+    by_variation: dict[int, list[dict[str, Any]]] = {}
+    for r in rows:
+        by_variation.setdefault(r["variation"], []).append(r)
+    scores = {}
+    for variation, cases in by_variation.items():
+        metrics = [r["metrics"] for r in cases]
+        if any(r["status"] != "ok" for r in cases):
+            continue
+        if any(m[k] > limit for m in metrics for k, limit in objective.limits.items()):
+            continue
+        values = [m[objective.metric] for m in metrics]
+        scores[variation] = max(values) if objective.over_cases == "max" else float(np.mean(values))
+    if not scores:
+        return None
+    return by_variation[min(scores, key=lambda v: (scores[v], v))][0]
+
+
+def _case(study: Study, case: str, rows: list[dict[str, Any]]) -> Section:
+    names, metrics = list(study.parameters), list(rows[0]["metrics"])
+    x = np.array([[r["values"][k] for k in names] for r in rows])
+    y = np.array([[r["metrics"][k] for k in metrics] for r in rows])
+    rank = sensitivity(x, y)
+    tables = [
+        Table(
+            ["parameter", *metrics],
+            [[name, *np.round(rank[k], 3).tolist()] for k, name in enumerate(names)],
+            "sensitivity: rank correlation of parameter and metric (-1 to 1)",
+        )
+    ]
+    worst = np.argsort(-y[:, 0], kind="stable")[:WORST]
+    tables.append(
+        Table(
+            ["row", *names, *metrics],
+            [[rows[k]["index"], *x[k].tolist(), *y[k].tolist()] for k in worst],
+            f"worst cases by {metrics[0]}",
+        )
+    )
+    plots = [
+        Plot(f"{metrics[0]} over {name}", name, metrics[0], _spread(x[:, k], y[:, 0]))
+        for k, name in enumerate(names)
+        if np.ptp(x[:, k]) > 0 and np.ptp(y[:, 0]) > 0
+    ]
+    return Section(f"Case {case}", "", tables, plots[:MOST_PLOTS])
+
+
+def sensitivity(x: Array, y: Array) -> Array:
+    """Spearman's rank correlation of every column of x (n, p) with every column of y (n, m): shape (p, m).
+
+    Columns that do not vary have 0.
+    """
+    ranks = [_centred_ranks(a) for a in (x, y)]
+    size = [np.sqrt((r**2).sum(axis=0)) for r in ranks]
+    scale = np.outer(*size)
+    return np.asarray(np.divide(ranks[0].T @ ranks[1], scale, out=np.zeros_like(scale), where=scale > 0))
+
+
+def _centred_ranks(a: Array) -> Array:
+    from scipy.stats import rankdata
+
+    ranks = rankdata(a, axis=0)
+    return np.asarray(ranks - ranks.mean(axis=0))
+
+
+def _spread(x: Array, y: Array) -> list[Line]:
+    """Median and worst of y in bins of equal count along x."""
+    order = np.argsort(x, kind="stable")
+    groups = np.array_split(order, min(BINS, len(order)))
+    at = np.array([x[g].mean() for g in groups])
+    return [
+        Line("worst", at, np.array([y[g].max() for g in groups])),
+        Line("median", at, np.array([np.median(y[g]) for g in groups])),
+    ]

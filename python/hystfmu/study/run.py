@@ -1,0 +1,125 @@
+"""A study from its file to its table and report, from the beginning or where it was interrupted."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hystfmu.scenario import build
+from hystfmu.study.dask_pool import DaskPool
+from hystfmu.study.pool import Pool
+from hystfmu.study.report import write_report
+from hystfmu.study.sampling import sampler
+from hystfmu.study.spec import Study
+from hystfmu.study.store import Store
+from hystfmu.study.task import Task, fingerprint, identity
+
+Progress = Callable[[int, int, float], None]
+"""Rows that are there, rows in all, rows a second in this run."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a study left in its folder.
+
+    rows : the table by index;  table : path of results.parquet;  ran : runs of this call, the others were there.
+    """
+
+    rows: list[dict[str, Any]]
+    table: Path
+    report: Path
+    ran: int
+    seconds: float
+
+    @property
+    def failed(self) -> list[dict[str, Any]]:
+        """Rows of runs that did not end well."""
+        return [r for r in self.rows if r["status"] != "ok"]
+
+
+def run_study(
+    path: str | Path,
+    folder: str | Path,
+    *,
+    workers: int | None = None,
+    on: str | None = None,
+    progress: Progress = lambda done, total, rate: None,
+) -> Outcome:
+    """Run what is missing of a study and write `results.parquet` and `report.html`.
+
+    Parameters
+    ----------
+    path : path
+        A `study.toml`.
+    folder : path
+        Where the table is, or will be.
+    workers : int, optional
+        Local processes; by default one per core.
+    on : str, optional
+        ``dask://HOST:PORT`` instead of local processes.
+    progress : callable
+
+    Raises
+    ------
+    InputError
+        Bad study or scenario, no room on the disk, no cluster; finished rows stay.
+    """
+    study = Study(path)
+    systems = [build(c) for c in study.cases]
+    marks = [fingerprint(s) for s in systems]
+    metrics = list(systems[0].case.metrics)
+    store = Store(Path(folder), list(study.parameters), metrics)
+    begin, order, ran = time.monotonic(), dict[str, int](), 0
+    engine = study.spec.engine
+    pool: Pool | DaskPool
+    if on is not None:
+        key = hashlib.sha256("".join(marks).encode()).hexdigest()
+        pool = DaskPool(on, systems, engine, key, study.spec.timeout)
+    else:
+        pool = Pool(systems, engine, workers, study.spec.timeout, study.spec.memory)
+    known = {row["id"]: row for row in store.rows()}
+    proposals = sampler(study)
+    total = proposals.n * len(systems)
+    first = 0
+    try:
+        with pool:
+            for batch in proposals.batches():
+                tasks = list(_tasks(study, batch, marks, first))
+                first += len(batch)
+                order |= {t.id: t.index for t in tasks}
+                done = sum(i in known for i in order)
+                for row in pool.run(_once(tasks, known)):
+                    store.append(row)
+                    known[row["id"]] = row
+                    ran += 1
+                    done += 1
+                    progress(done, total, ran / max(time.monotonic() - begin, 1e-9))
+                k = len(systems)
+                proposals.tell([[known[t.id] for t in tasks[i : i + k]] for i in range(0, len(tasks), k)])
+        table = store.finish(order)
+    finally:
+        store.close()
+    rows = [known[i] | {"index": n} for i, n in sorted(order.items(), key=lambda item: item[1])]
+    report = write_report(study, rows, Path(folder))
+    return Outcome(rows, table, report, ran, time.monotonic() - begin)
+
+
+def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first: int) -> Iterator[Task]:
+    for k, values in enumerate(batch):
+        settings = study.settings(values)
+        for c, mark in enumerate(marks):
+            variation = first + k
+            yield Task(variation * len(marks) + c, variation, c, identity(mark, settings), values, settings)
+
+
+def _once(tasks: list[Task], known: dict[str, dict[str, Any]]) -> Iterator[Task]:
+    """Tasks without a row, each once: a sampler may propose a variation twice."""
+    asked: set[str] = set()
+    for t in tasks:
+        if t.id not in known and t.id not in asked:
+            asked.add(t.id)
+            yield t

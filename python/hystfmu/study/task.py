@@ -1,0 +1,105 @@
+"""One run of a study: a case with a variation, its identity, and what became of it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, replace
+from typing import Any
+
+import hystfmu
+from hystfmu.errors import InputError
+from hystfmu.scenario import build, simulate
+from hystfmu.scenario.fmu_member import FmuStore
+from hystfmu.scenario.metrics import measure
+from hystfmu.scenario.native import Native
+from hystfmu.scenario.run import Engine
+from hystfmu.scenario.system import System
+from hystfmu.scenario.trace import Stopped
+
+
+@dataclass(frozen=True)
+class Task:
+    """`index` counts rows of the table; `settings` are what a scenario's `set` takes."""
+
+    index: int
+    variation: int
+    case: int
+    id: str
+    values: dict[str, float]
+    settings: dict[str, Any]
+
+
+def fingerprint(system: System) -> str:
+    """A hash of all that the results of a case depend on: units with their values, wiring, grid, metrics, version.
+
+    Two studies share a row only if this and the variation agree.
+    """
+    case = system.case
+    content = {
+        "version": hystfmu.__version__,
+        "units": [[p.name, p.graph.token, p.runs_as, p.period, p.constants] for p in system.parts],
+        "links": [[n.to, n.input, n.source] for n in system.links],
+        "grid": [case.step, case.stop, case.ripple],
+        "coupling": case.coupling.model_dump(),
+        "metrics": {k: m.model_dump(exclude={"limit", "text"}) for k, m in case.metrics.items()},
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def identity(of_case: str, settings: dict[str, Any]) -> str:
+    """The id of a run: the same run has the same id on every machine."""
+    return hashlib.sha256(json.dumps([of_case, settings], sort_keys=True).encode()).hexdigest()[:24]
+
+
+class Runner:
+    """Runs tasks in one process; keeps what can be used again.
+
+    Parameters
+    ----------
+    systems : sequence of System
+        The cases of the study, in its order.
+    engine : {"native", "python", "fmpy"}
+    """
+
+    def __init__(self, systems: list[System], engine: Engine) -> None:
+        self._systems, self._engine = systems, engine
+        self._native: dict[int, Native] = {}
+        self._store: FmuStore | None = None
+
+    def __call__(self, task: Task) -> dict[str, Any]:
+        """The row of a task: a failed run is a row with its reason."""
+        row: dict[str, Any] = {"index": task.index, "variation": task.variation, "id": task.id}
+        row |= {"case": self._systems[task.case].case.name, "values": task.values, "metrics": {}}
+        try:
+            return row | {"status": "ok", "reason": "", "metrics": self._metrics(task)}
+        except Stopped as e:
+            return row | {"status": "stopped", "reason": str(e)}
+        except InputError as e:
+            return row | {"status": "refused", "reason": str(e)}
+        except MemoryError:
+            return row | {"status": "memory", "reason": "the run needs more memory than a worker may have"}
+
+    def _metrics(self, task: Task) -> dict[str, float]:
+        system = self._systems[task.case]
+        metrics = system.case.metrics
+        if self._engine == "native":
+            if task.case not in self._native:
+                ends = [e for m in metrics.values() for e in (m.signal, m.against) if e is not None]
+                self._native[task.case] = Native(system, ends)
+            native = self._native[task.case]
+            native.set(task.settings)
+            trace = native.run()
+        else:
+            varied = build(replace(system.case, overrides={**system.case.overrides, **task.settings}))
+            missing = [k for k in task.settings if k not in varied.overridden]
+            if missing:
+                raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with that parameter")
+            self._store = self._store or FmuStore()
+            trace = simulate(varied, self._engine, self._store)
+        return {name: measure(m, trace) for name, m in metrics.items()}
+
+    def close(self) -> None:
+        """Remove what was unpacked."""
+        if self._store is not None:
+            self._store.close()
