@@ -255,6 +255,15 @@ class Graph:
         self._order(check_only=True)
         self.ports = self._ports()
 
+    def __getstate__(self) -> dict[str, object]:
+        """What goes to another process: rows of the C tables are looked up again there."""
+        return {k: v for k, v in self.__dict__.items() if k not in ("ports", "_links")}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        self._links = self._resolve()
+        self.ports = self._ports()
+
     @classmethod
     def single(cls, node: Node) -> Graph:
         """A graph of one block whose ports are the block's own."""

@@ -152,6 +152,8 @@ class Native:
         fused = system.case.coupling.scheme == "gauss_seidel"
         groups = segments(system) if fused else [(k,) for k in range(len(system.parts))]
         self._members = [_Member(system, g) for g in groups]
+        self._graphs = {p.name: p.graph for p in system.parts}
+        self._slots: dict[str, tuple[Executor, int, list[float]]] = {}
         self._names = list(dict.fromkeys(columns)) if columns is not None else list(system.columns)
         self._columns = np.array([system.columns[c] for c in self._names], dtype=np.int64)
 
@@ -170,18 +172,29 @@ class Native:
         """
         for m in self._members:
             m.executor.defaults()
-        units = {p.name: p.graph for p in self._system.parts}
         for key, value in values.items():
+            executor, reference, now = self._slot(key)
+            if isinstance(value, int | float):
+                new = [float(value)] * len(now)
+            elif isinstance(value, str) and value.startswith("*"):
+                new = [v * float(value[1:]) for v in now]
+            else:  # a word or a list
+                unit, name = split_end(key, "set")
+                new = changed(self._graphs[unit], name, value)[2]
+            for k, v in enumerate(new):
+                executor.set(reference + k, v)
+
+    def _slot(self, key: str) -> tuple[Executor, int, list[float]]:
+        """Where a parameter stands: executor, reference of its first element, values in the scenario."""
+        if key not in self._slots:
             unit, name = split_end(key, "set")
-            if unit not in units:
-                raise InputError(f"{key}: no unit {unit!r}; there are {', '.join(units)}")
-            port, first, new = changed(units[unit], name, value)
-            node = f"{unit}_{units[unit].nodes[port.node].name}"
-            for m in self._members:
-                reference = m.parameters.get((node, port.var.name))
-                if reference is not None:
-                    for k, v in enumerate(new):
-                        m.executor.set(reference + first + k, v)
+            if unit not in self._graphs:
+                raise InputError(f"{key}: no unit {unit!r}; there are {', '.join(self._graphs)}")
+            port, first, now = changed(self._graphs[unit], name, "*1")
+            end = (f"{unit}_{self._graphs[unit].nodes[port.node].name}", port.var.name)
+            (member,) = (m for m in self._members if end in m.parameters)
+            self._slots[key] = (member.executor, member.parameters[end] + first, now)
+        return self._slots[key]
 
     def run(self) -> Trace:
         """From t = 0 to the end.

@@ -63,7 +63,7 @@ class Asked:
         objective = study.spec.objective
         assert objective is not None
         self._objective = objective
-        sampler = optuna.samplers.TPESampler(seed=study.spec.seed, constraints_func=_constraints)
+        sampler = optuna.samplers.TPESampler(seed=study.spec.seed)
         self._asker = optuna.create_study(direction="minimize", sampler=sampler)
 
     @property
@@ -92,19 +92,13 @@ class Asked:
         """A variation with a failed case is a failed trial; limits that are exceeded make it infeasible."""
         for trial, cases in zip(self._trials, rows, strict=True):
             values = [row["metrics"].get(self._objective.metric, math.nan) for row in cases]
-            over = [
-                row["metrics"].get(m, math.inf) - limit for m, limit in self._objective.limits.items() for row in cases
-            ]
-            trial.set_user_attr("over", over)
+            for m, limit in self._objective.limits.items():
+                trial.set_constraint(m, max(row["metrics"].get(m, math.inf) - limit for row in cases))
             if all(math.isfinite(v) for v in values):
                 value = max(values) if self._objective.over_cases == "max" else sum(values) / len(values)
                 self._asker.tell(trial, value)
             else:
                 self._asker.tell(trial, state=self._optuna.trial.TrialState.FAIL)
-
-
-def _constraints(trial: Any) -> Sequence[float]:
-    return trial.user_attrs.get("over", ())  # type: ignore[no-any-return]
 
 
 def sampler(study: Study) -> Sampler:

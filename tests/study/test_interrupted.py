@@ -1,0 +1,148 @@
+"""Interrupted studies: killed workers, a killed parent, a full disk; the table in the end is that of the quiet run."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hystfmu.study import run_study
+from hystfmu.study.pool import Pool
+
+pytest.importorskip("pyarrow")
+if sys.platform == "win32":
+    pytest.skip("signals and limits of POSIX", allow_module_level=True)
+
+LONG = {"method": "sobol", "n": 96, "engine": "python"}  # slow enough to be interrupted
+RUN = "import sys; from hystfmu.study import run_study; run_study(sys.argv[1], sys.argv[2], workers=2)"
+
+
+_QUIET: list[bytes] = []
+
+
+@pytest.fixture
+def quiet(write: Any, tmp_path: Path) -> bytes:
+    """The table of a run that nobody disturbs; made once."""
+    if not _QUIET:
+        _QUIET.append(run_study(write(**LONG), tmp_path / "quiet", workers=2).table.read_bytes())
+    return _QUIET[0]
+
+
+def start(path: Path, folder: Path, **more: Any) -> subprocess.Popen[str]:
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    return subprocess.Popen(
+        [sys.executable, "-c", RUN, str(path), str(folder)],
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        **more,
+    )
+
+
+def rows(folder: Path) -> int:
+    journal = folder / "journal.jsonl"
+    return journal.read_bytes().count(b"\n") if journal.exists() else 0
+
+
+def wait_for(folder: Path, n: int, process: subprocess.Popen[str]) -> None:
+    end = time.monotonic() + 60
+    while rows(folder) < n:
+        assert process.poll() is None, process.stderr and process.stderr.read()
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
+def children(pid: int) -> list[int]:
+    """Processes that the parent started and that do its work."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            text = entry.read_text()
+            command = (entry.parent / "cmdline").read_bytes()
+        except OSError:
+            continue
+        if int(text.rsplit(")", 1)[1].split()[1]) == pid and b"spawn_main" in command:
+            found.append(int(entry.parent.name))
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
+def test_killed_workers(write: Any, tmp_path: Path, quiet: bytes) -> None:
+    folder = tmp_path / "out"
+    process = start(write(**LONG), folder)
+    for n in (5, 50, 100):
+        wait_for(folder, n, process)
+        os.kill(children(process.pid)[0], signal.SIGKILL)
+    assert process.wait(120) == 0, process.stderr and process.stderr.read()
+    assert (folder / "results.parquet").read_bytes() == quiet
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
+def test_a_killed_parent(write: Any, tmp_path: Path, quiet: bytes) -> None:
+    folder = tmp_path / "out"
+    path = write(**LONG)
+    process = start(path, folder)
+    wait_for(folder, 40, process)
+    workers = children(process.pid)
+    process.kill()
+    process.wait()
+    kept = rows(folder)
+    end = time.monotonic() + 20
+    while any(Path(f"/proc/{w}/cmdline").exists() and Path(f"/proc/{w}/cmdline").read_bytes() for w in workers):
+        assert time.monotonic() < end, "workers without a parent must end"
+        time.sleep(0.05)
+    outcome = run_study(path, folder, workers=2)
+    assert outcome.ran == len(outcome.rows) - kept  # nothing that was finished is repeated
+    assert outcome.table.read_bytes() == quiet
+
+
+def test_a_full_disk(write: Any, tmp_path: Path, quiet: bytes) -> None:
+    """A limit on the size of files stands for the disk: the same error at the same call."""
+    import resource
+
+    folder, path = tmp_path / "out", write(**LONG)
+    process = start(path, folder, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)))
+    assert process.wait(120) != 0
+    assert process.stderr is not None
+    assert "rows are safe: make room and run it again" in process.stderr.read().splitlines()[-1]
+    kept = rows(folder)
+    assert 0 < kept < 192
+    outcome = run_study(path, folder, workers=2)
+    assert outcome.ran == len(outcome.rows) - kept
+    assert outcome.table.read_bytes() == quiet
+
+
+def test_a_torn_line_does_not_count(write: Any, tmp_path: Path) -> None:
+    path = write()
+    whole = run_study(path, tmp_path / "out", workers=1).table.read_bytes()
+    journal = tmp_path / "out" / "journal.jsonl"
+    journal.write_bytes(journal.read_bytes()[:-30])
+    outcome = run_study(path, tmp_path / "out", workers=1)
+    assert outcome.ran == 1
+    assert outcome.table.read_bytes() == whole
+
+
+def test_full_journals_become_parts(write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write()
+    whole = run_study(path, tmp_path / "a", workers=1).table.read_bytes()
+    monkeypatch.setattr("hystfmu.study.store.PART_ROWS", 10)
+    outcome = run_study(path, tmp_path / "b", workers=1)
+    assert len(list((tmp_path / "b").glob("part-*.parquet"))) == 2
+    assert outcome.table.read_bytes() == whole
+    assert run_study(path, tmp_path / "b", workers=1).ran == 0
+
+
+def test_workers_end_with_the_pool(write: Any) -> None:
+    from hystfmu.scenario import build
+    from hystfmu.study import Study
+
+    study = Study(write())
+    with Pool([build(c) for c in study.cases], "native", 2, 10.0, 4.0) as pool:
+        assert list(pool.run([])) == []

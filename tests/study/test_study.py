@@ -1,0 +1,132 @@
+"""Studies: the table against a closed form, sampling, refusals, the same table by every engine and number of workers."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.stats import spearmanr
+
+from hystfmu.cli import main
+from hystfmu.errors import InputError
+from hystfmu.study import run_study
+from hystfmu.study.report import sensitivity
+
+pq = pytest.importorskip("pyarrow.parquet")
+
+
+def expected(row: dict[str, Any]) -> float:
+    """step b (1 - exp(-T / 0.5)), exactly: the command is there from the start and the lag is discretised exactly."""
+    stop = {"one": 1.0, "half": 0.5}[row["case"]]
+    v = row["values"]
+    return float(v["command.step"] * v["lag.b"] * (1 - math.exp(-stop / 0.5)))
+
+
+def test_grid_against_the_closed_form(write: Any, tmp_path: Path) -> None:
+    outcome = run_study(write(), tmp_path / "out", workers=2)
+    assert len(outcome.rows) == 4 * 3 * 2
+    assert not outcome.failed
+    for row in outcome.rows:
+        assert row["metrics"]["peak"] == row["values"]["command.step"]
+        assert row["metrics"]["last"] == pytest.approx(expected(row), rel=1e-12)
+    scales = sorted({row["values"]["lag.b"] for row in outcome.rows})
+    assert scales == pytest.approx([0.5, 1.0, 2.0])
+    table = pq.read_table(outcome.table)
+    assert table.column("index").to_pylist() == list(range(24))
+    assert table.column("metric:last").to_pylist() == [row["metrics"]["last"] for row in outcome.rows]
+    assert "rank correlation" in outcome.report.read_text()
+
+
+def test_the_table_does_not_depend_on_workers_or_engine(write: Any, tmp_path: Path) -> None:
+    tables = [
+        run_study(write(engine=engine), tmp_path / f"{engine}{n}", workers=n).table.read_bytes()
+        for engine, n in (("native", 1), ("native", 2), ("python", 1))
+    ]
+    assert tables[0] == tables[1] == tables[2]
+
+
+def test_a_second_call_runs_nothing_and_a_larger_study_only_what_is_new(write: Any, tmp_path: Path) -> None:
+    first = run_study(write(method="sobol", n=8), tmp_path / "out", workers=1)
+    assert first.ran == 16
+    assert run_study(write(method="sobol", n=8), tmp_path / "out", workers=1).ran == 0
+    more = run_study(write(method="sobol", n=16), tmp_path / "out", workers=1)
+    assert more.ran == 16
+    assert [r["id"] for r in more.rows[:16]] == [r["id"] for r in first.rows]
+
+
+def test_latin_hypercube_has_one_point_in_every_stratum(write: Any, tmp_path: Path) -> None:
+    outcome = run_study(write(method="latin_hypercube", n=10, seed=3), tmp_path / "out", workers=1)
+    x = sorted({row["values"]["command.step"] for row in outcome.rows})
+    assert [int((v - 1.0) / 0.3) for v in x] == list(range(10))
+
+
+def test_a_refused_variation_is_a_row_with_its_reason(write: Any, tmp_path: Path) -> None:
+    path = write(parameters={"lag.a": {"values": [1.0, 0.0]}, "command.step": {"values": [1.0]}})
+    outcome = run_study(path, tmp_path / "out", workers=1)
+    bad = [r for r in outcome.rows if r["values"]["lag.a"] == 0.0]
+    assert {r["status"] for r in bad} == {"refused"}
+    assert all("a" in r["reason"] for r in bad)
+    assert {r["status"] for r in outcome.rows if r["values"]["lag.a"] == 1.0} == {"ok"}
+
+
+def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path) -> None:
+    """As small as the range allows; the way there does not depend on the number of workers."""
+    pytest.importorskip("optuna")
+    study = {"method": "optuna", "n": 24, "seed": 1, "objective": {"metric": "last", "limits": {"peak": 3.0}}}
+    outcome = run_study(write(**study), tmp_path / "a", workers=2)
+    again = run_study(write(**study), tmp_path / "b", workers=1)
+    assert outcome.table.read_bytes() == again.table.read_bytes()
+    best = min(r["metrics"]["last"] for r in outcome.rows if r["case"] == "one")
+    assert best < 0.6  # of a range from 0.43 to 7
+    assert "best variation" in outcome.report.read_text()
+
+
+def test_sensitivity_is_spearmans() -> None:
+    rng = np.random.default_rng(4)
+    x, y = rng.normal(size=(40, 3)), rng.normal(size=(40, 2))
+    y[:, 0] += x[:, 1] ** 3
+    ours = sensitivity(x, y)
+    for i in range(3):
+        for j in range(2):
+            assert ours[i, j] == pytest.approx(spearmanr(x[:, i], y[:, j]).statistic, abs=1e-12)
+    assert sensitivity(np.ones((5, 1)), y[:5])[0].tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"cases": ["two"]}, "no case 'two'; there are one, half"),
+        ({"method": "optuna"}, "objective: belongs to method 'optuna'"),
+        ({"parameters": {"lag": {"range": [0, 1]}}}, "must read 'unit.variable'"),
+        ({"parameters": {"lag.b": {"range": [1, 0]}}}, "the range must rise"),
+        ({"parameters": {"lag.b": {"range": [0, 1], "log": True}}}, "must be greater than 0"),
+        ({"parameters": {"lag.b": {}}}, "exactly one of range, scale, values"),
+        ({"method": "optuna", "objective": {"metric": "worst"}}, "no metric 'worst'; there are last, peak"),
+    ],
+)
+def test_bad_studies_are_one_line(write: Any, tmp_path: Path, change: dict[str, Any], message: str) -> None:
+    path = write(**change)
+    result = CliRunner().invoke(main, ["study", str(path), "-o", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert message in result.output
+    assert len(result.output.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_another_study_does_not_write_into_the_folder(write: Any, tmp_path: Path) -> None:
+    run_study(write(), tmp_path / "out", workers=1)
+    path = write(parameters={"command.step": {"range": [1, 2]}})
+    with pytest.raises(InputError, match="holds the table of a study with other parameters"):
+        run_study(path, tmp_path / "out", workers=1)
+
+
+def test_the_command_line_prints_what_happened(write: Any, tmp_path: Path) -> None:
+    result = CliRunner().invoke(main, ["study", str(write()), "-o", str(tmp_path / "out"), "-j", "1", "--json"])
+    assert result.exit_code == 0
+    facts = json.loads(result.output)
+    assert (facts["rows"], facts["ran"], facts["failed"]) == (24, 24, 0)
