@@ -44,7 +44,7 @@ build/installed: build/tools $(SOURCES)
 	touch $@
 
 build/installed-dev: build/tools $(SOURCES)
-	$(PIP) --no-build-isolation '.[train,control,dev]'
+	$(PIP) --no-build-isolation '.[train,control,study,dev]'
 	touch $@ build/installed
 
 clean:
