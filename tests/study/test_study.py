@@ -1,4 +1,4 @@
-"""Studies: the table against a closed form, sampling, refusals, the same table by every engine and number of workers."""
+"""Studies: the table against a closed form, sampling, refusals; any engine and number of workers gives the same table."""
 
 from __future__ import annotations
 
