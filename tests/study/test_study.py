@@ -1,4 +1,4 @@
-"""Studies: the table against a closed form, sampling, refusals; any engine and number of workers gives the same table."""
+"""Studies: the table against a closed form, sampling, refusals; the same table by any engine and any workers."""
 
 from __future__ import annotations
 
