@@ -23,9 +23,8 @@ def _points(curve: tuple[Array, Array]) -> Array:
     room = SIZE - 2 * MARGIN
     columns = []
     for values, turned in zip(curve, (False, True), strict=True):
-        finite = np.clip(np.where(np.isfinite(values), values, 0.0), -1e150, 1e150)  # the span must not overflow
-        lo, span = finite.min(), np.ptp(finite)
-        share = (finite - lo) / span if span > 0 else np.full(len(finite), 0.5)
+        lo, span = values.min(), np.ptp(values)
+        share = (values - lo) / span if span > 0 else np.full(len(values), 0.5)
         columns.append(MARGIN + room * (1 - share if turned else share))
     return np.column_stack(columns)
 

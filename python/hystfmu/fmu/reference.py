@@ -74,10 +74,14 @@ class Reference:
 
     @cached_property
     def curve(self) -> tuple[Array, Array]:
-        """What a picture shows: first output over first input, both at the same instant; without inputs over time."""
+        """What a picture shows: first output over first input, both at the same instant; without inputs over time.
+
+        A model may overflow; a picture has to have a span.
+        """
+        y = np.clip(np.nan_to_num(self.y[:, 0]), -1e150, 1e150)
         if self.u.shape[1]:
-            return self.u[:-1, 0], self.y[1:, 0]
-        return np.asarray(self.h * np.arange(len(self.y)), dtype=np.float64), self.y[:, 0]
+            return self.u[:-1, 0], y[1:]
+        return np.asarray(self.h * np.arange(len(y)), dtype=np.float64), y
 
     def _csv(self, kind: str, values: Array, fmi: Fmi) -> bytes:
         """Columns time and one per variable; an array is one column of words (FMI 3.0) or a column per element."""
