@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "instance.h"
+#include "open_file.h"
 
 static int hex(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -61,7 +62,7 @@ unsigned char *fmi_read_block_file(const char *location, size_t *length, char *w
   const char *wrong = to_path(location, path);
   if (wrong) {
     snprintf(why, size, "%s: '%s'", wrong, location);
-  } else if (!(f = fopen(path, "rb"))) {
+  } else if (!(f = fmi_open_file(path))) {
     snprintf(why, size, "cannot read '%s'", path);
   } else {
     const long end = fseek(f, 0, SEEK_END) ? -1 : ftell(f);

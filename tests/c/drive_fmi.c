@@ -22,6 +22,7 @@ static void tell3(fmi3InstanceEnvironment e, fmi3Status s, fmi3String category, 
 }
 
 enum { INSTANCES = 3, STATES = 4 };
+enum { more = 7 }; /* value references behind those of the graph: time, states, derivatives, none */
 static struct {
   void *c, *state[STATES];
   double t;
@@ -52,10 +53,23 @@ static void call2(int i, uint32_t references, const char *location, const char *
   fmi2ValueReference vr[4];
   fmi2Real real[4];
   fmi2Integer integer[4];
+  fmi2EventInfo info;
   size_t size = 0;
   const size_t n = draw(4) + 1;
-  for (int k = 0; k < 4; k++) vr[k] = (uint32_t)draw(references + 2), real[k] = value(), integer[k] = (int)draw(5) - 1;
-  switch (draw(21)) {
+  for (int k = 0; k < 4; k++)
+    vr[k] = (uint32_t)draw(references + more), real[k] = value(), integer[k] = (int)draw(5) - 1;
+  switch (draw(30)) {
+    case 21: check(fmi2EnterEventMode(c)); break;
+    case 22: check(fmi2NewDiscreteStates(c, &info)); break;
+    case 23: check(fmi2EnterContinuousTimeMode(c)); break;
+    case 24: check(fmi2CompletedIntegratorStep(c, 1, integer, integer + 1)); break;
+    case 25: check(fmi2SetTime(c, draw(9) ? unit[0][i].t += draw(3) * 5e-4 : value())); break;
+    case 26: check(fmi2SetContinuousStates(c, real, draw(4))); break;
+    case 27: check(fmi2GetDerivatives(c, real, draw(4))); break;
+    case 28: check(fmi2GetContinuousStates(c, real, draw(4))); break;
+    case 29:
+      check(fmi2GetNominalsOfContinuousStates(c, real, draw(4)) | fmi2GetEventIndicators(c, real, draw(2)));
+      break;
     case 0: check(fmi2SetupExperiment(c, 0, 0, value(), draw(4) == 0, value())); break;
     case 1: check(fmi2EnterInitializationMode(c)); break;
     case 2: check(fmi2ExitInitializationMode(c)); break;
@@ -86,7 +100,7 @@ static void call2(int i, uint32_t references, const char *location, const char *
       if (draw(20)) break;
       fmi2FreeInstance(c);
       memset(unit[0] + i, 0, sizeof unit[0][i]);
-      unit[0][i].c = fmi2Instantiate(draw(9) ? "a" : "", draw(9) ? fmi2CoSimulation : fmi2ModelExchange, token,
+      unit[0][i].c = fmi2Instantiate(draw(9) ? "a" : "", draw(2) ? fmi2CoSimulation : fmi2ModelExchange, token,
                                      draw(9) ? location : "file:///%", &functions, 0, draw(2) == 0);
       break;
     case 16: check(fmi2SetDebugLogging(c, draw(2) == 0, 0, NULL)); break;
@@ -104,14 +118,27 @@ static void call2(int i, uint32_t references, const char *location, const char *
 
 static void call3(int i, uint32_t references, const char *location, const char *token) {
   void *c = unit[1][i].c, **state = any_state(1, i), *copy = *state;
-  fmi3ValueReference vr[2] = {(uint32_t)draw(references + 2), (uint32_t)draw(references + 2)};
+  fmi3ValueReference vr[2] = {(uint32_t)draw(references + more), (uint32_t)draw(references + more)};
   static fmi3Float64 real[64];
   fmi3Int64 integer[4] = {(int64_t)draw(5) - 1, -1, INT64_MAX, INT64_MIN};
   fmi3Boolean flag[4] = {0};
   size_t size = 0;
   const size_t n = draw(2) + 1;
   for (int k = 0; k < 64; k++) real[k] = value();
-  switch (draw(16)) {
+  switch (draw(27)) {
+    case 16: check(fmi3EnterEventMode(c)); break;
+    case 17: check(fmi3UpdateDiscreteStates(c, flag, flag, flag, flag, flag, real)); break;
+    case 18: check(fmi3EnterContinuousTimeMode(c)); break;
+    case 19: check(fmi3CompletedIntegratorStep(c, 1, flag, flag + 1)); break;
+    case 20: check(fmi3SetTime(c, draw(9) ? unit[1][i].t += draw(3) * 5e-4 : value())); break;
+    case 21: check(fmi3SetContinuousStates(c, real, draw(4))); break;
+    case 22: check(fmi3GetContinuousStateDerivatives(c, real, draw(4))); break;
+    case 23: check(fmi3GetContinuousStates(c, real, draw(4))); break;
+    case 24:
+      check(fmi3GetNominalsOfContinuousStates(c, real, draw(4)) | fmi3GetEventIndicators(c, real, draw(2)));
+      break;
+    case 25: check(fmi3GetNumberOfContinuousStates(c, &size)); break;
+    case 26: check(fmi3EnterStepMode(c)); break;
     case 0: check(fmi3EnterInitializationMode(c, 0, 0, value(), draw(4) == 0, value())); break;
     case 1: check(fmi3ExitInitializationMode(c)); break;
     case 2: check(draw(10) ? 0 : fmi3Terminate(c)); break;
@@ -139,8 +166,10 @@ static void call3(int i, uint32_t references, const char *location, const char *
       if (draw(20)) break;
       fmi3FreeInstance(c);
       memset(unit[1] + i, 0, sizeof unit[1][i]);
-      unit[1][i].c = fmi3InstantiateCoSimulation("a", draw(9) ? token : NULL, draw(9) ? location : NULL, 0, 0,
-                                                 draw(9) == 0, 0, NULL, 0, &seed, draw(3) ? tell3 : NULL, NULL);
+      unit[1][i].c = draw(2)
+                         ? fmi3InstantiateModelExchange("a", token, location, 0, 0, &seed, draw(3) ? tell3 : NULL)
+                         : fmi3InstantiateCoSimulation("a", draw(9) ? token : NULL, draw(9) ? location : NULL, 0, 0,
+                                                       draw(2) == 0, 0, NULL, 0, &seed, draw(3) ? tell3 : NULL, NULL);
       break;
     default: check(fmi3DoStep(c, unit[1][i].t, draw(9) ? 1e-3 : value(), 0, flag, flag + 1, flag + 2, &unit[1][i].t));
   }
