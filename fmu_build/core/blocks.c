@@ -17,6 +17,7 @@
   B(disturbance)                \
   B(duhem)                      \
   B(feedforward)                \
+  B(implicit_inverse)           \
   B(krasnoselskii_pokrovskii)   \
   B(mlp)                        \
   B(noise)                      \

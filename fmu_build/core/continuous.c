@@ -2,6 +2,7 @@
 #include "continuous.h"
 
 #include "error.h"
+#include "implicit.h"
 #include "node.h"
 
 int64_t hyst_graph_n_continuous(const hyst_graph *g) {
@@ -38,7 +39,8 @@ int hyst_graph_is_sampled(const hyst_graph *g) {
 
 static void output(const hyst_graph *g, const hyst_node *n, double t) {
   hyst_gather(g, n, t);
-  n->block->output(n->dim, n->p, n->x, n->u, n->y);
+  if (n->block->flags & HYST_IMPLICIT) hyst_implicit_solve(g, n, t, 0);
+  else n->block->output(n->dim, n->p, n->x, n->u, n->y);
 }
 
 void hyst_graph_evaluate(hyst_graph *g, double t) {
@@ -66,7 +68,8 @@ void hyst_graph_commit(hyst_graph *g, double t) {
     const hyst_node *n = g->nodes + i;
     if (hyst_class_of(n->block) != HYST_HYSTERETIC) continue;
     hyst_gather(g, n, t);
-    n->block->update(n->dim, n->p, n->x, n->u, 1); /* no such block looks at the length of a step */
+    if (n->block->flags & HYST_IMPLICIT) n->x[0] = n->y[0];
+    else n->block->update(n->dim, n->p, n->x, n->u, 1); /* no such block looks at the length of a step */
   }
 }
 
@@ -88,9 +91,11 @@ hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt) {
   hyst_graph_evaluate(g, t);
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
-    hyst_gather(g, n, t);
-    if (hyst_class_of(n->block) == HYST_SAMPLED) n->block->update(n->dim, n->p, n->x, n->u, dt);
-    n->block->output(n->dim, n->p, n->x, n->u, n->y);
+    if (hyst_class_of(n->block) == HYST_SAMPLED) {
+      hyst_gather(g, n, t);
+      n->block->update(n->dim, n->p, n->x, n->u, dt);
+    }
+    output(g, n, t);
   }
   hyst_graph_evaluate(g, t); /* blocks that stand before a sampled one in the file */
   return HYST_E_OK;

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "error.h"
-#include "layout.h"
+#include "implicit.h"
 #include "node.h"
 
 double *hyst_graph_value(hyst_graph *g, int64_t reference) {
@@ -34,13 +34,7 @@ const hyst_error *hyst_graph_error(const hyst_graph *g) { return &g->error; }
 /* no step yet; inputs (those without a wire keep it), outputs and states as in the table */
 static void start_values(hyst_graph *g) {
   g->state[0] = 0;
-  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++)
-    for (int v = 0; v < n->block->n_vars; v++) {
-      const hyst_kind k = n->block->vars[v].kind;
-      if (k <= HYST_DERIVED || k == HYST_TIME) continue;
-      double *to = (k == HYST_INPUT ? n->u : k == HYST_OUTPUT ? n->y : n->x) + hyst_place(n->block, n->dim, v);
-      for (int64_t m = n->block->size(n->dim, v); m > 0; m--) *to++ = n->block->vars[v].start;
-    }
+  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_fill(n, HYST_INPUT, HYST_STATE);
 }
 
 void hyst_graph_defaults(hyst_graph *g) {
@@ -68,6 +62,11 @@ static inline void advance(const hyst_graph *g, double t, double dt) {
   for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) {
     const hyst_block *const b = n->block;
     hyst_gather(g, n, t);
+    if (b->flags & HYST_IMPLICIT) {
+      hyst_implicit_solve(g, n, t, dt == 0);
+      n->x[0] = n->y[0];
+      continue;
+    }
     if (b->update) b->update(n->dim, n->p, n->x, n->u, dt);
     b->output(n->dim, n->p, n->x, n->u, n->y);
   }
@@ -77,10 +76,7 @@ hyst_status hyst_graph_start(hyst_graph *g, double t) {
   const hyst_status s = prepare(g, 0, 0);
   if (s) return s;
   start_values(g);
-  for (int i = 0; i < g->n_nodes; i++) {
-    const hyst_node *n = g->nodes + i;
-    if (n->block->init) n->block->init(n->dim, n->p, n->x);
-  }
+  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_rest(n);
   advance(g, t, 0);
   return HYST_E_OK;
 }

@@ -4,6 +4,7 @@
 #include "crc.h"
 #include "error.h"
 #include "graph.h"
+#include "implicit.h"
 #include "layout.h"
 
 /* ---- reading: a cursor that never passes the end -------------------------------------------------------------- */
@@ -302,6 +303,7 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   hyst_graph_defaults(g);
   s = hyst_graph_prepare(g, 0);
   if (!s) s = hyst_graph_order(g);
+  if (!s) s = hyst_implicit_check(g);
   if (s) return *e = g->error, s;
   *out = g;
   return HYST_E_OK;

@@ -1,6 +1,7 @@
 /* graph_order.c - the topological order of direct feed-through; refuses algebraic loops with the names along them. */
 #include "error.h"
 #include "graph.h"
+#include "implicit.h"
 
 static int feeds_through(const hyst_node *n) { return !n->block->feedthrough || n->block->feedthrough(n->dim, n->p); }
 
@@ -9,7 +10,7 @@ static int blocked(const hyst_graph *g, const char *done, int i) {
   const hyst_node *n = g->nodes + i;
   if (!feeds_through(n)) return -1;
   for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
-    if (w->source >= 0 && !done[w->source]) return w->source;
+    if (w->source >= 0 && !done[w->source] && !hyst_closes_implicit(n, w)) return w->source;
   return -1;
 }
 

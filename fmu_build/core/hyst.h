@@ -27,6 +27,7 @@
   E(PREPARE, "the parameters do not fit together")                          \
   E(WIRING, "a connection names a port that does not exist")                \
   E(LOOP, "algebraic loop")                                                 \
+  E(IMPLICIT, "no implicit inverse")                                        \
   E(MEMORY, "the memory handed over is too small")
 #define E(id, text) HYST_E_##id,
 typedef enum { HYST_ERRORS(E) HYST_N_ERRORS } hyst_status;
@@ -65,7 +66,8 @@ typedef struct {
 
 enum {
   HYST_RATE_INDEPENDENT = 1, /* the output depends on the path of the input, not on dt */
-  HYST_STEP = 2              /* prepare() uses dt */
+  HYST_STEP = 2,             /* prepare() uses dt */
+  HYST_IMPLICIT = 4          /* the graph finds the output: implicit.h */
 };
 
 typedef struct hyst_block {

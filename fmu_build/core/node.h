@@ -2,6 +2,7 @@
 #ifndef HYST_NODE_H
 #define HYST_NODE_H
 #include "graph.h"
+#include "layout.h"
 
 typedef enum { HYST_FUNCTION, HYST_CONTINUOUS, HYST_HYSTERETIC, HYST_SAMPLED } hyst_class; /* see continuous.h */
 
@@ -9,6 +10,22 @@ static inline hyst_class hyst_class_of(const hyst_block *b) {
   if (b->deriv) return HYST_CONTINUOUS;
   if (!b->update) return HYST_FUNCTION;
   return b->flags & HYST_RATE_INDEPENDENT ? HYST_HYSTERETIC : HYST_SAMPLED;
+}
+
+/* the start values of the table for its variables of the kinds first..last */
+static inline void hyst_fill(const hyst_node *n, hyst_kind first, hyst_kind last) {
+  for (int v = 0; v < n->block->n_vars; v++) {
+    const hyst_kind k = n->block->vars[v].kind;
+    if (k < first || k > last) continue;
+    double *to = (k <= HYST_TIME ? n->u : k == HYST_OUTPUT ? n->y : n->x) + hyst_place(n->block, n->dim, v);
+    for (int64_t m = n->block->size(n->dim, v); m > 0; m--) *to++ = n->block->vars[v].start;
+  }
+}
+
+/* its states as they are before the first input */
+static inline void hyst_rest(const hyst_node *n) {
+  hyst_fill(n, HYST_CSTATE, HYST_STATE);
+  if (n->block->init) n->block->init(n->dim, n->p, n->x);
 }
 
 /* n >= 1 numbers, mostly one: the first alone, so that nothing is set up for a loop that does not run */

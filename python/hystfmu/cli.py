@@ -197,7 +197,7 @@ def predict(
 @main.command()
 @click.argument("model")
 @click.option("-o", "out", required=True, metavar="INV.model.toml", help="The model file to write.")
-@click.option("--method", type=click.Choice(["exact", "learned"]), default="exact", show_default=True)
+@click.option("--method", type=click.Choice(["exact", "implicit", "learned"]), default="exact", show_default=True)
 def inverse(model: str, out: str, method: str) -> None:
     """Invert a model: its output becomes the input that produces it.
 

@@ -19,7 +19,7 @@ from hystfmu.errors import InputError
 Array = NDArray[np.float64]
 
 KINDS = ("param", "fixed", "derived", "input", "time", "output", "cstate", "state")
-RATE_INDEPENDENT, STEP = 1, 2
+RATE_INDEPENDENT, STEP, IMPLICIT = 1, 2, 4
 
 _D = C.POINTER(C.c_double)
 _I = C.POINTER(C.c_int)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hystfmu.core import Array, BlockType, Executor, Var, block_types
+from hystfmu.core import IMPLICIT, Array, BlockType, Executor, Var, block_types
 from hystfmu.errors import InputError
 
 Value = float | int | bool | str | Sequence[float] | Array
@@ -340,7 +340,9 @@ class Graph:
     def _order(self, check_only: bool = False) -> list[int]:
         links = self._resolve()
         through = [n.feeds_through() for n in self.nodes]
-        all_edges = {(s, d) for d, _, s, _, _ in links if s >= 0}
+        # the second input of an implicit inverse is what it tries its output for: no loop, and no source to wait for
+        tried = [bool(n.block.flags & IMPLICIT) for n in self.nodes]
+        all_edges = {(s, d) for d, place, s, _, _ in links if s >= 0 and not (tried[d] and place == 1)}
         for edges in (all_edges, {(s, d) for s, d in all_edges if through[d]}):
             order: list[int] = []
             left = list(range(len(self.nodes)))

@@ -2,6 +2,8 @@
 
 exact    block by block from the output to the input; every block of the chain needs an inverse
          (Prandtl-Ishlinskii with a linear term, Zhao-Tan, constraint factor, dead zones, scaling).
+implicit the model itself with the block `implicit_inverse` around it, which finds the input by bounded root finding in
+         the core; the model must be static: operators with memory and functions of one input.
 learned  a bank of plays and a network, trained on the model's own response with input and output exchanged.
 
 Every inverse states what it is worth: `fit` holds the errors of inverse -> model, in percent of the span of the wanted
@@ -22,7 +24,7 @@ from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 
-METHODS = ("exact", "learned")
+METHODS = ("exact", "implicit", "learned")
 NO_LIMIT = 1e300
 SHARE = 0.9  # of the range of the input, for the wanted outputs that an inverse is judged on
 
@@ -46,12 +48,13 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
     ----------
     model : Model
         One input, one output.
-    method : {"exact", "learned"}
+    method : {"exact", "implicit", "learned"}
         See the module's text.
     seed : int
         Of the learned inverse: starts of the network and the reversals it is trained on.
     **options
-        Of the learned inverse: those of ``play_bank_mlp``.
+        Of the implicit inverse: ``lo`` and ``hi``, the limits of the input; by default the range of the data (provenance
+        ``span_u``).  Of the learned inverse: those of ``play_bank_mlp``.
 
     Returns
     -------
@@ -73,10 +76,13 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
             f"the output of {model.key} depends on past inputs only (dynamics or a delay): no causal inverse exists; "
             "invert its hysteresis alone, with the inverse of the dynamics (feedforward) in front"
         )
+    unknown = set(options) - {"exact": set(), "implicit": {"lo", "hi"}}.get(method, set(options))
+    if unknown:
+        raise InputError(f"the {method} inverse has no option {sorted(unknown)[0]!r}")
     if method == "learned":
         made = _learned(model, seed, options)
-    elif options:
-        raise InputError(f"the exact inverse has no option {sorted(options)[0]!r}")
+    elif method == "implicit":
+        made = _implicit(model, **options)
     else:
         made = _exact(model)
     return replace(made, fit={**made.fit, **_cascade(model, made)})
@@ -99,12 +105,18 @@ def _path(model: Model, v: Array) -> Array:
     """The signal v, in [-1, 1], over the range of the model's input, after a ramp from where the model starts."""
     from hystfmu.signals import ramps
 
-    span = model.provenance.get("span_u")
-    if not (isinstance(span, list) and len(span) == 2):
-        raise InputError("a learned inverse needs the input range of the model: provenance.span_u = [min, max]")
-    middle, half, start = (span[0] + span[1]) / 2, (span[1] - span[0]) / 2, model.graph.inputs[0].start
+    lo, hi = _span(model, "a learned inverse needs the input range of the model")
+    middle, half, start = (lo + hi) / 2, (hi - lo) / 2, model.graph.inputs[0].start
     way_in = ramps([(start - middle) / half, float(v[0])])[:-1] if half > 0 else np.zeros(0)
     return np.asarray(middle + half * np.concatenate([way_in, v]))
+
+
+def _span(model: Model, needed: str) -> tuple[float, float]:
+    """The range of the input that the model was identified on."""
+    span = model.provenance.get("span_u")
+    if not (isinstance(span, list) and len(span) == 2):
+        raise InputError(f"{needed}: provenance.span_u = [min, max]")
+    return float(span[0]), float(span[1])
 
 
 # ---- exact -----------------------------------------------------------------------------------------------------------
@@ -211,6 +223,44 @@ _INVERT: dict[str, Callable[[Node], Node]] = {
     "dead_zones": _invert_dead_zones,
     "scaling": _invert_scaling,
 }
+
+
+# ---- implicit --------------------------------------------------------------------------------------------------------
+FLAT = 1e-4  # of the range of the input, after a reversal: a step back on which an output must move
+
+
+def _implicit(model: Model, lo: float | None = None, hi: float | None = None) -> Model:
+    if lo is None or hi is None:
+        lo, hi = _span(model, "an implicit inverse needs the options lo and hi, or the input range of the model")
+    g, source, sink = model.graph, model.graph.inputs[0], model.graph.outputs[0]
+    name = "inverse"
+    while name in {n.name for n in g.nodes}:
+        name += "_"
+    graph = Graph(
+        [Node(name, "implicit_inverse", {}, {"lo": lo, "hi": hi}), *g.nodes],
+        [*g.wires, *((f"{name}.u", end) for end in source.to), (sink.source, f"{name}.h")],
+        [Input("u", (f"{name}.y",), sink.unit, float(model.predict(np.full(2, source.start))[0]), "wanted output")],
+        [Output("y", f"{name}.u", source.unit, "input that gives it")],
+    )
+    graph.executor()  # refuses dynamics, with the name of the block
+    _refuse_flat(model, lo, hi)
+    provenance = {"inverse": "implicit", "of": model.provenance}
+    return Model(f"{model.key}_inverse", graph, model.step, f"implicit inverse: {model.text}", {}, provenance)
+
+
+def _refuse_flat(model: Model, lo: float, hi: float) -> None:
+    """An output that stands still after a reversal has no continuous inverse: a sum of plays without linear term.
+
+    An infinitesimal step is no test: a Zhao-Tan branch begins with slope 0 and has an inverse all the same.
+    """
+    middle = (lo + hi) / 2
+    back = middle - FLAT * (hi - lo)
+    start, end, turned = model.predict([model.graph.inputs[0].start, middle, back])
+    if abs(turned - end) <= 1e-12 * abs(end - start):
+        raise InputError(
+            f"the output of {model.key} stands still after a reversal: no continuous inverse exists; fit it with a "
+            "linear term (w0_min > 0), or without a dead band (dead_band = 0)"
+        )
 
 
 # ---- learned ---------------------------------------------------------------------------------------------------------

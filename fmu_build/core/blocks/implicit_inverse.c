@@ -1,0 +1,40 @@
+/* Implicit inverse: the u at which the model that hangs between u and h has the wanted output, h = y.
+ * Wire u to the input of a model and its output to h: no second model, no training.  The graph tries values of u on the
+ * model (pure output() calls, its memory stays) before it lets the model take the root: see ../implicit.h, and
+ * ../root.h for the rule where the output is out of range or not monotone.  The model has to be static: operators with
+ * memory and functions.  Alone, with nothing between u and h, h stays what it is: u goes to a bound. */
+#include "../implicit.h"
+#include "../root.h"
+
+#define DIMS(D)
+#define VARS(V)                                                            \
+  V(lo, PARAM, 1, "real", "1", -1.0, -1e300, 1e300, "lower limit of u")    \
+  V(hi, PARAM, 1, "real", "1", 1.0, -1e300, 1e300, "upper limit of u")     \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output")   \
+  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model output")    \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model input")    \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last root")
+
+static double constant(void *residual, double u) {
+  (void)u;
+  return *(const double *)residual;
+}
+
+HYST_PREPARE_FN(prepare) {
+  HYST_OPEN_PREPARE
+  return *lo < *hi ? NULL : "lo must be less than hi";
+}
+HYST_OUTPUT_FN(output) {
+  HYST_OPEN_OUTPUT
+  double residual = *h - *y;
+  *u = hyst_root(constant, &residual, *lo, *hi, *u_last);
+}
+HYST_UPDATE_FN(update) {
+  HYST_OPEN_UPDATE
+  double residual = *h - *y;
+  *u_last = hyst_root(constant, &residual, *lo, *hi, *u_last);
+}
+HYST_BLOCK(implicit_inverse, .text = "Implicit inverse: the input at which a static model has the wanted output",
+           .equation = "u in [lo, hi] such that h(u) = y, h the output of the model between u and h",
+           .source = "bracketed root finding: Chandrupatla 1997",
+           .flags = HYST_RATE_INDEPENDENT | HYST_IMPLICIT, .prepare = prepare, .output = output, .update = update)

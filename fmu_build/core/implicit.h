@@ -1,0 +1,24 @@
+/* implicit.h - the one block whose output the graph has to find: implicit_inverse tries values of u on other blocks.
+ *
+ * Its model is every block that its input h depends on.  They must depend on its output u alone, be static (functions
+ * and hysteretic blocks) and follow it in the file in topological order: hyst_implicit_check() refuses all else.
+ * A wire into h is no algebraic loop.  Why a block in the graph and no flag of the file: so it stands anywhere, several
+ * times, in closed loops and fused scenarios, and the parameters of the model stay visible and tunable. */
+#ifndef HYST_IMPLICIT_FILE_H
+#define HYST_IMPLICIT_FILE_H
+#include "graph.h"
+
+/* places in the arrays of the block */
+enum { HYST_IMPLICIT_LO, HYST_IMPLICIT_HI };            /* p */
+enum { HYST_IMPLICIT_WANTED, HYST_IMPLICIT_MODEL };     /* u */
+
+/* is this wire what the block tries its output for? */
+static inline int hyst_closes_implicit(const hyst_node *n, const hyst_wire *w) {
+  return n->block->flags & HYST_IMPLICIT && w->to == n->u + HYST_IMPLICIT_MODEL;
+}
+
+hyst_status hyst_implicit_check(hyst_graph *g); /* fills tried_by of all nodes */
+/* n->y: the root for the present wanted value; no memory changes.  starting: the model is tried as at its start, and
+ * left as init() leaves it */
+void hyst_implicit_solve(const hyst_graph *g, const hyst_node *n, double t, int starting);
+#endif

@@ -1,0 +1,65 @@
+/* root.h - the u in [lo, hi] at which an output has its wanted value: bracketed, bounded, deterministic.
+ *
+ * The rule.  Rings around the last u, their radius doubling from 1/1024 of the range, are searched for a change of sign
+ * of output - wanted: in each ring first on the side to which an increasing output comes nearer, then on the other; the
+ * first one found holds the root.  So of several roots (an output that is not monotone) the nearest is taken, up to the
+ * width of its ring; two roots within one ring can be missed.  Where no sign changes, the bound is taken whose output
+ * comes closer - upwards where the output is too low and both are equal - or a searched point that comes closer still.
+ *
+ * Within the bracket: Chandrupatla, Advances in Engineering Software 28 (1997) 145-149: inverse quadratic interpolation
+ * where it is safe, else bisection.  Piecewise linear operators need 3 to 8 evaluations. */
+#ifndef HYST_ROOT_H
+#define HYST_ROOT_H
+#include "control.h"
+#include "elementary.h"
+
+typedef double (*hyst_residual)(void *ctx, double u); /* output - wanted */
+
+static inline int hyst_opposite(double f, double g) { return (f < 0 && g > 0) || (f > 0 && g < 0); }
+
+/* a and b enclose a root; fine: the absolute part of the tolerance */
+static inline double hyst_root_between(hyst_residual f, void *ctx, double a, double fa, double b, double fb,
+                                       double fine) {
+  enum { MOST = 120 }; /* twice the halvings from any range to its last place */
+  double t = fa / (fa - fb), x = a;
+  for (int i = 0; i < MOST; i++) {
+    if (!(t > 0 && t < 1)) t = 0.5; /* infinite or undefined outputs */
+    const double at = a + t * (b - a), f_at = f(ctx, at);
+    double c = b, fc = fb; /* the point that leaves the bracket */
+    if (hyst_opposite(f_at, fa)) b = a, fb = fa;
+    else c = a, fc = fa;
+    a = at, fa = f_at;
+    const int nearer_a = hyst_fabs(fa) < hyst_fabs(fb);
+    x = nearer_a ? a : b;
+    const double least = (4.5e-16 * hyst_fabs(x) + fine) / hyst_fabs(b - a); /* of the bracket, that a step may go */
+    if ((nearer_a ? fa : fb) == 0 || !(least < 0.5)) break;
+    const double xi = (a - b) / (c - b), phi = (fa - fb) / (fc - fb);
+    t = 0.5;
+    if (phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)
+      t = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb);
+    t = hyst_clamp(t, least, 1 - least);
+  }
+  return x;
+}
+
+static inline double hyst_root(hyst_residual f, void *ctx, double lo, double hi, double last) {
+  const double centre = hyst_clamp(last, lo, hi), f_centre = f(ctx, centre), range = hi - lo;
+  const double rise = f_centre < 0 ? 1 : -1; /* the side of an increasing output */
+  double at[2] = {centre, centre}, f_at[2] = {f_centre, f_centre}, best = centre, f_best = hyst_fabs(f_centre);
+  if (f_centre == 0) return centre;
+  for (double radius = range / 1024; radius <= range; radius *= 2)
+    for (int other = 0; other < 2; other++) {
+      const double next = hyst_clamp(centre + (other ? -rise : rise) * radius, lo, hi);
+      if (next == at[other]) continue;
+      const double f_next = f(ctx, next);
+      if (f_next == 0) return next;
+      if (hyst_opposite(f_next, f_at[other]))
+        return hyst_root_between(f, ctx, at[other], f_at[other], next, f_next, 1e-16 * range);
+      if (hyst_fabs(f_next) < f_best) best = next, f_best = hyst_fabs(f_next);
+      at[other] = next;
+      f_at[other] = f_next;
+    }
+  const int end = hyst_fabs(f_at[1]) < hyst_fabs(f_at[0]); /* both are bounds now */
+  return f_best < hyst_fabs(f_at[end]) ? best : at[end];
+}
+#endif
