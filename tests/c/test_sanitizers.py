@@ -98,6 +98,17 @@ def loop() -> Graph:
     return Graph(nodes, wires, [Input("r", ("pid.y_d", "pid.u_ff"))], [Output("y", "plant.y"), Output("u", "pid.u")])
 
 
+def implicit() -> Graph:
+    """A bank of plays and a network, tried by an implicit inverse."""
+    nodes = [
+        Node("inverse", "implicit_inverse"),
+        Node("bank", "play_bank", {"n": 2}, {"r": [0.0, 0.3]}),
+        Node("net", "mlp", {"n_in": 2, "n_hidden": 3}),
+    ]
+    wires = [("inverse.u", "bank.u"), ("bank.z", "net.u"), ("net.y", "inverse.h")]
+    return Graph(nodes, wires, [Input("y", ("inverse.y",))], [Output("u", "inverse.u")])
+
+
 def test_every_block_and_damaged_copies_of_its_file(driver: Path, tmp_path: Path) -> None:
     files = []
     for name, block in block_types().items():
@@ -105,8 +116,9 @@ def test_every_block_and_damaged_copies_of_its_file(driver: Path, tmp_path: Path
             if made := node(block, values):
                 files.append(tmp_path / f"{name}-{i}.bin")
                 files[-1].write_bytes(Graph.single(made).to_bytes())
-    files.append(tmp_path / "loop.bin")
-    files[-1].write_bytes(loop().to_bytes())
+    for graph in (loop, implicit):
+        files.append(tmp_path / f"{graph.__name__}.bin")
+        files[-1].write_bytes(graph().to_bytes())
     drive(driver, "must", files)
 
 

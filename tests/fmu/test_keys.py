@@ -40,8 +40,15 @@ NO_CHAIN, PAST = ("no exact inverse", "learned"), ("past inputs only", "feedforw
 REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     **{("exact", key): NO_CHAIN for key in METHODS if key not in ("prandtl_ishlinskii", "auto")},
     **{(way, key): PAST for way in WAYS for key in ("g0_prandtl_ishlinskii", "bouc_wen_oscillator")},
+    **{("implicit", key): ("at creep", "dynamics") for key in ("prandtl_ishlinskii_asym", "prandtl_ishlinskii_rate")},
+    ("implicit", "rate_mlp"): ("at rate", "time between samples"),
+    ("implicit", "polynomial_narx"): ("at network", "time between samples"),
 }
-BOUND = {"exact": 1e-12, "learned": 8.0}  # max error of inverse -> model, % of span; learned: little training
+BOUND = {
+    "exact": 1e-12,
+    "implicit": 1e-10,
+    "learned": 8.0,
+}  # max error of inverse -> model, % of span; learned: little training
 LEARNED: dict[str, Any] = {"starts": 1, "iterations": 30, "N": 8, "hidden": 6}
 
 

@@ -223,7 +223,7 @@ def test_a_least_linear_weight_makes_a_model_invertible():
 
 
 def test_unknown_method_and_option():
-    with pytest.raises(InputError, match="exact, learned"):
+    with pytest.raises(InputError, match="exact, implicit, learned"):
         inverse(fitted(), "best")
     with pytest.raises(InputError, match="no option 'N'"):
         inverse(fitted(), N=3)

@@ -1,0 +1,254 @@
+"""The implicit inverse: root finding in the core on whatever static model hangs on it, anywhere in a graph."""
+
+import numpy as np
+import plants
+import pytest
+from test_inverse import chain, dead_zones, fitted, plays_only, wanted
+
+from hystfmu import Graph, InputError, Model, Node, Unit, signals
+from hystfmu.continuous import ContinuousExecutor
+from hystfmu.graph import Input, Output
+from hystfmu.inverse import inverse
+from hystfmu.scenario import Scenario, build, simulate, to_graph
+
+LIMITS = {"lo": -2.0, "hi": 2.0}
+
+
+def around(model_nodes, wires, ends, source, **limits):
+    """A graph with an implicit inverse of the nodes: input y to `ends`, model output `source`."""
+    nodes = [Node("inv", "implicit_inverse", {}, limits), *model_nodes]
+    wires = [*wires, *(("inv.u", e) for e in ends), (source, "inv.h")]
+    return Graph(nodes, wires, [Input("y", ("inv.y",))], [Output("u", "inv.u"), Output("h", source)])
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        fitted,
+        lambda: dead_zones(1.0, [-0.5, -0.2, 0.3, 0.6], [0.5, -0.7, 2.0, -2.9]),
+        chain,  # falls, has limits, and a Zhao-Tan branch begins with slope 0
+    ],
+    ids=["prandtl_ishlinskii", "dead zones", "zhao_tan"],
+)
+def test_it_is_the_exact_inverse_where_there_is_one(make):
+    model = make()
+    u = signals.nested_reversals(60, 3)
+    if model.key == "chain":
+        u = 0.6 * u + 0.2
+    y = model.predict(u)
+    implicit, exact = inverse(model, "implicit", **LIMITS), inverse(model)
+    v = implicit.predict(y)
+    assert np.abs(model.predict(v) - y).max() <= 1e-12 * np.ptp(y)
+    if model.key != "chain":  # where the slope is 0, u is worth the square root of what y is
+        assert np.abs(v - exact.predict(y)).max() <= 1e-12 * np.ptp(u)
+    assert np.abs(v - u).max() <= 1e-7
+
+
+def test_bank_and_network_linearise_the_true_plant_on_nested_loops():
+    """S6: at most 0.5 % of span, the plant itself behind the inverse, on signals held out from the fit."""
+    m = fitted("play_bank_mlp", starts=1, iterations=60, N=24)
+    inv = inverse(m, "implicit")
+    assert inv.fit["cascade_max_percent"] < 1e-10  # of its own model it is an exact inverse
+    span = np.ptp(plants.prandtl_ishlinskii(signals.training(5, 1)))
+    for name, r in wanted(m, 0.85):
+        e = plants.prandtl_ishlinskii(inv.predict(r)) + 4 - r
+        assert np.abs(e).max() <= 5e-3 * span, name
+
+
+def test_it_survives_its_file(tmp_path):
+    made = inverse(fitted(), "implicit")
+    made.save(tmp_path / "i.model.toml")
+    assert Model.load(tmp_path / "i.model.toml").graph.to_bytes() == made.graph.to_bytes()
+    assert (made.key, made.graph.inputs[0].unit, made.graph.outputs[0].unit) == (
+        "prandtl_ishlinskii_inverse",
+        "um",
+        "V",
+    )
+
+
+@pytest.mark.parametrize("gain", [2.0, -2.0])
+def test_beyond_its_range_it_stays_at_the_limit_and_comes_back(gain):
+    scale = Node("m", "scaling", {"n": 1}, {"gain": gain})
+    g = around([scale], [], ["m.u"], "m.y", lo=-1.0, hi=3.0)
+    sign = np.sign(gain)
+    y = np.array([0.0, 5.0, 9.0, -1.0, -7.0, 4.0]) * sign
+    assert np.array_equal(g.run(y)[:, 0], [0.0, 2.5, 3.0, -0.5, -1.0, 2.0])
+
+
+TENT = {"w0": 1.0, "r": [0.5], "w": [-2.0]}  # rises to 0.5 at 0.5, then falls
+
+
+def test_of_two_roots_it_takes_the_one_near_the_last():
+    unit = Unit(around([Node("m", "dead_zones", {}, TENT)], [], ["m.u"], "m.y", lo=0.0, hi=1.0))
+    unit.initialize(0.0, y=0.25)
+    assert unit.get("u") == 0.25
+
+    def step(**values):
+        for name, v in values.items():
+            unit.set(name, v)
+        unit.do_step(0.0, 1.0)
+        return unit.get("u")
+
+    assert step(y=0.3) == pytest.approx(0.3, abs=1e-15)
+    assert step(y=0.3, inv_lo=0.6) == pytest.approx(0.7, abs=1e-15)
+    assert step(y=0.35, inv_lo=0.0) == pytest.approx(0.65, abs=1e-15)  # 0.35 is a root as well, further away
+    found = [step(y=0.8) for _ in range(6)]  # out of reach: a searched point that comes closer than the bounds
+    assert abs(found[0] - 0.5) < 0.05
+    assert abs(found[-1] - 0.5) < 0.002  # and closer from there
+
+
+def test_at_the_start_the_model_is_tried_as_it_starts():
+    """Bouc-Wen takes notice of its first input without moving: z stays z0, whatever u is."""
+    values = {"A": 1.0, "alpha": 0.5, "k": 2.0, "z0": 0.3}
+    g = around([Node("m", "bouc_wen", {}, values)], [], ["m.u"], "m.y", **LIMITS)
+    u, h = g.run(np.array([0.9, 0.9, 1.0])).T
+    assert u[0] == pytest.approx((0.9 / 2.0 - 0.5 * 0.3) / 0.5, abs=1e-15)
+    assert u[1] == u[0]
+    assert h == pytest.approx([0.9, 0.9, 1.0], abs=1e-15)
+
+
+def test_trials_leave_no_trace_and_commits_are_steps():
+    m = fitted("play_bank_mlp", iterations=10, starts=1)
+    g = inverse(m, "implicit").graph
+    r = m.predict(0.8 * signals.nested_reversals(20, 5))
+    c = ContinuousExecutor(g.to_bytes())
+    got = []
+    for k, v in enumerate(r):
+        if k == 0:
+            c.set(0, v)
+            c.start(0.0)
+        else:
+            for trial in (v + 1, v - 1, v):
+                c.set(0, trial)
+                c.evaluate(float(k))
+            c.commit(float(k))
+        got.append(c.get(1))
+    assert np.array(got).tobytes() == g.run(r).tobytes()
+
+
+# ---- where there is none --------------------------------------------------------------------------------------------
+A, B = Node("a", "backlash_sum"), Node("b", "backlash_sum")
+
+
+def reads_another_input():
+    nodes = [Node("inv", "implicit_inverse"), Node("s", "sum", {"n": 2})]
+    wires = [("inv.u", "s.u[1]"), ("s.y", "inv.h")]
+    return Graph(nodes, wires, [Input("y", ("inv.y",)), Input("d", ("s.u[2]",))], [Output("u", "inv.u")])
+
+
+def wrong_order():
+    nodes = [A, Node("inv", "implicit_inverse")]
+    wires = [("inv.u", "a.u"), ("a.y", "inv.h")]
+    return Graph(nodes, wires, [Input("y", ("inv.y",))], [Output("u", "inv.u")], sort=False)
+
+
+def one_model_for_two():
+    c = Node("c", "sum", {"n": 2})
+    nodes = [Node("i1", "implicit_inverse"), Node("i2", "implicit_inverse"), c]
+    wires = [("c.y", "i1.h"), ("c.y", "i2.h")]
+    return Graph(nodes, wires, [Input("y", ("i1.y", "i2.y"))], [Output("u", "i1.u")])
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: around([Node("g0", "transfer_function")], [], ["g0.u"], "g0.y"), "at g0: it has dynamics"),
+        (lambda: around([Node("d", "differentiator")], [], ["d.u"], "d.du"), "at d: it depends on the time"),
+        (
+            lambda: around(
+                [A, Node("r", "disturbance"), Node("s", "sum")], [("a.y", "s.u[1]"), ("r.d", "s.u[2]")], ["a.u"], "s.y"
+            ),
+            "at r: it follows the time",
+        ),
+        (
+            lambda: around([A, Node("i", "implicit_inverse")], [("a.y", "i.y")], ["a.u"], "i.u"),
+            "at i: an implicit inverse cannot stand between",
+        ),
+        (reads_another_input, "at s: between u and h .* no block may read another input"),
+        (wrong_order, "at a: the model .* must follow it in the order of the file"),
+        (one_model_for_two, "at c: two implicit inverses would try it"),
+    ],
+)
+def test_what_cannot_be_tried_is_refused_with_its_name(make, words):
+    with pytest.raises(InputError, match=f"^no implicit inverse {words}") as e:
+        make().executor()
+    assert "\n" not in str(e.value)
+
+
+def test_a_loop_through_the_wanted_value_is_algebraic():
+    with pytest.raises(InputError, match="algebraic loop"):
+        Graph([Node("inv", "implicit_inverse"), A], [("inv.u", "a.u"), ("a.y", "inv.y")])
+
+
+def test_inverse_says_why_not():
+    with pytest.raises(InputError, match="stands still after a reversal: no continuous inverse"):
+        inverse(plays_only(), "implicit", **LIMITS)
+    with pytest.raises(InputError, match="options lo and hi"):
+        inverse(chain(), "implicit")
+    with pytest.raises(InputError, match="lo must be less than hi"):
+        inverse(chain(), "implicit", lo=1.0, hi=-1.0)
+    with pytest.raises(InputError, match="no option 'N'"):
+        inverse(chain(), "implicit", N=3)
+
+
+# ---- in a loop and in a scenario ------------------------------------------------------------------------------------
+def test_inside_a_closed_loop_it_does_what_the_exact_inverse_does():
+    values = {"w0": 0.5, "r": [0.1, 0.3, 0.5], "w": [0.4, 0.3, 0.2]}
+    plant = [
+        Node("plays", "backlash_sum", {}, values),
+        Node("g0", "transfer_function", {}, {"b": [1.0], "a": [1e-4, 0.02, 1.0]}),
+    ]
+    pid = Node("pid", "pid", {}, {"Kp": 0.2, "Ki": 10.0})
+    wires = [("plays.y", "g0.u"), ("g0.y", "pid.y")]
+    ins, outs = [Input("r", ("pid.y_d", "pid.u_ff"))], [Output("y", "g0.y")]
+    exact = Graph(
+        [*plant, pid, Node("inv", "prandtl_ishlinskii_inverse", {}, values)],
+        [*wires, ("pid.u", "inv.y"), ("inv.u", "plays.u")],
+        ins,
+        outs,
+    )
+    implicit = Graph(
+        [*plant, pid, Node("inv", "implicit_inverse", {}, LIMITS), Node("m", "prandtl_ishlinskii", {}, values)],
+        [*wires, ("pid.u", "inv.y"), ("inv.u", "plays.u"), ("inv.u", "m.u"), ("m.y", "inv.h")],
+        ins,
+        outs,
+    )
+    r = signals.nested_reversals(30, 2) * 0.8
+    np.testing.assert_allclose(implicit.run(r, 1e-3), exact.run(r, 1e-3), rtol=0, atol=1e-12)
+    assert np.ptp(implicit.run(r, 1e-3)) > 0.8
+
+
+SCENARIO = """
+name = "implicit"
+step = 1e-3
+stop = 0.4
+order = ["reference", "inverse"]
+record = ["reference.r", "inverse.y"]
+[units.reference]
+block = "reference"
+values = { shape = "random_reversals", amplitude = 0.5, offset = 4.0, frequency = 20.0 }
+[units.inverse]
+model = "../inverse.model.toml"
+as = "KIND"
+[connections]
+"inverse.u" = "reference.r"
+[metrics.size]
+kind = "rms_percent"
+signal = "inverse.y"
+against = "reference.r"
+stroke = 1.0
+"""
+
+
+def test_in_a_scenario_all_engines_give_the_same_bits(tmp_path):
+    inverse(fitted("play_bank_mlp", iterations=10, starts=1), "implicit").save(tmp_path / "inverse.model.toml")
+    traces = []
+    for kind in ("python", "fmu2", "fmu3"):
+        folder = tmp_path / kind
+        folder.mkdir()
+        (folder / "scenario.toml").write_text(SCENARIO.replace("KIND", kind))
+        system = build(Scenario(folder).cases[0])
+        traces += [simulate(system).values.tobytes(), simulate(system, "native").values.tobytes()]
+    fused = to_graph(system).run(np.zeros((system.n_steps + 1, 0)), system.h)
+    assert set(traces) == {fused.tobytes()}
+    assert np.ptp(fused[:, -1]) > 0.1
