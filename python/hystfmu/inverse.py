@@ -53,8 +53,8 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
     seed : int
         Of the learned inverse: starts of the network and the reversals it is trained on.
     **options
-        Of the implicit inverse: ``lo`` and ``hi``, the limits of the input; by default the range of the data (provenance
-        ``span_u``).  Of the learned inverse: those of ``play_bank_mlp``.
+        Of the implicit inverse: ``lo`` and ``hi``, the limits of the input; by default the range of the data
+        (provenance ``span_u``).  Of the learned inverse: those of ``play_bank_mlp``.
 
     Returns
     -------
