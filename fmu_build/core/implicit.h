@@ -9,8 +9,8 @@
 #include "graph.h"
 
 /* places in the arrays of the block */
-enum { HYST_IMPLICIT_LO, HYST_IMPLICIT_HI };            /* p */
-enum { HYST_IMPLICIT_WANTED, HYST_IMPLICIT_MODEL };     /* u */
+enum { HYST_IMPLICIT_LO, HYST_IMPLICIT_HI };        /* p */
+enum { HYST_IMPLICIT_WANTED, HYST_IMPLICIT_MODEL }; /* u */
 
 /* is this wire what the block tries its output for? */
 static inline int hyst_closes_implicit(const hyst_node *n, const hyst_wire *w) {

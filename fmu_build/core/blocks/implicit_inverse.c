@@ -7,12 +7,12 @@
 #include "../root.h"
 
 #define DIMS(D)
-#define VARS(V)                                                            \
-  V(lo, PARAM, 1, "real", "1", -1.0, -1e300, 1e300, "lower limit of u")    \
-  V(hi, PARAM, 1, "real", "1", 1.0, -1e300, 1e300, "upper limit of u")     \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output")   \
-  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model output")    \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model input")    \
+#define VARS(V)                                                          \
+  V(lo, PARAM, 1, "real", "1", -1.0, -1e300, 1e300, "lower limit of u")  \
+  V(hi, PARAM, 1, "real", "1", 1.0, -1e300, 1e300, "upper limit of u")   \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output") \
+  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model output")  \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model input")  \
   V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last root")
 
 static double constant(void *residual, double u) {
@@ -36,5 +36,5 @@ HYST_UPDATE_FN(update) {
 }
 HYST_BLOCK(implicit_inverse, .text = "Implicit inverse: the input at which a static model has the wanted output",
            .equation = "u in [lo, hi] such that h(u) = y, h the output of the model between u and h",
-           .source = "bracketed root finding: Chandrupatla 1997",
-           .flags = HYST_RATE_INDEPENDENT | HYST_IMPLICIT, .prepare = prepare, .output = output, .update = update)
+           .source = "bracketed root finding: Chandrupatla 1997", .flags = HYST_RATE_INDEPENDENT | HYST_IMPLICIT,
+           .prepare = prepare, .output = output, .update = update)
