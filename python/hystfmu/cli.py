@@ -165,7 +165,10 @@ def fit(
     for warning in f.get("warnings", ()):
         click.echo(f"warning: {warning}", err=True)
     row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
-    click.echo(table(["model", "parameters", "RMS %FS", "max %FS", "seconds"], [row]))
+    head = ["model", "parameters", "RMS %FS", "max %FS", "seconds"]
+    if "coverage_percent" in f:
+        head, row = [*head, "coverage %"], [*row, f"{f['coverage_percent']:.0f}"]
+    click.echo(table(head, [row]))
     click.echo(f"wrote {out}")
 
 
@@ -174,23 +177,44 @@ def fit(
 @click.argument("data")
 @click.option("-o", "out", required=True, metavar="OUT.csv", help="File to write: columns t, u, y.")
 @_data_options
+@_json_option
 def predict(
-    model: str, data: str, out: str, time: str, input_: str, output: str, rate: float | None, resample: str | None
+    model: str,
+    data: str,
+    out: str,
+    time: str,
+    input_: str,
+    output: str,
+    rate: float | None,
+    resample: str | None,
+    as_json: bool,
 ) -> None:
     """Run a model free on the input column of a file.
 
     Row 0 is the output after initialisation with the first input; row k what an FMU gives after set u_k,
-    doStep(t_{k-1}, h), get y.
+    doStep(t_{k-1}, h), get y.  Says how many rows lie outside what a network was trained on, where its limits hold.
 
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
     """
+    from hystfmu.coverage import WARN, clamped
     from hystfmu.model import Model
 
     m = Model.load(model)
     measured = _read(data, time, input_, None, rate, resample)
     y = m.predict(measured.u, measured.h)
     measured.with_output(y).to_csv(out)
+    outside = clamped(m.graph, measured.u, measured.h)
+    share = 100 * float(outside.mean())
+    if share > WARN:
+        click.echo(
+            f"warning: {data}: {share:.3g} % of the rows (the first: row {int(outside.argmax())}) lie outside what "
+            f"{model} was trained on; it is limited there",
+            err=True,
+        )
+    if as_json:
+        click.echo(json.dumps({"file": out, "rows": len(y), "clamped_percent": share}))
+        return
     click.echo(f"wrote {out}: {len(y)} rows")
 
 

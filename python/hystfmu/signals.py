@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from hystfmu.core import Array
+from hystfmu.coverage import clamped
 from hystfmu.identify import errors
 from hystfmu.model import Model
 
@@ -78,10 +79,10 @@ def held_out(seed: int = 1000) -> dict[str, Array]:
     }
 
 
-def training(count: int = 150, seed: int = 1) -> Array:
+def training(count: int = 150, seed: int = 1, step: float = 0.01) -> Array:
     """An input that identifies well: a full loop, then at least 60 reversals of different amplitudes, in [-1, 1]."""
-    full = ramps([0.0, 1.0, -1.0, 1.0, -1.0, 0.0])
-    return np.concatenate([full, nested_reversals(count, seed)[1:]])
+    full = ramps([0.0, 1.0, -1.0, 1.0, -1.0, 0.0], step)
+    return np.concatenate([full, nested_reversals(count, seed, step)[1:]])
 
 
 def held_out_table(
@@ -103,7 +104,14 @@ def held_out_table(
     Returns
     -------
     dict
-        For each signal `rms_percent` and `max_percent`, besides the absolute `rms` and `max`.
+        For each signal `rms_percent` and `max_percent`, besides the absolute `rms` and `max`, and `clamped_percent`,
+        the share of rows at which the limits of a network cut.
     """
-    chosen = held_out() if signals is None else signals
-    return {name: errors(model.predict(u), plant(u), span) for name, u in chosen.items()}
+    h = 1.0 if model.step is None else model.step
+    return {
+        name: {
+            **errors(model.predict(u), plant(u), span),
+            "clamped_percent": 100 * float(np.mean(clamped(model.graph, u, h))),
+        }
+        for name, u in (held_out() if signals is None else signals).items()
+    }

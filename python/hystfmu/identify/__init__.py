@@ -19,6 +19,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hystfmu.core import Array
+from hystfmu.coverage import coverage
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
 from hystfmu.identify import dead_band
@@ -102,8 +103,9 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     -------
     Model
         Its key is that of the method (for ``auto`` of the one chosen).  `fit` holds rms, max (unit of y), rms_percent,
-        max_percent (percent of the span of y in the training rows), parameters (their number) and seconds, after
-        ``auto`` also memory, loops, gap_percent and warnings; `provenance` holds data, rows, options and versions.
+        max_percent (percent of the span of y in the training rows), parameters (their number), seconds, with a
+        network coverage_percent (of its input space: `hystfmu.coverage`), after ``auto`` also memory, loops,
+        gap_percent and warnings; `provenance` holds data, rows, options and versions.
 
     Raises
     ------
@@ -129,9 +131,11 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     graph = dead_band.in_front(graph, band)
     seconds = time.perf_counter() - started
     y = graph.run(data.u, data.h)
+    covered = coverage(graph, data.u, data.h, data.train)
     result = {
         **errors(y[data.train], data.y[data.train], data.span),
         "parameters": int(parameters),
+        **({} if covered is None else {"coverage_percent": covered}),
         **(more[0] if more else {}),
     }
     return Model(

@@ -1,0 +1,100 @@
+"""Limits of a network are reported: rows that they cut, and how much of the input space the training rows visit."""
+
+import json
+
+import numpy as np
+import plants
+import pytest
+from click.testing import CliRunner
+
+from hystfmu import Dataset, Model, signals
+from hystfmu.cli import main
+from hystfmu.coverage import clamped, coverage
+from hystfmu.graph import Graph, Node
+from hystfmu.identify import fit
+
+QUICK = {"iterations": 20, "starts": 1}
+
+
+def data(u):
+    return Dataset.from_signal(u, plants.prandtl_ishlinskii(u), 1e-3)
+
+
+@pytest.fixture(scope="module")
+def model():
+    u = signals.training(40, 3)[::2]
+    return fit(data(u), "play_bank_mlp", N=4, **QUICK)
+
+
+def test_rows_outside_the_limits_are_counted(model):
+    """The margin is 5 % of the range [-1, 1]; the plays of half-width r follow u within it, less r."""
+    u = signals.ramps([0.0, 2.0, 0.0], 0.01)
+    assert not clamped(model.graph, u[u <= 1.1], 1e-3)[:100].any()
+    outside = clamped(model.graph, u, 1e-3)
+    r = model.graph.node("bank").value("r")
+    z = plants.plays(u, r)
+    lo, hi = model.graph.node("features").value("lo"), model.graph.node("features").value("hi")
+    features = np.column_stack([u, z])
+    np.testing.assert_array_equal(outside, ((features < lo) | (features > hi)).any(axis=1))
+    assert outside[np.argmax(u)]
+    assert abs(hi[0] - 1.1) < 1e-9
+
+
+def test_a_model_without_limits_cuts_nothing():
+    u = signals.training(40, 3)[::2]
+    m = fit(data(u), "prandtl_ishlinskii")
+    assert not clamped(m.graph, 100 * u, 1e-3).any()
+    assert coverage(m.graph, u, 1e-3, slice(None)) is None
+    assert "coverage_percent" not in m.fit
+
+
+def test_coverage_tells_what_a_record_leaves_out():
+    def covered(u, key, **options):
+        return fit(data(u), key, hidden=3, **options, **QUICK).fit["coverage_percent"]
+
+    sine, nested = signals.decaying_sine(10, 0.1), signals.training(200, 5)
+    assert covered(sine, "zhao_tan_mlp", range=2.0) == 100
+    assert covered(sine, "play_bank_mlp") < 30
+    assert covered(nested, "play_bank_mlp") > 60
+
+
+def test_coverage_of_a_signal_whose_rows_can_be_counted():
+    """One limited signal, the input itself, from 0 to 1, not between 0.3 and 0.7: covered are all but 0.4..0.6."""
+    low, high = np.linspace(0, 0.3, 400), np.linspace(0.7, 1, 400)
+    u = np.concatenate([low, high])
+    graph = Graph.single(Node("s", "scaling", {"n": 1}, {"lo": 0.0, "hi": 1.0}))
+    assert coverage(graph, np.linspace(0, 1, 500), 1.0, slice(None)) == 100
+    v = 0.5 + 0.5 * signals.training(200, 4242, np.sqrt(np.mean(np.diff(u) ** 2)) / 0.5)
+    left = np.mean((v > 0.4) & (v < 0.6))
+    assert abs(coverage(graph, u, 1.0, slice(None)) - 100 * (1 - left)) < 2
+
+
+def test_held_out_tables_say_it(model):
+    table = signals.held_out_table(
+        model,
+        plants.prandtl_ishlinskii,
+        1.0,
+        {"inside": signals.decaying_sine(3, 0.3), "outside": 2 * signals.ramps([0.0, 1.0])},
+    )
+    assert table["inside"]["clamped_percent"] == 0
+    assert 40 < table["outside"]["clamped_percent"] < 50  # of 0..2, what is above 1.1
+
+
+def test_fit_and_predict_print_it(tmp_path):
+    u = signals.training(40, 3)[::2]
+    data(u).to_csv(tmp_path / "a.csv")
+    Dataset.from_signal(1.5 * u, u, 1e-3).to_csv(tmp_path / "b.csv")
+    a, b, out = str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), str(tmp_path / "m.model.toml")
+    command = ["fit", a, "--model", "zhao_tan_mlp", "-o", out, "--set", "iterations=20", "--set", "starts=1"]
+    done = CliRunner().invoke(main, command)
+    assert done.exit_code == 0, done.output
+    assert "coverage %" in done.output
+    covered = Model.load(out).fit["coverage_percent"]
+    assert json.loads(CliRunner().invoke(main, [*command, "--json"]).stdout)["coverage_percent"] == covered
+    inside = CliRunner().invoke(main, ["predict", out, a, "-o", str(tmp_path / "p.csv"), "--json"])
+    assert (inside.stderr, json.loads(inside.stdout)["clamped_percent"]) == ("", 0.0)
+    outside = CliRunner().invoke(main, ["predict", out, b, "-o", str(tmp_path / "p.csv"), "--json"])
+    share = json.loads(outside.stdout)["clamped_percent"]
+    assert 5 < share < 60
+    assert outside.stderr.startswith(f"warning: {b}: {share:.3g} % of the rows (the first: row ")
+    assert outside.stderr.count("\n") == 1
