@@ -161,7 +161,10 @@ def fit(
         p = model.provenance
         rated = [[k, p["auto_parameters"][k], f"{e:.4g}"] for k, e in p["auto"].items()]
         click.echo(table(["candidate", "parameters", "held-out RMS %FS"], rated))
-        click.echo(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)\n")
+        for name, reason in p["auto_left_out"].items():
+            click.echo(f"left out: {name}: {reason}")
+        click.echo(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
+        click.echo(f"rate dependence: {f['rate']}\n")
     for warning in f.get("warnings", ()):
         click.echo(f"warning: {warning}", err=True)
     row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]

@@ -54,8 +54,7 @@ def test_coverage_tells_what_a_record_leaves_out():
 
     sine, nested = signals.decaying_sine(10, 0.1), signals.training(200, 5)
     assert covered(sine, "zhao_tan_mlp", range=2.0) == 100
-    assert covered(sine, "play_bank_mlp") < 30
-    assert covered(nested, "play_bank_mlp") > 60
+    assert covered(sine, "play_bank_mlp") < covered(nested, "play_bank_mlp") - 20
 
 
 def test_coverage_of_a_signal_whose_rows_can_be_counted():

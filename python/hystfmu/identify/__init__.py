@@ -46,7 +46,7 @@ METHODS: dict[str, tuple[str, str]] = {
     "rate_mlp": ("rate_mlp", "network on the input, its rate and a bank of plays"),
     "g0_prandtl_ishlinskii": ("g0_prandtl_ishlinskii", "weighted plays, then G0(s) with delay, variable projection"),
     "bouc_wen_oscillator": ("bouc_wen_oscillator", "oscillator with a Bouc-Wen force, grey box, least squares"),
-    "auto": ("auto", "the one of these that does best on the last 30 % of the training rows"),
+    "auto": ("auto", "of those that suit the memory in the data, the best on the last 30 % of the training rows"),
 }
 
 
@@ -105,7 +105,7 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
         Its key is that of the method (for ``auto`` of the one chosen).  `fit` holds rms, max (unit of y), rms_percent,
         max_percent (percent of the span of y in the training rows), parameters (their number), seconds, with a
         network coverage_percent (of its input space: `hystfmu.coverage`), after ``auto`` also memory, loops,
-        gap_percent and warnings; `provenance` holds data, rows, options and versions.
+        gap_percent, rate and warnings; `provenance` holds data, rows, options and versions.
 
     Raises
     ------
@@ -117,10 +117,12 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     _check(data)
     started = time.perf_counter()
     if key == "auto":
-        found, seen, scores = module.choose(data, seed, progress or (lambda fraction: None))
-        model = fit(data, found, seed)
-        seen["seconds"] = round(time.perf_counter() - started, 4)
-        return replace(model, fit={**model.fit, **seen}, provenance={**model.provenance, **scores})
+        choice = module.choose(data, seed, progress or (lambda fraction: None))
+        model = fit(data, choice.method, seed, **choice.options)
+        seconds = {"seconds": round(time.perf_counter() - started, 4)}
+        return replace(
+            model, fit={**model.fit, **choice.fit, **seconds}, provenance={**model.provenance, **choice.provenance}
+        )
     if chosen.get(dead_band.OPTION.name, 0.0) is None:
         chosen[dead_band.OPTION.name] = dead_band.half_width(data.u[: data.train.stop])
     band = chosen.get(dead_band.OPTION.name, 0.0)

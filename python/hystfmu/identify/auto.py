@@ -1,71 +1,192 @@
-"""Which model?  Minor loops tell the class of memory; every method is fitted on part of the rows, judged on the rest.
+"""Which model?  Minor loops tell the class of memory; methods that can fit are judged on rows they were not fitted to.
 
 A sum of plays returns to its path after a minor loop, a Bouc-Wen operator does not, and neither follows the other to
-better than some percent: the error on rows that were not fitted separates them by orders of magnitude.  The split only
-chooses; it is no measure of what the model does on another kind of signal.  Where the data cannot identify memory, the
-model carries warnings.
+better than some percent.  So methods whose memory contradicts the loops are left out, and methods for rate dependence
+where the input has one speed; each with its reason.  The others are fitted to the first 70 % of the training rows, from
+the cheap to the dear, and judged on the rest.  That split only chooses; it is no measure of what the model does on
+another kind of signal.  Where the data cannot identify memory, the model carries warnings.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from hystfmu.data import Dataset
-from hystfmu.identify.excitation import BOUC_WEN, RETURN_POINT, Excitation, examine
+from hystfmu.errors import InputError
+from hystfmu.identify.excitation import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.options import Option
 
 OPTIONS: tuple[Option, ...] = ()
-CANDIDATES = (  # from the simplest to the largest
-    "prandtl_ishlinskii",
-    "bouc_wen",
-    "prandtl_ishlinskii_asym",
-    "prandtl_ishlinskii_rate",
-    "zhao_tan_mlp",
-    "play_bank_mlp",
-)
 SHARE = 0.7
-AS_GOOD = 1.05  # within 5 % of the best, the first in the list (the simpler one) is taken
+AS_GOOD = 1.05  # within 5 % of the best, the one with the fewest parameters is taken
+EXACT = 0.01  # % of the span: below this all are as good
+CLEARLY, FINE = 1.2, 0.1  # times the error of a method for rate dependence, and % of the span: less shows no rate
+LARGE = 2.0  # % of the span: no static return-point model can be right where minor loops stay open by more
+BUDGET = 60.0  # s, estimated, for all candidates together; counted, not timed: a choice must not depend on the load
+CLOSES, OPENS, LAGS = "return-point", "open", "rate"
 
 
-def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> tuple[str, dict[str, Any], dict[str, Any]]:
-    """The method to use, and why.
+@dataclass(frozen=True)
+class Candidate:
+    """A method that may be chosen.
 
-    Returns
-    -------
-    key : str
+    Parameters
+    ----------
+    memory : str
+        ``return-point``: static, with minor loops that close; ``open``: static, with loops that do not; ``rate``: more
+        than the input's path, its speed, counts; empty: creep or lags that may open a loop.
+    seconds, per_1000 : float
+        Estimated cost: fixed, and for every 1000 rows up to the last training row.
+    options : dict
+        Of the method, where they are not its defaults.
+    """
+
+    method: str
+    memory: str
+    seconds: float
+    per_1000: float
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def cost(self, rows: int) -> float:
+        """Estimated seconds."""
+        return self.seconds + self.per_1000 * rows / 1000
+
+
+CANDIDATES: dict[str, Candidate] = {  # from the cheap to the dear
+    "prandtl_ishlinskii_asym": Candidate("prandtl_ishlinskii_asym", "", 0.02, 0.01),
+    "prandtl_ishlinskii": Candidate("prandtl_ishlinskii", CLOSES, 0.02, 0.05),
+    "krasnoselskii_pokrovskii": Candidate("krasnoselskii_pokrovskii", CLOSES, 0.02, 0.03),
+    "prandtl_ishlinskii_rate": Candidate("prandtl_ishlinskii_rate", LAGS, 0.05, 0.05),
+    "polynomial_narx": Candidate("polynomial_narx", "", 0.05, 0.02),
+    "constraint_factor_mlp": Candidate("constraint_factor_mlp", CLOSES, 0.3, 0.2),
+    "preisach": Candidate("preisach", CLOSES, 0.1, 0.25),
+    "duhem": Candidate("duhem", OPENS, 0.2, 0.5),
+    "fitted_operator_mlp": Candidate("fitted_operator_mlp", CLOSES, 2.0, 0.1),
+    "rate_mlp": Candidate("rate_mlp", LAGS, 4.0, 0.1),
+    "g0_prandtl_ishlinskii": Candidate("g0_prandtl_ishlinskii", LAGS, 1.0, 1.0),
+    "bouc_wen": Candidate("bouc_wen", OPENS, 0.2, 1.5),
+    "play_bank_mlp": Candidate("play_bank_mlp", CLOSES, 6.0, 0.1),
+    "zhao_tan_mlp": Candidate("zhao_tan_mlp", CLOSES, 7.0, 0.1),
+    "zhao_tan_mlp memory=last": Candidate("zhao_tan_mlp", OPENS, 7.0, 0.1, {"memory": "last"}),
+}
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was chosen.
+
+    Parameters
+    ----------
+    method, options : str, dict
+        To be fitted to all training rows.
     fit : dict
-        For `Model.fit`: ``memory`` (class of the minor loops), ``gap_percent``, ``loops``, ``warnings`` (list of str).
+        For `Model.fit`: ``memory`` (class of the minor loops), ``gap_percent``, ``loops``, ``rate`` (``seen``,
+        ``not seen``, which bars methods for it, or ``one speed only``), ``warnings`` (list of str).
     provenance : dict
         For `Model.provenance`: ``auto``, the RMS error of every candidate on the rows held back in percent of the span
-        of y, and ``auto_parameters``, their numbers of parameters.
+        of y, ``auto_parameters``, their numbers of parameters, and ``auto_left_out``, the reasons for the others.
+    """
+
+    method: str
+    options: dict[str, Any]
+    fit: dict[str, Any]
+    provenance: dict[str, Any]
+
+
+def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choice:
+    """Fit the candidates that can fit, and take the best on the rows held back.
+
+    Raises
+    ------
+    InputError
+        No candidate can be fitted.
     """
     from hystfmu.identify import errors, fit
 
     first, end = data.train.start, data.train.stop
     middle = first + round(SHARE * (end - first))
     part = data.with_train((first, middle))
+    seen = examine(data)
+    reasons = left_out(seen, middle)
+    fitted = [name for name in CANDIDATES if name not in reasons]
+    costs = np.array([CANDIDATES[name].cost(middle) for name in fitted])
+    done = np.concatenate([[0.0], np.cumsum(costs)]) / (costs.sum() + costs.max())  # the winner is fitted once more
     scores: dict[str, float] = {}
     parameters: dict[str, int] = {}
-    for i, key in enumerate(CANDIDATES):
-        progress(i / (len(CANDIDATES) + 1))
-        model = fit(part, key, seed)
+    for k, name in enumerate(fitted):
+        candidate = CANDIDATES[name]
+
+        def share(fraction: float, k: int = k) -> None:
+            progress(float(done[k] + fraction * (done[k + 1] - done[k])))
+
+        try:
+            model = fit(part, candidate.method, seed, share, **candidate.options)
+        except InputError as e:
+            reasons[name] = str(e)
+            continue
         score = errors(model.predict(data.u, data.h)[middle:end], data.y[middle:end], data.span)["rms_percent"]
-        scores[key] = score if np.isfinite(score) else np.inf
-        parameters[key] = model.fit["parameters"]
-    least = min(scores.values())
-    key = next(key for key in CANDIDATES if scores[key] <= AS_GOOD * least)
-    seen = examine(data)
-    told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "warnings": [*_warnings(key, seen)]}
-    return key, told, {"auto": scores, "auto_parameters": parameters}
+        if model.fit["parameters"] > middle - first:
+            reasons[name] = f"{model.fit['parameters']} parameters for {middle - first} rows"
+        elif not np.isfinite(score):
+            reasons[name] = "unstable when it runs free"
+        else:
+            scores[name], parameters[name] = score, model.fit["parameters"]
+    if not scores:
+        raise InputError(f"{data.path or data.name}: no candidate can be fitted: {reasons}")
+    rate = _rate(scores, seen)
+    able = {n: e for n, e in scores.items() if rate == "seen" or CANDIDATES[n].memory != LAGS} or scores
+    least = max(min(able.values()), EXACT)
+    name = min((n for n in able if able[n] <= AS_GOOD * least), key=lambda n: parameters[n])
+    told = {
+        "memory": seen.memory,
+        "loops": seen.loops,
+        "gap_percent": seen.gap,
+        "rate": rate,
+        "warnings": [*_warnings(name, seen)],
+    }
+    why = {"auto": scores, "auto_parameters": parameters, "auto_left_out": reasons}
+    return Choice(CANDIDATES[name].method, CANDIDATES[name].options, told, why)
 
 
-def _warnings(key: str, seen: Excitation) -> tuple[str, ...]:
-    if seen.memory == (RETURN_POINT if key == "bouc_wen" else BOUC_WEN):
+def left_out(seen: Excitation, rows: int) -> dict[str, str]:
+    """Candidates that cannot fit, or would take too long for so many rows, and why."""
+    reasons: dict[str, str] = {}
+    spent = 0.0
+    for name, candidate in CANDIDATES.items():
+        if candidate.memory == OPENS and seen.memory == NONE:
+            reasons[name] = "the output is a function of the input"
+        elif candidate.memory == OPENS and seen.memory == RETURN_POINT:
+            reasons[name] = f"minor loops close (gap {seen.gap:.2g} % of the span of y)"
+        elif candidate.memory == CLOSES and seen.memory == OPEN_LOOPS and seen.gap > LARGE:
+            reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"
+        elif candidate.memory == LAGS and not seen.several_speeds:
+            reasons[name] = "the input has one speed only, which does not show rate dependence"
+        elif spent + candidate.cost(rows) > BUDGET:
+            reasons[name] = f"about {candidate.cost(rows):.0f} s for {rows} rows; ask for it by name"
+        else:
+            spent += candidate.cost(rows)
+    return reasons
+
+
+def _rate(scores: dict[str, float], seen: Excitation) -> str:
+    """Does a method that sees the speed do clearly better on the rows held back than all others?"""
+    if not seen.several_speeds:
+        return "one speed only"
+    lags = [e for n, e in scores.items() if CANDIDATES[n].memory == LAGS]
+    others = [e for n, e in scores.items() if CANDIDATES[n].memory != LAGS]
+    better = lags and min(others, default=np.inf) > max(CLEARLY * min(lags), FINE)
+    return "seen" if better else "not seen"
+
+
+def _warnings(name: str, seen: Excitation) -> tuple[str, ...]:
+    memory = CANDIDATES[name].memory
+    if (memory, seen.memory) in ((OPENS, RETURN_POINT), (CLOSES, OPEN_LOOPS)):
         other = (
-            f"the best model on the held-out rows is {key}, but the minor loops in the data have a gap of "
+            f"the best model on the held-out rows is {name}, but the minor loops in the data have a gap of "
             f"{seen.gap:.2g} % of the span of y ({seen.memory} memory): rate dependence, creep or drift opens them, "
             "or no candidate fits"
         )
