@@ -119,17 +119,15 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     if key == "auto":
         choice = module.choose(data, seed, progress or (lambda fraction: None))
         model = fit(data, choice.method, seed, **choice.options)
-        seconds = {"seconds": round(time.perf_counter() - started, 4)}
-        return replace(
-            model, fit={**model.fit, **choice.fit, **seconds}, provenance={**model.provenance, **choice.provenance}
-        )
+        told = {**model.fit, **choice.fit, "seconds": round(time.perf_counter() - started, 4)}
+        return replace(model, fit=told, provenance={**model.provenance, **choice.provenance})
     if chosen.get(dead_band.OPTION.name, 0.0) is None:
         chosen[dead_band.OPTION.name] = dead_band.half_width(data.u[: data.train.stop])
     band = chosen.get(dead_band.OPTION.name, 0.0)
     # small matrices: more threads only wait for each other, up to twenty times longer beside other work
     with threadpool_limits(1):
-        seen = dead_band.behind(data, band)
-        graph, parameters, *more = module.build(seen, chosen, seed, progress or (lambda fraction: None))
+        behind = dead_band.behind(data, band)
+        graph, parameters, *more = module.build(behind, chosen, seed, progress or (lambda fraction: None))
     graph = dead_band.in_front(graph, band)
     seconds = time.perf_counter() - started
     y = graph.run(data.u, data.h)
