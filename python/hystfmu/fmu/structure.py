@@ -1,7 +1,8 @@
 """What every output and every derivative of a graph depends on at once: the ModelStructure of an FMU.
 
 From block to block the wires and `feedthrough()` decide.  Inside a block with continuous states its equations do: they
-run once per state with NaN in its place, and what becomes NaN depends on it.  A block that only holds its output
+run once per state with NaN in its place, and what becomes NaN depends on it, 0 times NaN too: a coefficient that is 0
+may be set to another value.  A block that only holds its output
 between samples counts as passing its input on, as it does at the sample.
 """
 
