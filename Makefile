@@ -6,7 +6,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find fmu_build python -name '*.[ch]' -o -name '*.py')
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
-.PHONY: demo test check generate bench clean
+.PHONY: demo test check generate bench modelica clean
 
 demo: build/installed
 	$(BIN)/hystfmu demo -o demo
@@ -24,6 +24,10 @@ check: build/installed-dev
 
 generate: build/installed-dev
 	$(BIN)/python tests/generated.py --write
+
+# every class of the Modelica library: loads, simulates, error against the C core, numpy and the committed reference
+modelica: build/installed-dev
+	$(BIN)/python tests/modelica/report.py
 
 bench: build/installed-dev
 	$(BIN)/python tests/benchmarks/run.py

@@ -7,14 +7,54 @@ package Icons "Icons"
       Documentation(info = "<html><p>Icon of a package.</p></html>"));
   end Package;
 
-  partial block Block "Icon of a block: a hysteresis loop"
+  partial block Block "Icon of a block"
     annotation (
       Icon(graphics = {
         Rectangle(extent = {{-100, -100}, {100, 100}}, lineColor = {0, 0, 127}, fillColor = {255, 255, 255}, fillPattern = FillPattern.Solid),
-        Polygon(points = {{-70, -60}, {10, -50}, {70, 60}, {-10, 50}, {-70, -60}}, lineColor = {0, 0, 127}, smooth = Smooth.Bezier),
         Text(extent = {{-150, 140}, {150, 105}}, textString = "%name")}),
       Documentation(info = "<html><p>Icon of a block.</p></html>"));
   end Block;
+
+  partial block Hysteresis "Icon of an operator with memory: a hysteresis loop"
+    extends Block;
+    annotation (
+      Icon(graphics = {Polygon(points = {{-70, -60}, {10, -50}, {70, 60}, {-10, 50}, {-70, -60}}, lineColor = {0, 0, 127}, smooth = Smooth.Bezier)}),
+      Documentation(info = "<html><p>Icon of an operator with memory.</p></html>"));
+  end Hysteresis;
+
+  partial block Inverse "Icon of an inverse: a clockwise loop"
+    extends Block;
+    annotation (
+      Icon(graphics = {
+        Polygon(points = {{-60, -70}, {-50, 10}, {60, 70}, {50, -10}, {-60, -70}}, lineColor = {0, 0, 127}, smooth = Smooth.Bezier),
+        Text(extent = {{20, -60}, {95, -95}}, textString = "-1")}),
+      Documentation(info = "<html><p>Icon of an inverse.</p></html>"));
+  end Inverse;
+
+  partial block Sampled "Badge of a block that acts at the instants k Ts"
+    annotation (
+      Icon(graphics = {Line(points = {{-90, -80}, {-75, -80}, {-75, -70}, {-60, -70}, {-60, -60}}, color = {217, 67, 180})}),
+      Documentation(info = "<html><p>Badge of a block that acts at the instants k Ts.</p></html>"));
+  end Sampled;
+
+  partial block Events "Badge of a block with one event for each reversal"
+    annotation (
+      Icon(graphics = {Line(points = {{-90, -80}, {-75, -60}, {-60, -80}}, color = {217, 67, 180})}),
+      Documentation(info = "<html><p>Badge of a block with one event for each reversal.</p></html>"));
+  end Events;
+
+  partial block Smooth "Badge of a block without events"
+    annotation (
+      Icon(graphics = {Line(points = {{-90, -80}, {-80, -78}, {-70, -62}, {-60, -60}}, color = {217, 67, 180}, smooth = Smooth.Bezier)}),
+      Documentation(info = "<html><p>Badge of a block without events.</p></html>"));
+  end Smooth;
+
+  partial block Source "Icon of a source"
+    extends Block;
+    annotation (
+      Icon(graphics = {Line(points = {{-80, 0}, {-40, 60}, {0, 0}, {40, -60}, {80, 0}}, color = {0, 0, 127}, smooth = Smooth.Bezier)}),
+      Documentation(info = "<html><p>Icon of a source.</p></html>"));
+  end Source;
 
   partial function Function "Icon of a function"
     annotation (

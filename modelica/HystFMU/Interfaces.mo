@@ -13,13 +13,40 @@ package Interfaces "Ports and partial blocks"
       Documentation(info = "<html><p>Connects to every causal Real connector, those of the Modelica Standard Library included.</p></html>"));
 
   partial block Sampled "Block that acts at the instants 0, Ts, 2 Ts, ..."
-    extends Icons.Block;
+    extends Icons.Sampled;
     parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period: the communication step of the unit";
     annotation (Documentation(info = "<html>
 <p>Inputs are read at k Ts; outputs are held until (k + 1) Ts. The instant 0 is the initialisation.</p>
 <p><b>Limitation:</b> blocks in one chain must have the same Ts.</p>
 </html>"));
   end Sampled;
+
+  partial block Reversals "Block whose memory changes where its input turns, and there only"
+    extends Icons.Events;
+    parameter Real eps(unit = "1/s", min = 0) = 1e-9 "Rate of the input that is not yet a reversal";
+  protected
+    RealInput rate(unit = "1/s") "Rate of the input; connected to the conditional port";
+    Boolean rising(start = true, fixed = true) "Direction of the input; a plateau keeps it";
+  equation
+    rising = rate > eps or (pre(rising) and not rate < -eps);
+    annotation (Documentation(info = "<html>
+<p><b>Equation:</b> rising = rate &gt; eps or (pre(rising) and not rate &lt; -eps): one event for each reversal, none on a plateau.</p>
+<p><b>Limitation:</b> an input that jumps does not show its reversal in its rate.</p>
+</html>"));
+  end Reversals;
+
+  partial block Rated "Block that needs the rate of its input"
+    extends Icons.Smooth;
+  protected
+    RealInput rate(unit = "1/s") "Rate of the input; connected to the conditional port";
+    Real followed(start = 0, fixed = true) "Integral of the rate";
+  equation
+    // while every play rests, nothing else tells the solver that the input moves: it would step over the next motion
+    der(followed) = rate;
+    annotation (Documentation(info = "<html>
+<p>The rate comes from a source, from a state equation, or from Dynamics.RateFilter; no input is differentiated.</p>
+</html>"));
+  end Rated;
 
   annotation (Documentation(info = "<html><p>Ports of the blocks, and what sampled blocks have in common.</p></html>"));
 end Interfaces;

@@ -18,6 +18,12 @@ package Types "Quantities with units, and choices"
       relu "max(s, 0)") "Activation of the hidden layer"
     annotation (Documentation(info = "<html><p>Activation of the hidden layer of a network.</p></html>"));
 
+  type Magnetisation = enumeration(
+      demagnetised "In the middle, after ever smaller loops",
+      low "Negative saturation",
+      high "Positive saturation") "How a Preisach operator begins"
+    annotation (Documentation(info = "<html><p>How a Preisach operator begins.</p></html>"));
+
   type Start = enumeration(
       rest "Zero states",
       steady "In equilibrium with the first input") "How linear dynamics begin"

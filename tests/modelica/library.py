@@ -125,6 +125,8 @@ def evaluate(e: Any, scope: Mapping[str, Any]) -> Any:
             return a * b
         case "/", [a, b]:
             return a / b
+        case "div", [a, b]:
+            return int(a // b)
         case "fill", [a, *shape]:
             return np.full(shape, a)
         case ("zeros" | "ones") as f, shape:
@@ -145,8 +147,9 @@ def parameters(c: Class) -> dict[str, Any]:
 
 
 def ports(c: Class, kind: str) -> dict[str, ast.Symbol]:
-    """The components of a class that are connectors RealInput or RealOutput."""
-    return {n: s for n, s in components(c).items() if str(s.type) == f"Interfaces.{kind}"}
+    """The public components of a class that are connectors RealInput or RealOutput."""
+    parts = components(c).items()
+    return {n: s for n, s in parts if str(s.type) == f"Interfaces.{kind}" and s.visibility.name == "PUBLIC"}
 
 
 def experiment(c: Class) -> dict[str, float]:

@@ -1,27 +1,44 @@
-"""Compile one class with rumoca and simulate it: `run_model.py LIBRARY FILE MODEL [STOP STEP TOLERANCE OUT.npz]`.
+"""What runs in a process of its own, because a panic of the compiler is a BaseException and a solver may hang.
 
-A process of its own, because a panic of the compiler is a BaseException and a hanging solver must be killed.
+run_model.py LIBRARY FILE MODEL STOP STEP TOLERANCE OUT.npz    compile a class and simulate it
+run_model.py LIBRARY --load CLASS...                           compile classes; one line each: name, tab, complaint
 """
 
 import sys
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import rumoca
 
 
-def main(library: str, file: str, model: str, *run: str) -> None:
+def simulate(library: str, file: str, model: str, stop: str, step: str, tolerance: str, out: str) -> None:
     compiled = rumoca.Session(roots=[library]).load(file, model=model)
-    if not run:
-        return
-    stop, step, tolerance, out = run
     rtol = float(tolerance)
     config = rumoca.SimConfig(solver="rk-like", rtol=rtol, atol=rtol, max_wall_seconds=60.0)
     result = compiled.simulate(t=(0.0, float(stop)), dt=float(step), config=config)
     np.savez(out, allow_pickle=False, time=np.asarray(result.time), **{n: np.asarray(result[n]) for n in result.names})
 
 
-if __name__ == "__main__":
+def load(library: str, *names: str) -> None:
+    session = rumoca.Session(roots=[library])
+    for name in names:
+        file = Path(library).joinpath(*name.split(".")[1:]).with_suffix(".mo")
+        complaint = guarded(lambda f=str(file), n=name: session.load(f, model=n))
+        print(name, complaint, sep="\t", flush=True)
+
+
+def guarded(action: Callable[[], object]) -> str:
     try:
-        main(*sys.argv[1:])
+        action()
     except BaseException as e:
-        sys.exit(f"{type(e).__name__}: {e}")
+        return " ".join(f"{type(e).__name__}: {e}".split())
+    return ""
+
+
+if __name__ == "__main__":
+    where, first, *others = sys.argv[1:]
+    if first == "--load":
+        load(where, *others)
+    else:
+        sys.exit(guarded(lambda: simulate(where, first, *others)) or 0)

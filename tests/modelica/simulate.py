@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 TIME_LIMIT = 60.0
+LOAD_LIMIT = 180.0  # all classes together
 
 
 @dataclass(frozen=True)
@@ -35,12 +36,28 @@ class Trajectory:
         return {k: v[rows] for k, v in self.values.items()}
 
 
-def rumoca(*arguments: str | Path) -> str:
+def rumoca(*arguments: str | Path, limit: float = TIME_LIMIT) -> str:
     """Run `run_model.py`; returns what the compiler or the solver complains about, or ""."""
+    done = _process(*arguments, limit=limit)
+    return "" if done.returncode == 0 else done.stderr.strip()[:2000] or f"exit status {done.returncode}"
+
+
+def load(names: list[str]) -> dict[str, str]:
+    """Compile classes; what rumoca complains about each, "" for none."""
+    done = _process("--load", *names, limit=LOAD_LIMIT)
+    rows = dict(line.split("\t") for line in done.stdout.splitlines())
+    return {n: rows.get(n, f"the compiler ended before it: {done.stderr.strip()[-500:]}") for n in names}
+
+
+def can_load(c: library.Class) -> bool:
+    """Is it a class that the compiler takes as a model? Functions, types and partial classes are loaded by those."""
+    return c.tree.type in ("block", "model") and not c.tree.partial
+
+
+def _process(*arguments: str | Path, limit: float) -> subprocess.CompletedProcess[str]:
     script = Path(__file__).with_name("run_model.py")
     command = [sys.executable, str(script), str(library.ROOT), *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
-    return "" if done.returncode == 0 else done.stderr.strip()[:2000] or f"exit status {done.returncode}"
+    return subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False)
 
 
 def run(name: str, out: Path) -> Trajectory:

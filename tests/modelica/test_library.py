@@ -60,9 +60,9 @@ def test_lint_is_quiet(name: str) -> None:
         ("assigned_input", 'block Bad "b" Interfaces.RealInput u; equation u = time; end Bad;'),
         (
             "protected_access",
-            'block Bad "b" Operators.ZhaoTan a; Real y; equation y = a.extrema[1]; end Bad;',
+            'block Bad "b" Operators.Sampled.ZhaoTan a; Real y; equation y = a.extrema[1]; end Bad;',
         ),
-        ("protected_access", 'block Bad "b" Operators.ZhaoTan a; Real y; equation y = a.nothing; end Bad;'),
+        ("protected_access", 'block Bad "b" Operators.Sampled.ZhaoTan a; Real y; equation y = a.nothing; end Bad;'),
         ("equal_reals", 'block Bad "b" parameter Real r = 1; Real y; equation y = if r == 1 then 2 else 3; end Bad;'),
         ("equal_reals", 'block Bad "b" parameter Real r[2] = {1, 2}; Real y = if r[1] <> 1 then 2 else 3; end Bad;'),
         ("below_min", 'block Bad "b" parameter Real r(min = 0) = -1; end Bad;'),
@@ -79,15 +79,20 @@ def test_lint_finds(rule: str, body: str, tmp_path: Path) -> None:
     assert rule in {m.split(":")[0] for m in lint.complaints(library.Class("HystFMU.Operators.Bad", file, tree))}
 
 
+def test_every_class_loads() -> None:
+    names = [n for n, c in CLASSES.items() if simulate.can_load(c)]
+    assert len(names) > 100
+    assert {n: complaint for n, complaint in simulate.load(names).items() if complaint} == {}
+
+
 @pytest.mark.parametrize("name", BLOCKS)
-def test_block_compiles_alone_and_has_a_validation(name: str) -> None:
+def test_block_has_a_validation(name: str) -> None:
     tested = {
         str(library.find(str(c.tree.symbols["tested"].type), n).name)  # type: ignore[union-attr]
         for n, c in CLASSES.items()
-        if n.startswith("HystFMU.Validation.")
+        if n.startswith("HystFMU.Validation.") and c.tree.type == "model"
     }
     assert name in tested
-    assert simulate.rumoca(CLASSES[name].file, name) == ""
 
 
 def test_every_function_is_used() -> None:

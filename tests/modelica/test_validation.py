@@ -1,70 +1,72 @@
-"""Every Validation model against the C core: the same values, the inputs that the simulation recorded, every output."""
+"""Every Validation model against the C core, the plain numpy forms and the committed references.
+
+`make modelica` runs them all and prints the table; here every realisation of every operator runs once.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import compare
 import library
 import numpy as np
 import pytest
-import simulate
 
-from hystfmu.core import BlockType, block_types
-from hystfmu.graph import Graph, Node
-
-MODELS = sorted(
-    n
-    for n, c in library.classes().items()
-    if n.startswith("HystFMU.Validation.") and c.short_name != "BacklashSumDynamics"  # in test_loops.py
-)
-TWINS = {t.class_name: t for t in block_types().values()}
-
-HELD = {"TransferFunction", "Creep"}  # continuous, with an input that is held between samples
-# |Modelica - C core| / max |C core|.  Sampled and static blocks: rounding of the last places.
-ROUNDING = 1e-14
-BOUNDS = {
-    "TransferFunction": 1e-9,  # continuous: the solver at Tolerance = 1e-10 against the exact discretisation
-    "TransferFunctionSteady": 1e-8,
-    "Creep": 1e-9,
-    "BoucWenKnee": 1e-9,  # n = 2.5: twenty Runge-Kutta steps for each sample against the series of the C core
-}
+OPERATORS = sorted(n for n in library.classes() if compare.is_operator(n))
+OTHERS = sorted(n for n in library.classes() if compare.is_other(n))
+VARIANTS = [n for n in OPERATORS if n.rsplit(".", 1)[-1] != compare.operator(n)[0]]
 
 
-def twin_of(c: library.Class) -> tuple[BlockType, dict[str, object]]:
-    """The C block of a library class, and values that are not parameters of the class."""
-    return (TWINS["Reference"], {"shape": "sine"}) if c.short_name == "Sine" else (TWINS[c.short_name], {})
+@pytest.mark.parametrize("name", [n for n in OPERATORS if n not in VARIANTS])
+def test_operator_agrees(name: str, tmp_path: Path) -> None:
+    check(compare.compare(name, tmp_path / "result.npz"))
 
 
-@pytest.mark.parametrize("name", MODELS)
-def test_model_agrees_with_the_c_core(name: str, tmp_path: Path) -> None:
-    model = library.classes()[name]
-    tested = model.tree.symbols["tested"]
-    c = library.find(str(tested.type), name)
-    assert c is not None
-    kind, extra = twin_of(c)
-    values = {k: library.evaluate(e, {}) for k, e in library.modifiers(tested.class_modification).items()}
-    step = values.pop("Ts", library.experiment(model)["Interval"])
-    dims = {d.name: values.pop(d.name) for d in kind.dims if d.name in values}
-    if model.short_name == "TransferFunctionSteady":
-        extra = {"hold": "foh"}  # its input is a ramp between the samples
-    node = Node("tested", kind.name, dims, values | extra)
-
-    trajectory = simulate.run(name, tmp_path / "result.npz")
-    now, before = trajectory.at(step), trajectory.at(step, "left")
-    u = columns(now, kind, node, "input")
-    if model.short_name in HELD:
-        # the input of row k is what was held from instant k - 1 to instant k, whose left limit is the output
-        u = np.vstack([u[:1], u[:-1]])
-        now = before
-    expected = Graph.single(node).executor().run(u, sum(node.sizes[v.name] for v in kind.of("output")), step)
-    got = columns(now, kind, node, "output")
-    error = np.abs(got - expected).max(axis=0) / np.abs(expected).max(axis=0)
-    print(f"{name}: {len(u)} samples, largest difference {error.max():.1e} of max |y|")
-    assert len(u) >= 100
-    assert np.ptp(expected, axis=0).min() > 0, "an output that does not move tests nothing"
-    assert error.max() <= BOUNDS.get(model.short_name, ROUNDING)
+@pytest.mark.torture
+@pytest.mark.parametrize("name", VARIANTS)
+def test_variant_of_an_operator_agrees(name: str, tmp_path: Path) -> None:
+    check(compare.compare(name, tmp_path / "result.npz"))
 
 
-def columns(values: dict[str, simulate.Array], kind: BlockType, node: Node, role: str) -> simulate.Array:
-    blocks = [simulate.port(values, "tested", v.name, node.sizes[v.name]) for v in kind.of(role)]
-    return np.hstack(blocks) if blocks else np.zeros((len(values["time"]), 0))
+@pytest.mark.parametrize("name", OTHERS)
+def test_block_agrees_with_the_c_core(name: str, tmp_path: Path) -> None:
+    check(compare.compare_other(name, tmp_path / "result.npz"))
+
+
+def check(o: compare.Outcome) -> None:
+    print(compare.line(o))
+    assert o.error_c <= o.bound_c
+    assert np.isnan(o.error_numpy) or o.error_numpy <= o.bound_numpy
+    assert o.error_reference <= o.tube, "not the committed reference (tests/modelica/report.py --record writes it)"
+
+
+def test_every_operator_has_every_signal_in_every_realisation() -> None:
+    """The one signal of these models holds them all; every Validation model of an operator must use it."""
+    for name in OPERATORS:
+        signal = library.classes()[name].tree.symbols["signal"]
+        assert str(signal.type) == "BaseClasses.TestSignal", name
+    for package in ("Operators", "Inverse"):
+        blocks = [n for n, c in library.classes().items() if compare.is_realisation(n, package)]
+        assert blocks
+        for name in blocks:
+            kind, short_name = name.split(".")[2:]
+            assert f"HystFMU.Validation.{kind}.{short_name}" in library.classes()
+
+
+def test_numpy_form_of_the_signal_has_the_parts_that_it_should() -> None:
+    t = np.arange(0, 1.4, 1e-5)
+    u = compare.signal_form(t)
+    rate = np.diff(u)
+    turns = np.flatnonzero(rate[1:] * rate[:-1] < 0)
+
+    def between(a: float, b: float) -> int:
+        return int(np.sum((t[turns] > a) & (t[turns] < b)))
+
+    assert between(0, 0.2) == 4, "a sine of two periods"
+    assert between(0.2, 0.5) > 12, "minor loops"
+    tops = np.abs(u[turns + 1][(t[turns] > 0.5) & (t[turns] < 0.8)])
+    assert (np.diff(tops) < 0).all()
+    assert len(tops) > 10, "a decaying sine"
+    assert (rate[(t[1:] > 0.851) & (t[1:] < 0.899)] == 0).all(), "a hold"
+    assert np.abs(rate).max() / 1e-5 > 1000, "a step"
+    assert between(1.1, 1.4) > 8, "reversals with noise: four without it"

@@ -1,5 +1,6 @@
 within HystFMU.Control;
 block Pid "PID controller with feed-forward and anti-windup"
+  extends Icons.Block;
   extends Interfaces.Sampled;
   parameter Real Kp = 1 "Proportional gain";
   parameter Real Ki(unit = "1/s") = 0 "Integral gain";

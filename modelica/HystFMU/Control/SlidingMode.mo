@@ -1,5 +1,6 @@
 within HystFMU.Control;
 block SlidingMode "Sliding mode controller around a feed-forward, with integral action and anti-windup"
+  extends Icons.Block;
   extends Interfaces.Sampled;
   parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line";
   parameter Real eta(unit = "s", min = 0) = 1e-3 "Linear gain of s";

@@ -1,5 +1,6 @@
 within HystFMU.Dynamics;
 block Delay "Delay by a whole number of steps"
+  extends Icons.Block;
   extends Interfaces.Sampled;
   parameter Integer n(min = 1) = 1 "Steps of delay";
   parameter Real y0 = 0 "Output until the first input has come through";

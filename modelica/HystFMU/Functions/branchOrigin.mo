@@ -1,7 +1,7 @@
 within HystFMU.Functions;
 function branchOrigin "Where the current branch starts, and its scale"
   extends Icons.Function;
-  input Real memory[:] "As left by turn or turnLast";
+  input Real memory[:] "As left by turn";
   input Real x0 "Origin of the virgin branch";
   input Real h0 "Output there";
   input Real virgin = 2 "Scale of the virgin branch: 2 by Masing's rule";
@@ -19,6 +19,6 @@ algorithm
 <p><b>Equation:</b> h = h_p + sgn(x - x_p) g(s abs(x - x_p))/s with (x_p, h_p, s) from here and g the operator's branch; s = 1 after a
 reversal, 2 on the virgin branch.</p>
 <p><b>Source:</b> Masing's rule.</p>
-<p><b>Limitation:</b> the memory must come from turn or turnLast.</p>
+<p><b>Limitation:</b> the memory must come from turn.</p>
 </html>"));
 end branchOrigin;

@@ -5,6 +5,7 @@ function turn "Memory of dominant extrema after a new input"
   input Real x0 "Origin of the virgin branch";
   input Real h "Output at the previous input";
   input Real memory[:] "Count, direction, previous input, extrema[depth], outputs at them[depth]";
+  input Boolean last = false "Remember the last extremum only: the literal reading, for replicas";
   output Real memory_new[size(memory, 1)] "Memory after the new input";
 protected
   Integer depth = div(size(memory, 1) - 3, 2);
@@ -20,7 +21,7 @@ algorithm
     direction := if x > memory[3] then 1 else -1;
     pushed := if memory[2] <> 0 and direction <> memory[2] then 1 else 0;
     // wiping-out: x has passed the extremum before the newest one
-    wiping := true;
+    wiping := not last;
     for i in 1:size(memory, 1) loop
       if wiping then
         n := count + pushed;
@@ -43,7 +44,7 @@ algorithm
     end for;
     if pushed == 1 then
       // a full list forgets its smallest loop, the last pair
-      count := (if count == depth then depth - 2 else count) + 1;
+      count := if last then 1 else (if count == depth then depth - 2 else count) + 1;
       memory_new[3 + count] := memory[3];
       memory_new[3 + depth + count] := h;
     end if;
@@ -54,8 +55,9 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> when x passes the extremum before the newest one, that loop is closed and both are removed; when x turns, the
 previous input is appended with the output there. The output is not needed to find the branch: it is computed from the new memory
-by branchOrigin and the operator's own branch function.</p>
-<p><b>Source:</b> Madelung's rules; Zhao &amp; Tan 2008, section III (dominant extrema).</p>
+by branchOrigin and the operator's own branch function. With last = true the new extremum replaces the old one, whether
+that was passed or not: it drifts, and is unbounded on random reversals.</p>
+<p><b>Source:</b> Madelung's rules; Zhao &amp; Tan 2008, section III (dominant extrema), eq. 4 (literal reading).</p>
 <p><b>Limitations:</b> depth (size of memory = 3 + 2 depth) must be at least 4. When the list is full, the smallest stored loop, the last pair, is
 forgotten as if it had closed. The cost grows with depth: loops of fixed length instead of while, because
 rumoca 0.10.2 has no while whose end depends on data.</p>

@@ -2,6 +2,6 @@ within HystFMU;
 package Inverse "Inverses of the operators"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>Exact inverses: the same list of extrema, driven by the output, with the inverse branch function.</p>
+<p>The same list of extrema, driven by the output, with the inverse branch function.</p>
 </html>"));
 end Inverse;

@@ -1,5 +1,6 @@
 within HystFMU.Plants;
 block BacklashSumDynamics "Hysteretic actuator: sum of backlash operators before second-order dynamics G0(s)"
+  extends Icons.Block;
   extends Interfaces.Sampled;
   parameter Integer n(min = 1) = 10 "Number of backlash operators";
   parameter Real w0 = 0.3 "Weight of the linear term";
@@ -10,7 +11,7 @@ block BacklashSumDynamics "Hysteretic actuator: sum of backlash operators before
   parameter Real zeta(min = 0) = 0.7 "Damping ratio of G0";
   Interfaces.RealInput u "Input of the actuator" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Displacement" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
-  BacklashSum hysteresis(n = n, w0 = w0, r = r, w = w, Ts = Ts);
+  Operators.Sampled.BacklashSum hysteresis(n = n, w0 = w0, r = r, w = w, Ts = Ts);
   Dynamics.TransferFunction dynamics(na = 2, b = {gain}, a = {1/omega_n^2, 2*zeta/omega_n, 1});
 protected
   parameter Real omega_n(unit = "rad/s") = 6.283185307179586*f_n "Natural angular frequency";

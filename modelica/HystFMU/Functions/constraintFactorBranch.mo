@@ -1,0 +1,28 @@
+within HystFMU.Functions;
+function constraintFactorBranch "Branch function of the constraint-factor operator"
+  extends Icons.Function;
+  input Real d "Length of the branch, at least 0";
+  input Real a0 "Constant of the polynomial";
+  input Real a[:] "Coefficients of the odd powers";
+  input Real d_max "Longest branch of the polynomial";
+  output Real g "Height of the branch";
+protected
+  Real e = min(d, d_max) "Where the polynomial is taken";
+  Real odd;
+  Real slope "Of the polynomial part over d";
+algorithm
+  odd := 0;
+  slope := 0;
+  for j in 1:size(a, 1) loop
+    odd := odd*(e*e) + a[size(a, 1) + 1 - j];
+    slope := slope*(e*e) + (2*(size(a, 1) - j) + 1)*a[size(a, 1) + 1 - j];
+  end for;
+  g := (1 - exp(-e))*(a0 + odd*e);
+  // a straight line beyond d_max
+  g := g + (exp(-e)*(a0 + odd*e) + (1 - exp(-e))*slope)*(d - e);
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>), with its slope at d_max beyond it.</p>
+<p><b>Source:</b> Shen &amp; Ma 2017, eq. 1.</p>
+<p><b>Limitations:</b> d &ge; 0.</p>
+</html>"));
+end constraintFactorBranch;

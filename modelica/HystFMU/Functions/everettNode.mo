@@ -1,0 +1,15 @@
+within HystFMU.Functions;
+function everettNode "Everett function at a node of its grid"
+  extends Icons.Function;
+  input Real E[:] "Values below the diagonal, row by row";
+  input Integer i "Row: alpha_i";
+  input Integer j "Column: beta_j";
+  output Real e "Value; 0 on the diagonal and above";
+algorithm
+  e := if i > j then E[max(div(i*(i - 1), 2) + j + 1, 1)] else 0;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> E_ij = E[i (i - 1)/2 + j + 1] for i &gt; j.</p>
+<p><b>Source:</b> Everett 1955.</p>
+<p><b>Limitations:</b> rows and columns count from 0.</p>
+</html>"));
+end everettNode;

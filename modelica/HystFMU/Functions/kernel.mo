@@ -1,0 +1,19 @@
+within HystFMU.Functions;
+function kernel "Krasnosel'skii-Pokrovskii kernels after a new input"
+  extends Icons.Function;
+  input Real u "New input";
+  input Real a "Rise length of the ridge function";
+  input Real p1[:] "Where the falling ramps are -1";
+  input Real p2[size(p1, 1)] "Where the rising ramps leave -1";
+  input Real k[size(p1, 1)] "Kernels before";
+  output Real k_new[size(p1, 1)] "Kernels after";
+algorithm
+  for i in 1:size(p1, 1) loop
+    k_new[i] := min(max(k[i], min(max(2*(u - p2[i])/a - 1, -1), 1)), min(max(2*(u - p1[i])/a - 1, -1), 1));
+  end for;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> k+ = min(max(k, ridge(u - p2)), ridge(u - p1)), ridge(x) = min(max(2 x/a - 1, -1), 1).</p>
+<p><b>Source:</b> Krasnosel'skii &amp; Pokrovskii 1989, chapter 2.</p>
+<p><b>Limitations:</b> p1 &le; p2.</p>
+</html>"));
+end kernel;

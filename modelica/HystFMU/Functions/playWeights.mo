@@ -1,0 +1,17 @@
+within HystFMU.Functions;
+function playWeights "Weights of plays on an even grid that have a given loading curve"
+  extends Icons.Function;
+  input Real phi[:] "Loading curve at 0, step, 2 step, ...";
+  input Real step "Step of the grid";
+  output Real w[size(phi, 1) - 1] "Weights of the plays with half-widths 0, step, 2 step, ...";
+algorithm
+  w[1] := (phi[2] - phi[1])/step;
+  for i in 2:size(phi, 1) - 1 loop
+    w[i] := (phi[i + 1] - 2*phi[i] + phi[i - 1])/step;
+  end for;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> w_0 = (phi_1 - phi_0)/step, w_i = (phi_(i+1) - 2 phi_i + phi_(i-1))/step: the polygon through the points.</p>
+<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10.</p>
+<p><b>Limitations:</b> between the points the curve is straight.</p>
+</html>"));
+end playWeights;

@@ -1,0 +1,25 @@
+within HystFMU.Inverse.Events;
+block PrandtlIshlinskiiInverse "Exact inverse of the Prandtl-Ishlinskii operator, events at reversals"
+  extends BaseClasses.PrandtlIshlinskiiInverse(final usesRate = true);
+  extends Interfaces.Reversals;
+protected
+  parameter Real y0 = (w0 + sum(w))*u0 "Output of the operator at rest";
+  discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, y0}, zeros(2*depth)), each fixed = true) "Dominant extrema of y";
+  discrete Real u_turn(start = u0, fixed = true) "Output at the last reversal";
+equation
+  connect(dy, rate);
+  assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");
+  assert(Functions.leastSlope(w0, w) > 0, "w0 and w0 + w_1 + ... + w_i must be greater than 0 for every i: the loading curve must increase");
+  when {initial(), change(rising)} then
+    extrema = Functions.turn(y, y0, pre(u_turn), pre(extrema));
+    u_turn = Functions.prandtlIshlinskiiInverse(y, Functions.branchOrigin(extrema, y0, u0, 2), w0, r, w);
+  end when;
+  u = Functions.prandtlIshlinskiiInverse(y, Functions.branchOrigin(Functions.turn(y, y0, u_turn, extrema), y0, u0, 2), w0, r, w);
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> u such that w0 u + sum_i w_i p_{r_i}[u] = y.</p>
+<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10-14.</p>
+<p><b>Limitations:</b> w0 and w0 + w_1 + ... + w_i must be greater than 0. One event for each reversal; only the sign of the rate is used. The time of an evaluation grows with depth.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Validation.Events.PrandtlIshlinskiiInverse\">Validation.Events.PrandtlIshlinskiiInverse</a>.</p>
+</html>"));
+end PrandtlIshlinskiiInverse;

@@ -1,0 +1,22 @@
+within HystFMU.Inverse.Events;
+block ZhaoTanInverseReconstructed "Inverse Zhao-Tan operator, reconstructed from the paper, events at reversals"
+  extends BaseClasses.ZhaoTanInverseReconstructed(final usesRate = true);
+  extends Interfaces.Reversals;
+protected
+  discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, 0}, zeros(2*depth)), each fixed = true) "Dominant extrema of h";
+  discrete Real x_turn(start = x0, fixed = true) "Output at the last reversal";
+equation
+  connect(dh, rate);
+  when {initial(), change(rising)} then
+    extrema = Functions.turn(h, 0, pre(x_turn), pre(extrema));
+    x_turn = Functions.zhaoTanInverseReconstructed(h, Functions.branchOrigin(extrema, 0, x0, 2));
+  end when;
+  x = Functions.zhaoTanInverseReconstructed(h, Functions.branchOrigin(Functions.turn(h, 0, x_turn, extrema), 0, x0, 2));
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> x = x_p + sgn(h - h_p) (1 + e<sup>-d</sup>) d, d = abs(h - h_p); virgin branch by Masing's rule.</p>
+<p><b>Source:</b> Zhao &amp; Tan 2008, eq. 11 (lost; reconstructed).</p>
+<p><b>Limitations:</b> An approximation that a network on (h, x) corrects; the exact inverse is ZhaoTanInverse. One event for each reversal; only the sign of the rate is used. The time of an evaluation grows with depth.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ZhaoTanInverseReconstructed\">Inverse.Sampled.ZhaoTanInverseReconstructed</a>, <a href=\"modelica://HystFMU.Validation.Events.ZhaoTanInverseReconstructed\">Validation.Events.ZhaoTanInverseReconstructed</a>.</p>
+</html>"));
+end ZhaoTanInverseReconstructed;

@@ -1,0 +1,25 @@
+within HystFMU.Operators.Events;
+block Preisach "Preisach operator in Everett's form, events at reversals"
+  extends BaseClasses.Preisach(final usesRate = true);
+  extends Interfaces.Reversals;
+protected
+  parameter Real origin = if start == Types.Magnetisation.low then lo elseif start == Types.Magnetisation.high then hi else 0.5*lo + 0.5*hi "Where the first branch starts";
+  parameter Real virgin[2*n + 1] = if start == Types.Magnetisation.demagnetised then Functions.demagnetisedBranch(n, E, offset) else Functions.saturatedBranch(n, E, offset, start) "First branch at half steps of the grid";
+  discrete Real memory[3 + 2*depth](start = cat(1, {0, 0, origin}, zeros(2*depth)), each fixed = true) "Dominant extrema of u";
+  discrete Real y_turn(start = Functions.firstBranch(origin, lo, hi, virgin), fixed = true) "Output at the last reversal";
+equation
+  connect(du, rate);
+  assert(lo < hi, "lo must be less than hi");
+  when {initial(), change(rising)} then
+    memory = Functions.turn(min(max(u, lo), hi), origin, pre(y_turn), pre(memory));
+    y_turn = Functions.preisach(min(max(u, lo), hi), memory, lo, hi, n, E, virgin);
+  end when;
+  y = Functions.preisach(min(max(u, lo), hi), Functions.turn(min(max(u, lo), hi), origin, y_turn, memory), lo, hi, n, E, virgin);
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising; E linear between its grid values.</p>
+<p><b>Source:</b> Mayergoyz, Mathematical Models of Hysteresis 1991, chapter 1; Everett 1955.</p>
+<p><b>Limitations:</b> One event for each reversal of the input, in between a closed form of the input: exact whatever the solver's step; outside [lo, hi] nothing switches; no realisation Smooth: a relay has no smooth form of bounded error. A jump of the input must be a ramp, because the rate tells where it turns; only the sign of the rate is used.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, <a href=\"modelica://HystFMU.Validation.Events.Preisach\">Validation.Events.Preisach</a>.</p>
+</html>"));
+end Preisach;

@@ -1,0 +1,26 @@
+within HystFMU.Operators.Events;
+block ZhaoTan "Zhao-Tan hysteretic operator, events at reversals"
+  extends BaseClasses.ZhaoTan(final usesRate = true);
+  extends Interfaces.Reversals;
+protected
+  parameter Boolean last = memory == Types.Memory.last "Only the last extremum is remembered";
+  parameter Real virgin = if memory == Types.Memory.dominant then 2 else 1 "Scale of the virgin branch";
+  discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, x0}, zeros(2*depth)), each fixed = true) "Extrema of x";
+  discrete Real h_turn(start = 0, fixed = true) "Output at the last reversal";
+  Real current[3 + 2*depth] "Extrema, those that x has passed wiped out";
+equation
+  connect(dx, rate);
+  when {initial(), change(rising)} then
+    extrema = Functions.turn(x, x0, pre(h_turn), pre(extrema), last);
+    h_turn = Functions.zhaoTan(x, Functions.branchOrigin(extrema, x0, 0, virgin));
+  end when;
+  current = Functions.turn(x, x0, h_turn, extrema, last);
+  h = Functions.zhaoTan(x, Functions.branchOrigin(current, x0, 0, virgin));
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> h = h_p + sgn(x - x_p) (1 - e<sup>-d</sup>) d, d = abs(x - x_p); virgin branch h = sgn(x - x0) g(2 abs(x - x0))/2.</p>
+<p><b>Source:</b> Zhao &amp; Tan 2008, section III.</p>
+<p><b>Limitations:</b> One event for each reversal of the input, in between a closed form of the input: exact whatever the solver's step; memory = last is for replicas only: it drifts under noise and is unbounded on random reversals. The time of a step grows with depth (16 is enough for most loops). A jump of the input must be a ramp, because the rate tells where it turns; only the sign of the rate is used.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ZhaoTan\">Operators.Sampled.ZhaoTan</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ZhaoTan\">Operators.Smooth.ZhaoTan</a>, <a href=\"modelica://HystFMU.Validation.Events.ZhaoTan\">Validation.Events.ZhaoTan</a>.</p>
+</html>"));
+end ZhaoTan;

@@ -1,0 +1,23 @@
+within HystFMU.Operators.Sampled;
+block Duhem "Duhem operator with polynomial slopes for rising and falling input, sampled"
+  extends BaseClasses.Duhem(y(start = 0, fixed = true));
+  extends Interfaces.Sampled;
+  parameter Integer steps(min = 1) = 20 "Most Runge-Kutta steps in one sample";
+protected
+  discrete Real u_last(start = 0, fixed = true) "Input at the last sample";
+  discrete Real w_last(start = w0, fixed = true) "w there";
+equation
+  assert(abs(w0) <= w_max, "w0 must be within w_max, the bound of abs(w)");
+  when sample(0, Ts) then
+    w_last = if time < 0.5*Ts then w0 elseif u >= pre(u_last) then Functions.duhem(u, pre(u_last), pre(w_last), a_rise, b_rise, c_rise, q, w_max, du_max, steps) else Functions.duhem(u, pre(u_last), pre(w_last), a_fall, b_fall, c_fall, q, w_max, du_max, steps);
+    u_last = u;
+    y = k*u + w_last;
+  end when;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> dw/du = sum_i u<sup>i</sup> (a_i + sum_j (b_ij w<sup>j</sup> + c_ij abs(w) w<sup>j-1</sup>)), one set of coefficients for rising and one for falling u; y = k u + w.</p>
+<p><b>Source:</b> Oh &amp; Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645; Coleman &amp; Hodgdon 1986 (Duhem's form).</p>
+<p><b>Limitations:</b> Acts at 0, Ts, 2 Ts, ...: the unit of the same name stepped with Ts; extrema between two samples are not seen; no return-point memory, so no closed form from one reversal to the next and no realisation Events. The simulation must start at time 0.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.Duhem\">Operators.Smooth.Duhem</a>, <a href=\"modelica://HystFMU.Validation.Sampled.Duhem\">Validation.Sampled.Duhem</a>.</p>
+</html>"));
+end Duhem;

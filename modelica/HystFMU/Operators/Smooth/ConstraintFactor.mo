@@ -1,0 +1,29 @@
+within HystFMU.Operators.Smooth;
+block ConstraintFactor "Constraint-factor operator (Ma): odd polynomial branch, smooth"
+  extends BaseClasses.ConstraintFactor(final usesRate = true);
+  extends Interfaces.Rated;
+  parameter Real width(min = 0) = 1e-3 "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play";
+  parameter Integer plays(min = 2) = 50 "Number of plays that stand for the branch";
+  parameter Real reach(min = 0) = 4 "Longest branch that is met; a straight line beyond";
+protected
+  parameter Real r[plays] = linspace(0, 0.5*reach*(1 - 1/plays), plays) "Half-widths";
+  parameter Real q[plays + 1] = linspace(0, 0.5*reach, plays + 1) "Corners of the loading curve";
+  parameter Real w[plays] = Functions.playWeights(Functions.constraintFactorLoading(q, a0, a, d_max), 0.5*reach/plays) "Weights";
+  Real z[plays] "Plays";
+initial equation
+  z = Functions.play(x, r, fill(x0, plays));
+equation
+  connect(dx, rate);
+  assert(memory == Types.Memory.dominant, "the realisation Smooth has memory = dominant only");
+  for i in 1:plays loop
+    der(z[i]) = Functions.playRate(x, rate, r[i], z[i], width);
+  end for;
+  h = w*(z - fill(x0, plays));
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> h = h_p + sgn(x - x_p) g(d), g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>), d = abs(x - x_p); virgin branch by Masing's rule.</p>
+<p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2, with return-point memory.</p>
+<p><b>Limitations:</b> An ordinary differential equation without events, driven by the rate of the input; the branch must not fall between 0 and d_max (the unit checks it); the time of a step grows with depth. The branch is a polygon of <em>plays</em> straight pieces over <em>reach</em>. The parameter depth has no effect here.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ConstraintFactor\">Operators.Sampled.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Operators.Events.ConstraintFactor\">Operators.Events.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Validation.Smooth.ConstraintFactor\">Validation.Smooth.ConstraintFactor</a>.</p>
+</html>"));
+end ConstraintFactor;

@@ -1,0 +1,29 @@
+within HystFMU.Operators.Smooth;
+block ZhaoTan "Zhao-Tan hysteretic operator, smooth"
+  extends BaseClasses.ZhaoTan(final usesRate = true);
+  extends Interfaces.Rated;
+  parameter Real width(min = 0) = 1e-3 "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play";
+  parameter Integer plays(min = 2) = 50 "Number of plays that stand for the branch";
+  parameter Real reach(min = 0) = 4 "Longest branch that is met; a straight line beyond";
+protected
+  parameter Real r[plays] = linspace(0, 0.5*reach*(1 - 1/plays), plays) "Half-widths";
+  parameter Real q[plays + 1] = linspace(0, 0.5*reach, plays + 1) "Corners of the loading curve";
+  parameter Real w[plays] = Functions.playWeights(Functions.zhaoTanLoading(q), 0.5*reach/plays) "Weights";
+  Real z[plays] "Plays";
+initial equation
+  z = Functions.play(x, r, fill(x0, plays));
+equation
+  connect(dx, rate);
+  assert(memory == Types.Memory.dominant, "the realisation Smooth has memory = dominant only");
+  for i in 1:plays loop
+    der(z[i]) = Functions.playRate(x, rate, r[i], z[i], width);
+  end for;
+  h = w*(z - fill(x0, plays));
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> h = h_p + sgn(x - x_p) (1 - e<sup>-d</sup>) d, d = abs(x - x_p); virgin branch h = sgn(x - x0) g(2 abs(x - x0))/2.</p>
+<p><b>Source:</b> Zhao &amp; Tan 2008, section III.</p>
+<p><b>Limitations:</b> An ordinary differential equation without events, driven by the rate of the input; memory = last is for replicas only: it drifts under noise and is unbounded on random reversals. The time of a step grows with depth (16 is enough for most loops). The branch is a polygon of <em>plays</em> straight pieces over <em>reach</em>. The parameter depth has no effect here.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ZhaoTan\">Operators.Sampled.ZhaoTan</a>, <a href=\"modelica://HystFMU.Operators.Events.ZhaoTan\">Operators.Events.ZhaoTan</a>, <a href=\"modelica://HystFMU.Validation.Smooth.ZhaoTan\">Validation.Smooth.ZhaoTan</a>.</p>
+</html>"));
+end ZhaoTan;

@@ -1,0 +1,48 @@
+within HystFMU.Validation.BaseClasses;
+block TestSignal "What every operator is tried on"
+  extends Icons.Source;
+  parameter Real amplitude = 1 "Factor of the signal";
+  parameter Real offset = 0 "Added to the signal";
+  Interfaces.RealOutput r "Signal" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  Interfaces.RealOutput dr(unit = "1/s") "Its rate" annotation (Placement(transformation(extent = {{100, -80}, {120, -60}})));
+protected
+  constant Real pi = 3.141592653589793 "Half a turn";
+equation
+  // events where a ramp begins: a solver that looks at rates only would step over it
+  r = offset + amplitude*(
+    if time < 0.2 then sin(20*pi*time)
+    elseif time < 0.5 then 0.6*sin(20*pi*(time - 0.2)) + 0.35*sin(80*pi*(time - 0.2))
+    elseif time < 0.8 then exp(-6*(time - 0.5))*sin(60*pi*(time - 0.5))
+    elseif time < 0.85 then 14*(time - 0.8)
+    elseif time < 0.9 then 0.7
+    elseif time < 0.92 then 0.7 + 10*(time - 0.9)
+    elseif time < 0.95 then 0.9
+    elseif time < 1 then 0.9 - 14*(time - 0.95)
+    elseif time < 1.001 then 0.2 - 1000*(time - 1)
+    elseif time < 1.05 then -0.8
+    elseif time < 1.051 then -0.8 + 1400*(time - 1.05)
+    elseif time < 1.1 then 0.6
+    else 0.6*cos(pi*(time - 1.1)/0.075) + 0.01*sin(240*pi*(time - 1.1)));
+  dr = amplitude*(
+    if time < 0.2 then 20*pi*cos(20*pi*time)
+    elseif time < 0.5 then 12*pi*cos(20*pi*(time - 0.2)) + 28*pi*cos(80*pi*(time - 0.2))
+    elseif time < 0.8 then exp(-6*(time - 0.5))*(60*pi*cos(60*pi*(time - 0.5)) - 6*sin(60*pi*(time - 0.5)))
+    elseif time < 0.85 then 14
+    elseif time < 0.9 then 0
+    elseif time < 0.92 then 10
+    elseif time < 0.95 then 0
+    elseif time < 1 then -14
+    elseif time < 1.001 then -1000
+    elseif time < 1.05 then 0
+    elseif time < 1.051 then 1400
+    elseif time < 1.1 then 0
+    else -8*pi*sin(pi*(time - 1.1)/0.075) + 2.4*pi*cos(240*pi*(time - 1.1)));
+  annotation (Documentation(info = "<html>
+<p>In this order: a sine; minor loops by two tones; a decaying sine; ramp, hold, ramp on, hold, ramp back; a step down and one up; reversals with noise.</p>
+<p><b>Equation:</b> see the text; dr is the derivative of r.</p>
+<p><b>Source:</b> chosen for this library.</p>
+<p><b>Limitations:</b> made for 0 to 1.4 s; a step takes 1 ms, because the rate of a jump is infinite.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.PlayBank\">Validation.Sampled.PlayBank</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Sine\">Sources.Sine</a>.</p>
+</html>"));
+end TestSignal;

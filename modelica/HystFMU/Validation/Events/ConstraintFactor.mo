@@ -1,0 +1,14 @@
+within HystFMU.Validation.Events;
+model ConstraintFactor "Constraint-factor operator with two odd powers, beyond d_max too, events"
+  extends Icons.Example;
+  Operators.Events.ConstraintFactor tested(m = 2, depth = 32, a0 = 0.5, a = {1, 0.05}, d_max = 1.5, x0 = -0.1) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
+equation
+  connect(signal.r, tested.x);
+  connect(signal.dr, tested.dx);
+  annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>Constraint-factor operator with two odd powers, beyond d_max too. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every row of the simulation.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.ConstraintFactor\">Operators.Events.ConstraintFactor</a>.</p>
+</html>"));
+end ConstraintFactor;

@@ -1,0 +1,14 @@
+within HystFMU.Validation.Events;
+model PlayBank "Three plays, one of width 0, events"
+  extends Icons.Example;
+  Operators.Events.PlayBank tested(n = 3, r = {0, 0.1, 0.3}, z0 = {0.1, 0, -0.4}) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
+equation
+  connect(signal.r, tested.u);
+  connect(signal.dr, tested.du);
+  annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>Three plays, one of width 0. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every row of the simulation.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.PlayBank\">Operators.Events.PlayBank</a>.</p>
+</html>"));
+end PlayBank;

@@ -1,0 +1,14 @@
+within HystFMU.Validation.Events;
+model PreisachHigh "Preisach operator from positive saturation, events"
+  extends Icons.Example;
+  Operators.Events.Preisach tested(n = 4, depth = 32, lo = -1.1, hi = 1.05, E = {0.3, 0.7, 0.25, 1.1, 0.6, 0.2, 1.3, 0.9, 0.5, 0.15}, start = Types.Magnetisation.high) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
+equation
+  connect(signal.r, tested.u);
+  connect(signal.dr, tested.du);
+  annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>Preisach operator from positive saturation. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every row of the simulation.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>.</p>
+</html>"));
+end PreisachHigh;

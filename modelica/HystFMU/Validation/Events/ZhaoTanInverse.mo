@@ -1,0 +1,14 @@
+within HystFMU.Validation.Events;
+model ZhaoTanInverse "Exact inverse of the Zhao-Tan operator, events"
+  extends Icons.Example;
+  Inverse.Events.ZhaoTanInverse tested(depth = 32, x0 = 0.1) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  BaseClasses.TestSignal signal(amplitude = 0.7, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
+equation
+  connect(signal.r, tested.h);
+  connect(signal.dr, tested.dh);
+  annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>Exact inverse of the Zhao-Tan operator. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every row of the simulation.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverse\">Inverse.Events.ZhaoTanInverse</a>.</p>
+</html>"));
+end ZhaoTanInverse;

@@ -1,0 +1,13 @@
+within HystFMU.Validation.Smooth;
+model Creep "Two lags from rest, smooth"
+  extends Icons.Example;
+  Operators.Smooth.Creep tested(n = 2, w = {0.3, 0.1}, T = {0.005, 0.1}) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
+equation
+  connect(signal.r, tested.u);
+  annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>Two lags from rest. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every row of the simulation.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.Creep\">Operators.Smooth.Creep</a>.</p>
+</html>"));
+end Creep;

@@ -1,0 +1,14 @@
+within HystFMU.Validation.Smooth;
+model ZhaoTan "Zhao-Tan operator, smooth"
+  extends Icons.Example;
+  Operators.Smooth.ZhaoTan tested(depth = 32, x0 = 0.1) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  BaseClasses.TestSignal signal(amplitude = 1.2, offset = 0.1) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
+equation
+  connect(signal.r, tested.x);
+  connect(signal.dr, tested.dx);
+  annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>Zhao-Tan operator. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every row of the simulation.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.ZhaoTan\">Operators.Smooth.ZhaoTan</a>.</p>
+</html>"));
+end ZhaoTan;

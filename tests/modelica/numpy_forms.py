@@ -1,0 +1,259 @@
+"""Operators in plain numpy, written from their definitions alone: nothing here shares an idea with the C core.
+
+Return-point operators are evaluated from the whole history at each row: its dominant extrema are found as the point
+farthest from the start, the farthest one back from there, and so on; no list is carried from row to row.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+Values = dict[str, Any]
+RK_STEPS = 2
+
+
+def plays(u: Array, r: Array, z: Array) -> Array:
+    """Play operators, one column each: Krejci & Kuhnen 2001, eq. 3."""
+    out = np.empty((len(u), len(r)))
+    for k, x in enumerate(u):
+        out[k] = z = np.clip(z, x - r, x + r)
+    return out
+
+
+def dominant(x: Array, x0: float) -> list[float]:
+    """The dominant extrema of a history that began at x0, and the present value at the end."""
+    path = np.concatenate([[x0], x])
+    k = int(len(path) - 1 - np.argmax(np.abs(path[::-1] - x0)))
+    points = [float(path[k])]
+    falling = path[k] > x0
+    while k < len(path) - 1:
+        rest = path[k + 1 :][::-1]
+        k = len(path) - 1 - int(np.argmin(rest) if falling else np.argmax(rest))
+        points.append(float(path[k]))
+        falling = not falling
+    return points
+
+
+def return_point(x: Array, rows: Rows, x0: float, h0: float, g: Callable[[Array], Array]) -> Array:
+    """Masing's rule on the dominant extrema: h0 +- g(2 |x_1 - x0|)/2 +- g(|x_2 - x_1|) +- ..."""
+    h = np.zeros(len(x))
+    for k in rows:
+        points = np.array(dominant(x[: k + 1], x0))
+        ways = np.diff(points)
+        virgin = points[0] - x0
+        h[k] = h0 + np.sign(virgin) * 0.5 * g(np.abs(2 * virgin))
+        h[k] += np.sum(np.sign(ways) * g(np.abs(ways))) if len(ways) else 0.0
+    return h
+
+
+def last_extremum(x: Array, x0: float, g: Callable[[Array], Array]) -> Array:
+    """The literal reading: a branch starts at the last extremum, whatever was passed."""
+    h, x_p, h_p, direction = np.zeros(len(x)), x0, 0.0, 0.0
+    before, value = x0, 0.0
+    for k, now in enumerate(x):
+        s = np.sign(now - before)
+        if s != 0:
+            if direction * s < 0:
+                x_p, h_p = before, value
+            direction = s
+            value = h_p + np.sign(now - x_p) * float(g(np.abs(now - x_p)))
+            before = now
+        h[k] = value
+    return h
+
+
+def zhao_tan_branch(d: Array) -> Array:
+    return (1 - np.exp(-d)) * d
+
+
+def constraint_factor_branch(v: Values) -> Callable[[Array], Array]:
+    powers = 2 * np.arange(len(v["a"])) + 1
+    polynomial = np.zeros(2 * len(v["a"]))
+    polynomial[0], polynomial[powers] = v["a0"], v["a"]
+    p = np.polynomial.Polynomial(polynomial)
+    top = float(v["d_max"])
+    slope = np.exp(-top) * p(top) + (1 - np.exp(-top)) * p.deriv()(top)
+
+    def g(d: Array) -> Array:
+        e = np.minimum(d, top)
+        return (1 - np.exp(-e)) * p(e) + slope * (d - e)
+
+    return g
+
+
+def inverse_of(g: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    """Inverse of an increasing branch by bisection to the last bit."""
+
+    def inverse(v: Array) -> Array:
+        lo, hi = np.zeros_like(v), np.ones_like(v)
+        while (g(hi) < v).any():
+            hi = 2 * hi
+        for _ in range(70):
+            middle = 0.5 * (lo + hi)
+            above = g(middle) > v
+            lo, hi = np.where(above, lo, middle), np.where(above, middle, hi)
+        return 0.5 * (lo + hi)
+
+    return inverse
+
+
+def prandtl_ishlinskii_branch(v: Values) -> Callable[[Array], Array]:
+    r, w = np.asarray(v["r"]), np.asarray(v["w"])
+    return lambda d: v["w0"] * d + 2 * np.maximum(np.multiply.outer(d, 0.5 * np.ones(len(r))) - r, 0) @ w
+
+
+def runge_kutta_in_u(u: Array, first: float, slope: Callable[[float, float, float], float]) -> Array:
+    """dz/du = slope(u, z, direction), from row to row in small steps of the classical method."""
+    z = np.empty(len(u))
+    z[0] = value = first
+    for k in range(1, len(u)):
+        steps = RK_STEPS + int(4000 * abs(u[k] - u[k - 1]))
+        h = (u[k] - u[k - 1]) / steps
+        s = float(np.sign(h))
+        for i in range(steps if h != 0 else 0):
+            x = u[k - 1] + i * h
+            k1 = slope(x, value, s)
+            k2 = slope(x + h / 2, value + h / 2 * k1, s)
+            k3 = slope(x + h / 2, value + h / 2 * k2, s)
+            k4 = slope(x + h, value + h * k3, s)
+            value += h / 6 * (k1 + 2 * (k2 + k3) + k4)
+        z[k] = value
+    return z
+
+
+def bouc_wen(u: Array, v: Values) -> Array:
+    A, beta, gamma, n = v["A"], v["beta"], v["gamma"], v["n"]
+    z = runge_kutta_in_u(
+        u, v["z0"], lambda _, z, s: A - s * beta * abs(z) ** (n - 1) * z - gamma * abs(z) ** n
+    )
+    return np.column_stack([v["k"] * (v["alpha"] * u + (1 - v["alpha"]) * z), z])
+
+
+def duhem(u: Array, v: Values) -> Array:
+    rows = len(v["a_rise"])
+
+    def slope(x: float, w: float, s: float) -> float:
+        end = "rise" if s > 0 else "fall"
+        a, b, c = (np.asarray(v[f"{m}_{end}"]).reshape(rows, -1) for m in "abc")
+        j = np.arange(1, b.shape[1] + 1)
+        return float(x ** np.arange(rows) @ (a[:, 0] + b @ w**j + c @ (abs(w) * w ** (j - 1))))
+
+    return (v["k"] * u + runge_kutta_in_u(u, v["w0"], slope))[:, None]
+
+
+def kernels(u: Array, v: Values) -> Array:
+    a, k = v["a"], np.asarray(v["k0"])
+    rising, falling = (np.clip(2 * np.subtract.outer(u, v[p]) / a - 1, -1, 1) for p in ("p2", "p1"))
+    y = np.empty(len(u))
+    for i in range(len(u)):
+        k = np.minimum(np.maximum(k, rising[i]), falling[i])
+        y[i] = v["offset"] + np.dot(v["w"], k)
+    return y[:, None]
+
+
+def preisach(u: Array, rows: Rows, v: Values) -> Array:
+    """Everett sums over the staircase of dominant extrema of the whole history."""
+    n, lo, hi = int(v["n"]), v["lo"], v["hi"]
+    E = np.zeros((n + 2, n + 2))
+    E[np.tril_indices(n + 1, -1)] = v["E"]
+    x = np.clip(u, lo, hi)
+
+    def everett(alpha: Array | float, beta: Array | float) -> Array:
+        p, q = ((np.asarray(t) - lo) / (hi - lo) * n for t in (alpha, beta))
+        i, j = np.minimum(p, n - 1).astype(int), np.minimum(q, n - 1).astype(int)
+        a, b = p - i, q - j
+        low = (1 - a) * E[i, j] + (a - b) * E[i + 1, j] + b * E[i + 1, j + 1]
+        high = (1 - b) * E[i, j] + (b - a) * E[i, j + 1] + a * E[i + 1, j + 1]
+        return np.where(a >= b, low, high)
+
+    full = float(E[n, 0])
+    virgin = functools.cache(lambda first: demagnetised(everett, first, lo, hi, full))
+    y = np.zeros(len(x))
+    for k in rows:
+        history = x[: k + 1]
+        points = dominant(history, lo if v["start"] == "low" else hi if v["start"] == "high" else 0.5 * (lo + hi))
+        first = points[0]
+        if v["start"] == "low":
+            y[k] = v["offset"] - full + 2 * everett(first, lo)
+        elif v["start"] == "high":
+            y[k] = v["offset"] + full - 2 * everett(hi, first)
+        else:
+            y[k] = v["offset"] + virgin(first)
+        for a, b in zip(points, points[1:], strict=False):
+            y[k] += 2 * everett(b, a) if b > a else -2 * everett(a, b)
+    return y[:, None]
+
+
+STAIRS = 20000
+
+
+def demagnetised(everett: Callable[..., Array], u: float, lo: float, hi: float, full: float) -> float:
+    """First branch from the demagnetised state: limit of a staircase of ever smaller loops."""
+    middle = 0.5 * (lo + hi)
+    # from positive saturation down and up again along alpha + beta = lo + hi, until the amplitude is that of u
+    ends = middle + np.linspace(hi - middle, abs(u - middle), STAIRS + 1)
+    lower = 2 * middle - 0.5 * (ends[1:] + ends[:-1])
+    y = full + 2 * float(np.sum(everett(ends[1:], lower) - everett(ends[:-1], lower)))
+    return y - 2 * float(everett(ends[-1], u)) if u < middle else y
+
+
+def creep(u: Array, v: Values, h: float) -> Array:
+    T, q = np.asarray(v["T"]), np.full(len(v["T"]), u[0] if v["start"] == "steady" else 0.0)
+    y = np.empty(len(u))
+    y[0] = np.dot(v["w"], q)
+    for k in range(1, len(u)):
+        q = np.exp(-h / T) * q + (1 - np.exp(-h / T)) * u[k]
+        y[k] = np.dot(v["w"], q)
+    return y[:, None]
+
+
+def outputs(block: str, u: Array, v: Values, h: float, rows: Rows) -> Array:
+    """Outputs of the library class `block`, one column each, at some rows of the input u."""
+    return _outputs(block, u, v, h, rows)[rows]
+
+
+def _outputs(block: str, u: Array, v: Values, h: float, rows: Rows) -> Array:
+    def column(y: Array) -> Array:
+        return np.asarray(y)[:, None]
+
+    def chosen(g: Callable[[Array], Array]) -> Array:
+        return last_extremum(u, v["x0"], g) if v["memory"] == "last" else return_point(u, rows, v["x0"], 0.0, g)
+
+    match block:
+        case "PlayBank":
+            return plays(u, np.asarray(v["r"]), np.asarray(v["z0"]))
+        case "StopBank":
+            return u[:, None] - plays(u, np.asarray(v["r"]), np.asarray(v["z0"]))
+        case "BacklashSum":
+            return column(v["w0"] * u + plays(u, np.asarray(v["r"]), np.asarray(v["z0"])) @ v["w"])
+        case "PrandtlIshlinskii":
+            return column(v["w0"] * u + plays(u, np.asarray(v["r"]), np.full(len(v["r"]), v["u0"])) @ v["w"])
+        case "PrandtlIshlinskiiInverse":
+            rest = (v["w0"] + np.sum(v["w"])) * v["u0"]
+            return column(return_point(u, rows, rest, v["u0"], inverse_of(prandtl_ishlinskii_branch(v))))
+        case "ZhaoTan":
+            return column(chosen(zhao_tan_branch))
+        case "ConstraintFactor":
+            return column(chosen(constraint_factor_branch(v)))
+        case "ZhaoTanInverse":
+            return column(return_point(u, rows, 0.0, v["x0"], inverse_of(zhao_tan_branch)))
+        case "ZhaoTanInverseReconstructed":
+            return column(return_point(u, rows, 0.0, v["x0"], lambda d: (1 + np.exp(-d)) * d))
+        case "KrasnoselskiiPokrovskii":
+            return kernels(u, v)
+        case "BoucWen":
+            return bouc_wen(u, v)
+        case "Duhem":
+            return duhem(u, v)
+        case "Preisach":
+            return preisach(u, rows, v)
+        case "Creep":
+            return creep(u, v, h)
+    raise KeyError(block)
