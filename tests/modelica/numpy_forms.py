@@ -7,6 +7,7 @@ farthest from the start, the farthest one back from there, and so on; no list is
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -115,10 +116,10 @@ def runge_kutta_in_u(u: Array, first: float, slope: Callable[[float, float, floa
     z[0] = value = first
     for k in range(1, len(u)):
         steps = RK_STEPS + int(4000 * abs(u[k] - u[k - 1]))
-        h = (u[k] - u[k - 1]) / steps
+        h = float(u[k] - u[k - 1]) / steps
         s = float(np.sign(h))
         for i in range(steps if h != 0 else 0):
-            x = u[k - 1] + i * h
+            x = float(u[k - 1] + i * h)
             k1 = slope(x, value, s)
             k2 = slope(x + h / 2, value + h / 2 * k1, s)
             k3 = slope(x + h / 2, value + h / 2 * k2, s)
@@ -130,22 +131,31 @@ def runge_kutta_in_u(u: Array, first: float, slope: Callable[[float, float, floa
 
 def bouc_wen(u: Array, v: Values) -> Array:
     A, beta, gamma, n = v["A"], v["beta"], v["gamma"], v["n"]
-    z = runge_kutta_in_u(
-        u, v["z0"], lambda _, z, s: A - s * beta * abs(z) ** (n - 1) * z - gamma * abs(z) ** n
-    )
+    z = runge_kutta_in_u(u, v["z0"], lambda _, z, s: A - s * beta * abs(z) ** (n - 1) * z - gamma * abs(z) ** n)
     return np.column_stack([v["k"] * (v["alpha"] * u + (1 - v["alpha"]) * z), z])
 
 
 def duhem(u: Array, v: Values) -> Array:
     rows = len(v["a_rise"])
+    tables = {
+        sign: [
+            (a, list(zip(b, c, strict=True)))
+            for a, b, c in zip(*(_rows(v[f"{m}_{end}"], rows) for m in "abc"), strict=True)
+        ]
+        for sign, end in ((1.0, "rise"), (-1.0, "fall"))
+    }
 
     def slope(x: float, w: float, s: float) -> float:
-        end = "rise" if s > 0 else "fall"
-        a, b, c = (np.asarray(v[f"{m}_{end}"]).reshape(rows, -1) for m in "abc")
-        j = np.arange(1, b.shape[1] + 1)
-        return float(x ** np.arange(rows) @ (a[:, 0] + b @ w**j + c @ (abs(w) * w ** (j - 1))))
+        f = 0.0
+        for i, (a, pairs) in enumerate(tables[s]):
+            f += x**i * (a[0] + sum(b * w**j + c * abs(w) * w ** (j - 1) for j, (b, c) in enumerate(pairs, 1)))
+        return f
 
     return (v["k"] * u + runge_kutta_in_u(u, v["w0"], slope))[:, None]
+
+
+def _rows(flat: Array, rows: int) -> list[list[float]]:
+    return [[float(x) for x in row] for row in np.asarray(flat).reshape(rows, -1)]
 
 
 def kernels(u: Array, v: Values) -> Array:
@@ -186,7 +196,7 @@ def preisach(u: Array, rows: Rows, v: Values) -> Array:
             y[k] = v["offset"] + full - 2 * everett(hi, first)
         else:
             y[k] = v["offset"] + virgin(first)
-        for a, b in zip(points, points[1:], strict=False):
+        for a, b in itertools.pairwise(points):
             y[k] += 2 * everett(b, a) if b > a else -2 * everett(a, b)
     return y[:, None]
 

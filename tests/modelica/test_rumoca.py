@@ -18,9 +18,21 @@ def complaint(source: str, folder: Path) -> str:
 @pytest.mark.parametrize(
     ("component", "inputs", "message"),
     [
-        ("Operators.Sampled.PrandtlIshlinskii a(n = 2, depth = 4, r = {0.2, 0.1})", "u", "thresholds r must not decrease"),
-        ("Inverse.Sampled.PrandtlIshlinskiiInverse a(n = 2, depth = 4, r = {0.2, 0.1})", "y", "thresholds r must not decrease"),
-        ("Inverse.Sampled.PrandtlIshlinskiiInverse a(n = 1, depth = 4, w0 = 1, w = {-1})", "y", "must be greater than 0"),
+        (
+            "Operators.Sampled.PrandtlIshlinskii a(n = 2, depth = 4, r = {0.2, 0.1})",
+            "u",
+            "thresholds r must not decrease",
+        ),
+        (
+            "Inverse.Sampled.PrandtlIshlinskiiInverse a(n = 2, depth = 4, r = {0.2, 0.1})",
+            "y",
+            "thresholds r must not decrease",
+        ),
+        (
+            "Inverse.Sampled.PrandtlIshlinskiiInverse a(n = 1, depth = 4, w0 = 1, w = {-1})",
+            "y",
+            "must be greater than 0",
+        ),
         ("Operators.Sampled.BoucWen a(beta = 0.5, gamma = -0.5)", "u", "beta + gamma must be greater than 0"),
         ("Operators.Sampled.BoucWen a(z0 = 1.1)", "u", "z0 must be within"),
         ("Control.SlidingMode a(u_min = 1, u_max = -1)", "y_d y u_ff", "u_min must not be greater"),
