@@ -134,8 +134,14 @@ def train(
         r, J = fit.residuals(p)
         return np.concatenate([r, ridge @ p]), np.vstack([J, ridge])
 
+    def gradient(p: Array) -> tuple[float, Array]:
+        (value, g), w = fit.gradient(p), ridge @ p
+        return value + float(w @ w), g + 2 * (ridge.T @ w)
+
     if trainer is levenberg_marquardt.minimise:
         trainer = partial(trainer, residuals=lambda p: np.concatenate([fit.errors(p), ridge @ p]))
+    else:  # back-propagation instead of a Jacobian: a quarter of the time
+        trainer = partial(trainer, gradient=gradient)
 
     def part(done: float, share: float) -> Callable[[float], None]:
         return lambda fraction: progress((done + fraction * share) / total)

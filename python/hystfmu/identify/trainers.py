@@ -34,17 +34,27 @@ class Trainer(Protocol):
 
 
 def powell_beale(
-    p: Array, function: Residuals, iterations: int, *, progress: Progress = lambda fraction: None
+    p: Array,
+    function: Residuals,
+    iterations: int,
+    *,
+    progress: Progress = lambda fraction: None,
+    gradient: Gradient | None = None,
 ) -> tuple[Array, float]:
-    """Conjugate gradients with Powell-Beale restarts on the sum of squares."""
-    return conjugate_gradient.minimise(p, _sum_of_squares(function), iterations, progress=progress)[:2]
+    """Conjugate gradients with Powell-Beale restarts on the sum of squares; `gradient` where it costs less than J."""
+    return conjugate_gradient.minimise(p, gradient or _sum_of_squares(function), iterations, progress=progress)[:2]
 
 
 def lbfgs(
-    p: Array, function: Residuals, iterations: int, *, progress: Progress = lambda fraction: None
+    p: Array,
+    function: Residuals,
+    iterations: int,
+    *,
+    progress: Progress = lambda fraction: None,
+    gradient: Gradient | None = None,
 ) -> tuple[Array, float]:
-    """L-BFGS on the sum of squares."""
-    return lbfgs_gradient(p, _sum_of_squares(function), iterations, progress)
+    """L-BFGS on the sum of squares; `gradient` where it costs less than the Jacobian."""
+    return lbfgs_gradient(p, gradient or _sum_of_squares(function), iterations, progress)
 
 
 def lbfgs_gradient(
