@@ -177,9 +177,6 @@ static inline double hyst_expm1(double x) {
 }
 
 /* Hyperbolic tangent: 1.6 ulp. */
-static inline int hyst_tanh_is_ordinary(double x) {
-  return hyst_fabs(x) > 3.7252902984619141e-9 && hyst_fabs(x) < 20.0; /* 2^-28 */
-}
 static inline double hyst_tanh(double x) {
   if (hyst_tanh_is_ordinary(x)) return hyst_tanh_ordinary(hyst_exp_reduce(2.0 * hyst_fabs(x)), x);
   if (x != x) return hyst_from_bits(HYST_NAN_BITS);
@@ -187,7 +184,6 @@ static inline double hyst_tanh(double x) {
 }
 
 /* Logistic function; beyond 36 by the series E - E^2 or 1 - E, E = e^-|x|: 1.5 ulp. */
-static inline int hyst_sigmoid_is_ordinary(double x) { return hyst_fabs(x) < 36.0; }
 static inline double hyst_sigmoid(double x) {
   double small;
   if (hyst_sigmoid_is_ordinary(x)) return hyst_sigmoid_ordinary(hyst_exp_reduce(-x), x);

@@ -58,17 +58,19 @@ static inline hyst_lanes hyst_lanes_copysign(hyst_lanes x, hyst_lanes sign) {
 
 /* a[i] = f(a[i]) for n elements of at most HYST_LANES_MOST: one stage for all, then the next, since a single one would
  * wait for itself most of the time; one by one if the formula does not hold for all of them. */
-enum { HYST_LANES_MOST = 16 / HYST_LANES };
-#define HYST_LANES_FUNCTION(f, REDUCED)                                                              \
-  static inline void hyst_lanes_##f(hyst_lanes *a, int n) {                                          \
-    hyst_lanes_exp_parts e[HYST_LANES_MOST];                                                         \
-    int ordinary = 1;                                                                                \
-    for (int i = 0; i < n; i++)                                                                      \
-      for (int l = 0; l < HYST_LANES; l++) ordinary &= hyst_##f##_is_ordinary(HYST_LANE(a[i], l));   \
-    for (int i = 0; ordinary && i < n; i++) e[i] = hyst_lanes_exp_reduce(REDUCED);                   \
-    for (int i = 0; ordinary && i < n; i++) a[i] = hyst_lanes_##f##_ordinary(e[i], a[i]);            \
-    for (int i = 0; !ordinary && i < n; i++)                                                         \
-      a[i] = hyst_lanes_of(hyst_##f(HYST_LANE(a[i], 0)), hyst_##f(HYST_LANE(a[i], HYST_LANES - 1))); \
+enum { HYST_LANES_MOST = 64 / HYST_LANES }; /* at a bound of 8 gcc writes every loop out 8 times, and is slower */
+#define HYST_LANES_FUNCTION(f, REDUCED)                                                                \
+  static inline void hyst_lanes_##f(hyst_lanes *a, int n) {                                            \
+    hyst_lanes_exp_parts e[HYST_LANES_MOST];                                                           \
+    hyst_lanes_bits ordinary = hyst_lanes_##f##_is_ordinary(a[0]);                                     \
+    for (int i = 1; i < n; i++) ordinary &= hyst_lanes_##f##_is_ordinary(a[i]);                        \
+    if (HYST_LANE(ordinary, 0) & HYST_LANE(ordinary, HYST_LANES - 1)) {                                \
+      for (int i = 0; i < n; i++) e[i] = hyst_lanes_exp_reduce(REDUCED);                               \
+      for (int i = 0; i < n; i++) a[i] = hyst_lanes_##f##_ordinary(e[i], a[i]);                        \
+    } else {                                                                                           \
+      for (int i = 0; i < n; i++)                                                                      \
+        a[i] = hyst_lanes_of(hyst_##f(HYST_LANE(a[i], 0)), hyst_##f(HYST_LANE(a[i], HYST_LANES - 1))); \
+    }                                                                                                  \
   }
 HYST_LANES_FUNCTION(sigmoid, -a[i])
 HYST_LANES_FUNCTION(tanh, 2.0 * hyst_lanes_fabs(a[i]))

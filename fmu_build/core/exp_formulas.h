@@ -37,7 +37,8 @@ static inline HYST_T HYST_OF(exp_remainder)(HYST_OF(exp_parts) e) {
   return e.r_high + (curve + (e.tail - e.r_low));
 }
 
-/* Logistic function 1 / (1 + E), E = e^-x, for |x| < 36; e: parts of -x. */
+/* Logistic function 1 / (1 + E), E = e^-x, where ordinary; e: parts of -x. */
+static inline HYST_BITS HYST_OF(sigmoid_is_ordinary)(HYST_T x) { return (HYST_BITS)(HYST_OF(fabs)(x) < 36.0); }
 static inline HYST_T HYST_OF(sigmoid_ordinary)(HYST_OF(exp_parts) e, HYST_T x) {
   (void)x;
   HYST_T scale = HYST_OF(from_bits)(e.scale_bits);
@@ -47,8 +48,12 @@ static inline HYST_T HYST_OF(sigmoid_ordinary)(HYST_OF(exp_parts) e, HYST_T x) {
 }
 
 /* With E = e^(2|x|) - 1: tanh|x| = E/2 - (E^2/2) / (E + 2) up to |x| = ln(2)/2, where the quotient is a correction,
- * E / (E + 2) up to ln(4)/2, and 1 - 2 / (E + 2) above.  Chosen by values, not by branches, for speed.  For |x| in
- * (2^-28, 20); e: parts of 2|x|. */
+ * E / (E + 2) up to ln(4)/2, and 1 - 2 / (E + 2) above.  Chosen by values, not by branches, for speed.  Where
+ * ordinary; e: parts of 2|x|. */
+static inline HYST_BITS HYST_OF(tanh_is_ordinary)(HYST_T x) {
+  HYST_T a = HYST_OF(fabs)(x);
+  return (HYST_BITS)(a > 3.7252902984619141e-9) & (HYST_BITS)(a < 20.0); /* 2^-28 */
+}
 static inline HYST_T HYST_OF(tanh_ordinary)(HYST_OF(exp_parts) e, HYST_T x) {
   HYST_T scale = HYST_OF(from_bits)(e.scale_bits);
   HYST_T growth = scale * HYST_OF(exp_remainder)(e);

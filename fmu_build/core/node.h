@@ -1,6 +1,8 @@
 /* node.h - what every pass over a graph needs: the class of a node in continuous time, its inputs, the step in use. */
 #ifndef HYST_NODE_H
 #define HYST_NODE_H
+#include <string.h>
+
 #include "graph.h"
 #include "layout.h"
 
@@ -28,10 +30,12 @@ static inline void hyst_rest(const hyst_node *n) {
   if (n->block->init) n->block->init(n->dim, n->p, n->x);
 }
 
-/* n >= 1 numbers, mostly one: the first alone, so that nothing is set up for a loop that does not run */
+/* n >= 1 numbers, mostly one or two: those without the set-up of a loop or a call */
 static inline void hyst_copy(double *to, const double *from, int64_t n) {
-  *to = *from;
-  for (int64_t k = 1; k < n; k++) to[k] = from[k];
+  to[0] = from[0];
+  if (n == 1) return;
+  to[1] = from[1];
+  if (n > 2) memcpy(to + 2, from + 2, (size_t)(n - 2) * sizeof *to);
 }
 
 /* A master that computes the step as a difference of times gets another rounding in every step.  It must not see

@@ -126,7 +126,12 @@ fmi_status fmi_get_indicators(instance *i, const fmi_call *call, size_t n);
 /* values.c: variables by value reference.  In both standards the graph's own come first; the next reference is the
  * time (FMI 3.0), then come the continuous states and their derivatives. */
 /* The variable behind a reference; NULL if there is none. */
-const hyst_port *fmi_find(const instance *i, uint32_t reference);
+const hyst_port *fmi_find_continuous(const instance *i, uint32_t reference);
+static inline const hyst_port *fmi_find(const instance *i, uint32_t reference) {
+  const hyst_port *p = hyst_graph_port(i->graph, reference);
+  if (!p) return fmi_find_continuous(i, reference);
+  return i->kind.by_element || p->reference == reference ? p : NULL;
+}
 /* The same if it has one of the types, a derivative with its present value; NULL after a message. */
 const hyst_port *fmi_seek_port(const instance *i, const fmi_call *call, uint32_t reference, unsigned types);
 static inline const hyst_port *fmi_port(const instance *i, const fmi_call *call, uint32_t reference, unsigned types) {

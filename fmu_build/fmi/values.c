@@ -12,9 +12,7 @@ static const char *type_words(int type) {
   return type == REAL ? "real" : type == BOOLEAN ? "boolean" : type == INTEGER ? "integer" : "enumeration";
 }
 
-const hyst_port *fmi_find(const instance *i, uint32_t reference) {
-  const hyst_port *p = hyst_graph_port(i->graph, reference);
-  if (p) return i->kind.by_element || p->reference == reference ? p : NULL;
+const hyst_port *fmi_find_continuous(const instance *i, uint32_t reference) {
   const int64_t k = (int64_t)reference - i->graph->n_references - 1;
   return k >= 0 && k < 2 * i->n_continuous ? i->continuous + k : NULL;
 }

@@ -1,0 +1,249 @@
+"""P1, P5: one setReal(2) + doStep + getReal of a 2-12-1 net, and what its export costs, against other ways to an FMU.
+
+One C master (`fmu_step_master.c`) drives all FMUs in turns, so that a rival has the machine that we have; the measure
+is the bare C function with libm.  Rivals from PyPI are installed once into a virtual environment of their own under
+build/, and are skipped with a message where that, or their own build, fails.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fmpy
+import numpy as np
+
+from hystfmu import Dataset, signals
+from hystfmu.blocks import Mlp
+from hystfmu.fmu.export import export_fmu
+from hystfmu.identify import fit
+from hystfmu.terminal import table
+
+HERE = Path(__file__).resolve().parent
+RIVALS = HERE.parents[1] / "build" / "rivals"
+STEPS, REPEATS = 4000, 1500
+HEADERS = ["-isystem", str(Path(fmpy.__file__).parent / "c-code")]
+
+# writes net.onnx, the same function in float32 (what these tools take), and the variables that onnx2fmu wants named
+ONNX = """
+import json, sys
+import numpy as np
+import onnx
+from onnx import TensorProto, helper, numpy_helper
+net = json.loads(sys.argv[1])
+array = lambda name, v: numpy_helper.from_array(np.array(v, dtype=np.float32), name)
+weights = [array(name, np.array(v).T) for name, v in net.items()]
+nodes = [helper.make_node("Gemm", ["u", "W1", "b1"], ["a"]), helper.make_node("Sigmoid", ["a"], ["z"]),
+         helper.make_node("Gemm", ["z", "W2", "b2"], ["y"])]
+value = lambda name, n: helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, n])
+graph = helper.make_graph(nodes, "net", [value("u", 2)], [value("y", 1)], weights)
+onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=9), "net.onnx")
+ports = {"inputs": [{"name": "u"}], "outputs": [{"name": "y"}]}
+json.dump({"name": "net", "description": "", "FMIVersion": "2.0", **ports}, open("net.json", "w"))
+"""
+PYTHONFMU = """
+import math
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+class Net(Fmi2Slave):
+    def __init__(self, **k):
+        super().__init__(**k)
+        self.u_1 = self.u_2 = self.y = 0.0
+        for name in ("u_1", "u_2"):
+            self.register_variable(Real(name, causality=Fmi2Causality.input, start=0.0))
+        self.register_variable(Real("y", causality=Fmi2Causality.output))
+    def do_step(self, t, h):
+        y = B2
+        for (p, q), b, w in zip(W1, B1, W2):
+            y += w / (1 + math.exp(-(b + p * self.u_1 + q * self.u_2)))
+        self.y = y
+        return True
+"""
+# the master runs inside a Python process, whose symbols the library of pythonfmu needs
+RUN = """
+import ctypes, sys
+a = [x.encode() for x in sys.argv[1:]]
+ctypes.CDLL(a[0]).main(len(a), (ctypes.c_char_p * len(a))(*a))
+"""
+
+
+class Skipped(Exception):
+    """Why a rival has no figure."""
+
+
+def command(*words, makes=None, seconds=600, **options):
+    """Run it; the last error that it names is the reason why it failed or did not write `makes`."""
+    try:
+        done = subprocess.run([*map(str, words)], capture_output=True, text=True, timeout=seconds, **options)
+    except (OSError, subprocess.TimeoutExpired) as e:
+        raise Skipped(str(e)) from e
+    if done.returncode or (makes and not makes.exists()):
+        lines = [f"exit {done.returncode}", *done.stdout.splitlines(), *done.stderr.splitlines()]
+        errors = [x.strip() for x in lines if "Error" in x or "ERROR" in x]
+        raise Skipped(" | ".join(errors[:2] or lines[-1:])[:200])
+    return done.stdout
+
+
+def compiled(folder, source, *flags):
+    target = folder / source.replace(".c", ".so")
+    command(
+        "cc",
+        "-std=gnu99",
+        "-O3",
+        *HEADERS,
+        f"-I{folder}",
+        f"-I{HERE}",
+        HERE / source,
+        "-o",
+        target,
+        "-shared",
+        "-fPIC",
+        "-lm",
+        *flags,
+    )
+    return target
+
+
+class Fmu:
+    """An unpacked FMU 2.0: what the master wants to know of it."""
+
+    def __init__(self, path, folder):
+        with zipfile.ZipFile(path) as archive:
+            archive.extractall(folder)
+        root = ElementTree.parse(folder / "modelDescription.xml").getroot()
+        references = {"input": [], "output": []}
+        for v in root.iter("ScalarVariable"):
+            if v.get("causality") in references:
+                references[v.get("causality")].append(v.get("valueReference"))
+        name = root.find("CoSimulation").get("modelIdentifier")
+        (library,) = folder.glob(f"binaries/linux64/{name}.so")
+        resources = (folder / "resources").as_uri()
+        self.words = [library, root.get("guid"), resources, *references["input"], *references["output"]]
+
+
+def rival_python(*packages):
+    """The interpreter of build/rivals with the packages in it."""
+    python = RIVALS / packages[0] / "bin" / "python"
+    if not python.exists():
+        command(sys.executable, "-m", "venv", python.parents[1])
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    environment["PATH"] = f"{python.parent}{os.pathsep}{environment['PATH']}"  # its cmake, its conan
+    environment["CONAN_HOME"] = str(RIVALS / "conan")
+    command(python, "-m", "pip", "install", "--quiet", *packages, env=environment)
+    return python, environment
+
+
+def pythonfmu(folder, net):
+    python, environment = rival_python("pythonfmu", "setuptools")
+    constants = {"W1": net["W1"], "B1": net["b1"], "W2": net["W2"][0], "B2": net["b2"][0]}
+    head = "".join(f"{name} = {value!r}\n" for name, value in constants.items())
+    (folder / "net.py").write_text(head + PYTHONFMU)
+    begin = time.perf_counter()
+    made = folder / "Net.fmu"
+    build = ["-m", "pythonfmu", "build", "-f", "net.py", "-d", folder]
+    command(python, *build, makes=made, cwd=folder, env=environment)
+    return made, time.perf_counter() - begin
+
+
+def onnx2fmu(folder, net):
+    python, environment = rival_python("onnx2fmu", "onnx", "setuptools")
+    command(python, "-c", ONNX, json.dumps(net), cwd=folder, env=environment)
+    begin = time.perf_counter()
+    build = ["-m", "onnx2fmu.app", "build", "net.onnx", "net.json", "target", "--destination", "."]
+    made = folder / "net.fmu"
+    command(python, *build, makes=made, cwd=folder, env=environment)
+    return made, time.perf_counter() - begin
+
+
+def mlfmu(folder, net):
+    python, environment = rival_python("mlfmu", "onnx", "setuptools")
+    command(python, "-c", ONNX, json.dumps(net), cwd=folder, env=environment)
+    inputs = [{"name": f"u_{i + 1}", "type": "real", "agentInputIndexes": [str(i)]} for i in range(2)]
+    outputs = [{"name": "y", "type": "real", "agentOutputIndexes": ["0"]}]
+    interface = {"name": "net", "version": "1", "inputs": inputs, "outputs": outputs}
+    (folder / "interface.json").write_text(json.dumps(interface))
+    begin = time.perf_counter()
+    script = "from mlfmu.cli.mlfmu import main; main()"
+    made = folder / "out" / "net.fmu"
+    build = ["build", "--interface-file", "interface.json", "--model-file", "net.onnx", "--fmu-path", made.parent]
+    command(python, "-c", script, *build, makes=made, cwd=folder, env=environment)
+    return made, time.perf_counter() - begin
+
+
+def steps(activation, rivals, folder):
+    """Rows of one table: name, ns, times the bare function, largest difference, seconds and bytes of the export."""
+    rng = np.random.default_rng(0)
+    net = {"W1": rng.normal(size=(12, 2)), "b1": rng.normal(size=12), "W2": rng.normal(size=(1, 12)), "b2": [0.1]}
+    graph = Mlp(n_in=2, n_hidden=12, n_out=1, activation=activation, **net).graph
+    net = {k: np.asarray(v).tolist() for k, v in net.items()}
+    numbers = {k: ", ".join(repr(x) for x in np.ravel(v).tolist()) for k, v in net.items()}
+    weights = [f"static const double {k}[] = {{{numbers[k]}}};" for k in ("W1", "b1", "W2")]
+    weights += [f"static const double b2 = {numbers['b2']};", f"enum {{ TANH = {int(activation == 'tanh')} }};", ""]
+    (folder / "fmu_step_weights.h").write_text("\n".join(weights))
+    master = compiled(folder, "fmu_step_master.c", "-ldl")
+    minimal = [compiled(folder, "fmu_step_minimal.c"), "-", "-", 0, 1, 2]
+    begin = time.perf_counter()
+    ours_path = export_fmu(graph, folder / "ours.fmu")
+    cost = [f"{1e3 * (time.perf_counter() - begin):.0f} ms", f"{ours_path.stat().st_size / 1000:.0f} kB"]
+    ours = Fmu(ours_path, folder / "ours").words
+
+    def figures(*fmus):
+        options = [STEPS if len(fmus) < 3 else 500, REPEATS if len(fmus) < 3 else 40]
+        out = command(sys.executable, "-c", RUN, master, *options, *(w for f in fmus for w in f), cwd=folder)
+        return [[float(x) for x in line.split()] for line in out.splitlines()]
+
+    bare, small, own = figures(minimal, ours)
+    rows = [
+        ["bare C function with libm", f"{bare[0]:.1f}", "1.00", "", "", ""],
+        ["minimal C FMU", f"{small[0]:.1f}", f"{small[0] / bare[0]:.2f}", f"{small[1]:.0e}", "", ""],
+        ["HystFMU", f"{own[0]:.1f}", f"{own[0] / bare[0]:.2f}", f"{own[1]:.0e}", *cost],
+    ]
+    for rival in rivals:
+        name = rival.__name__
+        place = folder / name
+        place.mkdir()
+        try:
+            path, seconds = rival(place, net)
+            bare, _, _, its = figures(minimal, ours, Fmu(path, place / "unpacked").words)
+            cost = [f"{1e3 * seconds:.0f} ms", f"{path.stat().st_size / 1000:.0f} kB"]
+            rows.append([name, f"{its[0]:.0f}", f"{its[0] / bare[0]:.0f}", f"{its[1]:.0e}", *cost])
+        except Skipped as why:
+            rows.append([f"{name}: skipped", "", "", "", "", ""])
+            print(f"{name} skipped: {why}")
+    return rows
+
+
+def export_time(folder):
+    """P5: an identified model, least of ten."""
+    u = signals.training(150, 1)
+    model = fit(Dataset.from_signal(u, u + 0.1 * u**2), "prandtl_ishlinskii")
+    seconds = []
+    for _ in range(10):
+        begin = time.perf_counter()
+        path = export_fmu(model, folder / "model.fmu")
+        seconds.append(time.perf_counter() - begin)
+    print(
+        f"\nP5 export of an identified model: {1e3 * min(seconds):.1f} ms (target 50), "
+        f"{path.stat().st_size / 1000:.0f} kB (target 150)"
+    )
+
+
+def main():
+    columns = ["2-12-1 net", "ns/step", "x bare", "max difference", "export", "size"]
+    with tempfile.TemporaryDirectory() as where:
+        for activation, rivals in (("sigmoid", (onnx2fmu, mlfmu, pythonfmu)), ("tanh", ())):
+            folder = Path(where) / activation
+            folder.mkdir()
+            print(
+                f"\nP1 {activation}: setReal(2) + doStep + getReal; target <= 1.0 x bare, >= 25 x faster than onnx2fmu"
+            )
+            print(table(columns, steps(activation, rivals, folder)))
+        export_time(Path(where))
+
+
+if __name__ == "__main__":
+    main()
