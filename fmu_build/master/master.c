@@ -38,7 +38,8 @@ static int copy(master_unit *u, const double *values) {
     return 0;
   }
   if (u->n_in == 0) return 0;
-  for (int64_t k = 0; k < u->n_in; k++) u->u[k] = values[u->source[k]];
+  for (int64_t k = 0; k < u->n_in; k++)
+    if (u->source[k] >= 0) u->u[k] = values[u->source[k]];
   if (u->kind == MASTER_FMI2) return ((fmi2_set)u->set)(u->self, u->vr_in, (size_t)u->n_vr_in, u->u) > WARNING;
   return ((fmi3_set)u->set)(u->self, u->vr_in, (size_t)u->n_vr_in, u->u, (size_t)u->n_in) > WARNING;
 }

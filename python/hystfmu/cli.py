@@ -300,6 +300,14 @@ def validate(fmu: str, seconds: float, as_json: bool) -> None:
     type=click.Choice(["gauss_seidel", "jacobi", "iterative"]),
     help="How units exchange values, instead of what the scenario says.",
 )
+@click.option(
+    "--timeout",
+    type=click.FloatRange(0, min_open=True),
+    default=600.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="For a case with FMUs of others, which run in a process of their own.",
+)
 @click.option("--record", is_flag=True, help="Write the results as the new baseline.")
 @click.option("--report", "report_dir", metavar="DIR", help="Write report.html and report.json there.")
 @_json_option
@@ -309,6 +317,7 @@ def run(
     settings: tuple[str, ...],
     engine: Literal["fmpy", "python", "native"],
     coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
+    timeout: float,
     record: bool,
     report_dir: str | None,
     as_json: bool,
@@ -335,6 +344,7 @@ def run(
             progress=report,
             engine=engine,
             coupling=coupling,
+            seconds=timeout,
         )
     if as_json:
         click.echo(json.dumps([r.summary() for r in results]))

@@ -6,88 +6,17 @@ import importlib.util
 import json
 import os
 import re
-import shutil
 import signal
-import stat
 import subprocess
 import sys
 import tempfile
 import zipfile
-import zlib
-from collections import Counter
 from pathlib import Path
 
 from hystfmu.errors import InputError
+from hystfmu.fmu.archive import archive_problems, unpack, xml_problems
 
-MOST_ENTRIES = 10_000
-MOST_UNPACKED = 512 * 2**20
-MOST_XML = 64 * 2**20
 MOST_LOG = 1 << 16
-XML = "modelDescription.xml"
-
-
-def _unsafe(entry: zipfile.ZipInfo) -> str:
-    """Why this entry must not be unpacked, or an empty string."""
-    name = entry.orig_filename
-    if "\\" in name or "\0" in name:
-        return "has a backslash or a zero byte in its name"
-    if name.startswith("/") or ":" in name.split("/")[0] or ".." in name.split("/"):
-        return "would be written outside the folder"
-    if stat.S_ISLNK(entry.external_attr >> 16):
-        return "is a symbolic link"
-    return "is encrypted" if entry.flag_bits & 1 else ""
-
-
-def _archive_problems(archive: zipfile.ZipFile) -> list[str]:
-    entries = archive.infolist()
-    if len(entries) > MOST_ENTRIES:
-        return [f"the archive has {len(entries)} files; the limit is {MOST_ENTRIES}"]
-    size = sum(e.file_size for e in entries)
-    if size > MOST_UNPACKED:
-        return [f"the archive unpacks to {size} bytes; the limit is {MOST_UNPACKED}"]
-    problems = [f"{e.filename!r} {why}" for e in entries if (why := _unsafe(e))]
-    twice = [name for name, n in Counter(e.filename for e in entries).items() if n > 1]
-    problems += [f"{name!r} is in the archive more than once" for name in twice]
-    names = {e.filename for e in entries}
-    if XML not in names:
-        problems.append(f"the archive has no {XML}")
-    large = (e.filename for e in entries if e.filename.endswith(".xml") and e.file_size > MOST_XML)
-    problems += [f"{name} is larger than {MOST_XML} bytes" for name in large]
-    return problems
-
-
-def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
-    """Write the entries of an archive that was found safe; the names of damaged ones.
-
-    Piece by piece: an entry never needs memory for all of it, yields no more than its declared size, and its checksum
-    is compared at the end.
-    """
-    problems = []
-    for entry in archive.infolist():
-        if entry.is_dir():
-            continue
-        path = folder / entry.filename
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with archive.open(entry) as packed, path.open("wb") as unpacked:
-                shutil.copyfileobj(packed, unpacked, 1 << 20)
-        except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as e:
-            problems.append(f"{entry.filename!r} cannot be unpacked: {e}")
-        except OSError as e:
-            problems.append(f"{entry.filename!r} cannot be unpacked: {e.strerror or e}")
-    return problems
-
-
-def _xml_problems(folder: Path) -> list[str]:
-    """XML files that could make a parser read other files or grow without limit."""
-    problems = []
-    for file in sorted(folder.rglob("*.xml")):
-        content, name = file.read_bytes(), file.relative_to(folder).as_posix()
-        if b"\0" in content:
-            problems.append(f"{name} is not encoded in UTF-8")  # in UTF-16 the words below would not be found
-        elif b"<!DOCTYPE" in content or b"<!ENTITY" in content:
-            problems.append(f"{name} declares a document type; entities are refused")
-    return problems
 
 
 def _child(*arguments: str) -> subprocess.Popen[bytes]:
@@ -172,11 +101,11 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            problems = _archive_problems(archive)
+            problems = archive_problems(archive)
             if problems:
                 return problems
             with tempfile.TemporaryDirectory(prefix="hystfmu-check-") as folder:
-                return _unpack(archive, Path(folder, "fmu")) or _content_problems(Path(path), Path(folder), seconds)
+                return unpack(archive, Path(folder, "fmu")) or _content_problems(Path(path), Path(folder), seconds)
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as e:
         raise InputError(f"{path}: not a zip archive, or cut off ({e})") from None
     except OSError as e:
@@ -184,7 +113,7 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
 
 
 def _content_problems(path: Path, folder: Path, seconds: float) -> list[str]:
-    problems = _xml_problems(folder / "fmu")
+    problems = xml_problems(folder / "fmu")
     if problems:
         return problems
     result = folder / "result.json"

@@ -71,6 +71,7 @@ def run_scenarios(
     progress: Callable[[float], None] = lambda fraction: None,
     engine: Engine = "fmpy",
     coupling: Scheme | None = None,
+    seconds: float = 600.0,
 ) -> list[Result]:
     """Run scenarios with all their cases.
 
@@ -90,6 +91,8 @@ def run_scenarios(
         See `simulate`; FMUs by fmpy are the reference.
     coupling : {"gauss_seidel", "jacobi", "iterative"}, optional
         Scheme for all cases instead of their own.
+    seconds : float
+        Longest time for a case with FMUs of others.
 
     Returns
     -------
@@ -118,7 +121,7 @@ def run_scenarios(
         ran = []
         with FmuStore() as store:
             for system in group:
-                ran.append(_run(system, baseline, engine, store, record))
+                ran.append(_run(system, baseline, engine, store, record, seconds))
                 done += system.n_steps
                 progress(done / total)
         if record and all(r.passed for r in ran):
@@ -131,10 +134,12 @@ def run_scenarios(
     return results
 
 
-def _run(system: System, baseline: Baseline | None, engine: Engine, store: FmuStore, record: bool) -> Result:
+def _run(
+    system: System, baseline: Baseline | None, engine: Engine, store: FmuStore, record: bool, seconds: float
+) -> Result:
     begin = time.perf_counter()
     try:
-        trace = simulate(system, engine, store)
+        trace = simulate(system, engine, store, seconds)
     except Stopped as e:
         return Result(system, (), (f"{system.case.title}: stopped: {e}",), None, time.perf_counter() - begin)
     seconds = time.perf_counter() - begin

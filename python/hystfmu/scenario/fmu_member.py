@@ -10,12 +10,14 @@ import ctypes as C
 import shutil
 import tempfile
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
 
 from hystfmu.graph import Graph, Port
+from hystfmu.scenario.foreign import Foreign, ForeignPort
 from hystfmu.scenario.system import Part, System
 from hystfmu.scenario.trace import Stopped
 
@@ -58,7 +60,7 @@ def _window(values: C.Array[C.c_double], first: int, n: int) -> C.Array[C.c_doub
     return (C.c_double * n).from_buffer(values, 8 * first)
 
 
-def _slots(port: Port, fmi: int) -> list[tuple[str, tuple[str, ...]]]:
+def _slots(port: Port | ForeignPort, fmi: int) -> list[tuple[str, tuple[str, ...]]]:
     """The variables of an FMU that a port is, each with the names of its elements."""
     return [(port.name, port.scalar_names)] if fmi == 3 else [(n, (n,)) for n in port.scalar_names]
 
@@ -86,6 +88,23 @@ def _nothing() -> int:
     return 0
 
 
+@dataclass(frozen=True)
+class Calls:
+    """An FMU behind its function pointers: set, step, get, and save, restore where states are needed.
+
+    `source` says for every element of its inputs which value it reads; -1: it keeps what stands in `inputs`.
+    """
+
+    fmi3: bool
+    functions: list[int | None]
+    component: int
+    source: list[int]
+    inputs: list[float]
+    vr_in: Any
+    vr_out: Any
+    rollback: bool
+
+
 class FmuMember:
     """One FMU, called through fmpy's loaded library with buffers that live as long as the run."""
 
@@ -95,13 +114,20 @@ class FmuMember:
         part: Part,
         sources: Sequence[tuple[int, int]],
         values: C.Array[C.c_double],
-        store: FmuStore,
+        store: FmuStore | None,
     ) -> None:
         from fmpy.fmi2 import FMU2Slave
         from fmpy.fmi3 import FMU3Slave
 
         fmi: Literal[2, 3] = 2 if part.runs_as == "fmu2" else 3
-        folder, description = store.get(part.graph, fmi)
+        if isinstance(part.graph, Foreign):
+            folder, description = part.graph.folder, part.graph.description
+        else:
+            assert store is not None
+            folder, description = store.get(part.graph, fmi)
+        can_go_back = description.coSimulation.canGetAndSetFMUstate
+        if system.case.coupling.scheme == "iterative" and not can_go_back:
+            raise Stopped(f"{part.name}: iterative coupling needs an FMU that can get and set its state")
         self.name, self.period, self._h = part.name, part.period, system.length(part)
         kind = FMU2Slave if fmi == 2 else FMU3Slave
         self._fmu = kind(
@@ -117,6 +143,8 @@ class FmuMember:
         else:
             self._fmu.instantiate(logMessage=lambda _e, _s, _k, m: self._said.append(m.decode()))
         reference = {v.name: v.valueReference for v in description.modelVariables}
+        if isinstance(part.graph, Foreign):
+            self._apply(part.graph)
         # What is connected is set in every step, what is constant once.  FMI 3.0 has arrays: one reference for all the
         # elements, set as a whole; their values lie side by side as ours do.
         ports = {k: [p for p in part.graph.ports if p.kind == k] for k in ("input", "output")}
@@ -147,7 +175,40 @@ class FmuMember:
             get = partial(dll["fmi3GetFloat64"], instance, *outputs, C.byref(y), n_y)
             told = [C.byref(C.c_bool()), C.byref(C.c_bool()), C.byref(C.c_bool()), C.byref(C.c_double())]
             do = partial(dll["fmi3DoStep"], instance, self._t, h, C.c_bool.from_param(forward), *told)
+        self._wired = [source.get(n, -1) for n in read]
+        self._vr, self._rollback = (vr_in, vr_out), not forward
         self._put, self._do, self._get = put if read else _nothing, do, get if part.outputs else _nothing
+
+    def _apply(self, foreign: Foreign) -> None:
+        """Give the FMU the values that the scenario has for its parameters."""
+        variables = {v.name: v for v in foreign.description.modelVariables}
+        for name, value in foreign.settings.items():
+            v = variables[name]
+            kind = v.type if v.type != "Enumeration" else "Integer" if foreign.fmi == 2 else "Int64"
+            whole = kind not in ("Real", "Float64", "Float32", "Boolean", "String")
+            try:
+                getattr(self._fmu, f"set{kind}")([v.valueReference], [int(value) if whole else value])
+            except Exception as e:
+                raise Stopped(f"{self.name} refuses {name} = {value!r}: {e}") from None
+
+    def calls(self) -> Calls:
+        """What the master in C needs to call this FMU."""
+        names = ["fmi2SetReal", "fmi2DoStep", "fmi2GetReal", "fmi2GetFMUstate", "fmi2SetFMUstate"]
+        fmi3 = hasattr(self._fmu, "setFloat64")
+        if fmi3:
+            names = ["fmi3SetFloat64", "fmi3DoStep", "fmi3GetFloat64", "fmi3GetFMUState", "fmi3SetFMUState"]
+        used = names if self._rollback else names[:3]
+        functions = [C.cast(self._fmu.dll[n], C.c_void_p).value for n in used]
+        return Calls(fmi3, functions, self._fmu.component, self._wired, list(self._u), *self._vr, self._rollback)
+
+    def free_state(self, state: int) -> None:
+        """Free a state that the master in C saved."""
+        self._fmu.freeFMUState(C.c_void_p(state))
+
+    @property
+    def said(self) -> str:
+        """What the FMU logged last."""
+        return self._said[-1] if self._said else "without a word"
 
     def start(self, t0: float) -> None:
         if hasattr(self._fmu, "setupExperiment"):

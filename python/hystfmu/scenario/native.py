@@ -10,47 +10,20 @@ from __future__ import annotations
 import ctypes as C
 import functools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from hystfmu.core import Array, Executor, library
+from hystfmu.core import Executor, library
 from hystfmu.errors import InputError
+from hystfmu.scenario.foreign import Foreign
+from hystfmu.scenario.native_unit import ForeignUnit, GraphUnit, Unit
 from hystfmu.scenario.spec import split_end
-from hystfmu.scenario.system import System, changed, fuse, segments
+from hystfmu.scenario.system import System, changed, segments
 from hystfmu.scenario.trace import Stopped, Trace
 
 _SCHEMES = ("gauss_seidel", "jacobi", "iterative")  # as in master.h
-_GRAPH = 0
-
-
-class _Unit(C.Structure):
-    """`master_unit` of master.h."""
-
-    _fields_ = (
-        ("kind", C.c_int32),
-        ("rollback", C.c_int32),
-        ("period", C.c_int64),
-        ("h", C.c_double),
-        ("self", C.c_void_p),
-        ("set", C.c_void_p),
-        ("step", C.c_void_p),
-        ("get", C.c_void_p),
-        ("save", C.c_void_p),
-        ("restore", C.c_void_p),
-        ("n_in", C.c_int64),
-        ("n_out", C.c_int64),
-        ("first", C.c_int64),
-        ("source", C.c_void_p),
-        ("u", C.c_void_p),
-        ("vr_in", C.c_void_p),
-        ("vr_out", C.c_void_p),
-        ("n_vr_in", C.c_int64),
-        ("n_vr_out", C.c_int64),
-        ("at", C.c_void_p),
-        ("saved", C.c_void_p),
-        ("state", C.c_void_p),
-    )
 
 
 class _Master(C.Structure):
@@ -84,59 +57,6 @@ def _run() -> Any:
     return run
 
 
-class _Member:
-    """Units that are one graph: how they are called, and where their inputs and outputs stand."""
-
-    def __init__(self, system: System, parts: tuple[int, ...]) -> None:
-        first = system.parts[parts[0]]
-        graph, outside = fuse(system, parts)
-        self.name = "+".join(system.parts[k].name for k in parts)
-        self.period, self.h, self.first = first.period, system.length(first), first.first
-        self.executor: Executor = graph.executor()
-        source = {(link.to, link.input): link.source for link in system.links}
-        inputs = [p.reference for p in graph.ports if p.kind == "input"]
-        linked = [(r, source[end]) for r, end in zip(inputs, outside, strict=True) if end in source]
-        self.vr_in = np.array([r for r, _ in linked], dtype=np.uint32)
-        self.source = np.array([j for _, j in linked], dtype=np.int64)
-        self.vr_out = np.array([p.reference for p in graph.ports if p.kind == "output"], dtype=np.uint32)
-        self.parameters = {
-            (graph.nodes[p.node].name, p.var.name): p.reference for p in graph.ports if p.kind in ("param", "fixed")
-        }
-
-    def start(self, values: Array) -> None:
-        """Initialise at t = 0 with the present values, and write the first outputs."""
-        try:
-            for reference, j in zip(self.vr_in.tolist(), self.source.tolist(), strict=True):
-                self.executor.set(reference, values[j])
-        except InputError as e:
-            raise Stopped(f"{self.name} refuses its inputs: {e}") from None
-        self.executor.start(0.0)
-        values[self.first : self.first + len(self.vr_out)] = [self.executor.get(r) for r in self.vr_out.tolist()]
-
-    def raw(self) -> tuple[_Unit, list[Any]]:
-        """For C, with the arrays that must live as long as it runs."""
-        at = np.zeros(len(self.vr_in) + len(self.vr_out), dtype=np.uint64)
-        saved = self.executor.state
-        keep: list[Any] = [at, saved, self.vr_in, self.vr_out, self.source]
-        unit = _Unit(
-            kind=_GRAPH,
-            period=self.period,
-            h=self.h,
-            self=self.executor.handle,
-            n_in=len(self.vr_in),
-            n_out=len(self.vr_out),
-            first=self.first,
-            source=self.source.ctypes.data,
-            vr_in=self.vr_in.ctypes.data,
-            vr_out=self.vr_out.ctypes.data,
-            n_vr_in=len(self.vr_in),
-            n_vr_out=len(self.vr_out),
-            at=at.ctypes.data,
-            saved=saved.ctypes.data,
-        )
-        return unit, keep
-
-
 class Native:
     """A case that is ready to run in C, any number of times.
 
@@ -150,9 +70,11 @@ class Native:
     def __init__(self, system: System, columns: Sequence[str] | None = None) -> None:
         self._system = system
         fused = system.case.coupling.scheme == "gauss_seidel"
-        groups = segments(system) if fused else [(k,) for k in range(len(system.parts))]
-        self._members = [_Member(system, g) for g in groups]
-        self._graphs = {p.name: p.graph for p in system.parts}
+        self._groups = segments(system) if fused else [(k,) for k in range(len(system.parts))]
+        ours = [g for g in self._groups if not isinstance(system.parts[g[0]].graph, Foreign)]
+        self._members = {g[0]: GraphUnit(system, g) for g in ours}
+        self._foreign: dict[int, Foreign] = {}
+        self._graphs = {p.name: p.own for p in system.parts if not isinstance(p.graph, Foreign)}
         self._slots: dict[str, tuple[Executor, int, list[float]]] = {}
         self._names = list(dict.fromkeys(columns)) if columns is not None else list(system.columns)
         self._columns = np.array([system.columns[c] for c in self._names], dtype=np.int64)
@@ -170,9 +92,12 @@ class Native:
         InputError
             No such unit or parameter, value out of range.
         """
-        for m in self._members:
+        for m in self._members.values():
             m.executor.defaults()
+        self._foreign = {}
         for key, value in values.items():
+            if self._set_foreign(key, value):
+                continue
             executor, reference, now = self._slot(key)
             if isinstance(value, int | float):
                 new = [float(value)] * len(now)
@@ -184,6 +109,14 @@ class Native:
             for k, v in enumerate(new):
                 executor.set(reference + k, v)
 
+    def _set_foreign(self, key: str, value: Any) -> bool:
+        unit, name = split_end(key, "set")
+        for k, part in enumerate(self._system.parts):
+            if part.name == unit and isinstance(part.graph, Foreign):
+                self._foreign[k] = self._foreign.get(k, part.graph).with_settings({name: value})
+                return True
+        return False
+
     def _slot(self, key: str) -> tuple[Executor, int, list[float]]:
         """Where a parameter stands: executor, reference of its first element, values in the scenario."""
         if key not in self._slots:
@@ -192,7 +125,7 @@ class Native:
                 raise InputError(f"{key}: no unit {unit!r}; there are {', '.join(self._graphs)}")
             port, first, now = changed(self._graphs[unit], name, "*1")
             end = (f"{unit}_{self._graphs[unit].nodes[port.node].name}", port.var.name)
-            (member,) = (m for m in self._members if end in m.parameters)
+            (member,) = (m for m in self._members.values() if end in m.parameters)
             self._slots[key] = (member.executor, member.parameters[end] + first, now)
         return self._slots[key]
 
@@ -204,12 +137,26 @@ class Native:
         Stopped
             As `simulate`.
         """
-        system, coupling, early = self._system, self._system.case.coupling, self._system.early()
-        values = system.starts()
-        for m in self._members:
-            m.start(values)
-        made = [m.raw() for m in self._members]
-        units = (_Unit * len(made))(*[unit for unit, _ in made])
+        system = self._system
+        if self._foreign:
+            parts = [replace(p, graph=self._foreign.get(k, p.graph)) for k, p in enumerate(system.parts)]
+            system = replace(system, parts=tuple(parts))
+        values = (C.c_double * max(system.n_values, 1))(*system.starts())
+        units: list[GraphUnit | ForeignUnit] = []
+        try:
+            for k, *_ in self._groups:
+                units.append(self._members[k] if k in self._members else ForeignUnit(system, k, values))
+            for u in units:
+                u.start(values)
+            return self._run(system, units, values)
+        finally:
+            for u in units:
+                u.close()
+
+    def _run(self, system: System, members: list[GraphUnit | ForeignUnit], values: C.Array[C.c_double]) -> Trace:
+        coupling, early = system.case.coupling, system.early()
+        made = [m.raw() for m in members]
+        units = (Unit * len(made))(*[unit for unit, _ in made])
         begin, guess, residual = np.empty(system.n_values), np.empty(len(early)), np.empty(2 * len(early))
         master = _Master(
             scheme=_SCHEMES.index(coupling.scheme),
@@ -217,8 +164,8 @@ class Native:
             tolerance=coupling.tolerance,
             n_units=len(units),
             units=C.addressof(units),
-            values=values.ctypes.data,
-            n_values=len(values),
+            values=C.addressof(values),
+            n_values=system.n_values,
             n_early=len(early),
             early=early.ctypes.data,
             begin=begin.ctypes.data,
@@ -229,18 +176,18 @@ class Native:
         )
         times = system.times()
         record = np.empty((len(times), len(self._columns)))
-        if _run()(C.byref(master), len(times) - 1, times.ctypes.data, record.ctypes.data):
-            raise self._stopped(master, times)
+        failed = _run()(C.byref(master), len(times) - 1, times.ctypes.data, record.ctypes.data)
+        for m, unit in zip(members, units, strict=True):
+            m.forget(unit)
+        if failed:
+            t = times[master.row]
+            if master.unit == -1:
+                raise Stopped(f"values that are not finite at t = {t:g} s")
+            if master.unit == -2:
+                raise Stopped(f"{master.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
+            m = members[master.unit]
+            raise Stopped(f"{m.name} refuses the step from t = {times[master.row - m.period]:g} s: {m.why()}")
         return Trace(times, record, {name: k for k, name in enumerate(self._names)}, system.case.ripple)
-
-    def _stopped(self, master: _Master, times: Array) -> Stopped:
-        t = times[master.row]
-        if master.unit == -1:
-            return Stopped(f"values that are not finite at t = {t:g} s")
-        if master.unit == -2:
-            return Stopped(f"{master.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
-        m = self._members[master.unit]
-        return Stopped(f"{m.name} refuses the step from t = {times[master.row - m.period]:g} s: {m.executor.error()}")
 
 
 def run_native(system: System) -> Trace:

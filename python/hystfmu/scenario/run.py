@@ -15,6 +15,7 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.scenario.fmu_member import FmuMember, FmuStore
+from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.member import Member
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Stopped, Trace
@@ -23,31 +24,42 @@ from hystfmu.scenario.unit_member import UnitMember
 Engine = Literal["fmpy", "python", "native"]
 
 
-def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Trace:
+def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None, seconds: float = 600.0) -> Trace:
     """Run a case from t = 0 to its end.
 
     Parameters
     ----------
     system : System
     engine : {"fmpy", "python", "native"}
-        "fmpy": every unit as its `as` says (the reference); "python": all as Python units; "native": the whole loop in
-        the C core.  All give the same bits.
+        "fmpy": every unit as its `as` says (the reference); "python": all of ours as Python units; "native": the whole
+        loop in the C core.  All give the same bits.
     store : FmuStore, optional
         Where FMUs are unpacked; a temporary one by default.
+    seconds : float
+        Longest time for a case with FMUs of others; they run in a child process.
 
     Raises
     ------
     Stopped
         A unit refused an input or a step, or the sweeps of an iterative coupling do not agree; the message names it and
-        the time.
+        the time.  The child process died or took too long.
     """
+    if system.foreign:
+        from hystfmu.scenario.isolated import simulate_isolated
+
+        return simulate_isolated(system, engine, seconds)
+    return simulate_here(system, engine, store)
+
+
+def simulate_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Trace:
+    """As `simulate`, in this process even if there is foreign code in the system."""
     if engine == "native":
         from hystfmu.scenario.native import run_native
 
         return run_native(system)
     if engine == "fmpy" and store is None:
         with FmuStore() as own:
-            return simulate(system, engine, own)
+            return simulate_here(system, engine, own)
     values = (C.c_double * max(system.n_values, 1))(*system.starts())
     sources: dict[int, list[tuple[int, int]]] = {}
     for link in system.links:
@@ -55,10 +67,9 @@ def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = N
     members: list[Member] = []
     try:
         for k, part in enumerate(system.parts):
-            if engine == "python" or part.runs_as == "python":
+            if not isinstance(part.graph, Foreign) and (engine == "python" or part.runs_as == "python"):
                 members.append(UnitMember(system, part, sources.get(k, ()), values))
             else:
-                assert store is not None
                 members.append(FmuMember(system, part, sources.get(k, ()), values, store))
         return _loop(system, members, values)
     finally:

@@ -27,13 +27,14 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class UnitSpec(pydantic.BaseModel):
-    """One unit: what it is (exactly one of `model`, `block`, `graph`, `inverse_of`), how it runs, how often."""
+    """One unit: what it is (exactly one of `model`, `block`, `graph`, `inverse_of`, `fmu`), how it runs, how often."""
 
     model_config = STRICT
     model: str | None = Field(None, description="path of a *.model.toml, relative to the scenario's folder")
     block: str | None = Field(None, description="key of a block; its sizes and values follow in `dims` and `values`")
     dims: dict[str, int] = Field({}, description="sizes of `block`")
     values: dict[str, Value] = Field({}, description="parameter values of `block`")
+    fmu: str | None = Field(None, description="path of an FMU of any origin, relative to the scenario's folder")
     graph: GraphTable | None = Field(None, description="blocks, wires, inputs, outputs, as in a model file")
     inverse_of: str | None = Field(None, description="path of a *.model.toml whose exact inverse runs")
     runs_as: Literal["fmu2", "fmu3", "python"] = Field(
@@ -47,9 +48,9 @@ class UnitSpec(pydantic.BaseModel):
 
     @pydantic.model_validator(mode="after")
     def _one_source(self) -> UnitSpec:
-        given = [k for k in ("model", "block", "graph", "inverse_of") if getattr(self, k) is not None]
+        given = [k for k in ("model", "block", "graph", "inverse_of", "fmu") if getattr(self, k) is not None]
         if len(given) != 1:
-            raise ValueError(f"a unit has exactly one of model, block, graph, inverse_of; here: {given or 'none'}")
+            raise ValueError(f"a unit has exactly one of model, block, graph, inverse_of, fmu; here: {given or 'none'}")
         if self.block is None and (self.dims or self.values):
             raise ValueError("dims and values belong to 'block'; use 'set' to change a model's parameters")
         if self.fine and self.every != 1:

@@ -18,6 +18,7 @@ from hystfmu.core import Array
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output, Port, Value
 from hystfmu.model import Model
+from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.spec import Case, UnitSpec, inside, split_end
 
 MOST_VALUES = 50_000_000  # doubles recorded in one case
@@ -28,7 +29,7 @@ class Part:
     """One unit of a system."""
 
     name: str
-    graph: Graph
+    graph: Graph | Foreign
     runs_as: Literal["fmu2", "fmu3", "python"]
     period: int
     inputs: tuple[str, ...]
@@ -36,6 +37,19 @@ class Part:
     constants: dict[str, float]
     first: int
     """Place of its first output among all values of the system."""
+
+    @property
+    def own(self) -> Graph:
+        """The graph of a unit that is ours.
+
+        Raises
+        ------
+        InputError
+            It is an FMU of somebody else.
+        """
+        if isinstance(self.graph, Foreign):
+            raise InputError(f"{self.name}: {self.graph.path} is an FMU: it cannot become a part of a graph")
+        return self.graph
 
 
 @dataclass(frozen=True)
@@ -96,6 +110,11 @@ class System:
         owner = {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
         return np.array(sorted({n.source for n in self.links if owner[n.source] >= n.to}), dtype=np.int64)
 
+    @property
+    def foreign(self) -> tuple[Part, ...]:
+        """Units that are FMUs of others."""
+        return tuple(p for p in self.parts if isinstance(p.graph, Foreign))
+
     def starts(self) -> Array:
         """Values before the units are initialised: the start values of their outputs, shape (n_values,)."""
         return np.array([s for p in self.parts for s in _starts(p.graph, "output")], dtype=np.float64)
@@ -116,7 +135,8 @@ def build(case: Case) -> System:
         spec = case.units[name]
         where = f"{case.file}: case {case.name}: units.{name}"
         try:
-            graph = _with_values(_graph(case, spec, where), spec.set)
+            graph = _source(case, spec, where)
+            graph = _with_values(graph, spec.set)
             for key, value in case.overrides.items():
                 unit, parameter = split_end(key, "--set")
                 if unit == name and parameter in _parameter_names(graph):
@@ -133,7 +153,13 @@ def build(case: Case) -> System:
         first = len(columns)
         columns.update({f"{name}.{o}": first + i for i, o in enumerate(outputs)})
         constants = {k: float(v) for k, v in spec.inputs.items()}
-        parts.append(Part(name, graph, spec.runs_as, period, inputs, outputs, constants, first))
+        runs_as = spec.runs_as
+        if isinstance(graph, Foreign):  # an input that nobody drives keeps its start value
+            driven = {split_end(to, where)[1] for to in case.connections if to.startswith(f"{name}.")}
+            starts = zip(inputs, _starts(graph, "input"), strict=True)
+            constants = {k: v for k, v in starts if k not in driven} | constants
+            runs_as = "fmu2" if graph.fmi == 2 else "fmu3"
+        parts.append(Part(name, graph, runs_as, period, inputs, outputs, constants, first))
     links = _links(case, parts, columns)
     system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
     if (system.n_steps + 1) * len(columns) > MOST_VALUES:
@@ -235,7 +261,9 @@ def _feeds_through(system: System, part: Part, k: int) -> bool:
 
 
 # ---- the graph of a unit ------------------------------------------------------------------------------------------
-def _graph(case: Case, spec: UnitSpec, where: str) -> Graph:
+def _source(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
+    if spec.fmu is not None:
+        return Foreign.load(inside(case.folder, spec.fmu, f"{where}.fmu"))
     if spec.model is not None:
         return Model.load(inside(case.folder, spec.model, f"{where}.model")).graph
     if spec.inverse_of is not None:
@@ -248,21 +276,25 @@ def _graph(case: Case, spec: UnitSpec, where: str) -> Graph:
     return spec.graph.graph()
 
 
-def _names(graph: Graph, kind: str) -> tuple[str, ...]:
+def _names(graph: Graph | Foreign, kind: str) -> tuple[str, ...]:
     return tuple(n for p in graph.ports if p.kind == kind for n in p.scalar_names)
 
 
-def _starts(graph: Graph, kind: str) -> list[float]:
+def _starts(graph: Graph | Foreign, kind: str) -> list[float]:
     return [s for p in graph.ports if p.kind == kind for s in p.start]
 
 
-def _parameter_names(graph: Graph) -> set[str]:
+def _parameter_names(graph: Graph | Foreign) -> set[str]:
+    if isinstance(graph, Foreign):
+        return {v.name for v in graph.description.modelVariables if v.causality == "parameter"}
     ports = [p for p in graph.ports if p.kind in ("param", "fixed")]
     return {p.name for p in ports} | {n for p in ports for n in p.scalar_names}
 
 
-def _with_values(graph: Graph, values: dict[str, Any]) -> Graph:
-    """The graph with some parameters changed, by the names that an importer would use (`w`, `w_2`, `net_W1`)."""
+def _with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Foreign:
+    """The unit with some parameters changed, by the names that an importer would use (`w`, `w_2`, `net_W1`)."""
+    if isinstance(graph, Foreign):
+        return graph.with_settings(values)
     for name, value in values.items():
         port, element = _parameter(graph, name)
         node = graph.nodes[port.node]
@@ -343,7 +375,7 @@ def fuse(system: System, parts: tuple[int, ...]) -> tuple[Graph, list[tuple[int,
     source = {(link.to, link.input): link.source for link in system.links}
     for k in parts:
         part = system.parts[k]
-        g, name = part.graph, part.name
+        g, name = part.own, part.name
         nodes += [Node(f"{name}_{n.name}", n.type, n.dims, n.values) for n in g.nodes]
         wires += [(f"{name}_{a}", f"{name}_{b}") for a, b in g.wires]
         for i, (_, end, port) in enumerate(_scalars(g)):
@@ -353,7 +385,7 @@ def fuse(system: System, parts: tuple[int, ...]) -> tuple[Graph, list[tuple[int,
             at = source.get((k, i))
             if at is not None and owner[at][0] in parts:
                 other = system.parts[owner[at][0]]
-                end = _scalars(other.graph)[owner[at][1]][1]
+                end = _scalars(other.own)[owner[at][1]][1]
                 wires += [(f"{other.name}_{end}", e) for e in ends]
             else:
                 start = part.constants.get(part.inputs[i], 0.0)
@@ -373,7 +405,9 @@ def segments(system: System) -> list[tuple[int, ...]]:
     held = [(to, source) for to, source, i in early if _feeds_through(system, system.parts[to], i)]
     groups: list[list[int]] = []
     for k, part in enumerate(system.parts):
-        fits = groups and system.parts[groups[-1][-1]].period == part.period
+        last = system.parts[groups[-1][-1]] if groups else part
+        fits = groups and last.period == part.period and not isinstance(part.graph, Foreign)
+        fits = fits and not isinstance(last.graph, Foreign)
         if fits and not any(source == k and to in groups[-1] for to, source in held):
             groups[-1].append(k)
         else:

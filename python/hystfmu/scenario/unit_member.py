@@ -18,7 +18,7 @@ class UnitMember:
         self, system: System, part: Part, sources: Sequence[tuple[int, int]], values: C.Array[C.c_double]
     ) -> None:
         self.name, self.period, self._h = part.name, part.period, system.length(part)
-        self._unit = Unit(part.graph)
+        self._unit = Unit(part.own)
         self._constants, self._values = part.constants, values
         self._inputs = [(part.inputs[i], j) for i, j in sources]
         self._outputs = [(part.first + i, n) for i, n in enumerate(part.outputs)]

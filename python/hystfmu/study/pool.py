@@ -18,6 +18,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from typing import Any
 
+from hystfmu.scenario.isolated import limit_memory
 from hystfmu.scenario.run import Engine
 from hystfmu.scenario.system import System
 from hystfmu.study.task import Runner, Task
@@ -27,13 +28,7 @@ AT_ONCE = 8  # tasks that a worker holds: a run of a millisecond must not wait f
 
 def _work(pipe: Any, systems: list[System], engine: Engine, memory: float) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
-    try:
-        import resource
-
-        most = int(memory * 2**30)
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
-    except (ImportError, ValueError, OSError):
-        pass  # no such limit on this system
+    limit_memory(memory)
     runner = Runner(systems, engine)
     try:
         while True:

@@ -9,11 +9,11 @@ from typing import Any
 
 import hystfmu
 from hystfmu.errors import InputError
-from hystfmu.scenario import build, simulate
+from hystfmu.scenario import build
 from hystfmu.scenario.fmu_member import FmuStore
 from hystfmu.scenario.metrics import measure
 from hystfmu.scenario.native import Native
-from hystfmu.scenario.run import Engine
+from hystfmu.scenario.run import Engine, simulate_here
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Stopped
 
@@ -96,7 +96,7 @@ class Runner:
             if missing:
                 raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with that parameter")
             self._store = self._store or FmuStore()
-            trace = simulate(varied, self._engine, self._store)
+            trace = simulate_here(varied, self._engine, self._store)
         return {name: measure(m, trace) for name, m in metrics.items()}
 
     def close(self) -> None:

@@ -1,0 +1,160 @@
+"""Units as the master in C takes them: graphs of the core, and FMUs of others behind their function pointers."""
+
+from __future__ import annotations
+
+import ctypes as C
+from typing import Any
+
+import numpy as np
+
+from hystfmu.core import Executor
+from hystfmu.errors import InputError
+from hystfmu.scenario.fmu_member import FmuMember
+from hystfmu.scenario.system import System, fuse
+from hystfmu.scenario.trace import Stopped
+
+_GRAPH, _FMI2, _FMI3 = 0, 1, 2  # as in master.h
+
+
+class Unit(C.Structure):
+    """`master_unit` of master.h."""
+
+    _fields_ = (
+        ("kind", C.c_int32),
+        ("rollback", C.c_int32),
+        ("period", C.c_int64),
+        ("h", C.c_double),
+        ("self", C.c_void_p),
+        ("set", C.c_void_p),
+        ("step", C.c_void_p),
+        ("get", C.c_void_p),
+        ("save", C.c_void_p),
+        ("restore", C.c_void_p),
+        ("n_in", C.c_int64),
+        ("n_out", C.c_int64),
+        ("first", C.c_int64),
+        ("source", C.c_void_p),
+        ("u", C.c_void_p),
+        ("vr_in", C.c_void_p),
+        ("vr_out", C.c_void_p),
+        ("n_vr_in", C.c_int64),
+        ("n_vr_out", C.c_int64),
+        ("at", C.c_void_p),
+        ("saved", C.c_void_p),
+        ("state", C.c_void_p),
+    )
+
+
+class GraphUnit:
+    """Units that are one graph: how they are called, and where their inputs and outputs stand."""
+
+    def __init__(self, system: System, parts: tuple[int, ...]) -> None:
+        first = system.parts[parts[0]]
+        graph, outside = fuse(system, parts)
+        self.name = "+".join(system.parts[k].name for k in parts)
+        self.period, self.h, self.first = first.period, system.length(first), first.first
+        self.executor: Executor = graph.executor()
+        source = {(link.to, link.input): link.source for link in system.links}
+        inputs = [p.reference for p in graph.ports if p.kind == "input"]
+        linked = [(r, source[end]) for r, end in zip(inputs, outside, strict=True) if end in source]
+        self.vr_in = np.array([r for r, _ in linked], dtype=np.uint32)
+        self.source = np.array([j for _, j in linked], dtype=np.int64)
+        self.vr_out = np.array([p.reference for p in graph.ports if p.kind == "output"], dtype=np.uint32)
+        self.parameters = {
+            (graph.nodes[p.node].name, p.var.name): p.reference for p in graph.ports if p.kind in ("param", "fixed")
+        }
+
+    def start(self, values: C.Array[C.c_double]) -> None:
+        """Initialise at t = 0 with the present values, and write the first outputs."""
+        try:
+            for reference, j in zip(self.vr_in.tolist(), self.source.tolist(), strict=True):
+                self.executor.set(reference, values[j])
+        except InputError as e:
+            raise Stopped(f"{self.name} refuses its inputs: {e}") from None
+        self.executor.start(0.0)
+        values[self.first : self.first + len(self.vr_out)] = [self.executor.get(r) for r in self.vr_out.tolist()]
+
+    def raw(self) -> tuple[Unit, list[Any]]:
+        """For C, with the arrays that must live as long as it runs."""
+        at = np.zeros(len(self.vr_in) + len(self.vr_out), dtype=np.uint64)
+        saved = self.executor.state
+        keep: list[Any] = [at, saved, self.vr_in, self.vr_out, self.source]
+        unit = Unit(
+            kind=_GRAPH,
+            period=self.period,
+            h=self.h,
+            self=self.executor.handle,
+            n_in=len(self.vr_in),
+            n_out=len(self.vr_out),
+            first=self.first,
+            source=self.source.ctypes.data,
+            vr_in=self.vr_in.ctypes.data,
+            vr_out=self.vr_out.ctypes.data,
+            n_vr_in=len(self.vr_in),
+            n_vr_out=len(self.vr_out),
+            at=at.ctypes.data,
+            saved=saved.ctypes.data,
+        )
+        return unit, keep
+
+    def forget(self, unit: Unit) -> None:
+        """Nothing to free after a run."""
+
+    def why(self) -> str:
+        """What the core refused last."""
+        return self.executor.error()
+
+    def close(self) -> None:
+        """Nothing to free: the next run takes the same graph."""
+
+
+class ForeignUnit:
+    """An FMU of somebody else: fmpy makes and initialises a new instance, the master calls its functions."""
+
+    def __init__(self, system: System, part: int, values: C.Array[C.c_double]) -> None:
+        p = system.parts[part]
+        sources = [(link.input, link.source) for link in system.links if link.to == part]
+        self.name, self.period, self.h, self.first = p.name, p.period, system.length(p), p.first
+        self._n_out = len(p.outputs)
+        self._member = FmuMember(system, p, sources, values, None)
+
+    def start(self, values: C.Array[C.c_double]) -> None:
+        """Initialise at t = 0 with the present values, and write the first outputs."""
+        self._member.start(0.0)
+
+    def raw(self) -> tuple[Unit, list[Any]]:
+        """For C, with the arrays that must live as long as it runs."""
+        call = self._member.calls()
+        u, source = np.array(call.inputs), np.array(call.source, dtype=np.int64)
+        names = ("set", "step", "get", "save", "restore")
+        unit = Unit(
+            kind=_FMI3 if call.fmi3 else _FMI2,
+            rollback=call.rollback,
+            period=self.period,
+            h=self.h,
+            self=call.component,
+            n_in=len(source),
+            n_out=self._n_out,
+            first=self.first,
+            source=source.ctypes.data,
+            u=u.ctypes.data,
+            vr_in=C.addressof(call.vr_in),
+            vr_out=C.addressof(call.vr_out),
+            n_vr_in=len(call.vr_in),
+            n_vr_out=len(call.vr_out),
+            **dict(zip(names, call.functions, strict=False)),
+        )
+        return unit, [u, source, call]
+
+    def forget(self, unit: Unit) -> None:
+        """Free the state that the master saved last."""
+        if unit.state:
+            self._member.free_state(unit.state)
+
+    def why(self) -> str:
+        """What it logged last."""
+        return self._member.said
+
+    def close(self) -> None:
+        """Free the instance."""
+        self._member.close()

@@ -1,0 +1,237 @@
+"""FMUs of others in a scenario: the same values as our unit in every engine; crashes and hangs do no harm."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+
+from hystfmu.errors import InputError
+from hystfmu.fmu.export import export_fmu
+from hystfmu.graph import Graph, Node
+from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario.run import simulate_here
+from hystfmu.scenario.trace import Stopped
+
+ENGINES = ("fmpy", "python", "native")
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def add(loop: dict[str, Any], write: Any, fmi: int) -> Path:
+    """The PID of the loop as an FMU file that the scenario knows as somebody's."""
+    folder = write(loop)
+    export_fmu(Graph.single(Node("pid", "pid", {}, loop["units"]["pid"]["values"])), folder / "pid.fmu", fmi=fmi)  # type: ignore[arg-type]
+    return Path(folder)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
+def test_a_foreign_fmu_gives_the_bits_of_our_unit(loop: Any, write: Any, fmi: int, scheme: str, cache: Path) -> None:
+    loop["coupling"] = {"scheme": scheme}
+    loop["stop"] = 0.01
+    loop["metrics"]["tracking"]["after"] = 0.0
+    ours = simulate(build(Scenario(write(loop)).cases[0]), "python")
+    add(loop, write, fmi)
+    loop["units"]["pid"] = {"fmu": "pid.fmu", "inputs": {"u_ff": 0.125}}
+    system = build(Scenario(write(loop)).cases[0])
+    assert [p.name for p in system.foreign] == ["pid"]
+    for engine in ENGINES:
+        theirs = simulate_here(system, engine)  # type: ignore[arg-type]
+        for end in ("plant.y", "plant.v", "reference.r", "pid.u"):
+            assert theirs[end].tobytes() == ours[end].tobytes(), (engine, end)
+    assert [p.name[0] != "." for p in cache.iterdir()] == [True]  # one archive, one folder, nothing half-made
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int) -> None:
+    loop["units"]["pid"]["set"] = {"Kp": "*1.5", "Ki": 1000.0}
+    ours = simulate(build(Scenario(write(loop)).cases[0]), "python")
+    add(loop, write, fmi)
+    loop["units"]["pid"] = {"fmu": "pid.fmu", "inputs": {"u_ff": 0.125}, "set": {"Kp": "*1.5", "Ki": 1000}}
+    system = build(Scenario(write(loop)).cases[0])
+    for engine in ENGINES:
+        assert simulate_here(system, engine)["plant.y"].tobytes() == ours["plant.y"].tobytes()  # type: ignore[arg-type]
+    loop["units"]["pid"]["set"] = {"Kq": 1.0}
+    with pytest.raises(InputError, match=r"units\.pid: no parameter 'Kq'; there are Kp"):
+        build(Scenario(write(loop)).cases[0])
+
+
+SOURCE = r"""
+#include <stdlib.h>
+#include "fmi2Functions.h"
+static double u, y;
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+fmi2Component fmi2Instantiate(fmi2String a, fmi2Type b, fmi2String c, fmi2String d, const fmi2CallbackFunctions *e,
+                              fmi2Boolean f, fmi2Boolean g) {
+  (void)a, (void)b, (void)c, (void)d, (void)e, (void)f, (void)g;
+  return &u;
+}
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference v[], size_t n, const fmi2Real x[]) {
+  (void)c, (void)v;
+  if (n) u = x[0];
+  return fmi2OK;
+}
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference v[], size_t n, fmi2Real x[]) {
+  (void)c, (void)v;
+  if (n) x[0] = y;
+  return fmi2OK;
+}
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
+  (void)c, (void)h, (void)b;
+  if (t > 0.004 && u > LIMIT) DEFECT;
+  y = u;
+  return fmi2OK;
+}
+void fmi2FreeInstance(fmi2Component c) { (void)c; }
+#define STUB(name, ...) fmi2Status name(__VA_ARGS__) { return fmi2OK; }
+STUB(fmi2SetupExperiment, fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real d, fmi2Boolean e, fmi2Real f)
+STUB(fmi2EnterInitializationMode, fmi2Component c)
+STUB(fmi2ExitInitializationMode, fmi2Component c)
+STUB(fmi2Terminate, fmi2Component c)
+STUB(fmi2Reset, fmi2Component c)
+STUB(fmi2SetDebugLogging, fmi2Component c, fmi2Boolean a, size_t n, const fmi2String s[])
+STUB(fmi2GetInteger, fmi2Component c, const fmi2ValueReference v[], size_t n, fmi2Integer x[])
+STUB(fmi2GetBoolean, fmi2Component c, const fmi2ValueReference v[], size_t n, fmi2Boolean x[])
+STUB(fmi2GetString, fmi2Component c, const fmi2ValueReference v[], size_t n, fmi2String x[])
+STUB(fmi2SetInteger, fmi2Component c, const fmi2ValueReference v[], size_t n, const fmi2Integer x[])
+STUB(fmi2SetBoolean, fmi2Component c, const fmi2ValueReference v[], size_t n, const fmi2Boolean x[])
+STUB(fmi2SetString, fmi2Component c, const fmi2ValueReference v[], size_t n, const fmi2String x[])
+STUB(fmi2GetFMUstate, fmi2Component c, fmi2FMUstate *s)
+STUB(fmi2SetFMUstate, fmi2Component c, fmi2FMUstate s)
+STUB(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
+STUB(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
+STUB(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
+STUB(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
+STUB(fmi2GetDirectionalDerivative, fmi2Component c, const fmi2ValueReference a[], size_t n,
+     const fmi2ValueReference b[], size_t m, const fmi2Real x[], fmi2Real y[])
+STUB(fmi2SetRealInputDerivatives, fmi2Component c, const fmi2ValueReference v[], size_t n, const fmi2Integer o[],
+     const fmi2Real x[])
+STUB(fmi2GetRealOutputDerivatives, fmi2Component c, const fmi2ValueReference v[], size_t n, const fmi2Integer o[],
+     fmi2Real x[])
+STUB(fmi2CancelStep, fmi2Component c)
+STUB(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status *s)
+STUB(fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind k, fmi2Real *s)
+STUB(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *s)
+STUB(fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind k, fmi2Boolean *s)
+STUB(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *s)
+"""
+DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="bad" guid="bad">
+  <CoSimulation modelIdentifier="bad" canHandleVariableCommunicationStepSize="true"/>
+  <ModelVariables>
+    <ScalarVariable name="u" valueReference="0" causality="input"><Real start="0"/></ScalarVariable>
+    <ScalarVariable name="y" valueReference="1" causality="output"><Real/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure>
+</fmiModelDescription>
+"""
+
+
+def bad_fmu(path: Path, defect: str, limit: float = 0.5) -> None:
+    """Compile an FMU that does something terrible after 4 ms when its input is above the limit."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("needs a C compiler")
+    include = next(HEADERS.rglob("fmi2Functions.h")).parent
+    source, library = path.with_suffix(".c"), path.with_suffix(".so")
+    source.write_text(SOURCE)
+    flags = ["-shared", "-fPIC", f"-DDEFECT={defect}", f"-DLIMIT={limit}", f"-I{include}"]
+    subprocess.run([compiler, *flags, str(source), "-o", str(library)], check=True)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTION)
+        archive.write(library, f"binaries/{fmpy.platform}/bad.so")
+
+
+@pytest.mark.parametrize("engine", ["fmpy", "native"])
+@pytest.mark.parametrize(
+    ("defect", "message"),
+    [
+        ("abort()", "the process that ran bad ended with status -6"),
+        ("*(volatile int *)0 = 0", "the process that ran bad ended with status -11"),
+        ("for (;;)", "not finished after 3 s"),
+        ("return fmi2Error", "bad refuses the step"),
+    ],
+)
+def test_what_foreign_code_does_stays_in_its_process(
+    loop: Any, write: Any, engine: str, defect: str, message: str
+) -> None:
+    if fmpy.platform not in ("linux64", "darwin64"):
+        pytest.skip("builds a shared library for Linux or macOS")
+    folder = write(loop)
+    bad_fmu(folder / "bad.fmu", defect)
+    loop["units"]["bad"] = {"fmu": "bad.fmu"}
+    loop["order"].append("bad")
+    loop["connections"]["bad.u"] = "reference.r"
+    system = build(Scenario(write(loop)).cases[0])
+    with pytest.raises(Stopped, match=message):
+        simulate(system, engine, seconds=3.0 if "for" in defect else 60.0)  # type: ignore[arg-type]
+
+
+def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(loop: Any, write: Any, tmp_path: Path) -> None:
+    """Amplitudes above the limit kill or stop their worker; all other rows are those of a good FMU."""
+    pytest.importorskip("pyarrow")
+    import tomli_w
+
+    from hystfmu.study import run_study
+
+    folder = write(loop)
+    loop["units"]["bad"] = {"fmu": "bad.fmu"}
+    loop["order"].append("bad")
+    loop["connections"]["bad.u"] = "reference.r"
+    loop["metrics"] = {"peak": {"kind": "peak", "signal": "bad.y"}}
+    loop["stop"] = 0.01
+    study = {
+        "name": "bad",
+        "scenario": ".",
+        "method": "grid",
+        "timeout": 2.0,
+        "parameters": {"reference.amplitude": {"range": [0.2, 2.0], "steps": 10}},
+    }
+    (folder / "s.study.toml").write_text(tomli_w.dumps(study))
+    write(loop)
+    rows = {}
+    for name, defect in (("good", "y = u"), ("killed", "abort()"), ("timeout", "for (;;)")):
+        bad_fmu(folder / "bad.fmu", defect, 1.65)
+        rows[name] = run_study(folder / "s.study.toml", tmp_path / name, workers=2).rows
+    assert {r["status"] for r in rows["good"]} == {"ok"}
+    for name in ("killed", "timeout"):
+        for row, good in zip(rows[name], rows["good"], strict=True):
+            if row["values"]["reference.amplitude"] < 1.7:
+                assert row["metrics"] == good["metrics"]
+            else:
+                assert row["status"] == name
+        assert sum(r["status"] == name for r in rows[name]) == 2
+
+
+@pytest.mark.parametrize("name", ["../../evil.txt", "/evil.txt"])
+def test_an_archive_that_would_write_elsewhere_is_refused(loop: Any, write: Any, cache: Path, name: str) -> None:
+    folder = write(loop)
+    with zipfile.ZipFile(folder / "evil.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTION)
+        archive.writestr(name, "x")
+    loop["units"]["pid"] = {"fmu": "evil.fmu"}
+    with pytest.raises(InputError, match="would be written outside"):
+        build(Scenario(write(loop)).cases[0])
+    assert list(cache.iterdir()) == []
+
+
+def test_unconnected_inputs_keep_their_start_values(loop: Any, write: Any) -> None:
+    add(loop, write, 2)
+    loop["units"]["pid"] = {"fmu": "pid.fmu"}  # u_ff has the start value 0
+    del loop["connections"]["pid.y"]
+    system = build(Scenario(write(loop)).cases[0])
+    assert system.parts[2].constants == {"u_ff": 0.0, "y": 0.0}
+    assert np.isfinite(simulate(system)["pid.u"]).all()
