@@ -22,9 +22,9 @@ typedef struct {
   void (*set)(void), (*step)(void), (*get)(void); /* of an FMU: Set..., DoStep, Get... */
   void (*save)(void), (*restore)(void);           /* of an FMU, iterative: Get...State, Set...State */
   int64_t n_in, n_out, first;                     /* elements; place of its first output among the values */
-  const int64_t *source; /* per input: place among the values; -1: a constant element of an array of an FMU */
-  double *u;                                      /* of an FMU: room for its inputs */
-  const uint32_t *vr_in, *vr_out;                 /* value references; of a graph one per element */
+  const int64_t *source;          /* per input: place among the values; -1: a constant element of an array of an FMU */
+  double *u;                      /* of an FMU: room for its inputs */
+  const uint32_t *vr_in, *vr_out; /* value references; of a graph one per element */
   int64_t n_vr_in, n_vr_out;
   void **at;     /* of a graph: room for n_in + n_out pointers */
   double *saved; /* of a graph, iterative: room for its state */
