@@ -7,6 +7,11 @@
 
 static inline double hyst_clamp(double u, double lo, double hi) { return u < lo ? lo : u > hi ? hi : u; }
 
+/* the change of hyst_clamp() for a change `seed` of u */
+static inline double hyst_clamp_tangent(double u, double lo, double hi, double seed) {
+  return u < lo || u > hi || (u == lo && seed < 0) || (u == hi && seed > 0) ? 0 : seed;
+}
+
 /* de/dt through 1 / (tau s + 1) by the backward rule; tau = 0: the plain difference.  dt = 0: no difference yet. */
 static inline double hyst_difference(double d_last, double e, double e_last, double tau, double dt) {
   return dt > 0 ? (tau * d_last + (e - e_last)) / (tau + dt) : 0;

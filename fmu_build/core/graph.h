@@ -41,6 +41,7 @@ typedef struct {
   const int *dim;
   double *p, *u, *y, *x;
   int64_t n_p, n_u, n_y, n_x;
+  double *du, *dy;             /* seeds and tangents of u and y: of hyst_graph_tangent() alone, no state */
   int64_t n_c;                 /* its continuous states: the first of x */
   int64_t time;                /* place of the time among u, or -1 */
   int64_t first_wire, n_wires; /* its wires, gathered into u before update() */

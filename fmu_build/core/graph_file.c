@@ -222,7 +222,7 @@ static size_t align(size_t n) { return (n + 15) / 16 * 16; }
 
 /* memory in the order: graph, nodes, wires, ports, doubles, sizes, order, names, references */
 static size_t measure(const totals *n) {
-  const int64_t doubles = 1 + 2 * n->p + n->u + n->x + n->y + 2 * n->external;
+  const int64_t doubles = 1 + 2 * n->p + 2 * n->u + n->x + 2 * n->y + 2 * n->external;
   return align(sizeof(hyst_graph)) + align((size_t)n->nodes * sizeof(hyst_node)) +
          align((size_t)n->wires * sizeof(hyst_wire)) + align((size_t)n->ports * sizeof(hyst_port)) +
          align((size_t)doubles * sizeof(double)) + align((size_t)n->dims * sizeof(int)) +
@@ -270,7 +270,7 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   g->nodes = take(&at, (size_t)n.nodes * sizeof(hyst_node));
   g->wires = take(&at, (size_t)n.wires * sizeof(hyst_wire));
   g->ports = take(&at, (size_t)n.ports * sizeof(hyst_port));
-  double *d = take(&at, (size_t)(1 + 2 * n.p + n.u + n.x + n.y + 2 * n.external) * sizeof(double));
+  double *d = take(&at, (size_t)(1 + 2 * n.p + 2 * n.u + n.x + 2 * n.y + 2 * n.external) * sizeof(double));
   g->p = d, d += n.p;
   g->p_file = d, d += n.p;
   g->external_file = d, d += n.external;
@@ -280,6 +280,7 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   d++;
   double *x = d, *y = d + n.x;
   g->external = y + n.y;
+  double *du = g->external + n.external, *dy = du + n.u;
   g->dims = take(&at, (size_t)n.dims * sizeof(int));
   g->order = take(&at, (size_t)n.nodes * sizeof(int));
   g->names = take(&at, n.names);
@@ -295,6 +296,8 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
     node->u = u, u += node->n_u;
     node->x = x, x += node->n_x;
     node->y = y, y += node->n_y;
+    node->du = du, du += node->n_u;
+    node->dy = dy, dy += node->n_y;
   }
   s = read_wires(&c, &n, g, e);
   if (!s) s = read_ports(&c, &n, g, e);

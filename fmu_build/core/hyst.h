@@ -84,6 +84,10 @@ typedef struct hyst_block {
   void (*deriv)(const int *dim, const double *p, const double *x, const double *u, double *dx);
   void (*update)(const int *dim, const double *p, double *x, const double *u, double dt);
   int (*feedthrough)(const int *dim, const double *p); /* does y depend on the present u?  NULL: yes */
+  /* Directional derivative: du of the inputs and dx of the CSTATEs -> dy of output(), ddx of deriv(), exact, the memory
+   * as it stands; at a corner that of the side to which the seed points.  NULL: all zero. */
+  void (*tangent)(const int *dim, const double *p, const double *x, const double *u, const double *du, const double *dx,
+                  double *dy, double *ddx);
 } hyst_block;
 
 extern const hyst_block *const hyst_blocks[]; /* ends with NULL */
@@ -176,6 +180,18 @@ const hyst_block *hyst_find(const char *name);
 #define HYST_FEEDTHROUGH_CSTATE HYST_HIDE
 #define HYST_FEEDTHROUGH_STATE HYST_HIDE
 
+/* s_u, s_x: seeds; t_y: tangent of an output; t_x: of the derivative of a state */
+#define HYST_IN_TANGENT(name, kind, size, ...) HYST_TANGENT_##kind(name, size)
+#define HYST_TANGENT_PARAM HYST_P
+#define HYST_TANGENT_FIXED HYST_P
+#define HYST_TANGENT_DERIVED HYST_P
+#define HYST_TANGENT_INPUT(name, size) HYST_U(name, size) HYST_LOCAL(const double, du_, s_##name, size)
+#define HYST_TANGENT_TIME HYST_TANGENT_INPUT
+#define HYST_TANGENT_OUTPUT(name, size) HYST_LOCAL(double, dy_, t_##name, size)
+#define HYST_TANGENT_CSTATE(name, size) \
+  HYST_X(name, size) HYST_LOCAL(const double, dx_, s_##name, size) HYST_LOCAL(double, ddx_, t_##name, size)
+#define HYST_TANGENT_STATE HYST_X
+
 /* signatures; the last (void)s keep -Wextra quiet when a block has no variable of a kind */
 #define HYST_OUTPUT_FN(f) \
   static void f(const int *dim_, const double *p_, const double *x_, const double *u_, double *y_)
@@ -185,12 +201,18 @@ const hyst_block *hyst_find(const char *name);
 #define HYST_INIT_FN(f) static void f(const int *dim_, const double *p_, double *x_)
 #define HYST_PREPARE_FN(f) static const char *f(const int *dim_, double *p_, double dt)
 #define HYST_FEEDTHROUGH_FN(f) static int f(const int *dim_, const double *p_)
+#define HYST_TANGENT_FN(f)                                                                                \
+  static void f(const int *dim_, const double *p_, const double *x_, const double *u_, const double *du_, \
+                const double *dx_, double *dy_, double *ddx_)
 #define HYST_OPEN_OUTPUT DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_OUTPUT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)y_;
 #define HYST_OPEN_DERIV DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_DERIV)(void) dim_, (void)p_, (void)x_, (void)u_, (void)dx_;
 #define HYST_OPEN_UPDATE DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_UPDATE)(void) dim_, (void)p_, (void)x_, (void)u_, (void)dt;
 #define HYST_OPEN_INIT DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_INIT)(void) dim_, (void)p_, (void)x_;
 #define HYST_OPEN_PREPARE DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_PREPARE)(void) dim_, (void)p_, (void)dt;
 #define HYST_OPEN_FEEDTHROUGH DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_FEEDTHROUGH)(void) dim_, (void)p_;
+#define HYST_OPEN_TANGENT \
+  DIMS(HYST_DIM_LOCAL)    \
+  VARS(HYST_IN_TANGENT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)du_, (void)dx_, (void)dy_, (void)ddx_;
 
 /* The last line of a block file: HYST_BLOCK(name, .text = ..., .output = ...). */
 #define HYST_BLOCK(id, ...)                                                                         \

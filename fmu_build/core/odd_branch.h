@@ -42,6 +42,13 @@ static inline double hyst_odd_slope(const hyst_odd *l, double d) {
   return (1 + m) * (l->a0 + odd * d) - m * d_odd;
 }
 
+/* as a hyst_branch_slope; beyond d_max the branch goes on as straight as it is there */
+static inline double hyst_odd_branch_slope(const void *ctx, double d, int grows) {
+  const hyst_odd *l = (const hyst_odd *)ctx;
+  (void)grows;
+  return d > l->d_max ? l->edge[1] : hyst_odd_slope(l, d);
+}
+
 /* Fill the edge row. */
 static inline void hyst_odd_prepare(const hyst_odd *l, double *edge) {
   edge[0] = hyst_odd_branch(l, l->d_max);
@@ -81,5 +88,9 @@ static inline double hyst_odd_inverse(const void *ctx, double v) {
     if (before <= 1e-16 * d || !(hi > lo)) break;
   }
   return d;
+}
+
+static inline double hyst_odd_inverse_slope(const void *ctx, double v, int grows) {
+  return 1 / hyst_odd_branch_slope(ctx, hyst_odd_inverse(ctx, v), grows);
 }
 #endif

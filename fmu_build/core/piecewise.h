@@ -41,6 +41,13 @@ static inline double hyst_piecewise_inverse(const hyst_piecewise *f, double v) {
   return (v + s[1]) / s[0];
 }
 
+/* W_j of the segment that q >= 0 goes on along when it grows, or shrinks */
+static inline double hyst_piecewise_slope_at(const hyst_piecewise *f, double q, int grows) {
+  const double *s = hyst_piecewise_at(f, q);
+  for (int j = (int)(s - f->row - f->n) / 2; grows && j < f->n && f->row[j] <= q; j++) s += 2;
+  return *s;
+}
+
 /* slope of the whole curve: the output at rest is this times the input */
 static inline double hyst_piecewise_slope(const hyst_piecewise *f) { return f->row[3 * f->n]; }
 
@@ -48,6 +55,13 @@ static inline double hyst_piecewise_slope(const hyst_piecewise *f) { return f->r
 static inline double hyst_piecewise_branch(const void *f, double d) { return 2 * hyst_piecewise_forward(f, 0.5 * d); }
 static inline double hyst_piecewise_inverse_branch(const void *f, double d) {
   return 2 * hyst_piecewise_inverse(f, 0.5 * d);
+}
+
+static inline double hyst_piecewise_branch_slope(const void *f, double d, int grows) {
+  return hyst_piecewise_slope_at(f, 0.5 * d, grows);
+}
+static inline double hyst_piecewise_inverse_branch_slope(const void *f, double d, int grows) {
+  return 1 / hyst_piecewise_slope_at(f, 0.5 * d, grows);
 }
 
 /* running sum that keeps its rounding error (Neumaier), because signed weights cancel */

@@ -76,12 +76,57 @@ static inline hyst_turn hyst_turn_last(const double *m, int depth, double x, dou
   return t;
 }
 
+/* ---- slopes, for directional derivatives ------------------------------------------------------------------------ */
+typedef double (*hyst_branch_slope)(const void *g, double d, int grows); /* g'(d) to the side of growing or smaller d */
+
+/* Direction and count as hyst_turn_wipe_out(), for an input that goes on from x to the side of the seed: that decides
+ * where x is an extremum, and whether a loop that closes at x is left behind. */
+static inline hyst_turn hyst_turn_toward(const double *m, double x, double x0, double seed) {
+  const double *xs = m + HYST_TP_LIST;
+  const double s = hyst_copysign(1, x == m[HYST_TP_X] ? seed : x - m[HYST_TP_X]);
+  const int onward = s * seed > 0;
+  int n = (int)m[HYST_TP_COUNT] + (m[HYST_TP_DIRECTION] * s < 0);
+  while (n >= 2 && (s * x > s * xs[n - 2] || (onward && x == xs[n - 2]))) n -= 2;
+  if (n == 1 && ((x - x0) * s > (x0 - xs[0]) * s || (onward && x - x0 == x0 - xs[0]))) n = 0;
+  const hyst_turn t = {s, m[HYST_TP_H], n};
+  return t;
+}
+
+/* change of the output for a change `seed` of the input: slope of a branch from `origin`, at twice the scale if virgin
+ */
+static inline double hyst_turn_slope_from(double origin, int virgin, double x, double seed, hyst_branch_slope slope,
+                                          const void *ctx) {
+  const double d = hyst_fabs(x - origin);
+  return seed * slope(ctx, virgin ? 2 * d : d, d == 0 || (x - origin) * seed > 0);
+}
+
+static inline double hyst_turn_dominant_slope(const double *m, double x, double x0, double seed,
+                                              hyst_branch_slope slope, const void *ctx) {
+  if (seed == 0) return 0;
+  const int n = hyst_turn_toward(m, x, x0, seed).count;
+  return hyst_turn_slope_from(n > 0 ? m[HYST_TP_LIST + n - 1] : x0, n == 0, x, seed, slope, ctx);
+}
+
+static inline double hyst_turn_last_slope(const double *m, double x, double x0, double seed, hyst_branch_slope slope,
+                                          const void *ctx) {
+  if (seed == 0) return 0;
+  const double s = x == m[HYST_TP_X] ? seed : x - m[HYST_TP_X];
+  const int n = (int)m[HYST_TP_COUNT] + (m[HYST_TP_DIRECTION] * s < 0);
+  return hyst_turn_slope_from(n > 0 ? m[HYST_TP_LIST + n - 1] : x0, 0, x, seed, slope, ctx);
+}
+
 /* By a row V(memory, FIXED, 1, "dominant|last", ...) of a block's table. */
 enum { HYST_DOMINANT, HYST_LAST };
 static inline hyst_turn hyst_turn_chosen(double memory, const double *m, int depth, double x, double x0, double h0,
                                          hyst_branch g, const void *ctx) {
   return memory == HYST_LAST ? hyst_turn_last(m, depth, x, x0, h0, g, ctx)
                              : hyst_turn_dominant(m, depth, x, x0, h0, g, ctx);
+}
+
+static inline double hyst_turn_chosen_slope(double memory, const double *m, double x, double x0, double seed,
+                                            hyst_branch_slope slope, const void *ctx) {
+  return memory == HYST_LAST ? hyst_turn_last_slope(m, x, x0, seed, slope, ctx)
+                             : hyst_turn_dominant_slope(m, x, x0, seed, slope, ctx);
 }
 
 /* Commit what hyst_turn_...() found. */

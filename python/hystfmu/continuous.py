@@ -24,6 +24,8 @@ def _declared() -> C.CDLL:
     lib.hyst_graph_derivatives.restype = None
     lib.hyst_graph_commit.argtypes = [C.c_void_p, C.c_double]
     lib.hyst_graph_commit.restype = None
+    lib.hyst_graph_tangent.argtypes = [C.c_void_p] * 5
+    lib.hyst_graph_tangent.restype = None
     lib.hyst_graph_sample.argtypes = [C.c_void_p, C.c_double, C.c_double]
     return lib
 
@@ -74,6 +76,30 @@ class ContinuousExecutor(Executor):
         dx = np.empty(len(self._places))
         self._lib.hyst_graph_derivatives(self._g, dx.ctypes.data)
         return dx
+
+    def tangent(self, du: Array, dx: Array, n_outputs: int) -> tuple[Array, Array]:
+        """Directional derivatives at the point of the last `evaluate`, one-sided at corners.
+
+        Parameters
+        ----------
+        du : array, shape (number of inputs,)
+            Seeds of the inputs of the graph.
+        dx : array, shape (number of continuous states,)
+            Seeds of `x`.
+        n_outputs : int
+            Number of scalar outputs.
+
+        Returns
+        -------
+        dy : array, shape (n_outputs,)
+        ddx : array, shape of `x`
+            Of the derivatives.
+        """
+        du, dx = np.ascontiguousarray(du, dtype=np.float64), np.ascontiguousarray(dx, dtype=np.float64)
+        dy, ddx = np.empty(n_outputs), np.empty(len(self._places))
+        pointers = [a.ctypes.data for a in (du, dx, dy, ddx)]
+        self._lib.hyst_graph_tangent(self._g, *pointers)
+        return dy, ddx
 
     def commit(self, t: float) -> None:
         """Evaluate at `t` (s); hysteretic memories take their inputs."""

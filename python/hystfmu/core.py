@@ -70,6 +70,7 @@ class _Block(C.Structure):
         ("deriv", _OUTPUT),
         ("update", C.CFUNCTYPE(None, _I, _D, _D, _D, C.c_double)),
         ("feedthrough", C.CFUNCTYPE(C.c_int, _I, _D)),
+        ("tangent", C.CFUNCTYPE(None, _I, _D, _D, _D, _D, _D, _D, _D)),
     ]
 
 

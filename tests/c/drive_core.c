@@ -42,8 +42,13 @@ static double input(int extreme) {
 /* the passes of continuous time, from wherever the run is */
 static void continuous(hyst_graph *g, int extreme) {
   const int64_t n = hyst_graph_n_continuous(g);
-  double *dx = malloc(((size_t)n + 1) * sizeof *dx);
-  if (!dx) exit(3);
+  int64_t n_outputs = 0;
+  for (int k = 0; k < g->n_ports; k++)
+    if (g->ports[k].kind == HYST_OUTPUT) n_outputs += g->ports[k].size;
+  /* each of its exact length, so that writing past the end is seen */
+  double *dx = malloc((size_t)(n + !n) * sizeof *dx), *seeds = malloc((size_t)(n + g->n_external + 1) * sizeof *seeds);
+  double *dy = malloc((size_t)(n_outputs + !n_outputs) * sizeof *dy);
+  if (!dx || !seeds || !dy) exit(3);
   for (int i = 0; i < 20; i++) {
     for (int64_t k = 0; k < g->n_external; k++) g->external[k] = input(extreme);
     for (int64_t k = 0; k < n; k++) {
@@ -55,10 +60,14 @@ static void continuous(hyst_graph *g, int extreme) {
     }
     hyst_graph_evaluate(g, i);
     hyst_graph_derivatives(g, dx);
+    for (int64_t k = 0; k < n + g->n_external; k++) seeds[k] = input(extreme);
+    hyst_graph_tangent(g, seeds, seeds + g->n_external, dy, dx);
     hyst_graph_commit(g, i);
     if (hyst_graph_is_sampled(g)) (void)hyst_graph_sample(g, i, g->step > 0 ? g->step : 1);
   }
   free(dx);
+  free(seeds);
+  free(dy);
 }
 
 /* open, run, save and restore; returns the status of opening */

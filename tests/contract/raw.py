@@ -84,6 +84,20 @@ class Raw:
         self.c.deriv(self.dims, _pointer(self.p), _pointer(self.x), _pointer(self.u), _pointer(self.dx))
         return self.dx.copy()
 
+    def tangent(self, du: Array, dx: Array) -> tuple[Array, Array]:
+        """Directional derivatives of output and deriv; zero where the block has none."""
+        whole_y, dy = _guarded(self.y.size)
+        whole_x, ddx = _guarded(self.n_cstates)
+        dy[:], ddx[:] = 0.0, 0.0
+        if self.c.tangent:
+            dy[:], ddx[:] = MARK, MARK
+            arrays = (self.p, self.x, self.u, np.ascontiguousarray(du), np.ascontiguousarray(dx), dy, ddx)
+            self.c.tangent(self.dims, *map(_pointer, arrays))
+            for whole in (whole_y, whole_x):
+                assert (whole[:GUARD] == MARK).all(), "written before an array"
+                assert (whole[-GUARD:] == MARK).all(), "written behind an array"
+        return dy, ddx
+
     def set_inputs(self, row: Array, t: float) -> None:
         """Inputs in the order of the table, and the time where the block asks for it."""
         mask = np.ones(self.u.size, dtype=bool)

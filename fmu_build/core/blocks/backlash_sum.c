@@ -28,7 +28,13 @@ HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   for (int i = 0; i < n; i++) z[i] = hyst_play(z[i], *u, r[i]);
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  double sum = *w0 * *s_u;
+  for (int i = 0; i < n; i++) sum += w[i] * hyst_play_tangent(z[i], *u, r[i], *s_u);
+  *t_y = sum;
+}
 HYST_BLOCK(backlash_sum, .text = "Weighted sum of backlash (play) operators, plain states",
            .equation = "z_i = max(u - r_i, min(u + r_i, z_i)), y = w0 u + sum_i w_i z_i",
            .source = "Zhao & Tan 2008, section II; Krejci & Kuhnen 2001, eq. 3", .flags = HYST_RATE_INDEPENDENT,
-           .init = init, .output = output, .update = update)
+           .init = init, .output = output, .tangent = tangent, .update = update)

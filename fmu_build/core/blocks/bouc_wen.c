@@ -156,6 +156,15 @@ HYST_UPDATE_FN(update) {
   if (dt > 0) *z_last = advance(*A, *beta, *gamma, *n, *z_max, *z_last, *u - *u_last);
   *u_last = *u;
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const double du = *u - *u_last, sign = du > 0 || (du == 0 && *s_u > 0) ? 1 : -1;
+  const double v =
+      sign * advance(*A, *beta, *gamma, *n, *z_max, *z_last, du); /* dv = (A - c |v|^n) dxi on either side */
+  *t_z = (*A - (v > 0 ? *gamma + *beta : *gamma - *beta) * hyst_pow(hyst_fabs(v), *n)) * *s_u;
+  *t_y = *k * (*alpha * *s_u + (1 - *alpha) * *t_z);
+}
 HYST_BLOCK(bouc_wen, .text = "Bouc-Wen operator", .source = "Wen 1976; Ikhouane & Rodellar 2007, ch. 2",
            .equation = "z' = A u' - beta |u'| |z|^(n-1) z - gamma u' |z|^n, y = k (alpha u + (1 - alpha) z)",
-           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .update = update)
+           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+           .update = update)

@@ -107,8 +107,22 @@ HYST_FEEDTHROUGH_FN(feedthrough) {
   (void)dim_, (void)p_;
   return 0; /* outputs are states */
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const double size = hyst_fabs(*f), less = *nu == 1 ? 1 : hyst_pow(size, *nu - 1);
+  const double d_speed = *v > 0 ? *s_v : *v < 0 ? -*s_v : hyst_fabs(*s_v); /* of |v|, |f| */
+  const double d_size = *f > 0 ? *s_f : *f < 0 ? -*s_f : hyst_fabs(*s_f);
+  *t_y = *s_q;
+  *t_z = *s_f;
+  *t_q = *s_v;
+  *t_v = (*s_u - *c_L * *s_v - *k_L * *s_q - *s_f) / *m_L;
+  *t_f = *alpha * *s_v -
+         *beta * less *
+             (*gamma * (d_speed * *f + *nu * hyst_fabs(*v) * *s_f) + *delta * (*s_v * size + *nu * *v * d_size));
+}
 HYST_BLOCK(
     bouc_wen_oscillator, .text = "Oscillator with a Bouc-Wen force: the hysteretic benchmark plant",
     .equation = "m_L y'' + c_L y' + k_L y + z = u; z' = alpha y' - beta (gamma |y'| |z|^(nu-1) z + delta y' |z|^nu)",
     .source = "Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016, eq. 1-2", .flags = HYST_STEP,
-    .prepare = prepare, .output = output, .deriv = deriv, .update = update, .feedthrough = feedthrough)
+    .prepare = prepare, .output = output, .tangent = tangent, .deriv = deriv, .update = update,
+    .feedthrough = feedthrough)

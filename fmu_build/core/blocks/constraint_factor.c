@@ -38,8 +38,13 @@ HYST_PREPARE_FN(prepare) {
   return NULL;
 }
 HYST_RETURN_POINT(extrema, *x, h, turn(hyst_odd_of(*a0, a, m, *d_max, edge), *memory, extrema, depth, *x, *x0), *x0, 0)
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const hyst_odd l = hyst_odd_of(*a0, a, m, *d_max, edge);
+  *t_h = hyst_turn_chosen_slope(*memory, extrema, *x, *x0, *s_x, hyst_odd_branch_slope, &l);
+}
 HYST_BLOCK(
     constraint_factor, .text = "Constraint-factor operator (Ma): odd polynomial branch",
     .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) (a0 + sum_j a_j d^(2j-1)), d = |x - x_p|; virgin branch by Masing",
     .source = "Shen & Ma 2017, eq. 1-2, with return-point memory", .flags = HYST_RATE_INDEPENDENT, .prepare = prepare,
-    .init = init, .output = output, .update = update)
+    .init = init, .output = output, .tangent = tangent, .update = update)

@@ -41,6 +41,16 @@ HYST_FEEDTHROUGH_FN(feedthrough) {
   (void)dim_, (void)p_;
   return 0; /* y follows from the states alone */
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  double sum = 0;
+  for (int i = 0; i < n; i++) {
+    sum += w[i] * s_q[i];
+    t_q[i] = (*s_u - s_q[i]) / T[i];
+  }
+  *t_y = sum;
+}
 HYST_BLOCK(creep, .text = "Creep: weighted sum of first-order lags",
            .equation = "q_i' = (u - q_i)/T_i, y = sum_i w_i q_i", .source = "Krejci & Kuhnen 2001", .flags = HYST_STEP,
-           .prepare = prepare, .output = output, .deriv = deriv, .update = update, .feedthrough = feedthrough)
+           .prepare = prepare, .output = output, .tangent = tangent, .deriv = deriv, .update = update,
+           .feedthrough = feedthrough)

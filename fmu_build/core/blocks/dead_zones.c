@@ -21,7 +21,16 @@ HYST_OUTPUT_FN(output) {
   for (int i = 0; i < n; i++) sum += w[i] * dead_zone(*u, r[i]);
   *y = sum;
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  double sum = *w0 * *s_u;
+  for (int i = 0; i < n; i++) {
+    const double beyond = *u == r[i] ? *s_u : *u - r[i]; /* on a corner the seed decides */
+    if (r[i] == 0 || beyond * r[i] > 0) sum += w[i] * *s_u;
+  }
+  *t_y = sum;
+}
 HYST_BLOCK(
     dead_zones, .text = "Weighted sum of one-sided dead zones",
     .equation = "y = w0 u + sum_i w_i S(u, r_i); S = max(u - r, 0) for r > 0, min(u - r, 0) for r < 0, u for r = 0",
-    .source = "Kuhnen 2003", .flags = HYST_RATE_INDEPENDENT, .output = output)
+    .source = "Kuhnen 2003", .flags = HYST_RATE_INDEPENDENT, .output = output, .tangent = tangent)

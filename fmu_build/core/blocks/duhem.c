@@ -104,7 +104,15 @@ HYST_UPDATE_FN(update) {
   if (dt > 0) *w_last = advance(rise, fall, *w_max, *du_max, *u_last, *w_last, *u);
   *u_last = *u;
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const law rise = law_of(a_rise, b_rise, c_rise, m, q), fall = law_of(a_fall, b_fall, c_fall, m, q);
+  const double w = advance(rise, fall, *w_max, *du_max, *u_last, *w_last, *u);
+  const int rises = *u > *u_last || (*u == *u_last && *s_u > 0);
+  const double dw = slope(rises ? &rise : &fall, *u, w) * *s_u; /* of the operator; its steps follow it with order 4 */
+  *t_y = *k * *s_u + hyst_clamp_tangent(w, -*w_max, *w_max, dw);
+}
 HYST_BLOCK(duhem, .text = "Duhem operator with polynomial slopes for rising and falling input",
            .equation = "dw/du = sum_i u^i (a_i + sum_j (b_ij w^j + c_ij |w| w^(j-1))), y = k u + w",
            .source = "Oh & Bernstein 2005; Coleman & Hodgdon 1986 (Duhem's form)", .flags = HYST_RATE_INDEPENDENT,
-           .prepare = prepare, .init = init, .output = output, .update = update)
+           .prepare = prepare, .init = init, .output = output, .tangent = tangent, .update = update)

@@ -46,7 +46,27 @@ HYST_UPDATE_FN(update) {
   const double slope = 2 / *a;
   for (int i = 0; i < n; i++) k[i] = kernel(k[i], *u, p1[i], p2[i], slope);
 }
+static double ridge_tangent(double x, double slope, double seed) {
+  return slope * hyst_clamp_tangent(x * slope - 1, -1, 1, seed);
+}
+
+/* a kernel between its ramps stands still, on a ramp it is taken along one way */
+static double kernel_tangent(double k, double u, double p1, double p2, double slope, double seed) {
+  const double low = ridge(u - p2, slope), high = ridge(u - p1, slope);
+  const double d_low = ridge_tangent(u - p2, slope, seed), d_high = ridge_tangent(u - p1, slope, seed);
+  if (k < low || (k == low && d_low > 0)) return d_low;
+  if (k > high || (k == high && d_high < 0)) return d_high;
+  return 0;
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const double slope = 2 / *a;
+  double sum = 0;
+  for (int i = 0; i < n; i++) sum += w[i] * kernel_tangent(k[i], *u, p1[i], p2[i], slope, *s_u);
+  *t_y = sum;
+}
 HYST_BLOCK(krasnoselskii_pokrovskii, .text = "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps",
            .equation = "k = max(k, r(u - p2)) rising, min(k, r(u - p1)) falling, y = offset + sum_i w_i k_i",
            .source = "Krasnosel'skii & Pokrovskii 1989, ch. 2; ridge function of Webb, Lagoudas & Kurdila 1998",
-           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .update = update)
+           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+           .update = update)

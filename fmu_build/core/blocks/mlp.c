@@ -52,6 +52,20 @@ HYST_OUTPUT_FN(output) {
     }
   }
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const int kind = (int)*activation;
+  for (int j = 0; j < n_out; j++) t_y[j] = 0;
+  for (int i = 0; i < n_hidden; i++, W1 += n_in) {
+    double a = b1[i], da = 0;
+    for (int k = 0; k < n_in; k++) a += W1[k] * u[k], da += W1[k] * s_u[k];
+    const double f = kind == SIGMOID ? hyst_sigmoid(a) : kind == TANH ? hyst_tanh(a) : 0;
+    if (kind == SIGMOID) da *= f * (1 - f);
+    else if (kind == TANH) da *= 1 - f * f;
+    else if (a < 0 || (a == 0 && da < 0)) da = 0;
+    for (int j = 0; j < n_out; j++) t_y[j] += W2[(ptrdiff_t)j * n_hidden + i] * da;
+  }
+}
 HYST_BLOCK(mlp, .text = "Multilayer perceptron: one hidden layer, linear outputs",
            .equation = "y = b2 + W2 f(b1 + W1 u), f the activation", .source = "Zhao & Tan 2008, section IV",
-           .flags = HYST_RATE_INDEPENDENT, .output = output)
+           .flags = HYST_RATE_INDEPENDENT, .output = output, .tangent = tangent)

@@ -23,6 +23,10 @@ HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   for (int i = 0; i < n; i++) held[i] = hyst_play(held[i], *u, r[i]);
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  for (int i = 0; i < n; i++) t_z[i] = hyst_play_tangent(held[i], *u, r[i], *s_u);
+}
 HYST_BLOCK(play_bank, .text = "Bank of play (backlash) operators", .equation = "z_i = max(u - r_i, min(u + r_i, z_i))",
            .source = "Krejci & Kuhnen 2001, eq. 3", .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output,
-           .update = update)
+           .tangent = tangent, .update = update)

@@ -90,7 +90,33 @@ HYST_FEEDTHROUGH_FN(feedthrough) {
   HYST_OPEN_FEEDTHROUGH
   return n_k == 0;
 }
+typedef struct {
+  double value, tangent;
+} dual;
+
+/* nested() with the derivative along (du, df), which only variables at the present time have */
+static dual nested_tangent(network *n, double du, double df, int degree, int first) {
+  dual sum = {0, 0};
+  for (int i = first; i < n->p; i++) {
+    dual factor = {*n->next[degree]++, 0};
+    if (degree < n->q) {
+      const dual inner = nested_tangent(n, du, df, degree + 1, i);
+      factor.value += inner.value;
+      factor.tangent = inner.tangent;
+    }
+    const double z = variable(n, i), dz = n->n_k > 0 ? 0 : i == 0 ? du : i == n->n_u && n->n_f > 0 ? df : 0;
+    sum.value += z * factor.value;
+    sum.tangent += dz * factor.value + z * factor.tangent;
+  }
+  return sum;
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  network at = {*u, *f, past_u, past_f, past_y, n_u, n_f, n_u + n_f + n_y, q, n_k, {NULL}};
+  for (int degree = 1; degree <= q; degree++) at.next[degree] = theta + monomials(at.p, degree - 1) - 1;
+  *t_y = nested_tangent(&at, *s_u, *s_f, 1, 0).tangent;
+}
 HYST_BLOCK(polynomial_narx, .text = "Polynomial network of lagged inputs, auxiliary function and outputs (NFIR, NARX)",
            .equation = "y_k = theta' phi(k), phi the monomials up to degree q of lags of u, f and y",
            .source = "IPMC hysteresis model with basis function network, eq. 8-12; Leontaritis & Billings 1985 (NARX)",
-           .output = output, .update = update, .feedthrough = feedthrough)
+           .output = output, .tangent = tangent, .update = update, .feedthrough = feedthrough)

@@ -31,7 +31,12 @@ HYST_PREPARE_FN(prepare) {
   return hyst_piecewise_build(curve, n, *w0, r, w, 0);
 }
 HYST_RETURN_POINT(memory, *u, y, turn(curve, n, memory, depth, *u, *u0), *u0, slope(curve, n) * *u0)
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const hyst_piecewise f = {curve, n};
+  *t_y = hyst_turn_dominant_slope(memory, *u, *u0, *s_u, hyst_piecewise_branch_slope, &f);
+}
 HYST_BLOCK(prandtl_ishlinskii, .text = "Prandtl-Ishlinskii operator: linear term plus weighted plays",
            .equation = "y = w0 u + sum_i w_i p_{r_i}[u]",
            .source = "Krejci & Kuhnen 2001, eq. 5-9; Zhao & Tan 2008, section II", .flags = HYST_RATE_INDEPENDENT,
-           .prepare = prepare, .init = init, .output = output, .update = update)
+           .prepare = prepare, .init = init, .output = output, .tangent = tangent, .update = update)

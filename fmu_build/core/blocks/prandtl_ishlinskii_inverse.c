@@ -31,6 +31,12 @@ HYST_PREPARE_FN(prepare) {
   return hyst_piecewise_build(curve, n, *w0, r, w, 1);
 }
 HYST_RETURN_POINT(memory, *y, u, turn(curve, n, memory, depth, *y, *u0), slope(curve, n) * *u0, *u0)
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const hyst_piecewise f = {curve, n};
+  *t_u = hyst_turn_dominant_slope(memory, *y, slope(curve, n) * *u0, *s_y, hyst_piecewise_inverse_branch_slope, &f);
+}
 HYST_BLOCK(prandtl_ishlinskii_inverse, .text = "Exact inverse of the Prandtl-Ishlinskii operator",
            .equation = "u such that w0 u + sum_i w_i p_{r_i}[u] = y", .source = "Krejci & Kuhnen 2001, eq. 10-14",
-           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .update = update)
+           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+           .update = update)

@@ -118,7 +118,42 @@ HYST_RETURN_POINT(memory, hyst_clamp(*u, *lo, *hi), y,
                   virgin[*start == LOW    ? 0
                          : *start == HIGH ? 2 * n
                                           : n])
+/* the cell that x goes on in when it moves to the side of the seed */
+static int cell_toward(const law *l, double x, int steps, double seed, double *rest) {
+  const int i = cell(l, x, steps, rest);
+  if (*rest > 0 || seed > 0 || i == 0) return i;
+  *rest = 1;
+  return i - 1;
+}
+
+/* dE for changes da of alpha or db of beta, one of them 0 */
+static double everett_tangent(const law *l, double alpha, double beta, double da, double db) {
+  double a, b;
+  const int i = cell_toward(l, alpha, l->n, da, &a), j = cell_toward(l, beta, l->n, db, &b);
+  const double far = at_node(l, i, j), near = at_node(l, i + 1, j + 1), steps = l->n / (l->hi - l->lo);
+  const double right = at_node(l, i + 1, j), above = at_node(l, i, j + 1);
+  if (a > b || (a == b && da >= db)) return steps * (da * (right - far) + db * (near - right));
+  return steps * (db * (above - far) + da * (near - above));
+}
+
+static double turn_tangent(const law *l, const double *memory, double u, double origin, double seed) {
+  const hyst_turn t = hyst_turn_toward(memory, u, origin, seed);
+  if (t.count == 0) {
+    double rest;
+    const int k = cell_toward(l, u, 2 * l->n, seed, &rest);
+    return seed * (l->virgin[k + 1] - l->virgin[k]) * (2 * l->n / (l->hi - l->lo));
+  }
+  const double last = memory[HYST_TP_LIST + t.count - 1];
+  return t.direction > 0 ? 2 * everett_tangent(l, u, last, seed, 0) : -2 * everett_tangent(l, last, u, 0, seed);
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const law l = law_of(E, virgin, n, *lo, *hi);
+  const double seed = hyst_clamp_tangent(*u, *lo, *hi, *s_u), at = hyst_clamp(*u, *lo, *hi);
+  *t_y = seed == 0 ? 0 : turn_tangent(&l, memory, at, *origin, seed);
+}
 HYST_BLOCK(preisach, .text = "Preisach operator in Everett's form",
            .equation = "y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising, E linear between its grid values",
            .source = "Mayergoyz, Mathematical Models of Hysteresis 1991, ch. 1; Everett 1955",
-           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .update = update)
+           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+           .update = update)

@@ -1,6 +1,6 @@
 /* Scaling of each signal: limit, gain, offset.  Carries the normalisation of a model and keeps a network inside the
  * range of its training data, where it was seen to be right. */
-#include "../hyst.h"
+#include "../control.h"
 
 #define DIMS(D) D(n, 1, 1, 100000, "number of signals")
 #define VARS(V)                                                                                  \
@@ -11,8 +11,6 @@
   V(u, INPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs")                                \
   V(y, OUTPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "limited, scaled and shifted inputs")
 
-static double clamp(double u, double lo, double hi) { return u < lo ? lo : u > hi ? hi : u; }
-
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   for (int i = 0; i < n; i++)
@@ -21,9 +19,13 @@ HYST_PREPARE_FN(prepare) {
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
-  for (int i = 0; i < n; i++) y[i] = clamp(u[i], lo[i], hi[i]) * gain[i] + offset[i];
+  for (int i = 0; i < n; i++) y[i] = hyst_clamp(u[i], lo[i], hi[i]) * gain[i] + offset[i];
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  for (int i = 0; i < n; i++) t_y[i] = hyst_clamp_tangent(u[i], lo[i], hi[i], s_u[i]) * gain[i];
 }
 HYST_BLOCK(scaling, .text = "Limit, gain and offset of each signal",
            .equation = "y_i = min(hi_i, max(lo_i, u_i)) gain_i + offset_i",
            .source = "affine normalisation; limits of the training range", .flags = HYST_RATE_INDEPENDENT,
-           .prepare = prepare, .output = output)
+           .prepare = prepare, .output = output, .tangent = tangent)

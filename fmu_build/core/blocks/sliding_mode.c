@@ -46,7 +46,14 @@ HYST_UPDATE_FN(update) {
   const double after = law(*u_ff, s + *k_i * step, *eta, *rho, *epsilon);
   if (!hyst_winds_up(before, after, *u_min, *u_max)) *integral += step;
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const double line = *de + *lam * (*y - *y_d) + *k_i * *integral, width = hyst_fabs(line) + *epsilon;
+  *t_s = *lam * (*s_y - *s_y_d);
+  const double d_law = *s_u_ff - *eta * *t_s - *rho * *epsilon / (width * width) * *t_s;
+  *t_u = hyst_clamp_tangent(law(*u_ff, line, *eta, *rho, *epsilon), *u_min, *u_max, d_law);
+}
 HYST_BLOCK(sliding_mode, .text = "Sliding mode controller around a feed-forward, with integral action and anti-windup",
            .equation = "s = de/dt + lam e + k_i int e dt, e = y - y_d, u = u_ff - eta s - rho s / (|s| + epsilon)",
            .source = "Yu & Alici 2005 (k_i = 0); integral sliding line: Slotine & Li, Applied Nonlinear Control, 7.1",
-           .prepare = prepare, .output = output, .update = update)
+           .prepare = prepare, .output = output, .tangent = tangent, .update = update)

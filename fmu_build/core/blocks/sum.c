@@ -14,5 +14,11 @@ HYST_OUTPUT_FN(output) {
   for (int i = 0; i < n; i++) sum += k[i] * u[i];
   *y = sum;
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  double sum = 0;
+  for (int i = 0; i < n; i++) sum += k[i] * s_u[i];
+  *t_y = sum;
+}
 HYST_BLOCK(sum, .text = "Weighted sum of signals", .equation = "y = offset + sum_i k_i u_i", .source = "linear readout",
-           .flags = HYST_RATE_INDEPENDENT, .output = output)
+           .flags = HYST_RATE_INDEPENDENT, .output = output, .tangent = tangent)

@@ -133,7 +133,19 @@ HYST_FEEDTHROUGH_FN(feedthrough) {
   HYST_OPEN_FEEDTHROUGH
   return nb == na;
 }
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  double sum = *d * *s_u, top = *s_u;
+  for (int i = 0; i < na; i++) {
+    sum += c[i] * s_v[i];
+    top -= alpha[i] * s_v[i];
+  }
+  *t_y = sum;
+  for (int i = 0; i + 1 < na; i++) t_v[i] = *sigma * s_v[i + 1];
+  t_v[na - 1] = *sigma * top;
+}
 HYST_BLOCK(transfer_function, .text = "Linear transfer function of any order, discretised exactly",
            .equation = "y = (b_0 s^nb + ... + b_nb) / (a_0 s^na + ... + a_na) u",
            .source = "Van Loan 1978; Franklin, Powell & Workman, 3rd ed., section 6.3.2", .flags = HYST_STEP,
-           .prepare = prepare, .output = output, .deriv = deriv, .update = update, .feedthrough = feedthrough)
+           .prepare = prepare, .output = output, .tangent = tangent, .deriv = deriv, .update = update,
+           .feedthrough = feedthrough)

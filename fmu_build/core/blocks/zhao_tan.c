@@ -19,8 +19,17 @@ static double branch(const void *none, double d) {
 }
 
 HYST_RETURN_POINT(extrema, *x, h, hyst_turn_chosen(*memory, extrema, depth, *x, *x0, 0, branch, NULL), *x0, 0)
+static double branch_slope(const void *none, double d, int grows) {
+  (void)none, (void)grows;
+  const double m = hyst_expm1(-d);
+  return d * (1 + m) - m;
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  *t_h = hyst_turn_chosen_slope(*memory, extrema, *x, *x0, *s_x, branch_slope, NULL);
+}
 HYST_BLOCK(
     zhao_tan, .text = "Zhao-Tan hysteretic operator",
     .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) d, d = |x - x_p|; virgin branch h = sgn(x - x0) g(2|x - x0|)/2",
     .source = "Zhao & Tan 2008, eq. 1", .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output,
-    .update = update)
+    .tangent = tangent, .update = update)

@@ -28,7 +28,16 @@ static double branch(const void *none, double v) {
 }
 
 HYST_RETURN_POINT(extrema, *h, x, hyst_turn_dominant(extrema, depth, *h, 0, *x0, branch, NULL), 0, *x0)
+static double branch_slope(const void *none, double v, int grows) {
+  (void)grows;
+  const double d = branch(none, v), m = hyst_expm1(-d);
+  return 1 / (d * (1 + m) - m); /* infinite where a branch begins */
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  *t_x = hyst_turn_dominant_slope(extrema, *h, 0, *s_h, branch_slope, NULL);
+}
 HYST_BLOCK(zhao_tan_inverse, .text = "Exact inverse of the Zhao-Tan operator",
            .equation = "x = x_p + sgn(h - h_p) g^-1(|h - h_p|), g(d) = (1 - e^-d) d",
            .source = "Zhao & Tan 2008, eq. 1, solved for x; inverse by the same memory: Krejci & Kuhnen 2001",
-           .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output, .update = update)
+           .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output, .tangent = tangent, .update = update)

@@ -18,7 +18,15 @@ static double branch(const void *none, double d) {
 }
 
 HYST_RETURN_POINT(extrema, *h, x, hyst_turn_dominant(extrema, depth, *h, 0, *x0, branch, NULL), 0, *x0)
+static double branch_slope(const void *none, double d, int grows) {
+  (void)none, (void)grows;
+  return 1 + (1 - d) * hyst_exp(-d);
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  *t_x = hyst_turn_dominant_slope(extrema, *h, 0, *s_h, branch_slope, NULL);
+}
 HYST_BLOCK(zhao_tan_inverse_reconstructed, .text = "Inverse Zhao-Tan operator, reconstructed from the paper",
            .equation = "x = x_p + sgn(h - h_p) (1 + e^-d) d, d = |h - h_p|; virgin branch by Masing",
            .source = "Zhao & Tan 2008, eq. 11 (lost; reconstructed)", .flags = HYST_RATE_INDEPENDENT, .init = init,
-           .output = output, .update = update)
+           .output = output, .tangent = tangent, .update = update)
