@@ -222,3 +222,19 @@ def test_table(monkeypatch):
 def test_data_folder_without_the_file(tmp_path):
     with pytest.raises(InputError, match="Test_Vi_Do_Di"):
         reproduce("shen_ma_2017", tmp_path)
+
+
+def test_the_full_table_tries_every_number_of_neurons(monkeypatch):
+    from hystfmu.reproduce import Report, reproduce, shen_ma_2017
+
+    asked = []
+
+    def table(data, progress, hidden=shen_ma_2017.SWEEP):
+        asked.append(list(hidden))
+        return Report("shen_ma_2017", "", ())
+
+    monkeypatch.setattr(shen_ma_2017, "table", table)
+    reproduce("shen_ma_2017")
+    reproduce("shen_ma_2017", full=True)
+    assert len(asked[0]) < 20
+    assert asked[1] == list(range(1, 101))

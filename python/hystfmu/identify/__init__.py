@@ -22,7 +22,7 @@ from hystfmu.core import Array
 from hystfmu.coverage import coverage
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
-from hystfmu.identify import dead_band
+from hystfmu.identify import dead_band, drift
 from hystfmu.identify.options import Option, resolve
 from hystfmu.model import Model
 
@@ -104,8 +104,8 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     Model
         Its key is that of the method (for ``auto`` of the one chosen).  `fit` holds rms, max (unit of y), rms_percent,
         max_percent (percent of the span of y in the training rows), parameters (their number), seconds, with a
-        network coverage_percent (of its input space: `hystfmu.coverage`), after ``auto`` also memory, loops,
-        gap_percent, rate and warnings; `provenance` holds data, rows, options and versions.
+        network coverage_percent (of its input space: `hystfmu.coverage`), where y drifts warnings, after ``auto`` also
+        memory, loops, gap_percent, rate and more warnings; `provenance` holds data, rows, options and versions.
 
     Raises
     ------
@@ -119,7 +119,8 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     if key == "auto":
         choice = module.choose(data, seed, progress or (lambda fraction: None))
         model = fit(data, choice.method, seed, **choice.options)
-        told = {**model.fit, **choice.fit, "seconds": round(time.perf_counter() - started, 4)}
+        warned = [*choice.fit["warnings"], *model.fit.get("warnings", [])]
+        told = {**model.fit, **choice.fit, "warnings": warned, "seconds": round(time.perf_counter() - started, 4)}
         return replace(model, fit=told, provenance={**model.provenance, **choice.provenance})
     if chosen.get(dead_band.OPTION.name, 0.0) is None:
         chosen[dead_band.OPTION.name] = dead_band.half_width(data.u[: data.train.stop])
@@ -131,12 +132,14 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     graph = dead_band.in_front(graph, band)
     seconds = time.perf_counter() - started
     y = graph.run(data.u, data.h)
+    warned = drift.warnings((data.y - y)[data.train], data.span)
     covered = coverage(graph, data.u, data.h, data.train)
     result = {
         **errors(y[data.train], data.y[data.train], data.span),
         "parameters": int(parameters),
         **({} if covered is None else {"coverage_percent": covered}),
         **(more[0] if more else {}),
+        **({"warnings": warned} if warned else {}),
     }
     return Model(
         key,

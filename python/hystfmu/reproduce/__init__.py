@@ -109,7 +109,10 @@ class Report:
 
 
 def reproduce(
-    name: str, data: str | Path | None = None, progress: Callable[[float], None] = lambda fraction: None
+    name: str,
+    data: str | Path | None = None,
+    progress: Callable[[float], None] = lambda fraction: None,
+    full: bool = False,
 ) -> Report:
     """The table of one paper or data set.
 
@@ -121,6 +124,8 @@ def reproduce(
         Folder with the measured data of that name, for those that need it.
     progress : function
         Called with the fraction done, 0..1.
+    full : bool
+        Everything the paper tried, where the default is a part of it (``FULL`` of the paper's module).
 
     Raises
     ------
@@ -131,5 +136,6 @@ def reproduce(
         raise InputError(f"nothing to reproduce called {name!r}; there are: {', '.join(PAPERS)}")
     module = importlib.import_module(f"hystfmu.reproduce.{name}")
     with threadpool_limits(1):  # see hystfmu.identify.fit
-        report: Report = module.table(None if data is None else Path(data), progress)
+        more = getattr(module, "FULL", {}) if full else {}
+        report: Report = module.table(None if data is None else Path(data), progress, **more)
     return report
