@@ -78,6 +78,16 @@ def inverse_rows(plant: Response, reversals: int) -> list[Row]:
     ]
 
 
+def implicit_rows(name: str, plant: Response, reversals: int) -> list[Row]:
+    """S6: the inverse of a bank of plays and a network by root finding, before the plant."""
+    data = recorded(plant, reversals)
+    few, made = (inverse(fit(data, "play_bank_mlp", N=n), "implicit") for n in (16, 24))
+    worst = [cascade(m, plant)["max_percent"] for m in (few, made)]
+    note = f"16 plays: {worst[0]:.2g}; printed: a network inverse on one decaying sine"
+    what = f"implicit inverse of 24 plays and network before the plant, {name}, worst held-out max, % of span"
+    return [Row(what, 3.1, ours=worst[1], target=0.5, note=note)]
+
+
 def cascade(made: Model, plant: Response) -> dict[str, float]:
     """The worst errors of inverse -> plant on outputs of the plant for the held-out signals, of the span of each."""
     found = {}

@@ -68,6 +68,9 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     rows += _held_out(plant, progress)
     rows += _operators(plant)
     rows += nested_loops.inverse_rows(actuator(LINEAR), REVERSALS)
+    straight = actuator(LINEAR)
+    for name, kind in (("with linear term", straight), ("the same, asymmetric", nested_loops.bent(straight))):
+        rows += nested_loops.implicit_rows(name, kind, REVERSALS)
     rows += _cascade(progress)
     return Report(
         "zhao_tan_2008",
