@@ -62,6 +62,15 @@ package Icons "Icons"
       Documentation(info = "<html><p>Icon of a function.</p></html>"));
   end Function;
 
+  partial model Component "Icon of a physical component"
+    annotation (
+      Icon(graphics = {
+        Rectangle(extent = {{-80, -60}, {80, 60}}, lineColor = {64, 64, 64}, fillColor = {215, 215, 215}, fillPattern = FillPattern.Solid),
+        Line(points = {{-40, -60}, {-40, 60}}, color = {64, 64, 64}), Line(points = {{0, -60}, {0, 60}}, color = {64, 64, 64}), Line(points = {{40, -60}, {40, 60}}, color = {64, 64, 64}),
+        Text(extent = {{-150, 110}, {150, 75}}, textString = "%name")}),
+      Documentation(info = "<html><p>Icon of a physical component.</p></html>"));
+  end Component;
+
   partial model Example "Icon of a model that can be simulated"
     annotation (
       Icon(graphics = {Polygon(points = {{-60, -80}, {80, 0}, {-60, 80}, {-60, -80}}, lineColor = {75, 138, 73}, fillColor = {75, 138, 73}, fillPattern = FillPattern.Solid)}),

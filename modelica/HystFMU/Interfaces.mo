@@ -12,6 +12,22 @@ package Interfaces "Ports and partial blocks"
       Icon(graphics = {Polygon(points = {{-100, 100}, {100, 0}, {-100, -100}}, lineColor = {0, 0, 127}, fillColor = {255, 255, 255}, fillPattern = FillPattern.Solid)}),
       Documentation(info = "<html><p>Connects to every causal Real connector, those of the Modelica Standard Library included.</p></html>"));
 
+  connector Pin "Electrical pin"
+    Types.Voltage v "Potential";
+    flow Types.Current i "Current into the component";
+    annotation (
+      Icon(graphics = {Rectangle(extent = {{-100, -100}, {100, 100}}, lineColor = {0, 0, 255}, fillColor = {0, 0, 255}, fillPattern = FillPattern.Solid)}),
+      Documentation(info = "<html><p>The same quantities as the pins of the Modelica Standard Library, with which it can be connected.</p></html>"));
+  end Pin;
+
+  connector Flange "Translational flange"
+    Types.Position s "Position";
+    flow Types.Force f "Force into the component";
+    annotation (
+      Icon(graphics = {Rectangle(extent = {{-100, -100}, {100, 100}}, lineColor = {0, 127, 0}, fillColor = {0, 127, 0}, fillPattern = FillPattern.Solid)}),
+      Documentation(info = "<html><p>The same quantities as the flanges of Modelica.Mechanics.Translational, with which it can be connected.</p></html>"));
+  end Flange;
+
   partial block Sampled "Block that acts at the instants 0, Ts, 2 Ts, ..."
     extends Icons.Sampled;
     parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period: the communication step of the unit";

@@ -8,6 +8,24 @@ package Types "Quantities with units, and choices"
     annotation (Documentation(info = "<html><p>Frequency, Hz.</p></html>"));
   type Angle = Real(final quantity = "Angle", final unit = "rad") "Phase angle in radians"
     annotation (Documentation(info = "<html><p>Angle, rad.</p></html>"));
+  type Voltage = Real(final quantity = "ElectricPotential", final unit = "V") "Electric potential"
+    annotation (Documentation(info = "<html><p>Electric potential, V.</p></html>"));
+  type Current = Real(final quantity = "ElectricCurrent", final unit = "A") "Electric current"
+    annotation (Documentation(info = "<html><p>Electric current, A.</p></html>"));
+  type Resistance = Real(final quantity = "Resistance", final unit = "Ohm") "Resistance"
+    annotation (Documentation(info = "<html><p>Resistance, Ohm.</p></html>"));
+  type Capacitance = Real(final quantity = "Capacitance", final unit = "F", displayUnit = "uF") "Capacitance"
+    annotation (Documentation(info = "<html><p>Capacitance, F.</p></html>"));
+  type Position = Real(final quantity = "Length", final unit = "m", displayUnit = "um") "Position"
+    annotation (Documentation(info = "<html><p>Position, m.</p></html>"));
+  type Force = Real(final quantity = "Force", final unit = "N") "Force"
+    annotation (Documentation(info = "<html><p>Force, N.</p></html>"));
+  type Mass = Real(final quantity = "Mass", final unit = "kg") "Mass"
+    annotation (Documentation(info = "<html><p>Mass, kg.</p></html>"));
+  type Stiffness = Real(final quantity = "TranslationalSpringConstant", final unit = "N/m") "Stiffness"
+    annotation (Documentation(info = "<html><p>Stiffness, N/m.</p></html>"));
+  type Damping = Real(final quantity = "TranslationalDampingConstant", final unit = "N.s/m") "Viscous damping"
+    annotation (Documentation(info = "<html><p>Viscous damping, N.s/m.</p></html>"));
   type Memory = enumeration(
       dominant "Dominant extrema: wiping-out (Madelung) memory",
       last "The last extremum only: the literal reading, for replicas") "Which extrema an operator remembers"

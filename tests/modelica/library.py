@@ -113,6 +113,9 @@ def evaluate(e: Any, scope: Mapping[str, Any]) -> Any:
     if isinstance(e, ast.ComponentRef):
         name = str(e)
         return scope[name] if name in scope else name.rsplit(".", 1)[-1]
+    if isinstance(e, ast.IfExpression):
+        taken = [x for c, x in zip(e.conditions, e.expressions, strict=False) if evaluate(c, scope)]
+        return evaluate(taken[0] if taken else e.expressions[-1], scope)
     args = [evaluate(v, scope) for v in e.operands]
     match str(e.operator), args:
         case "-", [a]:
@@ -127,6 +130,8 @@ def evaluate(e: Any, scope: Mapping[str, Any]) -> Any:
             return a / b
         case "div", [a, b]:
             return int(a // b)
+        case "==", [a, b]:
+            return a == b
         case "fill", [a, *shape]:
             return np.full(shape, a)
         case ("zeros" | "ones") as f, shape:

@@ -8,6 +8,7 @@ from typing import Any
 
 import library
 import numpy as np
+import pytest
 import simulate
 
 from hystfmu.graph import Graph, Input, Node, Output
@@ -31,10 +32,13 @@ def test_hysteretic_actuator_agrees_with_the_chain_of_units(tmp_path: Path) -> N
     assert np.abs(before["tested.y"] - expected).max() <= 1e-8
 
 
-def controller_side(units: dict[str, Any], identified: Graph) -> Unit:
-    """Reference, feed-forward, exact inverse of the identified model and controller as one unit: y -> u."""
-    hysteresis, readout = identified.node("hysteresis"), identified.node("readout")
-    gain, offset = readout.value("gain")[0], readout.value("offset")[0]
+def controller_side(units: dict[str, Any], identified: Graph, controller: str) -> Unit:
+    """Reference, feed-forward, exact inverse of the identified model and controller (if any) as one unit: y -> u."""
+    hysteresis = identified.node("hysteresis")
+    scaled = any(n.name == "readout" for n in identified.nodes)
+    gain, offset = (
+        identified.node("readout").value(k)[0] if scaled else d for k, d in (("gain", 1.0), ("offset", 0.0))
+    )
 
     def node(name: str, unit: str) -> Node:
         return Node(name, units[unit]["block"], units[unit].get("dims", {}), units[unit].get("values", {}))
@@ -44,7 +48,6 @@ def controller_side(units: dict[str, Any], identified: Graph) -> Unit:
         node("feedforward", "feedforward"),
         Node("scaling", "scaling", {"n": 1}, {"gain": [1 / gain], "offset": [-offset / gain]}),
         Node("inverse", "prandtl_ishlinskii_inverse", hysteresis.dims, hysteresis.values),
-        node("controller", "sliding_mode"),
     ]
     wires = [
         ("reference.r_lead", "feedforward.r"),
@@ -52,40 +55,114 @@ def controller_side(units: dict[str, Any], identified: Graph) -> Unit:
         ("reference.ddr_lead", "feedforward.ddr"),
         ("feedforward.v", "scaling.u"),
         ("scaling.y", "inverse.y"),
-        ("inverse.u", "controller.u_ff"),
-        ("reference.r", "controller.y_d"),
     ]
-    ports = [Output(n.split(".")[1], n) for n in ("controller.u", "reference.r")]
-    return Unit(Graph(nodes, wires, [Input("y", ("controller.y",))], ports, sort=False))
+    inputs, command = [], "inverse.u"
+    if controller:
+        nodes.append(node("controller", controller))
+        wires += [("inverse.u", "controller.u_ff"), ("reference.r", "controller.y_d")]
+        inputs, command = [Input("y", ("controller.y",))], "controller.u"
+    ports = [Output("u", command), Output("r", "reference.r")]
+    return Unit(Graph(nodes, wires, inputs, ports, sort=False))
 
 
-def test_sliding_mode_example_agrees_with_the_units_of_the_scenario(tmp_path: Path) -> None:
-    scenario = tomllib.loads((SCENARIOS / "sliding_mode" / "scenario.toml").read_text())
-    h, units = scenario["step"], scenario["units"]
-    order = [u for u in scenario["order"] if u in ("plant", "sliding_mode")]
-    assert order == ["plant", "sliding_mode"], "the example is written for the order: plant first"
-    plant = Unit(Model.load(SCENARIOS / "sliding_mode" / units["plant"]["model"]).graph)
-    identified = Model.load(SCENARIOS / "sliding_mode" / units["inverse"]["inverse_of"]).graph
-    rest = controller_side(units, identified)
-
-    now = simulate.run("HystFMU.Examples.SlidingMode", tmp_path / "r.npz").at(h)
-    rows = np.empty((len(now["time"]), 3))
+def closed_loop(plant: Any, rest: Unit, rows: int, h: float) -> simulate.Array:
+    """r, u, y at the instants of a loop whose plant goes first in each step."""
+    found = np.empty((rows, 3))
+    closed = "y" in rest.variables
     plant.initialize(0.0, u=0.0)
-    rest.initialize(0.0, y=plant.get("y"))
-    for k in range(len(rows)):
+    rest.initialize(0.0, **({"y": plant.get("y")} if closed else {}))
+    for k in range(rows):
         if k > 0:
             plant.set("u", rest.get("u"))  # the command held since the last sample
             plant.do_step((k - 1) * h, h)
-            rest.set("y", plant.get("y"))
+            if closed:
+                rest.set("y", plant.get("y"))
             rest.do_step((k - 1) * h, h)
-        rows[k] = rest.get("r"), rest.get("u"), plant.get("y")
+        found[k] = rest.get("r"), rest.get("u"), plant.get("y")
+    return found
 
-    got = np.column_stack([now[n] for n in ("reference.r", "controller.u", "plant.y")])
+
+# example, scenario, its controller, tracking error in % of the stroke after the first period
+LOOPS = [
+    ("SlidingMode", "sliding_mode", "sliding_mode", 0.1),
+    ("Pid", "pid", "pid", 0.1),
+    ("Cascade", "cascade", "", 0.1),
+]
+
+
+@pytest.mark.parametrize(("example", "scenario_name", "controller", "limit"), LOOPS)
+def test_example_agrees_with_the_units_of_the_scenario(
+    example: str, scenario_name: str, controller: str, limit: float, tmp_path: Path
+) -> None:
+    folder = SCENARIOS / scenario_name
+    scenario = tomllib.loads((folder / "scenario.toml").read_text())
+    h, units = scenario["step"], scenario["units"]
+    assert [u for u in scenario["order"] if u in ("plant", "reference")] == ["plant", "reference"]
+    plant = Unit(Model.load(folder / units["plant"]["model"]).graph)
+    identified = Model.load(folder / units["inverse"]["inverse_of"]).graph
+    rest = controller_side(units, identified, controller)
+
+    now = simulate.run(f"HystFMU.Examples.{example}", tmp_path / "r.npz").at(h)
+    rows = closed_loop(plant, rest, len(now["time"]), h)
+    command = "controller.u" if controller else "inverse.u"
+    got = np.column_stack([now[n] for n in ("reference.r", command, "plant.y")])
     error = np.abs(got - rows).max(axis=0) / np.abs(rows).max(axis=0)
     print("largest differences of r, u, y:", *(f"{e:.1e}" for e in error))
     assert len(rows) == round(scenario["stop"] / h)
     # the solver at Tolerance = 1e-10; the controller divides its error by the sample period
     assert error.max() <= 1e-8
-    # the loop tracks: after the first period within 0.1 % RMS of the stroke
     late = now["time"] > 0.1
-    assert np.sqrt(np.mean((got[:, 2] - got[:, 0])[late] ** 2)) <= 0.001 * 2.0
+    assert np.sqrt(np.mean((got[:, 2] - got[:, 0])[late] ** 2)) <= limit / 100 * 2.0
+
+
+def test_realisations_of_minor_loops_agree(tmp_path: Path) -> None:
+    v = simulate.run("HystFMU.Examples.MinorLoops", tmp_path / "r.npz").values
+    # width = 1e-3 and weights that add up to 1; the sampled one holds for Ts
+    assert np.abs(v["events.y"] - v["hysteresis.y"]).max() <= 1e-3
+    rate = np.abs(v["signal.dr_lead"]).max()
+    assert np.abs(v["events.y"] - v["sampled.y"]).max() <= 1.3 * rate * 1e-3
+    assert np.ptp(v["events.y"]) > 0.8
+
+
+def test_rate_dependence_comes_from_creep_and_dynamics_alone(tmp_path: Path) -> None:
+    v = simulate.run("HystFMU.Examples.RateDependence", tmp_path / "r.npz").values
+
+    def loop(side: str, part: str, period: float) -> float:
+        """Area of the loop over the last period."""
+        late = v["time"] > 0.4 - period - 1e-9
+        return float(np.abs(np.trapezoid(v[f"{side}{part}"][late], v[f"{side}.r"][late])))
+
+    hysteresis = [loop(s, "Hysteresis.y", T) for s, T in (("slow", 0.2), ("fast", 0.01))]
+    assert hysteresis[0] == pytest.approx(hysteresis[1], rel=0.01)
+    # G0 turns the phase at 100 Hz by 16 degrees: a wider loop; at 5 Hz it does nothing
+    dynamics = [loop(s, "Dynamics.y", T) for s, T in (("slow", 0.2), ("fast", 0.01))]
+    assert dynamics[0] == pytest.approx(hysteresis[0], rel=0.1)
+    assert dynamics[1] > 1.5 * hysteresis[1]
+    # creep at 5 Hz widens the loop by more than at 100 Hz
+    creep = [loop(s, "Creep.y", T) for s, T in (("slow", 0.2), ("fast", 0.01))]
+    assert creep[0] > 2 * creep[1]
+
+
+def test_piezo_stack_agrees_with_its_equations_solved_elsewhere(tmp_path: Path) -> None:
+    from scipy.integrate import solve_ivp
+
+    v = simulate.run("HystFMU.Examples.PiezoStack", tmp_path / "r.npz").values
+    t = v["time"]
+    identified = Model.load(SCENARIOS / "models" / "backlash_identified.model.toml").graph.node("hysteresis")
+    fine = np.linspace(0.0, t[-1], 40001)
+    command = 0.8 * np.exp(-15 * fine) * np.sin(2 * np.pi * 40 * fine)
+    # 50 Ohm into 2 uF: a lag of 1e-4 s; then the operator at a fine grid, then the mass between two springs
+    lag = solve_ivp(
+        lambda s, x: [(0.8 * np.exp(-15 * s) * np.sin(2 * np.pi * 40 * s) - x[0]) / 1e-4],
+        (0, t[-1]), [0.0], t_eval=fine, rtol=1e-9, atol=1e-12, max_step=1e-4,
+    )  # fmt: skip
+    stroke = 20e-6 * Graph.single(identified).run(lag.y[0])
+    assert np.abs(command).max() > 0.6
+    moved = solve_ivp(
+        lambda s, x: [x[1], (1e7 * (np.interp(s, fine, stroke) - x[0]) - 500 * x[1] - 1e6 * x[0]) / 0.5],
+        (0, t[-1]), [0.0, 0.0], t_eval=t, rtol=1e-8, atol=1e-13, max_step=1e-4,
+    )  # fmt: skip
+    assert np.abs(v["stack.v"] / 100 - np.interp(t, fine, lag.y[0])).max() < 1e-6
+    # the rounded corners of the plays
+    assert np.abs(v["stack.stroke"] - np.interp(t, fine, stroke)).max() < 1e-3 * np.abs(stroke).max()
+    assert np.abs(v["load.s"] - moved.y[0]).max() < 2e-3 * np.abs(moved.y[0]).max()

@@ -1,0 +1,27 @@
+within HystFMU.Examples;
+model Pid "PID with inverse feed-forward on a hysteretic actuator"
+  extends Icons.Example;
+  parameter Types.Time Ts = 1e-4 "Sample period of the loop";
+  parameter Data.BacklashIdentified identified "The plant as identified; its inverse is the feed-forward" annotation (Placement(transformation(extent = {{-40, 40}, {-20, 60}})));
+  Sources.Sine reference(frequency = 10, lead = 0.5*Ts) "Preview of half a sample for the hold" annotation (Placement(transformation(extent = {{-100, 0}, {-80, 20}})));
+  Control.Feedforward feedforward(f_n = 500, zeta = 0.7) annotation (Placement(transformation(extent = {{-70, -30}, {-50, -10}})));
+  Inverse.Sampled.PrandtlIshlinskiiInverse inverse(n = identified.n, depth = 16, w0 = identified.w0, r = identified.r, w = identified.w, u0 = identified.u0, Ts = Ts) annotation (Placement(transformation(extent = {{-40, -30}, {-20, -10}})));
+  Control.Pid controller(Kp = 1.2, Ki = 10700, Kd = 6e-4, Ts = Ts) annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
+  Plants.BacklashSumDynamics plant(n = 10, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10), f_n = 500, zeta = 0.7, Ts = Ts) annotation (Placement(transformation(extent = {{40, 0}, {60, 20}})));
+equation
+  connect(reference.r_lead, feedforward.r);
+  connect(reference.dr_lead, feedforward.dr);
+  connect(reference.ddr_lead, feedforward.ddr);
+  inverse.y = (feedforward.v - identified.offset)/identified.gain;
+  connect(inverse.u, controller.u_ff);
+  connect(reference.r, controller.y_d);
+  connect(plant.y, controller.y);
+  connect(controller.u, plant.u);
+  annotation (experiment(StopTime = 0.3, Interval = 1e-4, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>At every sample the controller reads the displacement and adds its correction to the inverse feed-forward.</p>
+<p><b>Source:</b> the scenario pid.</p>
+<p><b>Limitations:</b> the case of the scenario with a sine of 10 Hz: no disturbance, no noise.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Examples.SlidingMode\">Examples.SlidingMode</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>.</p>
+</html>"));
+end Pid;

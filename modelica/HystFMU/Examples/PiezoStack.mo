@@ -1,0 +1,21 @@
+within HystFMU.Examples;
+model PiezoStack "Identified piezo stack that moves a mass: from an electrical pin to a translational flange"
+  extends Icons.Example;
+  parameter Data.BacklashIdentified identified "Hysteresis as identified" annotation (Placement(transformation(extent = {{-90, 50}, {-70, 70}})));
+  Sources.DecayingSine command(amplitude = 0.8, frequency = 40, decay = 15) annotation (Placement(transformation(extent = {{-90, -10}, {-70, 10}})));
+  Plants.VoltageDrive drive annotation (Placement(transformation(extent = {{-50, -10}, {-30, 10}})));
+  Plants.PiezoStack stack(n = identified.n, w0 = identified.w0, r = identified.r, w = identified.w) annotation (Placement(transformation(extent = {{0, -10}, {20, 10}})));
+  Plants.SpringMassLoad load annotation (Placement(transformation(extent = {{50, -10}, {70, 10}})));
+equation
+  connect(command.r, drive.u);
+  connect(drive.pin_p, stack.pin_p);
+  connect(drive.pin_n, stack.pin_n);
+  connect(stack.flange, load.flange);
+  annotation (experiment(StopTime = 0.2, Interval = 2e-4, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>A voltage amplifier drives a stack through its output resistance; the stack moves a mass on a spring. The rate that the hysteresis needs is the current: no input is differentiated. Redeclare <code>stack.hysteresis</code> to change its realisation.</p>
+<p><b>Source:</b> hysteresis from scenarios/models/backlash_identified.model.toml</p>
+<p><b>Limitations:</b> the force does not act back on the charge.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.PiezoStack\">Plants.PiezoStack</a>.</p>
+</html>"));
+end PiezoStack;

@@ -1,0 +1,17 @@
+within HystFMU.Functions;
+function lagged "Part of a list of lags"
+  extends Icons.Function;
+  input Real past[:] "Values, newest first";
+  input Integer first "Leave so many out";
+  input Integer n "Take so many";
+  output Real z[n] "Values";
+algorithm
+  for i in 1:n loop
+    z[i] := past[first + i];
+  end for;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> z_i = past_(first + i).</p>
+<p><b>Source:</b> definition.</p>
+<p><b>Limitations:</b> none.</p>
+</html>"));
+end lagged;

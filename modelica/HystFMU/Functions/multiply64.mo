@@ -1,0 +1,25 @@
+within HystFMU.Functions;
+function multiply64 "Product of two whole numbers modulo 2^64"
+  extends Icons.Function;
+  input Real a[4] "First number: 16 bits each, lowest first";
+  input Real b[4] "Second number, likewise";
+  output Real c[4] "Product, likewise";
+protected
+  Real carry;
+algorithm
+  c := zeros(4);
+  carry := 0;
+  for k in 1:4 loop
+    c[k] := carry;
+    for i in 1:k loop
+      c[k] := c[k] + a[i]*b[k + 1 - i];
+    end for;
+    carry := floor(c[k]/65536);
+    c[k] := c[k] - 65536*carry;
+  end for;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> c = a b mod 2<sup>64</sup>, long multiplication.</p>
+<p><b>Source:</b> definition.</p>
+<p><b>Limitations:</b> every sum stays below 2<sup>53</sup>, so that Real arithmetic is exact.</p>
+</html>"));
+end multiply64;

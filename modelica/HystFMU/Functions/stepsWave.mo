@@ -1,0 +1,19 @@
+within HystFMU.Functions;
+function stepsWave "Levels one after the other"
+  extends Icons.Function;
+  input Real t "Time";
+  input Real levels[:] "Levels; the last one stays";
+  input Real T "Time on a level";
+  output Real w[3] "Value, first and second derivative";
+algorithm
+  w := zeros(3);
+  w[1] := levels[1];
+  for i in 2:size(levels, 1) loop
+    w[1] := if t/T*(1 + 1e-9) >= i - 1 then levels[i] else w[1];
+  end for;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> level i for (i - 1) T &le; t &lt; i T.</p>
+<p><b>Source:</b> definition.</p>
+<p><b>Limitations:</b> the derivatives are 0: a jump does not show in them.</p>
+</html>"));
+end stepsWave;

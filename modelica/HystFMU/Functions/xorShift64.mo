@@ -1,0 +1,30 @@
+within HystFMU.Functions;
+function xorShift64 "A number and itself shifted right, bit by bit exclusive or"
+  extends Icons.Function;
+  input Real z[4] "Number: 16 bits each, lowest first";
+  input Integer shift "Bits, 17 to 31";
+  output Real y[4] "Result, likewise";
+protected
+  Real low = 2^(shift - 16) "Weight of the shift beyond 16 bits";
+  Real shifted[4];
+  Real a;
+  Real b;
+algorithm
+  shifted := zeros(4);
+  shifted[1] := floor(z[2]/low) + mod(z[3], low)*65536/low;
+  shifted[2] := floor(z[3]/low) + mod(z[4], low)*65536/low;
+  shifted[3] := floor(z[4]/low);
+  y := zeros(4);
+  for i in 1:4 loop
+    for k in 0:15 loop
+      a := mod(floor(z[i]/2^k), 2);
+      b := mod(floor(shifted[i]/2^k), 2);
+      y[i] := y[i] + abs(a - b)*2^k;
+    end for;
+  end for;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> y = z xor (z &gt;&gt; shift).</p>
+<p><b>Source:</b> definition.</p>
+<p><b>Limitations:</b> none.</p>
+</html>"));
+end xorShift64;

@@ -1,0 +1,21 @@
+within HystFMU.Plants;
+model SpringMassLoad "Mass with spring and damper against the ground"
+  extends Icons.Component;
+  parameter Types.Mass m(min = 0) = 0.5 "Mass, greater than 0";
+  parameter Types.Damping c(min = 0) = 500 "Damping";
+  parameter Types.Stiffness k(min = 0) = 1e6 "Stiffness";
+  Interfaces.Flange flange "Where it is moved" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Types.Position s(start = 0, fixed = true) "Position";
+  Real v(unit = "m/s", start = 0, fixed = true) "Velocity";
+equation
+  flange.s = s;
+  der(s) = v;
+  m*der(v) = flange.f - c*v - k*s;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> m s'' + c s' + k s = f.</p>
+<p><b>Source:</b> Newton's second law.</p>
+<p><b>Limitations:</b> linear.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.PiezoStack\">Examples.PiezoStack</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.PiezoStack\">Plants.PiezoStack</a>.</p>
+</html>"));
+end SpringMassLoad;

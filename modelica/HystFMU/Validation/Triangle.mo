@@ -1,0 +1,10 @@
+within HystFMU.Validation;
+model Triangle "Triangle reference with derivatives and preview"
+  extends Icons.Example;
+  Sources.Triangle tested(amplitude = 1.5, offset = 0.2, frequency = 2.3, phase = 0.4, lead = 0.003) annotation (Placement(transformation(extent = {{-20, -20}, {20, 20}})));
+  annotation (experiment(StopTime = 1.0, Interval = 0.01, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>Triangle reference with derivatives and preview. The test holds it against the shape of the unit <em>reference</em>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Triangle\">Sources.Triangle</a>.</p>
+</html>"));
+end Triangle;
