@@ -201,9 +201,15 @@ const hyst_block *hyst_find(const char *name);
 #define HYST_INIT_FN(f) static void f(const int *dim_, const double *p_, double *x_)
 #define HYST_PREPARE_FN(f) static const char *f(const int *dim_, double *p_, double dt)
 #define HYST_FEEDTHROUGH_FN(f) static int f(const int *dim_, const double *p_)
-#define HYST_TANGENT_FN(f)                                                                                \
-  static void f(const int *dim_, const double *p_, const double *x_, const double *u_, const double *du_, \
-                const double *dx_, double *dy_, double *ddx_)
+/* asked for between steps only: small code rather than fast, for it goes into every FMU */
+#if defined(__GNUC__)
+#define HYST_COLD __attribute__((cold))
+#else
+#define HYST_COLD
+#endif
+#define HYST_TANGENT_FN(f)                                                                                          \
+  HYST_COLD static void f(const int *dim_, const double *p_, const double *x_, const double *u_, const double *du_, \
+                          const double *dx_, double *dy_, double *ddx_)
 #define HYST_OPEN_OUTPUT DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_OUTPUT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)y_;
 #define HYST_OPEN_DERIV DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_DERIV)(void) dim_, (void)p_, (void)x_, (void)u_, (void)dx_;
 #define HYST_OPEN_UPDATE DIMS(HYST_DIM_LOCAL) VARS(HYST_IN_UPDATE)(void) dim_, (void)p_, (void)x_, (void)u_, (void)dt;
