@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 export TMPDIR := $(CURDIR)/build/tmp
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
-SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find fmu_build python -name '*.[ch]' -o -name '*.py')
+SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find fmu_build python -name '*.[ch]' -o -name '*.py') LICENSE
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
 .PHONY: demo test check generate bench modelica clean

@@ -4,6 +4,7 @@
 
 #include "hyst.h"
 
+#ifndef HYST_BLOCKS /* a source FMU has only those of its graph */
 #define HYST_BLOCKS(B)          \
   B(backlash_sum)               \
   B(bouc_wen)                   \
@@ -35,6 +36,7 @@
   B(zhao_tan)                   \
   B(zhao_tan_inverse)           \
   B(zhao_tan_inverse_reconstructed)
+#endif
 
 #define B(id) extern const hyst_block hyst_##id;
 HYST_BLOCKS(B)

@@ -221,20 +221,20 @@ const hyst_block *hyst_find(const char *name);
   VARS(HYST_IN_TANGENT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)du_, (void)dx_, (void)dy_, (void)ddx_;
 
 /* The last line of a block file: HYST_BLOCK(name, .text = ..., .output = ...). */
-#define HYST_BLOCK(id, ...)                                                                         \
-  static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                             \
-  static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){0}}; /* {0}: a block may have no sizes */ \
-  static int64_t id##_size(const int *dim_, int var_) {                                             \
-    DIMS(HYST_DIM_LOCAL64)                                                                          \
-    const int64_t size[] = {VARS(HYST_SIZE_ROW)};                                                   \
-    (void)dim_;                                                                                     \
-    return size[var_];                                                                              \
-  }                                                                                                 \
-  const hyst_block hyst_##id = {.name = #id,                                                        \
-                                .n_dims = sizeof id##_dims / sizeof *id##_dims - 1,                 \
-                                .dims = id##_dims,                                                  \
-                                .n_vars = sizeof id##_vars / sizeof *id##_vars,                     \
-                                .vars = id##_vars,                                                  \
-                                .size = id##_size,                                                  \
+#define HYST_BLOCK(id, ...)                                                                                \
+  static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                                    \
+  static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){0, 0, 0, 0, 0}}; /* a block may have no sizes */ \
+  static int64_t id##_size(const int *dim_, int var_) {                                                    \
+    DIMS(HYST_DIM_LOCAL64)                                                                                 \
+    const int64_t size[] = {VARS(HYST_SIZE_ROW)};                                                          \
+    (void)dim_;                                                                                            \
+    return size[var_];                                                                                     \
+  }                                                                                                        \
+  const hyst_block hyst_##id = {.name = #id,                                                               \
+                                .n_dims = sizeof id##_dims / sizeof *id##_dims - 1,                        \
+                                .dims = id##_dims,                                                         \
+                                .n_vars = sizeof id##_vars / sizeof *id##_vars,                            \
+                                .vars = id##_vars,                                                         \
+                                .size = id##_size,                                                         \
                                 __VA_ARGS__};
 #endif

@@ -52,9 +52,11 @@ static inline double hyst_piecewise_slope_at(const hyst_piecewise *f, double q, 
 static inline double hyst_piecewise_slope(const hyst_piecewise *f) { return f->row[3 * f->n]; }
 
 /* The branches of the operator and of its inverse: the curve at twice the scale (Masing). */
-static inline double hyst_piecewise_branch(const void *f, double d) { return 2 * hyst_piecewise_forward(f, 0.5 * d); }
+static inline double hyst_piecewise_branch(const void *f, double d) {
+  return 2 * hyst_piecewise_forward((const hyst_piecewise *)f, 0.5 * d);
+}
 static inline double hyst_piecewise_inverse_branch(const void *f, double d) {
-  return 2 * hyst_piecewise_inverse(f, 0.5 * d);
+  return 2 * hyst_piecewise_inverse((const hyst_piecewise *)f, 0.5 * d);
 }
 
 static inline double hyst_piecewise_branch_slope(const void *f, double d, int grows) {
@@ -67,9 +69,9 @@ static inline double hyst_piecewise_inverse_branch_slope(const void *f, double d
 /* running sum that keeps its rounding error (Neumaier), because signed weights cancel */
 typedef struct {
   double sum, lost;
-} hyst_sum;
+} hyst_exact_sum;
 
-static inline void hyst_sum_add(hyst_sum *s, double v) {
+static inline void hyst_exact_add(hyst_exact_sum *s, double v) {
   const double t = s->sum + v;
   const double big = s->sum < 0 ? -s->sum : s->sum, small = v < 0 ? -v : v;
   s->lost += big >= small ? (s->sum - t) + v : (v - t) + s->sum;
@@ -81,7 +83,7 @@ static inline void hyst_sum_add(hyst_sum *s, double v) {
 static inline const char *hyst_piecewise_build(double *row, int n, double w0, const double *r, const double *w,
                                                int invert) {
   double *knots = row, *segment = row + n, *bucket = row + 3 * n + 2;
-  hyst_sum slope = {w0, 0}, offset = {0, 0}, height = {0, 0};
+  hyst_exact_sum slope = {w0, 0}, offset = {0, 0}, height = {0, 0};
   segment[0] = w0;
   segment[1] = 0;
   if (invert && !(w0 > 0))
@@ -90,10 +92,10 @@ static inline const char *hyst_piecewise_build(double *row, int n, double w0, co
   for (int i = 0; i < n; i++) {
     const double W = segment[2 * i];
     if (i > 0 && r[i] < r[i - 1]) return "the thresholds r must not decrease";
-    hyst_sum_add(&height, W * (i > 0 ? r[i] - r[i - 1] : r[i])); /* equal thresholds give equal knots */
+    hyst_exact_add(&height, W * (i > 0 ? r[i] - r[i - 1] : r[i])); /* equal thresholds give equal knots */
     knots[i] = invert ? height.sum + height.lost : r[i];
-    hyst_sum_add(&slope, w[i]);
-    hyst_sum_add(&offset, w[i] * r[i]);
+    hyst_exact_add(&slope, w[i]);
+    hyst_exact_add(&offset, w[i] * r[i]);
     segment[2 * i + 2] = slope.sum + slope.lost;
     segment[2 * i + 3] = offset.sum + offset.lost;
     /* a segment between equal thresholds is never used */

@@ -10,7 +10,7 @@
 enum { CALLS(FMI_CALL_ID) };
 static const fmi_call TABLE[] = {CALLS(FMI_CALL_ROW)};
 
-#define BEGIN(name) \
-  instance *i = c;  \
+#define BEGIN(name)            \
+  instance *i = (instance *)c; \
   if (!fmi_allowed(i, TABLE + CALL_##name)) return REFUSED;
 #endif

@@ -65,11 +65,11 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     logger.callback = (void (*)(void))functions->logger;
     logger.environment = functions->componentEnvironment;
   }
-  const fmi_kind kind = {.interface = type == fmi2CoSimulation ? CO_SIMULATION : MODEL_EXCHANGE, .by_element = 1};
+  const fmi_kind kind = {type == fmi2CoSimulation ? CO_SIMULATION : MODEL_EXCHANGE, 1, 0};
   return fmi_instantiate(name, guid, location, logging_on, kind, &logger);
 }
 
-void fmi2FreeInstance(fmi2Component c) { fmi_free(c); }
+void fmi2FreeInstance(fmi2Component c) { fmi_free((instance *)c); }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
                                fmi2Boolean stop_defined, fmi2Real stop) {
@@ -206,7 +206,7 @@ NO_STATUS(StringStatus, fmi2String)
  */
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #define ABSENT(name, why, ...) \
-  fmi2Status name(fmi2Component c, __VA_ARGS__) { return (fmi2Status)fmi_absent(c, #name, why); }
+  fmi2Status name(fmi2Component c, __VA_ARGS__) { return (fmi2Status)fmi_absent((const instance *)c, #name, why); }
 static const char NO_DERIVATIVES[] = "modelDescription.xml does not declare derivatives";
 
 ABSENT(fmi2GetDirectionalDerivative, NO_DERIVATIVES, const fmi2ValueReference z[], size_t nz,
@@ -216,5 +216,5 @@ ABSENT(fmi2SetRealInputDerivatives, NO_DERIVATIVES, const fmi2ValueReference vr[
 ABSENT(fmi2GetRealOutputDerivatives, NO_DERIVATIVES, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
        fmi2Real value[])
 fmi2Status fmi2CancelStep(fmi2Component c) {
-  return (fmi2Status)fmi_absent(c, "fmi2CancelStep", "a step is finished when fmi2DoStep returns");
+  return (fmi2Status)fmi_absent((const instance *)c, "fmi2CancelStep", "a step is finished when fmi2DoStep returns");
 }

@@ -59,7 +59,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
   (void)visible, (void)early_return, (void)intermediate, (void)update;
   if (n_intermediate) return refuse(log, environment, "This FMU provides no intermediate updates.");
   const fmi_logger logger = {send, (void (*)(void))log, environment};
-  const fmi_kind kind = {.interface = CO_SIMULATION, .event_mode = event_mode};
+  const fmi_kind kind = {CO_SIMULATION, 0, event_mode};
   return fmi_instantiate(name, token, path, logging_on, kind, &logger);
 }
 
@@ -68,11 +68,11 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3LogMessageCallback log) {
   (void)visible;
   const fmi_logger logger = {send, (void (*)(void))log, environment};
-  const fmi_kind kind = {.interface = MODEL_EXCHANGE};
+  const fmi_kind kind = {MODEL_EXCHANGE, 0, 0};
   return fmi_instantiate(name, token, path, logging_on, kind, &logger);
 }
 
-void fmi3FreeInstance(fmi3Instance c) { fmi_free(c); }
+void fmi3FreeInstance(fmi3Instance c) { fmi_free((instance *)c); }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance,
                                        fmi3Float64 start, fmi3Boolean stop_defined, fmi3Float64 stop) {

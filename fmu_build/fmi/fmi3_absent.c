@@ -5,9 +5,9 @@
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #define ABSENT(name, why, ...) \
-  fmi3Status name(fmi3Instance c, __VA_ARGS__) { return (fmi3Status)fmi_absent(c, #name, why); }
+  fmi3Status name(fmi3Instance c, __VA_ARGS__) { return (fmi3Status)fmi_absent((const instance *)c, #name, why); }
 #define ABSENT_MODE(name, why) \
-  fmi3Status name(fmi3Instance c) { return (fmi3Status)fmi_absent(c, #name, why); }
+  fmi3Status name(fmi3Instance c) { return (fmi3Status)fmi_absent((const instance *)c, #name, why); }
 static const char NO_SCHEDULE[] = "this FMU has no Scheduled Execution";
 static const char NO_CLOCKS[] = "this FMU has no clocks";
 static const char NO_STRUCTURE[] = "this FMU has no structural parameters";

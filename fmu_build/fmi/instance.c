@@ -80,12 +80,12 @@ fmi_status fmi_absent(const instance *i, const char *name, const char *why) {
 
 /* ---- life ------------------------------------------------------------------------------------------------------- */
 static void fresh_run(instance *i) {
-  const fmi_run run = {.interface = i->kind.interface,
-                       .event_mode = i->kind.event_mode,
-                       .phase = INSTANTIATED,
-                       .changed = i->graph->changed,
-                       .dt = i->graph->dt};
-  i->run = run;
+  memset(&i->run, 0, sizeof i->run);
+  i->run.interface = i->kind.interface;
+  i->run.event_mode = i->kind.event_mode;
+  i->run.phase = INSTANTIATED;
+  i->run.changed = i->graph->changed;
+  i->run.dt = i->graph->dt;
   i->tried = 0;
   memset(i->broken, 0, (size_t)i->graph->n_external);
   i->n_broken = 0;
@@ -104,7 +104,7 @@ static int open_graph(instance *i, const char *token, const unsigned char *file,
     return fmi_refuse(i, "The token '%s' of modelDescription.xml does not belong to this block.bin ('%s').",
                       token ? token : "", g->token),
            0;
-  i->broken = malloc((size_t)g->n_external + 1);
+  i->broken = (unsigned char *)malloc((size_t)g->n_external + 1);
   if (!i->broken) return fmi_refuse(i, "out of memory"), 0;
   return 1;
 }
@@ -116,25 +116,22 @@ static int open_continuous(instance *i) {
   const int has_events = i->kind.interface == MODEL_EXCHANGE || i->kind.event_mode;
   if (hyst_graph_is_sampled(g) && i->kind.interface == MODEL_EXCHANGE && g->step == 0)
     return fmi_refuse(i, "Model Exchange needs the sample period of the model: export it with a step."), 0;
-  i->continuous = calloc((size_t)n + 1, 2 * sizeof *i->continuous);
-  i->derivatives = calloc((size_t)n + 1, sizeof *i->derivatives);
-  if (hyst_graph_is_sampled(g) && has_events && !(i->before = malloc((size_t)g->n_state * sizeof(double))))
+  i->continuous = (hyst_port *)calloc((size_t)n + 1, 2 * sizeof *i->continuous);
+  i->derivatives = (double *)calloc((size_t)n + 1, sizeof *i->derivatives);
+  if (hyst_graph_is_sampled(g) && has_events && !(i->before = (double *)malloc((size_t)g->n_state * sizeof(double))))
     return fmi_refuse(i, "out of memory"), 0;
   if (!i->continuous || !i->derivatives) return fmi_refuse(i, "out of memory"), 0;
   for (int64_t k = 0; k < n; k++) {
     const hyst_node *node;
     int64_t element;
     const hyst_var *row = hyst_graph_continuous_row(g, k, &node, &element);
-    const hyst_port state = {.name = row->name,
-                             .kind = HYST_CSTATE,
-                             .block = (int)(node - g->nodes),
-                             .var = (int)(row - node->block->vars),
-                             .type = HYST_REAL,
-                             .reference = g->n_references + 1 + k,
-                             .size = 1,
-                             .row = row,
-                             .value = hyst_graph_continuous(g, k)};
-    i->continuous[k] = i->continuous[n + k] = state;
+    hyst_port *state = i->continuous + k;
+    state->name = row->name, state->kind = HYST_CSTATE, state->row = row;
+    state->block = (int)(node - g->nodes), state->var = (int)(row - node->block->vars);
+    state->type = HYST_REAL, state->size = 1;
+    state->reference = g->n_references + 1 + k;
+    state->value = hyst_graph_continuous(g, k);
+    i->continuous[n + k] = *state;
     i->continuous[n + k].reference += n;
     i->continuous[n + k].value = i->derivatives + k;
   }
@@ -145,19 +142,19 @@ instance *fmi_instantiate(const char *name, const char *token, const char *locat
                           const fmi_logger *logger) {
   char why[512];
   size_t length = 0;
-  instance *i = calloc(1, sizeof *i);
+  instance *i = (instance *)calloc(1, sizeof *i);
   if (!i) return NULL;
   i->logger = *logger;
   i->kind = kind;
   i->categories = 1u << FMI_LOG_WARNING | 1u << FMI_LOG_ERROR | (logging_on ? 1u << FMI_LOG_EVENTS : 0);
-  i->name = malloc(name ? strlen(name) + 1 : 1);
+  i->name = (char *)malloc(name ? strlen(name) + 1 : 1);
   if (i->name) strcpy(i->name, name ? name : "");
   unsigned char *file = NULL;
   if (!i->name || strspn(i->name, " \t\r\n") == strlen(i->name)) fmi_refuse(i, "The instance needs a name.");
   else if (!(file = fmi_read_block_file(location, &length, why, sizeof why))) fmi_refuse(i, "%s", why);
   const int good = file && open_graph(i, token, file, length) && open_continuous(i);
   free(file);
-  if (!good) return fmi_free(i), NULL;
+  if (!good) return fmi_free(i), (instance *)NULL;
   fresh_run(i);
   fmi_log(i, FMI_OK, FMI_LOG_EVENTS, "Instantiated: %d blocks, %d variables.", i->graph->n_nodes, i->graph->n_ports);
   return i;

@@ -22,7 +22,7 @@ typedef struct {
 struct fmi_saved {
   fmi_saved *next;
   fmi_run run;
-  double values[]; /* parameters with those derived from them, then the state of the graph */
+  double *values; /* behind this struct: parameters with those derived from them, then the state of the graph */
 };
 
 static size_t n_values(const instance *i) { return (size_t)(i->graph->n_p + i->graph->n_state); }
@@ -37,8 +37,9 @@ static fmi_saved *find(const instance *i, const void *state) {
 }
 
 static fmi_saved *make(instance *i) {
-  fmi_saved *s = malloc(sizeof *s + n_values(i) * sizeof(double));
-  if (!s) return fmi_refuse(i, "out of memory"), NULL;
+  fmi_saved *s = (fmi_saved *)malloc(sizeof *s + n_values(i) * sizeof(double));
+  if (!s) return fmi_refuse(i, "out of memory"), (fmi_saved *)NULL;
+  s->values = (double *)(s + 1);
   s->next = i->saved;
   i->saved = s;
   return s;
@@ -98,7 +99,9 @@ fmi_status fmi_serialize(instance *i, void *state, unsigned char *bytes, size_t 
   if (!bytes || size < byte_size(i))
     return fmi_refuse(i, "The serialized state needs %lu bytes. Got room for %lu.", (unsigned long)byte_size(i),
                       (unsigned long)size);
-  header h = {.version = VERSION, .length = byte_size(i)};
+  header h;
+  memset(&h, 0, sizeof h);
+  h.version = VERSION, h.length = byte_size(i);
   memcpy(h.magic, MAGIC, sizeof MAGIC);
   memcpy(h.token, i->graph->token, sizeof h.token);
   memcpy(bytes + sizeof h, &s->run, sizeof s->run);

@@ -1,5 +1,6 @@
 /* values.c - variables by value reference: which one, of what type, may it have this value now? */
 #include <stdio.h>
+#include <string.h>
 
 #include "continuous.h"
 #include "instance.h"
@@ -27,7 +28,9 @@ const hyst_port *fmi_seek_port(const instance *i, const fmi_call *call, uint32_t
 }
 
 static fmi_status refuse_value(const instance *i, const hyst_port *p, double value) {
-  hyst_error e = {.status = HYST_E_VALUE, .row = p->row, .value = value};
+  hyst_error e;
+  memset(&e, 0, sizeof e);
+  e.status = HYST_E_VALUE, e.row = p->row, e.value = value;
   snprintf(e.block, sizeof e.block, "%s", i->graph->nodes[p->block].name);
   snprintf(e.variable, sizeof e.variable, "%s", p->row->name);
   return fmi_refuse_graph(i, &e);

@@ -245,17 +245,27 @@ def inverse(model: str, out: str, method: str) -> None:
 @click.argument("model")
 @click.option("-o", "out", required=True, metavar="X.fmu", help="The FMU to write.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the standard.")
-@click.option("--name", metavar="NAME", help="Model name in the FMU; default: the name of the file.")
-def export(model: str, out: str, fmi: str, name: str | None) -> None:
+@click.option("--name", metavar="NAME", help="Model name in the FMU; default: the key of the model.")
+@click.option(
+    "--platforms", type=click.Choice(["host", "all"]), default="host", show_default=True, help="Binaries to pack."
+)
+@click.option("--source", is_flag=True, help="Pack the C source too: one file with the data in it.")
+def export(model: str, out: str, fmi: str, name: str | None, platforms: Literal["host", "all"], source: bool) -> None:
     """Pack a model as an FMU for Co-Simulation and Model Exchange; no compiler is needed.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
     """
     from hystfmu.fmu.export import export_fmu
+    from hystfmu.fmu.platforms import missing
     from hystfmu.model import Model
 
-    path = export_fmu(Model.load(model), out, fmi=2 if fmi == "2" else 3, name=name)
+    version: Literal[2, 3] = 2 if fmi == "2" else 3
+    path = export_fmu(Model.load(model), out, version, name, platforms, source)
+    if platforms == "all" and (left_out := missing()):
+        click.echo(
+            f"left out: no binary is installed for {', '.join(left_out)} ('make platforms' builds them)", err=True
+        )
     click.echo(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
 import hystfmu
@@ -224,7 +224,9 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
     return listed
 
 
-def model_description(graph: Graph, fmi: Fmi, name: str, text: str = "", step: float | None = None) -> bytes:
+def model_description(
+    graph: Graph, fmi: Fmi, name: str, text: str = "", step: float | None = None, sources: Sequence[str] = ()
+) -> bytes:
     """The XML of an FMU.
 
     Parameters
@@ -239,6 +241,8 @@ def model_description(graph: Graph, fmi: Fmi, name: str, text: str = "", step: f
         Description.
     step : float or None
         Step (s) of the default experiment; None writes no default experiment.
+    sources : sequence of str
+        Files of the sources directory; listed here in FMI 2.0 only (FMI 3.0 has buildDescription.xml).
 
     Returns
     -------
@@ -254,6 +258,10 @@ def model_description(graph: Graph, fmi: Fmi, name: str, text: str = "", step: f
         head["numberOfEventIndicators"] = "0"  # reversals need none: see fmu_build/README.md
     root = ET.Element("fmiModelDescription", head)
     root.extend(_interfaces(graph, fmi, name))
+    for interface in root if fmi == 2 and sources else ():
+        listed = ET.SubElement(interface, "SourceFiles")
+        for file in sources:
+            ET.SubElement(listed, "File", name=file)
     for part in (unit_definitions(graph), _types(graph, fmi), _log_categories()):
         if part is not None:
             root.append(part)

@@ -7,14 +7,16 @@ import io
 import re
 import zipfile
 from pathlib import Path
+from typing import Literal
 
 from hystfmu.errors import InputError
 from hystfmu.files import write_bytes
 from hystfmu.fmu.description import Fmi, model_description
 from hystfmu.fmu.documentation import documentation
 from hystfmu.fmu.icon import png, svg
-from hystfmu.fmu.platforms import binary, host
+from hystfmu.fmu.platforms import binaries
 from hystfmu.fmu.reference import Reference
+from hystfmu.fmu.sources import build_description, source_file
 from hystfmu.fmu.terminals import terminals_and_icons
 from hystfmu.graph import Graph
 from hystfmu.model import Model
@@ -44,18 +46,14 @@ def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
     archive.writestr(entry, content)
 
 
-def _binaries(fmi: Fmi, name: str) -> dict[str, bytes]:
-    content = binary(host())
-    if content is None:
-        raise ImportError("the compiled FMU binary is missing: install the package with 'pip install .'")
-    return {f"binaries/{host().folder(fmi)}/{name}.{host().suffix}": content}
-
-
-def _entries(model: Model | None, graph: Graph, fmi: Fmi, name: str, text: str) -> dict[str, bytes]:
+def _entries(
+    model: Model | None, graph: Graph, fmi: Fmi, name: str, text: str, source: bool, binaries: dict[str, bytes]
+) -> dict[str, bytes]:
     """Everything in the archive, by name."""
     reference = Reference.of(graph, model)
-    entries = {"modelDescription.xml": model_description(graph, fmi, name, text, reference.h)}
-    entries |= _binaries(fmi, name)
+    files = [f"{name}.c"] if source else []
+    entries = {"modelDescription.xml": model_description(graph, fmi, name, text, reference.h, files)}
+    entries |= {f"binaries/{folder}": content for folder, content in binaries.items()}
     entries["resources/block.bin"] = graph.to_bytes()
     if fmi == 2:
         entries["model.png"] = png(reference.curve)
@@ -63,12 +61,23 @@ def _entries(model: Model | None, graph: Graph, fmi: Fmi, name: str, text: str) 
         entries["terminalsAndIcons/terminalsAndIcons.xml"] = terminals_and_icons(graph)
         entries["terminalsAndIcons/icon.png"] = png(reference.curve)
         entries["terminalsAndIcons/icon.svg"] = svg(reference.curve)
-    entries["documentation/index.html"] = documentation(graph, fmi, name, text, reference, model)
+    if source:
+        entries[f"sources/{name}.c"] = source_file(graph, fmi, name)
+        if fmi == 3:
+            entries["sources/buildDescription.xml"] = build_description(name)
+    entries["documentation/index.html"] = documentation(graph, fmi, name, text, reference, model, source)
     entries["documentation/licenses/license.txt"] = _licence()
     return entries | reference.files(fmi)
 
 
-def export_fmu(model: Model | Graph, path: str | Path, fmi: Fmi = 2, name: str | None = None) -> Path:
+def export_fmu(
+    model: Model | Graph,
+    path: str | Path,
+    fmi: Fmi = 2,
+    name: str | None = None,
+    platforms: Literal["host", "all"] = "host",
+    source: bool = False,
+) -> Path:
     """Write an FMU for Co-Simulation and Model Exchange.
 
     Parameters
@@ -82,6 +91,10 @@ def export_fmu(model: Model | Graph, path: str | Path, fmi: Fmi = 2, name: str |
         Version of the standard.
     name : str, optional
         Model name and identifier; by default the key of the model or the name of its only block.
+    platforms : {"host", "all"}
+        Pack the binary of this machine, or those of all platforms that are installed.
+    source : bool
+        Pack the sources too: one C file that needs no other file.
 
     Returns
     -------
@@ -102,9 +115,10 @@ def export_fmu(model: Model | Graph, path: str | Path, fmi: Fmi = 2, name: str |
     if not _IDENTIFIER.match(name):
         raise InputError(f"the FMU name {name!r} must be a letter or _ followed by letters, digits or _")
     text = whole.text if whole else single.block.text if single else ""
+    packed = binaries(fmi, name, platforms)
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", compresslevel=6) as archive:
-        for entry, content in _entries(whole, graph, fmi, name, text).items():
+        for entry, content in _entries(whole, graph, fmi, name, text, source, packed).items():
             _add(archive, entry, content)
     write_bytes(path, buffer.getvalue())
     return Path(path)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import functools
 import platform
+import struct
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from hystfmu.errors import InputError
 from hystfmu.fmu.description import Fmi
@@ -27,7 +30,8 @@ class Platform:
         return self.folder2 if fmi == 2 else self.tuple3
 
 
-# FMI 2.0.4 section 2.3 names win64, linux64, darwin64; for other processors it lets the exporter choose
+# FMI 2.0.4 section 2.3 names win64, linux64 and darwin64 without a processor: macOS takes one binary for both of its
+# processors there, the others have a folder of their own
 PLATFORMS = {
     p.tuple3: p
     for p in (
@@ -35,7 +39,7 @@ PLATFORMS = {
         Platform("x86_64-linux", "linux64", "so"),
         Platform("aarch64-linux", "aarch64-linux", "so"),
         Platform("x86_64-darwin", "darwin64", "dylib"),
-        Platform("aarch64-darwin", "aarch64-darwin", "dylib"),
+        Platform("aarch64-darwin", "darwin64", "dylib"),
     )
 }
 _HOSTS = {
@@ -62,7 +66,7 @@ def host() -> Platform:
 
 
 @functools.cache
-def binary(p: Platform) -> bytes | None:
+def _binary(p: Platform) -> bytes | None:
     """The prebuilt binary, the same one in every FMU; None if it is not installed."""
     crossed = _PACKAGE / "_platforms" / f"{p.tuple3}.{p.suffix}"
     own = _PACKAGE / f"_fmu.{p.suffix}"
@@ -70,3 +74,38 @@ def binary(p: Platform) -> bytes | None:
         if path.exists():
             return path.read_bytes()
     return None
+
+
+def missing() -> list[str]:
+    """The platforms whose binary is not installed."""
+    return [p.tuple3 for p in PLATFORMS.values() if _binary(p) is None]
+
+
+def _universal(parts: Sequence[bytes]) -> bytes:
+    """One macOS binary for several processors: a big-endian header, then each binary at a page (mach-o/fat.h)."""
+    page = 1 << 14
+    head, body, at = struct.pack(">II", 0xCAFEBABE, len(parts)), b"", page
+    for part in parts:
+        processor, kind = struct.unpack("<II", part[4:12])
+        head += struct.pack(">5I", processor, kind, at, len(part), 14)
+        padded = part + bytes(-len(part) % page)
+        body, at = body + padded, at + len(padded)
+    return head.ljust(page, b"\0") + body
+
+
+def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, bytes]:
+    """The binaries of an FMU by their places below `binaries`.
+
+    Raises
+    ------
+    ImportError
+        If not even the binary of this machine is installed.
+    """
+    if _binary(host()) is None:
+        raise ImportError("the compiled FMU binary is missing: install the package with 'pip install .'")
+    found: dict[str, list[bytes]] = {}
+    for p in PLATFORMS.values() if which == "all" else [host()]:
+        content = _binary(p)
+        if content is not None:
+            found.setdefault(f"{p.folder(fmi)}/{name}.{p.suffix}", []).append(content)
+    return {path: parts[0] if len(parts) == 1 else _universal(parts) for path, parts in found.items()}

@@ -1,0 +1,205 @@
+"""Joins the C core and the FMI layer into one text of sections, from which the exporter takes what an FMU needs.
+
+amalgamate.py FMU_BUILD LICENSE OUT
+
+Every section begins with a line "/* ==== name ==== */".  What was private to a file must stay so in one translation unit:
+- names of a file (static functions and data, types, enumeration constants) get the name of the file in front;
+- the functions of a block, which headers may define too, are renamed by macros; the initialiser of its descriptor then
+  must not name fields, which also makes it C++;
+- macros of a file end with it;
+- names that other files use get HYST_PREFIX, so that two FMUs can be linked into one program.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+WORD = r"[A-Za-z_]\w*"
+
+
+def in_place(header: Path) -> bool:
+    """Whether a header makes something new wherever it is included: it has no guard, or asks for macros before it."""
+    return header.name == "calls.h" or not re.search(r"^#ifndef \w+_H$", header.read_text(), re.M)
+
+
+def blank(text: str) -> str:
+    """The text with comments, strings and directives replaced by spaces: what is left are declarations."""
+
+    def spaces(m: re.Match[str]) -> str:
+        return re.sub(r"[^\n]", " ", m[0])
+
+    text = re.sub(r"/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'", spaces, text, flags=re.S)
+    return re.sub(r"^[ \t]*#(?:.*\\\n)*.*$", spaces, text, flags=re.M)
+
+
+def top_level(text: str) -> str:
+    """Declarations outside of braces; what stands in braces becomes {}."""
+    out, depth = [], 0
+    for c in blank(text):
+        depth -= c == "}"
+        if depth == 0:
+            out.append(c)
+        depth += c == "{"
+    return "".join(out)
+
+
+def private_names(text: str) -> set[str]:
+    """What a file keeps for itself."""
+    outside, whole = top_level(text), blank(text)
+    names = set(re.findall(rf"\bstatic\b[^;{{}}=()]*?\b({WORD})\s*[=;(\[]", outside))
+    names |= set(re.findall(rf"\bHYST_\w+_FN\(({WORD})\)", outside))
+    names |= set(re.findall(rf"\btypedef\b[^;]*?\b({WORD})\s*;", outside))
+    for body in re.findall(rf"\benum\s*(?:{WORD})?\s*{{([^}}]*)}}", whole):
+        names |= set(re.findall(rf"(?:^|,)\s*({WORD})", body))
+    return names
+
+
+def public_names(headers: str) -> set[str]:
+    """Functions and data that files share."""
+    names = set()
+    for declaration in re.split("[;}]", top_level(headers)):
+        if not re.search(r"\b(?:static|typedef)\b", declaration):
+            names |= set(re.findall(rf"^[^(]*?\b({WORD})\s*\(", declaration, re.S)[:1])
+            names |= set(re.findall(rf"\bextern\b.*?\b({WORD})\s*(?:\[\])?\s*$", declaration, re.S))
+    return {n for n in names if re.match("hyst_|fmi_", n)}
+
+
+def rename(text: str, names: set[str], prefix: str) -> str:
+    """`prefix` in front of the names, except of members, and not in strings and comments."""
+    if not names:
+        return text
+    pattern = rf"/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"|(?:\.|->)\s*{WORD}|\b(?:{'|'.join(sorted(names))})\b"
+    return re.sub(pattern, lambda m: prefix + m[0] if m[0] in names else m[0], text, flags=re.S)
+
+
+def arguments(text: str, at: int) -> tuple[list[str], int]:
+    """The arguments of a macro call whose "(" is at `at`, and the place behind its ")"."""
+    depth, begin, found, quoted = 0, at + 1, [], False
+    for k in range(at, len(text)):
+        c = text[k]
+        if c == '"' and text[k - 1] != "\\":
+            quoted = not quoted
+        if quoted:
+            continue
+        depth += (c == "(") - (c == ")")
+        if (c == "," and depth == 1) or depth == 0:
+            found.append(text[begin:k].strip())
+            begin = k + 1
+        if depth == 0:
+            return found, k + 1
+    raise SystemExit("amalgamate.py: a macro call does not end")
+
+
+def fields(hyst_h: str) -> list[str]:
+    """The members of hyst_block in their order."""
+    body = re.search(r"typedef struct hyst_block \{(.*?)\} hyst_block;", hyst_h, re.S)[1]
+    body = re.sub(r"/\*.*?\*/", "", body, flags=re.S)
+    names: list[str] = []
+    for declaration in filter(str.strip, body.split(";")):
+        function = re.search(r"\(\*(\w+)\)", declaration)
+        names += [function[1]] if function else [w.split()[-1].strip("*") for w in declaration.split(",")]
+    return names
+
+
+class Amalgamation:
+    """The sections by name, in the order in which a compiler must see them."""
+
+    def __init__(self, root: Path) -> None:
+        self.root, self.sections = root, dict[str, str]()
+        self.headers: list[Path] = []
+        sources = [*sorted(root.glob("core/blocks/*.c")), *sorted(root.glob("core/*.c"))]
+        sources += [p for p in sorted(root.glob("fmi/*.c")) if p.name != "resource.c"]
+        sources.append(root / "sources" / "embedded.c")
+        for path in sources:
+            self.collect(path)
+        self.fields = fields((root / "core" / "hyst.h").read_text())
+        shared = "".join(p.read_text() for p in self.headers)
+        blocks = {f"hyst_{p.stem}" for p in root.glob("core/blocks/*.c")}
+        defines = [f"#define {n} HYST_NAME({n})" for n in sorted(public_names(shared) | blocks)]
+        paste = "#define HYST_PASTE(a, b) a##b\n#define HYST_PASTED(a, b) HYST_PASTE(a, b)\n"
+        self.sections["names"] = f"{paste}#define HYST_NAME(name) HYST_PASTED(HYST_PREFIX, name)\n" + "\n".join(defines)
+        for path in self.headers:
+            self.sections[self.name(path)] = self.header(path)
+        for path in sources:
+            self.sections[self.name(path)] = self.source(path)
+
+    def name(self, path: Path) -> str:
+        return path.relative_to(self.root).as_posix()
+
+    def includes(self, path: Path) -> list[Path]:
+        """Our own headers that a file includes; the official ones of FMI are not ours."""
+        folders = (path.parent, self.root / "core", self.root / "fmi")
+        found = re.findall(r'^#include "([^"]+)"', path.read_text(), re.M)
+        return [next(f / n for f in folders if (f / n).exists()).resolve() for n in found if "fmi" not in n]
+
+    def collect(self, path: Path) -> None:
+        for header in self.includes(path):
+            self.collect(header)
+            if header not in self.headers and not in_place(header):
+                self.headers.append(header)
+
+    def body(self, path: Path) -> str:
+        """The text without includes of our own headers; those made for every file stand in place."""
+        text = path.read_text()
+        for header in self.includes(path):
+            if in_place(header):
+                text = re.sub(rf'#include "(?:\.\./)*{header.name}"\n', lambda m, h=header: self.body(h), text)
+        return re.sub(r'#include "(?!fmi)[^"]+"\n', "", text)
+
+    def header(self, path: Path) -> str:
+        text = self.body(path)
+        return self.positional_macro(text) if path.name == "hyst.h" else text
+
+    def positional_macro(self, text: str) -> str:
+        """HYST_BLOCK with one parameter for every field that blocks give, in the order of the descriptor."""
+        at = text.index("const hyst_block hyst_##id = {")
+        first, rest = text[at:].split("__VA_ARGS__", 1)
+        own = dict(re.findall(r"\.(\w+) = ([^,\\]+),", first))
+        self.given = [f for f in self.fields if f not in own]
+        values = ", ".join(own.get(f, f"{f}_") for f in self.fields)
+        head = text[:at].replace("HYST_BLOCK(id, ...)", f"HYST_BLOCK({', '.join(['id', *(f'{f}_' for f in self.given)])})")
+        return f"{head}const hyst_block hyst_##id = {{{values}{rest}"
+
+    def source(self, path: Path) -> str:
+        text = self.body(path)
+        stem, block = path.stem, path.parent.name == "blocks"
+        names = private_names(text)
+        before = ""
+        if block:
+            functions = set(self.fields)
+            names -= functions
+            rows = set(re.findall(rf"\b[VD]\(({WORD}),", text))
+            if names & rows:
+                raise SystemExit(f"amalgamate.py: {path.name}: {sorted(names & rows)} name a variable and a function")
+            text = self.positional_call(text)
+            used = sorted(f for f in functions if re.search(rf"\b{f}\b", text) or "HYST_RETURN_POINT(" in text)
+            used = [f for f in used if f in ("init", "output", "update", "deriv", "prepare", "feedthrough")]
+            before = f"extern const hyst_block hyst_{stem};\n" + "".join(f"#define {f} {stem}_{f}\n" for f in used)
+        text = rename(text, names, f"{stem}_")
+        macros = sorted(set(re.findall(rf"^[ \t]*#define ({WORD})", before + text, re.M)))
+        return before + text + "".join(f"#undef {m}\n" for m in macros)
+
+    def positional_call(self, text: str) -> str:
+        at = text.index("HYST_BLOCK(")
+        found, end = arguments(text, at + len("HYST_BLOCK"))
+        given = dict(re.match(r"\.(\w+)\s*=\s*(.*)", a, re.S).groups() for a in found[1:])
+        values = [found[0], *(given.get(f, "0" if f == "flags" else "NULL") for f in self.given)]
+        return f"{text[:at]}HYST_BLOCK({', '.join(values)}){text[end:]}"
+
+    def text(self, licence: str) -> str:
+        lines = "\n".join(f" * {line}".rstrip() for line in licence.splitlines())
+        out = [f"/* generated from fmu_build/core and fmu_build/fmi - do not edit\n *\n{lines}\n */\n"]
+        for name, content in self.sections.items():
+            out.append(f"/* ==== {name} ==== */\n{content.rstrip()}\n")
+        return "".join(out)
+
+
+def main() -> None:
+    root, licence, out = map(Path, sys.argv[1:])
+    Path(out).write_text(Amalgamation(root.resolve()).text(licence.read_text()))
+
+
+if __name__ == "__main__":
+    main()

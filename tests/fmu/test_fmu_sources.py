@@ -1,0 +1,189 @@
+"""Source FMUs: one file that every compiler takes without a warning, needs no other file, and gives the same bits."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.build import build_platform_binary
+from fmu_master import BLOCKS, Master, loop, rows, single, unpack
+from lxml import etree
+
+from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.graph import Graph, Input, Node, Output
+
+PACKAGE = Path(fmpy.__file__).parent
+HEADERS = PACKAGE / "c-code"
+STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-fno-math-errno", f"-isystem{HEADERS}"]
+LANGUAGES = {
+    "gcc": ["gcc", "-std=c99"],
+    "clang": ["clang", "-std=c99"],
+    "g++": ["g++", "-x", "c++", "-std=c++17"],
+    "clang++": ["clang++", "-x", "c++", "-std=c++17"],
+}
+
+
+def every_block() -> Graph:
+    """All blocks side by side: the whole core in one file."""
+    nodes = [Node(b, b) for b in BLOCKS]
+    inputs = [Input(f"{n.name}_{v.name}", (f"{n.name}.{v.name}",)) for n in nodes for v in n.block.of("input")]
+    outputs = [Output(f"{n.name}_{v.name}_out", f"{n.name}.{v.name}") for n in nodes for v in n.block.of("output")]
+    return Graph(nodes, (), inputs, outputs)
+
+
+def _source(graph: Graph, folder: Path, fmi: int, name: str = "m") -> Path:
+    """The unpacked FMU; its C file is sources/<name>.c."""
+    path = export_fmu(graph, folder / f"{name}.fmu", fmi, name, source=True)  # type: ignore[arg-type]
+    return unpack(path, folder / name)
+
+
+def _compile(compiler: str, source: Path, out: Path, *options: str) -> None:
+    if not shutil.which(LANGUAGES[compiler][0]):
+        pytest.skip(f"no {compiler}")
+    command = [*LANGUAGES[compiler], *STRICT, *options, str(source), "-o", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=200)
+    assert done.returncode == 0, done.stderr[:3000]
+
+
+@pytest.mark.parametrize("compiler", list(LANGUAGES))
+def test_compiles_without_a_warning(tmp_path: Path, fmi: int, compiler: str) -> None:
+    """All blocks, and a graph of one block, of which most functions of the headers are not needed."""
+    for graph, name in ((every_block(), "every"), (single("sum"), "one")):
+        folder = _source(graph, tmp_path, fmi, name)
+        _compile(compiler, folder / "sources" / f"{name}.c", tmp_path / "x.o", "-c", "-O0")
+
+
+def _symbols(objects: Path, *options: str) -> set[str]:
+    out = subprocess.run(["nm", *options, str(objects)], capture_output=True, text=True, check=True).stdout
+    return {line.split()[-1] for line in out.splitlines()}
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_core_is_freestanding(tmp_path: Path, compiler: str) -> None:
+    """Blocks and graph need the four functions that compilers themselves call, and two comparisons of strings."""
+    source = (_source(every_block(), tmp_path, 2) / "sources" / "m.c").read_text()
+    core = source.replace(source[source.index("/* ==== core/message.c") :], "")
+    core = re.sub(r"/\* ==== fmi/instance\.h ==== \*/.*?(?=/\* ====)", "", core, flags=re.S)
+    core = core.replace("static const unsigned char hyst_block_file", "const unsigned char hyst_block_file")
+    (tmp_path / "core.c").write_text(core)
+    _compile(compiler, tmp_path / "core.c", tmp_path / "core.o", "-c", "-O2", "-ffreestanding")
+    needed = _symbols(tmp_path / "core.o", "--undefined-only")
+    assert needed <= {"memcpy", "memset", "memcmp", "memmove", "memchr", "strlen", "strcmp"} | {
+        n for n in needed if n.startswith(("m_hyst_number", "m_hyst_interval", "_GLOBAL_OFFSET_TABLE_"))
+    }
+
+
+def test_only_the_standard_and_own_names_are_public(tmp_path: Path, fmi: int) -> None:
+    folder = _source(every_block(), tmp_path, fmi)
+    _compile("gcc", folder / "sources" / "m.c", tmp_path / "m.o", "-c", "-O0")
+    public = _symbols(tmp_path / "m.o", "--defined-only", "--extern-only")
+    assert all(n.startswith((f"fmi{fmi}", "m_hyst_", "m_fmi_")) for n in public), public
+
+
+# ---- the same bits ---------------------------------------------------------------------------------------------------
+def _run(graph: Graph, folder: Path, fmi: int, library: Path) -> np.ndarray:
+    """A run of the unpacked FMU with another binary; without resources: nothing is read from a file."""
+    own = folder / f"unpacked{fmi}"
+    unpack(export_fmu(graph, folder / "own.fmu", fmi, "m"), own)  # type: ignore[arg-type]
+    host = fmpy.platform if fmi == 2 else fmpy.platform_tuple
+    shutil.copy(library, own / "binaries" / host / f"m{fmpy.sharedLibraryExtension}")
+    (own / "resources" / "block.bin").unlink()
+    m = Master(graph, folder, fmi)
+    assert m.c.value, m.messages
+    u = rows(graph, 200)
+    for k, p in enumerate(p for p in graph.ports if p.kind == "input"):
+        m.set(p.name, u[0, k])
+    m.initialize()
+    y = []
+    for k in range(1, len(u)):
+        for i, p in enumerate(p for p in graph.ports if p.kind == "input"):
+            m.set(p.name, u[k, i])
+        assert m.step((k - 1) * 1e-3) == 0
+        y.append([m.get(p.name) for p in graph.ports if p.kind == "output"])
+    m.free()
+    return np.array(y)
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang++"])
+def test_same_bits_as_the_prebuilt_binary(tmp_path: Path, fmi: int, compiler: str) -> None:
+    graph = loop()
+    folder = _source(graph, tmp_path, fmi)
+    _compile(compiler, folder / "sources" / "m.c", tmp_path / "m.so", "-shared", "-fPIC", "-O2")
+    host = fmpy.platform if fmi == 2 else fmpy.platform_tuple
+    got = _run(graph, tmp_path / "run", fmi, tmp_path / "m.so")
+    want = graph.run(rows(graph, 200), 1e-3)[1:]
+    assert got.tobytes() == np.ascontiguousarray(want).tobytes()
+    assert (folder / "binaries" / host).is_dir()
+
+
+def test_fmpy_builds_it(tmp_path: Path, fmi: int) -> None:
+    """The build files of the archive are enough for an importer; what comes out is a good FMU."""
+    if not shutil.which("cmake") or not shutil.which("make"):
+        pytest.skip("no cmake, no make")
+    folder = _source(single("mlp"), tmp_path, fmi)
+    host = fmpy.platform if fmi == 2 else fmpy.platform_tuple
+    (binary,) = (folder / "binaries" / host).iterdir()
+    before = binary.read_bytes()
+    (tmp_path / "build").mkdir()
+    build_platform_binary(folder, tmp_path / "build", generator="Unix Makefiles", all_warnings=True)
+    assert binary.read_bytes() != before
+    shutil.make_archive(str(tmp_path / "built"), "zip", folder)
+    assert check_fmu(tmp_path / "built.zip") == []
+
+
+def test_build_description(tmp_path: Path) -> None:
+    """FMI 3.0: by the schema, with the options that keep the bits; FMI 2.0: the files are listed in each interface."""
+    three = _source(single("creep"), tmp_path, 3, "three")
+    root = etree.parse(three / "sources" / "buildDescription.xml")
+    etree.XMLSchema(file=str(PACKAGE / "schema" / "fmi3" / "fmi3BuildDescription.xsd")).assertValid(root)
+    files = root.find(".//SourceFileSet")
+    assert files.get("language") == "C99"
+    assert files.get("compilerOptions") == "-ffp-contract=off -fno-math-errno"
+    assert [f.get("name") for f in files] == ["three.c"]
+    two = _source(single("creep"), tmp_path, 2, "two")
+    description = ET.parse(two / "modelDescription.xml")
+    for interface in ("ModelExchange", "CoSimulation"):
+        assert [f.get("name") for f in description.findall(f"{interface}/SourceFiles/File")] in (["two.c"], [])
+    assert description.find("CoSimulation/SourceFiles/File") is not None
+    assert check_fmu(tmp_path / "two.fmu") == []
+    assert check_fmu(tmp_path / "three.fmu") == []
+
+
+def test_two_of_them_in_one_program(tmp_path: Path) -> None:
+    """Linked together, with the prefix that FMI 2.0 and FMI 3.0 provide for it."""
+    official = tmp_path / "headers"  # fmpy's copy for FMI 2.0 ignores the prefix; this is the standard's own macro
+    shutil.copytree(HEADERS, official)
+    header = official / "fmi2Functions.h"
+    prefixed = (
+        "#define fmi2Paste(a, b) a##b\n#define fmi2PasteB(a, b) fmi2Paste(a, b)\n"
+        "#define fmi2FullName(name) fmi2PasteB(FMI2_FUNCTION_PREFIX, name)"
+    )
+    text = header.read_text()
+    assert "#define fmi2FullName(name) name" in text
+    header.write_text(text.replace("#define fmi2FullName(name) name", prefixed))
+    objects = []
+    for name, graph in (("a", single("creep")), ("b", single("mlp"))):
+        for fmi in (2, 3):
+            own = f"{name}{fmi}"
+            folder = _source(graph, tmp_path, fmi, own)
+            objects.append(tmp_path / f"{own}.o")
+            prefix = f"-DFMI{fmi}_FUNCTION_PREFIX={own}_"
+            _compile("gcc", folder / "sources" / f"{own}.c", objects[-1], "-c", "-fPIC", "-O0", prefix, f"-I{official}")
+    library = tmp_path / "all.so"
+    subprocess.run(["gcc", "-shared", *map(str, objects), "-o", str(library)], check=True, timeout=60)
+    loaded = ctypes.CDLL(str(library))
+    for name in ("a", "b"):
+        assert hasattr(loaded, f"{name}2_fmi2DoStep")
+        assert hasattr(loaded, f"{name}3_fmi3DoStep")
+
+
+def test_small_enough(tmp_path: Path, fmi: int) -> None:
+    """With sources and the binary of the host."""
+    assert export_fmu(loop(), tmp_path / "x.fmu", fmi, source=True).stat().st_size <= 200_000  # type: ignore[arg-type]
