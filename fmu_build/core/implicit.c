@@ -54,7 +54,7 @@ typedef struct {
 } trial;
 
 static double residual(void *ctx, double u) {
-  const trial *c = ctx;
+  const trial *c = (const trial *)ctx;
   const int i = (int)(c->n - c->g->nodes);
   c->n->y[0] = u;
   for (const hyst_node *m = c->n + 1, *end = c->g->nodes + c->g->n_nodes; m < end; m++) {
