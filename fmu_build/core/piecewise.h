@@ -60,10 +60,10 @@ static inline double hyst_piecewise_inverse_branch(const void *f, double d) {
 }
 
 static inline double hyst_piecewise_branch_slope(const void *f, double d, int grows) {
-  return hyst_piecewise_slope_at(f, 0.5 * d, grows);
+  return hyst_piecewise_slope_at((const hyst_piecewise *)f, 0.5 * d, grows);
 }
 static inline double hyst_piecewise_inverse_branch_slope(const void *f, double d, int grows) {
-  return 1 / hyst_piecewise_slope_at(f, 0.5 * d, grows);
+  return 1 / hyst_piecewise_slope_at((const hyst_piecewise *)f, 0.5 * d, grows);
 }
 
 /* running sum that keeps its rounding error (Neumaier), because signed weights cancel */

@@ -115,6 +115,8 @@ class Amalgamation:
         for path in sources:
             self.collect(path)
         self.fields = fields((root / "core" / "hyst.h").read_text())
+        data = {"name", "text", "equation", "source", "flags", "n_dims", "dims", "n_vars", "vars", "size"}
+        self.functions = set(self.fields) - data
         shared = "".join(p.read_text() for p in self.headers)
         blocks = {f"hyst_{p.stem}" for p in root.glob("core/blocks/*.c")}
         defines = [f"#define {n} HYST_NAME({n})" for n in sorted(public_names(shared) | blocks)]
@@ -168,14 +170,13 @@ class Amalgamation:
         names = private_names(text)
         before = ""
         if block:
-            functions = set(self.fields)
+            functions = self.functions
             names -= functions
             rows = set(re.findall(rf"\b[VD]\(({WORD}),", text))
             if names & rows:
                 raise SystemExit(f"amalgamate.py: {path.name}: {sorted(names & rows)} name a variable and a function")
             text = self.positional_call(text)
             used = sorted(f for f in functions if re.search(rf"\b{f}\b", text) or "HYST_RETURN_POINT(" in text)
-            used = [f for f in used if f in ("init", "output", "update", "deriv", "prepare", "feedthrough")]
             before = f"extern const hyst_block hyst_{stem};\n" + "".join(f"#define {f} {stem}_{f}\n" for f in used)
         text = rename(text, names, f"{stem}_")
         macros = sorted(set(re.findall(rf"^[ \t]*#define ({WORD})", before + text, re.M)))
