@@ -182,8 +182,3 @@ def test_two_of_them_in_one_program(tmp_path: Path) -> None:
     for name in ("a", "b"):
         assert hasattr(loaded, f"{name}2_fmi2DoStep")
         assert hasattr(loaded, f"{name}3_fmi3DoStep")
-
-
-def test_small_enough(tmp_path: Path, fmi: int) -> None:
-    """With sources and the binary of the host."""
-    assert export_fmu(loop(), tmp_path / "x.fmu", fmi, source=True).stat().st_size <= 200_000  # type: ignore[arg-type]
