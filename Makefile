@@ -6,7 +6,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find fmu_build python -name '*.[ch]' -o -name '*.py') LICENSE
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
-.PHONY: demo test check generate bench modelica clean
+.PHONY: platforms demo test check generate bench modelica clean
 
 demo: build/installed
 	$(BIN)/hystfmu demo -o demo
@@ -28,6 +28,12 @@ generate: build/installed-dev
 # every class of the Modelica library: loads, simulates, error against the C core, numpy and the committed reference
 modelica: build/installed-dev
 	$(BIN)/python tests/modelica/report.py
+
+# the FMU binary for Windows, Linux and macOS, x86-64 and arm64, on this machine; an install then carries them
+platforms: build/tools
+	$(PIP) ziglang
+	$(BIN)/python fmu_build/platforms/build.py fmu_build build/platforms
+	rm -f build/installed build/installed-dev
 
 bench: build/installed-dev
 	$(BIN)/python tests/benchmarks/run.py
