@@ -16,10 +16,13 @@
   B(delay)                      \
   B(differentiator)             \
   B(disturbance)                \
+  B(disturbance_observer)       \
   B(duhem)                      \
   B(feedforward)                \
   B(implicit_inverse)           \
+  B(iterative_learning)         \
   B(krasnoselskii_pokrovskii)   \
+  B(lead_lag)                   \
   B(mlp)                        \
   B(noise)                      \
   B(pid)                        \
@@ -32,6 +35,7 @@
   B(scaling)                    \
   B(sliding_mode)               \
   B(sum)                        \
+  B(super_twisting)             \
   B(transfer_function)          \
   B(zhao_tan)                   \
   B(zhao_tan_inverse)           \

@@ -47,6 +47,11 @@ package Types "Quantities with units, and choices"
       steady "In equilibrium with the first input") "How linear dynamics begin"
     annotation (Documentation(info = "<html><p>How linear dynamics begin.</p></html>"));
 
+  type Switching = enumeration(
+      smooth "s/(abs(s) + epsilon)",
+      saturation "sat(s/epsilon)") "Switching term of a sliding mode controller"
+    annotation (Documentation(info = "<html><p>Switching term of a sliding mode controller.</p></html>"));
+
   annotation (Documentation(info = "<html>
 <p>A quantity of dimension one, or one in units of the user's own choice (volts, micrometres, normalised), is a plain Real.</p>
 </html>"));

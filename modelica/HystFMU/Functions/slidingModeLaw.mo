@@ -6,12 +6,13 @@ function slidingModeLaw "Control law of the sliding mode controller, without lim
   input Real eta "Linear gain";
   input Real rho "Switching gain";
   input Real epsilon "Width of the boundary layer";
+  input Boolean saturation "Linear within the layer, full outside";
   output Real u "Control";
 algorithm
-  u := u_ff - eta*s - rho*s/(abs(s) + epsilon);
+  u := u_ff - eta*s - rho*(if saturation then min(max(s/epsilon, -1), 1) else s/(abs(s) + epsilon));
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> u = u_ff - eta s - rho s/(abs(s) + epsilon).</p>
-<p><b>Source:</b> Yu &amp; Alici 2005.</p>
+<p><b>Equation:</b> u = u_ff - eta s - rho s/(abs(s) + epsilon), or with sat(s/epsilon).</p>
+<p><b>Source:</b> Yu &amp; Alici 2005; Slotine &amp; Li, Applied Nonlinear Control, section 7.2.</p>
 <p><b>Limitations:</b> epsilon &gt; 0.</p>
 </html>"));
 end slidingModeLaw;
