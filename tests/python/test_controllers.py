@@ -1,4 +1,4 @@
-"""What the controllers promise: frequency response, transfer of the observer, convergence of learning and of sliding."""
+"""What the controllers promise: frequency response, transfer of the observer, learning and sliding that converge."""
 
 from __future__ import annotations
 
