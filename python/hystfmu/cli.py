@@ -243,23 +243,43 @@ def inverse(model: str, out: str, method: str) -> None:
 
 @main.command()
 @click.argument("model")
-@click.option("-o", "out", required=True, metavar="X.fmu", help="The FMU to write.")
+@click.option("-o", "out", metavar="X.fmu", help="The FMU to write.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the standard.")
 @click.option("--name", metavar="NAME", help="Model name in the FMU; default: the key of the model.")
 @click.option(
     "--platforms", type=click.Choice(["host", "all"]), default="host", show_default=True, help="Binaries to pack."
 )
 @click.option("--source", is_flag=True, help="Pack the C source too: one file with the data in it.")
-def export(model: str, out: str, fmi: str, name: str | None, platforms: Literal["host", "all"], source: bool) -> None:
-    """Pack a model as an FMU for Co-Simulation and Model Exchange; no compiler is needed.
+@click.option("--modelica", metavar="DIR", help="Write a Modelica package there: a record and a ready block.")
+def export(
+    model: str,
+    out: str | None,
+    fmi: str,
+    name: str | None,
+    platforms: Literal["host", "all"],
+    source: bool,
+    modelica: str | None,
+) -> None:
+    """Pack a model as an FMU for Co-Simulation and Model Exchange, or as Modelica; no compiler is needed.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
+             hystfmu export piezo.model.toml --modelica modelica
     """
     from hystfmu.fmu.export import export_fmu
     from hystfmu.fmu.platforms import missing
     from hystfmu.model import Model
 
+    if out is None and modelica is None:
+        raise InputError("say what to write: -o X.fmu or --modelica DIR")
+    if modelica is not None:
+        from hystfmu.modelica import export_modelica
+
+        file = Path(model).name
+        written = export_modelica(Model.load(model), modelica, name or file.removesuffix(".model.toml"), file)
+        click.echo(f"wrote {written}: Modelica package with the record Values and the block Model")
+    if out is None:
+        return
     version: Literal[2, 3] = 2 if fmi == "2" else 3
     path = export_fmu(Model.load(model), out, version, name, platforms, source)
     if platforms == "all" and (left_out := missing()):

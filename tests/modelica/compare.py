@@ -35,7 +35,10 @@ SHAPES: dict[str, tuple[BlockType, dict[str, object]]] = {
     }.items()
 }
 # no unit of this name: a closed form
-CLOSED = {"RateFilter": lambda t: _lagged_sine(t, 7.0, 0.05)}
+CLOSED = {
+    "RateFilter": lambda t: _lagged_sine(t, 7.0, 0.05),
+    "StateSpace": lambda t: _held_lag(np.sin(7 * np.round(t, 2)), np.exp(-0.01 / 0.05)),
+}
 KINDS = ("Sampled", "Events", "Smooth")
 RECORDING = False  # set by report.py --record alone
 REFERENCES = library.ROOT / "Resources" / "ReferenceResults"
@@ -231,7 +234,7 @@ def compare_other(name: str, out: Path) -> Outcome:
     trajectory = simulate.run(name, out)
     seconds = time.perf_counter() - began
     if c.short_name in CLOSED:
-        now = trajectory.values
+        now = trajectory.at(library.experiment(model)["Interval"])
         expected = CLOSED[c.short_name](now["time"])
         got = np.column_stack([now[f"tested.{p}"] for p in library.ports(c, "RealOutput")])
     else:
@@ -266,6 +269,12 @@ def against_unit(
         now = before
     expected = Graph.single(node).executor().run(u, sum(node.sizes[v.name] for v in kind.of("output")), step)
     return now, columns(now, kind, node, "output"), np.asarray(expected)
+
+
+def _held_lag(u: Array, a: float) -> Array:
+    """q+ = a q + (1 - a) u from rest, the first row without a step."""
+    weights = a ** np.arange(len(u))
+    return (1 - a) * np.array([[u[1 : k + 1] @ weights[:k][::-1]] for k in range(len(u))])
 
 
 def _lagged_sine(t: Array, omega: float, T: float) -> Array:

@@ -132,6 +132,8 @@ def evaluate(e: Any, scope: Mapping[str, Any]) -> Any:
             return int(a // b)
         case "==", [a, b]:
             return a == b
+        case "identity", [n]:
+            return np.eye(n)
         case "fill", [a, *shape]:
             return np.full(shape, a)
         case ("zeros" | "ones") as f, shape:

@@ -1,9 +1,10 @@
 """What runs in a process of its own, because a panic of the compiler is a BaseException and a solver may hang.
 
-run_model.py LIBRARY FILE MODEL STOP STEP TOLERANCE OUT.npz    compile a class and simulate it
+run_model.py LIBRARIES FILE MODEL STOP STEP TOLERANCE OUT.npz  compile a class and simulate it; folders, joined as a path
 run_model.py LIBRARY --load CLASS...                           compile classes; one line each: name, tab, complaint
 """
 
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,8 +13,8 @@ import numpy as np
 import rumoca
 
 
-def simulate(library: str, file: str, model: str, stop: str, step: str, tolerance: str, out: str) -> None:
-    compiled = rumoca.Session(roots=[library]).load(file, model=model)
+def simulate(libraries: str, file: str, model: str, stop: str, step: str, tolerance: str, out: str) -> None:
+    compiled = rumoca.Session(roots=libraries.split(os.pathsep)).load(file, model=model)
     rtol = float(tolerance)
     config = rumoca.SimConfig(solver="rk-like", rtol=rtol, atol=rtol, max_wall_seconds=60.0)
     result = compiled.simulate(t=(0.0, float(stop)), dt=float(step), config=config)

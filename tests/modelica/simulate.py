@@ -5,6 +5,7 @@ A process of its own with a time limit, because a panic of the compiler is a Bas
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -36,9 +37,12 @@ class Trajectory:
         return {k: v[rows] for k, v in self.values.items()}
 
 
-def rumoca(*arguments: str | Path, limit: float = TIME_LIMIT) -> str:
-    """Run `run_model.py`; returns what the compiler or the solver complains about, or ""."""
-    done = _process(*arguments, limit=limit)
+def rumoca(*arguments: str | Path, beside: Path | None = None) -> str:
+    """Run `run_model.py`; returns what the compiler or the solver complains about, or "".
+
+    `beside`: another package that the model uses.
+    """
+    done = _process(*arguments, limit=TIME_LIMIT, beside=beside)
     return "" if done.returncode == 0 else done.stderr.strip()[:2000] or f"exit status {done.returncode}"
 
 
@@ -54,9 +58,10 @@ def can_load(c: library.Class) -> bool:
     return c.tree.type in ("block", "model") and not c.tree.partial
 
 
-def _process(*arguments: str | Path, limit: float) -> subprocess.CompletedProcess[str]:
+def _process(*arguments: str | Path, limit: float, beside: Path | None = None) -> subprocess.CompletedProcess[str]:
     script = Path(__file__).with_name("run_model.py")
-    command = [sys.executable, str(script), str(library.ROOT), *map(str, arguments)]
+    libraries = os.pathsep.join(str(p) for p in (library.ROOT, beside) if p is not None)
+    command = [sys.executable, str(script), libraries, *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False)
 
 

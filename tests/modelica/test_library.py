@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import data_record
 import library
 import lint
 import pymoca.parser
@@ -104,10 +103,3 @@ def test_every_function_is_used() -> None:
         if c.tree.type == "function" and not name.startswith("HystFMU.Icons"):
             calls = re.findall(rf"(?<!function )\b{c.short_name}\(", used)
             assert calls, f"no block and no function calls {name}"
-
-
-@pytest.mark.parametrize("name", data_record.RECORDS)
-def test_data_record_is_up_to_date(name: str) -> None:
-    written = (library.ROOT / "Data" / f"{name}.mo").read_text()
-    expected = data_record.prandtl_ishlinskii_record(name, data_record.RECORDS[name])
-    assert written == expected, "run 'python tests/modelica/data_record.py'"

@@ -4,7 +4,7 @@ model PiezoStack "Identified piezo stack that moves a mass: from an electrical p
   parameter Data.BacklashIdentified identified "Hysteresis as identified" annotation (Placement(transformation(extent = {{-90, 50}, {-70, 70}})));
   Sources.DecayingSine command(amplitude = 0.8, frequency = 40, decay = 15) annotation (Placement(transformation(extent = {{-90, -10}, {-70, 10}})));
   Plants.VoltageDrive drive annotation (Placement(transformation(extent = {{-50, -10}, {-30, 10}})));
-  Plants.PiezoStack stack(n = identified.n, w0 = identified.w0, r = identified.r, w = identified.w) annotation (Placement(transformation(extent = {{0, -10}, {20, 10}})));
+  Plants.PiezoStack stack(n = identified.hysteresis_n, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w) annotation (Placement(transformation(extent = {{0, -10}, {20, 10}})));
   Plants.SpringMassLoad load annotation (Placement(transformation(extent = {{50, -10}, {70, 10}})));
 equation
   connect(command.r, drive.u);

@@ -8,7 +8,7 @@ model SlidingMode "Sliding mode with integral action and inverse feed-forward on
     annotation (Placement(transformation(extent = {{-100, 0}, {-80, 20}})));
   Control.Feedforward feedforward(f_n = 500, zeta = 0.7)
     annotation (Placement(transformation(extent = {{-70, -30}, {-50, -10}})));
-  Inverse.Sampled.PrandtlIshlinskiiInverse inverse(n = identified.n, depth = 16, w0 = identified.w0, r = identified.r, w = identified.w, u0 = identified.u0, Ts = Ts)
+  Inverse.Sampled.PrandtlIshlinskiiInverse inverse(n = identified.hysteresis_n, depth = 16, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u0 = identified.hysteresis_u0, Ts = Ts)
     annotation (Placement(transformation(extent = {{-40, -30}, {-20, -10}})));
   Control.SlidingMode controller(lam = 1300, eta = 6.5e-4, rho = 1.05e-4, epsilon = 7, k_i = 1.56e7, Ts = Ts)
     annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
@@ -18,7 +18,7 @@ equation
   connect(reference.r_lead, feedforward.r);
   connect(reference.dr_lead, feedforward.dr);
   connect(reference.ddr_lead, feedforward.ddr);
-  inverse.y = (feedforward.v - identified.offset)/identified.gain;
+  inverse.y = (feedforward.v - identified.readout_offset[1])/identified.readout_gain[1];
   connect(inverse.u, controller.u_ff);
   connect(reference.r, controller.y_d);
   connect(plant.y, controller.y);
