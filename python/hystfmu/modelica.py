@@ -34,9 +34,16 @@ _STATIC = {"Operators": "dead_zones", "Dynamics": "scaling sum", "Networks": "ml
 _ENUMERATIONS = {"activation": "Activation", "memory": "Memory"}
 _STARTS = {"preisach": "Magnetisation", "creep": "Start"}
 # keywords of the language, functions that it has built in, and names that an exported block uses itself
-_RESERVED = frozenset(
-    ["algorithm", "and", "annotation", "block", "break", "class", "connect", "connector", "constant", "constrainedby", "der", "discrete", "each", "else", "elseif", "elsewhen", "encapsulated", "end", "enumeration", "equation", "expandable", "extends", "external", "false", "final", "flow", "for", "function", "if", "import", "impure", "in", "initial", "inner", "input", "loop", "model", "not", "operator", "or", "outer", "output", "package", "parameter", "partial", "protected", "public", "pure", "record", "redeclare", "replaceable", "return", "stream", "then", "true", "type", "when", "while", "within", "abs", "sign", "sqrt", "div", "mod", "rem", "ceil", "floor", "integer", "sin", "cos", "tan", "exp", "log", "delay", "sample", "pre", "edge", "change", "reinit", "smooth", "terminal", "cat", "fill", "ones", "zeros", "identity", "min", "max", "sum", "product", "size", "time", "u", "y", "values", "Ts"]
-)
+_WORDS = """
+algorithm and annotation block break class connect connector constant constrainedby der discrete each else elseif
+elsewhen encapsulated end enumeration equation expandable extends external false final flow for function if import
+impure in initial inner input loop model not operator or outer output package parameter partial protected public pure
+record redeclare replaceable return stream then true type when while within
+abs sign sqrt div mod rem ceil floor integer sin cos tan exp log delay sample pre edge change reinit smooth terminal cat
+fill ones zeros identity min max sum product size time
+u y values Ts
+"""
+_RESERVED = frozenset(_WORDS.split())
 _ENDPOINT = re.compile(r"(\w+)\.(\w+)(?:\[(\d+)\])?\Z")
 
 
@@ -134,7 +141,8 @@ within {within};
 record {name} "{_words(model.text) or model.key}"
 {body}
   annotation (
-    Icon(graphics = {{Rectangle(extent = {{{{-100, -60}}, {{100, 60}}}}, lineColor = {{64, 64, 64}}, fillColor = {{255, 215, 136}}, fillPattern = FillPattern.Solid)}}),
+    Icon(graphics = {{Rectangle(extent = {{{{-100, -60}}, {{100, 60}}}}, fillColor = {{255, 215, 136}},
+      fillPattern = FillPattern.Solid)}}),
     Documentation(info = "<html>
 <p>Values of the model <em>{_html(model.key)}</em>: {_html(model.text)}</p>
 <p><b>Source:</b> {_html(source)}: fit, data and options stand there.</p>

@@ -1,6 +1,6 @@
 """What runs in a process of its own, because a panic of the compiler is a BaseException and a solver may hang.
 
-run_model.py LIBRARIES FILE MODEL STOP STEP TOLERANCE OUT.npz  compile a class and simulate it; folders, joined as a path
+run_model.py LIBRARIES FILE MODEL STOP STEP TOLERANCE OUT.npz  compile a class, simulate it; folders joined as a path
 run_model.py LIBRARY --load CLASS...                           compile classes; one line each: name, tab, complaint
 """
 

@@ -13,7 +13,8 @@ record BacklashIdentified "weighted plays, non-negative least squares; exact inv
   parameter Real readout_lo[1] = {-1e+300} "lower limit of the input (-1e300: none)";
   parameter Real readout_hi[1] = {1e+300} "upper limit of the input (1e300: none)";
   annotation (
-    Icon(graphics = {Rectangle(extent = {{-100, -60}, {100, 60}}, lineColor = {64, 64, 64}, fillColor = {255, 215, 136}, fillPattern = FillPattern.Solid)}),
+    Icon(graphics = {Rectangle(extent = {{-100, -60}, {100, 60}}, fillColor = {255, 215, 136},
+      fillPattern = FillPattern.Solid)}),
     Documentation(info = "<html>
 <p>Values of the model <em>prandtl_ishlinskii</em>: weighted plays, non-negative least squares; exact inverse</p>
 <p><b>Source:</b> scenarios/models/backlash_identified.model.toml: fit, data and options stand there.</p>
