@@ -23,6 +23,7 @@
   C(SetInteger, BOTH, WRITE)                                \
   C(SetBoolean, BOTH, WRITE)                                \
   C(SetString, BOTH, WRITE)                                 \
+  C(GetDirectionalDerivative, BOTH, READ)                   \
   C(GetFMUstate, BOTH, ANY)                                 \
   C(SetFMUstate, BOTH, ANY)                                 \
   C(FreeFMUstate, BOTH, ANY)                                \
@@ -146,6 +147,14 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
   return n == 0 || fmi_port(i, TABLE + CALL_SetString, vr[0], 0) ? fmi2OK : fmi2Error;
 }
 
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n_unknown,
+                                        const fmi2ValueReference known[], size_t n_known, const fmi2Real seed[],
+                                        fmi2Real sensitivity[]) {
+  BEGIN(GetDirectionalDerivative)
+  const fmi_references unknowns = {unknown, n_unknown, n_unknown}, knowns = {known, n_known, n_known};
+  return (fmi2Status)fmi_directional(i, TABLE + CALL_GetDirectionalDerivative, &unknowns, &knowns, seed, sensitivity);
+}
+
 /* ---- saved states ----------------------------------------------------------------------------------------------- */
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
   BEGIN(GetFMUstate)
@@ -209,8 +218,6 @@ NO_STATUS(StringStatus, fmi2String)
   fmi2Status name(fmi2Component c, __VA_ARGS__) { return (fmi2Status)fmi_absent((const instance *)c, #name, why); }
 static const char NO_DERIVATIVES[] = "modelDescription.xml does not declare derivatives";
 
-ABSENT(fmi2GetDirectionalDerivative, NO_DERIVATIVES, const fmi2ValueReference z[], size_t nz,
-       const fmi2ValueReference v[], size_t nv, const fmi2Real dv[], fmi2Real dz[])
 ABSENT(fmi2SetRealInputDerivatives, NO_DERIVATIVES, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
        const fmi2Real value[])
 ABSENT(fmi2GetRealOutputDerivatives, NO_DERIVATIVES, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],

@@ -8,29 +8,31 @@
 /* the states in which a call is allowed; there is no Configuration Mode or Intermediate Update */
 #define READ ANY /* before the initialisation: start values (section 2.3.2) */
 #define WRITE (INSTANTIATED | INITIALIZATION | EVENT | STEPPING)
-#define CALLS(C)                                    \
-  C(SetDebugLogging, BOTH, ANY)                     \
-  C(EnterInitializationMode, BOTH, INSTANTIATED)    \
-  C(ExitInitializationMode, BOTH, INITIALIZATION)   \
-  C(EnterEventMode, BOTH, STEPPING | CONTINUOUS)    \
-  C(UpdateDiscreteStates, BOTH, EVENT)              \
-  C(Terminate, BOTH, EVENT | STEPPING | CONTINUOUS) \
-  C(Reset, BOTH, ANY)                               \
-  C(GetFloat64, BOTH, READ)                         \
-  C(GetInt32, BOTH, READ)                           \
-  C(GetInt64, BOTH, READ)                           \
-  C(GetBoolean, BOTH, READ)                         \
-  C(SetFloat64, BOTH, WRITE | CONTINUOUS)           \
-  C(SetInt32, BOTH, WRITE)                          \
-  C(SetInt64, BOTH, WRITE)                          \
-  C(SetBoolean, BOTH, WRITE)                        \
-  C(GetFMUState, BOTH, ANY)                         \
-  C(SetFMUState, BOTH, ANY)                         \
-  C(FreeFMUState, BOTH, ANY)                        \
-  C(SerializedFMUStateSize, BOTH, ANY)              \
-  C(SerializeFMUState, BOTH, ANY)                   \
-  C(DeserializeFMUState, BOTH, ANY)                 \
-  C(EnterStepMode, CO_SIMULATION, EVENT)            \
+#define CALLS(C)                                                                                 \
+  C(SetDebugLogging, BOTH, ANY)                                                                  \
+  C(EnterInitializationMode, BOTH, INSTANTIATED)                                                 \
+  C(ExitInitializationMode, BOTH, INITIALIZATION)                                                \
+  C(EnterEventMode, BOTH, STEPPING | CONTINUOUS)                                                 \
+  C(UpdateDiscreteStates, BOTH, EVENT)                                                           \
+  C(Terminate, BOTH, EVENT | STEPPING | CONTINUOUS)                                              \
+  C(Reset, BOTH, ANY)                                                                            \
+  C(GetFloat64, BOTH, READ)                                                                      \
+  C(GetInt32, BOTH, READ)                                                                        \
+  C(GetInt64, BOTH, READ)                                                                        \
+  C(GetBoolean, BOTH, READ)                                                                      \
+  C(SetFloat64, BOTH, WRITE | CONTINUOUS)                                                        \
+  C(SetInt32, BOTH, WRITE)                                                                       \
+  C(SetInt64, BOTH, WRITE)                                                                       \
+  C(SetBoolean, BOTH, WRITE)                                                                     \
+  C(GetDirectionalDerivative, BOTH, INITIALIZATION | EVENT | STEPPING | CONTINUOUS | TERMINATED) \
+  C(GetAdjointDerivative, BOTH, INITIALIZATION | EVENT | STEPPING | CONTINUOUS | TERMINATED)     \
+  C(GetFMUState, BOTH, ANY)                                                                      \
+  C(SetFMUState, BOTH, ANY)                                                                      \
+  C(FreeFMUState, BOTH, ANY)                                                                     \
+  C(SerializedFMUStateSize, BOTH, ANY)                                                           \
+  C(SerializeFMUState, BOTH, ANY)                                                                \
+  C(DeserializeFMUState, BOTH, ANY)                                                              \
+  C(EnterStepMode, CO_SIMULATION, EVENT)                                                         \
   C(DoStep, CO_SIMULATION, STEPPING)
 #include "calls.h"
 
@@ -163,6 +165,17 @@ SET(Float64, fmi3Float64, REAL)
 SET(Int32, fmi3Int32, INTEGER)
 SET(Int64, fmi3Int64, ENUMERATION)
 SET(Boolean, fmi3Boolean, BOOLEAN)
+
+#define DERIVATIVE(name, function, n_of_unknowns, n_of_knowns)                                                        \
+  fmi3Status fmi3Get##name(fmi3Instance c, const fmi3ValueReference unknown[], size_t n_unknown,                      \
+                           const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[], size_t n_seed, \
+                           fmi3Float64 sensitivity[], size_t n_sensitivity) {                                         \
+    BEGIN(Get##name)                                                                                                  \
+    const fmi_references unknowns = {unknown, n_unknown, n_of_unknowns}, knowns = {known, n_known, n_of_knowns};      \
+    return (fmi3Status)function(i, TABLE + CALL_Get##name, &unknowns, &knowns, seed, sensitivity);                    \
+  }
+DERIVATIVE(DirectionalDerivative, fmi_directional, n_sensitivity, n_seed)
+DERIVATIVE(AdjointDerivative, fmi_adjoint, n_seed, n_sensitivity)
 
 /* ---- saved states ----------------------------------------------------------------------------------------------- */
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {

@@ -58,12 +58,6 @@ ABSENT(fmi3GetNumberOfVariableDependencies, "modelDescription.xml has the depend
 ABSENT(fmi3GetVariableDependencies, "modelDescription.xml has the dependencies", fmi3ValueReference vr,
        size_t elements[], fmi3ValueReference independents[], size_t elements_of_independents[],
        fmi3DependencyKind kinds[], size_t n)
-ABSENT(fmi3GetDirectionalDerivative, NO_DERIVATIVES, const fmi3ValueReference unknowns[], size_t n_unknowns,
-       const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[], size_t n_seed,
-       fmi3Float64 sensitivity[], size_t n_sensitivity)
-ABSENT(fmi3GetAdjointDerivative, NO_DERIVATIVES, const fmi3ValueReference unknowns[], size_t n_unknowns,
-       const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[], size_t n_seed,
-       fmi3Float64 sensitivity[], size_t n_sensitivity)
 ABSENT(fmi3GetOutputDerivatives, NO_DERIVATIVES, const fmi3ValueReference vr[], size_t n, const fmi3Int32 orders[],
        fmi3Float64 values[], size_t count)
 ABSENT_MODE(fmi3EnterConfigurationMode, NO_STRUCTURE)

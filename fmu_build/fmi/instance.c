@@ -118,9 +118,10 @@ static int open_continuous(instance *i) {
     return fmi_refuse(i, "Model Exchange needs the sample period of the model: export it with a step."), 0;
   i->continuous = (hyst_port *)calloc((size_t)n + 1, 2 * sizeof *i->continuous);
   i->derivatives = (double *)calloc((size_t)n + 1, sizeof *i->derivatives);
+  i->work = (double *)calloc(fmi_derivative_work(g), sizeof *i->work);
   if (hyst_graph_is_sampled(g) && has_events && !(i->before = (double *)malloc((size_t)g->n_state * sizeof(double))))
     return fmi_refuse(i, "out of memory"), 0;
-  if (!i->continuous || !i->derivatives) return fmi_refuse(i, "out of memory"), 0;
+  if (!i->continuous || !i->derivatives || !i->work) return fmi_refuse(i, "out of memory"), 0;
   for (int64_t k = 0; k < n; k++) {
     const hyst_node *node;
     int64_t element;
@@ -169,6 +170,7 @@ void fmi_free(instance *i) {
   free(i->continuous);
   free(i->derivatives);
   free(i->before);
+  free(i->work);
   free(i->name);
   free(i);
 }

@@ -73,6 +73,7 @@ typedef struct {
   hyst_port *continuous; /* the states, then the derivatives, as variables that can be read */
   double *derivatives;
   double *before;        /* the memory of the graph before an event that is being tried; NULL: nothing to try */
+  double *work;          /* of derivatives */
   int tried;             /* the graph holds the outcome of the event, `before` what was */
   void *memory;          /* of the graph */
   unsigned char *broken; /* inputs of the graph whose last value was NaN or infinite */
@@ -122,6 +123,17 @@ fmi_status fmi_get_states(instance *i, const fmi_call *call, double *x, size_t n
 fmi_status fmi_get_derivatives(instance *i, const fmi_call *call, double *dx, size_t n);
 fmi_status fmi_get_nominals(instance *i, const fmi_call *call, double *nominals, size_t n);
 fmi_status fmi_get_indicators(instance *i, const fmi_call *call, size_t n);
+
+/* derivative.c: value references and the number of their elements */
+typedef struct {
+  const uint32_t *references;
+  size_t n, count;
+} fmi_references;
+size_t fmi_derivative_work(const hyst_graph *g); /* doubles */
+fmi_status fmi_directional(instance *i, const fmi_call *call, const fmi_references *unknowns,
+                           const fmi_references *knowns, const double *seed, double *sensitivity);
+fmi_status fmi_adjoint(instance *i, const fmi_call *call, const fmi_references *unknowns, const fmi_references *knowns,
+                       const double *seed, double *sensitivity);
 
 /* values.c: variables by value reference.  In both standards the graph's own come first; the next reference is the
  * time (FMI 3.0), then come the continuous states and their derivatives. */

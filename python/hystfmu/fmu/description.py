@@ -218,6 +218,14 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
     )
     exchange = {k: v.lower() for k, v in exchange.items()}
     simulation = {"canHandleVariableCommunicationStepSize": "true"} | ({"hasEventMode": "true"} if fmi == 3 else {})
+    flags = (
+        ["providesDirectionalDerivative"]
+        if fmi == 2
+        else ["providesDirectionalDerivatives", "providesAdjointDerivatives"]
+    )
+    derivatives = dict.fromkeys(flags, "true")
+    exchange |= derivatives
+    simulation |= {} if is_sampled(graph) else derivatives  # samples answer in steps
     listed = [ET.Element("CoSimulation", {**common, **simulation})]
     if graph.step > 0 or not is_sampled(graph):
         listed.insert(0, ET.Element("ModelExchange", {**common, **exchange}))
