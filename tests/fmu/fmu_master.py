@@ -182,6 +182,14 @@ class Master:
         assert status == OK, self.messages[-1:]
         return values[0] if len(values) == 1 else values
 
+    def slopes(self, unknowns: list[int], knowns: list[int], seed: Array, n: int, name: str = "Directional") -> Any:
+        """Status and n numbers: (d unknowns / d knowns) seed, or the transposed product of the adjoint."""
+        lists = [((C.c_uint * len(r))(*r), C.c_size_t(len(r))) for r in (unknowns, knowns)]
+        given, got = (C.c_double * len(seed))(*seed), (C.c_double * n)()
+        sizes = [()] * 2 if self.fmi == 2 else [(C.c_size_t(len(seed)),), (C.c_size_t(n),)]
+        status = self.call(f"Get{name}Derivative", *lists[0], *lists[1], given, *sizes[0], got, *sizes[1])
+        return status, np.array(got)
+
     # ---- life -----------------------------------------------------------------------------------------------------
     def enter(self, t: float = 0.0, stop: float | None = None) -> int:
         """Into Initialization Mode."""

@@ -2,8 +2,8 @@
 
 From block to block the wires and `feedthrough()` decide.  Inside a block with continuous states its equations do: they
 run once per state with NaN in its place, and what becomes NaN depends on it, 0 times NaN too: a coefficient that is 0
-may be set to another value.  A block that only holds its output
-between samples counts as passing its input on, as it does at the sample.
+may be set to another value.  A block that only holds its output between samples counts as passing its input on, as it
+does at the sample.
 """
 
 from __future__ import annotations

@@ -1,0 +1,208 @@
+"""Directional and adjoint derivatives against differences, one-sided at corners, without a trace in the memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from fmu_events import Events
+from fmu_master import BLOCKS, DISCARD, ERROR, OK, Array, H, loop, mixed, rows, single
+
+from hystfmu.graph import Graph, Node
+
+Make = Callable[..., Events]
+GRAPHS: dict[str, Callable[[], Graph]] = {"loop": loop, "mixed": mixed, **{n: lambda n=n: single(n) for n in BLOCKS}}
+PLAYS = Graph.single(Node("p", "prandtl_ishlinskii", {}, {"w0": 0.3, "r": [0.1, 0.4], "w": [0.5, 0.2]}))
+
+
+def references(graph: Graph, kind: str) -> list[int]:
+    """Of all elements of all inputs or outputs."""
+    return [p.reference + k for p in graph.ports if p.kind == kind for k in range(p.size)]
+
+
+def unknowns(graph: Graph) -> list[int]:
+    """Outputs, then derivatives."""
+    n, first = len(graph.continuous_states), sum(p.size for p in graph.ports) + 1
+    return references(graph, "output") + list(range(first + n, first + 2 * n))
+
+
+def knowns(graph: Graph) -> list[int]:
+    """Inputs, then states."""
+    first = sum(p.size for p in graph.ports) + 1
+    return references(graph, "input") + list(range(first, first + len(graph.continuous_states)))
+
+
+def answer(m: Events, point: Array) -> Array:
+    """Outputs and derivatives in Continuous-Time Mode for these inputs and states."""
+    n = m.n_states
+    m.put(point[: len(point) - n])
+    assert m.set_x(point[len(point) - n :]) == OK
+    return np.array(m.outputs() + list(m.derivatives() if n else ()))
+
+
+@pytest.mark.parametrize("fmi", [2], indirect=True)
+@pytest.mark.parametrize("name", list(GRAPHS))
+def test_they_are_slopes_to_the_side_of_the_seed(make: Make, name: str) -> None:
+    graph = GRAPHS[name]()
+    m = make(graph, "me")
+    u = rows(graph, 9)
+    y = m.integrate(u[:7], H, lambda f, t, end, x: x + (end - t) * f(t, x))
+    assert np.isfinite(y).all()
+    known, unknown = knowns(graph), unknowns(graph)
+    x, moved = m.x, 0
+    for row in (u[6], u[8], -u[8]):  # where the memory stands, and on the way to somewhere else
+        point = np.concatenate([row, x])
+        for j, reference in enumerate(known):
+            for side in (1.0, -1.0):
+                base = answer(m, point)
+                status, slope = m.slopes(unknown, [reference], np.array([side]), len(unknown))
+                e = 1e-6 * max(1.0, abs(point[j]))
+                there = point.copy()
+                there[j] += side * e
+                difference = (answer(m, there) - base) / e
+                if status == DISCARD:  # a branch that begins with an infinite slope: the inverse of a flat one
+                    assert m.messages[-1][2] == "fmi2GetDirectionalDerivative: the slope is not finite here."
+                    assert np.abs(difference).max() > 100
+                    continue
+                assert status == OK, m.messages[-1:]
+                np.testing.assert_allclose(slope, difference, rtol=2e-4, atol=2e-4 * (1 + np.abs(base).max()))
+                moved += np.abs(slope).max() > 1e-3
+    held = ("pid", "sliding_mode", "delay", "differentiator", "polynomial_narx")
+    if known and name not in (*held, "implicit_inverse"):  # alone it has no model to try
+        assert moved, "samples hold in Continuous-Time Mode, everything else answers"
+
+
+def test_a_corner_has_two_sides(make: Make) -> None:
+    """At the top of a rise: on the way up all plays go along, on the way down none."""
+    for interface in ("me", "cs"):
+        m = make(PLAYS, interface)
+        if interface == "me":
+            m.begin(np.array([0.0]))
+            m.put(np.array([1.0]))
+            assert m.completed() == OK
+        else:
+            m.initialize()
+            assert m.set("u", 1.0) == OK
+            assert m.step(0.0) == OK
+        for seed, slope in ((1.0, 1.0), (2.0, 2.0), (-1.0, -0.3), (0.0, 0.0)):
+            status, got = m.slopes([1], [0], np.array([seed]), 1)
+            assert status == OK
+            assert got[0] == pytest.approx(slope, rel=1e-15)
+
+
+def test_both_standards_and_the_adjoint_agree(make: Make, fmi: int) -> None:
+    """The adjoint is the transposed matrix: with the same directions, the same numbers."""
+    if fmi == 2:
+        pytest.skip("FMI 2.0 has no adjoint")
+    for graph in (mixed(), single("bouc_wen_oscillator"), single("mlp"), single("scaling")):
+        m = make(graph, "me")
+        m.begin(rows(graph, 2)[1])
+        n_y = sum(p.size for p in graph.ports if p.kind == "output") + m.n_states
+        n_u = graph.n_inputs + m.n_states
+        first = sum(p.size for p in graph.ports) + 1
+        unknown = [p.reference for p in graph.ports if p.kind == "output"]
+        known = [p.reference for p in graph.ports if p.kind == "input"]  # arrays have one reference
+        unknown += range(first + m.n_states, first + 2 * m.n_states)
+        known += range(first, first + m.n_states)
+        columns = [m.slopes(unknown, known, np.eye(n_u)[k], n_y)[1] for k in range(n_u)]
+        weights = np.cos(np.arange(n_y))
+        status, got = m.slopes(unknown, known, weights, n_u, "Adjoint")
+        assert status == OK
+        np.testing.assert_allclose(got, np.array(columns) @ weights, rtol=1e-14, atol=1e-14)
+        assert m.slopes(unknown, known, weights, n_u + 1, "Adjoint")[0] == ERROR
+        assert m.slopes(unknown, known, np.ones(n_u + 1), n_y)[0] == ERROR
+        assert "the variables have" in m.messages[-1][2]
+
+
+@pytest.mark.parametrize("name", ["prandtl_ishlinskii", "creep", "mlp", "bouc_wen"])
+def test_co_simulation_gives_those_of_the_next_instant_and_keeps_its_outputs(make: Make, name: str) -> None:
+    graph = single(name)
+    u, unknown, known = rows(graph, 3), unknowns(graph), knowns(graph)
+    m, exchange = make(graph), make(graph, "me")
+    m.initialize()
+    exchange.begin(np.zeros(graph.n_inputs))
+    at = 0
+    for p in graph.ports:
+        if p.kind == "input" and m.fmi == 3:
+            known, unknown = [p.reference], references(graph, "output")
+        if p.kind == "input":
+            assert m.set(p.name, *u[1, at : at + p.size]) == OK
+            at += p.size
+    assert m.step(0.0) == OK
+    before = m.memory()
+    seed = np.ones(len(known) if m.fmi == 2 else graph.n_inputs)
+    status, got = m.slopes(unknown, known, seed, len(unknown))
+    assert status == OK
+    assert m.memory() == before
+    assert np.isfinite(got).all()
+    if name != "creep":
+        exchange.put(u[1])
+        assert exchange.completed() == OK
+        np.testing.assert_array_equal(exchange.slopes(unknown, known, seed, len(unknown))[1], got)
+
+
+@pytest.mark.parametrize("name", ["prandtl_ishlinskii", "pid", "creep", "bouc_wen", "loop"])
+def test_initialization_mode(make: Make, name: str) -> None:
+    """The slope of the whole start, as differences show it."""
+    graph = GRAPHS[name]()
+    m = make(graph, "me")
+    assert m.enter() == OK
+    row = rows(graph, 1)[0] + 0.3
+    unknown, inputs = unknowns(graph), references(graph, "input")
+
+    def start(point: Array) -> Array:
+        m.put(point)
+        return np.array(m.outputs() + list(m.derivatives() if m.n_states else ()))
+
+    for j, reference in enumerate(inputs):
+        e = np.zeros(len(row))
+        e[j] = 1e-6
+        base = start(row)
+        want = (start(row + e) - base) / 1e-6
+        start(row)
+        before = m.memory()
+        status, got = m.slopes(unknown, [reference], np.array([1.0]), len(unknown))
+        assert status == OK
+        np.testing.assert_allclose(got, want, rtol=1e-4, atol=1e-5 * (1 + np.abs(base).max()))
+        m.outputs()
+        assert m.memory() == before
+
+
+def test_a_sample_in_event_mode(make: Make) -> None:
+    """A controller that takes a sample answers at once: with its proportional gain, and the integral of one period."""
+    graph = Graph.single(Node("c", "pid", {}, {"Kp": 0.4, "Ki": 60.0})).with_step(H)
+    m = make(graph, "me")
+    m.begin(np.zeros(3))
+    y_d, u = graph.port("y_d").reference, graph.port("u").reference
+    assert m.slopes([u], [y_d], np.ones(1), 1)[1][0] == 0, "between samples it holds"
+    assert m.set_time(H) == OK
+    assert m.call("EnterEventMode") == OK
+    assert m.set("y_d", 0.5) == OK
+    y = m.get("u")
+    status, slope = m.slopes([u], [y_d], np.ones(1), 1)
+    assert (status, m.get("u")) == (OK, y)
+    assert slope[0] == pytest.approx(0.4 + 60.0 * H, rel=1e-6)
+    assert m.update() == OK
+    assert m.get("u") == y
+
+
+def test_what_has_no_derivative_says_so(make: Make) -> None:
+    m = make(mixed(), "me")
+    m.begin(np.array([0.2]))
+    u, y = m.ports["u"].reference, m.ports["y"].reference
+    gain = m.ports["op_w0"].reference
+    one, before = np.ones(1), m.memory()
+    for unknown, known, text in (
+        (y, gain, "'op_w0' is not an input or continuous state here."),
+        (u, u, "'u' is not an output or derivative here."),
+        (y, 10**6, "no variable has the value reference 1000000."),
+    ):
+        assert m.slopes([unknown], [known], one, 1)[0] == ERROR
+        assert m.messages[-1][2] == f"fmi{m.fmi}GetDirectionalDerivative: {text}"
+    simulation = make(mixed())
+    simulation.initialize()
+    assert simulation.slopes([y], [u], one, 1)[0] == ERROR
+    end = "GetDirectionalDerivative is not available: sampled blocks answer in steps, not in derivatives."
+    assert simulation.messages[-1][2] == f"fmi{m.fmi}{end}"
+    assert m.memory() == before
