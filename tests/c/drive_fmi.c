@@ -58,7 +58,8 @@ static void call2(int i, uint32_t references, const char *location, const char *
   const size_t n = draw(4) + 1;
   for (int k = 0; k < 4; k++)
     vr[k] = (uint32_t)draw(references + more), real[k] = value(), integer[k] = (int)draw(5) - 1;
-  switch (draw(30)) {
+  switch (draw(31)) {
+    case 30: check(fmi2GetDirectionalDerivative(c, vr, n, vr + 4 - n, n, real, real)); break;
     case 21: check(fmi2EnterEventMode(c)); break;
     case 22: check(fmi2NewDiscreteStates(c, &info)); break;
     case 23: check(fmi2EnterContinuousTimeMode(c)); break;
@@ -125,7 +126,9 @@ static void call3(int i, uint32_t references, const char *location, const char *
   size_t size = 0;
   const size_t n = draw(2) + 1;
   for (int k = 0; k < 64; k++) real[k] = value();
-  switch (draw(27)) {
+  switch (draw(29)) {
+    case 27: check(fmi3GetDirectionalDerivative(c, vr, n, vr, 2, real, draw(4), real + 32, draw(12))); break;
+    case 28: check(fmi3GetAdjointDerivative(c, vr, n, vr, 2, real, draw(4), real + 32, draw(12))); break;
     case 16: check(fmi3EnterEventMode(c)); break;
     case 17: check(fmi3UpdateDiscreteStates(c, flag, flag, flag, flag, flag, real)); break;
     case 18: check(fmi3EnterContinuousTimeMode(c)); break;
