@@ -27,7 +27,9 @@ static int64_t n_outputs(const hyst_graph *g) {
 
 static space space_of(const instance *i) {
   const hyst_graph *g = i->graph;
-  space s = {.seeds = i->work, .n_knowns = g->n_external + i->n_continuous};
+  space s;
+  s.seeds = i->work;
+  s.n_knowns = g->n_external + i->n_continuous;
   s.n_unknowns = n_outputs(g) + 2 * i->n_continuous;
   s.moved = s.seeds + s.n_knowns;
   s.answer = s.moved + 2 * s.n_knowns;
