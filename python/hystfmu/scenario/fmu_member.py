@@ -115,6 +115,7 @@ class FmuMember:
         sources: Sequence[tuple[int, int]],
         values: C.Array[C.c_double],
         store: FmuStore | None,
+        clock: C.c_double,
     ) -> None:
         from fmpy.fmi2 import FMU2Slave
         from fmpy.fmi3 import FMU3Slave
@@ -160,10 +161,12 @@ class FmuMember:
             self._u, self._copies = _window(values, source[read[0]], 1), []
         vr_in = _references([reference[name] for name, _ in linked])
         vr_out = _references([reference[name] for p in ports["output"] for name, _ in _slots(p, fmi)])
-        self._t, y = C.c_double(), _window(values, part.first, len(part.outputs))
+        self._t, y = clock, _window(values, part.first, len(part.outputs))
         forward = system.case.coupling.scheme != "iterative"  # no state before the present point will be restored
         # Called without the argument types that fmpy declares: the arguments are converted once, here (a third faster).
-        dll, instance, h = self._fmu.dll, C.c_void_p.from_param(self._fmu.component), C.c_double.from_param(self._h)
+        # Ours never wait and never call Python from another thread: the lock of the interpreter stays (a fifth faster).
+        dll = self._fmu.dll if isinstance(part.graph, Foreign) else C.PyDLL(None, handle=self._fmu.dll._handle)
+        instance, h = C.c_void_p.from_param(self._fmu.component), C.c_double.from_param(self._h)
         u, n_u, n_y = C.byref(self._u), _size(self._u), _size(y)
         inputs, outputs = (C.byref(vr_in), _size(vr_in)), (C.byref(vr_out), _size(vr_out))
         if fmi == 2:
@@ -178,6 +181,8 @@ class FmuMember:
         self._wired = [source.get(n, -1) for n in read]
         self._vr, self._rollback = (vr_in, vr_out), not forward
         self._put, self._do, self._get = put if read else _nothing, do, get if part.outputs else _nothing
+        wanted = [(self._copies, self._copy), (read, put), (True, do), (part.outputs, get)]
+        self.turn = [call for needed, call in wanted if needed]
 
     def _apply(self, foreign: Foreign) -> None:
         """Give the FMU the values that the scenario has for its parameters."""
@@ -219,36 +224,28 @@ class FmuMember:
         put = self._fmu.setFloat64 if hasattr(self._fmu, "setFloat64") else self._fmu.setReal
         for reference, constants in self._constants:
             put([reference], constants)
-        for i, j in self._copies:
-            self._u[i] = self._values[j]
-        if self._put() > 1:
-            raise self._stopped(t0)
+        self.copy()
         self._fmu.exitInitializationMode()
-        if self._get() > 1:
-            raise self._stopped(t0)
+        self.take()
 
-    def step(self, t: float) -> None:
+    def _copy(self) -> int:
         u, values = self._u, self._values
         for i, j in self._copies:
             u[i] = values[j]
-        self._t.value = t
-        if self._put() > 1 or self._do() > 1 or self._get() > 1:
-            raise self._stopped(t)
+        return 0
 
     def copy(self) -> None:
-        for i, j in self._copies:
-            self._u[i] = self._values[j]
+        self._copy()
         if self._put() > 1:
-            raise self._stopped(self._t.value)
+            raise self.stopped()
 
-    def advance(self, t: float) -> None:
-        self._t.value = t
+    def advance(self) -> None:
         if self._do() > 1:
-            raise self._stopped(t)
+            raise self.stopped()
 
     def take(self) -> None:
         if self._get() > 1:
-            raise self._stopped(self._t.value)
+            raise self.stopped()
 
     def save(self) -> None:
         if self._state is not None:
@@ -258,9 +255,9 @@ class FmuMember:
     def restore(self) -> None:
         self._fmu.setFMUState(self._state)
 
-    def _stopped(self, t: float) -> Stopped:
+    def stopped(self) -> Stopped:
         why = self._said[-1] if self._said else f"inputs {list(self._u)}"
-        return Stopped(f"{self.name} refuses the step from t = {t:g} s: {why}")
+        return Stopped(f"{self.name} refuses the step from t = {self._t.value:g} s: {why}")
 
     def close(self) -> None:
         if self._state is not None:

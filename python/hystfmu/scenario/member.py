@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Protocol
+
+from hystfmu.scenario.trace import Stopped
 
 
 class Member(Protocol):
@@ -11,18 +14,20 @@ class Member(Protocol):
     period: int
     """In fine steps."""
     name: str
+    turn: Sequence[Callable[[], int]]
+    """`copy`, `advance`, `take`, one after the other, for a master that calls nothing else: above 1 is a failure."""
 
     def start(self, t0: float) -> None:
         """Initialise at `t0` with the present values, and write the first outputs."""
 
-    def step(self, t: float) -> None:
-        """`copy`, `advance`, `take` at once, from the time `t`."""
+    def stopped(self) -> Stopped:
+        """Why the last call failed."""
 
     def copy(self) -> None:
         """Take the inputs from the values of the system."""
 
-    def advance(self, t: float) -> None:
-        """One step from the time `t`."""
+    def advance(self) -> None:
+        """One step from the time on the clock that the unit was made with."""
 
     def take(self) -> None:
         """Write the outputs among the values of the system."""

@@ -116,7 +116,7 @@ class ForeignUnit:
         sources = [(link.input, link.source) for link in system.links if link.to == part]
         self.name, self.period, self.h, self.first = p.name, p.period, system.length(p), p.first
         self._n_out = len(p.outputs)
-        self._member = FmuMember(system, p, sources, values, None)
+        self._member = FmuMember(system, p, sources, values, None, C.c_double())
 
     def start(self, values: C.Array[C.c_double]) -> None:
         """Initialise at t = 0 with the present values, and write the first outputs."""

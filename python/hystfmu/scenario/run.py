@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ctypes as C
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
@@ -65,89 +65,98 @@ def simulate_here(system: System, engine: Engine = "fmpy", store: FmuStore | Non
     for link in system.links:
         sources.setdefault(link.to, []).append((link.input, link.source))
     members: list[Member] = []
+    clocks = {p.period: C.c_double() for p in system.parts}
     try:
         for k, part in enumerate(system.parts):
             if not isinstance(part.graph, Foreign) and (engine == "python" or part.runs_as == "python"):
-                members.append(UnitMember(system, part, sources.get(k, ()), values))
+                members.append(UnitMember(system, part, sources.get(k, ()), values, clocks[part.period]))
             else:
-                members.append(FmuMember(system, part, sources.get(k, ()), values, store))
-        return _loop(system, members, values)
+                members.append(FmuMember(system, part, sources.get(k, ()), values, store, clocks[part.period]))
+        return _loop(system, members, values, clocks)
     finally:
         for m in members:
             m.close()
 
 
-Due = Sequence[tuple[Member, int]]
-"""Who steps at a fine step, with its period."""
-
-
-def _loop(system: System, members: Sequence[Member], values: C.Array[C.c_double]) -> Trace:
+def _loop(
+    system: System, members: Sequence[Member], values: C.Array[C.c_double], clocks: Mapping[int, C.c_double]
+) -> Trace:
     times = system.times()
     t = times.tolist()
-    now = np.ctypeslib.as_array(values)[: system.n_values]
-    record = np.empty((len(t), system.n_values))
+    width = system.n_values
+    now = np.ctypeslib.as_array(values)[:width]
+    record = np.empty((len(t), width))
+    # copied as bytes: a row of numpy costs three times as much
+    row, rows = memoryview(values).cast("B")[: 8 * width], memoryview(record.reshape(-1)).cast("B")
+    width *= 8
     for m in members:
         m.start(0.0)
     record[0] = now
     # who steps at fine step n depends on n modulo the least common multiple of the periods
     cycle = math.lcm(*{m.period for m in members})
     couple = _coupling(system, now)
-    known: dict[tuple[bool, ...], Callable[[Sequence[float], int], None]] = {}
+    known: dict[tuple[int, ...], tuple[list[tuple[C.c_double, int]], Callable[[float], None]]] = {}
     due = []
     for k in range(min(cycle, len(t))):
-        who = tuple(k % m.period == 0 for m in members)
-        if who not in known:
-            known[who] = couple([(m, m.period) for m, on in zip(members, who, strict=True) if on])
-        due.append(known[who])
+        periods = tuple(p for p in clocks if k % p == 0)
+        if periods not in known:
+            known[periods] = [(clocks[p], p) for p in periods], couple([m for m in members if k % m.period == 0])
+        due.append(known[periods])
     for n in range(1, len(t)):
-        due[n % cycle](t, n)
-        record[n] = now
+        running, step = due[n % cycle]
+        for clock, period in running:
+            clock.value = t[n - period]
+        step(t[n])
+        rows[n * width : n * width + width] = row
     if not np.isfinite(record).all():
         row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])
         raise Stopped(f"values that are not finite at t = {t[row]:g} s")
     return Trace(times, record, system.columns, system.case.ripple)
 
 
-def _coupling(system: System, values: Array) -> Callable[[Due], Callable[[Sequence[float], int], None]]:
-    """For the units that are due together: what makes them do one fine step."""
+def _coupling(system: System, values: Array) -> Callable[[Sequence[Member]], Callable[[float], None]]:
+    """For the units that are due together: what makes them do one fine step that ends at the given time."""
     spec = system.case.coupling
     early = system.early()
 
-    def gauss_seidel(due: Due) -> Callable[[Sequence[float], int], None]:
-        steps = [(m.step, period) for m, period in due]
+    def gauss_seidel(due: Sequence[Member]) -> Callable[[float], None]:
+        # one flat list: the calls of the FMUs cost more than a microsecond, and so would the way to them
+        owner = {id(call): m for m in due for call in m.turn}
+        calls = [call for m in due for call in m.turn]
 
-        def run(t: Sequence[float], n: int) -> None:
-            for step, period in steps:
-                step(t[n - period])
+        def run(t: float) -> None:
+            for call in calls:
+                if call() > 1:
+                    raise owner[id(call)].stopped()
 
         return run
 
-    def jacobi(due: Due) -> Callable[[Sequence[float], int], None]:
-        def run(t: Sequence[float], n: int) -> None:
-            for m, _ in due:
+    def jacobi(due: Sequence[Member]) -> Callable[[float], None]:
+        def run(t: float) -> None:
+            for m in due:
                 m.copy()
-            for m, period in due:
-                m.advance(t[n - period])
-            for m, _ in due:
+            for m in due:
+                m.advance()
+            for m in due:
                 m.take()
 
         return run
 
-    def iterative(due: Due) -> Callable[[Sequence[float], int], None]:
+    def iterative(due: Sequence[Member]) -> Callable[[float], None]:
         sweep = gauss_seidel(due)
 
-        def run(t: Sequence[float], n: int) -> None:
-            for m, _ in due:
+        def run(t: float) -> None:
+            for m in due:
                 m.save()
             begin, guess, relax = values.copy(), values[early], 1.0
             last: Array | None = None
             for _ in range(spec.most_sweeps):
                 if last is not None:
-                    for m, _ in due:
+                    for m in due:
                         m.restore()
                     values[:] = begin
                     values[early] = guess
-                sweep(t, n)
+                sweep(t)
                 out = values[early]
                 residual = out - guess
                 if (np.abs(residual) <= spec.tolerance * (1 + np.abs(out))).all():
@@ -155,7 +164,7 @@ def _coupling(system: System, values: Array) -> Callable[[Due], Callable[[Sequen
                 if last is not None:
                     relax = _relaxation(relax, last, residual)
                 guess, last = guess + relax * residual, residual
-            raise Stopped(f"{spec.most_sweeps} sweeps at t = {t[n]:g} s do not agree; allow more, or a shorter step")
+            raise Stopped(f"{spec.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
 
         return run
 

@@ -15,11 +15,17 @@ class UnitMember:
     """One Python unit in the place of an FMU."""
 
     def __init__(
-        self, system: System, part: Part, sources: Sequence[tuple[int, int]], values: C.Array[C.c_double]
+        self,
+        system: System,
+        part: Part,
+        sources: Sequence[tuple[int, int]],
+        values: C.Array[C.c_double],
+        clock: C.c_double,
     ) -> None:
         self.name, self.period, self._h = part.name, part.period, system.length(part)
         self._unit = Unit(part.own)
-        self._constants, self._values = part.constants, values
+        self._constants, self._values, self._t = part.constants, values, clock
+        self.turn = [self._step]
         self._inputs = [(part.inputs[i], j) for i, j in sources]
         self._outputs = [(part.first + i, n) for i, n in enumerate(part.outputs)]
 
@@ -30,10 +36,14 @@ class UnitMember:
         self._unit.initialize(t0)
         self.take()
 
-    def step(self, t: float) -> None:
+    def _step(self) -> int:
         self.copy()
-        self.advance(t)
+        self.advance()
         self.take()
+        return 0
+
+    def stopped(self) -> Stopped:
+        return Stopped(f"{self.name} refuses the step from t = {self._t.value:g} s")
 
     def copy(self) -> None:
         try:
@@ -42,11 +52,11 @@ class UnitMember:
         except InputError as e:
             raise Stopped(f"{self.name} refuses its inputs: {e}") from None
 
-    def advance(self, t: float) -> None:
+    def advance(self) -> None:
         try:
-            self._unit.do_step(t, self._h)
+            self._unit.do_step(self._t.value, self._h)
         except InputError as e:
-            raise Stopped(f"{self.name} refuses the step from t = {t:g} s: {e}") from None
+            raise Stopped(f"{self.stopped()}: {e}") from None
 
     def take(self) -> None:
         for j, name in self._outputs:

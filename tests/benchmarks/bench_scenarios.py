@@ -1,0 +1,303 @@
+"""P2, P6, P8: a closed loop of two units and studies of it, against other ways to run the same two FMUs.
+
+P controller and first-order plant, 10 000 steps of 1 ms.  P2 is processor time and the least of its repeats, in turns,
+so that other programs on the machine take least from it; a study is whole seconds, and the load is printed with it: two
+workers need two free cores.
+"""
+
+import contextlib
+import ctypes
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import tomli_w
+from fmpy.fmi2 import FMU2Slave
+
+from hystfmu.fmu.export import export_fmu
+from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario.fmu_member import FmuStore
+from hystfmu.scenario.native import Native
+from hystfmu.study import run_study
+from hystfmu.terminal import table
+
+HERE = Path(__file__).resolve().parent
+STEPS, H, LAG, GAIN = 10_000, 1e-3, 0.1, 2.0
+LOOP = {
+    "name": "p2",
+    "step": H,
+    "stop": STEPS * H,
+    "order": ["plant", "controller"],
+    "units": {
+        "plant": {
+            "block": "transfer_function",
+            "dims": {"na": 1, "nb": 0},
+            "values": {"b": [1.0], "a": [LAG, 1.0], "hold": "zoh"},
+        },
+        "controller": {"block": "sum", "values": {"k": [GAIN, -GAIN]}, "inputs": {"u_1": 1.0}},
+    },
+    "connections": {"plant.u": "controller.y", "controller.u_2": "plant.y"},
+    "metrics": {"peak": {"kind": "peak", "signal": "plant.y"}},
+}
+
+
+def least(run, repeats):
+    """Of some calls."""
+    return min(timed(run) for _ in range(repeats))
+
+
+def timed(run):
+    """Seconds of the processor."""
+    begin = time.process_time()
+    run()
+    return time.process_time() - begin
+
+
+def system(folder, data, coupling=None):
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "scenario.toml").write_text(tomli_w.dumps(data))
+    return build(Scenario(folder, coupling=coupling).cases[0])
+
+
+class Rivals:
+    """The two exported FMUs for masters that are not ours; each run returns seconds and y at every step."""
+
+    def __init__(self, of, folder):
+        self.folder, self.paths = folder, {}
+        for part in of.parts:
+            self.paths[part.name] = export_fmu(part.own, folder / f"{part.name}.fmu", fmi=2)
+        library = folder / "master.so"
+        headers = ["-isystem", str(Path(fmpy.__file__).parent / "c-code")]
+        words = ["cc", "-std=gnu99", "-O3", *headers, HERE / "scenario_master.c", "-o", library, "-shared", "-fPIC"]
+        subprocess.run([*words, "-ldl"], check=True)
+        self.c = ctypes.CDLL(str(library))
+        self.c.bare.restype = self.c.container.restype = ctypes.c_double
+        self.unpacked = {name: fmpy.extract(str(path), str(folder / name)) for name, path in self.paths.items()}
+        self.descriptions = {n: fmpy.read_model_description(f, validate=False) for n, f in self.unpacked.items()}
+
+    def reference(self, unit, name):
+        return next(v.valueReference for v in self.descriptions[unit].modelVariables if v.name == name)
+
+    def bare(self):
+        y = np.empty(STEPS + 1)
+        a, k = ctypes.c_double(math.exp(-H / LAG)), ctypes.c_double(GAIN)
+        return self.c.bare(STEPS, a, k, y.ctypes.data_as(ctypes.c_void_p)), y
+
+    def by_hand(self, n=STEPS):
+        """The loop that everybody writes with fmpy."""
+        units = {}
+        for name, d in self.descriptions.items():
+            units[name] = FMU2Slave(
+                guid=d.guid,
+                modelIdentifier=d.coSimulation.modelIdentifier,
+                unzipDirectory=self.unpacked[name],
+                instanceName=name,
+            )
+            units[name].instantiate()
+            units[name].setupExperiment(startTime=0.0)
+            units[name].enterInitializationMode()
+        plant, controller = units["plant"], units["controller"]
+        plant_u, plant_y = [self.reference("plant", "u")], [self.reference("plant", "y")]
+        r, feedback, command = ([self.reference("controller", x)] for x in ("u_1", "u_2", "y"))
+        controller.setReal(r, [1.0])
+        plant.exitInitializationMode()
+        controller.exitInitializationMode()
+        (u,), y = controller.getReal(command), plant.getReal(plant_y)
+        begin = time.process_time()
+        for i in range(n):
+            plant.setReal(plant_u, [u])
+            plant.doStep(i * H, H)
+            y += plant.getReal(plant_y)
+            controller.setReal(feedback, [y[-1]])
+            controller.doStep(i * H, H)
+            (u,) = controller.getReal(command)
+        seconds = time.process_time() - begin
+        plant.freeInstance()
+        controller.freeInstance()
+        return seconds, np.array(y)
+
+    def container(self):
+        """Made once by fmu-manipulation-toolbox, with its sequential order."""
+        archive = self.folder / "loop.fmu"
+        if not archive.exists():
+            units = {"fmu": ["plant.fmu", "controller.fmu"], "step_size": H, "name": "loop.fmu", "sequential": True}
+            units |= {"auto_link": False, "auto_input": False, "auto_output": False}
+            units["link"] = [["controller.fmu", "y", "plant.fmu", "u"], ["plant.fmu", "y", "controller.fmu", "u_2"]]
+            units["output"] = [["plant.fmu", "y", "y"]]
+            units["start"] = [["controller.fmu", "u_1", "1.0"]]
+            (self.folder / "loop.json").write_text(json.dumps(units))
+            script = "from fmu_manipulation_toolbox.cli.fmucontainer import fmucontainer; fmucontainer()"
+            words = [sys.executable, "-c", script, "-container", "loop.json", "-fmu-directory", self.folder]
+            done = subprocess.run(words, cwd=self.folder, capture_output=True, text=True)
+            if not archive.exists():
+                raise RuntimeError(" ".join((done.stdout + done.stderr).split())[-200:])
+            with zipfile.ZipFile(archive) as f:
+                f.extractall(self.folder / "loop")
+        d = fmpy.read_model_description(str(self.folder / "loop"), validate=False)
+        (output,) = (v.valueReference for v in d.modelVariables if v.name == "y")
+        name, y = d.coSimulation.modelIdentifier, np.empty(STEPS + 1)
+        library = self.folder / "loop" / "binaries" / "linux64" / f"{name}.so"
+        words = [str(library).encode(), d.guid.encode(), (self.folder / "loop" / "resources").as_uri().encode()]
+        at = y.ctypes.data_as(ctypes.c_void_p)
+        seconds = self.c.container(*words, ctypes.c_uint(output), STEPS, ctypes.c_double(H), at)
+        if seconds < 0:
+            raise RuntimeError("the container does not run")
+        return seconds, y
+
+    def libcosim(self):
+        """Its fixed-step algorithm, all steps in one call."""
+        from libcosimpy.CosimExecution import CosimExecution
+        from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+        from libcosimpy.CosimObserver import CosimObserver
+        from libcosimpy.CosimSlave import CosimLocalSlave
+
+        log_output_level(CosimLogLevel.ERROR)
+        run = CosimExecution.from_step_size(round(1e9 * H))
+        slaves = {}
+        for name in ("plant", "controller"):
+            slave = CosimLocalSlave(fmu_path=str(self.paths[name]), instance_name=name)
+            slaves[name] = run.add_local_slave(slave)
+        run.real_initial_value(slaves["controller"], self.reference("controller", "u_1"), 1.0)
+        for a, out, b, to in (("controller", "y", "plant", "u"), ("plant", "y", "controller", "u_2")):
+            run.connect_real_variables(slaves[a], self.reference(a, out), slaves[b], self.reference(b, to))
+        observer = CosimObserver.create_last_value()
+        run.add_observer(observer)
+        begin = time.process_time()
+        if not run.step(STEPS):
+            raise RuntimeError("libcosim stopped")
+        seconds = time.process_time() - begin
+        return seconds, np.array(observer.last_real_values(slaves["plant"], [self.reference("plant", "y")]))
+
+
+def engines(folder):
+    """Rows of P2."""
+    loop, jacobi = system(folder / "loop", LOOP), system(folder / "jacobi", LOOP, "jacobi")
+    rivals = Rivals(loop, folder)
+    native = Native(loop, ["plant.y"])
+    want, jacobi_too = native.run()["plant.y"], Native(jacobi, ["plant.y"]).run()["plant.y"]
+    short = replace(loop, case=replace(loop.case, stop=H))
+    runs = {
+        "bare C master": (rivals.bare, 10, ""),
+        "native engine": (lambda: (timed(native.run), want), 10, "<= 0.03"),
+        "fmpy engine": (lambda: (timed(lambda: simulate(loop, "fmpy", store)), y), 2, "<= 1.6"),
+        "container, stepped from C": (rivals.container, 1, ""),
+        "libcosim": (rivals.libcosim, 1, ""),
+        "fmpy hand loop": (rivals.by_hand, 1, ""),
+    }
+    seconds, off, why = {name: math.inf for name in runs}, {}, {}
+    with FmuStore() as store:
+        y = simulate(loop, "fmpy", store)["plant.y"]
+        start = least(lambda: simulate(short, "fmpy", store), 20)
+        for _ in range(10):
+            for name, (run, times, _) in runs.items():
+                if name in why:
+                    continue
+                try:
+                    done = [run() for _ in range(times)]
+                except Exception as e:  # a rival that is not installed or does not run is no reason to end
+                    why[name] = f"{name}: skipped ({type(e).__name__}: {' '.join(str(e).split())[:80]})"
+                else:
+                    seconds[name] = min(seconds[name], *(d[0] for d in done))
+                    got = done[0][1]
+                    off[name] = min(np.abs(got - w[-len(got) :]).max() for w in (want, jacobi_too))
+    seconds["fmpy engine"] -= start
+    rows = []
+    for name, (_, _, target) in runs.items():
+        us, ratio = 1e6 * seconds[name] / STEPS, seconds["fmpy hand loop"] / seconds[name]
+        rows.append([why[name], "", "", "", ""] if name in why else [name, f"{us:.3f}", f"{ratio:.1f}", f"{off[name]:.0e}", target])
+    print(f"\nP2: P controller and first-order plant, {STEPS} steps; without start-up")
+    print(table(["", "us/step", "hand loop / it", "difference", "target"], rows))
+    print(f"start-up of the fmpy engine: {1e3 * start:.1f} ms for two FMUs, most of it in fmpy")
+    return rivals
+
+
+def studies(folder, rivals):
+    """P6: 1000 variations of the loop."""
+    n = 1000
+
+    def study(workers, repeats):
+        text = {"name": "p6", "scenario": "../p2", "method": "sobol", "n": n}
+        text["parameters"] = {"controller.k": {"scale": [0.5, 2.0]}, "plant.b": {"scale": [0.5, 2.0]}}
+        path = folder / "studies" / "study.toml"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(tomli_w.dumps(text))
+        best, rate = math.inf, 0.0
+        for k in range(repeats):
+            seen = []
+            out = folder / f"out_{workers}_{k}"
+            outcome = run_study(path, out, workers=workers, progress=lambda *_: seen.append(time.perf_counter()))
+            assert not outcome.failed
+            best, rate = min(best, outcome.seconds), max(rate, (n - n // 10) / (seen[-1] - seen[n // 10]))
+        return best, rate
+
+    system(folder / "p2", LOOP)
+    begin = time.perf_counter()
+    for _ in range(3):
+        rivals.by_hand()
+    hand = (time.perf_counter() - begin) / 3 * n
+    load = os.getloadavg()[0]
+    (one, slow), (two, fast) = study(1, 4), study(2, 4)
+    print(f"\nP6: {n} variations of {STEPS} steps; the hand loop is extrapolated from 3 of them")
+    rows = [
+        ["fmpy hand loop, one process", f"{hand:.1f}", "1", f"{n / hand:.1f}", ""],
+        ["study, 1 worker", f"{one:.2f}", f"{hand / one:.0f}", f"{slow:.0f}", "whole >= 100 x the hand loop"],
+        ["study, 2 workers", f"{two:.2f}", f"{hand / two:.0f}", f"{fast:.0f}", ">= 1.8 x one worker"],
+    ]
+    print(table(["", "s", "hand loop / it", "runs/s, started", "target"], rows))
+    print(f"2 workers / 1: whole {one / two:.2f} x, without start-up of the workers {fast / slow:.2f} x")
+    print(f"load before the studies {load:.1f} on {os.cpu_count()} cores: two workers need two free ones")
+
+
+def chain(n_units):
+    """Lags of first order, one after the other."""
+    lag = {"block": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"b": [1.0], "a": [LAG, 1.0]}}
+    names = [f"lag_{k}" for k in range(n_units)]
+    wires = {f"{b}.u": f"{a}.y" for a, b in zip(names[:-1], names[1:], strict=True)}
+    units = {k: dict(lag) for k in names}
+    units["lag_0"]["inputs"] = {"u": 1.0}
+    metrics = {"peak": {"kind": "peak", "signal": f"{names[-1]}.y"}}
+    return {**LOOP, "stop": 1000 * H, "order": names, "units": units, "connections": wires, "metrics": metrics}
+
+
+def growth(folder):
+    """P8: ns per step, per unit and step, per variation."""
+    rows = []
+    for steps in (10_000, 100_000, 1_000_000):
+        native = Native(system(folder / f"steps_{steps}", {**LOOP, "stop": steps * H}), ["plant.y"])
+        ns = 1e9 * least(native.run, 20) / steps
+        rows.append([f"{steps} steps of the loop", f"{ns:.1f} ns a step"])
+    for units in (20, 200):
+        native = Native(system(folder / f"units_{units}", chain(units)), [f"lag_{units - 1}.y"])
+        ns = 1e9 * least(native.run, 40) / 1000 / units
+        rows.append([f"{units} lags in a row, 1000 steps", f"{ns:.1f} ns a step and unit"])
+    native = Native(system(folder / "variations", LOOP), ["plant.y"])
+    for n in (10, 100, 1000):
+
+        def vary(n=n):
+            for k in range(n):
+                native.set({"controller.k_1": 1 + k / n})
+                native.run()
+
+        rows.append([f"{n} variations of the loop", f"{1e3 * least(vary, 3) / n:.3f} ms a variation"])
+    print("\nP8: cost in the native engine; must not rise down the rows of a group")
+    print(table(["", ""], rows))
+
+
+def main():
+    with tempfile.TemporaryDirectory() as where, contextlib.chdir(where):
+        folder = Path(where)
+        studies(folder, engines(folder))
+        growth(folder)
+
+
+if __name__ == "__main__":
+    main()
