@@ -7,6 +7,7 @@ workers need two free cores.
 
 import contextlib
 import ctypes
+import itertools
 import json
 import math
 import os
@@ -193,7 +194,7 @@ def engines(folder):
         "libcosim": (rivals.libcosim, 1, ""),
         "fmpy hand loop": (rivals.by_hand, 1, ""),
     }
-    seconds, off, why = {name: math.inf for name in runs}, {}, {}
+    seconds, off, why = dict.fromkeys(runs, math.inf), {}, {}
     with FmuStore() as store:
         y = simulate(loop, "fmpy", store)["plant.y"]
         start = least(lambda: simulate(short, "fmpy", store), 20)
@@ -213,7 +214,11 @@ def engines(folder):
     rows = []
     for name, (_, _, target) in runs.items():
         us, ratio = 1e6 * seconds[name] / STEPS, seconds["fmpy hand loop"] / seconds[name]
-        rows.append([why[name], "", "", "", ""] if name in why else [name, f"{us:.3f}", f"{ratio:.1f}", f"{off[name]:.0e}", target])
+        rows.append(
+            [why[name], "", "", "", ""]
+            if name in why
+            else [name, f"{us:.3f}", f"{ratio:.1f}", f"{off[name]:.0e}", target]
+        )
     print(f"\nP2: P controller and first-order plant, {STEPS} steps; without start-up")
     print(table(["", "us/step", "hand loop / it", "difference", "target"], rows))
     print(f"start-up of the fmpy engine: {1e3 * start:.1f} ms for two FMUs, most of it in fmpy")
@@ -232,9 +237,9 @@ def studies(folder, rivals):
         path.write_text(tomli_w.dumps(text))
         best, rate = math.inf, 0.0
         for k in range(repeats):
-            seen = []
+            seen: list[float] = []
             out = folder / f"out_{workers}_{k}"
-            outcome = run_study(path, out, workers=workers, progress=lambda *_: seen.append(time.perf_counter()))
+            outcome = run_study(path, out, workers=workers, progress=lambda *_, to=seen: to.append(time.perf_counter()))
             assert not outcome.failed
             best, rate = min(best, outcome.seconds), max(rate, (n - n // 10) / (seen[-1] - seen[n // 10]))
         return best, rate
@@ -261,7 +266,7 @@ def chain(n_units):
     """Lags of first order, one after the other."""
     lag = {"block": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"b": [1.0], "a": [LAG, 1.0]}}
     names = [f"lag_{k}" for k in range(n_units)]
-    wires = {f"{b}.u": f"{a}.y" for a, b in zip(names[:-1], names[1:], strict=True)}
+    wires = {f"{b}.u": f"{a}.y" for a, b in itertools.pairwise(names)}
     units = {k: dict(lag) for k in names}
     units["lag_0"]["inputs"] = {"u": 1.0}
     metrics = {"peak": {"kind": "peak", "signal": f"{names[-1]}.y"}}
