@@ -181,8 +181,9 @@ class FmuMember:
         self._wired = [source.get(n, -1) for n in read]
         self._vr, self._rollback = (vr_in, vr_out), not forward
         self._put, self._do, self._get = put if read else _nothing, do, get if part.outputs else _nothing
-        wanted = [(self._copies, self._copy), (read, put), (True, do), (part.outputs, get)]
-        self.turn = [call for needed, call in wanted if needed]
+        wanted: list[tuple[object, Callable[[], int]]] = [(self._copies, self._copy), (read, put), (do, do)]
+        wanted.append((part.outputs, get))
+        self.turn: Sequence[Callable[[], int]] = [call for needed, call in wanted if needed]
 
     def _apply(self, foreign: Foreign) -> None:
         """Give the FMU the values that the scenario has for its parameters."""

@@ -87,8 +87,8 @@ def _loop(
     now = np.ctypeslib.as_array(values)[:width]
     record = np.empty((len(t), width))
     # copied as bytes: a row of numpy costs three times as much
-    row, rows = memoryview(values).cast("B")[: 8 * width], memoryview(record.reshape(-1)).cast("B")
-    width *= 8
+    n_bytes = 8 * width
+    new, rows = memoryview(values).cast("B")[:n_bytes], record.reshape(-1).data.cast("B")
     for m in members:
         m.start(0.0)
     record[0] = now
@@ -107,7 +107,7 @@ def _loop(
         for clock, period in running:
             clock.value = t[n - period]
         step(t[n])
-        rows[n * width : n * width + width] = row
+        rows[n * n_bytes : (n + 1) * n_bytes] = new
     if not np.isfinite(record).all():
         row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])
         raise Stopped(f"values that are not finite at t = {t[row]:g} s")

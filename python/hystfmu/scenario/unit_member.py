@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes as C
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from hystfmu.errors import InputError
 from hystfmu.scenario.system import Part, System
@@ -25,7 +25,7 @@ class UnitMember:
         self.name, self.period, self._h = part.name, part.period, system.length(part)
         self._unit = Unit(part.own)
         self._constants, self._values, self._t = part.constants, values, clock
-        self.turn = [self._step]
+        self.turn: Sequence[Callable[[], int]] = [self._step]
         self._inputs = [(part.inputs[i], j) for i, j in sources]
         self._outputs = [(part.first + i, n) for i, n in enumerate(part.outputs)]
 
