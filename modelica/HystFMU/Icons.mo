@@ -1,11 +1,20 @@
 within HystFMU;
 package Icons "Icons"
+  extends Package;
 
   partial package Package "Icon of a package"
     annotation (
       Icon(graphics = {Rectangle(extent = {{-100, -100}, {100, 100}}, radius = 20, lineColor = {95, 95, 95}, fillColor = {235, 235, 235}, fillPattern = FillPattern.Solid)}),
       Documentation(info = "<html><p>Icon of a package.</p></html>"));
   end Package;
+
+  partial package Information "Icon of a page of the guide"
+    annotation (
+      Icon(graphics = {
+        Ellipse(extent = {{-100, -100}, {100, 100}}, lineColor = {75, 138, 73}, fillColor = {75, 138, 73}, fillPattern = FillPattern.Solid),
+        Text(extent = {{-60, -80}, {60, 80}}, lineColor = {255, 255, 255}, textString = "i")}),
+      Documentation(info = "<html><p>Icon of a page of the guide.</p></html>"));
+  end Information;
 
   partial block Block "Icon of a block"
     annotation (

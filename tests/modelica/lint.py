@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import library
+import numpy as np
 import pymoca.ast as ast
 
 KIND = r"(?:package|function|block|model|record|type|connector)"
@@ -16,7 +17,7 @@ ARRAY_CALLS = {"fill", "zeros", "ones", "linspace", "cat"}
 def complaints(c: library.Class) -> Iterator[str]:
     """Every rule on one class; a message begins with the name of the rule."""
     rules = (undocumented, missing_each, outside_when, assigned_input, protected_access, below_min, unlike_units)
-    for rule in (*rules, equal_reals):
+    for rule in (*rules, equal_reals, dead_link, without_icon):
         for message in rule(c):
             yield f"{rule.__name__}: {c.name}: {message}"
 
@@ -32,7 +33,12 @@ def undocumented(c: library.Class) -> Iterator[str]:
     if c.tree.type == "function" or (c.tree.type == "block" and not c.tree.partial):
         if c.name.startswith("HystFMU.Icons"):
             return
-        for heading in ("Equation", "Source", "Limitation"):
+        for heading in (
+            "Equation",
+            "Source",
+            "Limitation",
+            *(("Example", "See also") if c.tree.type == "block" else ()),
+        ):
             if f"<b>{heading}" not in body:
                 yield f"its documentation has no {heading}"
 
@@ -89,7 +95,7 @@ def below_min(c: library.Class) -> Iterator[str]:
         for limit, sign in (("min", 1), ("max", -1)):
             if name in values and limit in limits:
                 bound = library.evaluate(limits[limit], values)
-                if (sign * (values[name] - bound) < 0).any() if _is_array(s) else sign * (values[name] - bound) < 0:
+                if np.any(sign * (np.asarray(values[name]) - bound) < 0):
                     yield f"{name} = {values[name]} is beyond its {limit} {bound}"
 
 
@@ -118,6 +124,26 @@ def equal_reals(c: library.Class) -> Iterator[str]:
                     and not _is_choice(parts[name], c)
                 ):
                     yield f"{name} is a Real and compared with {comparison.operator}"
+
+
+def dead_link(c: library.Class) -> Iterator[str]:
+    for target in re.findall(r"modelica://([\w.]+)", _text_of(c)):
+        if target not in library.classes():
+            yield f"its documentation links to {target}, which does not exist"
+
+
+def without_icon(c: library.Class) -> Iterator[str]:
+    """A class has graphics of its own, or inherits them; a short type has none in Modelica."""
+    if c.tree.type in ("type", "__function") or not c.tree.annotation and c.tree.type == "package":
+        return
+    if not _has_icon(c):
+        yield "has no icon"
+
+
+def _has_icon(c: library.Class) -> bool:
+    bases = [library.find(str(e.component), c.name) for e in c.tree.extends]
+    short = re.search(r"=\s*(?:input|output)?\s*Real|enumeration", _text_of(c).split("annotation")[0])
+    return "Icon(" in _text_of(c) or bool(short) or any(b and _has_icon(b) for b in bases)
 
 
 def _comparisons(e: Any) -> Iterator[ast.Expression]:

@@ -2,6 +2,7 @@
 
 run_model.py LIBRARIES FILE MODEL STOP STEP TOLERANCE OUT.npz  compile a class, simulate it; folders joined as a path
 run_model.py LIBRARY --load CLASS...                           compile classes; one line each: name, tab, complaint
+run_model.py COPY --load-changed FILE CLASS FILE CLASS...      compile classes whose file is replaced; one line each
 """
 
 import os
@@ -29,6 +30,16 @@ def load(library: str, *names: str) -> None:
         print(name, complaint, sep="\t", flush=True)
 
 
+def load_changed(library: str, *pairs: str) -> None:
+    """Each changed file in turn stands in for the one of its class."""
+    for file, name in zip(pairs[::2], pairs[1::2], strict=True):
+        place = Path(library).joinpath(*name.split(".")[1:]).with_suffix(".mo")
+        sound = place.read_bytes()
+        place.write_bytes(Path(file).read_bytes())
+        print(guarded(lambda p=str(place), n=name: rumoca.Session(roots=[library]).load(p, model=n)), flush=True)
+        place.write_bytes(sound)
+
+
 def guarded(action: Callable[[], object]) -> str:
     try:
         action()
@@ -41,5 +52,7 @@ if __name__ == "__main__":
     where, first, *others = sys.argv[1:]
     if first == "--load":
         load(where, *others)
+    elif first == "--load-changed":
+        load_changed(where, *others)
     else:
         sys.exit(guarded(lambda: simulate(where, first, *others)) or 0)

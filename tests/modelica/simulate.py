@@ -58,9 +58,19 @@ def can_load(c: library.Class) -> bool:
     return c.tree.type in ("block", "model") and not c.tree.partial
 
 
-def _process(*arguments: str | Path, limit: float, beside: Path | None = None) -> subprocess.CompletedProcess[str]:
+def load_changed(copy: Path, changed: list[tuple[Path, str]]) -> list[str]:
+    """Compile classes of a copy of the library, each with another file in its place; complaints in this order."""
+    pairs = [str(x) for pair in changed for x in pair]
+    done = _process("--load-changed", *pairs, limit=LOAD_LIMIT, root=copy)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+def _process(
+    *arguments: str | Path, limit: float, beside: Path | None = None, root: Path = library.ROOT
+) -> subprocess.CompletedProcess[str]:
     script = Path(__file__).with_name("run_model.py")
-    libraries = os.pathsep.join(str(p) for p in (library.ROOT, beside) if p is not None)
+    libraries = os.pathsep.join(str(p) for p in (root, beside) if p is not None)
     command = [sys.executable, str(script), libraries, *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False)
 

@@ -16,5 +16,7 @@ equation
 <p><b>Equation:</b> v = (r + 2 zeta/omega_n r' + r''/omega_n<sup>2</sup>)/gain, omega_n = 2 pi f_n.</p>
 <p><b>Source:</b> inverse of G0(s): Yu &amp; Alici 2005.</p>
 <p><b>Limitations:</b> needs a reference with two derivatives; the plant must be of second order without zeros.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Control.Pid\">Control.Pid</a>, <a href=\"modelica://HystFMU.Control.SlidingMode\">Control.SlidingMode</a>.</p>
 </html>"));
 end Feedforward;

@@ -32,5 +32,7 @@ equation
 <p><b>Equation:</b> u = u_ff + Kp e + Ki &int; e dt + Kd de/dt, e = y_d - y.</p>
 <p><b>Source:</b> Astrom &amp; Hagglund, PID Controllers, 2nd ed. 1995, chapter 3.</p>
 <p><b>Limitations:</b> de/dt is a backward difference: noise needs tau. The simulation must start at time 0.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Pid\">Examples.Pid</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Control.SlidingMode\">Control.SlidingMode</a>, <a href=\"modelica://HystFMU.Control.Feedforward\">Control.Feedforward</a>.</p>
 </html>"));
 end Pid;

@@ -39,5 +39,7 @@ equation
 <p><b>Equation:</b> s = de/dt + lam e + k_i &int; e dt, e = y - y_d, u = u_ff - eta s - rho s/(abs(s) + epsilon), or with sat(s/epsilon).</p>
 <p><b>Source:</b> Yu &amp; Alici 2005 (k_i = 0); integral sliding line: Slotine &amp; Li, Applied Nonlinear Control, sections 7.1 and 7.2.</p>
 <p><b>Limitations:</b> de/dt is a backward difference: noise needs tau; eta &gt; 1 s with normalised signals is a limit cycle. The simulation must start at time 0.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.SlidingMode\">Examples.SlidingMode</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Control.Pid\">Control.Pid</a>, <a href=\"modelica://HystFMU.Control.Feedforward\">Control.Feedforward</a>.</p>
 </html>"));
 end SlidingMode;

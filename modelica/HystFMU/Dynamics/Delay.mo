@@ -17,5 +17,7 @@ equation
 <p><b>Equation:</b> y_k = u_(k-n).</p>
 <p><b>Source:</b> definition of the shift operator.</p>
 <p><b>Limitations:</b> the time of a step grows with n.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Delay\">Validation.Delay</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>.</p>
 </html>"));
 end Delay;

@@ -17,5 +17,7 @@ equation
 <p><b>Equation:</b> y_i = min(hi_i, max(lo_i, u_i)) gain_i + offset_i.</p>
 <p><b>Source:</b> affine normalisation; limits of the training range.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Scaling\">Validation.Scaling</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Sum\">Dynamics.Sum</a>.</p>
 </html>"));
 end Scaling;

@@ -12,5 +12,7 @@ equation
 <p><b>Equation:</b> y = offset + sum_i k_i u_i.</p>
 <p><b>Source:</b> linear readout.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Scaling\">Dynamics.Scaling</a>.</p>
 </html>"));
 end Sum;

@@ -33,5 +33,7 @@ equation
 <p><b>Equation:</b> y = (b_0 s<sup>nb</sup> + ... + b_nb)/(a_0 s<sup>na</sup> + ... + a_na) u, controllable canonical form in the scaled time s/sigma.</p>
 <p><b>Source:</b> Franklin, Powell &amp; Workman, Digital Control of Dynamic Systems, 3rd ed.</p>
 <p><b>Limitations:</b> continuous: the accuracy is the solver's. The unit of the same name discretises exactly for its step; its parameter hold has no meaning here.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.StateSpace\">Dynamics.StateSpace</a>.</p>
 </html>"));
 end TransferFunction;

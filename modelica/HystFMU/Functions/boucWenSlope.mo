@@ -13,5 +13,6 @@ algorithm
 <p><b>Equation:</b> dv/dxi = A - (gamma + beta sgn(v)) abs(v)<sup>n</sup>.</p>
 <p><b>Source:</b> Wen, J. Eng. Mech. Div. 102 (1976) 249-263.</p>
 <p><b>Limitations:</b> n &ge; 1.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.boucWen\">Functions.boucWen</a>, which uses it.</p>
 </html>"));
 end boucWenSlope;

@@ -14,5 +14,6 @@ algorithm
 <p><b>Equation:</b> phi(q) = g(2 q)/2.</p>
 <p><b>Source:</b> Masing's rule; Shen &amp; Ma 2017, eq. 1.</p>
 <p><b>Limitations:</b> q &ge; 0.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.ConstraintFactor\">Operators.Smooth.ConstraintFactor</a>, which uses it.</p>
 </html>"));
 end constraintFactorLoading;

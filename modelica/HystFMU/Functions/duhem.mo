@@ -47,5 +47,6 @@ algorithm
 <p><b>Equation:</b> integral of dw/du from u_last to u in at most <em>steps</em> Runge-Kutta steps, cut at w = 0.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005; the cut keeps the order at the corner of abs(w).</p>
 <p><b>Limitations:</b> u and u_last on one branch: the input must not have turned between them.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Duhem\">Operators.Sampled.Duhem</a>, which uses it.</p>
 </html>"));
 end duhem;

@@ -24,5 +24,6 @@ algorithm
 <p><b>Equation:</b> classical Runge-Kutta step of order 4 in u.</p>
 <p><b>Source:</b> Kutta 1901.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.duhem\">Functions.duhem</a>, which uses it.</p>
 </html>"));
 end duhemStep;

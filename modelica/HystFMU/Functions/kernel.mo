@@ -15,5 +15,6 @@ algorithm
 <p><b>Equation:</b> k+ = min(max(k, ridge(u - p2)), ridge(u - p1)), ridge(x) = min(max(2 x/a - 1, -1), 1).</p>
 <p><b>Source:</b> Krasnosel'skii &amp; Pokrovskii 1989, chapter 2.</p>
 <p><b>Limitations:</b> p1 &le; p2.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.KrasnoselskiiPokrovskii\">Operators.Events.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Operators.Sampled.KrasnoselskiiPokrovskii\">Operators.Sampled.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Operators.Smooth.KrasnoselskiiPokrovskii\">Operators.Smooth.KrasnoselskiiPokrovskii</a>, which use it.</p>
 </html>"));
 end kernel;

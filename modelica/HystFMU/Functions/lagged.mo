@@ -13,5 +13,6 @@ algorithm
 <p><b>Equation:</b> z_i = past_(first + i).</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>, which uses it.</p>
 </html>"));
 end lagged;

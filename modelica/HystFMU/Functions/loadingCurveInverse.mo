@@ -31,5 +31,6 @@ algorithm
 curve value lies below v.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 12-14.</p>
 <p><b>Limitation:</b> w0 and every W_j must be greater than 0.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.prandtlIshlinskiiInverse\">Functions.prandtlIshlinskiiInverse</a>, which uses it.</p>
 </html>"));
 end loadingCurveInverse;

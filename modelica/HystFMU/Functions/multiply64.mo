@@ -21,5 +21,6 @@ algorithm
 <p><b>Equation:</b> c = a b mod 2<sup>64</sup>, long multiplication.</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> every sum stays below 2<sup>53</sup>, so that Real arithmetic is exact.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.randomUniform\">Functions.randomUniform</a>, which uses it.</p>
 </html>"));
 end multiply64;

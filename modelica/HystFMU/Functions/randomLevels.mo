@@ -13,5 +13,6 @@ algorithm
 <p><b>Equation:</b> l_(k+1) = l_k + (+-1 - l_k) U_k.</p>
 <p><b>Source:</b> SplitMix64: Steele, Lea &amp; Flood 2014.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.RandomReversals\">Sources.RandomReversals</a>, which uses it.</p>
 </html>"));
 end randomLevels;

@@ -14,5 +14,6 @@ algorithm
 <p><b>Equation:</b> low: -E_n0 + 2 E(u, lo); high: E_n0 - 2 E(hi, u); both plus offset.</p>
 <p><b>Source:</b> Mayergoyz 1991, chapter 1.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>, <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, which use it.</p>
 </html>"));
 end saturatedBranch;

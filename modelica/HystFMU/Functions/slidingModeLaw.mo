@@ -14,5 +14,6 @@ algorithm
 <p><b>Equation:</b> u = u_ff - eta s - rho s/(abs(s) + epsilon), or with sat(s/epsilon).</p>
 <p><b>Source:</b> Yu &amp; Alici 2005; Slotine &amp; Li, Applied Nonlinear Control, section 7.2.</p>
 <p><b>Limitations:</b> epsilon &gt; 0.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Control.SlidingMode\">Control.SlidingMode</a>, which uses it.</p>
 </html>"));
 end slidingModeLaw;

@@ -26,5 +26,6 @@ algorithm
 <p><b>Equation:</b> y = z xor (z &gt;&gt; shift).</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.randomUniform\">Functions.randomUniform</a>, which uses it.</p>
 </html>"));
 end xorShift64;

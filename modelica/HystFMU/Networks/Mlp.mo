@@ -17,5 +17,7 @@ equation
 <p><b>Equation:</b> y = b2 + W2 f(b1 + W1 u), f the activation.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV; Shen &amp; Ma 2017.</p>
 <p><b>Limitations:</b> memoryless; far outside the range of its training a network means nothing.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Mlp\">Validation.Mlp</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>, <a href=\"modelica://HystFMU.Operators.Sampled.PlayBank\">Operators.Sampled.PlayBank</a>.</p>
 </html>"));
 end Mlp;

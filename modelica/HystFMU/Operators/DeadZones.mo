@@ -13,5 +13,7 @@ equation
 <p><b>Equation:</b> y = w0 u + sum_i w_i S(u, r_i); S = max(u - r, 0) for r &gt; 0, min(u - r, 0) for r &lt; 0, u for r = 0.</p>
 <p><b>Source:</b> Kuhnen, European Journal of Control 9 (2003) 407-418.</p>
 <p><b>Limitations:</b> memoryless: it follows a sum of plays, which it makes asymmetric.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.DeadZones\">Validation.DeadZones</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.PrandtlIshlinskii\">Operators.Sampled.PrandtlIshlinskii</a>.</p>
 </html>"));
 end DeadZones;

@@ -23,5 +23,7 @@ equation
 <p><b>Equation:</b> y = G0(s) (w0 u + sum_i w_i p_{r_i}[u]), G0(s) = gain/(s<sup>2</sup>/omega_n<sup>2</sup> + 2 zeta s/omega_n + 1).</p>
 <p><b>Source:</b> Yu &amp; Alici 2005 (H followed by G0); Zhao &amp; Tan 2008, section II (ten backlash operators).</p>
 <p><b>Limitations:</b> the hysteresis is sampled, its output is held for Ts; the dynamics are continuous.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.SlidingMode\">Examples.SlidingMode</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.BacklashSum\">Operators.Sampled.BacklashSum</a>, <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>.</p>
 </html>"));
 end BacklashSumDynamics;

@@ -1,6 +1,6 @@
 within HystFMU.Sources;
 block Disturbance "Disturbance: step plus sine"
-  extends Icons.Block;
+  extends Icons.Source;
   parameter Real step = 0 "Height of the step";
   parameter Types.Time t_step = 0 "Time of the step";
   parameter Real amplitude = 1 "Amplitude of the sine";
@@ -15,5 +15,7 @@ equation
 <p><b>Equation:</b> d = step [t &ge; t_step] + amplitude sin(2 pi frequency t + phase).</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Disturbance\">Validation.Disturbance</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Noise\">Sources.Noise</a>.</p>
 </html>"));
 end Disturbance;

@@ -1,6 +1,6 @@
 within HystFMU.Sources;
 block Sine "Sine reference with derivatives and preview for a feed-forward"
-  extends Icons.Block;
+  extends Icons.Source;
   parameter Real amplitude = 1 "Factor of the signal";
   parameter Real offset = 0 "Added to the signal";
   parameter Types.Frequency frequency(min = 0, max = 1e12) = 1 "Frequency";
@@ -20,6 +20,8 @@ equation
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> r = offset + amplitude sin(2 pi frequency t + phase); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> definition; the unit <em>reference</em> with shape sine.</p>
-<p><b>Limitations:</b> the other shapes of the unit <em>reference</em> are not in this library.</p>
+<p><b>Limitations:</b> none; the other shapes of the unit <em>reference</em> have blocks of their own.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Triangle\">Sources.Triangle</a>, <a href=\"modelica://HystFMU.Sources.Multisine\">Sources.Multisine</a>, <a href=\"modelica://HystFMU.Sources.RandomReversals\">Sources.RandomReversals</a>.</p>
 </html>"));
 end Sine;

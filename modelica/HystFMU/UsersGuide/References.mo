@@ -1,0 +1,19 @@
+within HystFMU.UsersGuide;
+package References "References"
+  extends Icons.Information;
+  annotation (Documentation(info = "<html>
+<ul>
+<li>Krejci, Kuhnen: Inverse control of systems with hysteresis and creep. IEE Proc. Control Theory Appl. 148 (2001) 185-192.</li>
+<li>Zhao, Tan: Modeling hysteresis and its inverse model using neural networks based on expanded input space method. IEEE Trans. Control Syst. Technol. 16 (2008) 484-490.</li>
+<li>Shen, Ma: constraint-factor hysteresis operator, 2017.</li>
+<li>Yu, Alici: sliding mode control of a piezo actuator, 2005.</li>
+<li>Wen: Method for random vibration of hysteretic systems. J. Eng. Mech. Div. 102 (1976) 249-263.</li>
+<li>Ikhouane, Rodellar: Systems with Hysteresis. Wiley 2007.</li>
+<li>Oh, Bernstein: Semilinear Duhem model. IEEE Trans. Autom. Control 50 (2005) 631-645.</li>
+<li>Mayergoyz: Mathematical Models of Hysteresis. Springer 1991.</li>
+<li>Krasnosel'skii, Pokrovskii: Systems with Hysteresis. Springer 1989.</li>
+<li>Goldfarb, Celanovic: Modeling piezoelectric stack actuators. IEEE Control Systems 17 (1997) 69-79.</li>
+<li>Noel, Schoukens: Hysteretic benchmark with a dynamic nonlinearity, 2016.</li>
+</ul>
+</html>"));
+end References;
