@@ -134,7 +134,7 @@ def dead_link(c: library.Class) -> Iterator[str]:
 
 def without_icon(c: library.Class) -> Iterator[str]:
     """A class has graphics of its own, or inherits them; a short type has none in Modelica."""
-    if c.tree.type in ("type", "__function") or not c.tree.annotation and c.tree.type == "package":
+    if c.tree.type in ("type", "__function") or (not c.tree.annotation and c.tree.type == "package"):
         return
     if not _has_icon(c):
         yield "has no icon"
