@@ -338,6 +338,9 @@ def validate(fmu: str, seconds: float, as_json: bool) -> None:
     metavar="SECONDS",
     help="For a case with FMUs of others, which run in a process of their own.",
 )
+@click.option("--step", type=float, metavar="SECONDS", help="Of an SSP that states none, or another one.")
+@click.option("--stop", type=float, metavar="SECONDS", help="Of an SSP that states none, or another one.")
+@click.option("-o", "--out", metavar="OUT.csv", help="Write all outputs of an SSP there.")
 @click.option("--record", is_flag=True, help="Write the results as the new baseline.")
 @click.option("--report", "report_dir", metavar="DIR", help="Write report.html and report.json there.")
 @_json_option
@@ -348,15 +351,27 @@ def run(
     engine: Literal["fmpy", "python", "native"],
     coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
     timeout: float,
+    step: float | None,
+    stop: float | None,
+    out: str | None,
     record: bool,
     report_dir: str | None,
     as_json: bool,
 ) -> None:
     """Run closed-loop scenarios on real FMUs by fmpy and hold them against limits and baselines.
 
+    An SSP archive of anybody runs too, and is held against the reference result in it.
+
     \b
     Example: hystfmu run scenarios/sliding_mode --report out
+             hystfmu run loop.ssp -o out.csv
     """
+    if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
+        from hystfmu.scenario.ssp_file import run_ssp_file
+
+        lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out)
+        click.echo("\n".join(lines))
+        sys.exit(0 if passed else FAILED)
     from hystfmu.scenario import run_scenarios
     from hystfmu.terminal import progress, verdicts
 
@@ -381,6 +396,30 @@ def run(
     else:
         click.echo(verdicts(results))
     sys.exit(0 if all(r.passed for r in results) else FAILED)
+
+
+@main.command()
+@click.argument("scenario")
+@click.option("-o", "--out", required=True, metavar="X.ssp")
+@click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: its first].")
+@click.option("--ssp", "version", type=click.Choice(["1.0", "2.0"]), default="1.0", show_default=True)
+@click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="FMI version of our units.")
+@click.option("--connectors", is_flag=True, help="Outputs of the system for recorded signals; libcosim rejects them.")
+def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"], fmi: str, connectors: bool) -> None:
+    """Write a scenario as an SSP archive that other simulators run; 'hystfmu run X.ssp' reads those of others.
+
+    \b
+    Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp
+    """
+    from hystfmu.scenario import Scenario
+    from hystfmu.scenario.ssp import write_ssp
+
+    cases = {c.name: c for c in Scenario(scenario).cases}
+    if name is not None and name not in cases:
+        raise InputError(f"{scenario}: no case {name!r}; there are {', '.join(cases)}")
+    case = cases[name] if name is not None else next(iter(cases.values()))
+    path = write_ssp(case, out, version, connectors, 3 if fmi == "3" else 2)
+    click.echo(f"{path}: SSP {version}, case {case.name}, {len(case.units)} units, step {case.step:g} s")
 
 
 @main.command()

@@ -27,8 +27,8 @@ def _unsafe(entry: zipfile.ZipInfo) -> str:
     return "is encrypted" if entry.flag_bits & 1 else ""
 
 
-def archive_problems(archive: zipfile.ZipFile) -> list[str]:
-    """Why an archive must not be unpacked; nothing is written."""
+def archive_problems(archive: zipfile.ZipFile, needs: str = XML) -> list[str]:
+    """Why an archive must not be unpacked; nothing is written.  `needs` is the file without which it is of no use."""
     entries = archive.infolist()
     if len(entries) > MOST_ENTRIES:
         return [f"the archive has {len(entries)} files; the limit is {MOST_ENTRIES}"]
@@ -39,8 +39,8 @@ def archive_problems(archive: zipfile.ZipFile) -> list[str]:
     twice = [name for name, n in Counter(e.filename for e in entries).items() if n > 1]
     problems += [f"{name!r} is in the archive more than once" for name in twice]
     names = {e.filename for e in entries}
-    if XML not in names:
-        problems.append(f"the archive has no {XML}")
+    if needs not in names:
+        problems.append(f"the archive has no {needs}")
     large = (e.filename for e in entries if e.filename.endswith(".xml") and e.file_size > MOST_XML)
     problems += [f"{name} is larger than {MOST_XML} bytes" for name in large]
     return problems

@@ -1,4 +1,4 @@
-"""Unpacked FMUs, by the hash of their archive: each is unpacked once, however many runs and processes use it.
+"""Unpacked FMUs and SSPs, by the hash of their archive: each is unpacked once, however many runs and processes use it.
 
 A folder appears under its name as a whole (atomic rename): two processes that unpack the same archive do not see each
 other's half.  It may be deleted at any time between runs.
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from hystfmu.errors import InputError
 from hystfmu.files import read_bytes
-from hystfmu.fmu.archive import MOST_UNPACKED, archive_problems, unpack, xml_problems
+from hystfmu.fmu.archive import MOST_UNPACKED, XML, archive_problems, unpack, xml_problems
 
 
 def cache_folder() -> Path:
@@ -27,8 +27,8 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hystfmu"
 
 
-def unpacked(path: str | Path) -> tuple[Path, str]:
-    """The folder of an unpacked FMU, and the SHA-256 of its archive.
+def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
+    """The folder of an unpacked archive, and its SHA-256; `needs` is the file that makes it what it should be.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def unpacked(path: str | Path) -> tuple[Path, str]:
         made = Path(tempfile.mkdtemp(prefix=".unpack-", dir=folder.parent))
         try:
             with zipfile.ZipFile(path) as archive:
-                problems = archive_problems(archive) or unpack(archive, made) or xml_problems(made)
+                problems = archive_problems(archive, needs) or unpack(archive, made) or xml_problems(made)
             if problems:
                 raise InputError(f"{path}: {problems[0]}")
             try:
