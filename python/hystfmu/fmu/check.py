@@ -4,70 +4,41 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import os
 import re
 import signal
 import subprocess
-import sys
 import tempfile
 import zipfile
 from pathlib import Path
 
+from hystfmu import child
 from hystfmu.errors import InputError
 from hystfmu.fmu.archive import archive_problems, unpack, xml_problems
 
-MOST_LOG = 1 << 16
 
-
-def _child(*arguments: str) -> subprocess.Popen[bytes]:
-    """Python with this package on its path, in a group of its own, so that what it starts ends with it."""
-    package = str(Path(__file__).parents[2])
-    path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
-    return subprocess.Popen(
-        [sys.executable, *arguments],
-        env={**os.environ, "PYTHONPATH": path},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        start_new_session=True,
-    )
-
-
-def _finish(child: subprocess.Popen[bytes], seconds: float) -> tuple[list[str], bool]:
-    """The last lines that a child wrote, and whether it ended in time."""
-    try:
-        out, in_time = child.communicate(timeout=seconds)[0], True
-    except subprocess.TimeoutExpired:
-        if hasattr(os, "killpg"):
-            os.killpg(child.pid, signal.SIGKILL)
-        child.kill()
-        out, in_time = child.communicate()[0], False
-    return out[-MOST_LOG:].decode(errors="replace").strip().splitlines(), in_time
-
-
-def _run_problems(child: subprocess.Popen[bytes], result: Path, seconds: float) -> list[str]:
+def _run_problems(process: subprocess.Popen[bytes], result: Path, seconds: float) -> list[str]:
     """What the child found, and during what it crashed or hung."""
-    lines, in_time = _finish(child, seconds)
+    lines, in_time = child.finish(process, seconds)
     if not result.exists():
-        return [f"the check itself failed: {lines[-1] if lines else child.returncode}"]
+        return [f"the check itself failed: {lines[-1] if lines else process.returncode}"]
     notes = json.loads(result.read_text())
     problems = [str(p) for p in notes["problems"]]
     if not in_time:
         problems.append(f"the FMU did not finish within {seconds:g} s while {notes['doing']}")
-    elif child.returncode < 0:
-        problems.append(f"the FMU crashed ({signal.Signals(-child.returncode).name}) while {notes['doing']}")
+    elif process.returncode < 0:
+        problems.append(f"the FMU crashed ({signal.Signals(-process.returncode).name}) while {notes['doing']}")
     elif not notes["done"]:
-        problems.append(f"the FMU ended its process with status {child.returncode} while {notes['doing']}")
+        problems.append(f"the FMU ended its process with status {process.returncode} while {notes['doing']}")
     if problems and lines and re.search("cannot be instantiated|failed with status", problems[0]):
         problems[0] += f" ({lines[-1]})"  # what the FMU logged says more
     return problems
 
 
-def _fmutool_problems(child: subprocess.Popen[bytes] | None, seconds: float) -> list[str]:
+def _fmutool_problems(process: subprocess.Popen[bytes] | None, seconds: float) -> list[str]:
     """Errors that fmutool reports; nothing where it is not installed (it comes with the extra `dev`)."""
-    if child is None:
+    if process is None:
         return []
-    lines, _ = _finish(child, seconds)
+    lines, _ = child.finish(process, seconds)
     found = (re.match(r"(?:ERROR|CRITICAL)\s*\|\s*(.*)", line) for line in lines)
     summary = re.compile(r"This FMU does not validate|error\(s\)")
     return [f"fmutool: {m[1]}" for m in found if m and not summary.search(m[1])]
@@ -117,9 +88,9 @@ def _content_problems(path: Path, folder: Path, seconds: float) -> list[str]:
     if problems:
         return problems
     result = folder / "result.json"
-    probe = _child("-m", "hystfmu.fmu.probe", str(folder / "fmu"), str(result))
+    probe = child.start("-m", "hystfmu.fmu.probe", str(folder / "fmu"), str(result))
     fmutool = None
     if importlib.util.find_spec("fmu_manipulation_toolbox"):
         start = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
-        fmutool = _child("-c", start, "-input", str(path.absolute()), "-check")
+        fmutool = child.start("-c", start, "-input", str(path.absolute()), "-check")
     return [*_run_problems(probe, result, seconds), *_fmutool_problems(fmutool, seconds)]

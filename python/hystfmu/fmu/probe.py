@@ -10,21 +10,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from hystfmu.child import limit_memory
 from hystfmu.fmu.guest import Finding, Guest
 from hystfmu.fmu.trials import TRIALS
 
-MOST_MEMORY = 4 << 30  # bytes of address space
+MOST_GIGABYTES = 4.0
 ODD_FOLDER = "Größe 1 %41"
-
-
-def limit() -> None:
-    """No more memory than `MOST_MEMORY`, no core file; where the system knows such limits."""
-    try:
-        import resource
-    except ImportError:
-        return
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 class Notes:
@@ -100,7 +91,7 @@ def probe(folder: Path, notes: Notes) -> None:
 def main() -> None:
     """``python -m hystfmu.fmu.probe FOLDER RESULT``."""
     folder, result = map(Path, sys.argv[1:])
-    limit()
+    limit_memory(MOST_GIGABYTES)
     notes = Notes(result)
     try:
         probe(folder, notes)

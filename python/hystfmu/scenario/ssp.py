@@ -67,7 +67,7 @@ def write_ssp(
         raise InputError(f"{case.file}: case {case.name}: {slow[0]} runs once in several steps: SSP has one step")
     system = build(replace(case, ripple=1))
     trace = simulate(system, "native")
-    entries = {p.name: _fmu(p, fmi) for p in system.parts}
+    entries = {p.name: _fmu(p, fmi, case.step) for p in system.parts}
     sets = {p.name: values for p in system.parts if (values := _changes(system, p))}
     files = {"SystemStructure.ssd": _structure(system, sets, version, system_connectors)}
     files |= {f"resources/{name}.fmu": content for name, content in entries.items()}
@@ -81,17 +81,17 @@ def write_ssp(
     return Path(path)
 
 
-def _fmu(part: Part, fmi: Literal[2, 3]) -> bytes:
+def _fmu(part: Part, fmi: Literal[2, 3], h: float) -> bytes:
     if isinstance(part.graph, Foreign):
         return read_bytes(part.graph.path, MOST_UNPACKED)
     from hystfmu.fmu.export import export_fmu
 
     with tempfile.TemporaryDirectory(prefix="hystfmu-ssp-") as folder:
-        archive = export_fmu(_with_starts(part), Path(folder, "unit.fmu"), fmi=fmi, name=part.name)
+        archive = export_fmu(_with_starts(part, h), Path(folder, "unit.fmu"), fmi=fmi, name=part.name)
         return archive.read_bytes()
 
 
-def _with_starts(part: Part) -> Graph:
+def _with_starts(part: Part, h: float) -> Graph:
     """The graph whose inputs start with the constants of the scenario: an importer sets only what is connected."""
     g = part.own
     inputs = []
@@ -101,7 +101,7 @@ def _with_starts(part: Part) -> Graph:
         if port.size > 1 and len(set(given)) > 1:
             raise InputError(f"{part.name}.{i.name}: an array of different constants has no start value in an SSP")
         inputs.append(replace(i, start=given[0]) if given else i)
-    return Graph(g.nodes, g.wires, inputs, g.outputs, sort=False)
+    return Graph(g.nodes, g.wires, inputs, g.outputs, sort=False, step=h)
 
 
 def _changes(system: System, part: Part) -> dict[str, float]:
@@ -174,7 +174,7 @@ def _experiment(root: ET.Element, case: Case) -> None:
     experiment = ET.SubElement(root, _tag(SSD, "DefaultExperiment"), startTime="0.0", stopTime=repr(case.stop))
     notes = ET.SubElement(experiment, _tag(SSD, "Annotations"))
     note = ET.SubElement(notes, _tag(SSC, "Annotation"), type="com.opensimulationplatform")
-    information = ET.SubElement(note, _tag(OSP, "SimulationInformation"))
+    information = ET.SubElement(note, _tag(OSP, "Algorithm"))
     ET.SubElement(information, _tag(OSP, "FixedStepAlgorithm"), baseStepSize=repr(case.step))
     note = ET.SubElement(notes, _tag(SSC, "Annotation"), type="org.hystfmu.coupling")
     facts = {"step": repr(case.step), "scheme": case.coupling.scheme, "order": " ".join(case.order)}

@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from typing import Any
 
-from hystfmu.scenario.isolated import limit_memory
+from hystfmu.child import limit_memory
 from hystfmu.scenario.run import Engine
 from hystfmu.scenario.system import System
 from hystfmu.study.task import Runner, Task

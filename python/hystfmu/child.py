@@ -1,0 +1,49 @@
+"""Child processes for foreign native code: it may crash, hang or grow without harm to this one."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+MOST_LOG = 1 << 16
+
+
+def limit_memory(gigabytes: float) -> None:
+    """The largest address space of this process, where the system knows such a limit; no core files."""
+    try:
+        import resource
+
+        most = int(gigabytes * 2**30)
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    except (ImportError, ValueError, OSError):
+        pass
+
+
+def start(*arguments: str) -> subprocess.Popen[bytes]:
+    """Python with this package on its path, in a group of its own, so that what it starts ends with it."""
+    package = str(Path(__file__).parents[1])
+    path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
+    return subprocess.Popen(
+        [sys.executable, *arguments],
+        env={**os.environ, "PYTHONPATH": path},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
+
+
+def finish(child: subprocess.Popen[bytes], seconds: float) -> tuple[list[str], bool]:
+    """The last lines that a child wrote, and whether it ended in time."""
+    try:
+        out, in_time = child.communicate(timeout=seconds)[0], True
+    except subprocess.TimeoutExpired:
+        if hasattr(os, "killpg"):
+            os.killpg(child.pid, signal.SIGKILL)
+        child.kill()
+        out, in_time = child.communicate()[0], False
+    return out[-MOST_LOG:].decode(errors="replace").strip().splitlines(), in_time

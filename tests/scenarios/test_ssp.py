@@ -1,0 +1,182 @@
+"""A closed loop as an SSP archive: the same trajectory here, in libcosim, and in a container FMU."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from lxml import etree
+
+from hystfmu.cli import main
+from hystfmu.core import Array
+from hystfmu.errors import InputError
+from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario.run import simulate_here
+from hystfmu.scenario.ssp import write_ssp
+from hystfmu.scenario.ssp_file import read_ssp, run_ssp
+
+SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema"
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def archive(loop: Any, write: Any, tmp_path: Path) -> Path:
+    """The loop of this folder with a delay, so that no unit feeds through to an earlier one."""
+    loop["units"]["pid"]["set"] = {"Kp": "*0.9"}
+    loop["units"]["reference"]["values"]["shape"] = "sine"
+    return write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp")
+
+
+def trajectory(archive: Path, scheme: str) -> Array:
+    """plant.y of our own engine."""
+    case = read_ssp(archive).case
+    case = replace(case, coupling=case.coupling.model_copy(update={"scheme": scheme}))
+    native, by_fmpy = (simulate_here(build(case), e)["plant.y"] for e in ("native", "fmpy"))  # type: ignore[arg-type]
+    assert native.tobytes() == by_fmpy.tobytes()
+    return native
+
+
+def test_what_was_written_runs_and_agrees_with_its_reference(archive: Path, loop: Any, write: Any) -> None:
+    run = run_ssp(archive, "native")
+    assert run.lines == ()
+    assert run.compared == ("reference.r", "plant.y")
+    original = simulate(build(Scenario(write(loop)).cases[0]), "python")
+    assert run.trace["plant.y"].tobytes() == original["plant.y"].tobytes()
+
+
+def test_a_changed_parameter_set_is_noticed(archive: Path, tmp_path: Path) -> None:
+    changed = tmp_path / "changed.ssp"
+    with zipfile.ZipFile(archive) as old, zipfile.ZipFile(changed, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            new.writestr(name, content.replace(b'value="0.9"', b'value="0.8"') if name.endswith("pid.ssv") else content)
+    (line,) = [x for x in run_ssp(changed, "native").lines if "plant.y" in x]
+    assert "differs from" in line
+    result = CliRunner().invoke(main, ["run", str(changed), "--engine", "native"])
+    assert result.exit_code == 1
+    assert "plant.y" in result.output
+
+
+def test_libcosim_runs_the_archive_with_the_same_bits(archive: Path, tmp_path: Path) -> None:
+    pytest.importorskip("libcosimpy")
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimObserver import CosimObserver
+
+    zipfile.ZipFile(archive).extractall(tmp_path / "unpacked")
+    execution = CosimExecution.from_ssp_file(str(tmp_path / "unpacked" / "SystemStructure.ssd"))
+    observer = CosimObserver.create_last_value()
+    execution.add_observer(observer)
+    plant = {s.name.decode(): s.index for s in execution.slave_infos()}["plant"]
+    y = {v.name.decode(): v.reference for v in execution.slave_variables(plant)}["y"]
+    ours = trajectory(archive, "jacobi")
+    theirs = []
+    for _ in ours:
+        theirs.append(observer.last_real_values(plant, [y])[0])
+        execution.step()
+    assert np.ptp(theirs) > 0.5
+    assert np.array(theirs).tobytes() == ours.tobytes()
+
+
+def test_a_container_fmu_of_the_archive_has_the_same_bits(archive: Path, tmp_path: Path) -> None:
+    """The toolbox makes containers of SSP archives with parallel scheduling, which is Jacobi's coupling."""
+    pytest.importorskip("fmu_manipulation_toolbox")
+    shutil.copy(archive, tmp_path / "box.ssp")
+    start = "from fmu_manipulation_toolbox.cli.fmucontainer import fmucontainer; fmucontainer()"
+    words = ["-container", "box.ssp:1e-4", "-fmu-directory", str(tmp_path), "-auto-local"]
+    done = subprocess.run([sys.executable, "-c", start, *words], cwd=tmp_path, capture_output=True, text=True)
+    (container,) = tmp_path.glob("box.fmu")
+    description = fmpy.read_model_description(str(container), validate=False)
+    y = "plant.y"
+    assert y in [v.name for v in description.modelVariables], done.stdout
+    ours = trajectory(archive, "jacobi")
+    n = len(ours) - 1
+    result = fmpy.simulate_fmu(
+        str(container), stop_time=n * 1e-4, step_size=1e-4, output_interval=1e-4, output=[y], fmi_type="CoSimulation"
+    )
+    assert np.array_equal(result[y], ours)
+
+
+@pytest.mark.parametrize("connectors", [False, True])
+def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, connectors: bool) -> None:
+    loop["units"]["pid"]["set"] = {"Kp": 1.25}
+    path = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", system_connectors=connectors)
+    with zipfile.ZipFile(path) as archive:
+        for name in archive.namelist():
+            if name.endswith((".ssd", ".ssv")):
+                kind = "Description" if name.endswith(".ssd") else "ParameterValues"
+                schema = etree.XMLSchema(etree.parse(str(SCHEMA / f"SystemStructure{kind}.xsd")))
+                schema.assertValid(etree.fromstring(archive.read(name)))
+        structure = archive.read("SystemStructure.ssd")
+    assert (b'name="plant_y"' in structure) is connectors
+    assert run_ssp(path, "native").lines == ()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
+    path = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", version="2.0", fmi=fmi)
+    assert b'version="2.0"' in zipfile.ZipFile(path).read("SystemStructure.ssd")
+    assert run_ssp(path, "native").lines == ()
+
+
+def test_an_archive_without_our_notes_needs_a_step(archive: Path, tmp_path: Path) -> None:
+    foreign = tmp_path / "foreign.ssp"
+    with zipfile.ZipFile(archive) as old, zipfile.ZipFile(foreign, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "SystemStructure.ssd":
+                root = etree.fromstring(content)
+                for notes in root.findall(".//{*}Annotations"):
+                    notes.getparent().remove(notes)
+                content = etree.tostring(root)
+            if not name.startswith("extra/"):
+                new.writestr(name, content)
+    with pytest.raises(InputError, match="states no step: give it with --step"):
+        run_ssp(foreign, "native")
+    ours = trajectory(archive, "jacobi")
+    assert run_ssp(foreign, "native", step=1e-4).trace["plant.y"].tobytes() == ours.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (b'startConnector="u"', b'startConnector="q"', "names pid.q, which does not exist"),
+        (b'name="plant"', b'name="pl ant"', "a component needs a name"),
+        (b"<ssd:Elements>", b"<ssd:Elements><ssd:System name='x'/>", "only one level of components"),
+        (b"1e-04", b"soon", "must be a number"),
+        (b"</ssd:System>", b"", "SystemStructure.ssd: "),
+    ],
+)
+def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: bytes, new: bytes, message: str) -> None:
+    bad = tmp_path / "bad.ssp"
+    with zipfile.ZipFile(archive) as source, zipfile.ZipFile(bad, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == "SystemStructure.ssd":
+                content = content.replace(b"0.0001", b"1e-04")
+                assert old in content
+                content = content.replace(old, new)
+            target.writestr(name, content)
+    result = CliRunner().invoke(main, ["run", str(bad)])
+    assert result.exit_code == 2
+    assert message in result.output
+    assert len(result.output.splitlines()) == 1
+
+
+def test_units_of_different_rates_have_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
+    loop["units"]["pid"]["every"] = 2
+    with pytest.raises(InputError, match="pid runs once in several steps: SSP has one step"):
+        write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp")
+    assert not (tmp_path / "loop.ssp").exists()
