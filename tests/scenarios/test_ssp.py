@@ -70,7 +70,10 @@ def test_a_changed_parameter_set_is_noticed(archive: Path, tmp_path: Path) -> No
     assert "plant.y" in result.output
 
 
-def test_libcosim_runs_the_archive_with_the_same_bits(archive: Path, tmp_path: Path) -> None:
+def test_libcosim_runs_the_archive(archive: Path, tmp_path: Path) -> None:
+    """libcosim counts whole nanoseconds: its times differ from k h in the last bit, and so does the sine of the
+    reference.
+    """
     pytest.importorskip("libcosimpy")
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimObserver import CosimObserver
@@ -87,7 +90,7 @@ def test_libcosim_runs_the_archive_with_the_same_bits(archive: Path, tmp_path: P
         theirs.append(observer.last_real_values(plant, [y])[0])
         execution.step()
     assert np.ptp(theirs) > 0.5
-    assert np.array(theirs).tobytes() == ours.tobytes()
+    assert np.abs(np.array(theirs) - ours).max() < 1e-13
 
 
 def test_a_container_fmu_of_the_archive_has_the_same_bits(archive: Path, tmp_path: Path) -> None:
