@@ -11,7 +11,7 @@ import numpy as np
 from hystfmu.blocks import BacklashSum, PrandtlIshlinskii, PrandtlIshlinskiiInverse
 from hystfmu.terminal import table
 
-STEPS, REPEATS = 400_000, 5
+STEPS, REPEATS = 400_000, 20
 
 
 def signals(rng):
