@@ -32,6 +32,8 @@ def main(arguments: list[str]) -> int:
                 o = compare.compare(name, out)
             elif compare.is_other(name):
                 o = compare.compare_other(name, out)
+            elif compare.is_example(name):
+                o = compare.compare_example(name, out)
             if o is not None:
                 print(compare.line(o), flush=True)
                 bad += not o.good

@@ -33,6 +33,13 @@ def test_block_agrees_with_the_c_core(name: str, tmp_path: Path) -> None:
     check(compare.compare_other(name, tmp_path / "result.npz"))
 
 
+@pytest.mark.parametrize("name", [n for n in library.classes() if compare.is_example(n)])
+def test_example_agrees_with_its_reference(name: str, tmp_path: Path) -> None:
+    o = compare.compare_example(name, tmp_path / "result.npz")
+    print(compare.line(o))
+    assert o.error_reference <= o.tube
+
+
 def check(o: compare.Outcome) -> None:
     print(compare.line(o))
     assert o.error_c <= o.bound_c
