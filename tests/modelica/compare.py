@@ -357,8 +357,11 @@ def against_reference(name: str, t: Array, got: Array) -> float:
 
 
 def record(file: Path, t: Array, got: Array) -> None:
-    """Write the reference of a model: its outputs at about a hundred rows, none of them at an event."""
-    alone = np.flatnonzero((np.diff(t, prepend=-1.0) > 1e-9) & (np.diff(t, append=t[-1] + 1) > 1e-9))
+    """Write the reference of a model: its outputs at about a hundred rows, if possible none at an event."""
+    after = np.diff(t, append=t[-1] + 1) > 1e-9
+    alone = np.flatnonzero((np.diff(t, prepend=-1.0) > 1e-9) & after)
+    if len(alone) < 50:  # every row is a sample: its right limit
+        alone = np.flatnonzero(after)
     at = alone[:: max(len(alone) // 100, 1)]
     file.parent.mkdir(parents=True, exist_ok=True)
     header = ",".join(["time", *(f"output_{i + 1}" for i in range(got.shape[1]))])

@@ -20,7 +20,7 @@ PLANT = f"""
 model Loop
   {"".join(f"parameter Real {c} = 0; " for c in COMMANDS)}
   HystFMU.Sources.Steps command(m = {ROWS}, levels = {{{", ".join(COMMANDS)}}}, T = {STEP!r});
-  HystFMU.Plants.BacklashSumDynamics plant(n = 10, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10), Ts = {STEP!r});
+  HystFMU.Plants.BacklashSumDynamics plant(Ts = {STEP!r});
 equation
   connect(command.r, plant.u);
 end Loop;
