@@ -1,4 +1,4 @@
-"""The plant simulated from Modelica, step by step, under a controller that is a Python unit: `plant_in_loop.py OUT.npz`.
+"""The plant simulated from Modelica, stepwise, under a controller that is a Python unit: `plant_in_loop.py OUT.npz`.
 
 rumoca 0.10.2 takes no inputs and no start values of discrete variables.  So the commands are parameters, and each
 step simulates the plant from time 0 up to the end of that step under the commands given so far.
