@@ -16,6 +16,7 @@ from hystfmu.cli import main
 from hystfmu.errors import InputError
 from hystfmu.study import run_study
 from hystfmu.study.report import sensitivity
+from hystfmu.study.spec import ObjectiveSpec
 
 pq = pytest.importorskip("pyarrow.parquet")
 
@@ -86,6 +87,23 @@ def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path)
     assert "best variation" in outcome.report.read_text()
 
 
+def test_targets_weigh_the_cases() -> None:
+    """The largest or the mean of metric / target; a failed run makes it undefined."""
+    objective = {"metric": "last", "targets": {"half": 0.5}}
+    rows = [{"case": "one", "metrics": {"last": 3.0}}, {"case": "half", "metrics": {"last": 2.0}}]
+    assert ObjectiveSpec.model_validate(objective).score(rows) == 4.0
+    assert ObjectiveSpec.model_validate({**objective, "over_cases": "mean"}).score(rows) == 3.5
+    assert math.isnan(ObjectiveSpec.model_validate(objective).score([*rows, {"case": "two", "metrics": {}}]))
+
+
+def test_a_variation_that_diverges_leaves_a_report(write: Any, tmp_path: Path) -> None:
+    """Numbers that no axis can show: in the table, not in the pictures."""
+    study = {"parameters": {"command.step": {"values": [1.0, 1e300, 1e308]}, "lag.b": {"values": [1.0, 2.0, 5.0]}}}
+    outcome = run_study(write(**study), tmp_path / "out", workers=1)
+    assert max(row["metrics"].get("peak", 0.0) for row in outcome.rows) == 1e308
+    assert "rank correlation" in outcome.report.read_text()
+
+
 def test_sensitivity_is_spearmans() -> None:
     rng = np.random.default_rng(4)
     x, y = rng.normal(size=(40, 3)), rng.normal(size=(40, 2))
@@ -106,6 +124,7 @@ def test_sensitivity_is_spearmans() -> None:
         ({"parameters": {"lag.b": {"range": [1, 0]}}}, "the range must rise"),
         ({"parameters": {"lag.b": {"range": [0, 1], "log": True}}}, "must be greater than 0"),
         ({"parameters": {"lag.b": {}}}, "exactly one of range, scale, values"),
+        ({"method": "optuna", "objective": {"metric": "last", "targets": {"two": 1.0}}}, "targets: no case 'two'"),
         ({"method": "optuna", "objective": {"metric": "worst"}}, "no metric 'worst'; there are last, peak"),
     ],
 )

@@ -14,11 +14,13 @@ from hystfmu.scenario.report import write_report as write_page
 from hystfmu.study.spec import Study
 
 WORST, BINS, MOST_PLOTS = 10, 12, 24
+DIVERGED = 1e100
 
 
 def write_report(study: Study, rows: list[dict[str, Any]], folder: Path) -> Path:
     """Write report.html and report.json into the folder of the table."""
-    good = [r for r in rows if r["status"] == "ok"]
+    # a loop that diverged has metrics near or beyond the largest number: no axis can show them
+    good = [r for r in rows if r["status"] == "ok" and all(abs(v) < DIVERGED for v in r["metrics"].values())]
     sections = [_summary(study, rows)]
     for case in dict.fromkeys(r["case"] for r in good):
         sections.append(_case(study, case, [r for r in good if r["case"] == case]))
@@ -63,8 +65,7 @@ def best_variation(study: Study, rows: list[dict[str, Any]]) -> dict[str, Any] |
             continue
         if any(m[k] > limit for m in metrics for k, limit in objective.limits.items()):
             continue
-        values = [m[objective.metric] for m in metrics]
-        scores[variation] = max(values) if objective.over_cases == "max" else float(np.mean(values))
+        scores[variation] = objective.score(cases)
     if not scores:
         return None
     return by_variation[min(scores, key=lambda v: (scores[v], v))][0]

@@ -91,11 +91,10 @@ class Asked:
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
         """A variation with a failed case is a failed trial; limits that are exceeded make it infeasible."""
         for trial, cases in zip(self._trials, rows, strict=True):
-            values = [row["metrics"].get(self._objective.metric, math.nan) for row in cases]
             for m, limit in self._objective.limits.items():
                 trial.set_constraint(m, max(row["metrics"].get(m, math.inf) - limit for row in cases))
-            if all(math.isfinite(v) for v in values):
-                value = max(values) if self._objective.over_cases == "max" else sum(values) / len(values)
+            value = self._objective.score(cases)
+            if math.isfinite(value):
                 self._asker.tell(trial, value)
             else:
                 self._asker.tell(trial, state=self._optuna.trial.TrialState.FAIL)

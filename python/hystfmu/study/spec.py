@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -67,7 +69,19 @@ class ObjectiveSpec(pydantic.BaseModel):
     model_config = STRICT
     metric: Name
     over_cases: Literal["max", "mean"] = Field("max", description="how the cases of a variation make one number")
+    targets: dict[str, Annotated[float, Field(gt=0, allow_inf_nan=False)]] = Field(
+        {}, description="by case: what 1 is, so that easy and hard cases count alike; 1 by default"
+    )
     limits: dict[Name, Finite] = Field({}, description="metrics that no case may exceed")
+
+    def score(self, rows: Sequence[dict[str, Any]]) -> float:
+        """What the rows of a variation, one per case, make of the objective; NaN where a run failed."""
+        values: list[float] = [
+            row["metrics"].get(self.metric, math.nan) / self.targets.get(row["case"], 1.0) for row in rows
+        ]
+        if not all(map(math.isfinite, values)):
+            return math.nan
+        return max(values) if self.over_cases == "max" else sum(values) / len(values)
 
 
 class StudySpec(pydantic.BaseModel):
@@ -118,6 +132,9 @@ class Study:
             for name in [self.spec.objective.metric, *self.spec.objective.limits]:
                 if name not in metrics:
                     raise InputError(f"{self.file}: objective: no metric {name!r}; there are {', '.join(metrics)}")
+            for name in self.spec.objective.targets:
+                if name not in names:
+                    raise InputError(f"{self.file}: objective.targets: no case {name!r}; there are {', '.join(names)}")
 
     @property
     def parameters(self) -> dict[str, ParameterSpec]:

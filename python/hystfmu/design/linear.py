@@ -1,0 +1,176 @@
+"""Blocks, graphs and models as linear systems of python-control.
+
+A block that is linear gives its transfer function, exactly for a step h.  A controller with a soft switching term gives
+that of small s.  A graph gives the state space of its exact tangents at rest: hysteresis counts with the slope of the
+branch that a rising input is on.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.continuous import ContinuousExecutor
+from hystfmu.core import Array
+from hystfmu.errors import InputError
+from hystfmu.graph import Graph, Node
+from hystfmu.model import Model
+
+Rational = tuple[NDArray[Any], NDArray[Any]]
+"""Numerator and denominator in z, highest power first."""
+
+
+def to_control(part: Node | Graph | Model, h: float | None = None) -> Any:
+    """A part as a system of python-control.
+
+    Parameters
+    ----------
+    part : Node, Graph or Model
+        A Node: `transfer_function` and `delay` from u to y; `pid` and `lead_lag` from y_d - y to u - u_ff;
+        `sliding_mode` and `super_twisting` from -(y - y_d) to u - u_ff for small s, without limits.
+        A Graph or Model: see `linearise`.
+    h : float, optional
+        Step (s).  Without it the result is continuous; `delay` and the controllers need it.
+
+    Returns
+    -------
+    control.TransferFunction or control.StateSpace
+        Of a `transfer_function`, its exact discretisation for the hold of the block.
+
+    Raises
+    ------
+    InputError
+        A block that is not linear, a controller without step, python-control is not installed.
+    """
+    control = _control()
+    if isinstance(part, Model):
+        part = part.graph
+    if isinstance(part, Graph):
+        A, B, C, D = linearise(part)
+        system = control.ss(A, B, C, D)
+        return system if h is None or not len(A) else control.sample_system(system, h, method="zoh")
+    if part.type == "transfer_function":
+        system = control.tf(part.value("b"), part.value("a"))
+        method = "foh" if part.value("hold")[0] else "zoh"
+        return system if h is None else control.sample_system(system, h, method=method)
+    if part.type not in _SAMPLED:
+        raise InputError(f"{part.type}: not a linear block; there are transfer_function, {', '.join(_SAMPLED)}")
+    if h is None:
+        raise InputError(f"{part.type}: a sampled block needs the step h")
+    if not (math.isfinite(h) and h > 0):
+        raise InputError(f"h: must be greater than 0; got {h!r}")
+    b, a = _SAMPLED[part.type](part, h)
+    return control.tf(b, a, h)
+
+
+def linearise(graph: Graph) -> tuple[Array, Array, Array, Array]:
+    """State space (A, B, C, D) of a graph at its start, by exact directional derivatives.
+
+    Inputs at their start values; hysteresis with the slope for an input that rises.
+
+    Returns
+    -------
+    A : array, shape (n, n);  B : (n, m);  C : (p, n);  D : (p, m)
+        n continuous states, m scalar inputs, p scalar outputs, in the order of the graph; time in seconds.
+
+    Raises
+    ------
+    InputError
+        A sampled block in the graph: it has no continuous form.
+    """
+    executor = ContinuousExecutor(graph.to_bytes())
+    if executor.is_sampled:
+        raise InputError("a graph with sampled blocks has no continuous linear form")
+    executor.start(0.0)
+    executor.evaluate(0.0)
+    n, m, p = len(executor.x), graph.n_inputs, graph.n_outputs
+    columns = [np.concatenate(executor.tangent(seed[:m], seed[m:], p)) for seed in np.eye(m + n)]
+    T = np.column_stack(columns)
+    return T[p:, m:], T[p:, :m], T[:p, m:], T[:p, :m]
+
+
+def _control() -> Any:
+    """python-control takes seconds to import: only here."""
+    try:
+        return importlib.import_module("control")
+    except ImportError:
+        raise InputError("to_control needs the extra 'control': pip install 'hystfmu[control]'") from None
+
+
+# ---- sampled blocks, as their C files step them ---------------------------------------------------------------------
+def _add(f: Rational, g: Rational) -> Rational:
+    return np.polyadd(np.polymul(f[0], g[1]), np.polymul(g[0], f[1])), np.polymul(f[1], g[1])
+
+
+def _times(f: Rational, g: Rational) -> Rational:
+    return np.polymul(f[0], g[0]), np.polymul(f[1], g[1])
+
+
+def _gain(k: float) -> Rational:
+    return np.array([k]), np.array([1.0])
+
+
+def _difference(tau: float, h: float) -> Rational:
+    return np.array([1.0, -1.0]), np.array([tau + h, -tau])
+
+
+def _sum(h: float) -> Rational:
+    return np.array([h, 0.0]), np.array([1.0, -1.0])
+
+
+def _values(node: Node, *names: str) -> list[float]:
+    return [float(node.value(n)[0]) for n in names]
+
+
+def _delay(node: Node, h: float) -> Rational:
+    return np.array([1.0]), np.array([1.0] + [0.0] * node.dims["n"])
+
+
+def _pid(node: Node, h: float) -> Rational:
+    Kp, Ki, Kd, tau = _values(node, "Kp", "Ki", "Kd", "tau")
+    c = _gain(Kp)
+    if Ki:  # a part with gain 0 would leave a pole that its zero cancels
+        c = _add(c, _times(_gain(Ki), _sum(h)))
+    return _add(c, _times(_gain(Kd), _difference(tau, h))) if Kd else c
+
+
+def _lead_lag(node: Node, h: float) -> Rational:
+    c = _gain(float(node.value("K")[0]))
+    for z, p in zip(node.value("T_z"), node.value("T_p"), strict=True):
+        c = _times(c, (np.array([2 * z + h, h - 2 * z]), np.array([2 * p + h, h - 2 * p])))
+    return c
+
+
+def _line(node: Node, h: float, k_i: float) -> Rational:
+    lam, tau = _values(node, "lam", "tau")
+    s = _add(_gain(lam), _difference(tau, h))
+    return _add(s, _times(_gain(k_i), _sum(h))) if k_i else s
+
+
+def _sliding_mode(node: Node, h: float) -> Rational:
+    eta, rho, epsilon, k_i = _values(node, "eta", "rho", "epsilon", "k_i")
+    return _times(_gain(eta + rho / epsilon), _line(node, h, k_i))
+
+
+def _super_twisting(node: Node, h: float) -> Rational:
+    k_1, k_2, mu, epsilon = _values(node, "k_1", "k_2", "mu", "epsilon")
+    slope_1 = 1 / math.sqrt(epsilon) + mu
+    slope_2 = 0.5 / epsilon + 1.5 * mu / math.sqrt(epsilon) + mu * mu
+    c = _gain(k_1 * slope_1)
+    if k_2:
+        c = _add(c, _times(_gain(k_2 * slope_2), _sum(h)))
+    return _times(c, _line(node, h, 0.0))
+
+
+_SAMPLED: dict[str, Callable[[Node, float], Rational]] = {
+    "delay": _delay,
+    "pid": _pid,
+    "lead_lag": _lead_lag,
+    "sliding_mode": _sliding_mode,
+    "super_twisting": _super_twisting,
+}
