@@ -6,13 +6,17 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find fmu_build python -name '*.[ch]' -o -name '*.py') LICENSE
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
-.PHONY: platforms demo test check generate bench modelica clean
+.PHONY: platforms demo test torture check generate bench modelica clean
 
 demo: build/installed
 	$(BIN)/hystfmu demo -o demo
 
 test: build/installed-dev
 	$(BIN)/python -m pytest -q
+
+# the long runs: a million fuzzed sequences, every compiler and processor at hand, threads, coverage, hostile files
+torture: build/installed-dev
+	$(BIN)/python -m pytest -q -m torture
 
 # formatting, lint, types, stale generated files
 check: build/installed-dev

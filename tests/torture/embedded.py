@@ -1,0 +1,69 @@
+"""Block files as one C source, so that a program for any platform carries them and opens no file: every block in every
+configuration of the contract tests, and graphs with wires, loops and an implicit inverse."""
+
+from __future__ import annotations
+
+import functools
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hystfmu.core import block_types
+from hystfmu.graph import Graph, Node
+
+TESTS = Path(__file__).parents[1]
+sys.path.insert(0, str(TESTS / "contract"))
+sys.path.insert(0, str(TESTS / "fmu"))
+sys.path.insert(0, str(TESTS / "c"))
+import test_sanitizers
+from excitation import STEP, configurations, node
+from fmu_master import loop, mixed, single
+
+
+def lively(n: Node) -> Node:
+    """The node with arrays that differ from element to element: equal weights or radii would hide half of a block."""
+    spread: dict[str, Any] = {}
+    for v in n.block.parameters:
+        if v.type == "real" and v.size != "1" and v.name not in n.values:
+            k = np.arange(n.sizes[v.name])
+            spread[v.name] = np.clip(n.value(v.name) + 0.3 * np.sin(1.7 * k + len(v.name)), v.lo, v.hi)
+            if v.name == "r":
+                spread[v.name] = np.sort(np.abs(spread[v.name]))
+    return node(n.block, {**n.values, **spread}) or n
+
+
+@functools.cache
+def graphs() -> dict[str, Graph]:
+    """Name -> graph; sampled blocks have a step."""
+    made = {}
+    for name, block in block_types().items():
+        for i, values in enumerate(configurations(block)):
+            if n := node(block, values):
+                made[f"{name}-{i}"] = Graph.single(lively(n)).with_step(STEP)
+        made[f"{name}-moving"] = single(name)
+    return made | {
+        "loop": loop(),
+        "mixed": mixed(),
+        "two-loops": test_sanitizers.loop().with_step(STEP),
+        "implicit": test_sanitizers.implicit().with_step(STEP),
+    }
+
+
+def write_source(target: Path) -> Path:
+    """The graphs as `embedded_files[]` of embedded.h."""
+    lines = ['#include "embedded.h"']
+    for i, (name, graph) in enumerate(graphs().items()):
+        lines.append(f"static const unsigned char file{i}[] = {{{','.join(map(str, graph.to_bytes()))}}}; /* {name} */")
+    rows = [f'{{"{name}", file{i}, sizeof file{i}}},' for i, name in enumerate(graphs())]
+    target.write_text("\n".join([*lines, "const embedded_file embedded_files[] = {", *rows, "{0, 0, 0}};", ""]))
+    return target
+
+
+def write_corpus(folder: Path) -> Path:
+    """The graphs as files of a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, graph in graphs().items():
+        (folder / f"{name}.bin").write_bytes(graph.to_bytes())
+    return folder

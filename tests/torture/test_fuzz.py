@@ -1,0 +1,83 @@
+"""libFuzzer with AddressSanitizer and UBSan: bytes as a block file, and bytes as sequences of FMI 2.0 and 3.0 calls."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from embedded import write_corpus, write_source
+from targets import CORE, CORE_SOURCES, FMI, FMI_SOURCES, MEANING, Target, fmi_headers
+
+HERE = Path(__file__).parent
+SANITIZE = "-fsanitize=fuzzer,address,undefined,float-cast-overflow"
+CLANG = Target("clang, libFuzzer", ["clang", "-g", "-O1", SANITIZE, "-fno-sanitize-recover=all"])
+RUNS = int(os.environ.get("HYSTFMU_FUZZ_RUNS", "1000000"))  # of each target in `make torture`
+
+
+@pytest.fixture(scope="session")
+def fuzzer(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Program by name: fuzz_core or fuzz_fmi."""
+    folder = tmp_path_factory.mktemp("fuzz")
+    probe = folder / "probe.c"
+    probe.write_text("int LLVMFuzzerTestOneInput(const unsigned char *d, unsigned long n) { return d && n ? 0 : 0; }\n")
+    why = CLANG.missing()
+    if (
+        why
+        or subprocess.run([*CLANG.compiler, str(probe), "-o", str(folder / "probe")], capture_output=True).returncode
+    ):
+        pytest.skip(why or "clang has no libFuzzer runtime")
+
+    def one(name: str) -> Path:
+        if not (folder / name).exists():
+            sources = [HERE / f"{name}.c", *CORE_SOURCES]
+            if name == "fuzz_fmi":
+                own = [s for s in FMI_SOURCES if s.name != "open_file.c"]  # replaced: no file is opened
+                sources += [*own, write_source(folder / "files.c")]
+            flags = [*MEANING, "-Wall", "-Wextra", f"-I{CORE}", f"-I{FMI}", f"-I{HERE}", f"-isystem{fmi_headers()}"]
+            CLANG.build(folder / name, sources, flags)
+        return folder / name
+
+    return one
+
+
+def fuzz(program: Path, folder: Path, seconds: float, *options: str) -> str:
+    """Runs it from the block files as first inputs; its report.  An input that crashes, hangs or leaks is shown."""
+    corpus = folder / "corpus"
+    corpus.mkdir()
+    seeds = write_corpus(folder / "seeds")
+    limits = ["-timeout=10", "-rss_limit_mb=2000", "-max_len=2048", "-seed=1", "-print_final_stats=1"]
+    command = [str(program), *options, *limits, f"-artifact_prefix={folder}/", str(corpus), str(seeds)]
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=seconds)
+    found = [f"{f.name}: {f.read_bytes().hex()}" for f in folder.glob("*-*") if f.is_file()]
+    assert done.returncode == 0, done.stderr[-5000:] + "\n".join(found)
+    return done.stderr
+
+
+def statistic(report: str, name: str) -> int:
+    m = re.search(rf"stat::{name}:\s*(\d+)", report)
+    assert m, report[-2000:]
+    return int(m[1])
+
+
+@pytest.mark.parametrize("name", ["fuzz_core", "fuzz_fmi"])
+def test_a_few_seconds(fuzzer: Callable[[str], Path], tmp_path: Path, name: str) -> None:
+    report = fuzz(fuzzer(name), tmp_path, 60, "-max_total_time=3")
+    assert statistic(report, "number_of_executed_units") > 200
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize("name", ["fuzz_core", "fuzz_fmi"])
+def test_a_million(
+    fuzzer: Callable[[str], Path], tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report = fuzz(fuzzer(name), tmp_path, 3600, f"-runs={RUNS}")
+    n, rate = (statistic(report, s) for s in ("number_of_executed_units", "average_exec_per_sec"))
+    edges = re.findall(r"cov: (\d+)", report)[-1]
+    with capsys.disabled():
+        print(f"
+{name}: {n} executions, {rate} a second, {edges} edges: no crash, hang or leak")
+    assert n >= RUNS

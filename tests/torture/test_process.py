@@ -1,0 +1,140 @@
+"""What the binary of an FMU must not do to its process: allocate or call the system in a step, refuse steps for their
+rounding, grow, change the floating-point environment or the locale, share anything between threads or neighbours."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from embedded import graphs
+from targets import CORE, CORE_SOURCES, FMI, FMI_SOURCES, MEANING, Target, fmi_headers, run
+
+from hystfmu.fmu import export
+
+HERE = Path(__file__).parent
+BINARY = Path(export.__file__).parents[1] / "_fmu.so"
+FLAGS = [*MEANING, "-std=gnu99", "-Wall", "-Wextra", "-Werror", f"-I{CORE}", f"-I{FMI}", f"-isystem{fmi_headers()}"]
+GCC = Target("gcc", ["gcc", "-O2"])
+Build = Callable[[str], Path]
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks into a Linux process")
+
+
+@pytest.fixture(scope="session")
+def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The list of models that the programs read, beside resource folders."""
+    folder = tmp_path_factory.mktemp("models")
+    lines = []
+    for name, graph in graphs().items():
+        (folder / name).mkdir()
+        (folder / name / "block.bin").write_bytes(graph.to_bytes())
+        words: list[object] = [folder / name, graph.token]
+        for kind in ("input", "output"):
+            chosen = [p for p in graph.ports if p.kind == kind]
+            words += [len(chosen), *(n for p in chosen for n in (p.reference, p.size))]
+        lines.append(" ".join(map(str, words)))
+    (folder / "models").write_text("\n".join(lines) + "\n")
+    return folder / "models"
+
+
+@pytest.fixture(scope="session")
+def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    """Program by name, linked with nothing but libc."""
+    if why := GCC.missing():
+        pytest.skip(why)
+    folder = tmp_path_factory.mktemp("programs")
+
+    def one(name: str) -> Path:
+        if not (folder / name).exists():
+            GCC.build(folder / name, [HERE / f"{name}.c"], [*FLAGS, "-rdynamic", "-ldl", "-lm"])
+        return folder / name
+
+    return one
+
+
+# ---- a step ---------------------------------------------------------------------------------------------------------
+def status(*command: object) -> int:
+    return subprocess.run([str(c) for c in command], capture_output=True, timeout=60).returncode
+
+
+def test_no_allocation_lock_or_system_call_in_a_step(build: Build, models: Path) -> None:
+    program = build("quiet_step")
+    if status(program, BINARY, models) == 77:
+        pytest.skip("no seccomp here")
+    assert status(program, BINARY, models) == 0
+    assert status(program, BINARY, models, "allocate") == 3  # the test can fail
+    assert status(program, BINARY, models, "allocate", "call the system") == -31  # SIGSYS
+
+
+def test_steps_are_not_refused_for_their_rounding(build: Build, models: Path) -> None:
+    out = run([str(build("process")), "steps", str(BINARY), str(models)], 60, STEPS="20000")
+    assert out.count("none refused") == 16
+
+
+@pytest.mark.torture
+def test_ten_million_steps_are_not_refused_for_their_rounding(build: Build, models: Path) -> None:
+    out = run([str(build("process")), "steps", str(BINARY), str(models)], 600, STEPS="10000000")
+    assert out.count("10000000 steps") == 16
+
+
+# ---- a process ------------------------------------------------------------------------------------------------------
+def test_two_fmus_in_one_process(build: Build, models: Path, tmp_path: Path) -> None:
+    other = shutil.copy(BINARY, tmp_path / "other name äö.so")
+    run([str(build("process")), "neighbours", str(BINARY), str(models), str(other)], 60)
+
+
+def test_a_thousand_instances_and_loads(build: Build, models: Path) -> None:
+    run([str(build("process")), "instances", str(BINARY), str(models)], 60)
+    run([str(build("process")), "reload", str(BINARY), str(models)], 60)
+
+
+def test_rounding_mode_and_locale_stay_as_they_are(build: Build, models: Path, tmp_path: Path) -> None:
+    """In a locale with a decimal comma where one can be made; messages keep the point."""
+    made = tmp_path / "de_DE.UTF-8"
+    localedef = shutil.which("localedef")
+    if localedef and Path("/usr/share/i18n/locales/de_DE").exists():
+        subprocess.run([localedef, "-i", "de_DE", "-f", "UTF-8", str(made)], capture_output=True, timeout=60)
+    comma = made.is_dir()
+    out = run(
+        [str(build("process")), "environment", str(BINARY), str(models)],
+        60,
+        LOCPATH=str(tmp_path) if comma else "",
+        LC_ALL="de_DE.UTF-8" if comma else "C",
+    )
+    assert ("writes 0,5" if comma else "writes 0.5") in out
+    messages = [line for line in out.splitlines() if "step starts at" in line]
+    assert len(messages) == 4
+    assert all(re.search(r"t = 0\.25 s, but the unit is at t = 0 s", m) for m in messages)
+
+
+# ---- other eyes -----------------------------------------------------------------------------------------------------
+def instrumented(compiler: list[str], folder: Path, source: Path) -> Path:
+    """A program with core and FMI layer linked in."""
+    target = Target(" ".join(compiler), compiler)
+    if why := target.missing():
+        pytest.skip(why)
+    flags = [*FLAGS, "-g", "-rdynamic", "-ldl", "-lm", "-lpthread"]
+    return target.build(folder / source.stem, [*CORE_SOURCES, *FMI_SOURCES, source], flags)
+
+
+@pytest.mark.torture
+def test_eight_threads_under_the_thread_sanitizer(models: Path, tmp_path: Path) -> None:
+    program = instrumented(["clang", "-O1", "-fsanitize=thread"], tmp_path, HERE / "threads.c")
+    run([str(program), str(models)], 600, TSAN_OPTIONS="halt_on_error=1")
+
+
+@pytest.mark.torture
+def test_random_calls_under_valgrind(models: Path, tmp_path: Path) -> None:
+    if not shutil.which("valgrind"):
+        pytest.skip("no valgrind")
+    program = instrumented(["gcc", "-O1"], tmp_path, HERE.parent / "c" / "drive_fmi.c")
+    for name in ("loop", "mixed", "implicit", "preisach-0", "transfer_function-0", "polynomial_narx-0"):
+        graph = graphs()[name]
+        references = str(sum(p.size for p in graph.ports))
+        memcheck = ["valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=all"]
+        run([*memcheck, str(program), str(models.parent / name), graph.token, references, "20000", "3"], 300)

@@ -1,0 +1,74 @@
+"""The same bits from every compiler, optimisation, processor and operating system: one hash per block over its outputs,
+slopes and memory, for every target that this machine can build and run."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+from embedded import graphs, write_source
+from targets import CORE, CORE_SOURCES, MEANING, TARGETS, Target
+
+HERE = Path(__file__).parent
+FLAGS = [f"-I{CORE}", f"-I{HERE}"]
+
+
+def hashes(target: Target, folder: Path, steps: int, meaning: list[str] = MEANING) -> dict[str, str]:
+    """Name of the graph -> hash."""
+    folder.mkdir(parents=True, exist_ok=True)
+    sources = [*CORE_SOURCES, HERE / "hash_outputs.c", write_source(folder / "files.c")]
+    program = target.build(folder / "hash_outputs", sources, [*meaning, *FLAGS])
+    lines = target.run(program, str(steps)).splitlines()
+    found = dict(line.split() for line in lines)
+    assert list(found) == list(graphs())
+    return found
+
+
+def differences(a: dict[str, str], b: dict[str, str]) -> list[str]:
+    return [name for name in a if a[name] != b[name]]
+
+
+def test_two_compilers_give_the_same_bits(tmp_path: Path) -> None:
+    """The two that differ most among the quick ones; `make torture` runs all."""
+    first, second = (next(t for t in TARGETS if t.name == name) for name in ("gcc -O0", "clang -O3 -march=native"))
+    for t in (first, second):
+        if why := t.missing():
+            pytest.skip(f"{t.name}: {why}")
+    a, b = hashes(first, tmp_path / "a", 4000), hashes(second, tmp_path / "b", 4000)
+    assert differences(a, b) == []
+    assert len(set(a.values())) > 0.7 * len(a)  # the hash sees the outputs: few graphs show the same numbers
+
+
+@pytest.mark.torture
+def test_every_target_gives_the_same_bits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found: dict[str, dict[str, str]] = {}
+    skipped, seconds = [], {}
+    for i, t in enumerate(TARGETS):
+        if why := t.missing():
+            skipped.append(f"{t.name}: {why}")
+        else:
+            begin = time.monotonic()
+            found[t.name] = hashes(t, tmp_path / str(i), 20000)
+            seconds[t.name] = time.monotonic() - begin
+    reference = found[next(iter(found))]
+    with capsys.disabled():
+        print(f"\n20 000 steps, hash per graph on {len(found)} targets")
+        for name, value in reference.items():
+            others = [t for t in found if found[t][name] != value]
+            print(f"  {name:34s} {value}  {'equal' if not others else 'DIFFERS: ' + '; '.join(others)}")
+        print("\n".join(f"  {seconds[t]:5.1f} s  {t}" for t in found))
+        print("\n".join(["skipped: " + s for s in skipped]))
+    assert {t: differences(reference, h) for t, h in found.items() if h != reference} == {}
+    assert len(found) >= 8, skipped
+
+
+@pytest.mark.torture
+def test_the_hash_would_show_fused_operations(tmp_path: Path) -> None:
+    """What CMakeLists.txt forbids and the compiler would do on its own: this test of a test must see it."""
+    target = next(t for t in TARGETS if t.name == "gcc -O3 -march=native")
+    if (why := target.missing()) or "fma" not in Path("/proc/cpuinfo").read_text():
+        pytest.skip(why or "the processor has no fused multiply-add")
+    good = hashes(target, tmp_path / "off", 2000)
+    fused = hashes(target, tmp_path / "fast", 2000, ["-std=gnu99", "-ffp-contract=fast", "-fno-math-errno"])
+    assert len(differences(good, fused)) > 20
