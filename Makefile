@@ -16,6 +16,7 @@ test: build/installed-dev
 
 # the long runs: a million fuzzed sequences, every compiler and processor at hand, threads, coverage, hostile files
 torture: build/installed-dev
+	$(PIP) ziglang wasmtime
 	$(BIN)/python -m pytest -q -m torture
 
 # formatting, lint, types, stale generated files
