@@ -13,10 +13,9 @@ import numpy as np
 from hystfmu.core import block_types
 from hystfmu.graph import Graph, Node
 
-TESTS = Path(__file__).parents[1]
-sys.path.insert(0, str(TESTS / "contract"))
-sys.path.insert(0, str(TESTS / "fmu"))
-sys.path.insert(0, str(TESTS / "c"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "fmu"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "c"))
 import test_sanitizers
 from excitation import STEP, configurations, node
 from fmu_master import loop, mixed, single

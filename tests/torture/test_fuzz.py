@@ -78,6 +78,5 @@ def test_a_million(
     n, rate = (statistic(report, s) for s in ("number_of_executed_units", "average_exec_per_sec"))
     edges = re.findall(r"cov: (\d+)", report)[-1]
     with capsys.disabled():
-        print(f"
-{name}: {n} executions, {rate} a second, {edges} edges: no crash, hang or leak")
+        print(f"\n{name}: {n} executions, {rate} a second, {edges} edges: no crash, hang or leak")
     assert n >= RUNS
