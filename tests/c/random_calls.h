@@ -54,8 +54,7 @@ static void open_unit(int v, int i, const char *location, const char *token) {
     unit[v][i].c = fmi2Instantiate(draw(19) ? "a" : "", draw(2) ? fmi2CoSimulation : fmi2ModelExchange, token,
                                    draw(19) ? location : "file:///%", &functions, 0, draw(4) == 0);
   else if (draw(2))
-    unit[v][i].c =
-        fmi3InstantiateModelExchange("a", token, location, 0, 0, &environment, draw(3) ? tell3 : NULL);
+    unit[v][i].c = fmi3InstantiateModelExchange("a", token, location, 0, 0, &environment, draw(3) ? tell3 : NULL);
   else
     unit[v][i].c = fmi3InstantiateCoSimulation("a", draw(19) ? token : NULL, draw(19) ? location : NULL, 0, 0,
                                                draw(2) == 0, 0, NULL, 0, &environment, draw(3) ? tell3 : NULL, NULL);

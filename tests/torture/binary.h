@@ -11,10 +11,11 @@
 #include "random.h"
 
 #define FUNCTIONS(F)                                                                                       \
-  F(fmi2Instantiate) F(fmi2FreeInstance) F(fmi2SetupExperiment) F(fmi2EnterInitializationMode)             \
-  F(fmi2ExitInitializationMode) F(fmi2SetReal) F(fmi2GetReal) F(fmi2DoStep) F(fmi3InstantiateCoSimulation) \
-  F(fmi3FreeInstance) F(fmi3EnterInitializationMode) F(fmi3ExitInitializationMode) F(fmi3SetFloat64)       \
-  F(fmi3GetFloat64) F(fmi3DoStep)
+  F(fmi2Instantiate)                                                                                       \
+  F(fmi2FreeInstance) F(fmi2SetupExperiment) F(fmi2EnterInitializationMode) F(fmi2ExitInitializationMode)  \
+      F(fmi2SetReal) F(fmi2GetReal) F(fmi2DoStep) F(fmi3InstantiateCoSimulation) F(fmi3FreeInstance)       \
+          F(fmi3EnterInitializationMode) F(fmi3ExitInitializationMode) F(fmi3SetFloat64) F(fmi3GetFloat64) \
+              F(fmi3DoStep)
 typedef struct {
   void *handle;
 #define FIELD(f) f##TYPE *f;
@@ -23,8 +24,8 @@ typedef struct {
 } binary;
 
 /* a message on stderr and exit: the caller shows it */
-#define DEMAND(condition) \
-  do { \
+#define DEMAND(condition)                                                              \
+  do {                                                                                 \
     if (!(condition)) fprintf(stderr, "line %d: %s\n", __LINE__, #condition), exit(1); \
   } while (0)
 

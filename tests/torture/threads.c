@@ -1,6 +1,6 @@
-/* Eight threads, each with instances of its own of every model in both standards, made, run and freed while the others do
- * the same.  All get the same numbers; the thread sanitizer, with which the FMI layer is linked in, sees what they share.
- *   threads MODELS */
+/* Eight threads, each with instances of its own of every model in both standards, made, run and freed while the others
+ * do the same.  All get the same numbers; the thread sanitizer, with which the FMI layer is linked in, sees what they
+ * share. threads MODELS */
 #include <pthread.h>
 
 #include "binary.h"
