@@ -26,7 +26,9 @@ _SAMPLED = {
         "backlash_sum bouc_wen constraint_factor creep duhem krasnoselskii_pokrovskii play_bank prandtl_ishlinskii "
         "preisach zhao_tan"
     ),
-    "Inverse.Sampled": "prandtl_ishlinskii_inverse zhao_tan_inverse zhao_tan_inverse_reconstructed",
+    "Inverse.Sampled": (
+        "constraint_factor_inverse prandtl_ishlinskii_inverse zhao_tan_inverse zhao_tan_inverse_reconstructed"
+    ),
     "Dynamics": "delay differentiator",
     "Networks": "polynomial_narx",
 }

@@ -252,6 +252,8 @@ def _outputs(block: str, u: Array, v: Values, h: float, rows: Rows) -> Array:
             return column(chosen(zhao_tan_branch))
         case "ConstraintFactor":
             return column(chosen(constraint_factor_branch(v)))
+        case "ConstraintFactorInverse":
+            return column(return_point(u, rows, 0.0, v["x0"], inverse_of(constraint_factor_branch(v))))
         case "ZhaoTanInverse":
             return column(return_point(u, rows, 0.0, v["x0"], inverse_of(zhao_tan_branch)))
         case "ZhaoTanInverseReconstructed":
