@@ -1,0 +1,86 @@
+"""Commands about FMUs: write one, check anybody's."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from hystfmu.cli.options import FAILED, json_option
+from hystfmu.errors import InputError
+
+
+@click.command()
+@click.argument("model")
+@click.option("-o", "out", metavar="X.fmu", help="The FMU to write.")
+@click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the standard.")
+@click.option("--name", metavar="NAME", help="Model name in the FMU; default: the key of the model.")
+@click.option(
+    "--platforms", type=click.Choice(["host", "all"]), default="host", show_default=True, help="Binaries to pack."
+)
+@click.option("--source", is_flag=True, help="Pack the C source too: one file with the data in it.")
+@click.option("--modelica", metavar="DIR", help="Write a Modelica package there: a record and a ready block.")
+def export(
+    model: str,
+    out: str | None,
+    fmi: str,
+    name: str | None,
+    platforms: Literal["host", "all"],
+    source: bool,
+    modelica: str | None,
+) -> None:
+    """Pack a model as an FMU for Co-Simulation and Model Exchange, or as Modelica; no compiler is needed.
+
+    \b
+    Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
+             hystfmu export piezo.model.toml --modelica modelica
+    """
+    from hystfmu.fmu.export import export_fmu
+    from hystfmu.fmu.platforms import missing
+    from hystfmu.model import Model
+
+    if out is None and modelica is None:
+        raise InputError("say what to write: -o X.fmu or --modelica DIR")
+    if modelica is not None:
+        from hystfmu.modelica import export_modelica
+
+        file = Path(model).name
+        written = export_modelica(Model.load(model), modelica, name or file.removesuffix(".model.toml"), file)
+        click.echo(f"wrote {written}: Modelica package with the record Values and the block Model")
+    if out is None:
+        return
+    version: Literal[2, 3] = 2 if fmi == "2" else 3
+    path = export_fmu(Model.load(model), out, version, name, platforms, source)
+    if platforms == "all" and (left_out := missing()):
+        click.echo(
+            f"left out: no binary is installed for {', '.join(left_out)} ('make platforms' builds them)", err=True
+        )
+    click.echo(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
+
+
+@click.command()
+@click.argument("fmu")
+@click.option("--seconds", default=60.0, show_default=True, help="Time limit.")
+@json_option
+def validate(fmu: str, seconds: float, as_json: bool) -> None:
+    """Check anybody's FMU: the archive, static checks of fmpy and fmutool, and trial runs in a process of its own.
+
+    Start values, equal runs, get and set without effect, reset, saved states, two instances, dependencies, directional
+    derivatives, leaks, odd folders.
+
+    \b
+    Example: hystfmu validate piezo.fmu
+    """
+    from hystfmu.fmu.check import check_fmu
+
+    problems = check_fmu(fmu, seconds)
+    if as_json:
+        click.echo(json.dumps({"file": fmu, "problems": problems}))
+    else:
+        for p in problems:
+            click.echo(p)
+        click.echo(f"{fmu}: {len(problems)} problem{'' if len(problems) == 1 else 's'}")
+    sys.exit(FAILED if problems else 0)

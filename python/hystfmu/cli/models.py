@@ -1,0 +1,151 @@
+"""Commands about blocks and models: what there is, fit, predict, inverse."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from hystfmu.cli.options import assignments, data_options, json_option, read
+
+
+@click.command()
+@click.argument("name", required=False)
+@click.option("--markdown", is_flag=True, hidden=True, help="The table as it stands in the README.")
+@json_option
+def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
+    """List the blocks, or show one: ports, parameters, units, equation, source.
+
+    \b
+    Example: hystfmu blocks zhao_tan
+    """
+    from hystfmu import listing
+
+    if name is None:
+        click.echo(listing.as_json() if as_json else listing.markdown() if markdown else listing.overview())
+    else:
+        click.echo(listing.as_json(name) if as_json else listing.details(name))
+
+
+@click.command()
+@click.argument("data")
+@click.option("--model", "key", required=True, metavar="KEY", help="Kind of model; an unknown key lists them.")
+@click.option("-o", "out", required=True, metavar="M.model.toml", help="The model file to write.")
+@data_options
+@click.option("--train", metavar="A:B", help="Rows whose residuals count; the model always runs from row 0.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Option of the method (repeatable).")
+@click.option("--seed", default=0, show_default=True, help="Seed of random starts.")
+@json_option
+def fit(
+    data: str,
+    key: str,
+    out: str,
+    time: str,
+    input_: str,
+    output: str,
+    rate: float | None,
+    resample: str | None,
+    train: str | None,
+    settings: tuple[str, ...],
+    seed: int,
+    as_json: bool,
+) -> None:
+    """Identify a model from measured data.
+
+    \b
+    Example: hystfmu fit piezo.csv --model zhao_tan_mlp --train 2000:4200 -o piezo.model.toml
+    """
+    from hystfmu.identify import fit as fit_model
+    from hystfmu.terminal import progress, table
+
+    options = assignments(settings)
+    measured = read(data, time, input_, output, rate, resample, train)
+    with progress(f"fitting {key}") as report:
+        model = fit_model(measured, key, seed=seed, progress=report, **options)
+    model.save(out)
+    f = model.fit
+    if as_json:
+        click.echo(json.dumps({"model": model.key, "file": out, **f}))
+        return
+    if key == "auto":
+        p = model.provenance
+        rated = [[k, p["auto_parameters"][k], f"{e:.4g}"] for k, e in p["auto"].items()]
+        click.echo(table(["candidate", "parameters", "held-out RMS %FS"], rated))
+        for name, reason in p["auto_left_out"].items():
+            click.echo(f"left out: {name}: {reason}")
+        click.echo(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
+        click.echo(f"rate dependence: {f['rate']}\n")
+    for warning in f.get("warnings", ()):
+        click.echo(f"warning: {warning}", err=True)
+    row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
+    head = ["model", "parameters", "RMS %FS", "max %FS", "seconds"]
+    if "coverage_percent" in f:
+        head, row = [*head, "coverage %"], [*row, f"{f['coverage_percent']:.0f}"]
+    click.echo(table(head, [row]))
+    click.echo(f"wrote {out}")
+
+
+@click.command()
+@click.argument("model")
+@click.argument("data")
+@click.option("-o", "out", required=True, metavar="OUT.csv", help="File to write: columns t, u, y.")
+@data_options
+@json_option
+def predict(
+    model: str,
+    data: str,
+    out: str,
+    time: str,
+    input_: str,
+    output: str,
+    rate: float | None,
+    resample: str | None,
+    as_json: bool,
+) -> None:
+    """Run a model free on the input column of a file.
+
+    Row 0 is the output after initialisation with the first input; row k what an FMU gives after set u_k,
+    doStep(t_{k-1}, h), get y.  Says how many rows lie outside what a network was trained on, where its limits hold.
+
+    \b
+    Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
+    """
+    from hystfmu.coverage import WARN, clamped
+    from hystfmu.model import Model
+
+    m = Model.load(model)
+    measured = read(data, time, input_, None, rate, resample)
+    y = m.predict(measured.u, measured.h)
+    measured.with_output(y).to_csv(out)
+    outside = clamped(m.graph, measured.u, measured.h)
+    share = 100 * float(outside.mean())
+    if share > WARN:
+        click.echo(
+            f"warning: {data}: {share:.3g} % of the rows (the first: row {int(outside.argmax())}) lie outside what "
+            f"{model} was trained on; it is limited there",
+            err=True,
+        )
+    if as_json:
+        click.echo(json.dumps({"file": out, "rows": len(y), "clamped_percent": share}))
+        return
+    click.echo(f"wrote {out}: {len(y)} rows")
+
+
+@click.command()
+@click.argument("model")
+@click.option("-o", "out", required=True, metavar="INV.model.toml", help="The model file to write.")
+@click.option("--method", type=click.Choice(["exact", "implicit", "learned"]), default="exact", show_default=True)
+def inverse(model: str, out: str, method: str) -> None:
+    """Invert a model: its output becomes the input that produces it.
+
+    \b
+    Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
+    """
+    from hystfmu.inverse import inverse as invert
+    from hystfmu.model import Model
+
+    made = invert(Model.load(model), method=method)
+    made.save(out)
+    rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
+    worth = "" if rms is None else f": inverse and model in cascade, RMS {rms:.2g} %, max {most:.2g} % of the span"
+    click.echo(f"wrote {out}{worth}")

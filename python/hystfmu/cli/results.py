@@ -1,0 +1,52 @@
+"""Commands that show results: the tables of the papers, and everything once on built-in data."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import click
+
+from hystfmu.cli.options import FAILED, json_option
+
+
+@click.command()
+@click.argument("names", nargs=-1)
+@click.option("--data", metavar="DIR", help="Folder with measured data, for the data sets that need it.")
+@click.option("--full", is_flag=True, help="Everything a paper tried: shen_ma_2017 1..100 hidden neurons, 12 minutes.")
+@json_option
+def reproduce(names: tuple[str, ...], data: str | None, full: bool, as_json: bool) -> None:
+    """The result tables of the papers: the printed number, a literal replica, and ours.
+
+    Exit status 1 if a target is missed; the line says by how much.
+
+    \b
+    Example: hystfmu reproduce zhao_tan_2008
+    """
+    from hystfmu.reproduce import PAPERS
+    from hystfmu.reproduce import reproduce as reproduce_paper
+    from hystfmu.terminal import progress
+
+    reports = []
+    for name in names or PAPERS:
+        with progress(name) as report:
+            reports.append(reproduce_paper(name, data, report, full))
+        if not as_json:
+            click.echo(reports[-1].text() + "\n")
+    if as_json:
+        click.echo(json.dumps([r.data() for r in reports]))
+    sys.exit(FAILED if any(row.met is False for r in reports for row in r.rows) else 0)
+
+
+@click.command()
+@click.option("-o", "out", default="demo", show_default=True, metavar="DIR", help="Directory to write into.")
+def demo(out: str) -> None:
+    """Everything once on built-in data: fit, compare, export, run scenarios, report.
+
+    \b
+    Example: hystfmu demo -o demo
+    """
+    from hystfmu.demo import demo as run_demo
+
+    sys.exit(0 if run_demo(Path(out)) else FAILED)

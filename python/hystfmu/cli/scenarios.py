@@ -1,0 +1,152 @@
+"""Commands about scenarios: run them, hand them on as SSP, vary them in a study."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from hystfmu.cli.options import FAILED, assignments, json_option
+from hystfmu.errors import InputError
+
+
+@click.command()
+@click.argument("scenarios", nargs=-1)
+@click.option("--all", "everything", is_flag=True, help="Every scenario below ./scenarios.")
+@click.option("--set", "settings", multiple=True, metavar="UNIT.NAME=VALUE", help="Override a parameter (repeatable).")
+@click.option(
+    "--engine",
+    type=click.Choice(["fmpy", "python", "native"]),
+    default="fmpy",
+    show_default=True,
+    help="FMUs by fmpy (the reference), Python units, or the whole loop in the C core; all give the same bits.",
+)
+@click.option(
+    "--coupling",
+    type=click.Choice(["gauss_seidel", "jacobi", "iterative"]),
+    help="How units exchange values, instead of what the scenario says.",
+)
+@click.option(
+    "--timeout",
+    type=click.FloatRange(0, min_open=True),
+    default=600.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="For a case with FMUs of others, which run in a process of their own.",
+)
+@click.option("--step", type=float, metavar="SECONDS", help="Of an SSP that states none, or another one.")
+@click.option("--stop", type=float, metavar="SECONDS", help="Of an SSP that states none, or another one.")
+@click.option("-o", "--out", metavar="OUT.csv", help="Write all outputs of an SSP there.")
+@click.option("--record", is_flag=True, help="Write the results as the new baseline.")
+@click.option("--report", "report_dir", metavar="DIR", help="Write report.html and report.json there.")
+@json_option
+def run(
+    scenarios: tuple[str, ...],
+    everything: bool,
+    settings: tuple[str, ...],
+    engine: Literal["fmpy", "python", "native"],
+    coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
+    timeout: float,
+    step: float | None,
+    stop: float | None,
+    out: str | None,
+    record: bool,
+    report_dir: str | None,
+    as_json: bool,
+) -> None:
+    """Run closed-loop scenarios on real FMUs by fmpy and hold them against limits and baselines.
+
+    An SSP archive of anybody runs too, and is held against the reference result in it.
+
+    \b
+    Example: hystfmu run scenarios/sliding_mode --report out
+             hystfmu run loop.ssp -o out.csv
+    """
+    if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
+        from hystfmu.scenario.ssp_file import run_ssp_file
+
+        lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out)
+        click.echo("\n".join(lines))
+        sys.exit(0 if passed else FAILED)
+    from hystfmu.scenario import run_scenarios
+    from hystfmu.terminal import progress, verdicts
+
+    if everything == bool(scenarios):
+        raise InputError("name scenarios, or use --all (example: hystfmu run scenarios/pid)")
+    paths = sorted(p.parent for p in Path("scenarios").glob("*/scenario.toml")) if everything else scenarios
+    if not paths:
+        raise InputError("no scenarios/*/scenario.toml below the current directory")
+    with progress("running") as report:
+        results = run_scenarios(
+            [Path(p) for p in paths],
+            record=record,
+            report_dir=Path(report_dir) if report_dir else None,
+            overrides=assignments(settings),
+            progress=report,
+            engine=engine,
+            coupling=coupling,
+            seconds=timeout,
+        )
+    if as_json:
+        click.echo(json.dumps([r.summary() for r in results]))
+    else:
+        click.echo(verdicts(results))
+    sys.exit(0 if all(r.passed for r in results) else FAILED)
+
+
+@click.command()
+@click.argument("scenario")
+@click.option("-o", "--out", required=True, metavar="X.ssp")
+@click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: its first].")
+@click.option("--ssp", "version", type=click.Choice(["1.0", "2.0"]), default="1.0", show_default=True)
+@click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="FMI version of our units.")
+@click.option("--connectors", is_flag=True, help="Outputs of the system for recorded signals; libcosim rejects them.")
+def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"], fmi: str, connectors: bool) -> None:
+    """Write a scenario as an SSP archive that other simulators run; 'hystfmu run X.ssp' reads those of others.
+
+    \b
+    Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp
+    """
+    from hystfmu.scenario import Scenario
+    from hystfmu.scenario.ssp import write_ssp
+
+    cases = {c.name: c for c in Scenario(scenario).cases}
+    if name is not None and name not in cases:
+        raise InputError(f"{scenario}: no case {name!r}; there are {', '.join(cases)}")
+    case = cases[name] if name is not None else next(iter(cases.values()))
+    path = write_ssp(case, out, version, connectors, 3 if fmi == "3" else 2)
+    click.echo(f"{path}: SSP {version}, case {case.name}, {len(case.units)} units, step {case.step:g} s")
+
+
+@click.command()
+@click.argument("study")
+@click.option("-o", "--out", "folder", required=True, metavar="DIR", help="Table and report; run again to resume.")
+@click.option("-j", "--jobs", type=click.IntRange(1, 1024), help="Local processes [default: one per core].")
+@click.option("--on", metavar="dask://HOST:PORT", help="Run on the Dask cluster with this scheduler.")
+@json_option
+def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bool) -> None:
+    """Run a scenario over many variations: a table (results.parquet) and a report of what matters.
+
+    Interrupted studies go on where they stopped.
+
+    \b
+    Example: hystfmu study scenarios/studies/mismatch.toml -o out -j 2
+    """
+    from hystfmu.study import run_study
+    from hystfmu.terminal import counter
+
+    with counter("running") as report:
+        outcome = run_study(study, folder, workers=jobs, on=on, progress=report)
+    facts = {"rows": len(outcome.rows), "ran": outcome.ran, "failed": len(outcome.failed)}
+    if as_json:
+        click.echo(json.dumps(facts | {"table": str(outcome.table), "report": str(outcome.report)}))
+    else:
+        click.echo(
+            f"{facts['rows']} rows, {facts['ran']} of them run now in {outcome.seconds:.1f} s, {facts['failed']} failed"
+        )
+        for row in outcome.failed[:10]:
+            click.echo(f"row {row['index']} ({row['case']}): {row['status']}: {row['reason']}")
+        click.echo(f"{outcome.table}\n{outcome.report}")
