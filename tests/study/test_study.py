@@ -15,7 +15,7 @@ from scipy.stats import spearmanr
 from hystfmu.cli import main
 from hystfmu.errors import InputError
 from hystfmu.study import run_study
-from hystfmu.study.report import sensitivity
+from hystfmu.study.report import main_effect, sensitivity
 from hystfmu.study.spec import ObjectiveSpec
 
 pq = pytest.importorskip("pyarrow.parquet")
@@ -113,6 +113,16 @@ def test_sensitivity_is_spearmans() -> None:
         for j in range(2):
             assert ours[i, j] == pytest.approx(spearmanr(x[:, i], y[:, j]).statistic, abs=1e-12)
     assert sensitivity(np.ones((5, 1)), y[:5])[0].tolist() == [0.0, 0.0]
+
+
+def test_main_effect_against_its_closed_form() -> None:
+    """y = 3 a + (2 b - 1)^2 with a, b uniform in [0, 1]: variances 9/12 and 4/45; b has no rank correlation."""
+    grid = (np.arange(240) + 0.5) / 240
+    a, b = (v.ravel() for v in np.meshgrid(grid, grid))
+    x, y = np.column_stack([a, b, np.ones_like(a)]), (3 * a + (2 * b - 1) ** 2)[:, None]
+    total = 9 / 12 + 4 / 45
+    assert main_effect(x, y)[:, 0] == pytest.approx([9 / 12 / total, 4 / 45 / total, 0], abs=0.01)
+    assert abs(sensitivity(x, y)[1, 0]) < 1e-12
 
 
 @pytest.mark.parametrize(

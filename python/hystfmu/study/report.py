@@ -75,12 +75,15 @@ def _case(study: Study, case: str, rows: list[dict[str, Any]]) -> Section:
     names, metrics = list(study.parameters), list(rows[0]["metrics"])
     x = np.array([[r["values"][k] for k in names] for r in rows])
     y = np.array([[r["metrics"][k] for k in metrics] for r in rows])
-    rank = sensitivity(x, y)
     tables = [
         Table(
             ["parameter", *metrics],
-            [[name, *np.round(rank[k], 3).tolist()] for k, name in enumerate(names)],
-            "sensitivity: rank correlation of parameter and metric (-1 to 1)",
+            [[name, *np.round(measure[k], 3).tolist()] for k, name in enumerate(names)],
+            text,
+        )
+        for measure, text in (
+            (main_effect(x, y), "share of the variance of a metric that a parameter explains alone (0 to 1)"),
+            (sensitivity(x, y), "rank correlation of parameter and metric (-1 to 1)"),
         )
     ]
     worst = np.argsort(-y[:, 0], kind="stable")[:WORST]
@@ -108,6 +111,28 @@ def sensitivity(x: Array, y: Array) -> Array:
     size = [np.sqrt((r**2).sum(axis=0)) for r in ranks]
     scale = np.outer(*size)
     return np.asarray(np.divide(ranks[0].T @ ranks[1], scale, out=np.zeros_like(scale), where=scale > 0))
+
+
+def main_effect(x: Array, y: Array) -> Array:
+    """Correlation ratio (first-order sensitivity) of every column of y (n, m) on every column of x (n, p): (p, m).
+
+    Variance of the means of y in bins of equal count along x, over the variance of y (Pearson 1905).  Sees effects that
+    go down and up again, which a rank correlation does not.  Columns that do not vary have 0; n runs without any effect
+    give about bins / n.
+    """
+    total = y.var(axis=0)
+    shares = np.zeros((x.shape[1], y.shape[1]))
+    for k, column in enumerate(x.T):
+        values = np.unique(column)
+        if len(values) <= BINS:
+            groups = [np.flatnonzero(column == v) for v in values]
+        else:
+            groups = np.array_split(np.argsort(column, kind="stable"), BINS)
+        means = np.array([y[g].mean(axis=0) for g in groups])
+        weights = np.array([len(g) for g in groups]) / len(column)
+        between = (weights[:, None] * (means - y.mean(axis=0)) ** 2).sum(axis=0)
+        shares[k] = np.divide(between, total, out=np.zeros_like(total), where=total > 0)
+    return shares
 
 
 def _centred_ranks(a: Array) -> Array:
