@@ -11,7 +11,7 @@ import click
 
 if TYPE_CHECKING:
     from hystfmu.core import Array
-    from hystfmu.scenario import Result
+    from hystfmu.scenario import Change, Result
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
@@ -66,6 +66,21 @@ def verdicts(results: Sequence[Result]) -> str:
     failures = [line for r in results for line in r.failures()]
     passed = sum(r.passed for r in results)
     return "\n".join([*lines, *failures, f"{passed} of {len(results)} cases passed"])
+
+
+def changes(found: Sequence[Change], none: str = "the baseline does not change") -> str:
+    """What changed: old, new, and the change in percent of the old value; `none` if nothing did."""
+    if not found:
+        return none
+
+    def cell(v: float | str | None) -> str:
+        return "-" if v is None else v if isinstance(v, str) else f"{v:.6g}"
+
+    rows = []
+    for c in found:
+        share = "-" if c.relative is None else f"{100 * c.relative:+.3g}"
+        rows.append([c.title, c.what, cell(c.old), cell(c.new), share])
+    return table(["scenario/case", "what", "old", "new", "change %"], rows)
 
 
 def loop(u: Array, y: Array, title: str, width: int = 72, height: int = 20) -> str:

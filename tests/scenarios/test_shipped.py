@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from hystfmu.cli import main
 from hystfmu.model import Model
 from hystfmu.scenario import Scenario, build, run_scenarios
-from hystfmu.scenario.metrics import Baseline
+from hystfmu.scenario.baseline import Baseline
 
 ROOT = Path(__file__).parents[2] / "scenarios"
 FOLDERS = sorted(p.parent for p in ROOT.glob("*/scenario.toml"))

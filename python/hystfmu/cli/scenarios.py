@@ -40,7 +40,13 @@ from hystfmu.errors import InputError
 @click.option("--step", type=float, metavar="SECONDS", help="Of an SSP that states none, or another one.")
 @click.option("--stop", type=float, metavar="SECONDS", help="Of an SSP that states none, or another one.")
 @click.option("-o", "--out", metavar="OUT.csv", help="Write all outputs of an SSP there.")
-@click.option("--record", is_flag=True, help="Write the results as the new baseline.")
+@click.option(
+    "--record",
+    is_flag=True,
+    help="Write the results as the new baseline, after a table of what changes; asks on a terminal.",
+)
+@click.option("--yes", is_flag=True, help="With --record: write without asking, as in a pipe.")
+@click.option("--junit", metavar="FILE", help="Write the verdicts as JUnit XML.")
 @click.option("--report", "report_dir", metavar="DIR", help="Write report.html and report.json there.")
 @json_option
 def run(
@@ -54,6 +60,8 @@ def run(
     stop: float | None,
     out: str | None,
     record: bool,
+    yes: bool,
+    junit: str | None,
     report_dir: str | None,
     as_json: bool,
 ) -> None:
@@ -71,14 +79,22 @@ def run(
         lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out)
         click.echo("\n".join(lines))
         sys.exit(0 if passed else FAILED)
-    from hystfmu.scenario import run_scenarios
-    from hystfmu.terminal import progress, verdicts
+    from hystfmu.scenario import Change, run_scenarios
+    from hystfmu.scenario.junit import write_junit
+    from hystfmu.terminal import changes, progress, verdicts
 
     if everything == bool(scenarios):
         raise InputError("name scenarios, or use --all (example: hystfmu run scenarios/pid)")
     paths = sorted(p.parent for p in Path("scenarios").glob("*/scenario.toml")) if everything else scenarios
     if not paths:
         raise InputError("no scenarios/*/scenario.toml below the current directory")
+
+    def agreed(found: list[Change]) -> bool:
+        click.echo(changes(found), err=as_json)
+        agrees = yes or not sys.stdin.isatty() or not found or click.confirm("write the new baseline?", err=True)
+        click.echo("the baseline is written" if agrees else "nothing is written", err=True)
+        return agrees
+
     with progress("running") as report:
         results = run_scenarios(
             [Path(p) for p in paths],
@@ -89,12 +105,37 @@ def run(
             engine=engine,
             coupling=coupling,
             seconds=timeout,
+            confirm=agreed,
         )
+    if junit is not None:
+        write_junit(results, junit)
     if as_json:
         click.echo(json.dumps([r.summary() for r in results]))
     else:
         click.echo(verdicts(results))
     sys.exit(0 if all(r.passed for r in results) else FAILED)
+
+
+@click.command()
+@click.argument("before", metavar="A/report.json")
+@click.argument("after", metavar="B/report.json")
+@click.option("-o", "out", required=True, metavar="DIFF.html", help="Page with metrics and overlaid signals.")
+@json_option
+def compare(before: str, after: str, out: str, as_json: bool) -> None:
+    """Two reports of `hystfmu run --report` side by side: metrics old, new and change, signals of both in one plot.
+
+    \b
+    Example: hystfmu compare main/report.json branch/report.json -o diff.html
+    """
+    from hystfmu.scenario.compare import compare_reports
+    from hystfmu.terminal import changes
+
+    found = compare_reports(before, after, out)
+    if as_json:
+        click.echo(json.dumps([vars(c) | {"relative": c.relative} for c in found]))
+    else:
+        click.echo(changes(found, "the two reports have the same metrics"))
+        click.echo(f"wrote {out}")
 
 
 @click.command()

@@ -9,14 +9,26 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.errors import InputError
+from hystfmu.scenario.baseline import Baseline, Change, Record, changes, sample_rows, save_baseline
 from hystfmu.scenario.fmu_member import FmuStore
-from hystfmu.scenario.metrics import Baseline, Verdict, judge, sample_rows, save_baseline
 from hystfmu.scenario.run import Engine, simulate
 from hystfmu.scenario.spec import Scenario, Scheme, split_end
 from hystfmu.scenario.system import System, build, signals, to_graph
 from hystfmu.scenario.trace import Stopped, Trace
+from hystfmu.scenario.verdict import Verdict, judge
 
-__all__ = ["Engine", "Result", "Scenario", "Trace", "Verdict", "build", "run_scenarios", "simulate", "to_graph"]
+__all__ = [
+    "Change",
+    "Engine",
+    "Result",
+    "Scenario",
+    "Trace",
+    "Verdict",
+    "build",
+    "run_scenarios",
+    "simulate",
+    "to_graph",
+]
 
 
 @dataclass(frozen=True)
@@ -72,6 +84,7 @@ def run_scenarios(
     engine: Engine = "fmpy",
     coupling: Scheme | None = None,
     seconds: float = 600.0,
+    confirm: Callable[[list[Change]], bool] = lambda changes: True,
 ) -> list[Result]:
     """Run scenarios with all their cases.
 
@@ -93,6 +106,8 @@ def run_scenarios(
         Scheme for all cases instead of their own.
     seconds : float
         Longest time for a case with FMUs of others.
+    confirm : callable
+        With `record`: asked once, with what would change in the baselines, before anything is written.
 
     Returns
     -------
@@ -114,7 +129,13 @@ def run_scenarios(
         if not any(key in system.overridden for group in systems for system in group):
             raise InputError(f"--set {key}: none of the scenarios has a unit with that parameter")
     baselines = [None if record else Baseline.load(s.folder) for s in scenarios]
+    for system in (x for group in systems for x in group):
+        if system.case.memory and system.foreign:
+            raise InputError(
+                f"{system.case.file}: memory: {system.foreign[0].name} is an FMU of others: its states are its own"
+            )
     results: list[Result] = []
+    written: list[tuple[Scenario, dict[str, Record]]] = []
     total = sum(system.n_steps for group in systems for system in group)
     done = 0
     for scenario, group, baseline in zip(scenarios, systems, baselines, strict=True):
@@ -125,8 +146,11 @@ def run_scenarios(
                 done += system.n_steps
                 progress(done / total)
         if record and all(r.passed for r in ran):
-            _record(scenario, ran)
+            written.append((scenario, _records(ran)))
         results += ran
+    if written and confirm([c for s, runs in written for c in changes(s.spec.name, Baseline.load(s.folder), runs)]):
+        for scenario, runs in written:
+            save_baseline(scenario.folder, tuple(scenario.spec.record), runs)
     if report_dir is not None:
         from hystfmu.scenario.report import write_report
 
@@ -143,15 +167,14 @@ def _run(
     except Stopped as e:
         return Result(system, (), (f"{system.case.title}: stopped: {e}",), None, time.perf_counter() - begin)
     seconds = time.perf_counter() - begin
-    verdicts, lines = judge(system.case, trace, baseline, compare=not record)
+    verdicts, lines = judge(system.case, trace, baseline, strict=not record)
     kept = trace.only(end for _, ends in signals(system.case) for end in ends)
     return Result(system, tuple(verdicts), tuple(lines), kept, seconds)
 
 
-def _record(scenario: Scenario, ran: Sequence[Result]) -> None:
-    runs = {
-        r.case: ({v.metric: v.value for v in r.verdicts}, sample_rows(r.system.case, r.trace))
+def _records(ran: Sequence[Result]) -> dict[str, Record]:
+    return {
+        r.case: Record({v.metric: v.value for v in r.verdicts}, sample_rows(r.system.case, r.trace), r.trace.memory)
         for r in ran
         if r.trace is not None
     }
-    save_baseline(scenario.folder, tuple(scenario.spec.record), runs)

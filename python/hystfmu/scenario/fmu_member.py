@@ -16,8 +16,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
 
+import numpy as np
+
 from hystfmu.graph import Graph, Port
 from hystfmu.scenario.foreign import Foreign, ForeignPort
+from hystfmu.scenario.memory import mark, n_state
 from hystfmu.scenario.system import Part, System
 from hystfmu.scenario.trace import Stopped
 
@@ -129,7 +132,7 @@ class FmuMember:
         can_go_back = description.coSimulation.canGetAndSetFMUstate
         if system.case.coupling.scheme == "iterative" and not can_go_back:
             raise Stopped(f"{part.name}: iterative coupling needs an FMU that can get and set its state")
-        self.name, self.period, self._h = part.name, part.period, system.length(part)
+        self.name, self.period, self._h, self._graph = part.name, part.period, system.length(part), part.graph
         kind = FMU2Slave if fmi == 2 else FMU3Slave
         self._fmu = kind(
             guid=description.guid,
@@ -255,6 +258,14 @@ class FmuMember:
 
     def restore(self) -> None:
         self._fmu.setFMUState(self._state)
+
+    def memory(self) -> str:
+        assert not isinstance(self._graph, Foreign)
+        self.save()
+        serialize = getattr(self._fmu, "serializeFMUstate", None) or self._fmu.serializeFMUState
+        # the bytes of ours end with the state of the core
+        state = np.frombuffer(serialize(self._state)[-8 * n_state(self._graph) :])
+        return mark(self._graph, state)
 
     def stopped(self) -> Stopped:
         why = self._said[-1] if self._said else f"inputs {list(self._u)}"

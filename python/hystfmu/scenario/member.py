@@ -38,5 +38,8 @@ class Member(Protocol):
     def restore(self) -> None:
         """Go back to the state that was saved last."""
 
+    def memory(self) -> str:
+        """Fingerprint of the present states of a unit of ours."""
+
     def close(self) -> None:
         """Free what the unit holds."""

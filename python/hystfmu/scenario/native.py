@@ -187,7 +187,11 @@ class Native:
                 raise Stopped(f"{master.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
             m = members[master.unit]
             raise Stopped(f"{m.name} refuses the step from t = {times[master.row - m.period]:g} s: {m.why()}")
-        return Trace(times, record, {name: k for k, name in enumerate(self._names)}, system.case.ripple)
+        memory: dict[str, str] = {}
+        if system.case.memory:
+            for m in self._members.values():
+                memory |= m.memory()
+        return Trace(times, record, {name: k for k, name in enumerate(self._names)}, system.case.ripple, memory)
 
 
 def run_native(system: System) -> Trace:

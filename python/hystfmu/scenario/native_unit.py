@@ -10,6 +10,7 @@ import numpy as np
 from hystfmu.core import Executor
 from hystfmu.errors import InputError
 from hystfmu.scenario.fmu_member import FmuMember
+from hystfmu.scenario.memory import mark, n_memory
 from hystfmu.scenario.system import System, fuse
 from hystfmu.scenario.trace import Stopped
 
@@ -51,6 +52,7 @@ class GraphUnit:
     def __init__(self, system: System, parts: tuple[int, ...]) -> None:
         first = system.parts[parts[0]]
         graph, outside = fuse(system, parts)
+        self._parts = {system.parts[k].name: system.parts[k].own for k in parts}
         self.name = "+".join(system.parts[k].name for k in parts)
         self.period, self.h, self.first = first.period, system.length(first), first.first
         self.executor: Executor = graph.executor()
@@ -96,6 +98,14 @@ class GraphUnit:
             saved=saved.ctypes.data,
         )
         return unit, keep
+
+    def memory(self) -> dict[str, str]:
+        """Fingerprint of the present states of every unit in the graph."""
+        found, skip, state = dict[str, str](), 0, self.executor.state
+        for name, graph in self._parts.items():
+            found[name] = mark(graph, state, skip)
+            skip += n_memory(graph)
+        return found
 
     def forget(self, unit: Unit) -> None:
         """Nothing to free after a run."""

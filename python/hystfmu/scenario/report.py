@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 __all__ = ["Line", "Plot", "Section", "Table", "write_report"]
 
 
+MOST_ROWS = 400  # of the signals of a case in report.json
+
+
 @dataclass(frozen=True)
 class Table:
     """Rows under a heading; cells are text or numbers."""
@@ -77,15 +80,19 @@ def write_report(
             f'<p class="lead"><b class="{"ok" if good else "bad"}">{passed} of {len(results)} cases passed</b>, '
             f"{sum(r.seconds for r in results):.1f} s of simulation. HystFMU {escape(__version__)}.</p>"
         )
-    body += [_section(s) for s in extra_sections]
+    body += [section(s) for s in extra_sections]
     if results:
         body.append(_overview(results))
     for name in dict.fromkeys(r.scenario for r in results):
         body.append(_scenario([r for r in results if r.scenario == name]))
-    page = _PAGE.replace("TITLE", escape(title)).replace("BODY", "\n".join(body))
-    write_text(directory / "report.json", json.dumps(_plain(_machine(results, extra_sections)), indent=1))
-    write_text(directory / "report.html", page)
+    write_text(directory / "report.json", json.dumps(_plain(_machine(results, extra_sections))))
+    write_text(directory / "report.html", page(title, body))
     return directory / "report.html"
+
+
+def page(title: str, body: Sequence[str]) -> str:
+    """A whole page with the style of all reports."""
+    return _PAGE.replace("TITLE", escape(title)).replace("BODY", "\n".join(body))
 
 
 def _plain(v: Any) -> Any:
@@ -104,8 +111,17 @@ def _machine(results: Sequence[Result], sections: Sequence[Section]) -> dict[str
         "version": __version__,
         "passed": all(r.passed for r in results),
         "sections": [{"title": s.title, "text": s.text, "tables": [vars(t) for t in s.tables]} for s in sections],
-        "results": [{**r.summary(), "loop": _loop_facts(r.system)} for r in results],
+        "results": [{**r.summary(), "loop": _loop_facts(r.system), **_signals(r)} for r in results],
     }
+
+
+def _signals(r: Result) -> dict[str, Any]:
+    """Some rows of the recorded signals: enough for `hystfmu compare` to draw them."""
+    if r.trace is None:
+        return {}
+    picked = np.unique(np.linspace(0, len(r.trace.t) - 1, MOST_ROWS).round().astype(int))
+    table = {"t": r.trace.t[picked]} | {s: r.trace[s][picked] for s in r.system.case.record}
+    return {"signals": {name: [float(f"{x:.7g}") for x in v.tolist()] for name, v in table.items()}}
 
 
 def _loop_facts(system: System) -> dict[str, Any]:
@@ -141,7 +157,8 @@ def _table(t: Table) -> str:
     return f'<div class="wide"><table>{caption}<tr>{head}</tr>{"".join(rows)}</table></div>'
 
 
-def _section(s: Section) -> str:
+def section(s: Section) -> str:
+    """A section as HTML."""
     text = f"<p>{escape(s.text)}</p>" if s.text else ""
     return f"<section><h2>{escape(s.title)}</h2>{text}{''.join(map(_table, s.tables))}{_plots(s.plots)}</section>"
 

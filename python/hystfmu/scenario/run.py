@@ -111,7 +111,8 @@ def _loop(
     if not np.isfinite(record).all():
         row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])
         raise Stopped(f"values that are not finite at t = {t[row]:g} s")
-    return Trace(times, record, system.columns, system.case.ripple)
+    memory = {m.name: m.memory() for m in members} if system.case.memory else {}
+    return Trace(times, record, system.columns, system.case.ripple, memory)
 
 
 def _coupling(system: System, values: Array) -> Callable[[Sequence[Member]], Callable[[float], None]]:

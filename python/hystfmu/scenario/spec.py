@@ -62,9 +62,9 @@ class MetricSpec(pydantic.BaseModel):
     """A number computed from signals, and the limit that it must not exceed."""
 
     model_config = STRICT
-    kind: Literal["rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "peak", "final"] = Field(
-        description="what is computed: see hystfmu.scenario.metrics"
-    )
+    kind: Literal[
+        "rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "peak", "final", "loop_area_percent"
+    ] = Field(description="what is computed: see hystfmu.scenario.metrics")
     signal: str = Field(description="unit.output")
     against: str | None = Field(None, description="unit.output that the signal is compared with")
     stroke: Positive | None = Field(None, description="what 100 percent is; default: span of `against` in the window")
@@ -89,6 +89,14 @@ class CouplingSpec(pydantic.BaseModel):
     )
     tolerance: Positive = Field(1e-12, description="iterative: largest disagreement, relative to 1 + |value|")
     most_sweeps: int = Field(50, ge=2, le=10_000, description="iterative: sweeps before the run is given up")
+
+
+class TubeSpec(pydantic.BaseModel):
+    """How far a recorded signal may lie from its baseline in time and value at once, instead of `tolerance`."""
+
+    model_config = STRICT
+    time: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(0.0, description="early or late by as much (s)")
+    value: Annotated[float, Field(ge=0, le=1)] = Field(description="of the largest value of the signal")
 
 
 class CaseSpec(pydantic.BaseModel):
@@ -133,6 +141,8 @@ class ScenarioSpec(pydantic.BaseModel):
     tolerance: Annotated[float, Field(ge=0, le=1)] = Field(
         1e-6, description="largest change of a metric or a recorded signal against the baseline, relative"
     )
+    tube: TubeSpec | None = Field(None, description="room for recorded signals instead of `tolerance`")
+    memory: bool = Field(False, description="the states of all units at the end must equal those of the baseline")
     case: list[CaseSpec] = Field([], max_length=200, description="variants; without any there is one, 'nominal'")
 
 
@@ -157,6 +167,8 @@ class Case:
     loops: tuple[tuple[str, str], ...]
     delay: str
     tolerance: float
+    tube: TubeSpec | None
+    memory: bool
     overrides: dict[str, Any]
     """From the command line: apply where the unit and the parameter exist."""
 
@@ -263,6 +275,8 @@ class Scenario:
             loops=tuple((a, b) for a, b in s.loops),
             delay=s.delay,
             tolerance=s.tolerance,
+            tube=s.tube,
+            memory=s.memory,
             overrides=self.overrides,
         )
         self._check(case, where)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hystfmu.core import Array
 
@@ -23,6 +23,8 @@ class Trace:
     values: Array
     columns: dict[str, int]
     ripple: int
+    memory: dict[str, str] = field(default_factory=dict)
+    """Fingerprint of the final states of every unit, where the case asks for it."""
 
     def __getitem__(self, end: str) -> Array:
         return self.values[:, self.columns[end]]
@@ -31,4 +33,4 @@ class Trace:
         """A copy that holds these outputs alone: many cases are kept for a report."""
         kept = list(dict.fromkeys(ends))
         values = self.values[:, [self.columns[e] for e in kept]]
-        return Trace(self.t, values, {e: k for k, e in enumerate(kept)}, self.ripple)
+        return Trace(self.t, values, {e: k for k, e in enumerate(kept)}, self.ripple, self.memory)

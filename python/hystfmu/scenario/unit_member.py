@@ -6,6 +6,7 @@ import ctypes as C
 from collections.abc import Callable, Sequence
 
 from hystfmu.errors import InputError
+from hystfmu.scenario.memory import mark
 from hystfmu.scenario.system import Part, System
 from hystfmu.scenario.trace import Stopped
 from hystfmu.unit import Unit
@@ -23,7 +24,7 @@ class UnitMember:
         clock: C.c_double,
     ) -> None:
         self.name, self.period, self._h = part.name, part.period, system.length(part)
-        self._unit = Unit(part.own)
+        self._graph, self._unit = part.own, Unit(part.own)
         self._constants, self._values, self._t = part.constants, values, clock
         self.turn: Sequence[Callable[[], int]] = [self._step]
         self._inputs = [(part.inputs[i], j) for i, j in sources]
@@ -67,5 +68,8 @@ class UnitMember:
 
     def restore(self) -> None:
         self._unit.state = self._state
+
+    def memory(self) -> str:
+        return mark(self._graph, self._unit.state)
 
     def close(self) -> None: ...

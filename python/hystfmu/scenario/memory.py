@@ -1,0 +1,24 @@
+"""Fingerprints of the states of units at the end of a run: equal in every engine, or something forgot or invented."""
+
+from __future__ import annotations
+
+import hashlib
+
+from hystfmu.core import Array
+from hystfmu.graph import Graph
+
+
+def n_memory(graph: Graph) -> int:
+    """How many states the blocks of a graph have."""
+    return sum(n.sizes[v.name] for n in graph.nodes for v in n.block.of("cstate", "state"))
+
+
+def n_state(graph: Graph) -> int:
+    """How many values a saved state of the core has: the last step, states, outputs, inputs (`graph.h`)."""
+    outputs = sum(n.sizes[v.name] for n in graph.nodes for v in n.block.of("output"))
+    return 1 + n_memory(graph) + outputs + sum(p.size for p in graph.ports if p.kind == "input")
+
+
+def mark(graph: Graph, state: Array, skip: int = 0) -> str:
+    """Fingerprint of the memory of a graph within a state of the core; `skip` states of other blocks come before."""
+    return hashlib.sha256(state[1 + skip : 1 + skip + n_memory(graph)].tobytes()).hexdigest()[:16]

@@ -1,0 +1,228 @@
+"""Regression comfort: tubes, loop area, final memories, JUnit, what a record would change, two reports side by side."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hystfmu.cli import main
+from hystfmu.errors import InputError
+from hystfmu.scenario import Change, Scenario, build, run_scenarios, simulate
+from hystfmu.scenario.baseline import Baseline, compare
+from hystfmu.scenario.compare import compare_reports
+from hystfmu.scenario.junit import write_junit
+from hystfmu.scenario.metrics import measure
+from hystfmu.scenario.spec import MetricSpec
+from hystfmu.scenario.trace import Trace
+
+H = 1e-4
+
+
+def shifted(case: Any, late: float = 0.0, higher: float = 0.0) -> list[str]:
+    """A sine of 50 Hz held against a baseline that was recorded with it in time and without an offset."""
+    t = H * np.arange(301)
+    then = np.linspace(0, 300, 24).round() * H
+    rows = np.column_stack([then, np.sin(100 * np.pi * then), np.zeros(24)])
+    now = Trace(t, np.column_stack([np.sin(100 * np.pi * (t - late)) + higher, np.zeros(301)]), {}, 1)
+    now.columns.update({"reference.r": 0, "plant.y": 1})
+    return compare(case, now, Baseline({}, {"nominal": rows}, ("reference.r", "plant.y"), {}))
+
+
+@pytest.mark.parametrize("time", [5.3e-4, 0.3e-4])  # more and less than a step
+def test_a_tube_has_room_in_time(loop: Any, write: Any, time: float) -> None:
+    """Where a sine is steep no room in value is needed; at its crest it needs 1 - cos(omega dt).
+
+    Between two steps the signal is a straight line: (omega h)^2 / 8 below the sine.
+    """
+    room = 1 - np.cos(100 * np.pi * time) + (100 * np.pi * H) ** 2 / 8
+    loop["tube"] = {"time": time, "value": 1.01 * room}
+    (case,) = Scenario(write(loop)).cases
+    assert shifted(case, late=0.99 * time) == []
+    assert shifted(case, late=-0.99 * time) == []
+    (line,) = shifted(case, late=2 * time + 1e-4)
+    assert line.startswith("loop/nominal: reference.r = ")
+    assert f"the tube of {time:g} s" in line
+
+
+def test_a_tube_has_room_in_value(loop: Any, write: Any) -> None:
+    loop["tube"] = {"value": 0.01}
+    (case,) = Scenario(write(loop)).cases
+    size = np.abs(np.sin(100 * np.pi * np.linspace(0, 300, 24).round() * H)).max()
+    assert shifted(case, higher=0.0099 * size) == []
+    assert len(shifted(case, higher=-0.0101 * size)) == 1
+    assert len(shifted(case, late=1e-4)) == 1
+
+
+def test_without_a_tube_the_comparison_is_strict(loop: Any, write: Any) -> None:
+    (case,) = Scenario(write(loop)).cases
+    assert shifted(case, higher=0.9e-6) == []
+    assert len(shifted(case, higher=1.1e-6)) == 1
+
+
+def test_a_run_within_its_tube_passes(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    run_scenarios([folder], record=True, engine="python")
+    text = (folder / "baseline.csv").read_text().splitlines()
+    name, t, r, y = text[12].split(",")
+    text[12] = f"{name},{t},{r},{float(y) + 0.004}"
+    (folder / "baseline.csv").write_text("\n".join(text) + "\n")
+    assert not run_scenarios([folder], engine="python")[0].passed
+    loop["tube"] = {"time": 1e-4, "value": 0.01}
+    assert run_scenarios([write(loop)], engine="python")[0].passed
+
+
+# ---- loop area ------------------------------------------------------------------------------------------------------
+def area(x: np.ndarray, y: np.ndarray) -> float:
+    trace = Trace(np.arange(len(x)) * 1.0, np.column_stack([y, x]), {"a.y": 0, "b.y": 1}, 1)
+    return measure(MetricSpec.model_validate({"kind": "loop_area_percent", "signal": "a.y", "against": "b.y"}), trace)
+
+
+def test_loop_area_of_known_figures() -> None:
+    phase = np.linspace(0, 2 * np.pi, 20_001)
+    assert area(3 * np.cos(phase) + 7, 0.2 * np.sin(phase)) == pytest.approx(25 * np.pi, rel=1e-6)  # an ellipse
+    assert area(np.sin(phase), np.sin(phase)) == pytest.approx(0, abs=1e-12)  # a line
+    lag = 0.3  # an ellipse of the same span, leaning: pi sin(lag) over 4
+    assert area(np.sin(phase), np.sin(phase - lag)) == pytest.approx(25 * np.pi * np.sin(lag), rel=1e-6)
+    # a play of width r on [-1, 1]: a parallelogram of height 2 (1 - r) and width 2 r in a box of 2 by 2 (1 - r)
+    x = np.array([1.0, 0.5, -1.0, -0.5, 1.0])
+    y = np.array([0.75, 0.75, -0.75, -0.75, 0.75])
+    assert area(x, y) == pytest.approx(100 * 0.25, rel=1e-12)
+    assert area(np.zeros(5), y) == 0
+
+
+# ---- memories -------------------------------------------------------------------------------------------------------
+def test_final_memories_are_the_same_in_every_engine(loop: Any, write: Any) -> None:
+    loop["memory"] = True
+    marks = []
+    for kind in ("fmu2", "fmu3"):
+        for unit in loop["units"].values():
+            unit["as"] = kind
+        system = build(Scenario(write(loop)).cases[0])
+        marks += [simulate(system, e).memory for e in ("fmpy", "python", "native")]  # type: ignore[arg-type]
+    assert all(m == marks[0] for m in marks)
+    assert set(marks[0]) == {"plant", "reference", "pid"}
+    assert len(set(marks[0].values())) == 3
+
+
+def test_another_memory_with_the_same_outputs_is_found(loop: Any, write: Any) -> None:
+    """A play without weight is not seen by any signal."""
+    loop["memory"] = True
+    loop["units"]["plant"]["graph"]["blocks"][0]["values"]["w"] = [0.3, 0.2, 0.0]
+    folder = write(loop)
+    run_scenarios([folder], record=True, engine="native")
+    assert run_scenarios([folder])[0].passed
+    loop["units"]["plant"]["graph"]["blocks"][0]["values"]["r"] = [0.1, 0.2, 0.4]
+    (result,) = run_scenarios([write(loop)], engine="native")
+    (line,) = result.failures()
+    assert line.startswith("loop/nominal: the final memory of plant (")
+    del loop["memory"]
+    assert run_scenarios([write(loop)], engine="native")[0].passed
+
+
+# ---- records --------------------------------------------------------------------------------------------------------
+def test_a_record_says_what_it_changes_and_asks(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    seen: list[Change] = []
+
+    def refuse(found: list[Change]) -> bool:
+        seen[:] = found
+        return False
+
+    run_scenarios([folder], record=True, engine="python", confirm=refuse)
+    assert not (folder / "baseline.toml").exists()
+    assert [(c.title, c.what, c.old) for c in seen] == [("loop/nominal", "tracking", None)]
+    run_scenarios([folder], record=True, engine="python")
+    old = Baseline.load(folder)
+    loop["units"]["pid"]["values"]["Kp"] = 1.1
+    run_scenarios([write(loop)], record=True, engine="python", confirm=refuse)
+    assert [c.what.split()[0] for c in seen] == ["tracking", "plant.y"]
+    change = seen[0]
+    assert change.old == old.metrics["nominal"]["tracking"]  # type: ignore[union-attr]
+    assert isinstance(change.new, float)
+    assert change.relative == pytest.approx(change.new / change.old - 1)
+    before = (folder / "baseline.toml").read_bytes()
+    run_scenarios([folder], record=True, engine="python")
+    assert (folder / "baseline.toml").read_bytes() != before
+    run_scenarios([folder], record=True, engine="python", confirm=refuse)
+    assert seen == []
+
+
+def test_the_command_shows_the_change_and_writes_in_a_pipe(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    done = CliRunner().invoke(main, ["run", str(folder), "--engine", "native", "--record"])
+    assert done.exit_code == 0, done.output
+    assert "loop/nominal" in done.output
+    assert "tracking" in done.output
+    assert (folder / "baseline.toml").exists()
+    done = CliRunner().invoke(main, ["run", str(folder), "--engine", "native", "--record", "--yes"])
+    assert "the baseline does not change" in done.output
+
+
+# ---- JUnit ----------------------------------------------------------------------------------------------------------
+def test_junit_counts_failures_and_errors(loop: Any, write: Any, tmp_path: Path) -> None:
+    loop["units"]["large"] = {"block": "sum", "dims": {"n": 1}, "values": {"k": [1e308]}}
+    loop["order"].append("large")
+    loop["connections"]["large.u"] = "reference.r"
+    loop["case"] = [{"name": "good"}, {"name": "bad"}, {"name": "ends", "set": {"reference.amplitude": 1e6}}]
+    folder = write(loop)
+    results = run_scenarios([folder], engine="native")
+    write_junit(results, tmp_path / "junit.xml")
+    root = ET.parse(tmp_path / "junit.xml").getroot()
+    assert root.tag == "testsuites"
+    (suite,) = root
+    assert suite.attrib["name"] == "loop"
+    for of in (root, suite):
+        assert (of.attrib["tests"], of.attrib["failures"], of.attrib["errors"]) == ("3", "2", "1")
+    tests = {t.attrib["name"]: t for t in suite}
+    assert [c.tag for c in tests["good"]] == ["failure", "system-out"]
+    assert "no baseline" in tests["good"][0].attrib["message"]
+    assert tests["ends"][0].tag == "error"
+    assert "loop/ends: stopped" in (tests["ends"][0].text or "")
+
+
+def test_junit_from_the_command_with_characters_that_xml_does_not_know(loop: Any, write: Any, tmp_path: Path) -> None:
+    (result,) = run_scenarios([write(loop)], engine="native", record=True)
+    object.__setattr__(result, "lines", ("a\x00b \x1b[31m <&>",))
+    write_junit([result], tmp_path / "odd.xml")
+    assert ET.parse(tmp_path / "odd.xml").find(".//failure").attrib["message"] == "a?b ?[31m <&>"  # type: ignore[union-attr]
+    path = tmp_path / "junit.xml"
+    assert (
+        CliRunner().invoke(main, ["run", str(write(loop)), "--engine", "native", "--junit", str(path)]).exit_code == 0
+    )
+    assert ET.parse(path).getroot().attrib["failures"] == "0"
+
+
+# ---- two reports ----------------------------------------------------------------------------------------------------
+def test_two_reports_side_by_side(loop: Any, write: Any, tmp_path: Path) -> None:
+    folder = write(loop)
+    run_scenarios([folder], engine="native", record=True, report_dir=tmp_path / "a")
+    loop["units"]["pid"]["values"]["Kp"] = 1.5
+    run_scenarios([write(loop)], engine="native", report_dir=tmp_path / "b")
+    found = compare_reports(tmp_path / "a/report.json", tmp_path / "b/report.json", tmp_path / "diff.html")
+    assert [c.what for c in found] == ["tracking", "verdict"]
+    assert isinstance(found[0].old, float)
+    assert found[0].relative == pytest.approx(found[0].new / found[0].old - 1)  # type: ignore[operator]
+    page = (tmp_path / "diff.html").read_text()
+    ET.fromstring(page[page.index("<body>") : page.index("</body>") + 7])
+    assert page.count("<svg") == 2  # reference.r, plant.y
+    assert page.count(">old</text>") == page.count(">new</text>") == 2  # both revisions in each
+    signals = json.loads((tmp_path / "a/report.json").read_text())["results"][0]["signals"]
+    system = build(Scenario(write(loop)).cases[0])
+    assert signals["reference.r"] == pytest.approx(simulate(system, "native")["reference.r"].tolist(), abs=1e-6)
+    command = ["compare", str(tmp_path / "a/report.json"), str(tmp_path / "a/report.json"), "-o", str(tmp_path / "x")]
+    assert "the same metrics" in CliRunner().invoke(main, command).output
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"version": "1", "results": [{}]}', "[" * 100_000])
+def test_what_is_not_a_report_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "report.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"report\.json: not a report"):
+        compare_reports(path, path, tmp_path / "diff.html")
+    assert not (tmp_path / "diff.html").exists()
