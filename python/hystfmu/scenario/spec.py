@@ -167,10 +167,10 @@ class Case:
     loops: tuple[tuple[str, str], ...]
     delay: str
     tolerance: float
-    tube: TubeSpec | None
-    memory: bool
     overrides: dict[str, Any]
     """From the command line: apply where the unit and the parameter exist."""
+    tube: TubeSpec | None = None
+    memory: bool = False
 
     @property
     def title(self) -> str:
