@@ -5,7 +5,7 @@ from __future__ import annotations
 import library
 
 from hystfmu.model import Model
-from hystfmu.modelica import record
+from hystfmu.modelica.record import record
 
 REPOSITORY = library.ROOT.parents[1]
 SOURCES = {"BacklashIdentified": "scenarios/models/backlash_identified.model.toml"}

@@ -161,6 +161,11 @@ def ports(c: Class, kind: str) -> dict[str, ast.Symbol]:
 
 def experiment(c: Class) -> dict[str, float]:
     """StopTime, Interval and Tolerance of a model that can be simulated."""
-    m = re.search(r"experiment\(([^)]*)\)", text(c.file))
-    assert m, f"{c.name} has no experiment annotation"
+    return experiment_of(text(c.file))
+
+
+def experiment_of(body: str) -> dict[str, float]:
+    """The same from the text of a file."""
+    m = re.search(r"experiment\(([^)]*)\)", body)
+    assert m, "no experiment annotation"
     return {k.strip(): float(v) for k, v in (item.split("=") for item in m[1].split(","))}

@@ -1,4 +1,4 @@
-"""`make modelica`: every class of the library in one table; exit status 1 if one of them is not as it should be.
+"""`make modelica`: every class of the library, every kind of exported model; exit status 1 if one is not as it should.
 
 report.py [--record]    --record writes the references of the Validation models anew
 """
@@ -10,6 +10,7 @@ import tempfile
 from pathlib import Path
 
 import compare
+import exported
 import library
 import simulate
 
@@ -37,6 +38,11 @@ def main(arguments: list[str]) -> int:
             if o is not None:
                 print(compare.line(o), flush=True)
                 bad += not o.good
+        print(f"\n{'exported model':58} {'values':>6} {'rows':>5} {'predict':>9}  {'s':>5}")
+        for key in exported.KEYS:
+            e = exported.compare(exported.small(key), key, Path(folder))
+            print(exported.line(e), flush=True)
+            bad += not e.good
     print(f"\n{bad} problem{'' if bad == 1 else 's'}")
     return 1 if bad else 0
 

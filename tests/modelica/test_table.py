@@ -7,16 +7,10 @@ import numpy as np
 import pytest
 
 from hystfmu.core import Var, block_types
+from hystfmu.modelica import classes
 
 TWINS = {t.class_name: t for t in block_types().values()}
-SHAPES = {
-    "Sine": {"frequency", "phase"},
-    "Triangle": {"frequency", "phase"},
-    "DecayingSine": {"frequency", "phase", "decay"},
-    "Multisine": {"m", "f", "a", "ph"},
-    "Steps": {"m", "levels", "T"},
-    "RandomReversals": {"m", "frequency", "seed"},
-}
+SHAPES = {"".join(w.capitalize() for w in k.split("_")): k for k in classes.SHAPES}
 TWINS |= dict.fromkeys(SHAPES, TWINS["Reference"])
 PAIRS = sorted(
     n
@@ -29,7 +23,7 @@ ADDED = {"Ts", "eps", "width", "plays", "reach", "steps"}
 MISSING = {
     "TransferFunction": {"hold"},  # continuous: its input is not sampled
     # a class is one shape: it lacks what belongs to the others
-    **{k: {"shape", *set.union(*SHAPES.values())} - own for k, own in SHAPES.items()},
+    **{k: classes.missing(TWINS["Reference"], shape) for k, shape in SHAPES.items()},
 }
 
 

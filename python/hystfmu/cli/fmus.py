@@ -17,12 +17,12 @@ from hystfmu.errors import InputError
 @click.argument("model")
 @click.option("-o", "out", metavar="X.fmu", help="The FMU to write.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the standard.")
-@click.option("--name", metavar="NAME", help="Model name in the FMU; default: the key of the model.")
+@click.option("--name", metavar="NAME", help="Model name in the FMU; default: the key of the model. Package: the file.")
 @click.option(
     "--platforms", type=click.Choice(["host", "all"]), default="host", show_default=True, help="Binaries to pack."
 )
 @click.option("--source", is_flag=True, help="Pack the C source too: one file with the data in it.")
-@click.option("--modelica", metavar="DIR", help="Write a Modelica package there: a record and a ready block.")
+@click.option("--modelica", "folder", metavar="DIR", help="Write a Modelica package into this folder.")
 def export(
     model: str,
     out: str | None,
@@ -30,30 +30,38 @@ def export(
     name: str | None,
     platforms: Literal["host", "all"],
     source: bool,
-    modelica: str | None,
+    folder: str | None,
 ) -> None:
     """Pack a model as an FMU for Co-Simulation and Model Exchange, or as Modelica; no compiler is needed.
 
+    The Modelica package holds a record of the values, a ready block and an example; it uses the library HystFMU.
+
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
-             hystfmu export piezo.model.toml --modelica modelica
+             hystfmu export piezo.model.toml --modelica .      writes ./Piezo
     """
-    from hystfmu.fmu.export import export_fmu
-    from hystfmu.fmu.platforms import missing
     from hystfmu.model import Model
 
-    if out is None and modelica is None:
-        raise InputError("say what to write: -o X.fmu or --modelica DIR")
-    if modelica is not None:
-        from hystfmu.modelica import export_modelica
+    if out is None and folder is None:
+        raise InputError("say what to write: -o X.fmu, --modelica DIR, or both")
+    loaded = Model.load(model)
+    if folder is not None:
+        from hystfmu.modelica.package import export_modelica, package_name
 
         file = Path(model).name
-        written = export_modelica(Model.load(model), modelica, name or file.removesuffix(".model.toml"), file)
-        click.echo(f"wrote {written}: Modelica package with the record Values and the block Model")
+        package = name or package_name(file.removesuffix(".toml").removesuffix(".model"))
+        try:
+            written = export_modelica(loaded, folder, package, file)
+        except InputError as e:
+            raise InputError(f"{model}: {e}") from None
+        click.echo(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
     if out is None:
         return
+    from hystfmu.fmu.export import export_fmu
+    from hystfmu.fmu.platforms import missing
+
     version: Literal[2, 3] = 2 if fmi == "2" else 3
-    path = export_fmu(Model.load(model), out, version, name, platforms, source)
+    path = export_fmu(loaded, out, version, name, platforms, source)
     if platforms == "all" and (left_out := missing()):
         click.echo(
             f"left out: no binary is installed for {', '.join(left_out)} ('make platforms' builds them)", err=True

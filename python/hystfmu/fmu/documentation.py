@@ -92,7 +92,8 @@ def _picture(reference: Reference) -> str:
     return f"<figure>{plot.svg()}<figcaption>The reference experiment (below).</figcaption></figure>\n"
 
 
-def _history(model: Model | None) -> str:
+def history(model: Model | None) -> str:
+    """Fit quality and provenance of a model as an HTML table."""
     if model is None or not (model.fit or model.provenance):
         return "<p>The values were set by hand: there is no identification to report.</p>\n"
     fit = [(title, _text(model.fit[key])) for key, title in _FIT.items() if key in model.fit]
@@ -157,7 +158,7 @@ def documentation(
 {_picture(reference)}<h2>Variables</h2>
 {variables}<h2>Equations</h2>
 {_equations(graph)}<h2>Where the values come from</h2>
-{_history(model)}<h2>What a step means</h2>
+{history(model)}<h2>What a step means</h2>
 <p>After a step from t to t + h the outputs are those at t + h for the inputs held at the end of the step: static
 operators with memory have direct feed-through. {_dependencies(graph)} Memory advances in a step only; set and get
 have no side effects. Linear parts are discretised exactly for the step in use. An input that is not finite is

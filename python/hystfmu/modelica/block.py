@@ -1,0 +1,180 @@
+"""The ready block: components of the library, wired as the graph, with the values of the record."""
+
+from __future__ import annotations
+
+import re
+from html import escape
+
+from hystfmu.core import Var
+from hystfmu.errors import InputError
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.model import Model
+from hystfmu.modelica import classes, network
+from hystfmu.modelica.layout import placed, port_placed, spots
+from hystfmu.modelica.literals import NAME, number, sentence, string, unique
+from hystfmu.modelica.record import field
+from hystfmu.modelica.state_space import TEXTS
+
+_END = re.compile(r"(\w+)\.(\w+)(?:\[(\d+)\])?\Z")
+
+
+def block(model: Model, name: str, within: str, record_name: str, history: str = "") -> str:
+    """The file of the block, without its mark.
+
+    Parameters
+    ----------
+    model : Model
+    name, within, record_name : str
+        Name of the block, of its package and of the record there.
+    history : str
+        Fit quality and provenance as HTML.
+
+    Raises
+    ------
+    InputError
+        The library has no class for a block, the graph has a loop, or a port a name that Modelica does not take.
+    """
+    graph = model.graph
+    _refuse_loops(graph)
+    ports, parts = names(graph, {name, record_name})
+    body = [f'  parameter {record_name} values "Values of the model" annotation ({placed(*spots(graph).corner)});']
+    for i, p in enumerate(graph.inputs):
+        body.append(_port("Input", p, ports[p.name] + _shape(graph, p.to[0]), i, len(graph.inputs)))
+    for i, o in enumerate(graph.outputs):
+        body.append(_port("Output", o, ports[o.name] + _shape(graph, o.source), i, len(graph.outputs)))
+    where = spots(graph).of
+    body += [f"  {_declaration(graph, n, parts[n.name])} annotation ({placed(*where[n.name])});" for n in graph.nodes]
+    body.append("equation")
+    for p in graph.inputs:
+        body += [_from_port(ports[p.name], _end(graph, b, parts)) for b in p.to]
+    body += [f"  connect({_end(graph, a, parts)}, {_end(graph, b, parts)});" for a, b in graph.wires]
+    body += [f"  connect({_end(graph, o.source, parts)}, {ports[o.name]});" for o in graph.outputs]
+    body += _unconnected(graph, parts)
+    sampled = any(classes.is_sampled(n) for n in graph.nodes)
+    tied = any(n.type == "transfer_function" for n in graph.nodes)
+    head = [
+        f"within {within};",
+        f"block {name} {sentence(model.text or model.key)}",
+        "  extends HystFMU.Icons.Hysteresis;",
+    ]
+    if sampled:
+        head.append(f"  extends HystFMU.Interfaces.Sampled({'final ' if tied else ''}Ts = values.Ts);")
+    documentation = string(_documentation(model, sampled, tied, history))
+    return "\n".join([*head, *body, f"  annotation (Documentation(info = {documentation}));", f"end {name};\n"])
+
+
+def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]]:
+    """Names of the ports and of the components in the block, by those of the graph.
+
+    Raises
+    ------
+    InputError
+        A port has a name that is none in Modelica.
+    """
+    outside = [*(p.name for p in graph.inputs), *(p.name for p in graph.outputs)]
+    for p in outside:
+        if not NAME.match(p):
+            raise InputError(f"the port {p!r}: a name in Modelica is a letter followed by letters, digits or _")
+    own = {"Ts", "values", *taken}
+    ports = unique(outside, own)
+    return ports, unique([n.name for n in graph.nodes], own | set(ports.values()))
+
+
+def _port(kind: str, p: Input | Output, declared: str, i: int, n: int) -> str:
+    text = f"{p.text or kind}{f' ({p.unit})' if p.unit else ''}"  # a unit of the user's own choice is no Modelica unit
+    where = port_placed(kind == "Input", i, n)
+    return f"  HystFMU.Interfaces.Real{kind} {declared} {sentence(text)} annotation ({where});"
+
+
+def _declaration(graph: Graph, node: Node, name: str) -> str:
+    if classes.is_large(node):
+        return f"{network.names(node)[1]} {name}"
+    discrete = node.type == "transfer_function"
+    keys = ["n", *TEXTS] if discrete else [*classes.dims(node), *classes.values(node)]
+    given = [f"{k} = values.{field(graph, node, k)}" for k in keys]
+    if not discrete:  # else the choices are in the matrices
+        given += [f"{k} = {w}" for k, w in classes.choices(node).items()]
+    if classes.is_sampled(node):
+        given.append("Ts = Ts")
+    return f"{classes.class_of(node)} {name}({', '.join(given)})"
+
+
+def _row(graph: Graph, end: str) -> tuple[Node, Var, str | None]:
+    m = _END.match(end)
+    assert m is not None  # the graph has resolved it
+    node = graph.node(m[1])
+    return node, next(v for v in node.block.of("input", "output") if v.name == m[2]), m[3]
+
+
+def _end(graph: Graph, end: str, parts: dict[str, str]) -> str:
+    """An end of a wire; a vector of one element is joined by that element, since the other end may be a scalar."""
+    node, v, index = _row(graph, end)
+    if index is None and v.size != "1" and node.sizes[v.name] == 1:
+        index = "1"
+    return f"{parts[node.name]}.{v.name}" + (f"[{index}]" if index and v.size != "1" else "")
+
+
+def _from_port(port: str, end: str) -> str:
+    """A port and an element of a vector are made equal instead of connected.
+
+    rumoca 0.10.2 takes an array as a whole: connected, the port would seem to depend on what drives the other elements.
+    """
+    return f"  {end} = {port};" if end.endswith("]") else f"  connect({port}, {end});"
+
+
+def _shape(graph: Graph, end: str) -> str:
+    node, v, index = _row(graph, end)
+    size = node.sizes[v.name]
+    return f"[{size}]" if index is None and size > 1 else ""
+
+
+def _unconnected(graph: Graph, parts: dict[str, str]) -> list[str]:
+    """Inputs of blocks that nothing is wired to keep their start value."""
+    driven = {b for _, b in graph.wires} | {b for p in graph.inputs for b in p.to}
+    found = []
+    for node in graph.nodes:
+        for v in node.block.of("input"):
+            ends = [f"{v.name}[{k + 1}]" for k in range(node.sizes[v.name])]
+            if f"{node.name}.{v.name}" in driven:
+                continue
+            for end in ends:
+                if f"{node.name}.{end}" not in driven:
+                    found.append(f"  {parts[node.name]}.{v.name if v.size == '1' else end} = {number(v.start)};")
+    return found
+
+
+def _refuse_loops(graph: Graph) -> None:
+    """A wire to an earlier block hands over the value of the last step: no block of the library says that."""
+    order = [n.name for n in graph.nodes]
+    for a, b in graph.wires:
+        if order.index(a.split(".")[0]) >= order.index(b.split(".")[0]):
+            raise InputError(f"the wire {a} -> {b} leads back to an earlier block: the Modelica export has no loops")
+
+
+def _documentation(model: Model, sampled: bool, tied: bool, history: str) -> str:
+    equations = "".join(
+        f"<p><b>Equation</b> of {escape(n.name)}: {escape(n.block.equation)}. "
+        f"<b>Source:</b> {escape(n.block.source)}.</p>"
+        for n in model.graph.nodes
+    )
+    rows = "what <code>hystfmu predict</code> gives row by row"
+    limits = [
+        f"at 0, Ts, 2 Ts, ... it gives {rows}, for rows Ts apart; the simulation must start at time 0"
+        if sampled
+        else f"it gives {rows}",
+        "valid within the range of the identification data",
+    ]
+    if tied:
+        limits.append("the linear dynamics are discretised for this Ts, which is final")
+    if any(n.type == "bouc_wen_oscillator" for n in model.graph.nodes):
+        limits.append("the oscillator is continuous: the accuracy is the solver's, and the unit takes Newmark steps")
+    deep = [f"{n.name}: {n.dims['depth']}" for n in model.graph.nodes if n.dims.get("depth", 0) > classes.DEPTH]
+    if deep:
+        limits.append(
+            f"an operator remembers {classes.DEPTH} extrema, which makes a step fast; the model file has more "
+            f"({', '.join(deep)}): set the depth in values"
+        )
+    return (
+        f"<html><p>A model of kind <em>{escape(model.key)}</em>: {escape(model.text)}.</p>{equations}{history}"
+        f"<p><b>Limitations:</b> {'; '.join(limits)}.</p></html>"
+    )

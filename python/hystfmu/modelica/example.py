@@ -1,0 +1,79 @@
+"""A model that can be simulated at once: the ready block on a decaying sine over the range of its data."""
+
+from __future__ import annotations
+
+from hystfmu.graph import Graph
+from hystfmu.model import Model
+from hystfmu.modelica.block import names
+from hystfmu.modelica.layout import placed
+from hystfmu.modelica.literals import number
+from hystfmu.modelica.record import step
+
+PERIODS, ROWS = 4, 100  # of the sine; rows of one
+
+
+def example(model: Model, name: str, within: str, block_name: str, record_name: str) -> str:
+    """The file of the example, without its mark.
+
+    Parameters
+    ----------
+    model : Model
+    name, within, block_name, record_name : str
+        Name of the example, of its package, of the block and of the record there.
+    """
+    h = step(model)
+    low, high = _range(model)
+    frequency = 1 / (ROWS * h)
+    signal = ", ".join(
+        f"{k} = {number(v)}"
+        for k, v in {
+            "amplitude": (high - low) / 2,
+            "offset": (high + low) / 2,
+            "frequency": frequency,
+            "decay": frequency / 2,
+        }.items()
+    )
+    lines = [
+        f"within {within};",
+        f'model {name} "The model on a decaying sine over the range of its data"',
+        "  extends HystFMU.Icons.Example;",
+    ]
+    if model.graph.inputs:
+        lines.append(f"  HystFMU.Sources.DecayingSine signal({signal}) annotation ({placed(-50, 0)});")
+    lines += [f"  {block_name} tested annotation ({placed(10, 0)});", "equation"]
+    lines += [f"  connect(signal.r, tested.{end});" for end in _inputs(model.graph, {block_name, record_name})]
+    time = f"StopTime = {number((PERIODS * ROWS + 0.5) * h)}, Interval = {number(h)}, Tolerance = 1e-10"
+    return "\n".join(
+        [
+            *lines,
+            f'  annotation (experiment({time}), Documentation(info = "<html>',
+            "<p>Loops that shrink: an identified hysteresis shows what it remembers.</p>",
+            f'<p><b>See also:</b> <a href=\\"modelica://{within}.{block_name}\\">{block_name}</a>.</p>',
+            '</html>"));',
+            f"end {name};\n",
+        ]
+    )
+
+
+def _inputs(graph: Graph, taken: set[str]) -> list[str]:
+    """Every scalar input of the block."""
+    ports, _ = names(graph, taken)
+    sizes = {p.name: p.size for p in graph.ports if p.kind == "input"}
+    found = []
+    for i in graph.inputs:
+        n = sizes[i.name]
+        found += [ports[i.name]] if n == 1 else [f"{ports[i.name]}[{k + 1}]" for k in range(n)]
+    return found
+
+
+def _range(model: Model) -> tuple[float, float]:
+    """Range of the input in the identification data; [-1, 1] when nothing is known about it."""
+    span = model.provenance.get("span_u")
+    if (
+        isinstance(span, list)
+        and len(span) == 2
+        and all(isinstance(v, int | float) for v in span)
+        and span[0] < span[1]
+    ):
+        return float(span[0]), float(span[1])
+    return -1.0, 1.0

@@ -1,0 +1,70 @@
+"""Numbers, names and texts as Modelica takes them: numbers keep their bits, names are legal, strings are escaped."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from hystfmu.core import Array
+
+# the keywords of Modelica 3.6, the variable time, and the types without a package
+_WORDS = """
+algorithm and annotation assert block break class connect connector constant constrainedby der discrete each else elseif
+elsewhen encapsulated end enumeration equation expandable extends external false final flow for function if import
+impure in initial inner input loop model not operator or outer output package parameter partial protected public pure
+record redeclare replaceable return stream then true type when while within
+time Real Integer Boolean String Complex Clock StateSelect ExternalObject AssertionLevel
+"""
+RESERVED = frozenset(_WORDS.split())
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+
+
+def number(x: float) -> str:
+    """A Real literal that reads back as the same double: the shortest one that does."""
+    return repr(float(x))
+
+
+def array(values: Array) -> str:
+    """A vector (n,) or a matrix (n, m) as a constructor."""
+    if values.ndim == 2:
+        return "[" + "; ".join(", ".join(map(number, row)) for row in values) + "]"
+    return "{" + ", ".join(map(number, values)) + "}"
+
+
+def string(text: str) -> str:
+    """A string literal on one line."""
+    one_line = " ".join(text.split())
+    return '"' + one_line.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def sentence(text: str) -> str:
+    """A string literal that begins with a capital, as descriptions do."""
+    return string(text[:1].upper() + text[1:])
+
+
+def class_name(text: str) -> str:
+    """A class name out of any text: ``backlash_identified.v2`` becomes ``BacklashIdentifiedV2``."""
+    words = [w for w in re.split(r"[^A-Za-z0-9]+", text) if w]
+    name = "".join(w[0].upper() + w[1:] for w in words)
+    return name if NAME.match(name) else f"Model{name}"
+
+
+def unique(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
+    """A legal name for each: itself where it can, else with as many ``_`` after it as it takes.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Letters, digits and ``_``, a letter first; each of them once.
+    taken : iterable of str
+        What else stands in the same class.
+    """
+    used = RESERVED | set(taken)
+    found: dict[str, str] = {}
+    for name in names:
+        legal = name
+        while legal in used:
+            legal += "_"
+        found[name] = legal
+        used |= {legal}
+    return found

@@ -1,0 +1,132 @@
+"""The package of an identified model on disk: record, ready block, example, networks; as a whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from hystfmu import __version__
+from hystfmu.errors import InputError
+from hystfmu.files import read_bytes
+from hystfmu.fmu.documentation import history
+from hystfmu.model import Model
+from hystfmu.modelica import classes
+from hystfmu.modelica.block import block
+from hystfmu.modelica.example import example
+from hystfmu.modelica.literals import NAME, RESERVED, class_name, sentence, string, unique
+from hystfmu.modelica.network import names as network_names
+from hystfmu.modelica.network import network
+from hystfmu.modelica.record import is_ours, mark, record
+
+CLASSES = ("Values", "Model", "Example")  # in every package
+
+
+def package_name(text: str) -> str:
+    """Name of a package out of any text; not one that would hide a class that it uses."""
+    name = class_name(text)
+    return unique([name], {*CLASSES, "HystFMU", "Modelica"})[name]
+
+
+def export_modelica(model: Model, folder: str | Path, name: str, source: str = "a model in memory") -> Path:
+    """Write the package ``folder/name``: record ``Values``, block ``Model``, model ``Example``.
+
+    Parameters
+    ----------
+    model : Model
+    folder : str or Path
+        Folder of the library path; made if it does not exist.
+    name : str
+        Name of the package; `package_name` makes one out of any text.
+    source : str
+        Where the model comes from, for the reader.
+
+    Returns
+    -------
+    Path
+        The folder of the package.
+
+    Raises
+    ------
+    InputError
+        The name is none in Modelica, the library has no class for a block, the graph has a loop, ``folder/name`` holds
+        files that no export wrote, or it cannot be written.
+    """
+    if not NAME.match(name) or name in RESERVED:
+        raise InputError(f"the Modelica package name {name!r} must be a letter followed by letters, digits or _")
+    if name != package_name(name):
+        raise InputError(f"the Modelica package name {name!r} must begin with a capital and hide no class that it uses")
+    told = history(model)
+    files = {
+        "Values": record(model, "Values", name, source, told),
+        "Model": block(model, "Model", name, "Values", told),
+        "Example": example(model, "Example", name, "Model", "Values"),
+    }
+    networks = [n for n in model.graph.nodes if classes.is_large(n)]
+    made = [c for n in networks for c in network_names(n)]
+    if len(set(made)) < len(made):
+        raise InputError(f"two networks would have the Modelica class {max(made, key=made.count)!r}; rename one")
+    for node in networks:
+        files |= network(node, name)
+    files["package"] = _package(model, name, source, told)
+    listed = "".join(f"{c}\n" for c in files if c != "package")
+    first = mark(source)
+    content = {f"{c}.mo": t if is_ours(t) else f"{first}\n{t}" for c, t in files.items()}
+    return _write(Path(folder), name, {**content, "package.order": listed})
+
+
+def _package(model: Model, name: str, source: str, told: str) -> str:
+    from html import escape
+
+    info = (
+        f"<html><p>A model of kind <em>{escape(model.key)}</em>: {escape(model.text)}.</p>"
+        f"<p>The record Values holds its numbers, the block Model runs them, Example shows it. It needs the library "
+        f"HystFMU {__version__} on the library path.</p>{told}"
+        f"<p><b>Source:</b> {escape(source)}, written by HystFMU {__version__}.</p></html>"
+    )
+    return f"""package {name} {sentence(model.text or model.key)}
+  extends HystFMU.Icons.Package;
+  annotation (
+    version = "1.0.0",
+    uses(HystFMU(version = "{__version__}")),
+    Documentation(info = {string(info)}));
+end {name};
+"""
+
+
+def _write(folder: Path, name: str, files: dict[str, str]) -> Path:
+    """Into a new folder beside the old one, then exchanged by renaming."""
+    target = folder / name
+    try:
+        _refuse_foreign(target)
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{name}.", dir=folder) as temporary:
+            new, old = Path(temporary) / "new", Path(temporary) / "old"
+            new.mkdir()
+            for file, text in files.items():
+                (new / file).write_text(text, "utf-8", newline="\n")
+            if target.exists():
+                os.rename(target, old)
+            try:
+                os.rename(new, target)
+            except OSError:
+                if old.exists():
+                    os.rename(old, target)
+                raise
+    except OSError as e:
+        raise InputError(f"{target}: cannot be written: {e.strerror or e}") from None
+    return target
+
+
+def _refuse_foreign(target: Path) -> None:
+    """What an earlier export wrote may be replaced, nothing else."""
+    if not target.exists() and not target.is_symlink():
+        return
+    if target.is_symlink() or not target.is_dir():
+        raise InputError(f"{target}: exists and is not a folder that an export wrote; move it away or use --name")
+    for file in sorted(target.iterdir()):
+        written = file.name == "package.order" or (
+            file.suffix == ".mo" and file.is_file() and is_ours(read_bytes(file).decode("utf-8", "replace"))
+        )
+        if not written:
+            raise InputError(f"{file}: not written by an export, and the folder would be replaced; move it away")

@@ -1,0 +1,120 @@
+"""The record of a model's values: every number of its blocks, under the names that the FMU of the model has."""
+
+from __future__ import annotations
+
+from hystfmu.core import Array
+from hystfmu.errors import InputError
+from hystfmu.graph import Graph, Node
+from hystfmu.model import Model
+from hystfmu.modelica import classes
+from hystfmu.modelica.literals import array, number, sentence, string
+from hystfmu.modelica.state_space import TEXTS, state_space
+
+_ICON = (
+    "Icon(graphics = {Rectangle(extent = {{-100, -60}, {100, 60}}, lineColor = {64, 64, 64}, "
+    "fillColor = {255, 215, 136}, fillPattern = FillPattern.Solid)})"
+)
+
+
+def mark(source: str) -> str:
+    """First line of every generated file: `is_ours` knows it again."""
+    return f"// generated from {' '.join(source.split())} by hystfmu export --modelica - do not edit"
+
+
+def is_ours(text: str) -> bool:
+    """Whether a file begins as `mark` says."""
+    first = text.partition("\n")[0]
+    return first.startswith("// generated from ") and first.endswith(" by hystfmu export --modelica - do not edit")
+
+
+def field(graph: Graph, node: Node, key: str) -> str:
+    """Name of a value in the record: that of the FMU."""
+    return key if len(graph.nodes) == 1 else f"{node.name}_{key}"
+
+
+def step(model: Model) -> float:
+    """Sample period of the exported block in s: that of `Model.predict`."""
+    return 1.0 if model.step is None else float(model.step)
+
+
+def record(model: Model, name: str, within: str, source: str, history: str = "") -> str:
+    """The file of the record.
+
+    Parameters
+    ----------
+    model : Model
+    name, within : str
+        Name of the record, and of the package it stands in.
+    source : str
+        Where the values come from, for the reader.
+    history : str
+        Fit quality and provenance as HTML.
+
+    Raises
+    ------
+    InputError
+        The library has no class for a block, or two values would have the same name.
+    """
+    lines: list[str] = []
+    names = ["key", "Ts", "rms_percent", "max_percent"]
+    for node in model.graph.nodes:
+        classes.class_of(node)  # raises
+        fields = _fields(model, node)
+        names += fields
+        lines += [f"  parameter {text};" for text in fields.values()]
+    twice = sorted({n for n in names if names.count(n) > 1})
+    if twice:
+        raise InputError(f"two values of the Modelica record would have the name {twice[0]!r}; rename a block")
+    fit = [f"{k} = {number(model.fit[k])}" for k in ("rms_percent", "max_percent") if k in model.fit]
+    about = ", ".join([f"key = {string(model.key)}", f"Ts = {number(step(model))}", *fit])
+    return "\n".join(
+        [
+            mark(source),
+            f"within {within};",
+            f"record {name} {sentence(model.text or model.key)}",
+            f"  extends HystFMU.Data.IdentifiedModel({about});",
+            *lines,
+            f"  annotation ({_ICON},",
+            "    Documentation(info = " + string(_documentation(model, source, history)) + "));",
+            f"end {name};\n",
+        ]
+    )
+
+
+def _documentation(model: Model, source: str, history: str) -> str:
+    from html import escape
+
+    return (
+        f"<html><p>Values of a model of kind <em>{escape(model.key)}</em>: {escape(model.text)}. A name is that of the "
+        f"block and that of its parameter, as in the FMU.</p>{history}"
+        f"<p><b>Source:</b> {escape(source)}.</p>"
+        "<p><b>Limitations:</b> valid within the range of the identification data.</p></html>"
+    )
+
+
+def _fields(model: Model, node: Node) -> dict[str, str]:
+    """Declarations of the values of a node, by name."""
+    graph = model.graph
+    if classes.is_large(node):
+        return {}
+    found = {}
+    sizes = {d.name: d.text for d in node.block.dims}
+    if node.type == "transfer_function":
+        matrices = state_space(node, step(model))
+        found[field(graph, node, "n")] = ("Integer", "", str(node.dims["na"]), "order")
+        for key, value in matrices.items():
+            size = "" if key == "d" else f"[{', '.join(map(str, value.shape))}]"
+            found[field(graph, node, key)] = ("Real", size, _literal(value, size), TEXTS[key])
+    else:
+        for key, n in classes.dims(node).items():
+            found[field(graph, node, key)] = ("Integer", "", str(n), sizes[key])
+        for key, (v, value) in classes.values(node).items():
+            size = "" if v.size == "1" else f"[{', '.join(map(str, value.shape))}]"
+            kind = "Integer" if v.type == "int" else "Real"
+            literal = str(int(value[0])) if v.type == "int" else _literal(value, size)
+            found[field(graph, node, key)] = (kind, size, literal, v.text)
+    return {n: f"{kind} {n}{size} = {value} {sentence(text)}" for n, (kind, size, value, text) in found.items()}
+
+
+def _literal(value: Array, size: str) -> str:
+    return array(value) if size else number(value[0])

@@ -1,0 +1,128 @@
+"""Exported models: every kind from a small fit, its Example simulated by rumoca and held against `predict`."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import library
+import numpy as np
+import pymoca.parser
+import simulate
+
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Node
+from hystfmu.identify import METHODS, fit
+from hystfmu.model import Model
+from hystfmu.modelica import export_modelica
+from hystfmu.modelica.block import names
+from hystfmu.modelica.package import package_name
+
+Array = simulate.Array
+KEYS = tuple(k for k in METHODS if k != "auto")  # auto chooses one of the others
+ROUNDING = 1e-12  # |Modelica - predict| / span of predict
+BOUNDS = {
+    "bouc_wen": 1e-7,  # twenty Runge-Kutta steps for each input, the series of the unit
+    "bouc_wen_oscillator": 1e-5,  # continuous: the solver, and Newmark steps of a hundredth of the sample period
+}
+QUICK: dict[str, Any] = {"starts": 1, "iterations": 10, "hidden": 3}
+OPTIONS: dict[str, dict[str, Any]] = {
+    "prandtl_ishlinskii": {"N": 8},
+    "prandtl_ishlinskii_asym": {"N": 6, "dead_zones": 2, "lags": 2},
+    "prandtl_ishlinskii_rate": {"N": 6, "dead_zones": 2, "lags": 2},
+    "zhao_tan_mlp": {**QUICK, "range": 1.0},
+    "constraint_factor_mlp": {**QUICK, "m": 3},
+    "fitted_operator_mlp": {**QUICK, "N": 8},
+    "play_bank_mlp": {**QUICK, "N": 4},
+    "krasnoselskii_pokrovskii": {"levels": 4},
+    "preisach": {"n": 6},
+    "polynomial_narx": {"n_u": 2, "n_f": 2, "n_y": 1},
+    "bouc_wen": {"starts": 1},
+    "duhem": {"q": 2},
+    "rate_mlp": {**QUICK, "N": 4},
+    "g0_prandtl_ishlinskii": {"N": 6},
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the report prints about one exported model."""
+
+    name: str
+    values: int
+    rows: int
+    error: float
+    bound: float
+    seconds: float
+
+    @property
+    def good(self) -> bool:
+        return self.error <= self.bound
+
+
+def small(key: str) -> Model:
+    """A model of that kind, fitted to 400 rows of a bent play or, for the oscillator, of an oscillator."""
+    h = 1e-3
+    t = h * np.arange(400)
+    u = np.exp(-3 * t) * np.sin(2 * np.pi * 10 * t)
+    if key == "bouc_wen_oscillator":
+        f = np.arange(5, 150, 5)
+        u = 10 * np.cos(2 * np.pi * np.outer(t, f) + np.random.default_rng(0).uniform(0, 6, len(f))).sum(axis=1)
+        y = Graph.single(Node("plant", "bouc_wen_oscillator")).run(u, h)[:, 0]
+    else:
+        play, y = 0.0, np.empty(len(u))
+        for k, v in enumerate(u):
+            play = max(v - 0.2, min(v + 0.2, play))
+            y[k] = v + 2 * play + 0.3 * play**2
+    return fit(Dataset.from_signal(u, y, h, "bent play"), key, **OPTIONS.get(key, {}))
+
+
+def simulated(package: Path) -> dict[str, Array]:
+    """The Example of a package: what it has at 0, Ts, 2 Ts, ..."""
+    file = package / "Example.mo"
+    e = library.experiment_of(file.read_text())
+    out = package.parent / f"{package.name}.npz"
+    settings = (repr(e[k]) for k in ("StopTime", "Interval", "Tolerance"))
+    complaint = simulate.rumoca(file, f"{package.name}.Example", *settings, out, beside=package)
+    assert not complaint, f"{package.name}: rumoca says: {complaint}"
+    with np.load(out) as stored:
+        return simulate.Trajectory({k: stored[k] for k in stored.files}).at(e["Interval"])
+
+
+def compare(model: Model, name: str, folder: Path) -> Outcome:
+    """Export a model with one input and one output, simulate it, and hold it against `predict`."""
+    package = export_modelica(model, folder, package_name(name), "a test")
+    for file in package.glob("*.mo"):
+        assert pymoca.parser.parse(file.read_text()) is not None, f"{file.name}: pymoca finds a syntax error"
+    began = time.perf_counter()
+    rows = simulated(package)
+    seconds = time.perf_counter() - began
+    ports, _ = names(model.graph, {"Model", "Values"})
+    u, y = (rows[f"tested.{ports[p.name]}"] for p in (model.graph.inputs[0], model.graph.outputs[0]))
+    expected = (
+        fine(model, rows["time"]) if model.key == "bouc_wen_oscillator" else model.predict(u).reshape(len(u), -1)[:, 0]
+    )
+    assert len(u) >= 399
+    assert np.ptp(u) > 0
+    assert np.ptp(expected) > 0, "an output that does not move tests nothing"
+    error = float(np.abs(y - expected).max() / np.ptp(expected))
+    values = sum(n.parameters().size for n in model.graph.nodes)
+    return Outcome(name, values, len(u), error, BOUNDS.get(model.key, ROUNDING), seconds)
+
+
+def fine(model: Model, t: Array, times: int = 100) -> Array:
+    """`predict` at steps of a hundredth of the sample period, for the input of the Example in between."""
+    assert model.step is not None
+    low, high = model.provenance["span_u"]
+    f = 1 / (100 * model.step)
+    h = model.step / times
+    at = h * np.arange((len(t) - 1) * times + 1)
+    u = (high + low) / 2 + (high - low) / 2 * np.exp(-f / 2 * at) * np.sin(2 * np.pi * f * at)
+    return model.predict(u, h).reshape(len(u), -1)[::times, 0]
+
+
+def line(o: Outcome) -> str:
+    """One row of the report."""
+    return f"{o.name:58} {o.values:6} {o.rows:5} {o.error:9.1e}  {o.seconds:5.1f}  {'good' if o.good else 'BAD'}"

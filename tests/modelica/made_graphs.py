@@ -1,0 +1,73 @@
+"""Models made by hand for the export: every block of the library that no fit uses, and names that Modelica forbids."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.model import Model
+
+OMEGA = 2 * np.pi * 20
+
+
+def chain(*nodes: Node, step: float | None = 0.01) -> Model:
+    """u -> first block -> ... -> y, by the first input and output of each."""
+
+    def port(node: Node, kind: str) -> str:
+        return f"{node.name}.{node.block.of(kind)[0].name}"
+
+    wires = [(port(a, "output"), port(b, "input")) for a, b in pairwise(nodes)]
+    inputs, outputs = [Input("u", (port(nodes[0], "input"),))], [Output("y", port(nodes[-1], "output"))]
+    return Model("made", Graph(nodes, wires, inputs, outputs, sort=False), step, 'blocks in a "chain" \\ of <three> µm')
+
+
+def large_network() -> Model:
+    """More weights than a record takes, behind a bank; blocks with the names of keywords, ports and classes."""
+    rng = np.random.default_rng(3)
+    n = 250
+    weights = {"W1": rng.normal(size=3 * n), "b1": rng.normal(size=n), "W2": rng.normal(size=n) / n}
+    nodes = [
+        Node("model", "play_bank", {"n": 3}, {"r": [0.1, 0.2, 0.4]}),
+        Node("Ts", "mlp", {"n_in": 3, "n_hidden": n}, {**weights, "b2": 0.1, "activation": "tanh"}),
+        Node("y", "scaling", {"n": 1}, {"gain": 2.0}),
+    ]
+    wires = [("model.z", "Ts.u"), ("Ts.y", "y.u")]
+    return Model("made", Graph(nodes, wires, [Input("input", ("model.u",))], [Output("y", "y.y")]), 0.01)
+
+
+def sources() -> Model:
+    """Every source beside the input, with every shape of the reference."""
+    shapes = {
+        "sine": {},
+        "triangle": {"phase": 0.3},
+        "decaying_sine": {"decay": 0.4},
+        "multisine": {"f": [1.0, 2.5], "a": [0.5, 0.2]},
+        "steps": {"levels": [0.2, -0.3, 0.5], "T": 0.5},
+        "random_reversals": {"seed": 7},
+    }
+    nodes = [Node(k, "reference", {}, {"shape": k, **v}) for k, v in shapes.items()]
+    nodes += [Node("w", "noise", {}, {"sigma": 0.1, "seed": 5}), Node("d", "disturbance", {}, {"step": 0.3})]
+    wires = [(f"{n.name}.{n.block.of('output')[0].name}", f"total.u[{i + 2}]") for i, n in enumerate(nodes)]
+    nodes.append(Node("total", "sum", {"n": len(nodes) + 1}))
+    return Model("made", Graph(nodes, wires, [Input("u", ("total.u[1]",))], [Output("y", "total.y")], sort=False), 0.01)
+
+
+MADE = {
+    "large_network": large_network,
+    "sources": sources,
+    "inverses": lambda: chain(
+        Node("a", "prandtl_ishlinskii_inverse", {"n": 2}), Node("b", "zhao_tan_inverse"),
+        Node("c", "zhao_tan_inverse_reconstructed"), Node("d", "delay", {"n": 2}), Node("e", "differentiator"),
+    ),
+    "controllers": lambda: chain(
+        Node("hysteresis", "backlash_sum", {"n": 2}, {"w0": 0.5}), Node("feed", "feedforward", {}, {"f_n": 5.0}),
+        Node("pid", "pid"), Node("smc", "sliding_mode"),
+    ),
+    "dynamics": lambda: chain(
+        Node("g0", "transfer_function", {}, {"a": [1, 75, OMEGA**2], "b": [0.01, OMEGA**2], "start": "steady"}),
+        Node("g1", "transfer_function", {}, {"a": [0.02, 1, 0], "b": [1.0]}),
+    ),
+    "nfir_without_auxiliary": lambda: chain(Node("network", "polynomial_narx", {"n_f": 0, "n_y": 2, "q": 3})),
+}  # fmt: skip
