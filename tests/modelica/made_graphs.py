@@ -63,7 +63,7 @@ MADE = {
     ),
     "controllers": lambda: chain(
         Node("hysteresis", "backlash_sum", {"n": 2}, {"w0": 0.5}), Node("feed", "feedforward", {}, {"f_n": 5.0}),
-        Node("pid", "pid"), Node("smc", "sliding_mode"),
+        Node("pid", "pid"), Node("smc", "sliding_mode", {}, {"switching": "saturation"}),
     ),
     "dynamics": lambda: chain(
         Node("g0", "transfer_function", {}, {"a": [1, 75, OMEGA**2], "b": [0.01, OMEGA**2], "start": "steady"}),

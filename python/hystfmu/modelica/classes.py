@@ -43,6 +43,7 @@ _ENUMERATIONS = {
     "sigmoid|tanh|relu": "Activation",
     "demagnetised|low|high": "Magnetisation",
     "rest|steady": "Start",
+    "smooth|saturation": "Switching",
 }
 
 
@@ -117,7 +118,7 @@ def values(node: Node) -> dict[str, tuple[Var, Array]]:
 
 def choices(node: Node) -> dict[str, str]:
     """The choices that its class takes, as words of the library's enumerations."""
-    rows = [v for v in node.block.parameters if v.choices and "|".join(v.choices) in _ENUMERATIONS]
+    rows = [v for v in node.block.parameters if v.choices and v.name != "shape"]  # a shape is a class
     return {v.name: f"HystFMU.Types.{_ENUMERATIONS['|'.join(v.choices)]}.{word(node, v.name)}" for v in rows}
 
 
