@@ -17,7 +17,9 @@ _PACKAGES = {
         "preisach zhao_tan"
     ),
     ("Operators", False): "dead_zones",
-    ("Inverse.Sampled", True): "prandtl_ishlinskii_inverse zhao_tan_inverse zhao_tan_inverse_reconstructed",
+    ("Inverse.Sampled", True): (
+        "constraint_factor_inverse prandtl_ishlinskii_inverse zhao_tan_inverse zhao_tan_inverse_reconstructed"
+    ),
     ("Dynamics", True): "delay differentiator transfer_function",
     ("Dynamics", False): "scaling sum",
     ("Networks", True): "polynomial_narx",
