@@ -13,6 +13,5 @@ record BacklashIdentified "Weighted plays, non-negative least squares; exact inv
   parameter Real readout_offset[1] = {6.17729359170176e-05} "Offset, added after the gain";
   parameter Real readout_lo[1] = {-1e+300} "Lower limit of the input (-1e300: none)";
   parameter Real readout_hi[1] = {1e+300} "Upper limit of the input (1e300: none)";
-  annotation (Icon(graphics = {Rectangle(extent = {{-100, -60}, {100, 60}}, lineColor = {64, 64, 64}, fillColor = {255, 215, 136}, fillPattern = FillPattern.Solid)}),
-    Documentation(info = "<html><p>Values of a model of kind <em>prandtl_ishlinskii</em>: weighted plays, non-negative least squares; exact inverse. A name is that of the block and that of its parameter, as in the FMU.</p><p><b>Source:</b> scenarios/models/backlash_identified.model.toml.</p><p><b>Limitations:</b> valid within the range of the identification data.</p></html>"));
+  annotation (Documentation(info = "<html><p>Values of a model of kind <em>prandtl_ishlinskii</em>: weighted plays, non-negative least squares; exact inverse. A name is that of the block and that of its parameter, as in the FMU.</p><p><b>Source:</b> scenarios/models/backlash_identified.model.toml.</p><p><b>Limitations:</b> valid within the range of the identification data.</p></html>"));
 end BacklashIdentified;

@@ -10,11 +10,6 @@ from hystfmu.modelica import classes
 from hystfmu.modelica.literals import array, number, sentence, string
 from hystfmu.modelica.state_space import TEXTS, state_space
 
-_ICON = (
-    "Icon(graphics = {Rectangle(extent = {{-100, -60}, {100, 60}}, lineColor = {64, 64, 64}, "
-    "fillColor = {255, 215, 136}, fillPattern = FillPattern.Solid)})"
-)
-
 
 def mark(source: str) -> str:
     """First line of every generated file: `is_ours` knows it again."""
@@ -74,8 +69,7 @@ def record(model: Model, name: str, within: str, source: str, history: str = "")
             f"record {name} {sentence(model.text or model.key)}",
             f"  extends HystFMU.Data.IdentifiedModel({about});",
             *lines,
-            f"  annotation ({_ICON},",
-            "    Documentation(info = " + string(_documentation(model, source, history)) + "));",
+            "  annotation (Documentation(info = " + string(_documentation(model, source, history)) + "));",
             f"end {name};\n",
         ]
     )
