@@ -178,6 +178,18 @@ def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: b
     assert len(result.output.splitlines()) == 1
 
 
+@pytest.mark.parametrize("fmi", ["2", "3"])
+def test_the_loop_as_one_fmu(loop: Any, write: Any, tmp_path: Path, fmi: str) -> None:
+    folder, out = write(loop), tmp_path / "loop.fmu"
+    result = CliRunner().invoke(main, ["ssp", str(folder), "--fmi", fmi, "-o", str(out)])
+    assert result.exit_code == 0, result.output
+    ours = simulate(build(Scenario(folder).cases[0]), "python")["plant.y"]
+    trace = fmpy.simulate_fmu(
+        str(out), stop_time=0.03, step_size=1e-4, output_interval=1e-4, output=["plant_y"], fmi_type="CoSimulation"
+    )
+    assert np.abs(trace["plant_y"] - ours).max() < 1e-13  # fmpy adds up its times in another way
+
+
 def test_units_of_different_rates_have_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
     loop["units"]["pid"]["every"] = 2
     with pytest.raises(InputError, match="pid runs once in several steps: SSP has one step"):

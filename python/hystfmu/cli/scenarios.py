@@ -140,7 +140,7 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
 
 @click.command()
 @click.argument("scenario")
-@click.option("-o", "--out", required=True, metavar="X.ssp")
+@click.option("-o", "--out", required=True, metavar="X.ssp|X.fmu")
 @click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: its first].")
 @click.option("--ssp", "version", type=click.Choice(["1.0", "2.0"]), default="1.0", show_default=True)
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="FMI version of our units.")
@@ -148,16 +148,22 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
 def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"], fmi: str, connectors: bool) -> None:
     """Write a scenario as an SSP archive that other simulators run; 'hystfmu run X.ssp' reads those of others.
 
+    With -o X.fmu the whole loop becomes one FMU, stepped in the scenario's order inside.
+
     \b
     Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp
     """
     from hystfmu.scenario import Scenario
-    from hystfmu.scenario.ssp import write_ssp
+    from hystfmu.scenario.ssp import write_loop, write_ssp
 
     cases = {c.name: c for c in Scenario(scenario).cases}
     if name is not None and name not in cases:
         raise InputError(f"{scenario}: no case {name!r}; there are {', '.join(cases)}")
     case = cases[name] if name is not None else next(iter(cases.values()))
+    if out.endswith(".fmu"):
+        path = write_loop(case, out, 3 if fmi == "3" else 2)
+        click.echo(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one, step {case.step:g} s")
+        return
     path = write_ssp(case, out, version, connectors, 3 if fmi == "3" else 2)
     click.echo(f"{path}: SSP {version}, case {case.name}, {len(case.units)} units, step {case.step:g} s")
 

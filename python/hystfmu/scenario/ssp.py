@@ -25,7 +25,7 @@ from hystfmu.graph import Graph
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.run import simulate
 from hystfmu.scenario.spec import Case
-from hystfmu.scenario.system import Part, System, build, changed
+from hystfmu.scenario.system import Part, System, build, changed, to_graph
 from hystfmu.scenario.trace import Trace
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
@@ -79,6 +79,20 @@ def write_ssp(
             archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)
     write_bytes(path, content.getvalue())
     return Path(path)
+
+
+def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
+    """Write a case as one FMU: a container without a master, Gauss-Seidel in the scenario's order inside.
+
+    Raises
+    ------
+    InputError
+        Units of different rates, FMUs of others, an algebraic loop, or a file that cannot be written.
+    """
+    from hystfmu.fmu.export import export_fmu
+
+    graph = to_graph(build(replace(case, ripple=1))).with_step(case.step)
+    return export_fmu(graph, path, fmi=fmi, name=case.scenario)
 
 
 def _fmu(part: Part, fmi: Literal[2, 3], h: float) -> bytes:
