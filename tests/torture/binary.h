@@ -10,18 +10,25 @@
 #include "fmi3Functions.h"
 #include "random.h"
 
-#define FUNCTIONS(F)                                                                                                   \
-  F(fmi2Instantiate)                                                                                                   \
-  F(fmi2FreeInstance)                                                                                                  \
-  F(fmi2SetupExperiment)                                                                                               \
-  F(fmi2EnterInitializationMode)                                                                                       \
-  F(fmi2ExitInitializationMode)                                                                                        \
-  F(fmi2SetReal)                                                                                                       \
-  F(fmi2GetReal)                                                                                                       \
-  F(fmi2DoStep)                                                                                                        \
-  F(fmi3InstantiateCoSimulation)                                                                                       \
-  F(fmi3FreeInstance) F(fmi3EnterInitializationMode) F(fmi3ExitInitializationMode) F(fmi3SetFloat64) F(fmi3GetFloat64) \
-      F(fmi3DoStep)
+/* clang-format off: it does not come to rest on this list */
+#define FUNCTIONS(F)             \
+  F(fmi2Instantiate)             \
+  F(fmi2FreeInstance)            \
+  F(fmi2SetupExperiment)         \
+  F(fmi2EnterInitializationMode) \
+  F(fmi2ExitInitializationMode)  \
+  F(fmi2SetReal)                 \
+  F(fmi2GetReal)                 \
+  F(fmi2DoStep)                  \
+  F(fmi3InstantiateCoSimulation) \
+  F(fmi3FreeInstance)            \
+  F(fmi3EnterInitializationMode) \
+  F(fmi3ExitInitializationMode)  \
+  F(fmi3SetFloat64)              \
+  F(fmi3GetFloat64)              \
+  F(fmi3DoStep)
+/* clang-format on */
+
 typedef struct {
   void *handle;
 #define FIELD(f) f##TYPE *f;
