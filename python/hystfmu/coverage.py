@@ -15,6 +15,7 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.graph import Graph, Node, Output
+from hystfmu.signals import ramps, training
 
 NEAR = 0.1  # RMS over the features, each in units of its range
 MOST_ROWS = 2000  # of the reference and of the training rows: more are thinned evenly
@@ -63,8 +64,6 @@ def coverage(graph: Graph, u: Array, h: float, rows: slice) -> float | None:
         None: no network.
     """
     from scipy.spatial import cKDTree
-
-    from hystfmu.signals import ramps, training
 
     limiters = _limiters(graph)
     if not limiters:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from hystfmu.accuracy import held_out_table
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
@@ -16,7 +17,7 @@ from hystfmu.inverse import inverse
 from hystfmu.model import Model
 from hystfmu.scenario import Result, run_scenarios
 from hystfmu.scenario.report import Line, Plot, Section, Table, write_report
-from hystfmu.signals import held_out, held_out_table
+from hystfmu.signals import held_out
 from hystfmu.synthetic import VOLTS, displacement, piezo
 from hystfmu.terminal import loop, progress, table, verdicts
 

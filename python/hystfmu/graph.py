@@ -6,200 +6,21 @@ of the variable `u` of the node `net`, `"net.u"` all of it.
 
 from __future__ import annotations
 
-import binascii
-import ctypes as C
-import hashlib
 import re
-import struct
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 
 import numpy as np
 
-from hystfmu.core import IMPLICIT, Array, BlockType, Executor, Var, block_types
+from hystfmu.block_file import block_file, token_of
+from hystfmu.core import IMPLICIT, Array, Executor, Var
 from hystfmu.errors import InputError
+from hystfmu.evaluation_order import evaluation_order
+from hystfmu.node import Node, Value
+from hystfmu.ports import ContinuousState, Input, Output, Port
 
-Value = float | int | bool | str | Sequence[float] | Array
+__all__ = ["ContinuousState", "Graph", "Input", "Node", "Output", "Port", "Value"]
 
-MAGIC, VERSION = b"HYSTFMU\n", 2
-_TOKEN = 40
-_MOST_VALUES = 1 << 24  # as in graph_file.c
-_LENGTH = re.compile(r"(\w+)(?: \+ (\d+))?\Z")
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _ENDPOINT = re.compile(r"([A-Za-z][A-Za-z0-9_]*)(?:\.([A-Za-z][A-Za-z0-9_]*))?(?:\[(\d+)\])?\Z")
-
-
-@dataclass(frozen=True)
-class Node:
-    """One block of a graph.
-
-    Parameters
-    ----------
-    name : str
-        Name of the instance, unique in the graph.
-    type : str
-        Key of the block, e.g. ``"prandtl_ishlinskii"``.
-    dims : mapping of str to int
-        Sizes; a missing one follows from the length of an array value, else from the table.
-    values : mapping
-        Parameter values; a missing one has the start value of the table.  Enumerations take their words.
-
-    Raises
-    ------
-    InputError
-        Unknown block, parameter or size, wrong length, value out of range.
-    """
-
-    name: str
-    type: str
-    dims: Mapping[str, int] = field(default_factory=dict)
-    values: Mapping[str, Value] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if not _NAME.match(self.name):
-            raise InputError(f"the block name {self.name!r} must be a letter followed by letters, digits or _")
-        kind = self.block  # raises on an unknown type
-        unknown = set(self.dims) - {d.name for d in kind.dims}
-        if unknown:
-            raise InputError(f"{self.type} has no size {sorted(unknown)[0]!r}; it has {[d.name for d in kind.dims]}")
-        unknown = set(self.values) - {v.name for v in kind.parameters}
-        if unknown:
-            names = [v.name for v in kind.parameters]
-            raise InputError(f"{self.type} has no parameter {sorted(unknown)[0]!r}; it has {names}")
-        object.__setattr__(self, "dims", self._complete_dims())
-        sizes = self.sizes
-        if sum(sizes.values()) > _MOST_VALUES:
-            raise InputError(
-                f"{self.name}: sizes {dict(self.dims)} make too many values; at most {_MOST_VALUES} fit a graph"
-            )
-        for v in kind.parameters:
-            self._flat(v, sizes[v.name])
-
-    @property
-    def block(self) -> BlockType:
-        """The description of the block."""
-        types = block_types()
-        if self.type not in types:
-            raise InputError(f"no block {self.type!r}; 'hystfmu blocks' lists them: {', '.join(types)}")
-        return types[self.type]
-
-    def _complete_dims(self) -> dict[str, int]:
-        dims = dict(self.dims)
-        for v in self.block.parameters:  # a row of size n, or n + 1, tells n by its length
-            m = _LENGTH.match(v.size)
-            if m and v.name in self.values and m[1] not in dims and m[1] in {d.name for d in self.block.dims}:
-                dims[m[1]] = int(np.size(np.asarray(self.values[v.name]))) - int(m[2] or 0)
-        for d in self.block.dims:
-            n = dims.setdefault(d.name, d.start)
-            if isinstance(n, bool) or int(n) != n or not d.lo <= n <= d.hi:
-                raise InputError(f"The size '{d.name}' of {self.name} must be an int in [{d.lo}, {d.hi}]. Got {n}.")
-            dims[d.name] = int(n)
-        return dims
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Number of elements of every variable."""
-        return self.block.sizes(dict(self.dims))
-
-    def _flat(self, v: Var, size: int) -> Array:
-        value = self.values.get(v.name, v.start)
-        if isinstance(value, str):
-            if value not in v.choices:
-                wanted = f"one of {list(v.choices)}" if v.choices else "a number"
-                raise InputError(f"The '{v.name}' parameter of {self.name} must be {wanted}. Got {value!r} instead.")
-            value = v.choices.index(value)
-        try:
-            array = np.asarray(value, dtype=np.float64).ravel()
-        except (TypeError, ValueError):
-            raise InputError(f"The '{v.name}' parameter of {self.name} must be numbers. Got {value!r}.") from None
-        if array.size == 1 and size != 1:
-            array = np.broadcast_to(array, (size,))
-        if array.size != size:
-            raise InputError(f"The '{v.name}' parameter of {self.name} must have {size} values. Got {array.size}.")
-        bad = ~(np.isfinite(array) & (array >= v.lo) & (array <= v.hi))
-        if v.type != "real":
-            bad |= array != np.floor(array)
-        if bad.any():
-            got = array[bad][0]
-            raise InputError(f"The '{v.name}' parameter of {self.name} must be {v.interval}. Got {got:.10g} instead.")
-        return array
-
-    def parameters(self) -> Array:
-        """All parameter values in the order of the table, flat."""
-        sizes = self.sizes
-        return np.concatenate([self._flat(v, sizes[v.name]) for v in self.block.parameters] or [np.zeros(0)])
-
-    def value(self, name: str) -> Array:
-        """One parameter as a flat array."""
-        rows = {v.name: v for v in self.block.parameters}
-        if name not in rows:
-            raise InputError(f"{self.type} has no parameter {name!r}; it has {list(rows)}")
-        return self._flat(rows[name], self.sizes[name]).copy()
-
-    def with_values(self, **values: Value) -> Node:
-        """The same node with some values changed."""
-        return Node(self.name, self.type, self.dims, {**self.values, **values})
-
-    def feeds_through(self) -> bool:
-        """Whether an output depends on the present inputs."""
-        if not self.block.raw.feedthrough:
-            return True
-        sizes, kind = self.sizes, self.block
-        derived = sum(sizes[v.name] for v in kind.of("derived"))
-        p = np.concatenate([self.parameters(), np.zeros(derived)])
-        dims = (C.c_int * (len(kind.dims) + 1))(*[self.dims[d.name] for d in kind.dims])
-        return bool(kind.raw.feedthrough(dims, p.ctypes.data_as(C.POINTER(C.c_double))))
-
-
-@dataclass(frozen=True)
-class Input:
-    """An input of a graph."""
-
-    name: str
-    to: tuple[str, ...]
-    unit: str = ""
-    start: float = 0.0
-    text: str = ""
-
-
-@dataclass(frozen=True)
-class Output:
-    """An output of a graph."""
-
-    name: str
-    source: str
-    unit: str = ""
-    text: str = ""
-
-
-@dataclass(frozen=True)
-class Port:
-    """A variable of the finished unit, as an importer sees it: its elements have references from `reference` on."""
-
-    name: str
-    kind: str
-    node: int
-    var: Var
-    place: int
-    reference: int
-    size: int
-    unit: str
-    text: str
-    start: tuple[float, ...]
-
-    @property
-    def scalar_names(self) -> tuple[str, ...]:
-        """One plain name per element: `w`, or `w_1`, `w_2`, ... for an array."""
-        return (self.name,) if self.size == 1 else tuple(f"{self.name}_{i + 1}" for i in range(self.size))
-
-
-@dataclass(frozen=True)
-class ContinuousState:
-    """One continuous state of the finished unit, as Model Exchange names it; its derivative is `der(name)`."""
-
-    name: str
-    unit: str
-    text: str
 
 
 class Graph:
@@ -248,20 +69,19 @@ class Graph:
             twice = {n for n in listed if listed.count(n) > 1}
             if twice:
                 raise InputError(f"two {kind}s have the name {sorted(twice)[0]!r}")
-        self._resolve()
-        order = self._order() if sort else list(range(len(self.nodes)))
-        self.nodes = tuple(self.nodes[i] for i in order)
         self.links = self._resolve()
-        self._order(check_only=True)
+        order = self._order()  # also refuses an algebraic loop
+        if sort:
+            self.nodes = tuple(self.nodes[i] for i in order)
+            self.links = self._resolve()
         self.ports = self._ports()
 
     def __getstate__(self) -> dict[str, object]:
         """What goes to another process: rows of the C tables are looked up again there."""
-        return {k: v for k, v in self.__dict__.items() if k not in ("ports", "_links")}
+        return {k: v for k, v in self.__dict__.items() if k != "ports"}
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
-        self._links = self._resolve()
         self.ports = self._ports()
 
     @classmethod
@@ -337,34 +157,11 @@ class Graph:
                 driven.add((to, k))
         return sorted(links)
 
-    def _order(self, check_only: bool = False) -> list[int]:
-        links = self._resolve()
-        through = [n.feeds_through() for n in self.nodes]
+    def _order(self) -> list[int]:
         # the second input of an implicit inverse is what it tries its output for: no loop, and no source to wait for
         tried = [bool(n.block.flags & IMPLICIT) for n in self.nodes]
-        all_edges = {(s, d) for d, place, s, _, _ in links if s >= 0 and not (tried[d] and place == 1)}
-        for edges in (all_edges, {(s, d) for s, d in all_edges if through[d]}):
-            order: list[int] = []
-            left = list(range(len(self.nodes)))
-            while left:
-                free = [i for i in left if not any(s in left for s, d in edges if d == i)]
-                if not free:
-                    break
-                # one at a time and the first in the listed order, so that an order that already fits stays as it is
-                order.append(free[0])
-                left.remove(free[0])
-            if not left:
-                if edges is not all_edges:
-                    # in a loop, a block that only reads held values must not read a new one: it goes first
-                    order.sort(key=lambda i: through[i])
-                return order
-        if left:
-            path = [left[0]]
-            while path.count(path[-1]) < 2:
-                path.append(next(s for s, d in sorted(edges) if d == path[-1] and s in left))
-            names = " <- ".join(self.nodes[i].name for i in path[path.index(path[-1]) :])
-            raise InputError(f"algebraic loop: {names}; put a delay or a strictly proper transfer_function into it")
-        return order
+        edges = {(s, d) for d, place, s, _, _ in self.links if s >= 0 and not (tried[d] and place == 1)}
+        return evaluation_order([n.name for n in self.nodes], [n.feeds_through() for n in self.nodes], edges)
 
     # ---- what an importer sees ------------------------------------------------------------------------------------
     def _ports(self) -> tuple[Port, ...]:
@@ -454,43 +251,15 @@ class Graph:
             for o in self.outputs
         }
 
-    # ---- the block file --------------------------------------------------------------------------------------------
+    # ---- running --------------------------------------------------------------------------------------------------
     def to_bytes(self) -> bytes:
         """The block file (`resources/block.bin`); the format is in `fmu_build/README.md`."""
-        kinds = {"param": 0, "fixed": 1, "input": 3, "output": 5}
-
-        def name(s: str) -> bytes:
-            b = s.encode("ascii")
-            return struct.pack("<I", len(b)) + b
-
-        out = [struct.pack("<dI", self.step, len(self.nodes))]
-        for n in self.nodes:
-            p = n.parameters()
-            dims = [n.dims[d.name] for d in n.block.dims]
-            out += [name(n.name), name(n.type), struct.pack(f"<I{len(dims)}I", len(dims), *dims)]
-            out += [struct.pack("<I", p.size), p.astype("<f8").tobytes()]
-        starts = [s for p in self.ports if p.kind == "input" for s in p.start]
-        out.append(struct.pack(f"<I{len(starts)}d", len(starts), *starts))
-        out.append(struct.pack("<I", len(self.links)))
-        out += [struct.pack("<5i", *link) for link in self.links]
-        out.append(struct.pack("<I", len(self.ports)))
-        for port in self.ports:
-            var = self.nodes[port.node].block.vars.index(port.var)
-            out += [
-                name(port.name),
-                struct.pack("<5I", kinds[port.kind], port.node, var, port.place, port.size),
-            ]
-        body = b"".join(out)
-        digest = hashlib.sha256(body).hexdigest()
-        token = f"{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}".encode()
-        checked = token.ljust(_TOKEN, b"\0") + body
-        length = len(MAGIC) + 12 + len(checked)
-        return MAGIC + struct.pack("<III", VERSION, length, binascii.crc32(checked)) + checked
+        return block_file(self.step, self.nodes, self.links, self.ports)
 
     @property
     def token(self) -> str:
         """The token that ties the block file to its modelDescription.xml (guid, instantiationToken)."""
-        return self.to_bytes()[len(MAGIC) + 12 :][:_TOKEN].rstrip(b"\0").decode()
+        return token_of(self.to_bytes())
 
     def executor(self) -> Executor:
         """The graph loaded into the C core."""

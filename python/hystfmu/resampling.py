@@ -12,6 +12,7 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.errors import InputError
+from hystfmu.reversals import reversals
 
 GAP = 2.5  # median steps: one lost sample is bridged, two are not
 FASTER = 2.0  # times the mean rate of the rows: more would be rows without a measurement near them
@@ -39,8 +40,6 @@ def resample(t: Array, u: Array, y: Array, rate: float | None, where: str) -> tu
     InputError
         A step longer than 2.5 median steps; a rate that is not in reach.
     """
-    from hystfmu.identify.excitation import reversals
-
     steps = np.diff(t)
     median, mean = float(np.median(steps)), float(t[-1] - t[0]) / len(steps)
     n = int(np.argmax(steps))

@@ -5,15 +5,11 @@ All generators are seeded and independent of the C core; values lie in [-1, 1] t
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 
 from hystfmu.core import Array
-from hystfmu.coverage import clamped
-from hystfmu.identify import errors
-from hystfmu.model import Model
 
 
 def decaying_sine(
@@ -83,35 +79,3 @@ def training(count: int = 150, seed: int = 1, step: float = 0.01) -> Array:
     """An input that identifies well: a full loop, then at least 60 reversals of different amplitudes, in [-1, 1]."""
     full = ramps([0.0, 1.0, -1.0, 1.0, -1.0, 0.0], step)
     return np.concatenate([full, nested_reversals(count, seed, step)[1:]])
-
-
-def held_out_table(
-    model: Model, plant: Callable[[Array], Array], span: float, signals: dict[str, Array] | None = None
-) -> dict[str, dict[str, float]]:
-    """Errors of a model against a plant on every held-out signal.
-
-    Parameters
-    ----------
-    model : Model
-        Runs free from a fresh start.
-    plant : function
-        The true output (n,) for an input (n,), from a fresh start.
-    span : float
-        100 % of full scale: the span of y in the training data.
-    signals : dict of str to array, optional
-        Default `held_out()`.
-
-    Returns
-    -------
-    dict
-        For each signal `rms_percent` and `max_percent`, besides the absolute `rms` and `max`, and `clamped_percent`,
-        the share of rows at which the limits of a network cut.
-    """
-    h = 1.0 if model.step is None else model.step
-    return {
-        name: {
-            **errors(model.predict(u), plant(u), span),
-            "clamped_percent": 100 * float(np.mean(clamped(model.graph, u, h))),
-        }
-        for name, u in (held_out() if signals is None else signals).items()
-    }

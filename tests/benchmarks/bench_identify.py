@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "python"))
 import numpy as np
 import plants
 
-from hystfmu import Dataset, signals
+from hystfmu import Dataset, accuracy, signals
 from hystfmu.identify import fit
 from hystfmu.identify.plays import thresholds
 from hystfmu.inverse import inverse
@@ -62,7 +62,7 @@ def s2():
         errors = {}
         for key, options in (("zhao_tan_mlp", {}), ("zhao_tan_mlp", {"memory": "last"}), ("play_bank_mlp", {})):
             m, span = trained(key, plant, **options)
-            errors[key, *options] = signals.held_out_table(m, plant, span)
+            errors[key, *options] = accuracy.held_out_table(m, plant, span)
         dominant, last, bank = errors.values()
         nested = "nested reversals"
         add(f"{name}: operator + net, nested", 1, dominant[nested]["rms_percent"], "%FS")
@@ -92,7 +92,7 @@ def s2_fresh():
             data = Dataset.from_signal(u, plant(u))
             models = [fit(data, "zhao_tan_mlp", seed, memory=m) for m in ("dominant", "last")]
             models.append(fit(data, "play_bank_mlp", seed))
-            operator, last, bank = (signals.held_out_table(m, plant, data.span, held_out) for m in models)
+            operator, last, bank = (accuracy.held_out_table(m, plant, data.span, held_out) for m in models)
             nested = bank.pop("nested reversals")
             one, other = operator["nested reversals"]["rms_percent"], last["nested reversals"]["rms_percent"]
             within = all(e["rms_percent"] <= 0.2 and e["max_percent"] <= 0.8 for e in bank.values())
@@ -112,7 +112,7 @@ def s2_fresh():
 
 def s3():
     m, span = trained("bouc_wen", plants.bouc_wen)
-    for signal, e in signals.held_out_table(m, plants.bouc_wen, span).items():
+    for signal, e in accuracy.held_out_table(m, plants.bouc_wen, span).items():
         add(f"grey box, {signal}", 0.03, e["rms_percent"], "%FS")
     add("seconds", 10, m.fit["seconds"], "s")
     show("S3  Bouc-Wen plant (scipy RK45)")

@@ -8,7 +8,8 @@ import pytest
 
 from hystfmu import Dataset, InputError, signals
 from hystfmu.identify import METHODS, auto, fit, options
-from hystfmu.identify.excitation import Excitation, examine, gaps, turning_points
+from hystfmu.identify.excitation import Excitation, examine, gaps
+from hystfmu.reversals import turning_points
 
 U = signals.training(60, 1)
 

@@ -7,15 +7,16 @@ import plants
 import pytest
 from click.testing import CliRunner
 
-from hystfmu import Dataset, Graph, InputError, Model, Node, signals, synthetic
+from hystfmu import Dataset, Graph, InputError, Model, Node, accuracy, signals, synthetic
 from hystfmu.cli import main
 from hystfmu.identify import auto, fit
 from hystfmu.identify.bouc_wen_oscillator import linear_oscillator
-from hystfmu.identify.excitation import examine, gaps, turning_points
+from hystfmu.identify.excitation import examine, gaps
 from hystfmu.identify.prandtl_ishlinskii_rate import _Sums, cross_validated, dead_zones
 from hystfmu.reproduce import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
 from hystfmu.reproduce.narx_network import simulate
 from hystfmu.reproduce.structured_duhem import KNOTS, DuhemOscillator, run_many
+from hystfmu.reversals import turning_points
 
 QUICK = ("prandtl_ishlinskii", "bouc_wen", "prandtl_ishlinskii_asym", "prandtl_ishlinskii_rate")
 
@@ -98,7 +99,7 @@ def test_s3_bouc_wen_is_picked_and_holds_on_other_signals(monkeypatch):
     data = Dataset.from_signal(u, plants.bouc_wen(u))
     model = fit(data, "auto")
     assert (model.key, model.fit["memory"], model.fit["warnings"]) == ("bouc_wen", "no return-point", [])
-    for name, e in signals.held_out_table(model, plants.bouc_wen, data.span).items():
+    for name, e in accuracy.held_out_table(model, plants.bouc_wen, data.span).items():
         assert e["rms_percent"] <= 0.03, name
 
 

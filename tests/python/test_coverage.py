@@ -7,7 +7,7 @@ import plants
 import pytest
 from click.testing import CliRunner
 
-from hystfmu import Dataset, Model, signals
+from hystfmu import Dataset, Model, accuracy, signals
 from hystfmu.cli import main
 from hystfmu.coverage import clamped, coverage
 from hystfmu.graph import Graph, Node
@@ -69,7 +69,7 @@ def test_coverage_of_a_signal_whose_rows_can_be_counted():
 
 
 def test_held_out_tables_say_it(model):
-    table = signals.held_out_table(
+    table = accuracy.held_out_table(
         model,
         plants.prandtl_ishlinskii,
         1.0,

@@ -11,8 +11,9 @@ import pytest
 
 from hystfmu import Dataset, blocks, signals
 from hystfmu.identify import errors, fit
-from hystfmu.identify.dead_band import half_width, noise
+from hystfmu.identify.dead_band import half_width
 from hystfmu.identify.duhem import segments
+from hystfmu.reversals import noise
 
 
 def path(seed, reversals=40, samples=60):

@@ -11,14 +11,14 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, signals
+from hystfmu import Dataset, accuracy, signals
 from hystfmu.identify import fit
 
 
 def table(key, plant, **options):
     u = signals.training(150, 1)
     data = Dataset.from_signal(u, plant(u))
-    return signals.held_out_table(fit(data, key, **options), plant, data.span)
+    return accuracy.held_out_table(fit(data, key, **options), plant, data.span)
 
 
 def test_s1_replica_of_zhao_and_tan():

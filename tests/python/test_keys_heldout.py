@@ -10,7 +10,7 @@ from pathlib import Path
 import plants
 import pytest
 
-from hystfmu import Dataset, signals
+from hystfmu import Dataset, accuracy, signals
 from hystfmu.identify import METHODS, fit
 
 SHORT = {"starts": 1, "iterations": 40}
@@ -48,7 +48,7 @@ def test_a_key_on_an_independent_plant(key):
     plant, limit, options = ON[key]
     u = signals.training(40, 1)
     data = Dataset.from_signal(u, plant(u))
-    found = signals.held_out_table(fit(data, key, **options), plant, data.span)
+    found = accuracy.held_out_table(fit(data, key, **options), plant, data.span)
     worst = max(e["rms_percent"] for e in found.values())
     print(f"{key}: {worst:.3g} %")
     assert worst <= limit

@@ -6,7 +6,7 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, InputError, Unit, signals
+from hystfmu import Dataset, InputError, Unit, accuracy, signals
 from hystfmu.identify import fit
 from hystfmu.identify.duhem import basis
 from hystfmu.identify.preisach import columns, triangles
@@ -29,7 +29,7 @@ def relays(u, levels=90):
 
 
 def worst(model, plant, data):
-    return {name: row["rms_percent"] for name, row in signals.held_out_table(model, plant, data.span).items()}
+    return {name: row["rms_percent"] for name, row in accuracy.held_out_table(model, plant, data.span).items()}
 
 
 @pytest.fixture(scope="module")

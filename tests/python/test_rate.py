@@ -6,7 +6,7 @@ import plants
 import pytest
 from scipy.integrate import solve_ivp
 
-from hystfmu import Dataset, InputError, signals
+from hystfmu import Dataset, InputError, accuracy, signals
 from hystfmu.fmu import export_fmu
 from hystfmu.fmu.check import check_fmu
 from hystfmu.identify import errors, fit
@@ -114,7 +114,7 @@ def test_a_rate_is_no_memory():
     d = Dataset.from_signal(u, actuator(u), 1 / RATE)
     tests = {"nested reversals": signals.nested_reversals(40, 7), "minor loops": signals.minor_loops(3)}
     first, ours = fit(d, "rate_mlp", **literal), fit(d, "rate_mlp", starts=1, iterations=60)
-    of_first, of_ours = (signals.held_out_table(m, actuator, d.span, tests) for m in (first, ours))
+    of_first, of_ours = (accuracy.held_out_table(m, actuator, d.span, tests) for m in (first, ours))
     for name in tests:
         assert of_first[name]["rms_percent"] > 5
         assert of_ours[name]["rms_percent"] < of_first[name]["rms_percent"] / 10

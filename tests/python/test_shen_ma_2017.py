@@ -9,7 +9,7 @@ import plants
 import pytest
 from scipy.optimize import minimize
 
-from hystfmu import Dataset, InputError, signals
+from hystfmu import Dataset, InputError, accuracy, signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit, options
 from hystfmu.identify.constraint_factor import (
@@ -156,7 +156,7 @@ def test_constraint_factor_and_network_on_held_out_signals(plant):
     u = signals.training(100, 1)
     data = Dataset.from_signal(u, plant(u))
     ours, literal = (
-        signals.held_out_table(fit(data, "constraint_factor_mlp", **o), plant, data.span) for o in ({}, LITERAL)
+        accuracy.held_out_table(fit(data, "constraint_factor_mlp", **o), plant, data.span) for o in ({}, LITERAL)
     )
     for name, e in ours.items():
         assert e["rms_percent"] <= 0.4, name
@@ -167,7 +167,7 @@ def test_fitted_operator_and_network_straighten_a_bent_readout():
     u = signals.training(100, 1)
     data = Dataset.from_signal(u, plants.asymmetric(u))
     bent, plain = (
-        signals.held_out_table(fit(data, "fitted_operator_mlp", bend=b), plants.asymmetric, data.span) for b in (5, 1)
+        accuracy.held_out_table(fit(data, "fitted_operator_mlp", bend=b), plants.asymmetric, data.span) for b in (5, 1)
     )
     for name, e in bent.items():
         assert e["rms_percent"] <= 0.2, name

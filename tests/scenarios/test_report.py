@@ -13,9 +13,9 @@ import pytest
 
 from hystfmu.plot import Line, Plot
 from hystfmu.scenario import build, run_scenarios
+from hystfmu.scenario.delay_budget import delay_budget
 from hystfmu.scenario.report import Section, Table, write_report
 from hystfmu.scenario.spec import Scenario
-from hystfmu.scenario.system import delay_budget
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hystfmu.core import Array
+from hystfmu.accuracy import errors
 from hystfmu.coverage import coverage
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
@@ -66,21 +66,6 @@ def options(key: str) -> tuple[Option, ...]:
     """
     table: tuple[Option, ...] = _module(key).OPTIONS
     return table
-
-
-def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
-    """RMS and largest error, absolute and in percent of `span`.
-
-    Parameters
-    ----------
-    y, measured : array, shape (n,)
-        Output of a model, and what it should have been.
-    span : float
-        100 % of full scale.
-    """
-    e = y - measured
-    rms, most = float(np.sqrt(np.mean(e**2))), float(np.abs(e).max())
-    return {"rms": rms, "max": most, "rms_percent": 100 * rms / span, "max_percent": 100 * most / span}
 
 
 def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None, **given: Any) -> Model:

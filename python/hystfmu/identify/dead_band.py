@@ -1,10 +1,4 @@
-"""Reversals under noise: how much noise a measured signal holds, and a play in front of the model that hides it.
-
-Difference-based estimate (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625-633; Hall, Kay & Titterington,
-Biometrika 77 (1990) 521-528): a k-th difference shrinks a smooth path by its step to the power k and lets white noise
-grow to sigma sqrt(C(2k, k)).  White noise shows itself in that its k-th differences change sign in a share
-arccos(-k / (k + 1)) / pi of the rows; the first order that comes near it gives sigma from the median, which is blind to
-kinks.  Trap: without the sign test, a coarsely sampled sine counts as noise.
+"""A play in front of a model that hides the reversals which noise makes (`hystfmu.reversals` tells how much there is).
 
 A model without return-point memory (Bouc-Wen, Duhem) adds up every reversal that noise makes: 0.25 % noise of the input
 range costs 2.2 % of the output.  A play of half-width 2 sigma before it, in the model itself so that an FMU has it too,
@@ -15,7 +9,6 @@ the moment the input moves on, and are no better with a dead band: they have non
 from __future__ import annotations
 
 from dataclasses import replace
-from math import acos, comb, pi
 
 import numpy as np
 
@@ -24,10 +17,9 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node
 from hystfmu.identify.options import Option
 from hystfmu.identify.plays import plays
+from hystfmu.reversals import noise
 
-ORDERS = range(2, 9)
-NEAR = 0.9  # share of the sign changes of white noise
-LEAST, MOST = 1e-9, 0.05  # of the range: less is rounding, more is the excitation itself
+MOST = 0.05  # of the range: more is the excitation itself
 WIDTH = 2.0  # half-width of the play in sigma
 OPTION = Option(
     "dead_band",
@@ -36,30 +28,6 @@ OPTION = Option(
     1e300,
     text="half-width of a play before the model, in units of u; default: 2 sigma of noise",
 )
-
-
-def noise(v: Array) -> float:
-    """RMS sigma of white noise in a sampled path.
-
-    Parameters
-    ----------
-    v : array, shape (n,)
-        Evenly sampled.
-
-    Returns
-    -------
-    float
-        In the unit of v; 0 where none is seen: a smooth path, or one that is held for most rows.
-    """
-    width = float(np.ptp(v)) if len(v) else 0.0
-    for k in ORDERS:
-        d = np.diff(v, k)
-        if len(d) < 10:
-            break
-        if np.mean(d[1:] * d[:-1] < 0) >= NEAR * acos(-k / (k + 1)) / pi:
-            sigma = float(np.median(np.abs(d))) / 0.6745 / comb(2 * k, k) ** 0.5
-            return sigma if sigma > LEAST * width else 0.0
-    return 0.0
 
 
 def half_width(u: Array) -> float:

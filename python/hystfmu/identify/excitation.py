@@ -13,7 +13,7 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.data import Dataset
-from hystfmu.identify.dead_band import noise
+from hystfmu.reversals import noise, reversals
 
 OPEN = 0.5  # percent of the span of y: a larger gap is no return-point memory
 LEAST_LOOP = 0.02  # of the range of u: smaller loops say little
@@ -56,29 +56,6 @@ class Excitation:
     several_speeds: bool
     memory: str
     warnings: tuple[str, ...]
-
-
-def turning_points(u: Array, band: float) -> Array:
-    """Rows (m,) of the extrema of u (n,) that are followed by a way back of more than `band`; a plateau is none."""
-    found: list[int] = []
-    top = bottom = direction = 0
-    for k, value in enumerate(u.tolist()):
-        top = k if value >= u[top] else top
-        bottom = k if value <= u[bottom] else bottom
-        if direction >= 0 and value < u[top] - band:
-            found += [top] if top > 0 else []
-            direction, bottom = -1, k
-            top = k
-        elif direction <= 0 and value > u[bottom] + band:
-            found += [bottom] if bottom > 0 else []
-            direction, top = 1, k
-            bottom = k
-    return np.array(found, dtype=int)
-
-
-def reversals(u: Array) -> Array:
-    """Turning points (m,) of u (n,) outside its noise: with a way back of 6 sigma and 0.1 % of its range."""
-    return turning_points(u, max(6 * noise(u), 1e-3 * float(np.ptp(u))))
 
 
 def gaps(u: Array, y: Array, turns: Array) -> Array:

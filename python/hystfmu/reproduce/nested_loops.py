@@ -1,7 +1,7 @@
 """Nested loops, the part of every paper that one decaying sine hides: a bank of plays and a network, and inverses.
 
 Two plants in numpy: ten backlash operators with a linear term, and the same behind a bent readout.  Models are trained
-on random nested reversals, judged by `signals.held_out_table`; inverses stand in front of the plant itself.
+on random nested reversals, judged by `accuracy.held_out_table`; inverses stand in front of the plant itself.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hystfmu import signals
+from hystfmu import accuracy, signals
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.identify import errors, fit
@@ -45,7 +45,7 @@ def recorded(plant: Response, reversals: int, noise: float = 0.0) -> Dataset:
 
 def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
     """S2: bank of 16 plays and a network; RMS and largest error, nested reversals and the worst of the others."""
-    found = signals.held_out_table(fit(data, "play_bank_mlp"), plant, data.span)
+    found = accuracy.held_out_table(fit(data, "play_bank_mlp"), plant, data.span)
     nested = found.pop("nested reversals")
     rows = []
     for where, e, limits in (

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu import signals
+from hystfmu import accuracy, signals
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
@@ -251,7 +251,7 @@ def _held_out(half: Dataset, progress: Progress) -> list[Row]:
     tests = {name: INPUT * x for name, x in signals.held_out().items()}
 
     def worst(model: Model) -> float:
-        return max(e["rms_percent"] for e in signals.held_out_table(model, plant, data.span, tests).values())
+        return max(e["rms_percent"] for e in accuracy.held_out_table(model, plant, data.span, tests).values())
 
     network = fit(data, "constraint_factor_mlp")
     n = int(network.fit["parameters"])

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hystfmu import signals
+from hystfmu import accuracy, signals
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.identify import fit
@@ -44,7 +44,7 @@ def rows() -> list[Row]:
     data = Dataset.from_signal(u, response(u))
     plays, chosen = fit(data, "prandtl_ishlinskii"), fit(data, "auto")
     of = [
-        max(e["rms_percent"] for e in signals.held_out_table(m, response, data.span).values()) for m in (plays, chosen)
+        max(e["rms_percent"] for e in accuracy.held_out_table(m, response, data.span).values()) for m in (plays, chosen)
     ]
     note = f"literal: plays, whatever their number; ours: --model auto took {chosen.key}, memory {chosen.fit['memory']}"
     return [Row("static Bouc-Wen operator, worst held-out RMS, % of span", None, of[0], of[1], 0.03, note=note)]

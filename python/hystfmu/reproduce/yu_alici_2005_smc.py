@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu import signals
+from hystfmu import accuracy, signals
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
@@ -82,7 +82,7 @@ def _figures() -> list[Row]:
 def _identification() -> list[Row]:
     d = measured(np.concatenate([excitation(f) for f in FIGURES]))
     literal, network, ours = fit(d, "rate_mlp", **LITERAL), fit(d, "rate_mlp"), fit(d, "g0_prandtl_ishlinskii")
-    of = [signals.held_out_table(m, actuator, d.span) for m in (literal, network, ours)]
+    of = [accuracy.held_out_table(m, actuator, d.span) for m in (literal, network, ours)]
     rows = [
         Row(f"held out, {name}: RMS, %FS", None, of[0][name]["rms_percent"], of[2][name]["rms_percent"], 0.06)
         for name in of[0]

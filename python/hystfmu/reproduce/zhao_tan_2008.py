@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu import signals
+from hystfmu import accuracy, signals
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
@@ -154,12 +154,14 @@ def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
     """The replica, trained on its one decaying sine, and ours, trained on random reversals, on signals neither saw."""
     rich, bent = recorded(plant, REVERSALS), nested_loops.bent(plant)
     rich_bent = recorded(bent, REVERSALS)
-    replica = signals.held_out_table(fit(experiment(plant), "zhao_tan_mlp", memory="last", **REPLICA), plant, rich.span)
+    replica = accuracy.held_out_table(
+        fit(experiment(plant), "zhao_tan_mlp", memory="last", **REPLICA), plant, rich.span
+    )
     dominant, last = (
-        signals.held_out_table(fit(rich, "zhao_tan_mlp", memory=memory), plant, rich.span)
+        accuracy.held_out_table(fit(rich, "zhao_tan_mlp", memory=memory), plant, rich.span)
         for memory in ("dominant", "last")
     )
-    asymmetric = signals.held_out_table(fit(rich_bent, "zhao_tan_mlp"), bent, rich_bent.span)
+    asymmetric = accuracy.held_out_table(fit(rich_bent, "zhao_tan_mlp"), bent, rich_bent.span)
     progress(0.4)
     rows = []
     for name, e in dominant.items():

@@ -11,9 +11,10 @@ from typing import Any
 from hystfmu.errors import InputError
 from hystfmu.scenario.baseline import Baseline, Change, Record, changes, sample_rows, save_baseline
 from hystfmu.scenario.fmu_member import FmuStore
+from hystfmu.scenario.fused import to_graph
 from hystfmu.scenario.run import Engine, simulate
 from hystfmu.scenario.spec import Scenario, Scheme, split_end
-from hystfmu.scenario.system import System, build, signals, to_graph
+from hystfmu.scenario.system import System, build, signals
 from hystfmu.scenario.trace import Stopped, Trace
 from hystfmu.scenario.verdict import Verdict, judge
 

@@ -18,10 +18,12 @@ import numpy as np
 from hystfmu.core import Executor, library
 from hystfmu.errors import InputError
 from hystfmu.scenario.foreign import Foreign
+from hystfmu.scenario.fused import segments
 from hystfmu.scenario.native_unit import ForeignUnit, GraphUnit, Unit
 from hystfmu.scenario.spec import split_end
-from hystfmu.scenario.system import System, changed, segments
+from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Stopped, Trace
+from hystfmu.scenario.unit_graph import changed
 
 _SCHEMES = ("gauss_seidel", "jacobi", "iterative")  # as in master.h
 

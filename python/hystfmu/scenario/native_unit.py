@@ -10,8 +10,9 @@ import numpy as np
 from hystfmu.core import Executor
 from hystfmu.errors import InputError
 from hystfmu.scenario.fmu_member import FmuMember
+from hystfmu.scenario.fused import fuse
 from hystfmu.scenario.memory import mark, n_memory
-from hystfmu.scenario.system import System, fuse
+from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Stopped
 
 _GRAPH, _FMI2, _FMI3 = 0, 1, 2  # as in master.h

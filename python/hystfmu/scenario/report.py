@@ -18,7 +18,8 @@ import numpy as np
 from hystfmu import __version__
 from hystfmu.files import write_text
 from hystfmu.plot import Line, Plot
-from hystfmu.scenario.system import System, delay_budget
+from hystfmu.scenario.delay_budget import delay_budget
+from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Trace
 
 if TYPE_CHECKING:

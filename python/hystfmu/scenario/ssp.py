@@ -23,10 +23,12 @@ from hystfmu.fmu.archive import MOST_UNPACKED
 from hystfmu.fmu.xml_file import xml_file
 from hystfmu.graph import Graph
 from hystfmu.scenario.foreign import Foreign
+from hystfmu.scenario.fused import to_graph
 from hystfmu.scenario.run import simulate
 from hystfmu.scenario.spec import Case
-from hystfmu.scenario.system import Part, System, build, changed, to_graph
+from hystfmu.scenario.system import Part, System, build
 from hystfmu.scenario.trace import Trace
+from hystfmu.scenario.unit_graph import changed
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
