@@ -92,12 +92,16 @@ hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt) {
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
     if (hyst_class_of(n->block) == HYST_SAMPLED) {
-      hyst_gather(g, n, t);
+      hyst_gather_from(g, i, 0);
+      if (n->time >= 0) n->u[n->time] = t;
       n->block->update(n->dim, n->p, n->x, n->u, dt);
+      n->block->output(n->dim, n->p, n->x, n->u, n->y);
+    } else {
+      output(g, n, t);
     }
-    output(g, n, t);
   }
   hyst_graph_evaluate(g, t); /* blocks that stand before a sampled one in the file */
+  hyst_look_behind(g);
   return HYST_E_OK;
 }
 

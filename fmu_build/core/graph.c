@@ -78,6 +78,7 @@ hyst_status hyst_graph_start(hyst_graph *g, double t) {
   start_values(g);
   for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_rest(n);
   advance(g, t, 0);
+  hyst_look_behind(g);
   return HYST_E_OK;
 }
 

@@ -69,7 +69,7 @@ typedef struct {
   char *names;
   double *p, *p_file;               /* all parameters; as they stand in the file */
   double *external, *external_file; /* inputs of the graph; their start values */
-  double *state; /* all that a run changes: the last step, every x, every y, the inputs of the graph */
+  double *state; /* all that a run changes: the last step, every x, every y, u of sampled blocks, inputs of the graph */
   int64_t n_p, n_state, n_external;
   int changed; /* parameters were set since prepare() ran */
   double dt;   /* the step that the derived values of STEP blocks belong to */

@@ -6,6 +6,7 @@
 #include "graph.h"
 #include "implicit.h"
 #include "layout.h"
+#include "node.h"
 
 /* ---- reading: a cursor that never passes the end -------------------------------------------------------------- */
 enum { HEADER = 8 + 4 + 4 + 4 + HYST_TOKEN + 8 }; /* magic, version, length, checksum, token, step */
@@ -70,7 +71,7 @@ static counts count(const hyst_block *b, const int *dim) {
 
 /* The file is read twice by one walker: without a graph it counts, with one it fills. */
 typedef struct {
-  int64_t nodes, dims, values, external, p, x, y, u, wires, ports, references;
+  int64_t nodes, dims, values, external, p, x, y, u, kept, wires, ports, references;
   size_t names;
 } totals;
 
@@ -98,6 +99,7 @@ static hyst_status read_nodes(cursor *c, totals *n, hyst_graph *g, hyst_error *e
         (n->p += k.p) + (n->u += k.u) + (n->y += k.y) + (n->x += k.x) > MOST_VALUES)
       return hyst_fail(e, HYST_E_DIM, b->name, NULL, "too many values");
     n->values += k.p_file;
+    if (hyst_class_of(b) == HYST_SAMPLED) n->kept += k.u;
     n->dims += b->n_dims;
     if (get_u32(c) != (uint64_t)k.p_file || c->bad || (c->end - c->at) / 8 < k.p_file)
       return hyst_fail(e, HYST_E_FILE, b->name, NULL, "number of values");
@@ -266,7 +268,7 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   unsigned char *at = (unsigned char *)memory;
   hyst_graph *g = (hyst_graph *)take(&at, sizeof *g);
   g->n_nodes = (int)n.nodes, g->n_ports = (int)n.ports, g->n_wires = n.wires;
-  g->n_p = n.p, g->n_external = n.external, g->n_state = 1 + n.x + n.y + n.external;
+  g->n_p = n.p, g->n_external = n.external, g->n_state = 1 + n.x + n.y + n.kept + n.external;
   g->nodes = (hyst_node *)take(&at, (size_t)n.nodes * sizeof(hyst_node));
   g->wires = (hyst_wire *)take(&at, (size_t)n.wires * sizeof(hyst_wire));
   g->ports = (hyst_port *)take(&at, (size_t)n.ports * sizeof(hyst_port));
@@ -275,11 +277,11 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   g->p_file = d, d += n.p;
   g->external_file = d, d += n.external;
   double *u = d;
-  d += n.u;
-  g->state = d; /* step, states, outputs, inputs of the graph: one run, saved and restored at once */
+  d += n.u - n.kept;
+  g->state = d; /* step, states, outputs, kept inputs, inputs of the graph: one run, saved and restored at once */
   d++;
-  double *x = d, *y = d + n.x;
-  g->external = y + n.y;
+  double *x = d, *y = d + n.x, *kept = y + n.y;
+  g->external = kept + n.kept;
   double *du = g->external + n.external, *dy = du + n.u;
   g->dims = (int *)take(&at, (size_t)n.dims * sizeof(int));
   g->order = (int *)take(&at, (size_t)n.nodes * sizeof(int));
@@ -293,7 +295,8 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   if (s) return s;
   for (int i = 0; i < g->n_nodes; i++) {
     hyst_node *node = g->nodes + i;
-    node->u = u, u += node->n_u;
+    double **inputs = hyst_class_of(node->block) == HYST_SAMPLED ? &kept : &u; /* see hyst_look_behind() */
+    node->u = *inputs, *inputs += node->n_u;
     node->x = x, x += node->n_x;
     node->y = y, y += node->n_y;
     node->du = du, du += node->n_u;

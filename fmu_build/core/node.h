@@ -51,4 +51,19 @@ static inline void hyst_gather(const hyst_graph *g, const hyst_node *n, double t
     hyst_copy(w->to, w->from, w->size);
   if (n->time >= 0) n->u[n->time] = t;
 }
+
+/* those from blocks behind node i in the file (and itself), or the others */
+static inline void hyst_gather_from(const hyst_graph *g, int i, int behind) {
+  const hyst_node *n = g->nodes + i;
+  for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
+    if ((w->source >= i) == behind) hyst_copy(w->to, w->from, w->size);
+}
+
+/* In a step a block reads of those behind it what they had after the last step.  In continuous time they run on between
+ * two samples, and would be seen a sample too early: a sampled block takes such inputs right after a sample and keeps
+ * them, and the others when it advances. */
+static inline void hyst_look_behind(const hyst_graph *g) {
+  for (int i = 0; i < g->n_nodes; i++)
+    if (hyst_class_of(g->nodes[i].block) == HYST_SAMPLED) hyst_gather_from(g, i, 1);
+}
 #endif

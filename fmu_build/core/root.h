@@ -47,7 +47,8 @@ static inline double hyst_root(hyst_residual f, void *ctx, double lo, double hi,
   const double rise = f_centre < 0 ? 1 : -1; /* the side of an increasing output */
   double at[2] = {centre, centre}, f_at[2] = {f_centre, f_centre}, best = centre, f_best = hyst_fabs(f_centre);
   if (f_centre == 0) return centre;
-  for (double radius = range / 1024; radius <= range; radius *= 2)
+  double radius = range / 1024; /* counted: in the smallest range there is it would be 0 for ever */
+  for (int ring = 0; ring <= 10; ring++, radius *= 2)
     for (int other = 0; other < 2; other++) {
       const double next = hyst_clamp(centre + (other ? -rise : rise) * radius, lo, hi);
       if (next == at[other]) continue;

@@ -15,7 +15,7 @@ static void gather(const hyst_graph *g, const hyst_node *n, const double *d_exte
 
 /* dy of the node, ddx (n_c numbers) where it has continuous states */
 static void tangent(const hyst_node *n, const double *dx, double *ddx) {
-  if (n->block->tangent && hyst_class_of(n->block) != HYST_SAMPLED) {
+  if (n->block->tangent) {
     n->block->tangent(n->dim, n->p, n->x, n->u, n->du, dx, n->dy, ddx);
     return;
   }
@@ -63,6 +63,10 @@ void hyst_graph_tangent(hyst_graph *g, const double *d_external, const double *d
     for (int i = 0; i < g->n_nodes; i++) {
       const hyst_node *n = g->nodes + g->order[i];
       if (pass == 1 && n->n_c == 0) continue;
+      if (hyst_class_of(n->block) == HYST_SAMPLED) { /* it holds its output, and inputs of the last sample */
+        for (int64_t k = 0; k < n->n_y; k++) n->dy[k] = 0;
+        continue;
+      }
       int64_t first = 0;
       for (const hyst_node *m = g->nodes; n->n_c > 0 && m < n; m++) first += m->n_c;
       gather(g, n, d_external);

@@ -18,6 +18,7 @@
 #define HYST_TURNING_POINTS_H
 #include "elementary.h"
 #include "hyst.h"
+#include "stored.h"
 
 /* The memory is one row of a block's table, V(memory, STATE, HYST_TURNING_POINTS(depth), ...): */
 #define HYST_TURNING_POINTS(depth) (6 + 2 * (depth))
@@ -34,9 +35,9 @@ typedef struct {
 /* Wiping-out alone: direction and count of the branch to x among dominant extrema; its output is not known yet.
  * m: the memory row, x0: origin of the virgin branch.  Reversals of a measured signal are unpredictable, so only the
  * loop has a branch that depends on them. */
-static inline hyst_turn hyst_turn_wipe_out(const double *m, double x, double x0) {
+static inline hyst_turn hyst_turn_wipe_out(const double *m, int depth, double x, double x0) {
   const double *xs = m + HYST_TP_LIST;
-  hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], (int)m[HYST_TP_COUNT]};
+  hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], hyst_stored(m[HYST_TP_COUNT], depth)};
   if (x == m[HYST_TP_X]) return t; /* a plateau is not a reversal */
   const double s = hyst_copysign(1, x - m[HYST_TP_X]);
   int n = t.count + (t.direction * s < 0); /* the last input, already in the list, is an extremum after a reversal */
@@ -52,7 +53,7 @@ static inline hyst_turn hyst_turn_wipe_out(const double *m, double x, double x0)
 static inline hyst_turn hyst_turn_dominant(const double *m, int depth, double x, double x0, double h0, hyst_branch g,
                                            const void *ctx) {
   const double *xs = m + HYST_TP_LIST, *hs = xs + depth + 1;
-  hyst_turn t = hyst_turn_wipe_out(m, x, x0);
+  hyst_turn t = hyst_turn_wipe_out(m, depth, x, x0);
   if (x == m[HYST_TP_X]) return t;
   const double s = t.direction;
   const int n = t.count;
@@ -66,7 +67,7 @@ static inline hyst_turn hyst_turn_dominant(const double *m, int depth, double x,
 static inline hyst_turn hyst_turn_last(const double *m, int depth, double x, double x0, double h0, hyst_branch g,
                                        const void *ctx) {
   const double *xs = m + HYST_TP_LIST, *hs = xs + depth + 1;
-  hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], (int)m[HYST_TP_COUNT]};
+  hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], hyst_stored(m[HYST_TP_COUNT], depth)};
   if (x == m[HYST_TP_X]) return t;
   const double s = hyst_copysign(1, x - m[HYST_TP_X]);
   if (t.direction * s < 0) t.count++;
@@ -81,11 +82,11 @@ typedef double (*hyst_branch_slope)(const void *g, double d, int grows); /* g'(d
 
 /* Direction and count as hyst_turn_wipe_out(), for an input that goes on from x to the side of the seed: that decides
  * where x is an extremum, and whether a loop that closes at x is left behind. */
-static inline hyst_turn hyst_turn_toward(const double *m, double x, double x0, double seed) {
+static inline hyst_turn hyst_turn_toward(const double *m, int depth, double x, double x0, double seed) {
   const double *xs = m + HYST_TP_LIST;
   const double s = hyst_copysign(1, x == m[HYST_TP_X] ? seed : x - m[HYST_TP_X]);
   const int onward = s * seed > 0;
-  int n = (int)m[HYST_TP_COUNT] + (m[HYST_TP_DIRECTION] * s < 0);
+  int n = hyst_stored(m[HYST_TP_COUNT], depth) + (m[HYST_TP_DIRECTION] * s < 0);
   while (n >= 2 && (s * x > s * xs[n - 2] || (onward && x == xs[n - 2]))) n -= 2;
   if (n == 1 && ((x - x0) * s > (x0 - xs[0]) * s || (onward && x - x0 == x0 - xs[0]))) n = 0;
   const hyst_turn t = {s, m[HYST_TP_H], n};
@@ -100,18 +101,18 @@ static inline double hyst_turn_slope_from(double origin, int virgin, double x, d
   return seed * slope(ctx, virgin ? 2 * d : d, d == 0 || (x - origin) * seed > 0);
 }
 
-static inline double hyst_turn_dominant_slope(const double *m, double x, double x0, double seed,
+static inline double hyst_turn_dominant_slope(const double *m, int depth, double x, double x0, double seed,
                                               hyst_branch_slope slope, const void *ctx) {
   if (seed == 0) return 0;
-  const int n = hyst_turn_toward(m, x, x0, seed).count;
+  const int n = hyst_turn_toward(m, depth, x, x0, seed).count;
   return hyst_turn_slope_from(n > 0 ? m[HYST_TP_LIST + n - 1] : x0, n == 0, x, seed, slope, ctx);
 }
 
-static inline double hyst_turn_last_slope(const double *m, double x, double x0, double seed, hyst_branch_slope slope,
+static inline double hyst_turn_last_slope(const double *m, int depth, double x, double x0, double seed, hyst_branch_slope slope,
                                           const void *ctx) {
   if (seed == 0) return 0;
   const double s = x == m[HYST_TP_X] ? seed : x - m[HYST_TP_X];
-  const int n = (int)m[HYST_TP_COUNT] + (m[HYST_TP_DIRECTION] * s < 0);
+  const int n = hyst_stored(m[HYST_TP_COUNT], depth) + (m[HYST_TP_DIRECTION] * s < 0);
   return hyst_turn_slope_from(n > 0 ? m[HYST_TP_LIST + n - 1] : x0, 0, x, seed, slope, ctx);
 }
 
@@ -123,10 +124,10 @@ static inline hyst_turn hyst_turn_chosen(double memory, const double *m, int dep
                              : hyst_turn_dominant(m, depth, x, x0, h0, g, ctx);
 }
 
-static inline double hyst_turn_chosen_slope(double memory, const double *m, double x, double x0, double seed,
+static inline double hyst_turn_chosen_slope(double memory, const double *m, int depth, double x, double x0, double seed,
                                             hyst_branch_slope slope, const void *ctx) {
-  return memory == HYST_LAST ? hyst_turn_last_slope(m, x, x0, seed, slope, ctx)
-                             : hyst_turn_dominant_slope(m, x, x0, seed, slope, ctx);
+  return memory == HYST_LAST ? hyst_turn_last_slope(m, depth, x, x0, seed, slope, ctx)
+                             : hyst_turn_dominant_slope(m, depth, x, x0, seed, slope, ctx);
 }
 
 /* Commit what hyst_turn_...() found. */

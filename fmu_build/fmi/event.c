@@ -43,7 +43,7 @@ fmi_status fmi_try_event(instance *i) {
   hyst_graph *g = i->graph;
   const double dt = sample_length(i);
   if (dt == 0) return fmi_evaluate(i);
-  if (!(dt <= 1e9)) return fmi_refuse(i, "The time jumped by more than 1e9 s over the last sample.");
+  if (!(dt <= FMI_MOST_STEP)) return fmi_refuse(i, "The time jumped by more than 1e9 s over the last sample.");
   fmi_undo_event(i);
   if (prepare(i)) return FMI_ERROR;
   memcpy(i->before, g->state, memory_size(i));

@@ -220,11 +220,11 @@ fmi_status fmi_exit_initialization(instance *i) {
  * theirs.  A real mismatch is a step or more. */
 double fmi_slack(double t, double h) { return 1e-3 * h + 16 * 2.220446049250313e-16 * (t < 0 ? -t : t); }
 
-static const double LEAST_STEP = 1e-12, MOST_STEP = 1e9; /* seconds */
+static const double LEAST_STEP = 1e-12; /* seconds */
 
 fmi_status fmi_step(instance *i, double t, double h) {
   char a[32], b[32];
-  if (!(h >= LEAST_STEP && h <= MOST_STEP))
+  if (!(h >= LEAST_STEP && h <= FMI_MOST_STEP))
     return fmi_refuse(i, "The step size must be in [1e-12, 1e9] s. Got %s instead.", hyst_number(a, sizeof a, h));
   if (t != i->run.t && (!fmi_is_finite(t) || !(t - i->run.t <= fmi_slack(t, h)) || !(i->run.t - t <= fmi_slack(t, h))))
     return fmi_refuse(i, "The step starts at t = %s s, but the unit is at t = %s s.", hyst_number(a, sizeof a, t),

@@ -32,6 +32,7 @@ typedef struct {
   unsigned interfaces, phases;
 } fmi_call;
 
+#define FMI_MOST_STEP 1e9 /* seconds */
 static inline int fmi_is_finite(double v) { return v - v == 0; }
 
 /* sends a finished message to the importer in the form of its standard */

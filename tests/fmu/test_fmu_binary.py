@@ -6,15 +6,17 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import fmpy
 import pytest
-from fmu_master import loop, single
+from fmu_master import BLOCKS, H, loop, single
 
+from hystfmu.core import block_types
 from hystfmu.fmu import check_fmu, export, export_fmu
-from hystfmu.graph import Graph
+from hystfmu.graph import Graph, Node
 
 ROOT = Path(__file__).parents[2]
 CORE, FMI = ROOT / "fmu_build" / "core", ROOT / "fmu_build" / "fmi"
@@ -69,14 +71,13 @@ def test_compiles_without_a_warning(tmp_path: Path, compiler: str) -> None:
 
 # ---- sanitizers ----------------------------------------------------------------------------------------------------
 @pytest.fixture(scope="module")
-def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """tests/c/drive_fmi.c linked with the core and the FMI layer, all of them sanitized."""
+def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """A program of tests/c linked with the core and the FMI layer, all of them sanitized."""
     folder = tmp_path_factory.mktemp("sanitized")
     probe = folder / "probe.c"
     probe.write_text("int main(void) { return 0; }\n")
     if subprocess.run(["cc", *SANITIZE, str(probe), "-o", str(folder / "probe")], capture_output=True).returncode:
         pytest.skip("the compiler has no AddressSanitizer / UBSan runtime")
-    sources = [*CORE.glob("*.c"), *CORE.glob("blocks/*.c"), *FMI.glob("*.c"), ROOT / "tests" / "c" / "drive_fmi.c"]
 
     def one(source: Path) -> str:
         target = folder / f"{source.stem}.o"
@@ -86,24 +87,53 @@ def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
         return str(target)
 
     with ThreadPoolExecutor(2) as pool:
-        compiled = list(pool.map(one, sources))
-    program = folder / "drive_fmi"
-    subprocess.run(["cc", *SANITIZE, *compiled, "-o", str(program)], check=True, timeout=120)
+        compiled = list(pool.map(one, [*CORE.glob("*.c"), *CORE.glob("blocks/*.c"), *FMI.glob("*.c")]))
+
+    def program(name: str) -> Path:
+        made = folder / name
+        if not made.exists():
+            own = one(ROOT / "tests" / "c" / f"{name}.c")
+            subprocess.run(["cc", *SANITIZE, *compiled, own, "-o", str(made)], check=True, timeout=120)
+        return made
+
     return program
+
+
+def drive(program: Path, graph: Graph, folder: Path, calls: int, seed: int) -> None:
+    (folder / "block.bin").write_bytes(graph.to_bytes())
+    references = sum(p.size for p in graph.ports)
+    command = [str(program), str(folder), graph.token, str(references), str(calls), str(seed)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, f"exit {done.returncode}: {done.stderr[-3000:]}"
 
 
 GRAPHS = {"loop": loop, **{n: lambda n=n: single(n) for n in ("prandtl_ishlinskii", "zhao_tan", "reference", "pid")}}
 
 
 @pytest.mark.parametrize("name", list(GRAPHS))
-def test_random_sequences_of_calls(driver: Path, tmp_path: Path, name: str) -> None:
-    graph: Graph = GRAPHS[name]()
-    (tmp_path / "block.bin").write_bytes(graph.to_bytes())
-    references = str(sum(p.size for p in graph.ports))
-    for seed in ("1", "2"):
-        command = [str(driver), str(tmp_path), graph.token, references, "60000", seed]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-        assert done.returncode == 0, f"exit {done.returncode}: {done.stderr[-3000:]}"
+def test_random_sequences_of_calls(sanitized: Callable[[str], Path], tmp_path: Path, name: str) -> None:
+    for seed in (1, 2):
+        drive(sanitized("drive_fmi"), GRAPHS[name](), tmp_path, 60000, seed)
+
+
+def small(name: str) -> Graph:
+    """The block with a short memory, so that a forged number often falls on a count or a place."""
+    node, block = single(name).nodes[0], block_types()[name]
+    short = {d.name: 4 for d in block.dims if d.name == "depth"} | ({"n": 3} if name == "delay" else {})
+    return Graph.single(Node(name, name, {**node.dims, **short}, node.values)).with_step(H) if short else single(name)
+
+
+@pytest.mark.parametrize("name", [*BLOCKS, "loop"])
+def test_forged_states(sanitized: Callable[[str], Path], tmp_path: Path, name: str) -> None:
+    """Counts, places and derived values in the bytes of a state may be any number."""
+    drive(sanitized("drive_states"), loop() if name == "loop" else small(name), tmp_path, 400, 1)
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize("name", [*BLOCKS, "loop"])
+def test_many_forged_states(sanitized: Callable[[str], Path], tmp_path: Path, name: str) -> None:
+    for seed in (2, 3):
+        drive(sanitized("drive_states"), loop() if name == "loop" else small(name), tmp_path, 10000, seed)
 
 
 # ---- foreign binaries ----------------------------------------------------------------------------------------------

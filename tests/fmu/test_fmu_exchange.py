@@ -13,7 +13,7 @@ from fmu_master import BLOCKS, Array, H, loop, mixed, rows, single
 
 from hystfmu.core import block_types
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Graph, Input, Node, Output
 
 Make = Callable[..., Events]
 CONTINUOUS = [name for name in BLOCKS if block_types()[name].of("cstate")]
@@ -31,6 +31,41 @@ def test_without_continuous_states_it_is_co_simulation_bit_for_bit(make: Make, n
     u = rows(graph, 200)
     want = graph.executor().run(u, graph.n_outputs, H)
     assert exchange(make, graph).integrate(u, H, euler(1), reject=True).tobytes() == want.tobytes()
+
+
+def delayed_loop(first: str, op: Node) -> Graph:
+    """Two sampled blocks stand before what they read; one of them closes a loop."""
+    nodes = {
+        "wait": Node("wait", "delay", {"n": 2}),
+        "add": Node("add", "sum", {"n": 2}, {"k": [1.0, -0.9]}),
+        "op": op,
+        "rate": Node("rate", "polynomial_narx", {"n_u": 2, "n_f": 0, "n_y": 1, "q": 1}),
+    }
+    order = [first, *(n for n in nodes if n != first)]
+    wires = [("add.y", "op.u"), ("op.y", "wait.u"), ("wait.y", "add.u[2]"), ("add.y", "rate.u")]
+    outputs = [Output(n, f"{n}.y") for n in nodes]
+    return Graph([nodes[n] for n in order], wires, [Input("d", ("add.u[1]",))], outputs, step=H)
+
+
+# an input that changes before the event is a reversal more for a memory: with it, they change in the event
+THROUGH = {
+    "end": Node("op", "dead_zones", {"n": 1}, {"w0": 0.6, "w": 0.3, "r": 0.2}),
+    "events": Node("op", "prandtl_ishlinskii", {"n": 2}, {"w0": 0.5, "r": [0.1, 0.3], "w": [0.2, 0.1]}),
+}
+
+
+@pytest.mark.parametrize("hold", list(THROUGH))
+@pytest.mark.parametrize("first", ["wait", "rate"])
+def test_a_sampled_block_sees_what_stands_behind_it_not_too_early(make: Make, first: str, hold: str) -> None:
+    """In a step it reads what that had after the last step: so it must here, where inputs change before the event."""
+    graph = delayed_loop(first, THROUGH[hold])
+    assert [n.name for n in graph.nodes].index("wait") < [n.name for n in graph.nodes].index("add")
+    u = rows(graph, 100)
+    want = graph.executor().run(u, graph.n_outputs, H)
+    wait, add, op = want[:, 0], want[:, 1], want[:, 2]
+    np.testing.assert_array_equal(wait[3:], op[:-3])  # the delay of two steps, and one for its place
+    np.testing.assert_allclose(add, u[:, 0] - 0.9 * wait, rtol=0, atol=1e-15)
+    assert exchange(make, graph).integrate(u, H, euler(1), hold).tobytes() == want.tobytes()
 
 
 # ---- continuous states: the standards differ in names only, so that the solvers run in one of them -----------------

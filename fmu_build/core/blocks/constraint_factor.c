@@ -41,7 +41,7 @@ HYST_RETURN_POINT(extrema, *x, h, turn(hyst_odd_of(*a0, a, m, *d_max, edge), *me
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   const hyst_odd l = hyst_odd_of(*a0, a, m, *d_max, edge);
-  *t_h = hyst_turn_chosen_slope(*memory, extrema, *x, *x0, *s_x, hyst_odd_branch_slope, &l);
+  *t_h = hyst_turn_chosen_slope(*memory, extrema, depth, *x, *x0, *s_x, hyst_odd_branch_slope, &l);
 }
 HYST_BLOCK(
     constraint_factor, .text = "Constraint-factor operator (Ma): odd polynomial branch",

@@ -33,7 +33,7 @@ HYST_RETURN_POINT(extrema, *h, x, turn(hyst_odd_of(*a0, a, m, *d_max, edge), ext
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   const hyst_odd l = hyst_odd_of(*a0, a, m, *d_max, edge);
-  *t_x = hyst_turn_dominant_slope(extrema, *h, 0, *s_h, hyst_odd_inverse_slope, &l);
+  *t_x = hyst_turn_dominant_slope(extrema, depth, *h, 0, *s_h, hyst_odd_inverse_slope, &l);
 }
 HYST_BLOCK(constraint_factor_inverse, .text = "Exact inverse of the constraint-factor operator",
            .equation = "x = x_p + sgn(h - h_p) g^-1(|h - h_p|), g(d) = (1 - e^-d) (a0 + sum_j a_j d^(2j-1))",

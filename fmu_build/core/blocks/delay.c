@@ -1,5 +1,6 @@
 /* Delay by n steps: after the step with input u_k the output is u_(k-n).  No direct feed-through, so it opens loops. */
 #include "../hyst.h"
+#include "../stored.h"
 
 #define DIMS(D) D(n, 1, 1, 1000000, "steps of delay")
 #define VARS(V)                                                                                           \
@@ -16,11 +17,11 @@ HYST_INIT_FN(init) {
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
-  *y = ring[(int)*oldest];
+  *y = ring[hyst_stored(*oldest, n)];
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
-  const int at = (int)*oldest; /* holds u_(k-1-n), which is not needed any more */
+  const int at = hyst_stored(*oldest, n); /* holds u_(k-1-n), which is not needed any more */
   ring[at] = *u;
   *oldest = at == n ? 0 : at + 1;
 }

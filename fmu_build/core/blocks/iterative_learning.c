@@ -3,6 +3,7 @@
  * zero-phase filter (smooth, 1 - 2 smooth, smooth) runs around the period, which forgets what the plant cannot follow.
  * The period of the reference must be n steps of the unit. */
 #include "../control.h"
+#include "../stored.h"
 
 #define DIMS(D) D(n, 20, 1, 1000000, "steps in a period of the reference")
 #define VARS(V)                                                                                              \
@@ -36,20 +37,21 @@ HYST_PREPARE_FN(prepare) {
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
-  *u = hyst_clamp(*u_ff + w[(int)*at], *u_min, *u_max);
+  *u = hyst_clamp(*u_ff + w[hyst_stored(*at, n - 1)], *u_min, *u_max);
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
-  if (dt > 0) *at += 1;
-  if (*at == n) {
+  int now = hyst_stored(*at, n - 1) + (dt > 0);
+  if (now == n) {
     learn(n, w, e, *gain, (int)*lead % n, *smooth);
-    *at = 0;
+    now = 0;
   }
-  e[(int)*at] = *y_d - *y;
+  e[now] = *y_d - *y;
+  *at = now;
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
-  *t_u = hyst_clamp_tangent(*u_ff + w[(int)*at], *u_min, *u_max, *s_u_ff);
+  *t_u = hyst_clamp_tangent(*u_ff + w[hyst_stored(*at, n - 1)], *u_min, *u_max, *s_u_ff);
 }
 HYST_BLOCK(
     iterative_learning, .text = "Iterative learning control: corrections from the errors of earlier periods",

@@ -34,7 +34,7 @@ HYST_RETURN_POINT(memory, *u, y, turn(curve, n, memory, depth, *u, *u0), *u0, sl
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   const hyst_piecewise f = {curve, n};
-  *t_y = hyst_turn_dominant_slope(memory, *u, *u0, *s_u, hyst_piecewise_branch_slope, &f);
+  *t_y = hyst_turn_dominant_slope(memory, depth, *u, *u0, *s_u, hyst_piecewise_branch_slope, &f);
 }
 HYST_BLOCK(prandtl_ishlinskii, .text = "Prandtl-Ishlinskii operator: linear term plus weighted plays",
            .equation = "y = w0 u + sum_i w_i p_{r_i}[u]",

@@ -46,10 +46,10 @@ static double at_node(const law *l, int i, int j) {
   return i > j ? l->E[(ptrdiff_t)i * (i - 1) / 2 + j] : 0; /* alpha_i, beta_j */
 }
 
-/* (x - lo) in steps, cut into a whole number below `steps` and a rest */
+/* (x - lo) in steps, cut into a whole number 0..steps - 1 and a rest; x may come from a memory that was not ours */
 static int cell(const law *l, double x, int steps, double *rest) {
   const double place = (x - l->lo) / (l->hi - l->lo) * steps;
-  const int i = place < steps ? (int)place : steps - 1;
+  const int i = place >= steps ? steps - 1 : place >= 0 ? (int)place : 0;
   *rest = place - i;
   return i;
 }
@@ -69,7 +69,7 @@ static double first_branch(const law *l, double u) {
 }
 
 static hyst_turn turn(law l, const double *memory, int depth, double u, double origin) {
-  hyst_turn t = hyst_turn_wipe_out(memory, u, origin);
+  hyst_turn t = hyst_turn_wipe_out(memory, depth, u, origin);
   if (u == memory[HYST_TP_X]) return t;
   const double *last = memory + HYST_TP_LIST + t.count - 1; /* the extremum; its output stands depth + 1 further */
   if (t.count == 0) t.h = first_branch(&l, u);
@@ -136,8 +136,8 @@ static double everett_tangent(const law *l, double alpha, double beta, double da
   return steps * (db * (above - far) + da * (near - above));
 }
 
-static double turn_tangent(const law *l, const double *memory, double u, double origin, double seed) {
-  const hyst_turn t = hyst_turn_toward(memory, u, origin, seed);
+static double turn_tangent(const law *l, const double *memory, int depth, double u, double origin, double seed) {
+  const hyst_turn t = hyst_turn_toward(memory, depth, u, origin, seed);
   if (t.count == 0) {
     double rest;
     const int k = cell_toward(l, u, 2 * l->n, seed, &rest);
@@ -150,7 +150,7 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   const law l = law_of(E, virgin, n, *lo, *hi);
   const double seed = hyst_clamp_tangent(*u, *lo, *hi, *s_u), at = hyst_clamp(*u, *lo, *hi);
-  *t_y = seed == 0 ? 0 : turn_tangent(&l, memory, at, *origin, seed);
+  *t_y = seed == 0 ? 0 : turn_tangent(&l, memory, depth, at, *origin, seed);
 }
 HYST_BLOCK(preisach, .text = "Preisach operator in Everett's form",
            .equation = "y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising, E linear between its grid values",

@@ -26,7 +26,7 @@ static double branch_slope(const void *none, double d, int grows) {
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
-  *t_h = hyst_turn_chosen_slope(*memory, extrema, *x, *x0, *s_x, branch_slope, NULL);
+  *t_h = hyst_turn_chosen_slope(*memory, extrema, depth, *x, *x0, *s_x, branch_slope, NULL);
 }
 HYST_BLOCK(
     zhao_tan, .text = "Zhao-Tan hysteretic operator",

@@ -35,7 +35,7 @@ static double branch_slope(const void *none, double v, int grows) {
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
-  *t_x = hyst_turn_dominant_slope(extrema, *h, 0, *s_h, branch_slope, NULL);
+  *t_x = hyst_turn_dominant_slope(extrema, depth, *h, 0, *s_h, branch_slope, NULL);
 }
 HYST_BLOCK(zhao_tan_inverse, .text = "Exact inverse of the Zhao-Tan operator",
            .equation = "x = x_p + sgn(h - h_p) g^-1(|h - h_p|), g(d) = (1 - e^-d) d",

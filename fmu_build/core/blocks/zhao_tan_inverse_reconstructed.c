@@ -24,7 +24,7 @@ static double branch_slope(const void *none, double d, int grows) {
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
-  *t_x = hyst_turn_dominant_slope(extrema, *h, 0, *s_h, branch_slope, NULL);
+  *t_x = hyst_turn_dominant_slope(extrema, depth, *h, 0, *s_h, branch_slope, NULL);
 }
 HYST_BLOCK(zhao_tan_inverse_reconstructed, .text = "Inverse Zhao-Tan operator, reconstructed from the paper",
            .equation = "x = x_p + sgn(h - h_p) (1 + e^-d) d, d = |h - h_p|; virgin branch by Masing",
