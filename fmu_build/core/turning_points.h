@@ -108,8 +108,8 @@ static inline double hyst_turn_dominant_slope(const double *m, int depth, double
   return hyst_turn_slope_from(n > 0 ? m[HYST_TP_LIST + n - 1] : x0, n == 0, x, seed, slope, ctx);
 }
 
-static inline double hyst_turn_last_slope(const double *m, int depth, double x, double x0, double seed, hyst_branch_slope slope,
-                                          const void *ctx) {
+static inline double hyst_turn_last_slope(const double *m, int depth, double x, double x0, double seed,
+                                          hyst_branch_slope slope, const void *ctx) {
   if (seed == 0) return 0;
   const double s = x == m[HYST_TP_X] ? seed : x - m[HYST_TP_X];
   const int n = hyst_stored(m[HYST_TP_COUNT], depth) + (m[HYST_TP_DIRECTION] * s < 0);

@@ -140,15 +140,16 @@ static int legal_run(const fmi_run *r) {
   }
 }
 
-/* What a set call would refuse must not come in through a state.  Memories are not looked at: a block trusts no count or
- * place in them (core/stored.h), and what prepare() derives from the parameters is derived again. */
+/* What a set call would refuse must not come in through a state.  Memories are not looked at: a block trusts no count
+ * or place in them (core/stored.h), and what prepare() derives from the parameters is derived again. */
 static int legal(const instance *i, const fmi_saved *s) {
   const hyst_graph *g = i->graph;
   if (!legal_run(&s->run)) return 0;
   for (int k = 0; k < g->n_ports; k++) {
     const hyst_port *p = g->ports + k;
     if (p->kind == HYST_OUTPUT) continue;
-    const double *own = p->kind == HYST_INPUT ? s->values + g->n_p + (p->value - g->state) : s->values + (p->value - g->p);
+    const double *own =
+        p->kind == HYST_INPUT ? s->values + g->n_p + (p->value - g->state) : s->values + (p->value - g->p);
     for (int64_t e = 0; e < p->size; e++)
       if (hyst_check(p->row, own[e])) return 0;
   }

@@ -68,8 +68,9 @@ static void go_on(void *c, int kind, uint32_t references) {
 }
 
 static void *begin(int kind, const char *resources, const char *token) {
-  void *c = kind == 2 ? fmi3InstantiateModelExchange("a", token, resources, 0, 0, NULL, NULL)
-                      : fmi3InstantiateCoSimulation("a", token, resources, 0, 0, kind == 1, 0, NULL, 0, NULL, NULL, NULL);
+  void *c = kind == 2
+                ? fmi3InstantiateModelExchange("a", token, resources, 0, 0, NULL, NULL)
+                : fmi3InstantiateCoSimulation("a", token, resources, 0, 0, kind == 1, 0, NULL, 0, NULL, NULL, NULL);
   if (!c || fmi3EnterInitializationMode(c, 0, 0, 0, 0, 0) || fmi3ExitInitializationMode(c)) exit(3);
   if (kind == 1) fmi3EnterStepMode(c);
   if (kind == 2) fmi3EnterContinuousTimeMode(c);

@@ -34,7 +34,8 @@ HYST_RETURN_POINT(memory, *y, u, turn(curve, n, memory, depth, *y, *u0), slope(c
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   const hyst_piecewise f = {curve, n};
-  *t_u = hyst_turn_dominant_slope(memory, depth, *y, slope(curve, n) * *u0, *s_y, hyst_piecewise_inverse_branch_slope, &f);
+  *t_u =
+      hyst_turn_dominant_slope(memory, depth, *y, slope(curve, n) * *u0, *s_y, hyst_piecewise_inverse_branch_slope, &f);
 }
 HYST_BLOCK(prandtl_ishlinskii_inverse, .text = "Exact inverse of the Prandtl-Ishlinskii operator",
            .equation = "u such that w0 u + sum_i w_i p_{r_i}[u] = y", .source = "Krejci & Kuhnen 2001, eq. 10-14",
