@@ -1,23 +1,30 @@
-"""Fails when a generated text is stale: the block table of the README comes from the C tables."""
+"""Fails when a generated text is stale: the README's block table and tracking tables."""
 
 import sys
 from pathlib import Path
 
+import tracking_table
+
 from hystfmu import listing
 
 README = Path(__file__).parent.parent / "README.md"
-BEGIN = "<!-- generated from the C tables by `make generate` - do not edit -->\n"
+PARTS = (
+    ("from the C tables", listing.markdown),
+    ("from the baselines of the scenarios", tracking_table.markdown),
+)
 END = "<!-- end of the generated table -->"
 
 
 def main(write: bool) -> int:
-    text = README.read_text()
-    head, rest = text.split(BEGIN)
-    fresh = head + BEGIN + listing.markdown() + "\n" + END + rest.split(END, 1)[1]
+    text = fresh = README.read_text()
+    for source, make in PARTS:
+        begin = f"<!-- generated {source} by `make generate` - do not edit -->\n"
+        head, rest = fresh.split(begin)
+        fresh = head + begin + make() + "\n" + END + rest.split(END, 1)[1]
     if write:
         README.write_text(fresh)
     elif fresh != text:
-        print("README.md: the block table is stale; run 'make generate'")
+        print("README.md: a generated table is stale; run 'make generate'")
         return 1
     return 0
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hystfmu.design import describing_function, linearise, loop, margins, to_control
+from hystfmu.design import describing_function, gains, linearise, loop, margins, to_control
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
@@ -133,3 +133,11 @@ def test_the_delay_margin_is_where_the_loop_breaks() -> None:
     limit = margins(loop(G0, c, H)).delay_steps
     assert margins(loop(G0, c, H, delay=int(limit))).stable
     assert not margins(loop(G0, c, H, delay=int(limit) + 1)).stable
+
+
+def test_gains_carry_their_units() -> None:
+    found = {g.name: g for g in gains(Node("b", "sliding_mode", {}, {"lam": 1300.0, "k_i": 1e7}))}
+    assert str(found["lam"]) == "lam = 1300 1/s  (slope of the sliding line)"
+    assert (found["eta"].unit, found["k_i"].unit, found["rho"].unit) == ("s", "1/s2", "1")
+    assert "switching" not in found  # a word
+    assert str(gains(Node("b", "lead_lag", {}, {"T_z": [1.0, 2.0], "T_p": [0.1, 0.2]}))[1]).startswith("T_z = 1, 2 s")

@@ -7,12 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hystfmu import Dataset, InputError, accuracy, signals
+from hystfmu.design import sliding_bound
 from hystfmu.fmu import export_fmu
 from hystfmu.fmu.check import check_fmu
 from hystfmu.identify import errors, fit
 from hystfmu.identify.g0_prandtl_ishlinskii import Dynamics, hysteresis, polynomials
 from hystfmu.inverse import inverse
-from hystfmu.reproduce import sliding_bound
 from hystfmu.reproduce.rate_plant import RATE, actuator, excitation
 from hystfmu.unit import Unit
 

@@ -14,10 +14,12 @@ from hystfmu.cli import main
 from hystfmu.model import Model
 from hystfmu.scenario import Scenario, build, run_scenarios
 from hystfmu.scenario.baseline import Baseline
+from hystfmu.study import Study
 
 ROOT = Path(__file__).parents[2] / "scenarios"
 FOLDERS = sorted(p.parent for p in ROOT.glob("*/scenario.toml"))
-FEEDBACK = {"pid", "pid_1khz", "sliding_mode", "sliding_mode_2005"}
+STUDIES = sorted(ROOT.glob("*/gains.study.toml"))
+FEEDBACK = {f.parent.name for f in STUDIES}
 
 
 def recorded(name: str) -> dict[str, dict[str, float]]:
@@ -48,30 +50,56 @@ def test_both_plants_and_a_delay_case_everywhere() -> None:
         cases = Scenario(folder).cases
         if folder.name in FEEDBACK:
             assert any("delay" in c.units for c in cases), folder.name
-        if folder.name != "pid_1khz":
+        if not folder.name.endswith("_1khz"):
             assert {("bouc_wen" in (c.units["plant"].model or "")) for c in cases} == {True, False}, folder.name
 
 
-@pytest.mark.parametrize("name", ["pid", "sliding_mode"])
+@pytest.mark.parametrize("file", STUDIES, ids=lambda f: f.parent.name)
+def test_gains_are_those_that_their_study_would_take(file: Path) -> None:
+    """Within its ranges and its limit on chattering; the recorded cases give the score that decides."""
+    study = Study(file)
+    objective = study.spec.objective
+    assert objective is not None
+    assert objective.limits == {"variation": 2.0}
+    cases = {c.name for c in study.cases}
+    assert cases >= {c for c in recorded("pid_observer") if c.startswith(("sine", "mismatch", "disturb", "noise"))}
+    graphs = {p.name: p.graph for p in build(study.cases[0]).parts}
+    for key, p in study.parameters.items():
+        unit, name = key.split(".")
+        (value,) = graphs[unit].nodes[0].value(name)
+        assert p.bounds[0] <= value <= p.bounds[1], key
+    rows = [{"case": c, "metrics": m} for c, m in recorded(file.parent.name).items() if c in cases]
+    assert all(r["metrics"]["variation"] <= 2.0 for r in rows)
+    # ours meets every target of its study; the law of 2005 misses them by an order of magnitude under a mismatch
+    score = objective.score(rows)
+    if file.parent.name in ("pid", "pid_observer", "pid_observer_1khz", "lead_lag", "sliding_mode"):
+        assert score <= 1
+    if file.parent.name == "sliding_mode_2005":
+        assert score > 20
+
+
+@pytest.mark.parametrize("name", ["pid", "sliding_mode", "pid_observer", "lead_lag"])
 def test_tracking_at_10_khz(name: str) -> None:
     """RMS in percent of stroke, between samples included: nominal 0.05; 20 % mismatch 0.07 at 10 Hz, 0.75 at 100 Hz."""
     tracking = {case: metrics["tracking"] for case, metrics in recorded(name).items()}
-    for case in ("sine_1", "sine_10", "sine_50", "sine_100", "decaying", "random"):
+    for case in tracking.keys() & {"sine_1", "sine_10", "sine_50", "sine_100", "decaying", "random", "disturbance_10"}:
         assert tracking[case] <= 0.05, case
     for case in ("mismatch_up", "mismatch_down"):
         assert tracking[f"{case}_10"] <= 0.07
         assert tracking[f"{case}_100"] <= 0.75
-    assert tracking["delay_10"] <= 0.05
+    assert tracking.get("delay_10", 0.0) <= 0.05
     # the law of 2005, without integral action, is far off under the same mismatch
     assert recorded("sliding_mode_2005")["mismatch_up_10"]["tracking"] > 20 * tracking["mismatch_up_10"]
 
 
-def test_tracking_at_1_khz() -> None:
-    tracking = {case: metrics["tracking"] for case, metrics in recorded("pid_1khz").items()}
+@pytest.mark.parametrize("name", ["pid_1khz", "pid_observer_1khz"])
+def test_tracking_at_1_khz(name: str) -> None:
+    tracking = {case: metrics["tracking"] for case, metrics in recorded(name).items()}
     assert tracking["sine_10"] <= 0.3
     assert tracking["sine_50"] <= 1.4
     assert tracking["sine_100"] <= 3.0
-    assert tracking["sine_100"] > tracking["feedforward_100"]  # feedback makes it worse, and the table says so
+    # feedback makes the nominal case worse than feed-forward alone, and the table says so
+    assert tracking["sine_100"] > recorded("cascade_1khz")["sine_100"]["tracking"]
 
 
 def test_the_exact_inverse_leaves_rounding_only() -> None:

@@ -1,0 +1,57 @@
+"""The tracking tables of the README, from the recorded baselines of the scenarios: RMS in percent of stroke."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+SCENARIOS = Path(__file__).parents[1] / "scenarios"
+CASES = {
+    "sine_10": "10 Hz",
+    "sine_50": "50 Hz",
+    "sine_100": "100 Hz",
+    "mismatch_up_10": "10 Hz, mismatch +",
+    "mismatch_down_10": "10 Hz, mismatch -",
+    "mismatch_up_100": "100 Hz, mismatch +",
+    "mismatch_down_100": "100 Hz, mismatch -",
+    "mismatch_up_delay_10": "10 Hz, mismatch +, one step of delay",
+    "mismatch_down_delay_10": "10 Hz, mismatch -, one step of delay",
+    "mismatch_up_delay_100": "100 Hz, mismatch +, one step of delay",
+    "mismatch_down_delay_100": "100 Hz, mismatch -, one step of delay",
+    "disturbance_10": "10 Hz, disturbance",
+}
+COLUMNS = {"open_loop": "open loop", "cascade": "inverse only", "sliding_mode_2005": "law of 2005"}
+OURS = "pid_observer"
+ASKED = {
+    "": {"sine_10": 0.05, "sine_50": 0.05, "sine_100": 0.05}
+    | {f"mismatch_{d}_10": 0.07 for d in ("up", "down")}
+    | {f"mismatch_{d}_100": 0.75 for d in ("up", "down")},
+    "_1khz": {"sine_10": 0.3, "sine_50": 1.4, "sine_100": 3.0},
+}
+"""Percent of stroke that is asked for."""
+
+
+def baseline(scenario: str) -> dict[str, dict[str, float]]:
+    """Metrics of every case."""
+    cases = tomllib.loads((SCENARIOS / scenario / "baseline.toml").read_text())["case"]
+    return {name: case["metrics"] for name, case in cases.items()}
+
+
+def table(rate: str) -> str:
+    """One rate: "" is 10 kHz."""
+    compared = [baseline(s + rate) for s in COLUMNS]
+    ours = baseline(OURS + rate)
+    head = ["", *COLUMNS.values(), "ours", "ours, largest", "its ripple", "asked for"]
+    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    for case, text in CASES.items():
+        known = [b.get(case) or b[f"identified_{case}"] for b in compared]
+        row = [f"{b['tracking']:.2g}" for b in known]
+        row += [f"**{ours[case]['tracking']:.2g}**", f"{ours[case]['worst']:.2g}", f"{ours[case]['ripple']:.2g}"]
+        asked = ASKED[rate].get(case)
+        lines.append(f"| {text} | {' | '.join(row)} | {'' if asked is None else f'{asked:g}'} |")
+    return "\n".join(lines)
+
+
+def markdown() -> str:
+    """Both tables."""
+    return f"At 10 kHz:\n\n{table('')}\n\nAt 1 kHz:\n\n{table('_1khz')}"
