@@ -13,6 +13,7 @@ import numpy as np
 import pymoca.ast as ast
 import pymoca.parser
 
+Symbol = ast.Symbol
 ROOT = Path(__file__).resolve().parents[2] / "modelica" / "HystFMU"
 BUILT_IN = {"Real", "Integer", "Boolean", "String", "StateSelect", "Clock"}
 

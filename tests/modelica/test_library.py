@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import form
 import library
 import lint
 import pymoca.parser
@@ -12,35 +13,19 @@ import pytest
 import simulate
 
 CLASSES = library.classes()
-BLOCKS = sorted(
-    n
-    for n, c in CLASSES.items()
-    if c.tree.type == "block" and not c.tree.partial and not n.startswith(("HystFMU.Icons", "HystFMU.Validation"))
-)
-
-
 FOLDERS = [d for d in [library.ROOT, *sorted(library.ROOT.rglob("*"))] if d.is_dir() and "Resources" not in d.parts]
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda d: str(d.relative_to(library.ROOT)))
 def test_package_order_lists_the_classes_of_the_folder(folder: Path) -> None:
-    listed = (folder / "package.order").read_text().split()
-    there = [f.stem for f in folder.glob("*.mo") if f.stem != "package"] + [
-        d.name for d in folder.iterdir() if d.is_dir() and d.name != "Resources"
-    ]
-    assert sorted(listed) == sorted(there)
+    assert list(form.order_complaints(folder)) == []
 
 
 @pytest.mark.parametrize("file", library.files(), ids=lambda f: str(f.relative_to(library.ROOT)))
 def test_file_stands_where_its_class_says(file: Path) -> None:
-    inside = file.parent if file.stem != "package" else file.parent.parent
-    path = inside.relative_to(library.ROOT.parent).parts
-    name = file.stem if file.stem != "package" else file.parent.name
-    body = library.text(file)
-    within = re.search(r"^within ([\w.]+);", body, re.M)
-    assert (within[1] if within else "") == ".".join(path)
-    assert ".".join([*path, name]) in CLASSES
-    assert re.search(rf"^end {name};\s*\Z", body, re.M), f"the file does not end with 'end {name};'"
+    assert list(form.place_complaints(file, library.ROOT.parent)) == []
+    name = file.relative_to(library.ROOT.parent).with_suffix("").as_posix().replace("/", ".")
+    assert name.removesuffix(".package") in CLASSES
 
 
 @pytest.mark.parametrize("name", sorted(CLASSES))
@@ -87,14 +72,9 @@ def test_every_class_loads() -> None:
     assert {n: complaint for n, complaint in simulate.load(names).items() if complaint} == {}
 
 
-@pytest.mark.parametrize("name", BLOCKS)
-def test_block_has_a_validation(name: str) -> None:
-    tested = {
-        str(library.find(str(c.tree.symbols["tested"].type), n).name)  # type: ignore[union-attr]
-        for n, c in CLASSES.items()
-        if n.startswith("HystFMU.Validation.") and c.tree.type == "model"
-    }
-    assert name in tested
+def test_every_block_has_a_validation() -> None:
+    assert len(form.blocks(CLASSES)) > 50
+    assert form.untested(CLASSES) == []
 
 
 def test_every_function_is_used() -> None:

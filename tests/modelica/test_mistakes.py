@@ -1,6 +1,6 @@
-"""Mistakes seeded into sound classes: each must be caught by the second parser, the lint, or the compiler.
+"""Mistakes seeded into sound classes: each must be found by the second parser, the compiler, the lint or the C table.
 
-Each case changes one text in one class of the library; the unchanged classes are quiet (test_library.py).
+The unchanged classes are quiet (test_library.py, test_table.py).
 """
 
 from __future__ import annotations
@@ -8,113 +8,59 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import form
 import library
 import lint
 import pymoca.parser
 import pytest
 import simulate
+import table
+from mistakes import MISTAKES
 
-PLAYS, PI = "Operators/Sampled/PlayBank", "Operators/Sampled/PrandtlIshlinskii"
-BASE, PID, RUN = "Operators/BaseClasses/PlayBank", "Control/Pid", "Validation/Sampled/PlayBank"
-EVENTS, SUM = "Operators/Events/PlayBank", "Dynamics/Sum"
 
-# kind of mistake: file, what stands there, what is put there, who finds it
-MISTAKES = {
-    "semicolon left out": (SUM, '"Constant term";', '"Constant term"', "parser"),
-    "end of a when left out": (PLAYS, "  end when;\n", "", "parser"),
-    "bracket not closed": (SUM, "offset + k*u", "(offset + k*u", "parser"),
-    "another name at the end": (SUM, "end Sum;", "end Total;", "compiler"),
-    "unknown variable": (SUM, "offset + k*u", "offset + kk*u", "compiler"),
-    "unknown type": (SUM, "parameter Real offset", "parameter Reel offset", "compiler"),
-    "unknown function": (PLAYS, "Functions.play(", "Functions.plays(", "compiler"),
-    "unknown base class": (SUM, "extends Icons.Block;", "extends Icons.Blok;", "compiler"),
-    "equation left out": (SUM, "  y = offset + k*u;\n", "", "compiler"),
-    "one equation too many": (SUM, "  y = offset", "  y = 1;\n  y = offset", "compiler"),
-    "argument left out": (PLAYS, "Functions.play(u, r, pre(z))", "Functions.play(u, r)", "compiler"),
-    "one argument too many": (PLAYS, "Functions.play(u, r, pre(z))", "Functions.play(u, r, pre(z), 1)", "compiler"),
-    "array of another size": (SUM, "k[n] = fill(1.0, n)", "k[n] = fill(1.0, n + 1)", "compiler"),
-    "sum of a vector and a scalar": (SUM, "offset + k*u", "offset + k", "compiler"),
-    "two components of one name": (
-        SUM,
-        "  parameter Real offset",
-        "  parameter Real k = 1;\n  parameter Real offset",
-        "compiler",
-    ),
-    "parameter assigned": (SUM, "  y = offset", "  offset = 1;\n  y = offset", "compiler"),
-    "modifier of what does not exist": (RUN, "tested(n = 3,", "tested(m = 3,", "compiler"),
-    "connection to what does not exist": (
-        RUN,
-        "connect(signal.r, tested.u)",
-        "connect(signal.q, tested.u)",
-        "compiler",
-    ),
-    "input left open": (RUN, "  connect(signal.r, tested.u);\n", "", "compiler"),
-    "derivative of a discrete variable": (PLAYS, "  when sample", "  der(z[1]) = u;\n  when sample", "compiler"),
-    "each left out": (BASE, "r[n](each min = 0)", "r[n](min = 0)", "lint"),
-    "number for an array": (BASE, "r[n](each min = 0) = fill(0.1, n)", "r[n](each min = 0) = 0.1", "lint"),
-    "discrete variable outside when": (
-        EVENTS,
-        "  when {initial(), change(rising)} then\n    z_turn = Functions.play(u, r, pre(z_turn));\n  end when;\n",
-        "  z_turn = Functions.play(u, r, z_turn);\n",
-        "lint",
-    ),
-    "discrete variable never assigned": (
-        EVENTS,
-        "    z_turn = Functions.play(u, r, pre(z_turn));\n",
-        '    assert(true, "x");\n',
-        "lint",
-    ),
-    "input assigned": (PID, "    e = y_d - y;", "    y_d = 0;\n    e = y_d - y;", "lint"),
-    "protected variable used": (RUN, "equation\n", "  Real a;\nequation\n  a = signal.pi;\n", "lint"),
-    "member that does not exist": (RUN, "equation\n", "  Real a;\nequation\n  a = tested.nothing;\n", "lint"),
-    "default below its min": (PID, 'Real tau(unit = "s", min = 0) = 0', 'Real tau(unit = "s", min = 0) = -1', "lint"),
-    "default above its max": (
-        "Operators/BaseClasses/BoucWen",
-        "alpha(min = 0, max = 1) = 0.5",
-        "alpha(min = 0, max = 1) = 1.5",
-        "lint",
-    ),
-    "unlike units joined": (
-        "Examples/Pid",
-        "connect(reference.dr_lead, feedforward.dr)",
-        "connect(reference.dr_lead, feedforward.ddr)",
-        "lint",
-    ),
-    "Reals compared by ==": (SUM, "y = offset + k*u", "y = if offset == 1 then 0 else offset + k*u", "lint"),
-    "description left out": (SUM, 'block Sum "Weighted sum of signals"', "block Sum", "lint"),
-    "documentation left out": (SUM, "Documentation(info", "Text(info", "lint"),
-    "source left out": (SUM, "<p><b>Source", "<p><b>Origin", "lint"),
-    "limits left out": (SUM, "<p><b>Limitation", "<p><b>Note", "lint"),
-    "example left out": (SUM, "<p><b>Example", "<p><b>Note", "lint"),
-    "link to what does not exist": (SUM, "modelica://HystFMU.", "modelica://HystFMU.No", "lint"),
-}
+def kinds(finder: str) -> list[str]:
+    return [k for k, m in MISTAKES.items() if m.finder == finder]
 
 
 def mutated(kind: str, folder: Path) -> tuple[Path, str]:
     """A copy of a file with the mistake in it, and the qualified name of its class."""
-    file, old, new, _ = MISTAKES[kind]
-    body = library.text(library.ROOT / f"{file}.mo")
-    assert old in body, "the text to change is not there any more"
-    changed = folder / f"{file.rsplit('/', 1)[1]}.mo"
-    changed.write_text(body.replace(old, new))
-    return changed, f"HystFMU.{file.replace('/', '.')}"
+    m = MISTAKES[kind]
+    body = library.text(library.ROOT / f"{m.file}.mo")
+    assert m.old in body, "the text to change is not there any more"
+    changed = folder / f"{m.file.rsplit('/', 1)[1]}.mo"
+    changed.write_text(body.replace(m.old, m.new))
+    return changed, f"HystFMU.{m.file.replace('/', '.')}"
 
 
-@pytest.mark.parametrize("kind", [k for k, m in MISTAKES.items() if m[3] == "parser"])
-def test_second_parser_finds(kind: str, tmp_path: Path) -> None:
-    changed, _ = mutated(kind, tmp_path)
-    with pytest.raises(pymoca.parser.ModelicaSyntaxError):
-        pymoca.parser.parse(changed.read_text())
-
-
-@pytest.mark.parametrize("kind", [k for k, m in MISTAKES.items() if m[3] == "lint"])
-def test_lint_finds(kind: str, tmp_path: Path) -> None:
-    changed, name = mutated(kind, tmp_path)
+def parsed(kind: str, folder: Path) -> library.Class:
+    """The class with the mistake in it."""
+    changed, name = mutated(kind, folder)
     tree = pymoca.parser.parse(changed.read_text())
     assert tree is not None
     for part in name.split("."):
         tree = tree.classes[part]
-    assert list(lint.complaints(library.Class(name, changed, tree)))
+    return library.Class(name, changed, tree)
+
+
+@pytest.mark.parametrize("kind", kinds("parser"))
+def test_second_parser_finds(kind: str, tmp_path: Path) -> None:
+    changed, _ = mutated(kind, tmp_path)
+    with pytest.raises(pymoca.parser.ModelicaSyntaxError) as e:
+        pymoca.parser.parse(changed.read_text())
+    assert MISTAKES[kind].says in str(e.value)
+
+
+@pytest.mark.parametrize("kind", kinds("lint"))
+def test_lint_finds(kind: str, tmp_path: Path) -> None:
+    c = parsed(kind, tmp_path)
+    found = [m.replace(f" {c.name}:", "", 1) for m in lint.complaints(c)]
+    assert [m for m in found if MISTAKES[kind].says in m], found
+
+
+@pytest.mark.parametrize("kind", kinds("table"))
+def test_comparison_with_the_c_table_finds(kind: str, tmp_path: Path) -> None:
+    found = list(table.differences(parsed(kind, tmp_path)))
+    assert [m for m in found if MISTAKES[kind].says in m], found
 
 
 def test_compiler_finds(tmp_path: Path) -> None:
@@ -122,17 +68,68 @@ def test_compiler_finds(tmp_path: Path) -> None:
     copy = tmp_path / "HystFMU"
     shutil.copytree(library.ROOT, copy, ignore=shutil.ignore_patterns("Resources"))
     cases = {}
-    for i, kind in enumerate(k for k, m in MISTAKES.items() if m[3] == "compiler"):
+    for i, kind in enumerate(kinds("compiler")):
         folder = tmp_path / f"case{i}"
         folder.mkdir()
         cases[kind] = mutated(kind, folder)
     sound = simulate.load_changed(copy, [(library.ROOT / "Dynamics" / "Sum.mo", "HystFMU.Dynamics.Sum")])
     assert sound == [""]
     found = dict(zip(cases, simulate.load_changed(copy, list(cases.values())), strict=True))
-    for kind, complaint in found.items():
-        print(f"{kind}: {complaint[:160]}")
-    assert [kind for kind, complaint in found.items() if not complaint] == []
+    other = {kind: complaint for kind, complaint in found.items() if MISTAKES[kind].says not in complaint}
+    assert other == {}
+
+
+# ---- files and folders
+@pytest.fixture
+def control(tmp_path: Path) -> Path:
+    """A copy of one package, where it stands in the library."""
+    return shutil.copytree(library.ROOT / "Control", tmp_path / "HystFMU" / "Control")
+
+
+def test_sound_package_is_quiet(control: Path) -> None:
+    assert list(form.order_complaints(control)) == []
+    for file in control.glob("*.mo"):
+        assert list(form.place_complaints(file, control.parents[1])) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("Pid\n", "", "does not list Pid"),
+        ("Pid\n", "Pid\nFuzzy\n", "lists Fuzzy, which has no file"),
+        ("Pid\n", "Pid\nPid\n", "lists Pid twice"),
+    ],
+    ids=["entry left out", "entry without a file", "entry twice"],
+)
+def test_order_of_a_package_is_checked(old: str, new: str, says: str, control: Path) -> None:
+    order = control / "package.order"
+    assert old in order.read_text()
+    order.write_text(order.read_text().replace(old, new))
+    assert list(form.order_complaints(control)) == [f"package.order of Control {says}"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("HystFMU.Control;", "HystFMU.Plants;", "Pid.mo is within HystFMU.Plants and stands in HystFMU.Control"),
+        ("within HystFMU.Control;\n", "", "Pid.mo is within nothing and stands in HystFMU.Control"),
+        ("end Pid;", "end PID;", "Pid.mo does not end with 'end Pid;'"),
+    ],
+    ids=["another within", "no within", "another end"],
+)  # fmt: skip
+def test_place_of_a_file_is_checked(old: str, new: str, says: str, control: Path) -> None:
+    file = control / "Pid.mo"
+    assert old in file.read_text()
+    file.write_text(file.read_text().replace(old, new))
+    assert list(form.place_complaints(file, control.parents[1])) == [says]
+
+
+def test_block_without_a_validation_is_found() -> None:
+    classes = dict(library.classes())
+    del classes["HystFMU.Validation.Sum"]
+    assert form.untested(classes) == ["HystFMU.Dynamics.Sum"]
 
 
 def test_there_are_kinds_enough() -> None:
-    assert len(MISTAKES) >= 30
+    assert len(MISTAKES) >= 50
+    assert {m.finder for m in MISTAKES.values()} == {"parser", "compiler", "lint", "table"}

@@ -99,6 +99,43 @@ LIMITS = {
         "Real v[n](each start = 0, each fixed = true); equation der(v[1]) = s*v[2]; der(v[2]) = s*time; end M;",
         "unbalanced model",
     ),
+    "port that is connected to an element of an array whose other elements depend on it": (
+        "connector I = input Real; connector O = output Real; block R O r; equation r = time; end R; "
+        "block S I u; O y; protected discrete Real q(start = 0, fixed = true); "
+        "equation when sample(0, 0.1) then q = 0.5*pre(q) + u; end when; y = q; end S; "
+        "block V I u[2]; O y; equation y = u[1] + u[2]; end V; block B I u; O y; S lag; V two; "
+        "equation connect(u, lag.u); connect(u, two.u[1]); connect(lag.y, two.u[2]); connect(two.y, y); end B; "
+        "model M B b; R r; equation connect(r.r, b.u); end M;",
+        "which is causally reachable from that same target during the tick",
+    ),
+    "external object": (
+        'class E extends ExternalObject; function constructor output E e; external "C" e = mk(); end constructor; '
+        'function destructor input E e; external "C" rm(e); end destructor; end E; '
+        "model M E e = E(); Real y = time; end M;",
+        "has unsupported type `E`",
+    ),
+    "operators of clocked variables outside a clocked when": (
+        "model M Real u = time; Real y(start = 0); "
+        "equation when Clock(0.1) then y = sample(u) + previous(y); end when; end M;",
+        "unsupported runtime operator `previous`",
+    ),
+    "inner and outer": (
+        "model A outer Real g; Real y = g*time; end A; model M inner Real g = 2; A a; end M;",
+        "unbalanced model: 2 equations, 3 unknowns",
+    ),
+    "spatialDistribution": (
+        "model M Real a, b; equation (a, b) = spatialDistribution(time, 0, time, true, {0, 1}, {0, 0}); end M;",
+        "unresolved Flat reference `spatialDistribution`",
+    ),
+    "strings joined at run time": (
+        'model M parameter String s = "a" + "b"; Real y = time; equation assert(s == "ab", s); end M;',
+        "String values are not numeric",
+    ),
+    "one variable in the branches of two samples": (
+        "model M discrete Real z(start = 0, fixed = true); "
+        "equation when sample(0, 0.1) then z = 1; elsewhen sample(0.05, 0.1) then z = 2; end when; end M;",
+        "is already owned by clock identity 0",
+    ),
     "steady start of linear dynamics behind a sampled block": (
         "model M discrete Real u(start = 1, fixed = true); "
         "HystFMU.Dynamics.TransferFunction a(start = HystFMU.Types.Start.steady); "

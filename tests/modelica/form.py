@@ -1,0 +1,49 @@
+"""Form of a library on disk: folders, package.order, `within`, names of files; blocks without a Validation model."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import library
+
+
+def order_complaints(folder: Path) -> Iterator[str]:
+    """package.order against the files and folders beside it."""
+    listed = (folder / "package.order").read_text().split()
+    there = [f.stem for f in folder.glob("*.mo") if f.stem != "package"]
+    there += [d.name for d in folder.iterdir() if d.is_dir() and d.name != "Resources"]
+    for name in sorted(set(there) - set(listed)):
+        yield f"package.order of {folder.name} does not list {name}"
+    for name in sorted(set(listed) - set(there)):
+        yield f"package.order of {folder.name} lists {name}, which has no file"
+    for name in sorted({n for n in listed if listed.count(n) > 1}):
+        yield f"package.order of {folder.name} lists {name} twice"
+
+
+def place_complaints(file: Path, root: Path) -> Iterator[str]:
+    """`within` and `end` of a file against its place below `root`, the folder that the library stands in."""
+    inside, name = (file.parent, file.stem) if file.stem != "package" else (file.parent.parent, file.parent.name)
+    expected = ".".join(inside.relative_to(root).parts)
+    body = library.text(file)
+    within = re.search(r"^within ([\w.]+);", body, re.M)
+    if (within[1] if within else "") != expected:
+        yield f"{file.name} is within {within[1] if within else 'nothing'} and stands in {expected}"
+    if not re.search(rf"^end {name};\s*\Z", body, re.M):
+        yield f"{file.name} does not end with 'end {name};'"
+
+
+def blocks(classes: Mapping[str, library.Class]) -> list[str]:
+    """Blocks that a user puts into a model."""
+    without = ("HystFMU.Icons", "HystFMU.Validation")
+    return sorted(
+        n for n, c in classes.items() if c.tree.type == "block" and not c.tree.partial and not n.startswith(without)
+    )
+
+
+def untested(classes: Mapping[str, library.Class]) -> list[str]:
+    """Blocks that no Validation model has as its component `tested`."""
+    models = [c for n, c in classes.items() if n.startswith("HystFMU.Validation.") and c.tree.type == "model"]
+    found = [library.find(str(c.tree.symbols["tested"].type), c.name) for c in models]
+    return sorted(set(blocks(classes)) - {c.name for c in found if c})

@@ -1,0 +1,58 @@
+"""Looking into the tree of a class: its own text, what its equations assign and refer to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import library
+import pymoca.ast as ast
+
+KIND = r"(?:package|function|block|model|record|type|connector)"
+
+
+def text_of(c: library.Class) -> str:
+    """The source of one class: from its declaration to its end, without the classes below it."""
+    body = library.text(c.file)
+    start = re.search(rf"\b{KIND} {c.short_name}\b", body)
+    assert start, f"{c.name}: not found in {c.file.name}"
+    end = re.search(rf"\bend {c.short_name};", body[start.start() :])
+    stop = start.start() + end.end() if end else body.index(";", body.index("annotation", start.start()))
+    body = body[start.start() : stop]
+    for inner in c.tree.classes:
+        long, short = rf"\b{KIND} {inner} \".*?\bend {inner};", rf"\b{KIND} {inner} =.*?Documentation\(info.*?\)\);"
+        body = re.sub(f"{long}|{short}", "", body, flags=re.S)
+    return body
+
+
+def is_array(s: ast.Symbol) -> bool:
+    return any(not (isinstance(d, ast.Primary) and d.value is None) for row in s.dimensions for d in row)
+
+
+def assigned(e: Any) -> Iterator[str]:
+    """Plain names on the left of an equation and of all equations in it."""
+    if isinstance(e, ast.Equation):
+        if isinstance(e.left, ast.ComponentRef) and "." not in str(e.left):
+            yield str(e.left)
+        return
+    for block in getattr(e, "blocks", []) or [getattr(e, "equations", [])]:
+        for inner in block:
+            yield from assigned(inner)
+
+
+def references(e: Any) -> Iterator[str]:
+    """Every component reference in an equation or expression."""
+    if isinstance(e, ast.ComponentRef):
+        yield str(e)
+        return
+    for inner in inside(e):
+        yield from references(inner)
+
+
+def inside(e: Any) -> Iterator[Any]:
+    """The parts of a node of the tree."""
+    if isinstance(e, list | tuple):
+        yield from e
+    elif isinstance(e, ast.Node):
+        yield from (v for k, v in vars(e).items() if k not in ("parent", "scope", "operator"))
