@@ -92,6 +92,13 @@ def test_tracking_at_10_khz(name: str) -> None:
     assert recorded("sliding_mode_2005")["mismatch_up_10"]["tracking"] > 20 * tracking["mismatch_up_10"]
 
 
+def test_learning_beats_feedback_where_the_reference_repeats() -> None:
+    learnt, fed_back = recorded("iterative_learning"), recorded("pid_observer")
+    for case in learnt.keys() & fed_back.keys():
+        assert learnt[case]["tracking"] <= 0.01, case
+        assert learnt[case]["tracking"] < fed_back[case]["tracking"], case
+
+
 @pytest.mark.parametrize("name", ["pid_1khz", "pid_observer_1khz"])
 def test_tracking_at_1_khz(name: str) -> None:
     tracking = {case: metrics["tracking"] for case, metrics in recorded(name).items()}
