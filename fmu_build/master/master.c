@@ -26,11 +26,12 @@ static int bind(master_unit *u) {
   return 0;
 }
 
-static int copy(master_unit *u, const double *values) {
+/* input k is from[at[k]], or from[k] without at */
+static int put(master_unit *u, const double *from, const int64_t *at) {
   if (u->kind == MASTER_GRAPH) {
     for (int64_t k = 0; k < u->n_in; k++) {
       const hyst_port *p = u->at[k];
-      const double v = values[u->source[k]];
+      const double v = from[at ? at[k] : k];
       /* an ordinary real number in range; all else is for the function that knows every rule and makes the message */
       if (v > p->row->lo && v < p->row->hi && p->row->type[0] == 'r') p->value[u->vr_in[k] - p->reference] = v;
       else if (hyst_graph_set(u->self, u->vr_in[k], v)) return 1;
@@ -39,17 +40,39 @@ static int copy(master_unit *u, const double *values) {
   }
   if (u->n_in == 0) return 0;
   for (int64_t k = 0; k < u->n_in; k++)
-    if (u->source[k] >= 0) u->u[k] = values[u->source[k]];
+    if (u->source[k] >= 0) u->u[k] = from[at ? at[k] : k];
   if (u->kind == MASTER_FMI2) return ((fmi2_set)u->set)(u->self, u->vr_in, (size_t)u->n_vr_in, u->u) > WARNING;
   return ((fmi3_set)u->set)(u->self, u->vr_in, (size_t)u->n_vr_in, u->u, (size_t)u->n_in) > WARNING;
 }
 
-static int advance(master_unit *u, double t) {
+static int copy(master_unit *u, const double *values) {
+  if (!u->ahead) return put(u, values, u->source);
+  for (int64_t k = 0; k < u->n_in; k++) {
+    u->line[u->n_in + k] = u->line[k];
+    if (u->source[k] >= 0) u->line[k] = values[u->source[k]];
+  }
+  return 0;
+}
+
+static int step(master_unit *u, double t) {
   unsigned char event, end, early;
   double reached;
   if (u->kind == MASTER_GRAPH) return hyst_graph_step(u->self, t + u->h, u->h) != HYST_E_OK;
   if (u->kind == MASTER_FMI2) return ((fmi2_step)u->step)(u->self, t, u->h, !u->rollback) > WARNING;
   return ((fmi3_step)u->step)(u->self, t, u->h, !u->rollback, &event, &end, &early, &reached) > WARNING;
+}
+
+static int advance(master_unit *u, double t) {
+  for (int64_t i = 0; i < u->substeps; i++) {
+    if (u->ahead) {
+      const double end = (double)(i + 1) / (double)u->substeps, *now = u->line, *before = now + u->n_in;
+      double *at = u->line + 2 * u->n_in;
+      for (int64_t k = 0; k < u->n_in; k++) at[k] = now[k] + (now[k] - before[k]) * (end - u->ahead[k]);
+      if (put(u, at, NULL)) return 1;
+    }
+    if (step(u, t + (double)i * u->h)) return 1;
+  }
+  return 0;
 }
 
 static int take(master_unit *u, double *values) {

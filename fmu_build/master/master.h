@@ -17,7 +17,8 @@ typedef enum { MASTER_GAUSS_SEIDEL, MASTER_JACOBI, MASTER_ITERATIVE } master_sch
 typedef struct {
   int32_t kind, rollback;                         /* rollback: an FMU must be ready to be restored (iterative) */
   int64_t period;                                 /* in fine steps */
-  double h;                                       /* its step (s) */
+  int64_t substeps;                               /* steps in each period */
+  double h;                                       /* its step, a substep (s) */
   void *self;                                     /* hyst_graph or component */
   void (*set)(void), (*step)(void), (*get)(void); /* of an FMU: Set..., DoStep, Get... */
   void (*save)(void), (*restore)(void);           /* of an FMU, iterative: Get...State, Set...State */
@@ -26,6 +27,9 @@ typedef struct {
   double *u;                      /* of an FMU: room for its inputs */
   const uint32_t *vr_in, *vr_out; /* value references; of a graph one per element */
   int64_t n_vr_in, n_vr_out;
+  const double *ahead; /* inputs on straight lines: how far into the step the newest value lies, 1: at its end; NULL:
+                          inputs are held */
+  double *line;        /* with ahead: newest values, those before them, and room for the values of a substep */
   void **at;     /* of a graph: room for n_in + n_out pointers */
   double *saved; /* of a graph, iterative: room for its state */
   void *state;   /* of an FMU, iterative: its saved state; the caller frees it */

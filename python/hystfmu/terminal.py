@@ -60,10 +60,10 @@ def counter(label: str) -> Iterator[Callable[[int, int, float], None]]:
 
 
 def verdicts(results: Sequence[Result]) -> str:
-    """One line per scenario case, and under a failed one the scenario, metric, value and limit."""
+    """One line per scenario case, and below notes and failures: scenario, metric, value and limit."""
     rows = [[r.scenario, r.case, "ok" if r.passed else "FAILED", f"{r.seconds:.2f}"] for r in results]
     lines = [table(["scenario", "case", "verdict", "seconds"], rows)]
-    failures = [line for r in results for line in r.failures()]
+    failures = [line for r in results for line in (*r.notes, *r.failures())]
     passed = sum(r.passed for r in results)
     return "\n".join([*lines, *failures, f"{passed} of {len(results)} cases passed"])
 

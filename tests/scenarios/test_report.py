@@ -44,7 +44,14 @@ def test_well_formed_and_escaped(page: str) -> None:
     body = page[page.index("<body>") : page.index("</body>") + 7]
     ET.fromstring(body)
     assert "a &lt;loop&gt; &amp; its friends" in page
-    for word in ("Identification", "how it went", "order (Gauss-Seidel)", "plant - reference - pid", "0.1 ms"):
+    for word in (
+        "Identification",
+        "how it went",
+        "order (Gauss-Seidel)",
+        "Jacobi",
+        "plant - reference - pid",
+        "0.1 ms",
+    ):
         assert word in page
     assert "loop/bad: tracking (rms_percent of plant.y)" in page
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from hystfmu.errors import InputError
 from hystfmu.scenario.baseline import Baseline, Change, Record, changes, sample_rows, save_baseline
+from hystfmu.scenario.events import missed
 from hystfmu.scenario.fmu_member import FmuStore
 from hystfmu.scenario.fused import to_graph
 from hystfmu.scenario.run import Engine, simulate
@@ -43,6 +44,8 @@ class Result:
     trace: Trace | None
     """The signals that the case names: recorded, in loops, in metrics."""
     seconds: float
+    notes: tuple[str, ...] = ()
+    """What a reader should know and is no failure: jumps between two steps."""
 
     @property
     def scenario(self) -> str:
@@ -72,6 +75,7 @@ class Result:
             "seconds": round(self.seconds, 4),
             "metrics": [vars(v) for v in self.verdicts],
             "failures": list(self.lines),
+            "notes": list(self.notes),
         }
 
 
@@ -162,15 +166,15 @@ def run_scenarios(
 def _run(
     system: System, baseline: Baseline | None, engine: Engine, store: FmuStore, record: bool, seconds: float
 ) -> Result:
-    begin = time.perf_counter()
+    begin, notes = time.perf_counter(), tuple(missed(system))
     try:
         trace = simulate(system, engine, store, seconds)
     except Stopped as e:
-        return Result(system, (), (f"{system.case.title}: stopped: {e}",), None, time.perf_counter() - begin)
+        return Result(system, (), (f"{system.case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes)
     seconds = time.perf_counter() - begin
     verdicts, lines = judge(system.case, trace, baseline, strict=not record)
     kept = trace.only(end for _, ends in signals(system.case) for end in ends)
-    return Result(system, tuple(verdicts), tuple(lines), kept, seconds)
+    return Result(system, tuple(verdicts), tuple(lines), kept, seconds, notes)
 
 
 def _records(ran: Sequence[Result]) -> dict[str, Record]:

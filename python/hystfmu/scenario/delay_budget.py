@@ -17,11 +17,12 @@ class Delay:
 
 
 def delay_budget(system: System) -> list[Delay]:
-    """Every delay in the system, from order, wiring and rates: held values, delay blocks, the hold of the command.
+    """Every delay in the system, from coupling, order, wiring and rates: held values, delay blocks, the command.
 
-    A connection to a unit that stands earlier in the order carries the value of the last step.  For a unit that does
-    not feed that input through (a plant with dynamics) this is the command held since its sample: no delay but the
-    hold.  For one that does, it is one step late.
+    A connection to a unit that stands earlier in the order carries the value of the last step; with Jacobi coupling
+    every connection does, with iterative coupling none.  For a unit that does not feed that input through (a plant
+    with dynamics) this is the command held since its sample: no delay but the hold.  For one that does, it is one step
+    late.  A straight line through the last two values makes up for both, to first order.
     """
     owner = {p.first + i: (k, n) for k, p in enumerate(system.parts) for i, n in enumerate(p.outputs)}
     ripple = system.case.ripple
@@ -29,12 +30,15 @@ def delay_budget(system: System) -> list[Delay]:
     for link in system.links:
         to, (k, name) = system.parts[link.to], owner[link.source]
         source = system.parts[k]
-        if k < link.to:
+        if system.fresh(link) or system.case.coupling.scheme == "iterative":
             continue
         where = f"{source.name}.{name} -> {to.name}.{to.inputs[link.input]}"
         held = source.period / ripple
-        if system.feeds_through(to, link.input):
-            found.append(Delay(where, held, "one step of its source late: the reader stands earlier in the order"))
+        if to.hold == "first":
+            found.append(Delay(where, 0.0, "one step late, made up for by a straight line through the last two values"))
+        elif system.feeds_through(to, link.input):
+            why = "all units read first" if k < link.to else "the reader stands earlier in the order"
+            found.append(Delay(where, held, f"one step of its source late: {why}"))
         else:
             found.append(Delay(where, held / 2, "held between samples: half a step on average"))
     for part in system.parts:

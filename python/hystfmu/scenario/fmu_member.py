@@ -20,6 +20,7 @@ import numpy as np
 
 from hystfmu.graph import Graph, Port
 from hystfmu.scenario.foreign import Foreign, ForeignPort
+from hystfmu.scenario.hold import Lines, weights
 from hystfmu.scenario.memory import mark, n_state
 from hystfmu.scenario.system import Part, System
 from hystfmu.scenario.trace import Stopped
@@ -132,7 +133,8 @@ class FmuMember:
         can_go_back = description.coSimulation.canGetAndSetFMUstate
         if system.case.coupling.scheme == "iterative" and not can_go_back:
             raise Stopped(f"{part.name}: iterative coupling needs an FMU that can get and set its state")
-        self.name, self.period, self._h, self._graph = part.name, part.period, system.length(part), part.graph
+        self.name, self.period, self._graph, self._substeps = part.name, part.period, part.graph, part.substeps
+        self._h = system.length(part) / part.substeps
         kind = FMU2Slave if fmi == 2 else FMU3Slave
         self._fmu = kind(
             guid=description.guid,
@@ -160,7 +162,12 @@ class FmuMember:
         read = [n for _, names in linked for n in names]
         self._u, self._values = (C.c_double * len(read))(*[part.constants.get(n, 0.0) for n in read]), values
         self._copies = [(k, source[n]) for k, n in enumerate(read) if n in source]
-        if len(read) == 1:  # reads the output of its source where it stands
+        links = {link.source: link for link in system.links if link.to == system.parts.index(part)}
+        places = [j for _, j in self._copies]
+        self._lines: Lines | None = None
+        if part.hold == "first":
+            self._lines = Lines(places, weights(system, [links[j] for j in places]), part.substeps, values)
+        elif len(read) == 1:  # reads the output of its source where it stands
             self._u, self._copies = _window(values, source[read[0]], 1), []
         vr_in = _references([reference[name] for name, _ in linked])
         vr_out = _references([reference[name] for p in ports["output"] for name, _ in _slots(p, fmi)])
@@ -184,9 +191,12 @@ class FmuMember:
         self._wired = [source.get(n, -1) for n in read]
         self._vr, self._rollback = (vr_in, vr_out), not forward
         self._put, self._do, self._get = put if read else _nothing, do, get if part.outputs else _nothing
+        self.turn: Sequence[Callable[[], int]] = [self._turn]
+        if part.substeps > 1 or self._lines is not None:
+            return
         wanted: list[tuple[object, Callable[[], int]]] = [(self._copies, self._copy), (read, put), (do, do)]
         wanted.append((part.outputs, get))
-        self.turn: Sequence[Callable[[], int]] = [call for needed, call in wanted if needed]
+        self.turn = [call for needed, call in wanted if needed]
 
     def _apply(self, foreign: Foreign) -> None:
         """Give the FMU the values that the scenario has for its parameters."""
@@ -228,7 +238,9 @@ class FmuMember:
         put = self._fmu.setFloat64 if hasattr(self._fmu, "setFloat64") else self._fmu.setReal
         for reference, constants in self._constants:
             put([reference], constants)
-        self.copy()
+        self._copy()
+        if self._put() > 1:
+            raise self.stopped()
         self._fmu.exitInitializationMode()
         self.take()
 
@@ -238,14 +250,34 @@ class FmuMember:
             u[i] = values[j]
         return 0
 
+    def begin(self) -> None:
+        if self._lines is not None:
+            self._lines.begin()
+
+    def _turn(self) -> int:
+        self.copy()
+        self.advance()
+        self.take()
+        return 0
+
     def copy(self) -> None:
+        if self._lines is not None:
+            self._lines.take()
+            return
         self._copy()
         if self._put() > 1:
             raise self.stopped()
 
     def advance(self) -> None:
-        if self._do() > 1:
-            raise self.stopped()
+        begin = self._t.value  # the clock is that of all units with this period
+        for i in range(self._substeps):
+            if self._lines is not None:
+                for (k, _), value in zip(self._copies, self._lines.at(i), strict=True):
+                    self._u[k] = value
+            self._t.value = begin + i * self._h
+            if (self._lines is not None and self._put() > 1) or self._do() > 1:
+                raise self.stopped()
+        self._t.value = begin
 
     def take(self) -> None:
         if self._get() > 1:

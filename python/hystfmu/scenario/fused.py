@@ -61,6 +61,7 @@ def segments(system: System) -> list[tuple[int, ...]]:
         last = system.parts[groups[-1][-1]] if groups else part
         fits = groups and last.period == part.period and not isinstance(part.graph, Foreign)
         fits = fits and not isinstance(last.graph, Foreign)
+        fits = fits and {(p.substeps, p.hold) for p in (part, last)} == {(1, "zero")}
         if fits and not any(source == k and to in groups[-1] for to, source in held):
             groups[-1].append(k)
         else:
@@ -79,6 +80,9 @@ def to_graph(system: System) -> Graph:
     if len({p.period for p in system.parts}) > 1 or system.h != system.length(system.parts[0]):
         rates = {p.name: p.period for p in system.parts}
         raise InputError(f"{system.case.title}: units of different rates do not fit into one graph: {rates}")
+    for p in system.parts:
+        if (p.substeps, p.hold) != (1, "zero"):
+            raise InputError(f"{system.case.title}: {p.name} has substeps or hold = 'first': one graph has one step")
     return fuse(system, tuple(range(len(system.parts))))[0]
 
 

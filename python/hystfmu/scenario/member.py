@@ -23,6 +23,9 @@ class Member(Protocol):
     def stopped(self) -> Stopped:
         """Why the last call failed."""
 
+    def begin(self) -> None:
+        """All units are initialised."""
+
     def copy(self) -> None:
         """Take the inputs from the values of the system."""
 

@@ -157,7 +157,7 @@ class Native:
 
     def _run(self, system: System, members: list[GraphUnit | ForeignUnit], values: C.Array[C.c_double]) -> Trace:
         coupling, early = system.case.coupling, system.early()
-        made = [m.raw() for m in members]
+        made = [m.raw(values) for m in members]
         units = (Unit * len(made))(*[unit for unit, _ in made])
         begin, guess, residual = np.empty(system.n_values), np.empty(len(early)), np.empty(2 * len(early))
         master = _Master(

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.core import Executor
+from hystfmu.core import Array, Executor
 from hystfmu.errors import InputError
 from hystfmu.scenario.fmu_member import FmuMember
 from hystfmu.scenario.fused import fuse
+from hystfmu.scenario.hold import weights
 from hystfmu.scenario.memory import mark, n_memory
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Stopped
@@ -25,6 +26,7 @@ class Unit(C.Structure):
         ("kind", C.c_int32),
         ("rollback", C.c_int32),
         ("period", C.c_int64),
+        ("substeps", C.c_int64),
         ("h", C.c_double),
         ("self", C.c_void_p),
         ("set", C.c_void_p),
@@ -41,6 +43,8 @@ class Unit(C.Structure):
         ("vr_out", C.c_void_p),
         ("n_vr_in", C.c_int64),
         ("n_vr_out", C.c_int64),
+        ("ahead", C.c_void_p),
+        ("line", C.c_void_p),
         ("at", C.c_void_p),
         ("saved", C.c_void_p),
         ("state", C.c_void_p),
@@ -55,13 +59,17 @@ class GraphUnit:
         graph, outside = fuse(system, parts)
         self._parts = {system.parts[k].name: system.parts[k].own for k in parts}
         self.name = "+".join(system.parts[k].name for k in parts)
-        self.period, self.h, self.first = first.period, system.length(first), first.first
+        self.period, self.first = first.period, first.first
+        self.substeps, self.h = first.substeps, system.length(first) / first.substeps
+        self._hold = first.hold
         self.executor: Executor = graph.executor()
         source = {(link.to, link.input): link.source for link in system.links}
+        into = {(link.to, link.input): link for link in system.links}
         inputs = [p.reference for p in graph.ports if p.kind == "input"]
         linked = [(r, source[end]) for r, end in zip(inputs, outside, strict=True) if end in source]
         self.vr_in = np.array([r for r, _ in linked], dtype=np.uint32)
         self.source = np.array([j for _, j in linked], dtype=np.int64)
+        self._ahead = weights(system, [into[end] for end in outside if end in source])
         self.vr_out = np.array([p.reference for p in graph.ports if p.kind == "output"], dtype=np.uint32)
         self.parameters = {
             (graph.nodes[p.node].name, p.var.name): p.reference for p in graph.ports if p.kind in ("param", "fixed")
@@ -77,14 +85,15 @@ class GraphUnit:
         self.executor.start(0.0)
         values[self.first : self.first + len(self.vr_out)] = [self.executor.get(r) for r in self.vr_out.tolist()]
 
-    def raw(self) -> tuple[Unit, list[Any]]:
-        """For C, with the arrays that must live as long as it runs."""
+    def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
+        """For C, with the arrays that must live as long as it runs; all units are initialised."""
         at = np.zeros(len(self.vr_in) + len(self.vr_out), dtype=np.uint64)
         saved = self.executor.state
         keep: list[Any] = [at, saved, self.vr_in, self.vr_out, self.source]
         unit = Unit(
             kind=_GRAPH,
             period=self.period,
+            substeps=self.substeps,
             h=self.h,
             self=self.executor.handle,
             n_in=len(self.vr_in),
@@ -98,6 +107,8 @@ class GraphUnit:
             at=at.ctypes.data,
             saved=saved.ctypes.data,
         )
+        if self._hold == "first":
+            keep += _straight(unit, self.source, self._ahead, values)
         return unit, keep
 
     def memory(self) -> dict[str, str]:
@@ -119,13 +130,25 @@ class GraphUnit:
         """Nothing to free: the next run takes the same graph."""
 
 
+def _straight(unit: Unit, source: Array, ahead: list[float], values: C.Array[C.c_double]) -> list[Array]:
+    """Give a unit inputs on straight lines, which begin with the present values; the arrays that must live."""
+    now = [values[j] if j >= 0 else 0.0 for j in source.tolist()]
+    line, weight = np.array([*now, *now, *now]), np.array(ahead)
+    unit.ahead, unit.line = weight.ctypes.data, line.ctypes.data
+    return [line, weight]
+
+
 class ForeignUnit:
     """An FMU of somebody else: fmpy makes and initialises a new instance, the master calls its functions."""
 
     def __init__(self, system: System, part: int, values: C.Array[C.c_double]) -> None:
         p = system.parts[part]
         sources = [(link.input, link.source) for link in system.links if link.to == part]
-        self.name, self.period, self.h, self.first = p.name, p.period, system.length(p), p.first
+        self.name, self.period, self.first = p.name, p.period, p.first
+        self.substeps, self.h = p.substeps, system.length(p) / p.substeps
+        self._hold = p.hold
+        links = {link.source: link for link in system.links if link.to == part}
+        self._ahead = {j: weights(system, [link])[0] for j, link in links.items()}
         self._n_out = len(p.outputs)
         self._member = FmuMember(system, p, sources, values, None, C.c_double())
 
@@ -133,8 +156,8 @@ class ForeignUnit:
         """Initialise at t = 0 with the present values, and write the first outputs."""
         self._member.start(0.0)
 
-    def raw(self) -> tuple[Unit, list[Any]]:
-        """For C, with the arrays that must live as long as it runs."""
+    def raw(self, values: C.Array[C.c_double]) -> tuple[Unit, list[Any]]:
+        """For C, with the arrays that must live as long as it runs; all units are initialised."""
         call = self._member.calls()
         u, source = np.array(call.inputs), np.array(call.source, dtype=np.int64)
         names = ("set", "step", "get", "save", "restore")
@@ -142,6 +165,7 @@ class ForeignUnit:
             kind=_FMI3 if call.fmi3 else _FMI2,
             rollback=call.rollback,
             period=self.period,
+            substeps=self.substeps,
             h=self.h,
             self=call.component,
             n_in=len(source),
@@ -155,7 +179,10 @@ class ForeignUnit:
             n_vr_out=len(call.vr_out),
             **dict(zip(names, call.functions, strict=False)),
         )
-        return unit, [u, source, call]
+        keep: list[Any] = [u, source, call]
+        if self._hold == "first":
+            keep += _straight(unit, source, [self._ahead.get(j, 0.0) for j in source.tolist()], values)
+        return unit, keep
 
     def forget(self, unit: Unit) -> None:
         """Free the state that the master saved last."""

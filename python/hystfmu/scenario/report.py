@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from hystfmu import __version__
 from hystfmu.files import write_text
 from hystfmu.plot import Line, Plot
 from hystfmu.scenario.delay_budget import delay_budget
+from hystfmu.scenario.events import missed
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Trace
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["Line", "Plot", "Section", "Table", "write_report"]
 
 
+SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
 MOST_ROWS = 400  # of the signals of a case in report.json
 
 
@@ -203,6 +205,7 @@ def _scenario(results: Sequence[Result]) -> str:
     if first.case.about:
         parts.append(f"<p>{escape(first.case.about)}</p>")
     parts.append(_table(Table(("loop", "unless a case says otherwise"), _loop_rows(first))))
+    parts.append(_table(_delays(first)))
     for k, r in enumerate(results):
         state = "ok" if r.passed else "bad"
         text = f" - {escape(r.system.case.text)}" if r.system.case.text else ""
@@ -220,7 +223,7 @@ def _loop_rows(system: System) -> list[Sequence[object]]:
     case = system.case
     rates = [f"{p.name} every {system.length(p) * 1e3:.6g} ms" for p in system.parts if system.length(p) != case.step]
     rows: list[Sequence[object]] = [
-        ("order (Gauss-Seidel)", " - ".join(case.order)),
+        (f"order ({SCHEMES[case.coupling.scheme]})", " - ".join(case.order)),
         ("step", f"{case.step * 1e3:.6g} ms" + (f"; {', '.join(rates)}" if rates else "")),
     ]
     rows += [
@@ -229,7 +232,18 @@ def _loop_rows(system: System) -> list[Sequence[object]]:
     ]
     if case.delay:
         rows.append(("note", case.delay))
-    return rows
+    return [*rows, *(("note", line) for line in missed(system))]
+
+
+def _delays(system: System) -> Table:
+    """The delays that the same loop has under every coupling, in steps."""
+    budgets = []
+    for scheme in SCHEMES:
+        coupling = system.case.coupling.model_copy(update={"scheme": scheme})
+        other = replace(system, case=replace(system.case, coupling=coupling))
+        budgets.append({d.where: d.steps for d in delay_budget(other)})
+    rows = [[w, *(b.get(w, 0.0) for b in budgets)] for w in dict.fromkeys(w for b in budgets for w in b)]
+    return Table(("delay in steps", *SCHEMES.values()), rows)
 
 
 def _case_plots(system: System, trace: Trace) -> list[Plot]:

@@ -91,6 +91,8 @@ def _loop(
     new, rows = memoryview(values).cast("B")[:n_bytes], record.reshape(-1).data.cast("B")
     for m in members:
         m.start(0.0)
+    for m in members:
+        m.begin()
     record[0] = now
     # who steps at fine step n depends on n modulo the least common multiple of the periods
     cycle = math.lcm(*{m.period for m in members})

@@ -37,6 +37,8 @@ class Part:
     constants: dict[str, float]
     first: int
     """Place of its first output among all values of the system."""
+    substeps: int = 1
+    hold: Literal["zero", "first"] = "zero"
 
     @property
     def own(self) -> Graph:
@@ -105,6 +107,14 @@ class System:
             raise InputError(f"{where}: no output {end!r}; there are {', '.join(have)}")
         return self.columns[end]
 
+    def fresh(self, link: Link) -> bool:
+        """Whether the reader sees the value at the end of its step: its source stands before it and goes first."""
+        return self.case.coupling.scheme != "jacobi" and link.source < self.parts[link.to].first
+
+    def maker(self, link: Link) -> Part:
+        """The unit whose output a connection reads."""
+        return next(p for p in reversed(self.parts) if p.first <= link.source and p.outputs)
+
     def early(self) -> Array:
         """Places of the values that a unit reads before the unit that makes them has stepped (in the stated order)."""
         owner = {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
@@ -171,9 +181,10 @@ def build(case: Case) -> System:
             starts = zip(inputs, start_values(graph, "input"), strict=True)
             constants = {k: v for k, v in starts if k not in driven} | constants
             runs_as = "fmu2" if graph.fmi == 2 else "fmu3"
-        parts.append(Part(name, graph, runs_as, period, inputs, outputs, constants, first))
+        parts.append(Part(name, graph, runs_as, period, inputs, outputs, constants, first, spec.substeps, spec.hold))
     links = _links(case, parts, columns)
     system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
+    _check_lines(system)
     if (system.n_steps + 1) * len(columns) > MOST_VALUES:
         raise InputError(f"{case.file}: case {case.name}: stop: more than {MOST_VALUES} values would be recorded")
     where = f"{case.file}: case {case.name}"
@@ -181,6 +192,21 @@ def build(case: Case) -> System:
         for end in ends:
             system.column(end, f"{where}: {key}")
     return system
+
+
+def _check_lines(system: System) -> None:
+    """A straight line needs values as often as the reader steps, and no going back."""
+    for link in system.links:
+        part, where = system.parts[link.to], f"{system.case.file}: case {system.case.name}"
+        if part.hold == "zero":
+            continue
+        if system.case.coupling.scheme == "iterative":
+            raise InputError(f"{where}: units.{part.name}.hold: 'first' and iterative coupling exclude each other")
+        source = system.maker(link)
+        if source.period > part.period:
+            raise InputError(
+                f"{where}: units.{part.name}.hold: 'first' needs sources that step as often; {source.name} is slower"
+            )
 
 
 def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:

@@ -6,6 +6,7 @@ import ctypes as C
 from collections.abc import Callable, Sequence
 
 from hystfmu.errors import InputError
+from hystfmu.scenario.hold import Lines, weights
 from hystfmu.scenario.memory import mark
 from hystfmu.scenario.system import Part, System
 from hystfmu.scenario.trace import Stopped
@@ -23,17 +24,21 @@ class UnitMember:
         values: C.Array[C.c_double],
         clock: C.c_double,
     ) -> None:
-        self.name, self.period, self._h = part.name, part.period, system.length(part)
+        self.name, self.period = part.name, part.period
+        self._h, self._substeps = system.length(part) / part.substeps, part.substeps
         self._graph, self._unit = part.own, Unit(part.own)
         self._constants, self._values, self._t = part.constants, values, clock
         self.turn: Sequence[Callable[[], int]] = [self._step]
+        links = [link for link in system.links if link.to == system.parts.index(part)]
+        self._lines = Lines([j for _, j in sources], weights(system, links), part.substeps, values)
+        self._straight = part.hold == "first"
         self._inputs = [(part.inputs[i], j) for i, j in sources]
         self._outputs = [(part.first + i, n) for i, n in enumerate(part.outputs)]
 
     def start(self, t0: float) -> None:
         for name, value in self._constants.items():
             self._unit.set(name, value)
-        self.copy()
+        self._set([self._values[j] for _, j in self._inputs])
         self._unit.initialize(t0)
         self.take()
 
@@ -46,16 +51,28 @@ class UnitMember:
     def stopped(self) -> Stopped:
         return Stopped(f"{self.name} refuses the step from t = {self._t.value:g} s")
 
+    def begin(self) -> None:
+        self._lines.begin()
+
     def copy(self) -> None:
+        if self._straight:
+            self._lines.take()
+        else:
+            self._set([self._values[j] for _, j in self._inputs])
+
+    def _set(self, inputs: Sequence[float]) -> None:
         try:
-            for name, j in self._inputs:
-                self._unit.set(name, self._values[j])
+            for (name, _), value in zip(self._inputs, inputs, strict=True):
+                self._unit.set(name, value)
         except InputError as e:
             raise Stopped(f"{self.name} refuses its inputs: {e}") from None
 
     def advance(self) -> None:
         try:
-            self._unit.do_step(self._t.value, self._h)
+            for i in range(self._substeps):
+                if self._straight:
+                    self._set(self._lines.at(i))
+                self._unit.do_step(self._t.value + i * self._h, self._h)
         except InputError as e:
             raise Stopped(f"{self.stopped()}: {e}") from None
 

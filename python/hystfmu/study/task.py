@@ -38,7 +38,7 @@ def fingerprint(system: System) -> str:
     case = system.case
     content = {
         "version": hystfmu.__version__,
-        "units": [[p.name, p.graph.token, p.runs_as, p.period, p.constants] for p in system.parts],
+        "units": [[p.name, p.graph.token, p.runs_as, p.period, p.constants, p.substeps, p.hold] for p in system.parts],
         "links": [[n.to, n.input, n.source] for n in system.links],
         "grid": [case.step, case.stop, case.ripple],
         "coupling": case.coupling.model_dump(),
