@@ -30,9 +30,9 @@ typedef struct {
   const double *ahead; /* inputs on straight lines: how far into the step the newest value lies, 1: at its end; NULL:
                           inputs are held */
   double *line;        /* with ahead: newest values, those before them, and room for the values of a substep */
-  void **at;     /* of a graph: room for n_in + n_out pointers */
-  double *saved; /* of a graph, iterative: room for its state */
-  void *state;   /* of an FMU, iterative: its saved state; the caller frees it */
+  void **at;           /* of a graph: room for n_in + n_out pointers */
+  double *saved;       /* of a graph, iterative: room for its state */
+  void *state;         /* of an FMU, iterative: its saved state; the caller frees it */
 } master_unit;
 
 typedef struct {

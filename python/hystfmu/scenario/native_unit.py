@@ -108,7 +108,7 @@ class GraphUnit:
             saved=saved.ctypes.data,
         )
         if self._hold == "first":
-            keep += _straight(unit, self.source, self._ahead, values)
+            keep += _straight(unit, self.source.tolist(), self._ahead, values)
         return unit, keep
 
     def memory(self) -> dict[str, str]:
@@ -130,9 +130,9 @@ class GraphUnit:
         """Nothing to free: the next run takes the same graph."""
 
 
-def _straight(unit: Unit, source: Array, ahead: list[float], values: C.Array[C.c_double]) -> list[Array]:
+def _straight(unit: Unit, source: list[int], ahead: list[float], values: C.Array[C.c_double]) -> list[Array]:
     """Give a unit inputs on straight lines, which begin with the present values; the arrays that must live."""
-    now = [values[j] if j >= 0 else 0.0 for j in source.tolist()]
+    now = [values[j] if j >= 0 else 0.0 for j in source]
     line, weight = np.array([*now, *now, *now]), np.array(ahead)
     unit.ahead, unit.line = weight.ctypes.data, line.ctypes.data
     return [line, weight]
@@ -181,7 +181,7 @@ class ForeignUnit:
         )
         keep: list[Any] = [u, source, call]
         if self._hold == "first":
-            keep += _straight(unit, source, [self._ahead.get(j, 0.0) for j in source.tolist()], values)
+            keep += _straight(unit, call.source, [self._ahead.get(j, 0.0) for j in call.source], values)
         return unit, keep
 
     def forget(self, unit: Unit) -> None:
