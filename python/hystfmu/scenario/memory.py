@@ -14,9 +14,8 @@ def n_memory(graph: Graph) -> int:
 
 
 def n_state(graph: Graph) -> int:
-    """How many values a saved state of the core has: the last step, states, outputs, inputs (`graph.h`)."""
-    outputs = sum(n.sizes[v.name] for n in graph.nodes for v in n.block.of("output"))
-    return 1 + n_memory(graph) + outputs + sum(p.size for p in graph.ports if p.kind == "input")
+    """How many values a saved state of the core has: the last step, all memories, and what else a run changes."""
+    return len(graph.executor().state)
 
 
 def mark(graph: Graph, state: Array, skip: int = 0) -> str:
