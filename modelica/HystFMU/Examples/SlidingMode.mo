@@ -10,7 +10,7 @@ model SlidingMode "Sliding mode with integral action and inverse feed-forward on
     annotation (Placement(transformation(extent = {{-70, -30}, {-50, -10}})));
   Inverse.Sampled.PrandtlIshlinskiiInverse inverse(n = identified.hysteresis_n, depth = 16, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u0 = identified.hysteresis_u0, Ts = Ts)
     annotation (Placement(transformation(extent = {{-40, -30}, {-20, -10}})));
-  Control.SlidingMode controller(lam = 1300, eta = 6.5e-4, rho = 1.05e-4, epsilon = 7, k_i = 1.56e7, Ts = Ts)
+  Control.SlidingMode controller(lam = 90.1, eta = 9.44e-4, rho = 1.191e-6, epsilon = 0.2751, k_i = 1.011e7, Ts = Ts)
     annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
   Plants.BacklashSumDynamics plant(n = 10, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10), f_n = 500, zeta = 0.7, Ts = Ts)
     annotation (Placement(transformation(extent = {{40, 0}, {60, 20}})));
