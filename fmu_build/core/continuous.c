@@ -112,10 +112,7 @@ hyst_status hyst_graph_hold(hyst_graph *g, double t_end, double dt) {
   g->state[0] = dt;
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
-    if (hyst_class_of(n->block) == HYST_SAMPLED) continue;
-    hyst_gather(g, n, t_end);
-    if (n->block->update) n->block->update(n->dim, n->p, n->x, n->u, dt);
-    n->block->output(n->dim, n->p, n->x, n->u, n->y);
+    if (hyst_class_of(n->block) != HYST_SAMPLED) hyst_advance_node(g, n, t_end, dt);
   }
   return HYST_E_OK;
 }

@@ -59,17 +59,7 @@ static hyst_status prepare(hyst_graph *g, double dt, unsigned flags) {
 hyst_status hyst_graph_prepare(hyst_graph *g, double dt) { return prepare(g, dt, 0); }
 
 static inline void advance(const hyst_graph *g, double t, double dt) {
-  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) {
-    const hyst_block *const b = n->block;
-    hyst_gather(g, n, t);
-    if (b->flags & HYST_IMPLICIT) {
-      hyst_implicit_solve(g, n, t, dt == 0);
-      n->x[0] = n->y[0];
-      continue;
-    }
-    if (b->update) b->update(n->dim, n->p, n->x, n->u, dt);
-    b->output(n->dim, n->p, n->x, n->u, n->y);
-  }
+  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_advance_node(g, n, t, dt);
 }
 
 hyst_status hyst_graph_start(hyst_graph *g, double t) {

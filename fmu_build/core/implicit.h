@@ -7,6 +7,7 @@
 #ifndef HYST_IMPLICIT_FILE_H
 #define HYST_IMPLICIT_FILE_H
 #include "graph.h"
+#include "node.h"
 
 /* places in the arrays of the block */
 enum { HYST_IMPLICIT_LO, HYST_IMPLICIT_HI };        /* p */
@@ -21,4 +22,17 @@ hyst_status hyst_implicit_check(hyst_graph *g); /* fills tried_by of all nodes *
 /* n->y: the root for the present wanted value; no memory changes.  starting: the model is tried as at its start, and
  * left as init() leaves it */
 void hyst_implicit_solve(const hyst_graph *g, const hyst_node *n, double t, int starting);
+
+/* one node of a step that ends at t: inputs, memory, outputs; dt = 0: the start of a run */
+static inline void hyst_advance_node(const hyst_graph *g, const hyst_node *n, double t, double dt) {
+  const hyst_block *const b = n->block;
+  hyst_gather(g, n, t);
+  if (b->flags & HYST_IMPLICIT) {
+    hyst_implicit_solve(g, n, t, dt == 0);
+    n->x[0] = n->y[0];
+    return;
+  }
+  if (b->update) b->update(n->dim, n->p, n->x, n->u, dt);
+  b->output(n->dim, n->p, n->x, n->u, n->y);
+}
 #endif

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.core import block_types
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Graph, Input, Node, Output
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "fmu"))
@@ -33,6 +33,19 @@ def lively(n: Node) -> Node:
     return node(n.block, {**n.values, **spread}) or n
 
 
+def sampled_implicit() -> Graph:
+    """An implicit inverse beside a sampled block: Event Mode steps it without samples."""
+    nodes = [
+        Node("inverse", "implicit_inverse", {}, {"lo": -5.0, "hi": 5.0}),
+        Node("model", "prandtl_ishlinskii", {"n": 2}, {"w0": 1.5, "r": [0.1, 0.4], "w": [0.5, 0.3]}),
+        Node("rate", "differentiator"),
+    ]
+    wires = [("inverse.u", "model.u"), ("inverse.u", "rate.u"), ("model.y", "inverse.h")]
+    return Graph(
+        nodes, wires, [Input("y", ("inverse.y",))], [Output("u", "inverse.u"), Output("du", "rate.du")], step=STEP
+    )
+
+
 @functools.cache
 def graphs() -> dict[str, Graph]:
     """Name -> graph; sampled blocks have a step."""
@@ -46,6 +59,7 @@ def graphs() -> dict[str, Graph]:
         "loop": loop(),
         "mixed": mixed(),
         "two-loops": test_sanitizers.loop().with_step(STEP),
+        "sampled-implicit": sampled_implicit(),
         "implicit": test_sanitizers.implicit().with_step(STEP),
     }
 

@@ -1,0 +1,281 @@
+"""Corners of the blocks and of the reader that ordinary runs miss: each against its closed form or its rule.
+
+They were found by the conditions that MC/DC listed as never shown (tests/torture)."""
+
+from __future__ import annotations
+
+import ctypes as C
+import locale
+import os
+import shutil
+import struct
+import subprocess
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from raw import Raw
+
+from hystfmu.core import Executor, _Error, _Var, library
+from hystfmu.errors import InputError
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.unit import Unit
+
+
+def wrong(block: str, h: float = 0.0, dims: dict[str, int] | None = None, **values: object) -> str | None:
+    """What prepare() of the block says about these parameters."""
+    return Raw(Node("b", block, dims or {}, values)).prepare(h)
+
+
+# ---- values against their rows ----------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("kind", "good", "bad"),
+    [
+        ("real", [0.0, 0.5, -1e300], [np.nan, np.inf, -np.inf]),
+        ("int", [2147483647.0, -2147483648.0, 0.0], [2147483648.0, -2147483649.0, 0.5, np.nan]),
+        ("bool", [0.0, 1.0], [-1.0, 2.0, 0.5, np.inf]),
+        ("zoh|foh|none", [0.0, 1.0, 2.0], [-1.0, 3.0, 1.5]),
+    ],
+)
+def test_a_value_is_checked_by_its_type(kind: str, good: list[float], bad: list[float]) -> None:
+    row = _Var(b"v", 0, b"1", kind.encode(), b"1", 0.0, -np.inf, np.inf, b"text")
+    check = library().hyst_check
+    check.argtypes = [C.POINTER(_Var), C.c_double]
+    assert [check(row, v) for v in good] == [0] * len(good)
+    assert all(check(row, v) for v in bad)
+
+
+def message(error: _Error) -> str:
+    text = C.create_string_buffer(400)
+    library().hyst_message(error, text, 400)
+    return text.value.decode()
+
+
+def test_messages_name_the_kind_of_value(tmp_path: Path) -> None:
+    row = _Var(b"flag", 0, b"1", b"bool", b"1", 0.0, 0.0, 1.0, b"text")
+    with pytest.raises(InputError) as e:
+        Executor(patched(Graph.single(Node("c", "creep")).to_bytes(), 60, struct.pack("<d", np.inf)))
+    assert "step" in str(e.value)
+    text = C.create_string_buffer(100)
+    library().hyst_interval(row, text, 100)
+    assert text.value == b"a bool (0 or 1)"
+
+
+def test_messages_keep_the_point_in_a_locale_with_a_comma(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not shutil.which("localedef"):
+        pytest.skip("no localedef")
+    made = tmp_path / "de_DE.UTF-8"
+    subprocess.run(["localedef", "-i", "de_DE", "-f", "UTF-8", str(made)], capture_output=True, timeout=60)
+    if not made.is_dir():
+        pytest.skip("localedef knows no de_DE")
+    monkeypatch.setitem(os.environ, "LOCPATH", str(tmp_path))
+    before = locale.setlocale(locale.LC_NUMERIC)
+    number = library().hyst_number
+    number.argtypes, number.restype = [C.c_char_p, C.c_size_t, C.c_double], C.c_char_p
+    try:
+        locale.setlocale(locale.LC_NUMERIC, "de_DE.UTF-8")
+        assert locale.localeconv()["decimal_point"] == ","
+        assert number(C.create_string_buffer(32), 32, 0.5) == b"0.5"
+    finally:
+        locale.setlocale(locale.LC_NUMERIC, before)
+
+
+def test_a_long_name_is_cut_in_the_message() -> None:
+    with pytest.raises(InputError, match=r"at a{63}: gain must not be 0"):
+        Executor(raw_bytes(Node("a" * 200, "feedforward", {}, {"gain": 0.0})))
+
+
+# ---- parameters that do not fit together ------------------------------------------------------------------------------
+def test_parameters_that_do_not_fit_together() -> None:
+    assert "beta + gamma" in (wrong("bouc_wen", gamma=-1.0) or "")  # below 0
+    assert "beta + gamma" in (wrong("bouc_wen", gamma=-0.5) or "")  # 0
+    assert "T_p is too small" in (wrong("lead_lag", T_z=1e300, T_p=1e-300) or "")
+    assert "gain" in (wrong("disturbance_observer", gain=0.0) or "")
+    first = {"na": 1, "nb": 0}
+    for a in ([1.0, 1.7e308], [1.0, 5e307]):  # time constants that no double can scale
+        assert "too far apart" in (wrong("transfer_function", dims=first, a=a, b=[1.0]) or "")
+    assert wrong("transfer_function", dims=first, a=[1.0, 2e307], b=[1.0]) is None
+    assert "too far apart" in (wrong("transfer_function", dims=first, a=[1e-300, 1e-300], b=[1e300]) or "")
+
+
+# ---- blocks -----------------------------------------------------------------------------------------------------------
+def test_bouc_wen_follows_a_bound_that_shrinks() -> None:
+    unit = Unit(Graph.single(Node("b", "bouc_wen", {}, {"alpha": 0.0})))
+    unit.initialize(0.0, u=0.0)
+    for k in range(40):
+        unit.set("u", 0.5 * (k + 1))
+        unit.do_step(k * 0.1, 0.1)
+    assert unit.get("z") == pytest.approx(1.0, abs=1e-6)  # (A / (beta + gamma))^(1/n)
+    unit.set("gamma", 3.5)
+    unit.do_step(4.0, 0.1)  # the input stands
+    unit.set("u", 20.5)
+    unit.do_step(4.1, 0.1)
+    assert unit.get("z") == pytest.approx(0.25, abs=1e-12)
+
+
+def test_oscillator_at_rest_has_the_tangent_of_its_springs() -> None:
+    raw = Raw(Node("b", "bouc_wen_oscillator"))
+    raw.prepare(0.0), raw.init()
+    raw.set_inputs(np.zeros(1), 0.0)
+    for s_v in (2.0, -3.0):  # beta and gamma vanish with z: dz/dt = alpha v
+        _, ddx = raw.tangent(np.array([0.0]), np.array([0.0, s_v, 0.0]))
+        assert ddx == pytest.approx([s_v, -10.0 * s_v / 2.0, 5e4 * s_v])
+
+
+def test_dead_zone_on_its_corner_has_two_slopes() -> None:
+    raw = Raw(Node("b", "dead_zones", {"n": 2}, {"w0": 1.0, "r": [0.5, -0.25], "w": [4.0, 7.0]}))
+    for u, seed, slope in ((0.5, 1.0, 5.0), (0.5, -1.0, 1.0), (-0.25, -1.0, 8.0), (-0.25, 1.0, 1.0)):
+        raw.set_inputs(np.array([u]), 0.0)
+        assert raw.tangent(np.array([seed]), np.zeros(0))[0] == pytest.approx([slope * seed])
+
+
+@pytest.mark.parametrize("activation", ["sigmoid", "tanh", "relu"])
+def test_network_wider_than_one_pass(activation: str) -> None:
+    rng = np.random.default_rng(1)
+    W1, b1, W2, b2 = rng.normal(size=(301, 2)), rng.normal(size=301), rng.normal(size=(3, 301)), rng.normal(size=3)
+    dims = {"n_in": 2, "n_hidden": 301, "n_out": 3}
+    values = {"W1": W1.ravel(), "b1": b1, "W2": W2.ravel(), "b2": b2, "activation": activation}
+    raw, u = Raw(Node("b", "mlp", dims, values)), np.array([0.3, -0.8])
+    raw.set_inputs(u, 0.0)
+    f = {"sigmoid": lambda a: 1 / (1 + np.exp(-a)), "tanh": np.tanh, "relu": lambda a: np.maximum(a, 0)}[activation]
+    assert raw.output() == pytest.approx(b2 + W2 @ f(b1 + W1 @ u), rel=1e-12)
+
+
+def test_relu_on_its_corner_has_two_slopes() -> None:
+    raw = Raw(Node("b", "mlp", {"n_hidden": 1}, {"W1": [2.0], "W2": [3.0], "activation": "relu"}))
+    raw.set_inputs(np.zeros(1), 0.0)
+    for seed, slope in ((1.0, 6.0), (-1.0, 0.0)):
+        assert raw.tangent(np.array([seed]), np.zeros(0))[0] == pytest.approx([slope * seed])
+
+
+def test_noise_stops_counting_where_doubles_do() -> None:
+    raw = Raw(Node("b", "noise"))
+    raw.prepare(0.1), raw.init()
+    for start, after in ((2.0**52 - 1, 2.0**52), (2.0**52, 2.0**52)):
+        raw.x[:] = start
+        raw.update(0.1)
+        assert raw.x[0] == after
+        assert np.isfinite(raw.output()).all()
+
+
+def test_differentiator_before_its_first_step_has_no_slope() -> None:
+    raw = Raw(Node("b", "differentiator"))
+    raw.prepare(0.0), raw.init()
+    assert raw.tangent(np.array([1.0]), np.zeros(0))[0].tolist() == [0.0]
+
+
+def test_last_extremum_has_the_slope_of_its_branch() -> None:
+    """g(d) = (1 - e^-d) d from the origin and from the last reversal."""
+
+    def slope(d: float) -> float:
+        return 1 - np.exp(-d) + d * np.exp(-d)
+
+    raw = Raw(Node("b", "zhao_tan", {}, {"memory": "last"}))
+    raw.run(np.array([[0.0], [0.4]]), 0.1)
+    assert raw.tangent(np.array([0.0]), np.zeros(0))[0].tolist() == [0.0]
+    assert raw.tangent(np.array([1.0]), np.zeros(0))[0] == pytest.approx([slope(0.4)])
+    raw.run(np.array([[0.0], [1.0], [0.3]]), 0.1)
+    assert raw.tangent(np.array([-1.0]), np.zeros(0))[0] == pytest.approx([-slope(0.7)])
+
+
+# ---- the reader -------------------------------------------------------------------------------------------------------
+def sealed(file: bytes) -> bytes:
+    """With the right length and checksum."""
+    return file[:12] + struct.pack("<II", len(file), zlib.crc32(file[20:])) + file[20:]
+
+
+def patched(file: bytes, at: int, new: bytes) -> bytes:
+    at %= len(file)
+    return sealed(file[:at] + new + file[at + len(new) :])
+
+
+def raw_bytes(node: Node) -> bytes:
+    """The file of a graph whose parameters the writer would refuse."""
+    good = Node(node.name, node.type)
+    file = Graph.single(good).to_bytes()
+    for name, value in node.values.items():
+        old = b"".join(struct.pack("<d", v) for v in good.value(name))
+        at = file.index(old) if file.count(old) == 1 else -1
+        if at < 0:  # the same number stands elsewhere: count to the parameter
+            before = sum(
+                good.sizes[v.name] for v in good.block.parameters[: [v.name for v in good.block.parameters].index(name)]
+            )
+            at = 68 + 4 + 4 + len(node.name) + 4 + len(node.type) + 4 + 4 * len(good.dims) + 4 + 8 * before
+        file = patched(file, at, struct.pack("<d", float(np.ravel(value)[0])))
+    return file
+
+
+@pytest.mark.parametrize("step", [np.inf, -1.0, np.nan])
+def test_a_file_with_an_impossible_step_is_refused(step: float) -> None:
+    with pytest.raises(InputError, match="step"):
+        Executor(patched(Graph.single(Node("c", "creep")).to_bytes(), 60, struct.pack("<d", step)))
+
+
+def test_a_port_of_what_nobody_may_see_is_refused() -> None:
+    node = Node("c", "creep")
+    file = Graph.single(node).to_bytes()  # the last port: kind, block, row, place, elements
+    rows = [v.name for v in node.block.vars]
+    for kind, name in ((2, None), (6, "q"), (7, None)):
+        row = rows.index(name) if name else len(rows) - 1
+        with pytest.raises(InputError):
+            Executor(patched(file, -20, struct.pack("<III", kind, 0, row)))
+    with pytest.raises(InputError):  # an output with more elements than its row
+        Executor(patched(file, -4, struct.pack("<I", 2)))
+
+
+def test_a_file_that_asks_for_too_much_memory_is_refused() -> None:
+    wide = Node("n", "mlp", {"n_in": 1, "n_hidden": 1})
+    file = Graph.single(wide).to_bytes()
+    at = 68 + 4 + 4 + 1 + 4 + 3 + 4
+    most = [d.hi for d in wide.block.dims]
+    with pytest.raises(InputError, match=r"too many values|number of values"):
+        Executor(patched(file, at, struct.pack(f"<{len(most)}I", *most)))
+
+
+def test_an_input_between_outputs() -> None:
+    """The order of ports is free: what is no output is left out of the row of outputs."""
+    graph = Graph(
+        [Node("a", "scaling", {"n": 1}, {"gain": [2.0]}), Node("b", "scaling", {"n": 1}, {"gain": [3.0]})],
+        [],
+        [Input("u", ("a.u", "b.u"))],
+        [Output("ya", "a.y"), Output("yb", "b.y")],
+    )
+    file = graph.to_bytes()
+    sizes = [4 + len(p.name) + 20 for p in graph.ports]
+    begins = np.cumsum([len(file) - sum(sizes), *sizes])
+    records = [file[i:j] for i, j in zip(begins, begins[1:], strict=False)]
+    order = [k for k, p in enumerate(graph.ports) if p.kind not in ("input", "output")]
+    ins, outs = ([k for k, p in enumerate(graph.ports) if p.kind == kind] for kind in ("input", "output"))
+    moved = sealed(file[: begins[0]] + b"".join(records[k] for k in [*order, outs[0], *ins, outs[1]]))
+    u = np.array([[1.0], [-2.0]])
+    assert Executor(moved).run(u, 2, 0.1).tolist() == [[2.0, 3.0], [-4.0, -6.0]]
+
+
+def test_an_implicit_inverse_is_solved_between_samples_too() -> None:
+    """FMI 3.0 Event Mode steps without samples: h(u) = y has to hold there as in a plain step."""
+    nodes = [
+        Node("inverse", "implicit_inverse", {}, {"lo": -5.0, "hi": 5.0}),
+        Node("model", "prandtl_ishlinskii", {"n": 2}, {"w0": 1.5, "r": [0.1, 0.4], "w": [0.5, 0.3]}),
+        Node("rate", "differentiator"),
+    ]
+    wires = [("inverse.u", "model.u"), ("model.y", "inverse.h")]
+    inputs = [Input("y", ("inverse.y",)), Input("x", ("rate.u",))]
+    graph = Graph(nodes, wires, inputs, [Output("u", "inverse.u"), Output("dx", "rate.du")], step=0.1)
+    hold = library().hyst_graph_hold
+    hold.argtypes = [C.c_void_p, C.c_double, C.c_double]
+    stepped, held = Executor(graph.to_bytes()), Executor(graph.to_bytes())
+    places = {p.name: p.reference for p in graph.ports}
+    for e in (stepped, held):
+        e.start(0.0)
+    seen = set()
+    for k, y in enumerate((0.7, 1.9, 0.2, -0.9, 1.1), start=1):
+        for e in (stepped, held):
+            e.set(places["y"], y)
+            e.set(places["x"], float(k))
+        stepped.step(0.1 * k, 0.1)
+        assert hold(held.handle, 0.1 * k, 0.1) == 0
+        assert held.get(places["u"]) == stepped.get(places["u"])
+        assert held.get(places["dx"]) == 0.0  # no sample was taken
+        seen.add(held.get(places["u"]))
+    assert len(seen) == 5
