@@ -5,6 +5,7 @@ They were found by the conditions that MC/DC listed as never shown (tests/tortur
 from __future__ import annotations
 
 import ctypes as C
+import itertools
 import locale
 import os
 import shutil
@@ -28,7 +29,7 @@ def wrong(block: str, h: float = 0.0, dims: dict[str, int] | None = None, **valu
     return Raw(Node("b", block, dims or {}, values)).prepare(h)
 
 
-# ---- values against their rows ----------------------------------------------------------------------------------------
+# ---- values against their rows --------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("kind", "good", "bad"),
     [
@@ -86,7 +87,7 @@ def test_a_long_name_is_cut_in_the_message() -> None:
         Executor(raw_bytes(Node("a" * 200, "feedforward", {}, {"gain": 0.0})))
 
 
-# ---- parameters that do not fit together ------------------------------------------------------------------------------
+# ---- parameters that do not fit together ----------------------------------------------------------------------------
 def test_parameters_that_do_not_fit_together() -> None:
     assert "beta + gamma" in (wrong("bouc_wen", gamma=-1.0) or "")  # below 0
     assert "beta + gamma" in (wrong("bouc_wen", gamma=-0.5) or "")  # 0
@@ -99,7 +100,7 @@ def test_parameters_that_do_not_fit_together() -> None:
     assert "too far apart" in (wrong("transfer_function", dims=first, a=[1e-300, 1e-300], b=[1e300]) or "")
 
 
-# ---- blocks -----------------------------------------------------------------------------------------------------------
+# ---- blocks ---------------------------------------------------------------------------------------------------------
 def test_bouc_wen_follows_a_bound_that_shrinks() -> None:
     unit = Unit(Graph.single(Node("b", "bouc_wen", {}, {"alpha": 0.0})))
     unit.initialize(0.0, u=0.0)
@@ -179,7 +180,7 @@ def test_last_extremum_has_the_slope_of_its_branch() -> None:
     assert raw.tangent(np.array([-1.0]), np.zeros(0))[0] == pytest.approx([-slope(0.7)])
 
 
-# ---- the reader -------------------------------------------------------------------------------------------------------
+# ---- the reader -----------------------------------------------------------------------------------------------------
 def sealed(file: bytes) -> bytes:
     """With the right length and checksum."""
     return file[:12] + struct.pack("<II", len(file), zlib.crc32(file[20:])) + file[20:]
@@ -244,7 +245,7 @@ def test_an_input_between_outputs() -> None:
     file = graph.to_bytes()
     sizes = [4 + len(p.name) + 20 for p in graph.ports]
     begins = np.cumsum([len(file) - sum(sizes), *sizes])
-    records = [file[i:j] for i, j in zip(begins, begins[1:], strict=False)]
+    records = [file[i:j] for i, j in itertools.pairwise(begins)]
     order = [k for k, p in enumerate(graph.ports) if p.kind not in ("input", "output")]
     ins, outs = ([k for k, p in enumerate(graph.ports) if p.kind == kind] for kind in ("input", "output"))
     moved = sealed(file[: begins[0]] + b"".join(records[k] for k in [*order, outs[0], *ins, outs[1]]))
