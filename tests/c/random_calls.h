@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "crc.h"
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
 
@@ -63,6 +64,15 @@ static void open_unit(int v, int i, const char *location, const char *token) {
 
 static unsigned char bytes[1 << 20];
 
+/* Damage to a saved state: refused by its checksum, or, with a right one, read as what somebody else may have saved. */
+static void damage(size_t size) {
+  enum { CHECKSUM = 12, COVERED = 16 };
+  for (uint64_t k = draw(4); k > 0; k--) bytes[draw(size)] ^= (unsigned char)(1 << draw(8));
+  if (size <= COVERED || draw(2)) return;
+  const uint32_t checksum = hyst_crc32(bytes + COVERED, size - COVERED);
+  for (int k = 0; k < 4; k++) bytes[CHECKSUM + k] = (unsigned char)(checksum >> 8 * k);
+}
+
 static void call2(int i, uint32_t references, const char *location, const char *token) {
   void *c = unit[0][i].c, **state = any_state(0, i), *copy = *state;
   fmi2ValueReference vr[4];
@@ -107,7 +117,7 @@ static void call2(int i, uint32_t references, const char *location, const char *
       if (fmi2SerializedFMUstateSize(c, copy, &size) != fmi2OK || size > sizeof bytes) break;
       size -= draw(3) == 0;
       check(fmi2SerializeFMUstate(c, copy, (fmi2Byte *)bytes, size));
-      if (draw(2)) bytes[draw(size)] ^= (unsigned char)(1 << draw(8));
+      damage(size);
       copy = NULL;
       check(fmi2DeSerializeFMUstate(c, (const fmi2Byte *)bytes, size - (draw(4) == 0), &copy));
       if (copy) check(fmi2SetFMUstate(c, copy)), check(fmi2FreeFMUstate(c, &copy));
@@ -173,7 +183,7 @@ static void call3(int i, uint32_t references, const char *location, const char *
     case 13:
       if (fmi3SerializedFMUStateSize(c, copy, &size) != fmi3OK || size > sizeof bytes) break;
       check(fmi3SerializeFMUState(c, copy, bytes, size));
-      if (draw(2)) bytes[draw(size)] ^= (unsigned char)(1 << draw(8));
+      damage(size);
       copy = NULL;
       check(fmi3DeserializeFMUState(c, bytes, size, &copy));
       if (copy) check(fmi3SetFMUState(c, copy)), check(fmi3FreeFMUState(c, &copy));

@@ -1,0 +1,250 @@
+"""Readers under mutated files: each succeeds or raises InputError with one line, in bounded time and memory."""
+
+from __future__ import annotations
+
+import io
+import random
+import resource
+import shutil
+import signal
+import sys
+import time
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+
+import numpy as np
+import pytest
+from embedded import graphs
+
+from hystfmu import Dataset, InputError, Model
+from hystfmu.fmu import export_fmu
+from hystfmu.scenario import spec
+from hystfmu.scenario.foreign import Foreign
+from hystfmu.scenario.ssp import write_ssp
+from hystfmu.scenario.ssp_file import read_ssp
+from hystfmu.scenario.system import build
+from hystfmu.study.spec import Study
+
+ROOT = Path(__file__).parents[2]
+SECONDS, MEGABYTES = 10.0, 400  # of one file; of a whole run of one reader
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs signals and resource limits")
+
+
+def text_words() -> list[bytes]:
+    words = (
+        "nan inf -inf 1e999 -1 0 1e-320 99999999999999999999 0x10 1_000 1,5 true false null '' [] {} [[]] = \" ''' # ,"
+    )
+    more = [
+        "\x00",
+        "\ufeff",
+        "ä",
+        "\u0661",
+        "..",
+        "../../etc/passwd",
+        "\r",
+        "\r\n",
+        "\n\n",
+        "\t",
+        ";" * 9,
+        "[" * 3000,
+        "9" * 5000,
+    ]
+    return [w.encode() for w in [*words.split(" "), *more]]
+
+
+XML_WORDS = [
+    b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]>',
+    b'<!DOCTYPE a [<!ENTITY b "'
+    + b"x" * 999
+    + b'">'
+    + b'<!ENTITY c "'
+    + b"&b;" * 999
+    + b'"><!ENTITY d "'
+    + b"&c;" * 999
+    + b'">]>',
+    b"&d;",
+    b"&b;",
+    b"<a>" * 2000,
+    b'"" ""',
+    b'valueReference="4294967296"',
+    b'<Dimension start="9999999999"/>',
+    b"</ModelVariables>",
+]
+
+
+def mutate(content: bytes, rng: random.Random, words: list[bytes]) -> bytes:
+    """One to four changes."""
+    data = bytearray(content)
+    for _ in range(rng.randint(1, 4)):
+        at, other = (rng.randrange(len(data) + 1) for _ in range(2))
+        n = rng.choice([1, 2, 8, 40, 400])
+        kind = rng.randrange(7)
+        if kind == 0 and at < len(data):
+            data[at] ^= 1 << rng.randrange(8)
+        elif kind == 1:
+            del data[at : at + n]
+        elif kind == 2:
+            data[at:at] = rng.choice(words)
+        elif kind == 3:
+            data[at : at + n] = rng.choice(words)
+        elif kind == 4:
+            data[at:at] = data[other : other + n]
+        elif kind == 5:
+            del data[at:]
+        else:  # a line twice, or elsewhere
+            lines = bytes(data).split(b"\n")
+            lines.insert(rng.randrange(len(lines) + 1), rng.choice(lines))
+            data = bytearray(b"\n".join(lines))
+    return bytes(data)
+
+
+def mutate_archive(content: bytes, rng: random.Random) -> bytes:
+    """The bytes of the archive, or the files in it, or their names."""
+    if rng.random() < 0.3:
+        return mutate(content, rng, [b"PK\x05\x06", b"\xff" * 8, b"\x00" * 8])
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+        names = old.namelist()
+        chosen = rng.choice([n for n in names if n.endswith((".xml", ".ssd", ".ssv", ".csv", ".bin", ".fmu"))])
+        for name in names:
+            inner = old.read(name)
+            if name == chosen:
+                inner = (
+                    mutate_archive(inner, rng)
+                    if name.endswith(".fmu")
+                    else mutate(inner, rng, text_words() + XML_WORDS)
+                )
+                if rng.random() < 0.05:
+                    name = rng.choice(["../" + name, "/" + name, name + "/x", "a" * 300, name.upper(), "C:" + name])
+            new.writestr(name, inner)
+            if rng.random() < 0.005:
+                new.writestr("zeros", bytes(50 * 2**20))
+    return out.getvalue()
+
+
+# ---- readers: a file that is good, and what reads it ----------------------------------------------------------------
+def csv_file(folder: Path) -> Path:
+    t = np.arange(60) * 0.01
+    lines = ["t [s];u [V];y [um]", *(f"{a:.17g};{np.sin(9 * a):.17g};{np.cos(7 * a):.17g}" for a in t)]
+    (folder / "data.csv").write_text("\n".join(lines))
+    return folder / "data.csv"
+
+
+def model_file(folder: Path) -> Path:
+    Model("prandtl_ishlinskii", graphs()["loop"], 1e-3).save(folder / "m.model.toml")
+    return folder / "m.model.toml"
+
+
+def scenario_file(folder: Path) -> Path:
+    for name in ("pid", "sliding_mode", "models"):
+        shutil.copytree(ROOT / "scenarios" / name, folder / name)
+    return folder / "pid" / "scenario.toml"
+
+
+def study_file(folder: Path) -> Path:
+    scenario_file(folder)
+    return folder / "sliding_mode" / "mismatch.study.toml"
+
+
+def fmu_file(folder: Path) -> Path:
+    return export_fmu(graphs()["loop"], folder / "loop.fmu", 2)
+
+
+def fmu3_file(folder: Path) -> Path:
+    return export_fmu(graphs()["mixed"], folder / "mixed.fmu", 3)
+
+
+def ssp_file(folder: Path) -> Path:
+    return write_ssp(spec.Scenario(scenario_file(folder)).cases[0], folder / "pid.ssp")
+
+
+def read_scenario(path: Path) -> None:
+    for case in spec.Scenario(path).cases:
+        build(case)
+
+
+READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
+    "csv": (csv_file, lambda p: Dataset.from_csv(p)),
+    "model": (model_file, Model.load),
+    "scenario": (scenario_file, read_scenario),
+    "study": (study_file, Study),
+    "fmu": (fmu_file, Foreign.load),
+    "fmu3": (fmu3_file, Foreign.load),
+    "ssp": (ssp_file, read_ssp),
+}
+
+
+class TooLong(Exception):
+    pass
+
+
+def verdict(read: Callable[[Path], object], path: Path) -> str:
+    """ "": good; "refused": one line; else what is wrong with the reader."""
+
+    def stop(_signal: int, _frame: FrameType | None) -> None:
+        raise TooLong
+
+    signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, SECONDS)
+    try:
+        read(path)
+        return ""
+    except InputError as e:
+        return "refused" if str(e).strip() and "\n" not in str(e) else f"a message of no or several lines: {str(e)!r}"
+    except TooLong:
+        return f"more than {SECONDS} s"
+    except Exception as e:
+        return f"{type(e).__name__}: {e}"[:300]
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+
+
+def run(name: str, folder: Path, times: int, monkeypatch: pytest.MonkeyPatch) -> tuple[int, float]:
+    """How many of the mutated files were refused, and the longest time (s)."""
+    make, read = READERS[name]
+    inside = folder / "inside"
+    inside.mkdir()
+    path = make(inside)
+    good = path.read_bytes()
+    assert verdict(read, path) == ""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    refused, longest, wrong = 0, 0.0, []
+    for k in range(times):
+        monkeypatch.setenv("HYSTFMU_CACHE", str(folder / "cache"))
+        rng = random.Random(f"{name} {k}")
+        archive = path.suffix in (".fmu", ".ssp")
+        path.write_bytes(mutate_archive(good, rng) if archive else mutate(good, rng, text_words()))
+        begin = time.monotonic()
+        found = verdict(read, path)
+        longest = max(longest, time.monotonic() - begin)
+        refused += found == "refused"
+        if found not in ("", "refused"):
+            (folder / f"{name}-{k}{path.suffix}").write_bytes(path.read_bytes())
+            wrong.append(f"{name} {k}: {found}")
+        shutil.rmtree(folder / "cache", ignore_errors=True)
+    assert wrong == []
+    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
+    assert grown < MEGABYTES
+    assert {p.name for p in folder.iterdir()} == {"inside"}  # nothing was written outside
+    return refused, longest
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_some_mutated_files(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run(name, tmp_path, 12 if name == "ssp" else 40, monkeypatch)[0] > 5
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize("name", READERS)
+def test_many_mutated_files(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    times = 1000 if name in ("fmu", "fmu3", "ssp") else 5000
+    refused, longest = run(name, tmp_path, times, monkeypatch)
+    with capsys.disabled():
+        print(
+            f"\n{name}: {times} mutated files, {refused} refused with one line, the others read; longest {longest:.2f} s"
+        )
