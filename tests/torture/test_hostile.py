@@ -234,7 +234,7 @@ def run(name: str, folder: Path, times: int, monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.parametrize("name", READERS)
 def test_some_mutated_files(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert run(name, tmp_path, 12 if name == "ssp" else 40, monkeypatch)[0] > 5
+    assert run(name, tmp_path, 12 if name == "ssp" else 40, monkeypatch)[0] > 1
 
 
 @pytest.mark.torture
