@@ -29,9 +29,28 @@ SUITES = [
 ]
 
 # What no call of the public functions can show, with the reason: (file, words of the line) -> why.
-UNREACHABLE: dict[tuple[str, str], str] = {}
+GUARD = "the bound of a loop that converges long before: it keeps a wrong number from making it endless"
+UNREACHABLE: dict[tuple[str, str], str] = {
+    ("blocks/bouc_wen.c", "k < 64"): GUARD,
+    ("blocks/bouc_wen.c", "i < 60"): GUARD,
+    ("blocks/zhao_tan_inverse.c", "i < 5"): GUARD,
+    ("root.h", "i < MOST"): GUARD,
+    ("odd_branch.h", "before <= 1e-16 * d"): GUARD,
+    ("blocks/bouc_wen_oscillator.c", "hyst_isfinite(A - dA)"): "both numbers share a divisor and overflow together",
+    ("blocks/disturbance_observer.c", "hyst_isfinite(M[0])"): "the three gains share a divisor and overflow together",
+    ("continuous.c", "n->time >= 0"): "no block has both continuous states and the time",
+    ("layout.h", "own <= HYST_TIME"): "in no table an input stands behind the time",
+    ("node.h", "k < first || k > last"): "the last kind that is asked for is the last of all",
+    ("piecewise.h", "invert &&"): "in each of the two blocks it is a constant",
+    ("tangent.c", "ddx[k] = 0"): "every block with continuous states has a tangent",
+    ("graph_file.c", "switch (b->vars[v].kind)"): "the cases are all kinds",
+    ("graph_file.c", "(uint64_t)k.p_file"): "past the end the number is 0, and every block has parameters",
+    ("graph_file.c", "s = read_nodes"): "the second reading of a header that was good in the first",
+}
+LEAST = 0.93  # of all conditions, shown or explained
 
 
+@pytest.mark.torture
 def test_conditions_of_the_core(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     compiler = clang()
     if compiler is None:
@@ -68,7 +87,7 @@ def test_conditions_of_the_core(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
     built = [p for p in (tmp_path / "run").rglob("*") if p.name == "drive_core" or p.suffix == ".so"]
     found = read(compiler, [hashes, library, *built], sorted((tmp_path / "profiles").glob("*")), CORE)
-    total = missing = 0
+    total = missing = explained = 0
     lines = []
     for path, coverage in sorted(found.items()):
         text = path.read_text().splitlines()
@@ -78,10 +97,13 @@ def test_conditions_of_the_core(tmp_path: Path, capsys: pytest.CaptureFixture[st
         lines.append(f"{name:40s} {coverage.total() - len(open_ones):4d} of {coverage.total():4d}")
         for line, what in open_ones:
             why = [w for (f, words), w in UNREACHABLE.items() if f == name and words in text[line - 1]]
+            explained += bool(why)
             lines.append(
                 f"    {line:4d} {what}: {re.sub(' +', ' ', text[line - 1].strip())[:90]}"
                 + "".join(f"\n         {w}" for w in why)
             )
     with capsys.disabled():
         print("\nMC/DC of the C core: conditions shown to decide alone\n" + "\n".join(lines))
-        print(f"{total - missing} of {total} conditions: {100 * (total - missing) / total:.1f} %")
+        percent = 100 * (total - missing) / total
+        print(f"{total - missing} of {total} conditions: {percent:.1f} %; {explained} of the others cannot be shown")
+    assert total - missing + explained >= LEAST * total
