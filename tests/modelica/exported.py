@@ -24,7 +24,6 @@ Array = simulate.Array
 KEYS = tuple(k for k in METHODS if k != "auto")  # auto chooses one of the others
 ROUNDING = 1e-12  # |Modelica - predict| / span of predict
 BOUNDS = {
-    "bouc_wen": 1e-7,  # twenty Runge-Kutta steps for each input, the series of the unit
     "bouc_wen_oscillator": 1e-5,  # continuous: the solver, and Newmark steps of a hundredth of the sample period
 }
 QUICK: dict[str, Any] = {"starts": 1, "iterations": 10, "hidden": 3}

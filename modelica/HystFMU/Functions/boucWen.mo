@@ -8,19 +8,14 @@ function boucWen "Hysteretic part of the Bouc-Wen operator after a new input"
   input Real beta "Width of the loop";
   input Real gamma "Shape of the loop";
   input Real n "Sharpness of the knee";
-  input Integer steps = 20 "Runge-Kutta steps, for n other than 1";
   output Real z "Hysteretic part at u";
 protected
   Real direction = if u >= u_last then 1 else -1;
   Real way = abs(u - u_last) "Way that is left";
   Real v = direction*z_last "It grows along the way";
-  Real to_zero "Way to v = 0";
+  Real to_zero = abs(v)/A "Way to v = 0";
+  Boolean straight = abs(gamma - beta)*abs(v)^n < 1e-17*A "The bend does not matter on it";
   Real c = gamma - beta;
-  Real h;
-  Real k_1;
-  Real k_2;
-  Real k_3;
-  Real k_4;
 algorithm
   if n == 1 then
     // dv/dxi = A + c v up to v = 0, then A - (gamma + beta) v
@@ -38,20 +33,29 @@ algorithm
       v := A/(gamma + beta) + (v - A/(gamma + beta))*exp(-(gamma + beta)*way);
     end if;
   else
-    h := way/steps;
-    for i in 1:steps loop
-      k_1 := boucWenSlope(v, A, beta, gamma, n);
-      k_2 := boucWenSlope(v + 0.5*h*k_1, A, beta, gamma, n);
-      k_3 := boucWenSlope(v + 0.5*h*k_2, A, beta, gamma, n);
-      k_4 := boucWenSlope(v + h*k_3, A, beta, gamma, n);
-      v := v + h/6*(k_1 + 2*(k_2 + k_3) + k_4);
-    end for;
+    if v < 0 then
+      if not straight then
+        to_zero := boucWenWay(-v, A, c, n);
+      end if;
+      if to_zero <= way then
+        v := 0;
+        way := way - to_zero;
+      elseif straight then
+        v := v + A*way;
+      elseif A - c*abs(v)^n > 0 then
+        // else beta = 0 and z at its bound: it stays there
+        v := -boucWenReach(to_zero - way, A, c, n);
+      end if;
+    end if;
+    if v >= 0 then
+      v := boucWenReach(boucWenWay(v, A, gamma + beta, n) + way, A, gamma + beta, n);
+    end if;
   end if;
   z := direction*v;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> with v = z sgn(u'), xi = abs(u - u_last): dv/dxi = A - c(v) abs(v)<sup>n</sup>, c = gamma + beta for v &gt; 0, gamma - beta for v &lt; 0.</p>
 <p><b>Source:</b> Wen, J. Eng. Mech. Div. 102 (1976) 249-263; Ikhouane &amp; Rodellar, Systems with Hysteresis, 2007, chapter 2.</p>
-<p><b>Limitations:</b> closed form for n = 1; otherwise a fixed number of Runge-Kutta steps, whose error grows with the size of the input step.</p>
+<p><b>Limitations:</b> closed form for n = 1, otherwise an incomplete beta function and its inverse: exact but for rounding, whatever the size of the input step.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.BoucWen\">Operators.Events.BoucWen</a>, <a href=\"modelica://HystFMU.Operators.Sampled.BoucWen\">Operators.Sampled.BoucWen</a>, which use it.</p>
 </html>"));
 end boucWen;
