@@ -15,8 +15,10 @@ from hystfmu.fmu.export import export_fmu
 from hystfmu.identify import fit
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
+from hystfmu.page import Section, Table
+from hystfmu.plot import Line, Plot
 from hystfmu.scenario import Result, run_scenarios
-from hystfmu.scenario.report import Line, Plot, Section, Table, write_report
+from hystfmu.scenario.report import write_report
 from hystfmu.signals import held_out
 from hystfmu.synthetic import VOLTS, displacement, piezo
 from hystfmu.terminal import loop, progress, table, verdicts

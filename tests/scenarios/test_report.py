@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hystfmu.page import Section, Table
 from hystfmu.plot import Line, Plot
 from hystfmu.scenario import build, run_scenarios
 from hystfmu.scenario.delay_budget import delay_budget
-from hystfmu.scenario.report import Section, Table, write_report
+from hystfmu.scenario.report import write_report
 from hystfmu.scenario.spec import Scenario
 
 

@@ -13,9 +13,9 @@ from pydantic import Field
 
 from hystfmu.errors import InputError
 from hystfmu.files import read_bytes, write_text
+from hystfmu.page import Section, Table, page, section
 from hystfmu.plot import Line, Plot
 from hystfmu.scenario.baseline import Change
-from hystfmu.scenario.report import Section, Table, page, section
 
 MOST_BYTES = 2**28
 Finite = Annotated[float, Field(allow_inf_nan=False)]

@@ -1,4 +1,4 @@
-"""report.html and report.json: one self-contained page without script or external request, and the same for machines.
+"""report.html and report.json of scenarios: one self-contained page, and the same for machines.
 
 The page shows verdicts first, then every scenario: its order, step and delays, and for every case the loop before and
 after compensation, reference and output, and the error between samples.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ import numpy as np
 
 from hystfmu import __version__
 from hystfmu.files import write_text
+from hystfmu.page import NUMBER, Section, Table, figures, page, section, table
 from hystfmu.plot import Line, Plot
 from hystfmu.scenario.delay_budget import delay_budget
 from hystfmu.scenario.events import missed
@@ -26,30 +27,9 @@ from hystfmu.scenario.trace import Trace
 if TYPE_CHECKING:
     from hystfmu.scenario import Result
 
-__all__ = ["Line", "Plot", "Section", "Table", "write_report"]
-
-
-SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
 MOST_ROWS = 400  # of the signals of a case in report.json
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows under a heading; cells are text or numbers."""
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[object]]
-    caption: str = ""
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of the page that is not a scenario, e.g. the identification of the models in it."""
-
-    title: str
-    text: str = ""
-    tables: Sequence[Table] = field(default_factory=tuple)
-    plots: Sequence[Plot] = field(default_factory=tuple)
+OPEN = ' open="open"'
+SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
 
 
 def write_report(
@@ -93,11 +73,6 @@ def write_report(
     return directory / "report.html"
 
 
-def page(title: str, body: Sequence[str]) -> str:
-    """A whole page with the style of all reports."""
-    return _PAGE.replace("TITLE", escape(title)).replace("BODY", "\n".join(body))
-
-
 def _plain(v: Any) -> Any:
     """JSON knows no infinity and no NaN: text instead, as a diverged run may give."""
     if isinstance(v, dict):
@@ -139,64 +114,54 @@ def _loop_facts(system: System) -> dict[str, Any]:
     }
 
 
-# ---- pieces of the page ---------------------------------------------------------------------------------------------
-NUMBER, OPEN = ' class="num"', ' open="open"'
-
-
-def _number(v: object) -> str:
-    return f"{v:.4g}" if isinstance(v, float) else escape(str(v))
-
-
-def _table(t: Table) -> str:
-    head = "".join(f"<th>{escape(h)}</th>" for h in t.head)
-    rows = []
-    for row in t.rows:
-        cells = "".join(
-            f"<td{NUMBER if isinstance(c, int | float) and not isinstance(c, bool) else ''}>{_number(c)}</td>"
-            for c in row
-        )
-        rows.append(f"<tr>{cells}</tr>")
-    caption = f"<caption>{escape(t.caption)}</caption>" if t.caption else ""
-    return f'<div class="wide"><table>{caption}<tr>{head}</tr>{"".join(rows)}</table></div>'
-
-
-def section(s: Section) -> str:
-    """A section as HTML."""
-    text = f"<p>{escape(s.text)}</p>" if s.text else ""
-    return f"<section><h2>{escape(s.title)}</h2>{text}{''.join(map(_table, s.tables))}{_plots(s.plots)}</section>"
-
-
-def _plots(plots: Sequence[Plot]) -> str:
-    figures = [f"<figure>{p.svg()}<figcaption>{escape(p.title)}</figcaption></figure>" for p in plots]
-    return f'<div class="plots">{"".join(figures)}</div>' if figures else ""
-
-
 def _overview(results: Sequence[Result]) -> str:
-    rows = []
-    for r in results:
-        link = f'<a href="#{escape(r.scenario)}">{escape(r.scenario)}</a>'
-        if not r.verdicts:
-            rows.append(
-                f'<tr><td>{link}</td><td>{escape(r.case)}</td><td colspan="4">{escape("; ".join(r.lines))}</td>'
-                '<td class="bad">stopped</td></tr>'
-            )
-        for v in r.verdicts:
-            words = ("ok" if v.within else "over the limit") + (", changed" if v.same is False else "")
-            if v.baseline is None:
-                words += ", no baseline"
-            good = v.within and v.same is not False
-            limit = "" if v.limit is None else f"{v.limit:.4g}"
-            old = "" if v.baseline is None else f"{v.baseline:.4g}"
-            rows.append(
-                f"<tr><td>{link}</td><td>{escape(r.case)}</td><td>{escape(v.metric)}</td>"
-                f'<td class="num">{v.value:.4g}</td><td class="num">{limit}</td><td class="num">{old}</td>'
-                f'<td class="{"ok" if good else "bad"}">{words}</td></tr>'
-            )
-    head = "".join(f"<th>{h}</th>" for h in ("scenario", "case", "metric", "value", "limit", "baseline", "verdict"))
+    """What failed, then a line per scenario that opens to its metrics."""
     failures = "".join(f"<li>{escape(line)}</li>" for r in results for line in r.lines)
     listed = f'<ul class="bad">{failures}</ul>' if failures else ""
-    body = f'<div class="wide"><table><tr>{head}</tr>{"".join(rows)}</table></div>'
-    return f"<section><h2>Verdicts</h2>{listed}{body}</section>"
+    groups: dict[str, list[Result]] = {}
+    for r in results:
+        groups.setdefault(r.scenario, []).append(r)
+    return f"<section><h2>Verdicts</h2>{listed}{''.join(_group(n, g) for n, g in groups.items())}</section>"
+
+
+def _group(name: str, results: Sequence[Result]) -> str:
+    passed = sum(r.passed for r in results)
+    good = passed == len(results)
+    head = "".join(
+        f"<th{kind}>{h}</th>"
+        for h, kind in (
+            ("case", ""),
+            ("metric", ""),
+            ("value", NUMBER),
+            ("limit", NUMBER),
+            ("baseline", NUMBER),
+            ("verdict", ""),
+        )
+    )
+    return (
+        f'<details{"" if good else OPEN}><summary><b class="{"ok" if good else "bad"}">{passed} of {len(results)}</b> '
+        f'<a href="#{escape(name)}">{escape(name)}</a></summary>'
+        f'<div class="wide"><table><tr>{head}</tr>{"".join(map(_verdict_rows, results))}</table></div></details>'
+    )
+
+
+def _verdict_rows(r: Result) -> str:
+    if not r.verdicts:
+        why = escape("; ".join(r.lines))
+        return f'<tr><td>{escape(r.case)}</td><td colspan="4">{why}</td><td class="bad">stopped</td></tr>'
+    rows = []
+    for k, v in enumerate(r.verdicts):
+        words = ("ok" if v.within else "over the limit") + (", changed" if v.same is False else "")
+        if v.baseline is None:
+            words += ", no baseline"
+        good = v.within and v.same is not False
+        case = f'<td rowspan="{len(r.verdicts)}">{escape(r.case)}</td>' if k == 0 else ""
+        numbers = "".join(f"<td{NUMBER}>{'' if x is None else f'{x:.4g}'}</td>" for x in (v.value, v.limit, v.baseline))
+        rows.append(
+            f"<tr>{case}<td>{escape(v.metric)} <small>{escape(v.kind)}</small></td>{numbers}"
+            f'<td class="{"ok" if good else "bad"}">{words}</td></tr>'
+        )
+    return "".join(rows)
 
 
 def _scenario(results: Sequence[Result]) -> str:
@@ -204,17 +169,17 @@ def _scenario(results: Sequence[Result]) -> str:
     parts = [f'<section id="{escape(first.case.scenario)}"><h2>{escape(first.case.scenario)}</h2>']
     if first.case.about:
         parts.append(f"<p>{escape(first.case.about)}</p>")
-    parts.append(_table(Table(("loop", "unless a case says otherwise"), _loop_rows(first))))
-    parts.append(_table(_delays(first)))
+    parts.append(table(Table(("loop", "unless a case says otherwise"), _loop_rows(first))))
+    parts.append(table(_delays(first)))
     for k, r in enumerate(results):
         state = "ok" if r.passed else "bad"
         text = f" - {escape(r.system.case.text)}" if r.system.case.text else ""
-        plots = _plots(_case_plots(r.system, r.trace)) if r.trace is not None else ""
+        plots = figures(_case_plots(r.system, r.trace)) if r.trace is not None else ""
         other = _loop_rows(r.system) != _loop_rows(first)  # a delay case says what it adds
-        table = _table(Table(("loop", "of this case"), _loop_rows(r.system))) if other else ""
+        own = table(Table(("loop", "of this case"), _loop_rows(r.system))) if other else ""
         parts.append(
             f'<details{OPEN if k == 0 else ""}><summary><b class="{state}">{escape(r.case)}</b>{text}</summary>'
-            f"{table}{plots}</details>"
+            f"{own}{plots}</details>"
         )
     return "".join([*parts, "</section>"])
 
@@ -271,32 +236,3 @@ def _centred(v: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dty
     """Scaled to [-1, 1], so that loops of different units share a diagram."""
     lo, hi = float(v.min()), float(v.max())
     return (2 * v - lo - hi) / (hi - lo) if hi > lo else v - lo
-
-
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<title>TITLE</title>
-<style>
-:root { --bg:#fff; --fg:#1b2733; --soft:#5d6b78; --line:#d9e0e6; --c0:#0b63b5; --c1:#d1521b; --c2:#2a8a4a; --c3:#8a3fa0;
-  --ok:#1d7a3c; --bad:#b3261e; color-scheme:light dark }
-@media (prefers-color-scheme: dark) { :root { --bg:#12181e; --fg:#e4e9ee; --soft:#9aa8b5; --line:#2c3742; --c0:#62aef2;
-  --c1:#ff9a66; --c2:#6fd08c; --c3:#cf96e0; --ok:#6fd08c; --bad:#ff8a80 } }
-body { margin:0 auto; max-width:1080px; padding:1rem; background:var(--bg); color:var(--fg);
-  font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif }
-h1 { font-size:1.6rem; margin:.5rem 0 }
-h2 { font-size:1.2rem; margin:2rem 0 .5rem; border-bottom:1px solid var(--line) }
-.lead { color:var(--soft) } .ok { color:var(--ok) } .bad { color:var(--bad) } a { color:var(--c0) }
-.wide { overflow-x:auto } table { border-collapse:collapse; font-size:.88rem; margin:.5rem 0 }
-th,td { text-align:left; padding:.2rem .7rem .2rem 0; border-bottom:1px solid var(--line); vertical-align:top }
-th { color:var(--soft); font-weight:600 } .num { text-align:right; font-variant-numeric:tabular-nums }
-caption { text-align:left; color:var(--soft); padding:.3rem 0 } details { margin:.4rem 0 } summary { cursor:pointer }
-.plots { display:grid; grid-template-columns:repeat(auto-fit,minmax(min(100%,320px),1fr)); gap:1rem }
-figure { margin:0 } figcaption { color:var(--soft); font-size:.85rem } svg { width:100%; height:auto; display:block }
-.grid { stroke:var(--line); fill:none } .frame { stroke:var(--soft); fill:none }
-.tick { fill:var(--soft); font-size:11px }
-.line { vector-effect:non-scaling-stroke; fill:none; stroke-width:1.4; stroke-linejoin:round }
-.c0 { stroke:var(--c0) } .c1 { stroke:var(--c1) } .c2 { stroke:var(--c2) } .c3 { stroke:var(--c3) }
-</style></head><body>
-BODY
-</body></html>
-"""

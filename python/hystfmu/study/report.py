@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from hystfmu.core import Array
+from hystfmu.page import Section, Table
 from hystfmu.plot import Line, Plot
-from hystfmu.scenario.report import Section, Table
 from hystfmu.scenario.report import write_report as write_page
 from hystfmu.study.spec import Study
 
