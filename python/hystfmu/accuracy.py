@@ -11,6 +11,13 @@ from hystfmu.coverage import clamped
 from hystfmu.model import Model
 from hystfmu.signals import held_out
 
+__all__ = ["errors", "held_out_table", "rms"]
+
+
+def rms(e: Array) -> float:
+    """Root mean square of e (n,), in its unit."""
+    return float(np.sqrt(np.mean(e**2)))
+
 
 def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
     """RMS and largest error, absolute and in percent of `span`.

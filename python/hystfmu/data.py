@@ -158,12 +158,24 @@ class Dataset:
 
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
-        """A dataset from input and output rows that are `h` seconds apart, the first at t = 0."""
+        """A dataset from rows of input and output that are evenly spaced, the first at t = 0.
+
+        Parameters
+        ----------
+        u, y : array, shape (n,)
+            Input and output.
+        h : float
+            Step in s.
+        name : str
+            A short name for tables.
+        train : slice, optional
+            Rows whose residuals count; default all.
+        """
         t = np.arange(len(u), dtype=np.float64) * np.float64(h)
         return cls(t, u, y, name, train=slice(None) if train is None else train)
 
     def with_train(self, train: slice | tuple[int, int] | str | None) -> Dataset:
-        """The same data with other rows counted in an identification."""
+        """The same data with other rows `train` counted in an identification, as `Dataset` takes them."""
         return replace(self, train=train_rows(train, len(self.t), self.path or self.name))
 
     def resampled(self, rate: float) -> Dataset:
@@ -178,11 +190,11 @@ class Dataset:
         return replace(self, t=t, u=u, y=y, train=rows)
 
     def with_output(self, y: Array) -> Dataset:
-        """The same time and input with another output, e.g. a prediction."""
+        """The same time and input with another output y (n,), e.g. a prediction."""
         return replace(self, y=y)
 
     def to_csv(self, path: str | Path) -> None:
-        """Write columns t, u, y with all their digits."""
+        """Write columns t, u, y with all their digits to the file `path`."""
         write_csv(path, {"t": self.t, "u": self.u, "y": self.y})
 
 

@@ -21,6 +21,8 @@ from hystfmu.model import Model
 if TYPE_CHECKING:
     from torch import nn
 
+__all__ = ["from_torch", "torch_blocks"]
+
 SUPPORTED = ("Linear", "Sigmoid", "Tanh", "ReLU", "Identity", "Sequential")
 _ACTIVATIONS = {"Sigmoid": "sigmoid", "Tanh": "tanh", "ReLU": "relu"}
 

@@ -86,14 +86,20 @@ class Graph:
 
     @classmethod
     def single(cls, node: Node) -> Graph:
-        """A graph of one block whose ports are the block's own."""
+        """A graph of one block, `node`, whose ports are the block's own."""
         kind = node.block
         inputs = [Input(v.name, (f"{node.name}.{v.name}",), v.unit, v.start, v.text) for v in kind.of("input")]
         outputs = [Output(v.name, f"{node.name}.{v.name}", v.unit, v.text) for v in kind.of("output")]
         return cls([node], (), inputs, outputs)
 
     def node(self, name: str) -> Node:
-        """The node of that name."""
+        """The node of that `name`.
+
+        Raises
+        ------
+        InputError
+            There is none.
+        """
         for n in self.nodes:
             if n.name == name:
                 return n
@@ -106,7 +112,7 @@ class Graph:
         return Graph(nodes, self.wires, self.inputs, self.outputs, sort=False, step=self.step)
 
     def with_step(self, step: float) -> Graph:
-        """The same graph with another sample period (s)."""
+        """The same graph with another sample period `step` (s)."""
         return Graph(self.nodes, self.wires, self.inputs, self.outputs, sort=False, step=step)
 
     # ---- resolving endpoints --------------------------------------------------------------------------------------
@@ -199,7 +205,13 @@ class Graph:
         return tuple(ports)
 
     def port(self, name: str) -> Port:
-        """The variable of that name."""
+        """The variable of that `name`.
+
+        Raises
+        ------
+        InputError
+            There is none.
+        """
         for p in self.ports:
             if p.name == name:
                 return p
@@ -274,10 +286,17 @@ class Graph:
             Inputs, held over the step that ends at their row; row 0 is the initialisation.
         h : float
             Step in seconds.
+        t0 : float
+            Time of row 0 in seconds.
 
         Returns
         -------
         array, shape (n,) for one output, else (n, number of outputs)
+
+        Raises
+        ------
+        InputError
+            Rows of another width, values that are not finite, a step that the core refuses.
         """
         rows = np.asarray(u, dtype=np.float64)
         if rows.ndim == 1:

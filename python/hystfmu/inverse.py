@@ -24,6 +24,8 @@ from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 
+__all__ = ["inverse"]
+
 METHODS = ("exact", "implicit", "learned")
 NO_LIMIT = 1e300
 SHARE = 0.9  # of the range of the input, for the wanted outputs that an inverse is judged on

@@ -65,7 +65,7 @@ class Model:
         return self.graph.run(u, h if h is not None else self.step if self.step is not None else 1.0)
 
     def save(self, path: str | Path) -> None:
-        """Write ``*.model.toml``."""
+        """Write ``*.model.toml`` to `path`, as a whole or not at all."""
         data: dict[str, Any] = {"format": 1, "key": self.key, "text": self.text}
         if self.step is not None:
             data["step"] = float(self.step)
@@ -74,7 +74,7 @@ class Model:
 
     @classmethod
     def load(cls, path: str | Path) -> Model:
-        """Read ``*.model.toml``.
+        """Read ``*.model.toml`` from `path`.
 
         Raises
         ------

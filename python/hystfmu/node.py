@@ -120,7 +120,13 @@ class Node:
         return np.concatenate([self._flat(v, sizes[v.name]) for v in self.block.parameters] or [np.zeros(0)])
 
     def value(self, name: str) -> Array:
-        """One parameter as a flat array."""
+        """The parameter `name` as a flat array.
+
+        Raises
+        ------
+        InputError
+            No such parameter.
+        """
         rows = {v.name: v for v in self.block.parameters}
         if name not in rows:
             raise InputError(f"{self.type} has no parameter {name!r}; it has {list(rows)}")

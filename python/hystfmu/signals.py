@@ -11,6 +11,8 @@ import numpy as np
 
 from hystfmu.core import Array
 
+__all__ = ["decaying_sine", "held_out", "minor_loops", "nested_reversals", "ramps", "training", "two_tones"]
+
 
 def decaying_sine(
     cycles: float = 10.0, decay: float = 0.1, samples: int = 200, amplitude: float = 1.0, offset: float = 0.0
@@ -21,7 +23,10 @@ def decaying_sine(
 
 
 def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samples: int = 200) -> Array:
-    """A sine of amplitude 1 - share and one `ratio` times as fast of amplitude share: minor loops that drift."""
+    """A sine of amplitude 1 - share and one `ratio` times as fast of amplitude share: minor loops that drift.
+
+    It lasts `cycles` of the slow sine, with `samples` in each.
+    """
     c = np.arange(round(cycles * samples) + 1) / samples
     return np.asarray((1 - share) * np.sin(2 * np.pi * c) + share * np.sin(2 * np.pi * ratio * c))
 
@@ -29,7 +34,8 @@ def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samp
 def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Array:
     """Alternating up and down, each level drawn evenly between the last level and +-1, in ramps of about `step`.
 
-    Half of all reversals land inside the last loop, so that loops nest; the path starts at 0.
+    There are `count` reversals, drawn from `seed`; half of them land inside the last loop, so that loops nest.  The
+    path starts at 0.
     """
     rng = np.random.default_rng(seed)
     levels = [0.0]
@@ -49,7 +55,10 @@ def ramps(levels: list[float], step: float = 0.01) -> Array:
 
 
 def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> Array:
-    """Climb from 0 to -1, then at rising offsets up to +1 - amplitude three cycles of a small sine each."""
+    """Climb from 0 to -1, then at rising offsets up to +1 - amplitude three cycles of a small sine each.
+
+    There are `loops` offsets; a cycle has `samples` rows.
+    """
     c = np.arange(1, 3 * samples + 1) / samples
     parts = [np.linspace(0.0, -1.0, samples)]
     for centre in np.linspace(-1 + amplitude, 1 - amplitude, loops):
@@ -76,6 +85,9 @@ def held_out(seed: int = 1000) -> dict[str, Array]:
 
 
 def training(count: int = 150, seed: int = 1, step: float = 0.01) -> Array:
-    """An input that identifies well: a full loop, then at least 60 reversals of different amplitudes, in [-1, 1]."""
+    """An input that identifies well: a full loop, then at least 60 reversals of different amplitudes, in [-1, 1].
+
+    `count` reversals drawn from `seed`, in ramps of about `step` a row (`nested_reversals`).
+    """
     full = ramps([0.0, 1.0, -1.0, 1.0, -1.0, 0.0], step)
     return np.concatenate([full, nested_reversals(count, seed, step)[1:]])

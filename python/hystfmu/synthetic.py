@@ -17,6 +17,19 @@ from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.signals import nested_reversals
 
+__all__ = [
+    "benchmark_multisine",
+    "benchmark_sweep",
+    "decimate",
+    "displacement",
+    "multisine",
+    "oscillator",
+    "piezo",
+    "plays",
+    "stack",
+    "sweep",
+]
+
 # ---- synthetic piezo stack -------------------------------------------------------------------------------------------
 WIDTHS = np.linspace(0.1, 1.0, 10)  # full dead-band widths of the ten backlash operators; half-widths are half of it
 W0 = 3.0  # weight of the linear term, 0.3 of the ten operators: w0 > 0, so that the plant has an inverse
@@ -28,7 +41,7 @@ FINER = 4
 
 
 def plays(u: Array, r: Array, z: float = 0.0) -> Array:
-    """Plays of half-widths r (n,) from rest at z, row by row in numpy: shape (rows, n)."""
+    """Plays of half-widths r (n,) along an input u (rows,) from rest at z, row by row in numpy: shape (rows, n)."""
     state = np.full(len(r), z)
     out = np.empty((len(u), len(r)))
     for k, value in enumerate(u):
@@ -121,7 +134,10 @@ DECIMATE_MULTISINE, DECIMATE_SWEEP = (2, 2, 5), (20,)
 
 
 def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float = 50.0, seed: int = 0) -> Array:
-    """One period (n,) of the benchmark's random-phase multisine at 750 Hz, all its lines equally strong (N)."""
+    """One period (n,) of the benchmark's random-phase multisine at 750 Hz, all its lines equally strong (N).
+
+    The lines lie from `f_lo` to `f_hi` (Hz), the whole has the root mean square `rms` (N), the phases come from `seed`.
+    """
     f = np.arange(n // 2 + 1) * RATE / n
     spectrum = np.zeros(len(f), complex)
     lines = (f >= f_lo) & (f <= f_hi)
@@ -131,7 +147,7 @@ def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float 
 
 
 def sweep(seconds: float = 204.0) -> Array:
-    """The force 40 sin(2 pi (18 t + t^2/12)) of the benchmark's sine sweep, at 15 kHz (N)."""
+    """The force 40 sin(2 pi (18 t + t^2/12)) of the benchmark's sine sweep, `seconds` long, at 15 kHz (N)."""
     t = np.arange(round(seconds * RATE) * UPSAMPLING) / (RATE * UPSAMPLING)
     return np.asarray(40 * np.sin(2 * np.pi * (18 * t + t**2 / 12)))
 
@@ -156,7 +172,7 @@ def benchmark_sweep(u: Array) -> Array:
 
 
 def oscillator(u: Array) -> Array:
-    """Displacement (m) of the benchmark's oscillator for a force at 15 kHz (N), from rest: the C core's block."""
+    """Displacement (m) of the benchmark's oscillator for a force u (n,) at 15 kHz (N), from rest: the C core's block."""
     plant = Graph.single(Node("plant", "bouc_wen_oscillator"))
     return np.asarray(plant.run(u, 1 / (RATE * UPSAMPLING))[:, 0])
 
@@ -165,7 +181,7 @@ def decimate(y: Array, factor: int, order: int = 30) -> Array:
     """Low-pass by a linear-phase FIR filter (Hamming window, cut-off at the new Nyquist rate) and keep every factor-th.
 
     As MATLAB's ``decimate(y, factor, 'fir')``: the record is extended by point reflection at its ends, and the delay of
-    the filter is taken out.
+    the filter, half its `order`, is taken out.
     """
     k = np.arange(order + 1) - order / 2
     b = np.sinc(k / factor) * np.hamming(order + 1)

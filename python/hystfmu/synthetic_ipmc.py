@@ -14,6 +14,7 @@ from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
 from hystfmu.signals import decaying_sine, nested_reversals, ramps
+from hystfmu.synthetic import plays
 
 RATE = 1000.0  # Hz, as in the paper
 STROKE, VOLTAGE = 5.0, 1.0  # mm and mV that 1 stands for
@@ -24,15 +25,6 @@ BEND = 0.04  # asymmetric readout: z + 0.04 z^2
 LAG = 0.004  # s: the cations follow the displacement; this makes the loop depend on the rate
 DRIFT = ((-0.010, 0.3), (-0.008, 3.0))  # share and time constant (s): water flows back and the voltage relaxes
 FINER = 5  # steps inside a sample
-
-
-def plays(u: Array, r: Array) -> Array:
-    """Plays of half-widths r (n,) from rest at 0, row by row: shape (rows, n)."""
-    state, out = np.zeros(len(r)), np.empty((len(u), len(r)))
-    for k, value in enumerate(u):
-        state = np.maximum(value - r, np.minimum(value + r, state))
-        out[k] = state
-    return out
 
 
 def sensor(x: Array, rate: float = RATE) -> Array:

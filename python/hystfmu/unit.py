@@ -47,7 +47,13 @@ class Unit:
         return self._names[name]
 
     def set(self, name: str, value: float) -> None:
-        """Set an input or a parameter; a fixed parameter only before `initialize`."""
+        """Set the variable `name`, an input or a parameter, to `value`; a fixed parameter only before `initialize`.
+
+        Raises
+        ------
+        InputError
+            No such variable, an output, a fixed parameter after `initialize`, a value out of range.
+        """
         port, reference = self._find(name)
         if port.kind == "output":
             raise InputError(f"{name!r} is an output and cannot be set")
@@ -56,7 +62,13 @@ class Unit:
         self._executor.set(reference, value)
 
     def get(self, name: str) -> float:
-        """The present value of a variable."""
+        """The present value of the variable `name`.
+
+        Raises
+        ------
+        InputError
+            No such variable.
+        """
         return self._executor.get(self._find(name)[1])
 
     def initialize(self, t0: float = 0.0, **inputs: float) -> None:
@@ -67,7 +79,13 @@ class Unit:
         self._initialized = True
 
     def do_step(self, t: float, h: float) -> None:
-        """Advance from `t` by `h` (s) with the present inputs held to the end of the step."""
+        """Advance from `t` by `h` (s) with the present inputs held to the end of the step.
+
+        Raises
+        ------
+        InputError
+            Not initialised; a step that is not finite or not greater than 0; a step that the core refuses.
+        """
         if not self._initialized:
             raise InputError("do_step() before initialize()")
         if not (np.isfinite(t) and np.isfinite(h) and h > 0):

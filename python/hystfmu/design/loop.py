@@ -70,6 +70,11 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
     -------
     control.TransferFunction
         With step h; negative feedback.
+
+    Raises
+    ------
+    InputError
+        A negative delay, or a block without a linear model.
     """
     if delay < 0:
         raise InputError(f"delay: must be at least 0; got {delay}")

@@ -57,7 +57,7 @@ def _module(key: str) -> ModuleType:
 
 
 def options(key: str) -> tuple[Option, ...]:
-    """The options of a method.
+    """The options of the method `key`.
 
     Raises
     ------

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hystfmu.accuracy import rms
 from hystfmu import synthetic
 from hystfmu.core import Array
 from hystfmu.data import Dataset
@@ -72,11 +73,6 @@ def records(data: Path | None) -> Records:
     except (OSError, KeyError) as e:
         raise InputError(f"{path}: must hold the groups multisine and sinesweep with u and y: {e}") from None
     return Records(pairs[0], pairs[1], True)
-
-
-def rms(e: Array) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(e**2)))
 
 
 def finer(v: Array, factor: int) -> Array:

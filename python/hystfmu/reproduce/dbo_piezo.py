@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from hystfmu.accuracy import rms
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
@@ -63,11 +64,6 @@ def measured(data: Path) -> tuple[Dataset, Array]:
     t = np.arange(len(rows) - 1) / RATE
     run = Dataset(t, rows[:-1, 0], rows[1:, 4], "dbo_piezo", str(path), TRAIN, "V", "um")
     return run, rows[1:, 8]
-
-
-def rms(e: Array) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(e**2)))
 
 
 def judge(run: Dataset, key: str, **options: Any) -> tuple[float, str]:

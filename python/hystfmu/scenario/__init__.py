@@ -13,7 +13,8 @@ from hystfmu.scenario.baseline import Baseline, Change, Record, changes, sample_
 from hystfmu.scenario.events import missed
 from hystfmu.scenario.fmu_member import FmuStore
 from hystfmu.scenario.fused import to_graph
-from hystfmu.scenario.run import Engine, simulate
+from hystfmu.scenario.run import Engine
+from hystfmu.scenario.simulation import simulate
 from hystfmu.scenario.spec import Scenario, Scheme, split_end
 from hystfmu.scenario.system import System, build, signals
 from hystfmu.scenario.trace import Stopped, Trace
@@ -35,14 +36,25 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Result:
-    """One case of a scenario after its run.  `trace` is None when a unit refused to go on."""
+    """One case of a scenario after its run.
+
+    Parameters
+    ----------
+    system : System
+    verdicts : tuple of Verdict
+        One per metric.
+    lines : tuple of str
+        One per failure: scenario/case, metric, value, limit.
+    trace : Trace, optional
+        The signals that the case names: recorded, in loops, in metrics.  None when a unit refused to go on.
+    seconds : float
+        Time of the run.
+    """
 
     system: System
     verdicts: tuple[Verdict, ...]
     lines: tuple[str, ...]
-    """One per failure: scenario/case, metric, value, limit."""
     trace: Trace | None
-    """The signals that the case names: recorded, in loops, in metrics."""
     seconds: float
     notes: tuple[str, ...] = ()
     """What a reader should know and is no failure: jumps between two steps."""

@@ -108,7 +108,17 @@ def save_baseline(folder: Path, signals: tuple[str, ...], runs: dict[str, Record
 
 @dataclass(frozen=True)
 class Change:
-    """One number of a baseline that a record would change; None where there is none."""
+    """One number of a baseline that a record would change.
+
+    Parameters
+    ----------
+    title : str
+        Scenario/case.
+    what : str
+        The metric, or the signal and time of the row.
+    old, new : float or str, optional
+        None where there is none; text for the fingerprint of a memory.
+    """
 
     title: str
     what: str

@@ -70,7 +70,7 @@ def segments(system: System) -> list[tuple[int, ...]]:
 
 
 def to_graph(system: System) -> Graph:
-    """The closed loop as one graph, when all its units have the same period: one FMU of the whole loop.
+    """The closed loop `system` as one graph, when all its units have the same period: one FMU of the whole loop.
 
     Raises
     ------

@@ -24,35 +24,22 @@ from hystfmu.scenario.unit_member import UnitMember
 Engine = Literal["fmpy", "python", "native"]
 
 
-def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None, seconds: float = 600.0) -> Trace:
-    """Run a case from t = 0 to its end.
+def simulate_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Trace:
+    """Run a case in this process, even if there is foreign code in it.
 
     Parameters
     ----------
     system : System
     engine : {"fmpy", "python", "native"}
-        "fmpy": every unit as its `as` says (the reference); "python": all of ours as Python units; "native": the whole
-        loop in the C core.  All give the same bits.
+        As `hystfmu.scenario.simulate`.
     store : FmuStore, optional
         Where FMUs are unpacked; a temporary one by default.
-    seconds : float
-        Longest time for a case with FMUs of others; they run in a child process.
 
     Raises
     ------
     Stopped
-        A unit refused an input or a step, or the sweeps of an iterative coupling do not agree; the message names it and
-        the time.  The child process died or took too long.
+        A unit refused an input or a step, or the sweeps of an iterative coupling do not agree.
     """
-    if system.foreign:
-        from hystfmu.scenario.isolated import simulate_isolated
-
-        return simulate_isolated(system, engine, seconds)
-    return simulate_here(system, engine, store)
-
-
-def simulate_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Trace:
-    """As `simulate`, in this process even if there is foreign code in the system."""
     if engine == "native":
         from hystfmu.scenario.native import run_native
 

@@ -24,7 +24,7 @@ from hystfmu.fmu.xml_file import xml_file
 from hystfmu.graph import Graph
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.fused import to_graph
-from hystfmu.scenario.run import simulate
+from hystfmu.scenario.simulation import simulate
 from hystfmu.scenario.spec import Case
 from hystfmu.scenario.system import Part, System, build
 from hystfmu.scenario.trace import Trace

@@ -20,7 +20,8 @@ from hystfmu.core import Array
 from hystfmu.errors import InputError
 from hystfmu.files import write_text
 from hystfmu.fmu.cache import unpacked
-from hystfmu.scenario.run import Engine, simulate
+from hystfmu.scenario.run import Engine
+from hystfmu.scenario.simulation import simulate
 from hystfmu.scenario.spec import Case, CouplingSpec, Scheme, UnitSpec
 from hystfmu.scenario.ssp import OSP, OURS, REFERENCE, SSD, SSV
 from hystfmu.scenario.system import build

@@ -16,7 +16,17 @@ class Stopped(Exception):
 class Trace:
     """All outputs of all units of one run.
 
-    t : shape (n + 1,), times of the fine grid (s);  values : shape (n + 1, n_values), `columns` says which is which.
+    Parameters
+    ----------
+    t : array, shape (n + 1,)
+        Times of the fine grid (s).
+    values : array, shape (n + 1, n_values)
+    columns : dict of str to int
+        Place of every output `unit.output` among the values.
+    ripple : int
+        Fine steps in a step.
+    memory : dict of str to str
+        Fingerprint of the final states of every unit, where the case asks for it.
     """
 
     t: Array
@@ -24,13 +34,12 @@ class Trace:
     columns: dict[str, int]
     ripple: int
     memory: dict[str, str] = field(default_factory=dict)
-    """Fingerprint of the final states of every unit, where the case asks for it."""
 
     def __getitem__(self, end: str) -> Array:
         return self.values[:, self.columns[end]]
 
     def only(self, ends: Iterable[str]) -> Trace:
-        """A copy that holds these outputs alone: many cases are kept for a report."""
+        """A copy that holds the outputs `ends` (`unit.output`) alone: many cases are kept for a report."""
         kept = list(dict.fromkeys(ends))
         values = self.values[:, [self.columns[e] for e in kept]]
         return Trace(self.t, values, {e: k for k, e in enumerate(kept)}, self.ripple, self.memory)

@@ -15,7 +15,21 @@ from hystfmu.scenario.trace import Trace
 
 @dataclass(frozen=True)
 class Verdict:
-    """One metric of one case with both verdicts.  `same` is None when there is no baseline to compare with."""
+    """One metric of one case with both verdicts.
+
+    Parameters
+    ----------
+    metric, kind : str
+        Its name, and what is measured (``"rms_percent"``, ...).
+    value : float
+        In the unit of its kind.
+    limit, baseline : float, optional
+        The largest value allowed, and the value recorded; None: none is stated.
+    within : bool
+        Finite and not above the limit.
+    same : bool, optional
+        Unchanged against the baseline; None: there is none to compare with.
+    """
 
     metric: str
     kind: str

@@ -26,7 +26,16 @@ Progress = Callable[[int, int, float], None]
 class Outcome:
     """What a study left in its folder.
 
-    rows : the table by index;  table : path of results.parquet;  ran : runs of this call, the others were there.
+    Parameters
+    ----------
+    rows : list of dict
+        The table by index.
+    table, report : Path
+        Of results.parquet and report.html.
+    ran : int
+        Runs of this call; the others were there.
+    seconds : float
+        Time of this call.
     """
 
     rows: list[dict[str, Any]]

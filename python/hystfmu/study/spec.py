@@ -105,6 +105,11 @@ class StudySpec(pydantic.BaseModel):
 class Study:
     """A `study.toml` with the cases of its scenario.
 
+    Parameters
+    ----------
+    path : path
+        The file.
+
     Raises
     ------
     InputError
@@ -142,5 +147,5 @@ class Study:
         return self.spec.parameters
 
     def settings(self, values: dict[str, float]) -> dict[str, Any]:
-        """Values of a variation as a scenario's `set` takes them."""
+        """The `values` of a variation, by parameter, as a scenario's `set` takes them."""
         return {k: self.parameters[k].setting(v) for k, v in values.items()}

@@ -1,0 +1,36 @@
+"""Running a case: in this process, or in one of its own if there is foreign code in it."""
+
+from __future__ import annotations
+
+from hystfmu.scenario.fmu_member import FmuStore
+from hystfmu.scenario.run import Engine, simulate_here
+from hystfmu.scenario.system import System
+from hystfmu.scenario.trace import Trace
+
+
+def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None, seconds: float = 600.0) -> Trace:
+    """Run a case from t = 0 to its end.
+
+    Parameters
+    ----------
+    system : System
+    engine : {"fmpy", "python", "native"}
+        "fmpy": every unit as its `as` says (the reference); "python": all of ours as Python units; "native": the whole
+        loop in the C core.  All give the same bits.
+    store : FmuStore, optional
+        Where FMUs are unpacked; a temporary one by default.
+    seconds : float
+        Longest time for a case with FMUs of others; they run in a child process.
+
+    Raises
+    ------
+    Stopped
+        A unit refused an input or a step, or the sweeps of an iterative coupling do not agree; the message names it and
+        the time.  The child process died or took too long.
+    """
+    if system.foreign:
+        # here and not above: the child runs that file as its program
+        from hystfmu.scenario.isolated import simulate_isolated
+
+        return simulate_isolated(system, engine, seconds)
+    return simulate_here(system, engine, store)

@@ -1,0 +1,127 @@
+"""Every public object says what its arguments mean and when it raises; imports run one way."""
+
+import ast
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+import hystfmu
+
+ROOT = Path(hystfmu.__file__).parent
+PUBLIC = (
+    "hystfmu",
+    "hystfmu.accuracy",
+    "hystfmu.design",
+    "hystfmu.fmu",
+    "hystfmu.from_torch",
+    "hystfmu.identify",
+    "hystfmu.inverse",
+    "hystfmu.modelica",
+    "hystfmu.scenario",
+    "hystfmu.signals",
+    "hystfmu.study",
+    "hystfmu.synthetic",
+)
+
+
+def public_functions():
+    """Qualified name, function, and the text that may explain its arguments."""
+    found = {}
+    for home in PUBLIC:
+        module = importlib.import_module(home)
+        for name in module.__all__:
+            thing = getattr(module, name)
+            if inspect.isfunction(thing):
+                found[f"{home}.{name}"] = thing, inspect.getdoc(thing) or ""
+            elif inspect.isclass(thing) and thing.__module__.startswith("hystfmu"):
+                whole = inspect.getdoc(thing) or ""
+                found[f"{home}.{name}"] = thing, whole
+                for key, member in vars(thing).items():
+                    f = getattr(member, "__func__", member)
+                    if inspect.isfunction(f) and not key.startswith("_"):
+                        found[f"{home}.{name}.{key}"] = f, inspect.getdoc(f) or ""
+    return found
+
+
+FOUND = public_functions()
+
+
+def arguments(thing):
+    try:
+        names = inspect.signature(thing).parameters
+    except ValueError:  # an exception
+        return []
+    return [n for n in names if n not in ("self", "cls", "args", "kwargs")]
+
+
+def undocumented(thing, text):
+    """Arguments that no word of the text names."""
+    return [n for n in arguments(thing) if not re.search(rf"(?<!\w){n}(?!\w)", text)]
+
+
+def test_there_is_something_to_walk():
+    assert {"hystfmu.Dataset.from_csv", "hystfmu.identify.fit", "hystfmu.scenario.run_scenarios"} <= set(FOUND)
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_every_argument_is_documented(name):
+    thing, text = FOUND[name]
+    assert text, f"{name} has no docstring"
+    assert undocumented(thing, text) == [], name
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_what_raises_says_so(name):
+    thing, text = FOUND[name]
+    made = vars(thing).get("__init__", vars(thing).get("__post_init__")) if inspect.isclass(thing) else thing
+    if made is None or not inspect.isfunction(made):
+        return
+    try:
+        tree = ast.parse(inspect.cleandoc("\n" + inspect.getsource(made)))
+    except OSError:  # made by dataclass
+        return
+    raises = {
+        ast.unparse(n.exc.func) for n in ast.walk(tree) if isinstance(n, ast.Raise) and isinstance(n.exc, ast.Call)
+    }
+    for error in raises & {"InputError", "Stopped"}:
+        assert error in text.partition("Raises\n------")[2], f"{name} raises {error}"
+
+
+def test_the_walk_finds_an_undocumented_argument():
+    def speak(loudness: float, words: str) -> None:
+        """Says the words."""
+
+    assert undocumented(speak, inspect.getdoc(speak)) == ["loudness"]
+
+
+def imports(path, names):
+    """Modules of the package that a file imports, wherever in it the import stands."""
+    tree = ast.parse(path.read_text())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            node.body = []  # only for the checker: nothing is imported
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (a.name for a in node.names if a.name in names)
+        elif isinstance(node, ast.ImportFrom) and node.module in names:
+            for a in node.names:
+                inner = f"{node.module}.{a.name}"
+                yield inner if inner in names else node.module
+
+
+def test_imports_run_one_way():
+    files = {".".join(p.relative_to(ROOT.parent).with_suffix("").parts): p for p in sorted(ROOT.rglob("*.py"))}
+    files = {name.removesuffix(".__init__"): p for name, p in files.items()}
+    edges = {name: set(imports(path, files)) - {name, "hystfmu"} for name, path in files.items()}
+    left = dict(edges)
+    while free := [n for n, to in left.items() if not to & left.keys()]:
+        for n in free:
+            del left[n]
+    # what only stands above a circle is not in it
+    while tops := [n for n in left if not any(n in to for to in left.values())]:
+        for n in tops:
+            del left[n]
+    assert not left, f"these files import each other in a circle: {sorted(left)}"
