@@ -30,8 +30,8 @@ def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
         100 % of full scale.
     """
     e = y - measured
-    rms, most = float(np.sqrt(np.mean(e**2))), float(np.abs(e).max())
-    return {"rms": rms, "max": most, "rms_percent": 100 * rms / span, "max_percent": 100 * most / span}
+    typical, most = rms(e), float(np.abs(e).max())
+    return {"rms": typical, "max": most, "rms_percent": 100 * typical / span, "max_percent": 100 * most / span}
 
 
 def held_out_table(

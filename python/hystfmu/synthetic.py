@@ -172,7 +172,7 @@ def benchmark_sweep(u: Array) -> Array:
 
 
 def oscillator(u: Array) -> Array:
-    """Displacement (m) of the benchmark's oscillator for a force u (n,) at 15 kHz (N), from rest: the C core's block."""
+    """Displacement (m) of the benchmark's oscillator for a force u (n,) at 15 kHz (N), from rest: the C block."""
     plant = Graph.single(Node("plant", "bouc_wen_oscillator"))
     return np.asarray(plant.run(u, 1 / (RATE * UPSAMPLING))[:, 0])
 

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hystfmu.accuracy import rms
 from hystfmu import synthetic
+from hystfmu.accuracy import rms
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
