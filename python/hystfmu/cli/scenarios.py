@@ -180,7 +180,7 @@ def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bo
     Interrupted studies go on where they stopped.
 
     \b
-    Example: hystfmu study scenarios/studies/mismatch.toml -o out -j 2
+    Example: hystfmu study scenarios/sliding_mode/mismatch.study.toml -o out -j 2
     """
     from hystfmu.study import run_study
     from hystfmu.terminal import counter
