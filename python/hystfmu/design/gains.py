@@ -10,7 +10,16 @@ from hystfmu.graph import Node
 
 @dataclass(frozen=True)
 class Gain:
-    """One parameter: its values in the unit of the block's table, "1" where it has none."""
+    """One parameter of a controller.
+
+    Parameters
+    ----------
+    name, text : str
+        As in the block's table.
+    value : array, shape (n,)
+    unit : str
+        Of the values; "1" where the table has none.
+    """
 
     name: str
     value: Array
