@@ -49,6 +49,8 @@ class Result:
         The signals that the case names: recorded, in loops, in metrics.  None when a unit refused to go on.
     seconds : float
         Time of the run.
+    notes : tuple of str
+        What a reader should know and is no failure: jumps between two steps.
     """
 
     system: System
@@ -57,7 +59,6 @@ class Result:
     trace: Trace | None
     seconds: float
     notes: tuple[str, ...] = ()
-    """What a reader should know and is no failure: jumps between two steps."""
 
     @property
     def scenario(self) -> str:
