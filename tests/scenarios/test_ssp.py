@@ -195,3 +195,9 @@ def test_units_of_different_rates_have_no_ssp(loop: Any, write: Any, tmp_path: P
     with pytest.raises(InputError, match="pid runs once in several steps: SSP has one step"):
         write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp")
     assert not (tmp_path / "loop.ssp").exists()
+
+
+def test_sub_steps_have_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
+    loop["units"]["plant"]["substeps"] = 2
+    with pytest.raises(InputError, match="plant has substeps or a hold of its own: SSP knows neither"):
+        write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp")

@@ -139,6 +139,18 @@ def test_full_journals_become_parts(write: Any, tmp_path: Path, monkeypatch: pyt
     assert run_study(path, tmp_path / "b", workers=1).ran == 0
 
 
+def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_path: Path) -> None:
+    """A script from standard input has no file that a worker could import."""
+    path = write()
+    script = f"from hystfmu.study import run_study\nrun_study({str(path)!r}, {str(tmp_path / 'out')!r}, workers=1)\n"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable], input=script, env=environment, capture_output=True, text=True, timeout=100, cwd=tmp_path
+    )
+    assert done.returncode == 1
+    assert "before they begin; a script that runs a study must be a file" in done.stderr.splitlines()[-1]
+
+
 def test_workers_end_with_the_pool(write: Any) -> None:
     from hystfmu.scenario import build
     from hystfmu.study import Study

@@ -67,6 +67,11 @@ def write_ssp(
     slow = [name for name, u in case.units.items() if u.every > 1]
     if slow:
         raise InputError(f"{case.file}: case {case.name}: {slow[0]} runs once in several steps: SSP has one step")
+    own = [name for name, u in case.units.items() if u.substeps > 1 or u.hold != "zero"]
+    if own:
+        raise InputError(
+            f"{case.file}: case {case.name}: {own[0]} has substeps or a hold of its own: SSP knows neither"
+        )
     system = build(replace(case, ripple=1))
     trace = simulate(system, "native")
     entries = {p.name: _fmu(p, fmi, case.step) for p in system.parts}

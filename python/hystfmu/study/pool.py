@@ -19,10 +19,12 @@ from contextlib import suppress
 from typing import Any
 
 from hystfmu.child import limit_memory
+from hystfmu.errors import InputError
 from hystfmu.scenario.run import Engine
 from hystfmu.scenario.system import System
 from hystfmu.study.task import Runner, Task
 
+READY = "ready"
 AT_ONCE = 8  # tasks that a worker holds: a run of a millisecond must not wait for the parent
 
 
@@ -31,6 +33,7 @@ def _work(pipe: Any, systems: list[System], engine: Engine, memory: float) -> No
     limit_memory(memory)
     runner = Runner(systems, engine)
     try:
+        pipe.send(READY)
         while True:
             for task in pipe.recv():
                 pipe.send(runner(task))
@@ -80,9 +83,12 @@ class Pool:
         self._n = n or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1))
         self._timeout = timeout
         self._workers: list[_Worker] = []
+        self._unborn = 0  # workers in a row that died before they were ready
         self._died: set[int] = set()  # tasks at which a worker died once
 
     def __enter__(self) -> Pool:
+        """Start the workers: they import what they need while the study is still being prepared."""
+        self._workers = [_Worker(*self._of_worker) for _ in range(self._n)]
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -115,9 +121,10 @@ class Pool:
                     w.process.join()
                     yield from self._dead(w, waiting)
                     continue
-                w.tasks.popleft()
                 w.since, w.begun = time.monotonic(), True
-                yield row
+                if row != READY:
+                    w.tasks.popleft()
+                    yield row
             elif time.monotonic() - w.since > self._timeout + (0.0 if w.begun else self.STARTUP):
                 task = w.tasks.popleft()
                 self._replace(w, waiting)
@@ -126,6 +133,12 @@ class Pool:
     def _dead(self, w: _Worker, waiting: deque[Task]) -> Iterator[dict[str, Any]]:
         task, status = w.tasks.popleft(), w.process.exitcode
         self._replace(w, waiting)
+        self._unborn = 0 if w.begun else self._unborn + 1
+        if self._unborn > 2 * self._n:  # not the fault of a task
+            raise InputError(
+                f"the workers of the study end with status {status} before they begin; a script that runs a study must "
+                "be a file whose main part stands under if __name__ == '__main__'"
+            )
         if task.index in self._died:
             yield self._failed(task, "killed", f"ended its process twice, with status {status}")
         else:

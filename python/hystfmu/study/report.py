@@ -136,9 +136,10 @@ def main_effect(x: Array, y: Array) -> Array:
 
 
 def _centred_ranks(a: Array) -> Array:
-    from scipy.stats import rankdata
-
-    ranks = rankdata(a, axis=0)
+    ranks = np.empty_like(a)
+    for k, column in enumerate(a.T):  # equal values share the mean of their ranks; scipy.stats takes long to import
+        _, place, count = np.unique(column, return_inverse=True, return_counts=True)
+        ranks[:, k] = (np.cumsum(count) - 0.5 * (count - 1))[place]
     return np.asarray(ranks - ranks.mean(axis=0))
 
 

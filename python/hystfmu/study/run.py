@@ -90,12 +90,12 @@ def run_study(
         pool = DaskPool(on, systems, engine, key, study.spec.timeout)
     else:
         pool = Pool(systems, engine, workers, study.spec.timeout, study.spec.memory)
-    known = {row["id"]: row for row in store.rows()}
-    proposals = sampler(study)
-    total = proposals.n * len(systems)
     first = 0
     try:
         with pool:
+            known = {row["id"]: row for row in store.rows()}
+            proposals = sampler(study)
+            total = proposals.n * len(systems)
             for batch in proposals.batches():
                 tasks = list(_tasks(study, batch, marks, first))
                 first += len(batch)
