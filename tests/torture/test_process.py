@@ -119,7 +119,7 @@ def instrumented(compiler: list[str], folder: Path, source: Path) -> Path:
     target = Target(" ".join(compiler), compiler)
     if why := target.missing():
         pytest.skip(why)
-    flags = [*FLAGS, "-g", "-rdynamic", "-ldl", "-lm", "-lpthread"]
+    flags = [*FLAGS, "-Wno-unused-command-line-argument", "-g", "-rdynamic", "-ldl", "-lm", "-lpthread"]
     return target.build(folder / source.stem, [*CORE_SOURCES, *FMI_SOURCES, source], flags)
 
 
