@@ -110,9 +110,14 @@ def test_bouc_wen_follows_a_bound_that_shrinks() -> None:
     assert unit.get("z") == pytest.approx(1.0, abs=1e-6)  # (A / (beta + gamma))^(1/n)
     unit.set("gamma", 3.5)
     unit.do_step(4.0, 0.1)  # the input stands
+    saved = unit.state
     unit.set("u", 20.5)
     unit.do_step(4.1, 0.1)
     assert unit.get("z") == pytest.approx(0.25, abs=1e-12)
+    unit.state = saved
+    unit.set("u", 20.0 - 1e-6)  # back: it leaves the new bound, not the old one
+    unit.do_step(4.1, 0.1)
+    assert unit.get("z") == pytest.approx(0.25, abs=1e-5)
 
 
 def test_oscillator_at_rest_has_the_tangent_of_its_springs() -> None:
@@ -158,6 +163,18 @@ def test_noise_stops_counting_where_doubles_do() -> None:
         raw.update(0.1)
         assert raw.x[0] == after
         assert np.isfinite(raw.output()).all()
+
+
+@pytest.mark.parametrize("count", [-1.0, np.nan, 1e300, 0.5])
+def test_a_count_that_nobody_stored_leads_nowhere(count: float) -> None:
+    for name in ("noise", "zhao_tan"):
+        raw = Raw(Node("b", name))
+        raw.prepare(0.1), raw.init()
+        raw.x[0] = count
+        raw.set_inputs(np.full(len(raw.u), 0.5), 0.0)
+        raw.update(0.1)
+        assert np.isfinite(raw.output()).all()
+        raw.check_guards()
 
 
 def test_differentiator_before_its_first_step_has_no_slope() -> None:

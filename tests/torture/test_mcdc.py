@@ -25,7 +25,10 @@ MASTER = sorted((ROOT / "fmu_build" / "master").glob("*.c"))
 SUITES = [
     "contract",
     "c",
-    *(f"python/test_{n}.py" for n in ("continuous", "graph", "implicit", "operators", "tangent")),
+    *(
+        f"python/test_{n}.py"
+        for n in ("continuous", "dynamics", "graph", "implicit", "operators", "operators_more", "tangent")
+    ),
 ]
 
 # What no call of the public functions can show, with the reason: (file, words of the line) -> why.
