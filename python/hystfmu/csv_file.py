@@ -55,7 +55,10 @@ def read_columns(
     if not head.strip():
         raise InputError(f"{path}: the first line must name the columns; it is empty")
     separator = next((s for s in ("\t", ";", ",") if s in head), ",")
-    header = [c.strip() for c in next(csv.reader([head.rstrip("\r")], delimiter=separator))]
+    try:
+        header = [c.strip() for c in next(csv.reader([head.rstrip("\r")], delimiter=separator))]
+    except csv.Error:  # a carriage return inside the line, a name of more than 128 kB
+        raise InputError(f"{path}: the first line must name the columns; got {head.strip()[:60]!r}") from None
     if all(_number(c) is not None for c in header):
         raise InputError(
             f"{path}: the first line must name the columns, e.g. t,u,y; got numbers: {head.strip()[:60]!r}"

@@ -68,8 +68,10 @@ def read_toml(path: str | Path, kind: type[M], most: int = MOST_BYTES) -> M:
     """
     try:
         data = tomllib.loads(read_bytes(path, most).decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
-        raise InputError(f"{path}: not a TOML file: {e}") from None
+    except ValueError as e:  # syntax, encoding, an integer of thousands of digits
+        raise InputError(f"{path}: not a TOML file: {' '.join(str(e).split())}") from None
+    except RecursionError:
+        raise InputError(f"{path}: not a TOML file: arrays or tables are nested too deep") from None
     return check(data, kind, path)
 
 

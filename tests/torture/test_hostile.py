@@ -246,3 +246,17 @@ def test_many_mutated_files(
     refused, longest = run(name, tmp_path, times, monkeypatch)
     with capsys.disabled():
         print(f"\n{name}: {times} mutated files, {refused} refused with one line; longest {longest:.2f} s")
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("data.csv", b"t,u\r,y\n0,1,2\n1,2,3\n"),
+        ("m.model.toml", b"a = " + b"[" * 5000),
+        ("m.model.toml", b"a = " + b"9" * 5000),
+        ("m.model.toml", b"a = \xff"),
+    ],
+)
+def test_what_the_long_run_has_found(name: str, content: bytes, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(content)
+    assert verdict(Model.load if name.endswith("toml") else Dataset.from_csv, tmp_path / name) == "refused"

@@ -301,11 +301,11 @@ def run_ssp_file(
 def _reference(file: Path) -> tuple[tuple[str, ...], Array | None]:
     if not file.exists():
         return (), None
-    rows = list(csv.reader(io.StringIO(file.read_text())))
     try:
+        rows = list(csv.reader(io.StringIO(file.read_text())))
         values = np.array([[float(v) for v in row] for row in rows[1:]])
         if rows[0][0] != "t" or values.shape != (len(rows) - 1, len(rows[0])):
             raise ValueError
-    except (ValueError, IndexError):
+    except (ValueError, IndexError, csv.Error):
         raise InputError(f"{REFERENCE}: must have a head t,... and rows of as many numbers") from None
     return tuple(rows[0][1:]), values
