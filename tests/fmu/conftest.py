@@ -10,6 +10,7 @@ from fmu_events import Events
 from fmu_master import Master, single
 
 from hystfmu.graph import Graph
+from hystfmu.model import Model
 
 
 @pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])
@@ -20,6 +21,12 @@ def fmi(request: pytest.FixtureRequest) -> int:
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("unpacked")
+
+
+@pytest.fixture(scope="session")
+def fitted() -> dict[str, Model]:
+    """The models of all keys, each fitted once."""
+    return {}
 
 
 @pytest.fixture

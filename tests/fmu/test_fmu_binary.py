@@ -12,10 +12,12 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from fmu_master import BLOCKS, H, loop, single
+from fmu_master import BLOCKS, H, loop, single, unpack
 
 from hystfmu.core import block_types
 from hystfmu.fmu import check_fmu, export, export_fmu
+from hystfmu.fmu.guest import Guest
+from hystfmu.fmu.trials import leaks
 from hystfmu.graph import Graph, Node
 
 ROOT = Path(__file__).parents[2]
@@ -137,14 +139,14 @@ def test_many_forged_states(sanitized: Callable[[str], Path], tmp_path: Path, na
 
 
 # ---- foreign binaries ----------------------------------------------------------------------------------------------
-def _with_binary(tmp_path: Path, patch: str) -> Path:
+def _with_binary(tmp_path: Path, patch: str, file: str = "fmi2.c", function: str = "DoStep") -> Path:
     """A good FMU whose binary is replaced by the FMI layer with one function taken over by `patch`."""
     source = tmp_path / "patched.c"
-    ours = (FMI / "fmi2.c").read_text()
-    source.write_text(ours.replace("fmi2Status fmi2DoStep(", "static fmi2Status theirs(") + patch)
+    ours = (FMI / file).read_text()
+    source.write_text(ours.replace(f"fmi2Status fmi2{function}(", "static fmi2Status theirs(") + patch)
     library = tmp_path / "patched.so"
     flags = ["-shared", "-fPIC", "-O1", f"-I{CORE}", f"-I{FMI}", f"-isystem{HEADERS}"]
-    sources = [*CORE.glob("*.c"), *CORE.glob("blocks/*.c"), *(f for f in FMI.glob("*.c") if f.name != "fmi2.c")]
+    sources = [*CORE.glob("*.c"), *CORE.glob("blocks/*.c"), *(f for f in FMI.glob("*.c") if f.name != file)]
     subprocess.run(["cc", *flags, *map(str, [*sources, source]), "-o", str(library)], check=True, timeout=120)
     fmu = export_fmu(single("backlash_sum"), tmp_path / "good.fmu")
     out = tmp_path / "patched.fmu"
@@ -181,3 +183,52 @@ def test_check_survives_foreign_binaries(tmp_path: Path, body: str, expected: st
     fmu = _with_binary(tmp_path, f"{STEP} {{ {body} }}\n")
     problems = check_fmu(fmu, seconds=3)
     assert any(expected in p for p in problems), problems
+
+
+COMPLETED = "fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean n, fmi2Boolean *e, fmi2Boolean *t)"
+DERIVATIVE = (
+    "fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference u[], size_t n, "
+    "const fmi2ValueReference k[], size_t m, const fmi2Real d[], fmi2Real s[])"
+)
+
+
+@linux
+@pytest.mark.parametrize(
+    ("file", "function", "patch", "expected"),
+    [
+        (
+            "fmi2_me.c",
+            "CompletedIntegratorStep",
+            f"{COMPLETED} {{ *e = *t = fmi2False; (void)theirs, (void)c, (void)n; return fmi2OK; }}",
+            "Model Exchange differs from Co-Simulation: y is",
+        ),
+        (
+            "fmi2_me.c",
+            "SetTime",
+            "fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t) { fmi2Status s = theirs(c, t); "
+            "fmi_completed_step((instance *)c); return s; }",
+            "steps that were tried and not accepted change the run in Model Exchange: y is",
+        ),
+        (
+            "fmi2.c",
+            "GetDirectionalDerivative",
+            f"{DERIVATIVE} {{ fmi2Status r = theirs(c, u, n, k, m, d, s); "
+            "if (((instance *)c)->run.phase == CONTINUOUS) s[0] += 1; return r; }",
+            "the derivative of y with respect to u is",
+        ),
+    ],
+    ids=["memory not committed", "memory of rejected steps", "derivative after steps"],
+)
+def test_check_sees_what_a_solver_would_suffer_from(
+    tmp_path: Path, file: str, function: str, patch: str, expected: str
+) -> None:
+    problems = check_fmu(_with_binary(tmp_path, patch + "\n", file, function))
+    assert any(expected in p for p in problems), problems
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_a_million_steps_leak_nothing(tmp_path: Path, fmi: int) -> None:
+    folder = unpack(export_fmu(loop(), tmp_path / "x.fmu", fmi), tmp_path / "x")  # type: ignore[arg-type]
+    guest = Guest(folder, fmpy.read_model_description(str(folder), validate=False))
+    assert list(leaks(guest, 1_000_000, 600.0)) == []

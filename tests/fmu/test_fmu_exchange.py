@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import fmpy
 import numpy as np
 import pytest
 from fmu_events import Events, Solver, adaptive, euler, runge_kutta
-from fmu_master import BLOCKS, Array, H, loop, mixed, rows, single
+from fmu_master import BLOCKS, H, loop, mixed, rows, single
+from runners import exchange_by_fmpy
 
 from hystfmu.core import block_types
 from hystfmu.fmu import export_fmu
@@ -150,26 +150,6 @@ def test_closed_loop_of_all_classes(make: Make) -> None:
 
 
 # ---- fmpy ------------------------------------------------------------------------------------------------------------
-def by_fmpy(path: Path, graph: Graph, u: Array, solver: str) -> Array:
-    """fmpy.simulate_fmu with the inputs as a table; rows of outputs."""
-    names = [s for p in graph.ports if p.kind == "input" for s in p.scalar_names]
-    assert all(p.size == 1 for p in graph.ports if p.kind in ("input", "output"))
-    table = np.array([(k * H, *row) for k, row in enumerate(u)], dtype=[(n, "f8") for n in ("time", *names)])
-    done = fmpy.simulate_fmu(
-        str(path),
-        fmi_type="ModelExchange",
-        solver=solver,
-        stop_time=(len(u) - 1) * H,
-        step_size=H,
-        output_interval=H,
-        input=table if names else None,
-        output=[p.name for p in graph.ports if p.kind == "output"],
-        record_events=False,
-        relative_tolerance=1e-9,
-    )
-    return np.array([list(row)[1:] for row in done.tolist()])
-
-
 SCALAR = [name for name in BLOCKS if all(p.size == 1 for p in single(name).ports if p.kind in ("input", "output"))]
 
 
@@ -178,7 +158,7 @@ def test_fmpy_runs_it(tmp_path: Path, fmi: int, name: str) -> None:
     """Without continuous states the same bits as Co-Simulation; sources see the time, which fmpy counts in its way."""
     graph = single(name)
     u = rows(graph, 40)
-    got = by_fmpy(export_fmu(graph, tmp_path / "x.fmu", fmi), graph, u, "Euler")  # type: ignore[arg-type]
+    got = exchange_by_fmpy(export_fmu(graph, tmp_path / "x.fmu", fmi), graph, u, "Euler", H)  # type: ignore[arg-type]
     want = graph.executor().run(u, graph.n_outputs, H)
     assert np.isfinite(got).all()
     if name in ("reference", "disturbance"):
@@ -191,6 +171,6 @@ def test_fmpy_with_cvode(tmp_path: Path, fmi: int) -> None:
     """fmpy sets the inputs between the steps of CVode, not inside: with a constant input nothing is lost by that."""
     graph = mixed()
     u = np.full((60, 1), 0.7)
-    got = by_fmpy(export_fmu(graph, tmp_path / "x.fmu", fmi), graph, u, "CVode")  # type: ignore[arg-type]
+    got = exchange_by_fmpy(export_fmu(graph, tmp_path / "x.fmu", fmi), graph, u, "CVode", H)  # type: ignore[arg-type]
     want = graph.executor().run(u, graph.n_outputs, H)
     np.testing.assert_allclose(got[:, 1], want[:, 1], rtol=0, atol=1e-6)

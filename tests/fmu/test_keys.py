@@ -18,6 +18,7 @@ from scipy.integrate import solve_ivp
 from hystfmu import Dataset, InputError, Model, signals
 from hystfmu.core import Array
 from hystfmu.fmu import export_fmu
+from hystfmu.graph import Graph
 from hystfmu.identify import METHODS, fit
 from hystfmu.inverse import METHODS as WAYS
 from hystfmu.inverse import inverse
@@ -74,6 +75,15 @@ def oscillator(u: Array) -> Array:
     return np.asarray(solve_ivp(rate, (0, t[-1]), [0.0, 0.0, 0.0], t_eval=t, rtol=1e-7, atol=1e-9, max_step=2 * H).y[0])
 
 
+def every_option(key: str) -> dict[str, Any]:
+    return OPTIONS.get(key, {})
+
+
+def ramps(graph: Graph) -> bool:
+    """Is an input of continuous dynamics a line between two steps in Co-Simulation?"""
+    return any(n.type == "bouc_wen_oscillator" or n.values.get("hold") == "foh" for n in graph.nodes)
+
+
 def data_for(key: str) -> Dataset:
     if key != "bouc_wen_oscillator":
         u = signals.training(30, 3)[::2]
@@ -85,17 +95,12 @@ def data_for(key: str) -> Dataset:
     return Dataset.from_signal(u, oscillator(u), H, "oscillator")
 
 
-@pytest.fixture(scope="session")
-def fitted() -> dict[str, Model]:
-    return {}
-
-
 @pytest.fixture
 def model(request: pytest.FixtureRequest, fitted: dict[str, Model]) -> Model:
     """Fitted once per session."""
     key = request.param
     if key not in fitted:
-        fitted[key] = fit(data_for(key), key, seed=1, **OPTIONS.get(key, {}))
+        fitted[key] = fit(data_for(key), key, seed=1, **every_option(key))
     return fitted[key]
 
 
@@ -124,12 +129,13 @@ def in_model_exchange(model: Model, u: Array, y: Array, folder: Path) -> None:
     """The response of a solver that drives the FMU: the same bits without continuous states, else its tolerance."""
     for fmi in (2, 3):
         m = Events(model.graph, folder, fmi, interface="me")
-        ramps = [n for n in model.graph.nodes if n.type == "bouc_wen_oscillator" or n.values.get("hold") == "foh"]
-        hold = "ramp" if ramps else "end"
+        hold = "ramp" if ramps(model.graph) else "end"
         got = m.integrate(u[:, None], H, adaptive, hold)[:, 0]
         m.free()
         if model.graph.continuous_states:
-            limit = 1e-2 if ramps else 1e-9  # exact for held inputs; order 2 where a hysteretic signal runs linearly
+            limit = (
+                1e-2 if ramps(model.graph) else 1e-9
+            )  # exact for held inputs; order 2 where a hysteretic signal runs linearly
             assert np.abs(got - y).max() <= limit * np.ptp(y)
         else:
             assert got.tobytes() == y.tobytes()

@@ -1,4 +1,4 @@
-"""Somebody's FMU for Co-Simulation: its description, instances of it, and runs with moving inputs (fmpy).
+"""Somebody's FMU: its description, instances of it, and runs of Co-Simulation with moving inputs (fmpy).
 
 Only the child process of `check_fmu` uses this: the FMU is foreign native code.
 """
@@ -23,16 +23,24 @@ def _count(v: Any) -> int:
     return math.prod(v.shape) if v.shape else 1
 
 
+def slope_differs(got: float, values: tuple[float, float, float], e: float, near: float = 1e-4) -> str:
+    """The slope through values e apart, if a derivative is not near it; at a corner those of one side will do."""
+    low, here, high = values
+    slopes = (high - low) / (2 * e), (high - here) / e, (here - low) / e
+    return "" if any(abs(got - s) <= near * max(1.0, abs(s)) for s in slopes) else f"{slopes[0]:.6g}"
+
+
 class Instance:
     """One instance behind the few calls that the trials need; a failing call is a `Finding` that names the variable."""
 
-    def __init__(self, folder: Path, description: Any) -> None:
-        from fmpy.fmi2 import FMU2Slave
-        from fmpy.fmi3 import FMU3Slave
+    def __init__(self, folder: Path, description: Any, exchange: bool) -> None:
+        from fmpy.fmi2 import FMU2Model, FMU2Slave
+        from fmpy.fmi3 import FMU3Model, FMU3Slave
 
         self.fmi2 = description.fmiVersion.startswith("2")
-        kind = FMU2Slave if self.fmi2 else FMU3Slave
-        name = description.coSimulation.modelIdentifier
+        kinds = (FMU2Slave, FMU2Model) if self.fmi2 else (FMU3Slave, FMU3Model)
+        kind = kinds[exchange]
+        name = (description.modelExchange if exchange else description.coSimulation).modelIdentifier
         try:
             self.unit = kind(
                 guid=description.guid, modelIdentifier=name, unzipDirectory=str(folder), instanceName="check"
@@ -105,9 +113,9 @@ class Guest:
         self.h = float(experiment.stepSize or 1e-3) if experiment else 1e-3
 
     @contextmanager
-    def instance(self) -> Iterator[Instance]:
+    def instance(self, exchange: bool = False) -> Iterator[Instance]:
         """A new instance in Initialization Mode; freed at the end, also after a finding."""
-        made = Instance(self.folder, self.description)
+        made = Instance(self.folder, self.description, exchange)
         try:
             made.initialize(self.t0)
             yield made

@@ -11,11 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.child import limit_memory
+from hystfmu.fmu.exchange_trials import EXCHANGE_TRIALS
 from hystfmu.fmu.guest import Finding, Guest
-from hystfmu.fmu.trials import TRIALS
+from hystfmu.fmu.trials import TRIALS, Trial
 
 MOST_GIGABYTES = 4.0
 ODD_FOLDER = "Größe 1 %41"
+FIRST = list(TRIALS)[:2]
 
 
 class Notes:
@@ -38,9 +40,9 @@ class Notes:
         self.save(False)
 
 
-def _try(guest: Guest, notes: Notes) -> None:
+def _try(guest: Guest, trials: dict[str, Trial], notes: Notes) -> None:
     """All trials; the first finding of a kind that ends a trial does not end the others."""
-    for title, trial in TRIALS.items():
+    for title, trial in trials.items():
         notes.begin(title)
         try:
             found = list(trial(guest))
@@ -50,7 +52,7 @@ def _try(guest: Guest, notes: Notes) -> None:
             found = [f"{title}: {type(e).__name__}: {e}"]
         lines = [" ".join(p.split()) for p in found]
         notes.problems += [p for p in lines if p not in notes.problems]
-        if found and title in list(TRIALS)[:2]:
+        if found and title in FIRST:
             return  # it does not even run: what follows would say the same in other words
 
 
@@ -61,8 +63,12 @@ def _try_odd_folder(folder: Path, description: Any, notes: Notes) -> None:
     folder.rename(odd)
     guest = Guest(odd, description)
     try:
-        with guest.running() as made:
-            guest.run(made, range(3))
+        if description.coSimulation:
+            with guest.running() as made:
+                guest.run(made, range(3))
+        else:
+            with guest.instance(exchange=True):
+                pass
     except Finding as e:
         notes.problems.append(f"in a folder with a space and non-ASCII letters: {e}")
 
@@ -76,14 +82,18 @@ def probe(folder: Path, notes: Notes) -> None:
     if notes.problems:
         return
     description = read_model_description(str(folder), validate=False)
-    if description.coSimulation is None:
-        notes.problems.append("the FMU has no co-simulation interface: it was not run")
+    if description.coSimulation is None and description.modelExchange is None:
+        notes.problems.append("the FMU has neither Co-Simulation nor Model Exchange: it was not run")
         return
     host = platform if description.fmiVersion.startswith("2") else platform_tuple
     if not (folder / "binaries" / host).is_dir():
         notes.problems.append(f"the FMU has no binary for this platform ({host}): it was not run")
         return
-    _try(Guest(folder, description), notes)
+    guest = Guest(folder, description)
+    if description.coSimulation:
+        _try(guest, TRIALS, notes)
+    if description.modelExchange and not notes.problems:
+        _try(guest, EXCHANGE_TRIALS, notes)
     if not notes.problems:
         _try_odd_folder(folder, description, notes)
 

@@ -1,0 +1,123 @@
+"""`make platforms` to its end: what each binary exports and needs, and that it steps with the bits of this machine.
+
+win64 runs under wine, aarch64-linux under qemu-user; macOS binaries are looked at, not run.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmu_master import loop, single
+
+import hystfmu
+from hystfmu.fmu.platforms import PLATFORMS, host
+from hystfmu.graph import Graph
+
+pytestmark = pytest.mark.torture
+ROOT = Path(__file__).parents[2]
+HOST = Path(__file__).with_name("step_host.c")
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")  # Debian's libc6-arm64-cross
+# how a binary for another machine runs here: zig's target for the host program, the command before it
+RUNNERS = {
+    "x86_64-linux": ("x86_64-linux-gnu.2.17", []),
+    "x86_64-windows": ("x86_64-windows-gnu", ["wine"]),
+    "aarch64-linux": ("aarch64-linux-gnu.2.17", ["qemu-aarch64-static", "-L", str(ARM_LIBRARIES)]),
+}
+GRAPHS = {
+    "loop": loop,
+    **{n: lambda n=n: single(n) for n in ("prandtl_ishlinskii", "zhao_tan", "mlp", "transfer_function", "bouc_wen")},
+}
+
+
+def run(*command: object, seconds: float = 300) -> str:
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=seconds)
+    assert done.returncode == 0, f"exit {done.returncode}: {done.stdout[-500:]}{done.stderr[-1500:]}"
+    return done.stdout
+
+
+@pytest.fixture(scope="session")
+def crossed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All binaries, built as `make platforms` does."""
+    if importlib.util.find_spec("ziglang") is None:
+        pytest.skip("ziglang is not installed: no cross compiler")
+    out = tmp_path_factory.mktemp("crossed")
+    run(sys.executable, ROOT / "fmu_build" / "platforms" / "build.py", ROOT / "fmu_build", out, seconds=900)
+    return out
+
+
+def tool(name: str) -> str:
+    found = shutil.which(name)
+    if not found:
+        pytest.skip(f"{name} is not installed")
+    return found
+
+
+def binary(crossed: Path, tuple3: str) -> Path:
+    return crossed / f"{tuple3}.{PLATFORMS[tuple3].suffix}"
+
+
+@pytest.mark.parametrize("name", list(PLATFORMS))
+def test_it_exports_the_functions_of_the_standards_only(crossed: Path, name: str) -> None:
+    path = binary(crossed, name)
+    if name == "x86_64-windows":
+        table = run(tool("llvm-objdump"), "-p", path).split("Export Table:")[1]
+        symbols = re.findall(r"^\s+\d+\s+0x[0-9a-f]+\s+(\S+)$", table, re.MULTILINE)
+    elif name.endswith("darwin"):
+        table = run(tool("llvm-objdump"), "--macho", "--exports-trie", path)
+        symbols = re.findall(r"^0x[0-9A-Fa-f]+\s+_(\S+)", table, re.MULTILINE)
+    else:
+        lines = run(tool("llvm-nm"), "-D", "--defined-only", path).splitlines()
+        symbols = [line.split()[-1] for line in lines if line]
+    own = [s for s in symbols if re.fullmatch(r"fmi[23][A-Z]\w+", s)]
+    assert {"fmi2DoStep", "fmi3DoStep", "fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives"} <= set(own)
+    assert set(symbols) - set(own) == set()
+
+
+@pytest.mark.parametrize("name", [n for n in PLATFORMS if n.endswith("linux")])
+def test_it_needs_no_newer_c_library(crossed: Path, name: str) -> None:
+    listing = run(tool("llvm-objdump"), "-p", "-T", binary(crossed, name))
+    versions = {tuple(map(int, v.split("."))) for v in re.findall(r"GLIBC_([0-9.]+)", listing)}
+    assert versions
+    assert max(versions) <= (2, 17)
+    assert set(re.findall(r"NEEDED\s+(\S+)", listing)) <= {"libc.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
+
+
+def steps(tmp_path: Path, program: Path, before: list[str], library: Path, graph: Graph) -> str:
+    """Hash of a step loop."""
+    (tmp_path / "block.bin").write_bytes(graph.to_bytes())
+    references = [next(p.reference for p in graph.ports if p.kind == k) for k in ("input", "output")]
+    location = ("file:///Z:" if before[:1] == ["wine"] else "file://") + str(tmp_path)
+    return run(*before, program, library, location, graph.token, *references).split()[-1]
+
+
+@pytest.mark.parametrize("name", list(RUNNERS))
+def test_it_steps_with_the_bits_of_this_machine(
+    crossed: Path, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target, before = RUNNERS[name]
+    if before:
+        tool(before[0])
+    elif host().tuple3 != name:
+        pytest.skip(f"this machine is no {name}")
+    if name == "aarch64-linux" and not ARM_LIBRARIES.is_dir():
+        pytest.skip("no aarch64 C library (Debian: libc6-arm64-cross)")
+    monkeypatch.setenv("WINEDEBUG", "-all")
+    monkeypatch.setenv("WINEPREFIX", str(tmp_path / "wine"))
+    zig = [sys.executable, "-m", "ziglang", "cc"]
+    flags = ["-std=c99", "-O1", "-ffp-contract=off", "-Wall", f"-I{HEADERS}", str(HOST)]  # the input too is the same
+    program = tmp_path / ("host.exe" if "windows" in name else "host")
+    run(*zig, "-target", target, *flags, *([] if "windows" in name else ["-ldl"]), "-o", program)
+    own = tmp_path / "own"
+    run("cc", *flags, "-ldl", "-o", own)
+    ours = Path(hystfmu.__file__).parent / f"_fmu.{host().suffix}"
+    for graph in (make() for make in GRAPHS.values()):
+        want = steps(tmp_path, own, [], ours, graph)
+        assert steps(tmp_path, program, before, binary(crossed, name), graph) == want, graph.nodes[0].type

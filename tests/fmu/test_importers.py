@@ -1,0 +1,127 @@
+"""Every key of METHODS and every inverse of it, as FMI 2.0 and FMI 3.0 FMU, in every importer that runs here.
+
+For each: the schemas, fmpy's and fmutool's static checks, `hystfmu validate`; fmpy in both interfaces, libcosim and a
+container of fmu-manipulation-toolbox with the same bits; Model Exchange by Euler's method and by an adaptive solver.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmu_events import Events, Solver, adaptive, euler
+from fmu_master import Array
+from runners import clock, exchange_by_fmpy, run_by_fmpy, run_by_libcosim, run_by_unit, run_in_container
+from test_keys import LEARNED, REFUSED, H, data_for, every_option, ramps
+
+from hystfmu import Model, signals
+from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.identify import METHODS, fit
+from hystfmu.inverse import METHODS as WAYS
+from hystfmu.inverse import inverse
+
+SCHEMAS = Path(fmpy.__file__).parent / "schema"
+FILES = {
+    2: {"modelDescription.xml": "fmi2/fmi2ModelDescription.xsd"},
+    3: {
+        "modelDescription.xml": "fmi3/fmi3ModelDescription.xsd",
+        "terminalsAndIcons/terminalsAndIcons.xml": "fmi3/fmi3TerminalsAndIcons.xsd",
+        "sources/buildDescription.xml": "fmi3/fmi3BuildDescription.xsd",
+    },
+}
+CASES = [(key, way) for key in METHODS for way in ("", *WAYS)]
+# operators with and without exact inverse, samples, continuous states
+SLICE = [
+    ("prandtl_ishlinskii", ""),
+    ("prandtl_ishlinskii", "exact"),
+    ("polynomial_narx", ""),
+    ("bouc_wen_oscillator", ""),
+]
+FREE = 2e-2  # of the range: a solver against Newmark's method with steps of a period / 50
+
+
+def model_of(key: str, way: str, fitted: dict[str, Model]) -> Model:
+    if key not in fitted:
+        fitted[key] = fit(data_for(key), key, seed=1, **every_option(key))
+    model = fitted[key]
+    if not way:
+        return model
+    if (way, model.key) in REFUSED:
+        pytest.skip(f"{model.key} has no {way} inverse, and says so")
+    return inverse(model, way, **(LEARNED if way == "learned" else {}))
+
+
+def signal(model: Model, n: int) -> Array:
+    lo, hi = model.provenance.get("span_u", (-1.0, 1.0))
+    return ((lo + hi) / 2 + (hi - lo) / 2 * signals.nested_reversals(12, 5, step=0.02))[:n, None]
+
+
+def valid(fmu: Path, fmi: int) -> None:
+    etree = pytest.importorskip("lxml.etree")
+    pytest.importorskip("fmu_manipulation_toolbox")  # `hystfmu validate` runs its check where it is installed
+    with zipfile.ZipFile(fmu) as archive:
+        for name, schema in FILES[fmi].items():
+            etree.XMLSchema(file=str(SCHEMAS / schema)).assertValid(etree.fromstring(archive.read(name)))
+    assert check_fmu(fmu, 120) == []
+
+
+def co_simulation(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
+    """The same bits in fmpy, in a container, and (FMI 2.0) in libcosim, whose clock is its own."""
+    u = signal(model, 200)
+    y = model.graph.executor().run(u, model.graph.n_outputs, H)
+    assert np.ptp(y) > 0
+    assert run_by_fmpy(fmu, folder / "plain", u, H).tobytes() == y.tobytes()
+    assert run_in_container(fmu, folder / "box", u, H).tobytes() == y.tobytes()
+    if fmi == 2:
+        got = run_by_libcosim(model.graph, fmu, u)
+        assert got.tobytes() == run_by_unit(model.graph, u, times=clock(len(u))).tobytes()
+
+
+def model_exchange(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
+    """The bits of Co-Simulation without continuous states; with them Euler's order, and an adaptive solver's end."""
+    graph, u = model.graph, signal(model, 100)
+    want = graph.executor().run(u, graph.n_outputs, H)
+    moves = np.ptp(want)
+    unit = Events(graph, folder / "me", fmi, interface="me")
+
+    def run(solver: Solver, u: Array) -> Array:
+        assert unit.call("Reset") == 0
+        return unit.integrate(u, H, solver, "ramp" if ramps(graph) else "end")
+
+    if not graph.continuous_states:
+        # a root is found again after the start, with another last place
+        by_root = any(n.type == "implicit_inverse" for n in graph.nodes)
+        for got in (run(euler(1), u), exchange_by_fmpy(fmu, graph, u, "Euler", H)):
+            assert np.abs(got - want).max() <= 1e-9 * moves if by_root else got.tobytes() == want.tobytes()
+        unit.free()
+        return
+    assert np.abs(run(adaptive, u) - want).max() <= (FREE if ramps(graph) else 1e-9) * moves
+    exact = run(adaptive, u[:20])
+    coarse, fine = (np.abs(run(euler(n), u[:20]) - exact).max() for n in (256, 512))
+    assert np.log2(coarse / fine) == pytest.approx(1, abs=0.2), (coarse, fine)
+    unit.free()
+    held = np.full_like(u, u.max())  # fmpy changes inputs between the steps of CVode, not inside
+    got = exchange_by_fmpy(fmu, graph, held, "CVode", H)
+    want = graph.executor().run(held, graph.n_outputs, H)
+    assert np.abs(got - want).max() <= (FREE if ramps(graph) else 1e-5) * (np.ptp(want) or moves)
+
+
+def every_importer(model: Model, fmi: int, folder: Path) -> None:
+    fmu = export_fmu(model, folder / "m.fmu", fmi, "m", source=True)  # type: ignore[arg-type]
+    valid(fmu, fmi)
+    co_simulation(model, fmu, fmi, folder)
+    model_exchange(model, fmu, fmi, folder)
+
+
+@pytest.mark.parametrize(("key", "way"), SLICE)
+def test_every_importer(key: str, way: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
+    every_importer(model_of(key, way, fitted), fmi, tmp_path)
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize(("key", "way"), [c for c in CASES if c not in SLICE])
+def test_every_importer_and_every_key(key: str, way: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
+    every_importer(model_of(key, way, fitted), fmi, tmp_path)
