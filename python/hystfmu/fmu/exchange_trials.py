@@ -93,7 +93,7 @@ class _Unit:
 
 def _run(guest: Guest, rejected: bool = False, at_end: Callable[[_Unit], None] | None = None) -> list[Values]:
     """Outputs after each step."""
-    out = []
+    out: list[Values] = []
     with guest.instance(exchange=True) as made:
         unit = _Unit(guest, made)
         for k in range(_STEPS):
@@ -156,7 +156,7 @@ def exchange_derivatives(guest: Guest) -> Iterator[str]:
     yield from found
 
 
-EXCHANGE_TRIALS = {
+EXCHANGE_TRIALS: dict[str, Callable[[Guest], Iterator[str]]] = {
     "running Model Exchange": model_exchange,
     "comparing derivatives with differences in Model Exchange": exchange_derivatives,
 }
