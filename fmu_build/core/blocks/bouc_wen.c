@@ -92,7 +92,9 @@ static double way(law l, place p) {
 
 /* the place at a way: Newton's method on a convex function, from where the step began or the border of its series */
 static place after(law l, double xi, place from) {
-  const double half = half_way(l), high = xi > half, border = high ? U_of(l, 0.5) : hyst_pow(0.5, 1 / l.n);
+  const double half = half_way(l);
+  const int high = xi > half;
+  const double border = high ? U_of(l, 0.5) : hyst_pow(0.5, 1 / l.n);
   const double target = high ? left_high(l, border) + l.n * (xi - half) : xi;
   place p = {high, from.high == high ? from.at : border};
   for (int i = 0; i < 20; i++) {
