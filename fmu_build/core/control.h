@@ -1,9 +1,28 @@
-/* control.h - what all controllers share: a filtered difference, limits, and an integral that respects them. */
+/* control.h - what all controllers share: rows of their tables, a filtered difference, limits, and an integral that
+ * respects them. */
 #ifndef HYST_CONTROL_H
 #define HYST_CONTROL_H
 #include "hyst.h"
 
 #define HYST_NO_LIMIT 1e300 /* a parameter is finite: this is "no limit" */
+
+/* rows for VARS(V): limits of the command; signals of a loop around a feed-forward; memory of hyst_difference() */
+#define HYST_LIMIT_ROWS(V)                                                                 \
+  V(u_min, PARAM, 1, "real", "1", -HYST_NO_LIMIT, -HYST_INF, HYST_INF, "lower limit of u") \
+  V(u_max, PARAM, 1, "real", "1", HYST_NO_LIMIT, -HYST_INF, HYST_INF, "upper limit of u")
+#define HYST_LOOP_ROWS(V, text_of_u_ff)                                                 \
+  V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference")                  \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant") \
+  V(u_ff, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, text_of_u_ff)                \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "control")
+#define HYST_DIFFERENCE_ROWS(V)                                                                \
+  V(de, STATE, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "filtered derivative of the error") \
+  V(e_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "error at the last step")
+
+/* NULL, or what prepare() says of HYST_LIMIT_ROWS */
+static inline const char *hyst_wrong_limits(double u_min, double u_max) {
+  return u_min > u_max ? "u_min must not be greater than u_max" : NULL;
+}
 
 static inline double hyst_clamp(double u, double lo, double hi) { return u < lo ? lo : u > hi ? hi : u; }
 

@@ -1,5 +1,5 @@
 /* odd_branch.h - the branch of the constraint-factor operator, g(d) = (1 - e^-d) (a0 + sum_{j=1..m} a_j
- * d^(2j-1)), its slope, and the check that it rises: what the operator and its exact inverse share.
+ * d^(2j-1)), its slope, the check that it rises, its sizes and rows: what the operator and its exact inverse share.
  *
  * prepare() looks at g' in 4097 even places of [0, d_max]: between them the branch can fall by less than
  * (d_max / 4096)^3 max|g'''| / 12.  Beyond d_max it goes on with its slope there, since a polynomial of degree 2m - 1
@@ -10,6 +10,15 @@
 #include "hyst.h"
 
 #define HYST_ODD_CELLS 4096
+
+#define HYST_ODD_DIMS(D)                 \
+  D(m, 1, 1, 20, "number of odd powers") \
+  D(depth, 256, 4, 100000, "extrema that the memory holds")
+#define HYST_ODD_ROWS(V)                                                                                          \
+  V(a0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "constant of the polynomial: slope at the branch start") \
+  V(a, FIXED, m, "real", "1", 1.0, -HYST_INF, HYST_INF, "coefficients of d, d^3, .., d^(2m-1)")                   \
+  V(d_max, FIXED, 1, "real", "1", 10.0, HYST_POSITIVE, HYST_INF,                                                  \
+    "longest branch of the polynomial, virgin branches count double; a straight line beyond")
 
 typedef struct {
   double a0;

@@ -1,8 +1,6 @@
 /* values.c - variables by value reference: which one, of what type, may it have this value now? */
-#include <stdio.h>
-#include <string.h>
-
 #include "continuous.h"
+#include "error.h"
 #include "instance.h"
 
 static int is_derivative(const instance *i, const hyst_port *p) {
@@ -29,10 +27,7 @@ const hyst_port *fmi_seek_port(const instance *i, const fmi_call *call, uint32_t
 
 static fmi_status refuse_value(const instance *i, const hyst_port *p, double value) {
   hyst_error e;
-  memset(&e, 0, sizeof e);
-  e.status = HYST_E_VALUE, e.row = p->row, e.value = value;
-  snprintf(e.block, sizeof e.block, "%s", i->graph->nodes[p->block].name);
-  snprintf(e.variable, sizeof e.variable, "%s", p->row->name);
+  hyst_fail_value(&e, i->graph->nodes[p->block].name, p->row, value);
   return fmi_refuse_graph(i, &e);
 }
 

@@ -172,7 +172,8 @@ class Amalgamation:
         if block:
             functions = self.functions
             names -= functions
-            rows = set(re.findall(rf"\b[VD]\(({WORD}),", text))
+            tables = text + "".join(header.read_text() for header in self.includes(path))  # headers share rows
+            rows = set(re.findall(rf"\b[VD]\(({WORD}),", tables))
             if names & rows:
                 raise SystemExit(f"amalgamate.py: {path.name}: {sorted(names & rows)} name a variable and a function")
             text = self.positional_call(text)

@@ -10,19 +10,14 @@
 #include "../odd_branch.h"
 #include "../return_point.h"
 
-#define DIMS(D)                          \
-  D(m, 1, 1, 20, "number of odd powers") \
-  D(depth, 256, 4, 100000, "extrema that the memory holds")
-#define VARS(V)                                                                                                   \
-  V(a0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "constant of the polynomial: slope at the branch start") \
-  V(a, FIXED, m, "real", "1", 1.0, -HYST_INF, HYST_INF, "coefficients of d, d^3, .., d^(2m-1)")                   \
-  V(d_max, FIXED, 1, "real", "1", 10.0, HYST_POSITIVE, HYST_INF,                                                  \
-    "longest branch of the polynomial, virgin branches count double; a straight line beyond")                     \
-  V(memory, FIXED, 1, "dominant|last", "1", 0, 0, 1, "which extremum a branch starts from")                       \
-  V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0")   \
-  V(edge, DERIVED, 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "g and g' at d_max")                                 \
-  V(x, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                  \
-  V(h, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output of the operator")                                \
+#define DIMS(D) HYST_ODD_DIMS(D)
+#define VARS(V)                                                                                                 \
+  HYST_ODD_ROWS(V)                                                                                              \
+  V(memory, FIXED, 1, "dominant|last", "1", 0, 0, 1, "which extremum a branch starts from")                     \
+  V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0") \
+  V(edge, DERIVED, 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "g and g' at d_max")                               \
+  V(x, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                \
+  V(h, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output of the operator")                              \
   V(extrema, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "extrema of x")
 
 static hyst_turn turn(hyst_odd l, double memory, const double *extrema, int depth, double x, double x0) {

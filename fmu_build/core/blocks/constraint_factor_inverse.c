@@ -3,18 +3,13 @@
 #include "../odd_branch.h"
 #include "../return_point.h"
 
-#define DIMS(D)                          \
-  D(m, 1, 1, 20, "number of odd powers") \
-  D(depth, 256, 4, 100000, "extrema that the memory holds")
-#define VARS(V)                                                                                                   \
-  V(a0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "constant of the polynomial: slope at the branch start") \
-  V(a, FIXED, m, "real", "1", 1.0, -HYST_INF, HYST_INF, "coefficients of d, d^3, .., d^(2m-1)")                   \
-  V(d_max, FIXED, 1, "real", "1", 10.0, HYST_POSITIVE, HYST_INF,                                                  \
-    "longest branch of the polynomial, virgin branches count double; a straight line beyond")                     \
-  V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0")   \
-  V(edge, DERIVED, 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "g and g' at d_max")                                 \
-  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                          \
-  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives h")                    \
+#define DIMS(D) HYST_ODD_DIMS(D)
+#define VARS(V)                                                                                                 \
+  HYST_ODD_ROWS(V)                                                                                              \
+  V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0") \
+  V(edge, DERIVED, 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "g and g' at d_max")                               \
+  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                        \
+  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives h")                  \
   V(extrema, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of h")
 
 static hyst_turn turn(hyst_odd l, const double *extrema, int depth, double h, double x0) {

@@ -12,8 +12,7 @@
   V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio of the plant")                              \
   V(gain, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "gain of the plant at rest, not 0")                  \
   V(f_o, PARAM, 1, "real", "Hz", 0.5, HYST_POSITIVE, HYST_INF, "bandwidth of the observer")                     \
-  V(u_min, PARAM, 1, "real", "1", -HYST_NO_LIMIT, -HYST_INF, HYST_INF, "lower limit of u")                      \
-  V(u_max, PARAM, 1, "real", "1", HYST_NO_LIMIT, -HYST_INF, HYST_INF, "upper limit of u")                       \
+  HYST_LIMIT_ROWS(V)                                                                                            \
   V(F, DERIVED, 9, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n, gain d over a step")   \
   V(M, DERIVED, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "gains of the measurement")                           \
   V(work, DERIVED, HYST_EXPM_WORK(3), "real", "1", 0.0, -HYST_INF, HYST_INF, "of the matrix exponential")       \
@@ -54,8 +53,8 @@ static int place(const double *F, double z, double *M) {
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   if (*gain == 0) return "gain must not be 0";
-  if (*u_min > *u_max) return "u_min must not be greater than u_max";
-  if (dt == 0) return NULL; /* initialisation uses no matrices */
+  const char *const wrong = hyst_wrong_limits(*u_min, *u_max);
+  if (wrong || dt == 0) return wrong; /* initialisation uses no matrices */
   const double p = HYST_2PI * *f_n * dt;
   const double rates[9] = {0, p, 0, -p, -2 * *zeta * p, p, 0, 0, 0};
   hyst_dd *const A = (hyst_dd *)work;

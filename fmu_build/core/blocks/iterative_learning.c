@@ -6,18 +6,14 @@
 #include "../stored.h"
 
 #define DIMS(D) D(n, 20, 1, 1000000, "steps in a period of the reference")
-#define VARS(V)                                                                                              \
-  V(gain, PARAM, 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "share of an error that is learnt")               \
-  V(lead, PARAM, 1, "int", "1", 1.0, 0.0, 1000000.0, "steps from a command to its effect")                   \
-  V(smooth, PARAM, 1, "real", "1", 0.0, 0.0, 0.25, "weight of each neighbour in the filter; 0: none")        \
-  V(u_min, PARAM, 1, "real", "1", -HYST_NO_LIMIT, -HYST_INF, HYST_INF, "lower limit of u")                   \
-  V(u_max, PARAM, 1, "real", "1", HYST_NO_LIMIT, -HYST_INF, HYST_INF, "upper limit of u")                    \
-  V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference")                                       \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                      \
-  V(u_ff, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "feed-forward, or command of another controller") \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "control")                                          \
-  V(w, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "corrections over the period")                       \
-  V(e, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "errors of this period")                             \
+#define VARS(V)                                                                                       \
+  V(gain, PARAM, 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "share of an error that is learnt")        \
+  V(lead, PARAM, 1, "int", "1", 1.0, 0.0, 1000000.0, "steps from a command to its effect")            \
+  V(smooth, PARAM, 1, "real", "1", 0.0, 0.0, 0.25, "weight of each neighbour in the filter; 0: none") \
+  HYST_LIMIT_ROWS(V)                                                                                  \
+  HYST_LOOP_ROWS(V, "feed-forward, or command of another controller")                                 \
+  V(w, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "corrections over the period")                \
+  V(e, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "errors of this period")                      \
   V(at, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "present step of the period")
 
 static void learn(int n, double *w, const double *e, double gain, int lead, double smooth) {
@@ -33,7 +29,7 @@ static void learn(int n, double *w, const double *e, double gain, int lead, doub
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  return *u_min > *u_max ? "u_min must not be greater than u_max" : NULL;
+  return hyst_wrong_limits(*u_min, *u_max);
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT

@@ -9,12 +9,8 @@
   V(K, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "gain at rest")                            \
   V(T_z, PARAM, n, "real", "s", 1.0, 0.0, HYST_INF, "time constants of the zeros: lead above T_p") \
   V(T_p, PARAM, n, "real", "s", 0.1, HYST_POSITIVE, HYST_INF, "time constants of the poles")       \
-  V(u_min, PARAM, 1, "real", "1", -HYST_NO_LIMIT, -HYST_INF, HYST_INF, "lower limit of u")         \
-  V(u_max, PARAM, 1, "real", "1", HYST_NO_LIMIT, -HYST_INF, HYST_INF, "upper limit of u")          \
-  V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference")                             \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")            \
-  V(u_ff, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "feed-forward")                         \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "control")                                \
+  HYST_LIMIT_ROWS(V)                                                                               \
+  HYST_LOOP_ROWS(V, "feed-forward")                                                                \
   V(lag, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "lagged parts of the sections")          \
   V(in_last, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs of the sections a step before")
 
@@ -22,7 +18,7 @@ HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   for (int i = 0; i < n; i++)
     if (!(T_z[i] / T_p[i] <= 1e300)) return "T_p is too small beside T_z";
-  return *u_min > *u_max ? "u_min must not be greater than u_max" : NULL;
+  return hyst_wrong_limits(*u_min, *u_max);
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT

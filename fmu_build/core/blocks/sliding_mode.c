@@ -14,16 +14,11 @@
   V(switching, FIXED, 1, "smooth|saturation", "1", 0.0, 0.0, 1.0, "s / (|s| + epsilon), or sat(s / epsilon)") \
   V(k_i, PARAM, 1, "real", "1/s2", 0.0, 0.0, HYST_INF, "integral gain; 0: the law of the paper")              \
   V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none")          \
-  V(u_min, PARAM, 1, "real", "1", -HYST_NO_LIMIT, -HYST_INF, HYST_INF, "lower limit of u")                    \
-  V(u_max, PARAM, 1, "real", "1", HYST_NO_LIMIT, -HYST_INF, HYST_INF, "upper limit of u")                     \
-  V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference")                                        \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                       \
-  V(u_ff, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "feed-forward: the inverse model")                 \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "control")                                           \
+  HYST_LIMIT_ROWS(V)                                                                                          \
+  HYST_LOOP_ROWS(V, "feed-forward: the inverse model")                                                        \
   V(s, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "distance from the sliding line")                  \
   V(integral, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of the error")                       \
-  V(de, STATE, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "filtered derivative of the error")                \
-  V(e_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "error at the last step")
+  HYST_DIFFERENCE_ROWS(V)
 
 enum { SMOOTH, SATURATION };
 
@@ -34,7 +29,7 @@ static double law(double u_ff, double s, double eta, double rho, double epsilon,
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  return *u_min > *u_max ? "u_min must not be greater than u_max" : NULL;
+  return hyst_wrong_limits(*u_min, *u_max);
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
