@@ -87,7 +87,7 @@ static fmi_status by_difference(instance *i, const space *s) {
 /* In Step Mode the outputs belong to the last step and stay: what would they be now? */
 static fmi_status between_steps(instance *i, const space *s) {
   hyst_graph *g = i->graph;
-  if (g->changed && hyst_graph_prepare(g, g->dt)) return fmi_refuse_graph(i, hyst_graph_error(g));
+  if (fmi_prepare(i)) return FMI_ERROR;
   memcpy(s->memory, g->state, (size_t)g->n_state * sizeof(double));
   hyst_graph_evaluate(g, i->run.t);
   hyst_graph_tangent(g, s->seeds, s->seeds + g->n_external, s->answer, s->answer + s->n_unknowns - 2 * i->n_continuous);

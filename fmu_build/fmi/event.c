@@ -9,11 +9,6 @@
 #include "continuous.h"
 #include "instance.h"
 
-static fmi_status prepare(instance *i) {
-  hyst_graph *g = i->graph;
-  return g->changed && hyst_graph_prepare(g, g->dt) ? fmi_refuse_graph(i, hyst_graph_error(g)) : FMI_OK;
-}
-
 /* ---- Event Mode ------------------------------------------------------------------------------------------------- */
 static size_t memory_size(const instance *i) { /* the inputs stay as they were set */
   return (size_t)(i->graph->n_state - i->graph->n_external) * sizeof(double);
@@ -45,7 +40,7 @@ fmi_status fmi_try_event(instance *i) {
   if (dt == 0) return fmi_evaluate(i);
   if (!(dt <= FMI_MOST_STEP)) return fmi_refuse(i, "The time jumped by more than 1e9 s over the last sample.");
   fmi_undo_event(i);
-  if (prepare(i)) return FMI_ERROR;
+  if (fmi_prepare(i)) return FMI_ERROR;
   memcpy(i->before, g->state, memory_size(i));
   if (hyst_graph_sample(g, i->run.t, dt)) return fmi_refuse_graph(i, hyst_graph_error(g));
   i->tried = 1;
@@ -85,7 +80,7 @@ fmi_status fmi_leave_event(instance *i) {
 
 /* ---- Continuous-Time Mode ---------------------------------------------------------------------------------------- */
 fmi_status fmi_evaluate(instance *i) {
-  const fmi_status s = prepare(i);
+  const fmi_status s = fmi_prepare(i);
   if (s) return s;
   hyst_graph_evaluate(i->graph, i->run.t);
   i->run.stale = 0;
@@ -102,7 +97,7 @@ fmi_status fmi_set_time(instance *i, double t) {
 
 fmi_status fmi_completed_step(instance *i) {
   if (i->n_broken) return FMI_DISCARD;
-  const fmi_status s = prepare(i);
+  const fmi_status s = fmi_prepare(i);
   if (s) return s;
   hyst_graph_commit(i->graph, i->run.t);
   i->run.stale = 0;

@@ -81,9 +81,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, f
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
   BEGIN(EnterInitializationMode)
-  i->run.phase = INITIALIZATION;
-  i->run.stale = 1;
-  return fmi2OK;
+  return (fmi2Status)fmi_enter_initialization(i);
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
@@ -93,8 +91,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
 
 fmi2Status fmi2Terminate(fmi2Component c) {
   BEGIN(Terminate)
-  i->run.phase = TERMINATED;
-  return fmi2OK;
+  return (fmi2Status)fmi_terminate(i);
 }
 
 fmi2Status fmi2Reset(fmi2Component c) {

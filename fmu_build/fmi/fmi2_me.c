@@ -18,6 +18,10 @@
   C(GetDerivatives, MODEL_EXCHANGE, READ)                \
   C(GetNominalsOfContinuousStates, MODEL_EXCHANGE, READ | INSTANTIATED)
 #include "calls.h"
+#define STATUS fmi2Status
+#define FLAG fmi2Boolean
+#define NAME(name) fmi2##name
+#include "model_exchange.h"
 
 fmi2Status fmi2EnterEventMode(fmi2Component c) {
   BEGIN(EnterEventMode)
@@ -34,47 +38,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
   return fmi2OK;
 }
 
-fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
-  BEGIN(EnterContinuousTimeMode)
-  return (fmi2Status)fmi_leave_event(i);
-}
-
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state, fmi2Boolean *event,
-                                       fmi2Boolean *terminate) {
-  BEGIN(CompletedIntegratorStep)
-  (void)no_set_state;
-  if (event) *event = fmi2False;
-  if (terminate) *terminate = fmi2False;
-  return (fmi2Status)fmi_completed_step(i);
-}
-
-fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
-  BEGIN(SetTime)
-  return (fmi2Status)fmi_set_time(i, time);
-}
-
-fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n) {
-  BEGIN(SetContinuousStates)
-  return (fmi2Status)fmi_set_states(i, TABLE + CALL_SetContinuousStates, x, n);
-}
-
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real dx[], size_t n) {
   BEGIN(GetDerivatives)
   return (fmi2Status)fmi_get_derivatives(i, TABLE + CALL_GetDerivatives, dx, n);
-}
-
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n) {
-  BEGIN(GetEventIndicators)
-  (void)z;
-  return (fmi2Status)fmi_get_indicators(i, TABLE + CALL_GetEventIndicators, n);
-}
-
-fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
-  BEGIN(GetContinuousStates)
-  return (fmi2Status)fmi_get_states(i, TABLE + CALL_GetContinuousStates, x, n);
-}
-
-fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t n) {
-  BEGIN(GetNominalsOfContinuousStates)
-  return (fmi2Status)fmi_get_nominals(i, TABLE + CALL_GetNominalsOfContinuousStates, nominals, n);
 }

@@ -81,10 +81,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
   BEGIN(EnterInitializationMode)
   (void)tolerance_defined, (void)tolerance; /* the steps are exact: nothing to control */
   const fmi_status s = fmi_setup(i, start, stop_defined, stop);
-  if (s) return (fmi3Status)s;
-  i->run.phase = INITIALIZATION;
-  i->run.stale = 1;
-  return fmi3OK;
+  return (fmi3Status)(s ? s : fmi_enter_initialization(i));
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
@@ -94,8 +91,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
 
 fmi3Status fmi3Terminate(fmi3Instance c) {
   BEGIN(Terminate)
-  i->run.phase = TERMINATED;
-  return fmi3OK;
+  return (fmi3Status)fmi_terminate(i);
 }
 
 fmi3Status fmi3Reset(fmi3Instance c) {

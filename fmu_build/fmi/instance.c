@@ -193,6 +193,12 @@ fmi_status fmi_setup(instance *i, double start, int stop_defined, double stop) {
   return FMI_OK;
 }
 
+fmi_status fmi_enter_initialization(instance *i) {
+  i->run.phase = INITIALIZATION;
+  i->run.stale = 1;
+  return FMI_OK;
+}
+
 static fmi_status initialize(instance *i) {
   if (hyst_graph_start(i->graph, i->run.t)) return fmi_refuse_graph(i, hyst_graph_error(i->graph));
   i->run.stale = 0;
@@ -214,6 +220,16 @@ fmi_status fmi_exit_initialization(instance *i) {
   if (i->run.interface == MODEL_EXCHANGE || i->run.event_mode) return fmi_enter_event(i);
   i->run.phase = STEPPING;
   return FMI_OK;
+}
+
+fmi_status fmi_terminate(instance *i) {
+  i->run.phase = TERMINATED;
+  return FMI_OK;
+}
+
+fmi_status fmi_prepare(instance *i) {
+  hyst_graph *g = i->graph;
+  return g->changed && hyst_graph_prepare(g, g->dt) ? fmi_refuse_graph(i, hyst_graph_error(g)) : FMI_OK;
 }
 
 /* Importers compute t as i*h, as t += h, or in integer nanoseconds: a thousandth of a step and some rounding of t are

@@ -105,7 +105,9 @@ static inline int fmi_allowed(const instance *i, const fmi_call *call) {
 fmi_status fmi_absent(const instance *i, const char *name, const char *why);
 
 fmi_status fmi_setup(instance *i, double start, int stop_defined, double stop);
+fmi_status fmi_enter_initialization(instance *i);
 fmi_status fmi_exit_initialization(instance *i);
+fmi_status fmi_terminate(instance *i);
 fmi_status fmi_step(instance *i, double t, double h);
 double fmi_slack(double t, double h); /* how far the times of an importer may be off */
 
@@ -152,6 +154,8 @@ static inline const hyst_port *fmi_port(const instance *i, const fmi_call *call,
   const int good = p && (unsigned)p->type & types && (i->kind.by_element || p->reference == reference);
   return good ? p : fmi_seek_port(i, call, reference, types);
 }
+/* parameters that were set take effect, for the step in use */
+fmi_status fmi_prepare(instance *i);
 /* before values are read: outputs that belong to the present inputs; in Step Mode they are those of the last step */
 fmi_status fmi_refresh(instance *i);
 static inline fmi_status fmi_fresh(instance *i) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -142,8 +143,13 @@ def test_many_forged_states(sanitized: Callable[[str], Path], tmp_path: Path, na
 def _with_binary(tmp_path: Path, patch: str, file: str = "fmi2.c", function: str = "DoStep") -> Path:
     """A good FMU whose binary is replaced by the FMI layer with one function taken over by `patch`."""
     source = tmp_path / "patched.c"
-    ours = (FMI / file).read_text()
-    source.write_text(ours.replace(f"fmi2Status fmi2{function}(", "static fmi2Status theirs(") + patch)
+    shared = (FMI / "model_exchange.h").read_text()
+    ours = (FMI / file).read_text().replace('#include "model_exchange.h"', shared)
+    ours, found = re.subn(
+        rf"(fmi2Status fmi2{function}|STATUS NAME\({function}\))\(", "static fmi2Status theirs(", ours
+    )
+    assert found == 1, function
+    source.write_text(ours + patch)
     library = tmp_path / "patched.so"
     flags = ["-shared", "-fPIC", "-O1", f"-I{CORE}", f"-I{FMI}", f"-isystem{HEADERS}"]
     sources = [*CORE.glob("*.c"), *CORE.glob("blocks/*.c"), *(f for f in FMI.glob("*.c") if f.name != file)]
