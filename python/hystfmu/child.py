@@ -12,11 +12,13 @@ MOST_LOG = 1 << 16
 
 
 def limit_memory(gigabytes: float) -> None:
-    """The largest address space of this process, where the system knows such a limit; no core files."""
+    """The address space that this process may take on top of what it has, where the system knows such a limit."""
     try:
         import resource
 
-        most = int(gigabytes * 2**30)
+        statm = Path("/proc/self/statm")  # a fork has what its parent has
+        have = int(statm.read_text().split()[0]) * resource.getpagesize() if statm.exists() else 0
+        most = have + int(gigabytes * 2**30)
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     except (ImportError, ValueError, OSError):

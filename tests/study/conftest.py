@@ -47,7 +47,7 @@ def write(tmp_path: Path) -> Write:
     def writer(**changes: Any) -> Path:
         folder = tmp_path / "scenarios" / "decay"
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "scenario.toml").write_text(tomli_w.dumps(changes.pop("scenario_data", SCENARIO)))
+        (folder / "scenario.toml").write_text(tomli_w.dumps({**SCENARIO, **changes.pop("of_scenario", {})}))
         path = tmp_path / "studies" / "study.toml"
         path.parent.mkdir(exist_ok=True)
         path.write_text(tomli_w.dumps({**STUDY, **changes}))

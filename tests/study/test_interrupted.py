@@ -19,19 +19,28 @@ pytest.importorskip("pyarrow")
 if sys.platform == "win32":
     pytest.skip("signals and limits of POSIX", allow_module_level=True)
 
-LONG = {"method": "sobol", "n": 96, "engine": "python"}  # slow enough to be interrupted
+LONG: dict[str, dict[str, Any]] = {  # slow enough to be interrupted; workers are spawned, or forks of the parent
+    "python": {"method": "sobol", "n": 96, "engine": "python"},
+    "native": {"method": "sobol", "n": 96, "engine": "native", "of_scenario": {"step": 1e-5}},
+}
 RUN = "import sys; from hystfmu.study import run_study; run_study(sys.argv[1], sys.argv[2], workers=2)"
 
 
-_QUIET: list[bytes] = []
+_QUIET: dict[str, bytes] = {}
+
+
+@pytest.fixture(params=LONG)
+def engine(request: pytest.FixtureRequest) -> str:
+    """How the long study runs."""
+    return str(request.param)
 
 
 @pytest.fixture
-def quiet(write: Any, tmp_path: Path) -> bytes:
-    """The table of a run that nobody disturbs; made once."""
-    if not _QUIET:
-        _QUIET.append(run_study(write(**LONG), tmp_path / "quiet", workers=2).table.read_bytes())
-    return _QUIET[0]
+def quiet(write: Any, tmp_path: Path, engine: str) -> bytes:
+    """The table of a run that nobody disturbs; made once for each engine."""
+    if engine not in _QUIET:
+        _QUIET[engine] = run_study(write(**LONG[engine]), tmp_path / "quiet", workers=2).table.read_bytes()
+    return _QUIET[engine]
 
 
 def start(path: Path, folder: Path, **more: Any) -> subprocess.Popen[str]:
@@ -68,15 +77,15 @@ def children(pid: int) -> list[int]:
             command = (entry.parent / "cmdline").read_bytes()
         except OSError:
             continue
-        if int(text.rsplit(")", 1)[1].split()[1]) == pid and b"spawn_main" in command:
+        if int(text.rsplit(")", 1)[1].split()[1]) == pid and b"resource_tracker" not in command:
             found.append(int(entry.parent.name))
     return found
 
 
 @pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
-def test_killed_workers(write: Any, tmp_path: Path, quiet: bytes) -> None:
+def test_killed_workers(write: Any, tmp_path: Path, engine: str, quiet: bytes) -> None:
     folder = tmp_path / "out"
-    process = start(write(**LONG), folder)
+    process = start(write(**LONG[engine]), folder)
     for n in (5, 50, 100):
         wait_for(folder, n, process)
         os.kill(children(process.pid)[0], signal.SIGKILL)
@@ -85,9 +94,9 @@ def test_killed_workers(write: Any, tmp_path: Path, quiet: bytes) -> None:
 
 
 @pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
-def test_a_killed_parent(write: Any, tmp_path: Path, quiet: bytes) -> None:
+def test_a_killed_parent(write: Any, tmp_path: Path, engine: str, quiet: bytes) -> None:
     folder = tmp_path / "out"
-    path = write(**LONG)
+    path = write(**LONG[engine])
     process = start(path, folder)
     wait_for(folder, 40, process)
     workers = children(process.pid)
@@ -103,11 +112,11 @@ def test_a_killed_parent(write: Any, tmp_path: Path, quiet: bytes) -> None:
     assert outcome.table.read_bytes() == quiet
 
 
-def test_a_full_disk(write: Any, tmp_path: Path, quiet: bytes) -> None:
+def test_a_full_disk(write: Any, tmp_path: Path, engine: str, quiet: bytes) -> None:
     """A limit on the size of files stands for the disk: the same error at the same call."""
     import resource
 
-    folder, path = tmp_path / "out", write(**LONG)
+    folder, path = tmp_path / "out", write(**LONG[engine])
     process = start(path, folder, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)))
     assert process.wait(120) != 0
     assert process.stderr is not None
@@ -141,7 +150,7 @@ def test_full_journals_become_parts(write: Any, tmp_path: Path, monkeypatch: pyt
 
 def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_path: Path) -> None:
     """A script from standard input has no file that a worker could import."""
-    path = write()
+    path = write(engine="python")
     script = f"from hystfmu.study import run_study\nrun_study({str(path)!r}, {str(tmp_path / 'out')!r}, workers=1)\n"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(

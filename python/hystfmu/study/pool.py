@@ -4,6 +4,10 @@ A worker gets a few tasks at a time and answers one by one, so the parent always
 that dies is replaced, and its task tried once more: somebody may have killed the process, and the table must not depend
 on that.  A task that ends its worker twice, or exceeds the time, becomes a row with the reason.  A worker whose parent
 is gone ends by itself.
+
+Where the runs are in the C core alone, workers are forks: they are there at once, with all that the parent has
+imported, and use only what a fork of a process with threads may use.  All others (FMUs, foreign code, systems without a
+safe fork) are new processes.
 """
 
 from __future__ import annotations
@@ -12,7 +16,9 @@ import multiprocessing as mp
 import multiprocessing.connection
 import os
 import signal
+import sys
 import time
+import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
@@ -28,13 +34,16 @@ READY = "ready"
 AT_ONCE = 8  # tasks that a worker holds: a run of a millisecond must not wait for the parent
 
 
-def _work(pipe: Any, systems: list[System], engine: Engine, memory: float) -> None:
+def _work(pipe: Any, parent: int, systems: list[System], engine: Engine, memory: float) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     limit_memory(memory)
     runner = Runner(systems, engine)
     try:
         pipe.send(READY)
         while True:
+            while not pipe.poll(1.0):
+                if os.getppid() != parent:  # copies of the pipe in other forks hide that it is gone
+                    return
             for task in pipe.recv():
                 pipe.send(runner(task))
     except (EOFError, BrokenPipeError, ConnectionResetError):
@@ -45,10 +54,13 @@ def _work(pipe: Any, systems: list[System], engine: Engine, memory: float) -> No
 
 class _Worker:
     def __init__(self, systems: list[System], engine: Engine, memory: float) -> None:
-        context = mp.get_context("spawn")
+        forked = sys.platform == "linux" and engine == "native" and not any(s.foreign for s in systems)
+        context: Any = mp.get_context("fork" if forked else "spawn")
         self.pipe, theirs = context.Pipe()
-        self.process = context.Process(target=_work, args=(theirs, systems, engine, memory), daemon=True)
-        self.process.start()
+        self.process = context.Process(target=_work, args=(theirs, os.getpid(), systems, engine, memory), daemon=True)
+        with warnings.catch_warnings():  # of threads in the parent, of which this fork needs no lock
+            warnings.simplefilter("ignore", DeprecationWarning)
+            self.process.start()
         theirs.close()
         self.tasks: deque[Task] = deque()
         self.since = time.monotonic()
