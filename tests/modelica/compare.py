@@ -109,7 +109,11 @@ EXAMPLES = {
     "PiezoStack": ["stack.v", "stack.stroke", "load.s"],
     "Cascade": ["reference.r", "inverse.u", "plant.y"],
     "SlidingMode": ["reference.r", "controller.u", "plant.y"],
+    "SuperTwisting": ["reference.r", "controller.u", "plant.y"],
     "Pid": ["reference.r", "controller.u", "plant.y"],
+    "PidObserver": ["reference.r", "inverse.u", "plant.y"],
+    "LeadLag": ["reference.r", "inverse.u", "plant.y"],
+    "IterativeLearning": ["reference.r", "inverse.u", "plant.y"],
 }
 
 

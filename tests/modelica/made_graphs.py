@@ -64,6 +64,8 @@ MADE = {
     "controllers": lambda: chain(
         Node("hysteresis", "backlash_sum", {"n": 2}, {"w0": 0.5}), Node("feed", "feedforward", {}, {"f_n": 5.0}),
         Node("pid", "pid"), Node("smc", "sliding_mode", {}, {"switching": "saturation"}),
+        Node("sta", "super_twisting", {}, {"mu": 0.2}), Node("leads", "lead_lag", {"n": 2}, {"T_p": [0.2, 0.5]}),
+        Node("ilc", "iterative_learning", {"n": 7}, {"lead": 2}), Node("observer", "disturbance_observer"),
     ),
     "dynamics": lambda: chain(
         Node("g0", "transfer_function", {}, {"a": [1, 75, OMEGA**2], "b": [0.01, OMEGA**2], "start": "steady"}),

@@ -53,5 +53,5 @@ class Plant:
 
 
 if __name__ == "__main__":
-    rest = test_loops.controller_side(*test_loops.scenario_parts("sliding_mode"), "sliding_mode")
+    rest = test_loops.controller_side(*test_loops.scenario_parts("sliding_mode"), test_loops.SLIDING_MODE)
     np.savez(sys.argv[1], rows=test_loops.closed_loop(Plant(), rest, ROWS, STEP))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,35 +35,38 @@ def test_hysteretic_actuator_agrees_with_the_chain_of_units(tmp_path: Path) -> N
     assert np.abs(before["tested.y"] - expected).max() <= 1e-8
 
 
-def controller_side(units: dict[str, Any], identified: Graph, controller: str) -> Unit:
-    """Reference, feed-forward, exact inverse of the identified model and controller (if any) as one unit: y -> u."""
+SLIDING_MODE = ("inverse", "sliding_mode")  # units between feed-forward and plant
+# where a unit takes the command from the one before it
+COMMAND = {"inverse": "scaling.u", "observer": "observer.u_c"}
+
+
+def controller_side(units: dict[str, Any], identified: Graph, chain: Sequence[str], f: float = 10.0) -> Unit:
+    """Reference, feed-forward and a chain of controllers and exact inverse as one unit: y -> u."""
     hysteresis = identified.node("hysteresis")
     scaled = any(n.name == "readout" for n in identified.nodes)
     gain, offset = (
         identified.node("readout").value(k)[0] if scaled else d for k, d in (("gain", 1.0), ("offset", 0.0))
     )
 
-    def node(name: str, unit: str) -> Node:
-        return Node(name, units[unit]["block"], units[unit].get("dims", {}), units[unit].get("values", {}))
+    def node(unit: str, **changed: float) -> Node:
+        return Node(unit, units[unit]["block"], units[unit].get("dims", {}), units[unit].get("values", {}) | changed)
 
-    nodes = [
-        node("reference", "reference"),
-        node("feedforward", "feedforward"),
-        Node("scaling", "scaling", {"n": 1}, {"gain": [1 / gain], "offset": [-offset / gain]}),
-        Node("inverse", "prandtl_ishlinskii_inverse", hysteresis.dims, hysteresis.values),
-    ]
-    wires = [
-        ("reference.r_lead", "feedforward.r"),
-        ("reference.dr_lead", "feedforward.dr"),
-        ("reference.ddr_lead", "feedforward.ddr"),
-        ("feedforward.v", "scaling.u"),
-        ("scaling.y", "inverse.y"),
-    ]
-    inputs, command = [], "inverse.u"
-    if controller:
-        nodes.append(node("controller", controller))
-        wires += [("inverse.u", "controller.u_ff"), ("reference.r", "controller.y_d")]
-        inputs, command = [Input("y", ("controller.y",))], "controller.u"
+    nodes = [node("reference", frequency=f), node("feedforward")]
+    wires = [(f"reference.{d}r_lead", f"feedforward.{d}r") for d in ("", "d", "dd")]
+    command, to = "feedforward.v", []
+    for name in chain:
+        wires.append((command, COMMAND.get(name, f"{name}.u_ff")))
+        command = f"{name}.u"
+        if name == "inverse":
+            nodes.append(Node("scaling", "scaling", {"n": 1}, {"gain": [1 / gain], "offset": [-offset / gain]}))
+            nodes.append(Node("inverse", "prandtl_ishlinskii_inverse", hysteresis.dims, hysteresis.values))
+            wires.append(("scaling.y", "inverse.y"))
+        else:
+            nodes.append(node(name))
+            to.append(f"{name}.y")
+            if name != "observer":
+                wires.append(("reference.r", f"{name}.y_d"))
+    inputs = [Input("y", tuple(to))] if to else []
     ports = [Output("u", command), Output("r", "reference.r")]
     return Unit(Graph(nodes, wires, inputs, ports, sort=False))
 
@@ -101,43 +105,54 @@ def test_modelica_plant_in_the_loop_gives_the_loop_of_the_units(tmp_path: Path) 
         got = file["rows"]
     units, identified = scenario_parts("sliding_mode")
     plant = Unit(Model.load(SCENARIOS / "sliding_mode" / units["plant"]["model"]).graph)
-    expected = closed_loop(plant, controller_side(units, identified, "sliding_mode"), len(got), 1e-4)
+    expected = closed_loop(plant, controller_side(units, identified, SLIDING_MODE), len(got), 1e-4)
     assert np.ptp(expected, axis=0).min() > 0.2
     # the solver at 1e-10; the controller divides its error by the sample period
     assert (np.abs(got - expected).max(axis=0) / np.abs(expected).max(axis=0)).max() <= 1e-8
 
 
-# example, scenario, its controller, tracking error in % of the stroke after the first period
+# example, scenario, its units between feed-forward and plant, tracking error in % of the stroke from a time on
 LOOPS = [
-    ("SlidingMode", "sliding_mode", "sliding_mode", 0.1),
-    ("Pid", "pid", "pid", 0.1),
-    ("Cascade", "cascade", "", 0.1),
+    ("SlidingMode", "sliding_mode", SLIDING_MODE, 0.1, 0.1),
+    ("SuperTwisting", "super_twisting", ("inverse", "super_twisting"), 0.1, 0.1),
+    ("Pid", "pid", ("inverse", "pid"), 0.1, 0.1),
+    ("PidObserver", "pid_observer", ("pid", "observer", "inverse"), 0.1, 0.1),
+    ("LeadLag", "lead_lag", ("lead_lag", "observer", "inverse"), 0.1, 0.1),
+    ("IterativeLearning", "iterative_learning", ("iterative_learning", "inverse"), 0.1, 0.08),
+    ("Cascade", "cascade", ("inverse",), 0.1, 0.1),
 ]
 
 
-@pytest.mark.parametrize(("example", "scenario_name", "controller", "limit"), LOOPS)
+@pytest.mark.parametrize(("example", "scenario_name", "chain", "limit", "settled"), LOOPS)
 def test_example_agrees_with_the_units_of_the_scenario(
-    example: str, scenario_name: str, controller: str, limit: float, tmp_path: Path
+    example: str, scenario_name: str, chain: tuple[str, ...], limit: float, settled: float, tmp_path: Path
 ) -> None:
     folder = SCENARIOS / scenario_name
     scenario = tomllib.loads((folder / "scenario.toml").read_text())
     h, units = scenario["step"], scenario["units"]
-    assert [u for u in scenario["order"] if u in ("plant", "reference")] == ["plant", "reference"]
+    order = scenario["order"]
+    assert [u for u in order if u in ("plant", "reference")] == ["plant", "reference"]
+    assert [u for u in order if u in chain] == list(chain)
     plant = Unit(Model.load(folder / units["plant"]["model"]).graph)
     identified = Model.load(folder / units["inverse"]["inverse_of"]).graph
-    rest = controller_side(units, identified, controller)
+    reference = library.classes()[f"HystFMU.Examples.{example}"].tree.symbols["reference"]
+    f = float(library.modifiers(reference.class_modification)["frequency"].value)
+    rest = controller_side(units, identified, chain, f)
 
     now = simulate.run(f"HystFMU.Examples.{example}", tmp_path / "r.npz").at(h)
     rows = closed_loop(plant, rest, len(now["time"]), h)
-    command = "controller.u" if controller else "inverse.u"
+    command = "inverse.u" if chain[-1] == "inverse" else "controller.u"
     got = np.column_stack([now[n] for n in ("reference.r", command, "plant.y")])
     error = np.abs(got - rows).max(axis=0) / np.abs(rows).max(axis=0)
     print("largest differences of r, u, y:", *(f"{e:.1e}" for e in error))
-    assert len(rows) == round(scenario["stop"] / h)
-    # the solver at Tolerance = 1e-10; the controller divides its error by the sample period
-    assert error.max() <= 1e-8
-    late = now["time"] > 0.1
-    assert np.sqrt(np.mean((got[:, 2] - got[:, 0])[late] ** 2)) <= limit / 100 * 2.0
+    assert len(rows) in (round(scenario["stop"] / h), 1000)
+    # the solver at Tolerance = 1e-10; the controller divides its error by the sample period, and the loop of
+    # super-twisting, which has little margin, amplifies what comes of it
+    assert error.max() <= (1e-6 if example == "SuperTwisting" else 1e-8)
+    late = now["time"] > settled
+    tracking = 100 * np.sqrt(np.mean((got[:, 2] - got[:, 0])[late] ** 2)) / 2.0
+    print(f"tracking error {tracking:.4f} % of the stroke")
+    assert tracking <= limit
 
 
 def test_realisations_of_minor_loops_agree(tmp_path: Path) -> None:

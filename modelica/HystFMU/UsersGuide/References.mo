@@ -7,6 +7,9 @@ package References "References"
 <li>Zhao, Tan: Modeling hysteresis and its inverse model using neural networks based on expanded input space method. IEEE Trans. Control Syst. Technol. 16 (2008) 484-490.</li>
 <li>Shen, Ma: constraint-factor hysteresis operator, 2017.</li>
 <li>Yu, Alici: sliding mode control of a piezo actuator, 2005.</li>
+<li>Levant: Sliding order and sliding accuracy in sliding mode control. Int. J. Control 58 (1993) 1247-1263.</li>
+<li>Johnson: Accommodation of external disturbances in linear regulator and servomechanism problems. IEEE Trans. Autom. Control 16 (1971) 635-644.</li>
+<li>Bristow, Tharayil, Alleyne: A survey of iterative learning control. IEEE Control Systems 26 (2006) 96-114.</li>
 <li>Wen: Method for random vibration of hysteretic systems. J. Eng. Mech. Div. 102 (1976) 249-263.</li>
 <li>Ikhouane, Rodellar: Systems with Hysteresis. Wiley 2007.</li>
 <li>Oh, Bernstein: Semilinear Duhem model. IEEE Trans. Autom. Control 50 (2005) 631-645.</li>

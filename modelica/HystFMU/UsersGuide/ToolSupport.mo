@@ -5,6 +5,7 @@ package ToolSupport "Tool support"
 <p>Verified with rumoca 0.10.2, solver rk-like: every block and model loads, every Validation and Example model is simulated and compared.
 Every file is also read by the parser pymoca 0.11. Scripts for OpenModelica stand in Resources/Scripts/OpenModelica; they run in the tests where
 omc is installed. Nothing else is claimed.</p>
-<p>rumoca 0.10.2 does not apply the modifiers of a constraining clause to the default of a replaceable component: the examples write them twice.</p>
+<p>rumoca 0.10.2 does not apply the modifiers of a constraining clause to the default of a replaceable component: the examples write them twice.
+It loses what a function writes into elements of a protected array that has no value as a whole yet: Functions.learn gives it one first.</p>
 </html>"));
 end ToolSupport;

@@ -25,7 +25,7 @@ _PACKAGES = {
     ("Networks", True): "polynomial_narx",
     ("Networks", False): "mlp",
     ("Plants", False): "bouc_wen_oscillator",
-    ("Control", True): "pid sliding_mode",
+    ("Control", True): "disturbance_observer iterative_learning lead_lag pid sliding_mode super_twisting",
     ("Control", False): "feedforward",
     ("Sources", True): "noise",
     ("Sources", False): "disturbance reference",
