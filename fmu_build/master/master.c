@@ -26,6 +26,21 @@ static int bind(master_unit *u) {
   return 0;
 }
 
+/* What is being stepped: the fine step n as a whole, or a piece of it. */
+typedef struct {
+  const double *times; /* of the fine steps */
+  int64_t n;
+  int cut, end;    /* cut: a piece; end: up to the fine step itself, not to a cut */
+  int anew;        /* the last step or this one is a piece: straight lines begin anew for who takes it */
+  double from, to; /* of the piece */
+} span;
+
+static int due(const master_unit *u, const span *s) { return s->end ? s->n % u->period == 0 : u->any_step != 0; }
+static int pieces(const master_unit *u, const span *s) { return s->cut && u->any_step; }
+static double begins(const master_unit *u, const span *s) {
+  return pieces(u, s) ? s->from : s->times[s->n - u->period];
+}
+
 /* input k is from[at[k]], or from[k] without at */
 static int put(master_unit *u, const double *from, const int64_t *at) {
   if (u->kind == MASTER_GRAPH) {
@@ -45,24 +60,27 @@ static int put(master_unit *u, const double *from, const int64_t *at) {
   return ((fmi3_set)u->set)(u->self, u->vr_in, (size_t)u->n_vr_in, u->u, (size_t)u->n_in) > WARNING;
 }
 
-static int copy(master_unit *u, const double *values) {
+static int copy(master_unit *u, const span *s, const double *values) {
   if (!u->ahead) return put(u, values, u->source);
   for (int64_t k = 0; k < u->n_in; k++) {
     u->line[u->n_in + k] = u->line[k];
-    if (u->source[k] >= 0) u->line[k] = values[u->source[k]];
+    if (u->source[k] < 0) continue;
+    u->line[k] = values[u->source[k]];
+    if (s->anew && u->any_step) u->line[u->n_in + k] = u->line[k];
   }
   return 0;
 }
 
-static int step(master_unit *u, double t) {
+static int step(master_unit *u, double t, double h) {
   unsigned char event, end, early;
   double reached;
-  if (u->kind == MASTER_GRAPH) return hyst_graph_step(u->self, t + u->h, u->h) != HYST_E_OK;
-  if (u->kind == MASTER_FMI2) return ((fmi2_step)u->step)(u->self, t, u->h, !u->rollback) > WARNING;
-  return ((fmi3_step)u->step)(u->self, t, u->h, !u->rollback, &event, &end, &early, &reached) > WARNING;
+  if (u->kind == MASTER_GRAPH) return hyst_graph_step(u->self, t + h, h) != HYST_E_OK;
+  if (u->kind == MASTER_FMI2) return ((fmi2_step)u->step)(u->self, t, h, !u->rollback) > WARNING;
+  return ((fmi3_step)u->step)(u->self, t, h, !u->rollback, &event, &end, &early, &reached) > WARNING;
 }
 
-static int advance(master_unit *u, double t) {
+static int advance(master_unit *u, const span *s) {
+  const double t = begins(u, s), h = pieces(u, s) ? (s->to - s->from) / (double)u->substeps : u->h;
   for (int64_t i = 0; i < u->substeps; i++) {
     if (u->ahead) {
       const double end = (double)(i + 1) / (double)u->substeps, *now = u->line, *before = now + u->n_in;
@@ -70,7 +88,7 @@ static int advance(master_unit *u, double t) {
       for (int64_t k = 0; k < u->n_in; k++) at[k] = now[k] + (now[k] - before[k]) * (end - u->ahead[k]);
       if (put(u, at, NULL)) return 1;
     }
-    if (step(u, t + (double)i * u->h)) return 1;
+    if (step(u, t + (double)i * h, h)) return 1;
   }
   return 0;
 }
@@ -102,23 +120,22 @@ static int restore(master_unit *u) {
   return 0;
 }
 
-/* ---- couplings: the fine step n, for the units whose period divides it ---------------------------------------------
+/* ---- couplings: a step of the units that are due ------------------------------------------------------------------
  */
-#define DUE(u, n) ((n) % (u)->period == 0)
-#define EACH(call)                                  \
-  for (int64_t k = 0; k < m->n_units; k++) {        \
-    master_unit *u = m->units + k;                  \
-    if (DUE(u, n) && (call)) return m->unit = k, 1; \
+#define EACH(call)                                                             \
+  for (int64_t k = 0; k < m->n_units; k++) {                                   \
+    master_unit *u = m->units + k;                                             \
+    if (due(u, s) && (call)) return m->unit = k, m->t = begins(u, s), 1; \
   }
 
-static int gauss_seidel(master *m, int64_t n, const double *times) {
-  EACH(copy(u, m->values) || advance(u, times[n - u->period]) || take(u, m->values))
+static int gauss_seidel(master *m, const span *s) {
+  EACH(copy(u, s, m->values) || advance(u, s) || take(u, m->values))
   return 0;
 }
 
-static int jacobi(master *m, int64_t n, const double *times) {
-  EACH(copy(u, m->values))
-  EACH(advance(u, times[n - u->period]))
+static int jacobi(master *m, const span *s) {
+  EACH(copy(u, s, m->values))
+  EACH(advance(u, s))
   EACH(take(u, m->values))
   return 0;
 }
@@ -135,7 +152,7 @@ static double relaxation(double last, int64_t n, const double *before, const dou
   return square > 0 ? -last * along / square : last;
 }
 
-static int iterative(master *m, int64_t n, const double *times) {
+static int iterative(master *m, const span *s) {
   double *guess = m->guess, *residual = m->residual, *now = m->residual + m->n_early, relax = 1;
   EACH(save(u))
   memcpy(m->begin, m->values, (size_t)m->n_values * sizeof *m->values);
@@ -146,7 +163,7 @@ static int iterative(master *m, int64_t n, const double *times) {
       memcpy(m->values, m->begin, (size_t)m->n_values * sizeof *m->values);
       for (int64_t k = 0; k < m->n_early; k++) m->values[m->early[k]] = guess[k];
     }
-    if (gauss_seidel(m, n, times)) return 1;
+    if (gauss_seidel(m, s)) return 1;
     m->sweeps++;
     int agree = 1;
     for (int64_t k = 0; k < m->n_early; k++) {
@@ -158,23 +175,34 @@ static int iterative(master *m, int64_t n, const double *times) {
     if (sweep > 0) relax = relaxation(relax, m->n_early, residual, now);
     for (int64_t k = 0; k < m->n_early; k++) guess[k] += relax * now[k], residual[k] = now[k];
   }
-  return m->unit = -2, 1;
+  return m->unit = -2, m->t = s->to, 1;
+}
+
+static int couple(master *m, const span *s) {
+  return m->scheme == MASTER_JACOBI      ? jacobi(m, s)
+         : m->scheme == MASTER_ITERATIVE ? iterative(m, s)
+                                         : gauss_seidel(m, s);
 }
 
 int master_run(master *m, int64_t n, const double *times, double *record) {
-  m->row = m->sweeps = 0;
+  int64_t c = 0; /* cuts that are done */
+  m->sweeps = 0;
   for (int64_t k = 0; k < m->n_units; k++)
-    if (bind(m->units + k)) return m->unit = k, 1;
+    if (bind(m->units + k)) return m->unit = k, m->t = times[0], 1;
   for (int64_t row = 0; row <= n; row++) {
     if (row > 0) {
-      m->row = row;
-      const int failed = m->scheme == MASTER_JACOBI      ? jacobi(m, row, times)
-                         : m->scheme == MASTER_ITERATIVE ? iterative(m, row, times)
-                                                         : gauss_seidel(m, row, times);
-      if (failed) return 1;
+      span s = {.times = times, .n = row, .from = times[row - 1], .to = times[row]};
+      s.anew = c > 0 && m->cut_rows[c - 1] == row - 1;
+      for (; c < m->n_cuts && m->cut_rows[c] == row; c++) {
+        s.cut = s.anew = 1, s.to = m->cuts[c];
+        if (couple(m, &s)) return 1;
+        s.from = s.to, s.to = times[row];
+      }
+      s.end = 1;
+      if (couple(m, &s)) return 1;
     }
     for (int64_t k = 0; k < m->n_values; k++)
-      if (!(m->values[k] - m->values[k] == 0)) return m->unit = -1, 1;
+      if (!(m->values[k] - m->values[k] == 0)) return m->unit = -1, m->t = times[row], 1;
     for (int64_t k = 0; k < m->n_columns; k++) *record++ = m->values[m->columns[k]];
   }
   return 0;

@@ -4,9 +4,11 @@
  * units lie side by side in `values`; a unit copies what it reads from there, steps, and writes its own outputs there.
  *   Gauss-Seidel  every unit in the stated order copies, steps and writes: it reads the newest values there are
  *   Jacobi        all units that are due copy first, then all step, then all write: every unit reads the last step's
- * values iterative     Gauss-Seidel sweeps from the same saved states until the values that were read too early agree
- * with those that came out; relaxed after Aitken (Irons & Tuck 1969), which for one loop is the secant method No
- * allocation, no lock, no call into Python: threads run in parallel. */
+ * values
+ *   iterative     Gauss-Seidel sweeps from the same saved states until the values that were read too early agree
+ * with those that came out; relaxed after Aitken (Irons & Tuck 1969), which for one loop is the secant method
+ * A fine step with an event inside is cut there: units that take any step do so in pieces, the others as a whole.
+ * No allocation, no lock, no call into Python: threads run in parallel. */
 #ifndef HYST_MASTER_H
 #define HYST_MASTER_H
 #include "graph.h"
@@ -16,6 +18,7 @@ typedef enum { MASTER_GAUSS_SEIDEL, MASTER_JACOBI, MASTER_ITERATIVE } master_sch
 
 typedef struct {
   int32_t kind, rollback;                         /* rollback: an FMU must be ready to be restored (iterative) */
+  int64_t any_step;                               /* its steps may be cut; its period is 1 then */
   int64_t period;                                 /* in fine steps */
   int64_t substeps;                               /* steps in each period */
   double h;                                       /* its step, a substep (s) */
@@ -47,11 +50,15 @@ typedef struct {
   double *begin, *guess, *residual; /* iterative: room for n_values and twice n_early */
   int64_t n_columns;                /* values that are recorded */
   const int64_t *columns;
-  int64_t row, unit; /* after a failure: fine step; unit, -1: values not finite, -2: sweeps do not agree */
+  int64_t n_cuts; /* fine steps that are cut, not decreasing, and at which times: events between two fine steps */
+  const int64_t *cut_rows;
+  const double *cuts;
+  int64_t unit; /* after a failure: unit, -1: values not finite, -2: sweeps do not agree */
+  double t;     /* and the time: at which the step of the unit begins, or at which the values or sweeps are wrong */
   int64_t sweeps;    /* all together */
 } master;
 
 /* Units are initialised, `values` hold their first outputs and times[0] their time.  Steps to times[1] ... times[n];
- * record: (n + 1) rows of n_columns.  0, or 1 with row and unit in *m. */
+ * record: (n + 1) rows of n_columns, none of a cut.  0, or 1 with unit and t in *m. */
 int master_run(master *m, int64_t n, const double *times, double *record);
 #endif

@@ -151,6 +151,7 @@ def test_an_fmu_of_others_does_the_same(write: Any, tmp_path: Path, fmi: Literal
 
 def test_a_jump_between_two_steps_is_said(write: Any) -> None:
     data = ramp(["reference", "lag"])
+    data["coupling"]["events"] = "grid"
     data["units"]["reference"] = {"block": "disturbance", "values": {"step": 1.0, "t_step": 0.0053, "amplitude": 0.0}}
     data["connections"]["lag.u"] = "reference.d"
     (result,) = run_scenarios([write(data)], engine="native")

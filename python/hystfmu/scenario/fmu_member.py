@@ -134,7 +134,8 @@ class FmuMember:
         if system.case.coupling.scheme == "iterative" and not can_go_back:
             raise Stopped(f"{part.name}: iterative coupling needs an FMU that can get and set its state")
         self.name, self.period, self._graph, self._substeps = part.name, part.period, part.graph, part.substeps
-        self._h = system.length(part) / part.substeps
+        self.any_step, self._length = part.any_step, system.length(part)
+        self._h = C.c_double(self._length / part.substeps)
         kind = FMU2Slave if fmi == 2 else FMU3Slave
         self._fmu = kind(
             guid=description.guid,
@@ -176,7 +177,9 @@ class FmuMember:
         # Called without the argument types that fmpy declares: the arguments are converted once, here (a third faster).
         # Ours never wait and never call Python from another thread: the lock of the interpreter stays (a fifth faster).
         dll = self._fmu.dll if isinstance(part.graph, Foreign) else C.PyDLL(None, handle=self._fmu.dll._handle)
-        instance, h = C.c_void_p.from_param(self._fmu.component), C.c_double.from_param(self._h)
+        instance = C.c_void_p.from_param(self._fmu.component)
+        # a step that is never cut is converted once, as all else
+        h = self._h if part.any_step else C.c_double.from_param(self._h.value)
         u, n_u, n_y = C.byref(self._u), _size(self._u), _size(y)
         inputs, outputs = (C.byref(vr_in), _size(vr_in)), (C.byref(vr_out), _size(vr_out))
         if fmi == 2:
@@ -254,6 +257,11 @@ class FmuMember:
         if self._lines is not None:
             self._lines.begin()
 
+    def stretch(self, h: float | None) -> None:
+        self._h.value = (self._length if h is None else h) / self._substeps
+        if self._lines is not None:
+            self._lines.cut()
+
     def _turn(self) -> int:
         self.copy()
         self.advance()
@@ -274,7 +282,7 @@ class FmuMember:
             if self._lines is not None:
                 for (k, _), value in zip(self._copies, self._lines.at(i), strict=True):
                     self._u[k] = value
-            self._t.value = begin + i * self._h
+            self._t.value = begin + i * self._h.value
             if (self._lines is not None and self._put() > 1) or self._do() > 1:
                 raise self.stopped()
         self._t.value = begin

@@ -87,6 +87,13 @@ class Foreign:
         return 2 if str(self.description.fmiVersion).startswith("2.") else 3
 
     @property
+    def any_step(self) -> bool:
+        """Whether it says that it takes steps of any length."""
+        simulation = self.description.coSimulation
+        fixed = getattr(simulation, "fixedInternalStepSize", None)
+        return bool(simulation.canHandleVariableCommunicationStepSize) and fixed is None
+
+    @property
     def token(self) -> str:
         """A hash of the archive and the settings."""
         content = [self.digest, sorted(self.settings.items())]

@@ -47,9 +47,10 @@ def fuse(system: System, parts: tuple[int, ...]) -> tuple[Graph, list[tuple[int,
     return Graph(nodes, wires, inputs, outputs, sort=False), outside
 
 
-def segments(system: System) -> list[tuple[int, ...]]:
+def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
     """Neighbours in the order that have the same period: each can be one graph without changing any value.
 
+    With `cut` steps, those that take any step and those that do not come into different ones.
     A unit that feeds a value of the last step through (it stands before the unit that makes it) would be an algebraic
     loop inside one graph: it and its source come into different ones.
     """
@@ -60,7 +61,7 @@ def segments(system: System) -> list[tuple[int, ...]]:
     for k, part in enumerate(system.parts):
         last = system.parts[groups[-1][-1]] if groups else part
         fits = groups and last.period == part.period and not isinstance(part.graph, Foreign)
-        fits = fits and not isinstance(last.graph, Foreign)
+        fits = fits and not isinstance(last.graph, Foreign) and not (cut and last.any_step != part.any_step)
         fits = fits and {(p.substeps, p.hold) for p in (part, last)} == {(1, "zero")}
         if fits and not any(source == k and to in groups[-1] for to, source in held):
             groups[-1].append(k)

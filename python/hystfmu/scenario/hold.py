@@ -43,10 +43,17 @@ class Lines:
     def begin(self) -> None:
         """All units are initialised: the lines begin flat or at their first outputs."""
         self._now = self._before = [self._values[j] for j in self._sources]
+        self._anew = False
+
+    def cut(self) -> None:
+        """A step has another length than the one before: the next line begins anew, flat."""
+        self._anew = True
 
     def take(self) -> None:
         """Read the newest values."""
-        self._before, self._now = self._now, [self._values[j] for j in self._sources]
+        now = [self._values[j] for j in self._sources]
+        self._before, self._now = now if self._anew else self._now, now
+        self._anew = False
 
     def at(self, i: int) -> list[float]:
         """The inputs of substep i, which are those at its end."""

@@ -14,6 +14,8 @@ class Member(Protocol):
     period: int
     """In fine steps."""
     name: str
+    any_step: bool
+    """Whether `stretch` may be called."""
     turn: Sequence[Callable[[], int]]
     """`copy`, `advance`, `take`, one after the other, for a master that calls nothing else: above 1 is a failure."""
 
@@ -25,6 +27,9 @@ class Member(Protocol):
 
     def begin(self) -> None:
         """All units are initialised."""
+
+    def stretch(self, h: float | None) -> None:
+        """The next step takes `h` seconds, the others as well until the next call; None: as ever."""
 
     def copy(self) -> None:
         """Take the inputs from the values of the system."""

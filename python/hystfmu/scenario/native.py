@@ -15,13 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.core import Executor, library
+from hystfmu.core import Array, Executor, library
 from hystfmu.errors import InputError
+from hystfmu.graph import Node
+from hystfmu.scenario.events import cuts
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.fused import segments
 from hystfmu.scenario.native_unit import ForeignUnit, GraphUnit, Unit
 from hystfmu.scenario.spec import split_end
-from hystfmu.scenario.system import System
+from hystfmu.scenario.system import Part, System
 from hystfmu.scenario.trace import Stopped, Trace
 from hystfmu.scenario.unit_graph import changed
 
@@ -46,8 +48,11 @@ class _Master(C.Structure):
         ("residual", C.c_void_p),
         ("n_columns", C.c_int64),
         ("columns", C.c_void_p),
-        ("row", C.c_int64),
+        ("n_cuts", C.c_int64),
+        ("cut_rows", C.c_void_p),
+        ("cuts", C.c_void_p),
         ("unit", C.c_int64),
+        ("t", C.c_double),
         ("sweeps", C.c_int64),
     )
 
@@ -67,12 +72,16 @@ class Native:
     system : System
     columns : sequence of str, optional
         Outputs (`unit.output`) that are recorded; all by default.
+    cut : bool
+        Keep units whose steps may be cut apart from the others; who does not ask gets it where a run has cuts.
     """
 
-    def __init__(self, system: System, columns: Sequence[str] | None = None) -> None:
-        self._system = system
+    def __init__(self, system: System, columns: Sequence[str] | None = None, cut: bool = False) -> None:
+        self._system, self._cut = system, cut
+        self._given: Mapping[str, Any] = {}
+        self._apart: Native | None = None
         fused = system.case.coupling.scheme == "gauss_seidel"
-        self._groups = segments(system) if fused else [(k,) for k in range(len(system.parts))]
+        self._groups = segments(system, cut) if fused else [(k,) for k in range(len(system.parts))]
         ours = [g for g in self._groups if not isinstance(system.parts[g[0]].graph, Foreign)]
         self._members = {g[0]: GraphUnit(system, g) for g in ours}
         self._foreign: dict[int, Foreign] = {}
@@ -96,7 +105,7 @@ class Native:
         """
         for m in self._members.values():
             m.executor.defaults()
-        self._foreign = {}
+        self._foreign, self._given = {}, dict(values)
         for key, value in values.items():
             if self._set_foreign(key, value):
                 continue
@@ -131,15 +140,30 @@ class Native:
             self._slots[key] = (member.executor, member.parameters[end] + first, now)
         return self._slots[key]
 
+    def _present(self, part: Part, node: Node, name: str) -> Array:
+        """The values that a parameter of a block has now."""
+        end = (f"{part.name}_{node.name}", name)
+        (member,) = (m for m in self._members.values() if end in m.parameters)
+        first = member.parameters[end]
+        return np.array([member.executor.get(first + k) for k in range(node.sizes[name])])
+
     def run(self) -> Trace:
         """From t = 0 to the end.
 
         Raises
         ------
+        InputError
+            More events than steps may be.
         Stopped
             As `simulate`.
         """
         system = self._system
+        cut = cuts(system, self._present)
+        if len(cut[0]) and not self._cut:
+            if self._apart is None:
+                self._apart = Native(system, self._names, cut=True)
+            self._apart.set(self._given)
+            return self._apart.run()
         if self._foreign:
             parts = [replace(p, graph=self._foreign.get(k, p.graph)) for k, p in enumerate(system.parts)]
             system = replace(system, parts=tuple(parts))
@@ -150,12 +174,18 @@ class Native:
                 units.append(self._members[k] if k in self._members else ForeignUnit(system, k, values))
             for u in units:
                 u.start(values)
-            return self._run(system, units, values)
+            return self._run(system, units, values, cut)
         finally:
             for u in units:
                 u.close()
 
-    def _run(self, system: System, members: list[GraphUnit | ForeignUnit], values: C.Array[C.c_double]) -> Trace:
+    def _run(
+        self,
+        system: System,
+        members: list[GraphUnit | ForeignUnit],
+        values: C.Array[C.c_double],
+        cut: tuple[Array, Array],
+    ) -> Trace:
         coupling, early = system.case.coupling, system.early()
         made = [m.raw(values) for m in members]
         units = (Unit * len(made))(*[unit for unit, _ in made])
@@ -175,6 +205,9 @@ class Native:
             residual=residual.ctypes.data,
             n_columns=len(self._columns),
             columns=self._columns.ctypes.data,
+            n_cuts=len(cut[0]),
+            cut_rows=cut[0].ctypes.data,
+            cuts=cut[1].ctypes.data,
         )
         times = system.times()
         record = np.empty((len(times), len(self._columns)))
@@ -182,13 +215,13 @@ class Native:
         for m, unit in zip(members, units, strict=True):
             m.forget(unit)
         if failed:
-            t = times[master.row]
+            t = master.t
             if master.unit == -1:
                 raise Stopped(f"values that are not finite at t = {t:g} s")
             if master.unit == -2:
                 raise Stopped(f"{master.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
             m = members[master.unit]
-            raise Stopped(f"{m.name} refuses the step from t = {times[master.row - m.period]:g} s: {m.why()}")
+            raise Stopped(f"{m.name} refuses the step from t = {t:g} s: {m.why()}")
         memory: dict[str, str] = {}
         if system.case.memory:
             for m in self._members.values():

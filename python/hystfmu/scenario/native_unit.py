@@ -25,6 +25,7 @@ class Unit(C.Structure):
     _fields_ = (
         ("kind", C.c_int32),
         ("rollback", C.c_int32),
+        ("any_step", C.c_int64),
         ("period", C.c_int64),
         ("substeps", C.c_int64),
         ("h", C.c_double),
@@ -59,7 +60,7 @@ class GraphUnit:
         graph, outside = fuse(system, parts)
         self._parts = {system.parts[k].name: system.parts[k].own for k in parts}
         self.name = "+".join(system.parts[k].name for k in parts)
-        self.period, self.first = first.period, first.first
+        self.period, self.first, self._any_step = first.period, first.first, first.any_step
         self.substeps, self.h = first.substeps, system.length(first) / first.substeps
         self._hold = first.hold
         self.executor: Executor = graph.executor()
@@ -92,6 +93,7 @@ class GraphUnit:
         keep: list[Any] = [at, saved, self.vr_in, self.vr_out, self.source]
         unit = Unit(
             kind=_GRAPH,
+            any_step=self._any_step,
             period=self.period,
             substeps=self.substeps,
             h=self.h,
@@ -164,6 +166,7 @@ class ForeignUnit:
         unit = Unit(
             kind=_FMI3 if call.fmi3 else _FMI2,
             rollback=call.rollback,
+            any_step=self._member.any_step,
             period=self.period,
             substeps=self.substeps,
             h=self.h,

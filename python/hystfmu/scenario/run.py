@@ -9,11 +9,13 @@ from __future__ import annotations
 import ctypes as C
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
 from hystfmu.core import Array
+from hystfmu.scenario.events import cuts
 from hystfmu.scenario.fmu_member import FmuMember, FmuStore
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.member import Member
@@ -52,13 +54,15 @@ def simulate_here(system: System, engine: Engine = "fmpy", store: FmuStore | Non
     for link in system.links:
         sources.setdefault(link.to, []).append((link.input, link.source))
     members: list[Member] = []
-    clocks = {p.period: C.c_double() for p in system.parts}
+    clocks = {(p.period, p.any_step): C.c_double() for p in system.parts}
     try:
         for k, part in enumerate(system.parts):
             if not isinstance(part.graph, Foreign) and (engine == "python" or part.runs_as == "python"):
-                members.append(UnitMember(system, part, sources.get(k, ()), values, clocks[part.period]))
+                members.append(UnitMember(system, part, sources.get(k, ()), values, clocks[part.period, part.any_step]))
             else:
-                members.append(FmuMember(system, part, sources.get(k, ()), values, store, clocks[part.period]))
+                members.append(
+                    FmuMember(system, part, sources.get(k, ()), values, store, clocks[part.period, part.any_step])
+                )
         return _loop(system, members, values, clocks)
     finally:
         for m in members:
@@ -66,7 +70,10 @@ def simulate_here(system: System, engine: Engine = "fmpy", store: FmuStore | Non
 
 
 def _loop(
-    system: System, members: Sequence[Member], values: C.Array[C.c_double], clocks: Mapping[int, C.c_double]
+    system: System,
+    members: Sequence[Member],
+    values: C.Array[C.c_double],
+    clocks: Mapping[tuple[int, bool], C.c_double],
 ) -> Trace:
     times = system.times()
     t = times.tolist()
@@ -87,15 +94,30 @@ def _loop(
     known: dict[tuple[int, ...], tuple[list[tuple[C.c_double, int]], Callable[[float], None]]] = {}
     due = []
     for k in range(min(cycle, len(t))):
-        periods = tuple(p for p in clocks if k % p == 0)
+        periods = tuple(p for p, _ in clocks if k % p == 0)
         if periods not in known:
-            known[periods] = [(clocks[p], p) for p in periods], couple([m for m in members if k % m.period == 0])
+            running = [(clock, p) for (p, _), clock in clocks.items() if k % p == 0]
+            known[periods] = running, couple([m for m in members if k % m.period == 0])
         due.append(known[periods])
+    pieces: dict[int, list[float]] = {}
+    for n, end in zip(*(a.tolist() for a in cuts(system)), strict=True):
+        pieces.setdefault(n, []).append(end)
+    cut = [m for m in members if m.any_step]
+    piece = couple(cut)
     for n in range(1, len(t)):
         running, step = due[n % cycle]
         for clock, period in running:
             clock.value = t[n - period]
-        step(t[n])
+        if n in pieces:
+            for begin, end in pairwise([t[n - 1], *pieces[n], t[n]]):
+                clocks[1, True].value = begin
+                for m in cut:
+                    m.stretch(end - begin)
+                (step if end == t[n] else piece)(end)
+            for m in cut:
+                m.stretch(None)
+        else:
+            step(t[n])
         rows[n * n_bytes : (n + 1) * n_bytes] = new
     if not np.isfinite(record).all():
         row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])

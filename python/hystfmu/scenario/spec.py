@@ -92,6 +92,11 @@ class CouplingSpec(pydantic.BaseModel):
         description="gauss_seidel: in the stated order, with the newest values; jacobi: all with the values of the "
         "last step; iterative: sweeps from the same saved states until what was read early agrees with what came out",
     )
+    events: Literal["hit", "grid"] = Field(
+        "hit",
+        description="jumps, corners and reversals of references between two steps: hit: the step is cut there, for units "
+        "that run at the finest rate and have no sampled block; grid: they take effect at the next step",
+    )
     tolerance: Positive = Field(1e-12, description="iterative: largest disagreement, relative to 1 + |value|")
     most_sweeps: int = Field(50, ge=2, le=10_000, description="iterative: sweeps before the run is given up")
 

@@ -72,7 +72,9 @@ def write_ssp(
         raise InputError(
             f"{case.file}: case {case.name}: {own[0]} has substeps or a hold of its own: SSP knows neither"
         )
-    system = build(replace(case, ripple=1))
+    # nor do other importers know the events of its references
+    coupling = case.coupling.model_copy(update={"events": "grid"})
+    system = build(replace(case, ripple=1, coupling=coupling))
     trace = simulate(system, "native")
     entries = {p.name: _fmu(p, fmi, case.step) for p in system.parts}
     sets = {p.name: values for p in system.parts if (values := _changes(system, p))}

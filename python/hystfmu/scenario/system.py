@@ -16,6 +16,7 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.errors import InputError
+from hystfmu.fmu.structure import is_sampled
 from hystfmu.graph import Graph
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.spec import Case, split_end
@@ -52,6 +53,13 @@ class Part:
         if isinstance(self.graph, Foreign):
             raise InputError(f"{self.name}: {self.graph.path} is an FMU: it cannot become a part of a graph")
         return self.graph
+
+    @property
+    def any_step(self) -> bool:
+        """Whether its steps may be cut: it runs at the finest rate, and no block of it counts samples."""
+        if isinstance(self.graph, Foreign):
+            return self.period == 1 and self.graph.any_step
+        return self.period == 1 and not is_sampled(self.graph)
 
 
 @dataclass(frozen=True)

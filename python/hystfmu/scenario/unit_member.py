@@ -25,7 +25,8 @@ class UnitMember:
         clock: C.c_double,
     ) -> None:
         self.name, self.period = part.name, part.period
-        self._h, self._substeps = system.length(part) / part.substeps, part.substeps
+        self.any_step, self._length = part.any_step, system.length(part)
+        self._h, self._substeps = self._length / part.substeps, part.substeps
         self._graph, self._unit = part.own, Unit(part.own)
         self._constants, self._values, self._t = part.constants, values, clock
         self.turn: Sequence[Callable[[], int]] = [self._step]
@@ -53,6 +54,10 @@ class UnitMember:
 
     def begin(self) -> None:
         self._lines.begin()
+
+    def stretch(self, h: float | None) -> None:
+        self._h = (self._length if h is None else h) / self._substeps
+        self._lines.cut()
 
     def copy(self) -> None:
         if self._straight:
