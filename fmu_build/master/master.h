@@ -53,9 +53,9 @@ typedef struct {
   int64_t n_cuts; /* fine steps that are cut, not decreasing, and at which times: events between two fine steps */
   const int64_t *cut_rows;
   const double *cuts;
-  int64_t unit; /* after a failure: unit, -1: values not finite, -2: sweeps do not agree */
-  double t;     /* and the time: at which the step of the unit begins, or at which the values or sweeps are wrong */
-  int64_t sweeps;    /* all together */
+  int64_t unit;   /* after a failure: unit, -1: values not finite, -2: sweeps do not agree */
+  double t;       /* and the time: at which the step of the unit begins, or at which the values or sweeps are wrong */
+  int64_t sweeps; /* all together */
 } master;
 
 /* Units are initialised, `values` hold their first outputs and times[0] their time.  Steps to times[1] ... times[n];

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +62,7 @@ EARLY = [("gauss_seidel", ("source", "lag")), ("iterative", ("source", "lag")), 
 )
 @pytest.mark.parametrize("unit", [{}, {"substeps": 3}])
 def test_a_step_between_two_steps_is_hit(write: Any, scheme: str, order: Any, hold: str, unit: Any) -> None:
-    """y = 1 - exp(-(t - 0.12345)/tau), whoever goes first; to 2e-9 of the time, which is what the core can tell apart."""
+    """y = 1 - exp(-(t - 0.12345)/tau), whoever goes first; to 2e-9 of the time, which the core can tell apart."""
     data = behind(STEP, "d", {"scheme": scheme}, order, hold)
     data["units"]["lag"] |= unit
     trace = run(write, data)
@@ -91,7 +92,7 @@ def test_corners_of_a_ramp_are_hit(write: Any) -> None:
     corners = (np.arange(4) / 2 + 0.25 - phase / (2 * np.pi)) / f
     edges = np.sort(np.concatenate([corners[corners < 0.2], trace.t]))
     y, want = 0.0, [0.0]
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in pairwise(edges):
         slope = (u(b) - u(a)) / (b - a)
         y = u(b) - slope * TAU + (y - u(a) + slope * TAU) * np.exp(-(b - a) / TAU)
         if b in trace.t:
@@ -151,10 +152,11 @@ def test_who_counts_samples_takes_no_sample_more(loop: Any, write: Any) -> None:
     data["metrics"]["peak"]["signal"] = "plant.y"
     trace = run(write, data)
     w = trace["noise.w"]
-    assert len(np.unique(w)) == 11 and np.array_equal(trace["delay.y"][12:], w[:-12])
+    assert len(np.unique(w)) == 11
+    assert np.array_equal(trace["delay.y"][12:], w[:-12])
     y, u, integral, want = 0.0, trace["pid.u"][0], 0.0, [0.0]
     for n in range(1, 41):
-        for a, b in zip(*[np.clip([(n - 1) * H, at, n * H], (n - 1) * H, n * H)[k:][:2] for k in (0, 1)], strict=True):
+        for a, b in pairwise(np.clip([(n - 1) * H, at, n * H], (n - 1) * H, n * H)):
             v = u + (1.0 if a >= at else 0.0)
             y = v + (y - v) * np.exp(-(b - a) / TAU)
         want.append(y)

@@ -90,14 +90,14 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
         Increasing (s), all inside their steps.
     """
     found = [e for e in _events(system, values) if e.part.any_step] if system.case.coupling.events == "hit" else []
-    grid = system.times() if any(len(e.times) for e in found) else np.zeros(1)
+    grid = system.times() if found else np.zeros(1)
     spans: list[tuple[float, float, float]] = []
     for e in found:
-        near = np.maximum(NEAR * (system.h + np.abs(e.times) + abs(e.shift)), SHORTEST)
+        room = np.maximum(NEAR * (system.h + np.abs(e.times) + abs(e.shift)), SHORTEST)
         after = np.searchsorted(grid, e.times)
-        on = (grid[np.minimum(after, len(grid) - 1)] - e.times <= near) | (e.times - grid[after - 1] <= NEAR * e.times)
-        begins = e.times - 2 * near if e.jump else e.times
-        spans += zip(begins[~on].tolist(), e.times[~on].tolist(), near[~on].tolist(), strict=True)
+        on = (grid[np.minimum(after, len(grid) - 1)] - e.times <= room) | (e.times - grid[after - 1] <= NEAR * e.times)
+        begins = e.times - 2 * room if e.jump else e.times
+        spans += zip(begins[~on].tolist(), e.times[~on].tolist(), room[~on].tolist(), strict=True)
     steps: list[int] = []
     times: list[float] = []
     for begin, end, near in _joined(sorted(spans)):
@@ -153,7 +153,7 @@ def _inside(
 
 
 def _reference(system: System, part: Part, node: Node, values: Values) -> Iterator[Event]:
-    """Jumps of `steps`, corners of `triangle`, joints of `random_reversals`; and those of the preview, if it is read."""
+    """Jumps of `steps`, corners of `triangle`, joints of `random_reversals`; those of the preview where it is read."""
     read = {end for end, place in system.columns.items() if place in {n.source for n in system.links}}
     inner = len(part.own.nodes) > 1  # who reads what inside of a graph is not looked at
 
@@ -176,7 +176,7 @@ def _pieces(system: System, part: Part, node: Node, values: Values, begin: float
     f = float(values(part, node, "frequency")[0])
     if kind == "steps":
         levels, T = values(part, node, "levels"), float(values(part, node, "T")[0])
-        return "T", T * (np.flatnonzero(np.diff(levels)) + 1), "r"
+        return "T", np.asarray(T * (np.flatnonzero(np.diff(levels)) + 1), dtype=np.float64), "r"
     if f > 0 and 2 * f * (end - begin) > MOST_STEPS:
         raise InputError(
             f"{system.case.file}: case {system.case.name}: {part.name}.frequency: more than {MOST_STEPS} reversals; "
@@ -185,8 +185,8 @@ def _pieces(system: System, part: Part, node: Node, values: Values, begin: float
     if kind == "triangle" and f > 0:
         turns = float(values(part, node, "phase")[0]) / (2 * math.pi)
         first = math.ceil(2 * (turns + f * begin) - 0.5)
-        halves = np.arange(first, first + math.ceil(2 * f * (end - begin)) + 1)
+        halves = np.arange(first, first + math.ceil(2 * f * (end - begin)) + 1, dtype=np.float64)
         return "frequency", (halves / 2 + 0.25 - turns) / f, "dr"
     if kind == "random_reversals" and f > 0:
-        return "frequency", np.arange(node.dims["m"] + 1) / (2 * f), "ddr"
+        return "frequency", np.arange(node.dims["m"] + 1, dtype=np.float64) / (2 * f), "ddr"
     return "", np.zeros(0), ""

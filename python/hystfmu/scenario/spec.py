@@ -94,8 +94,8 @@ class CouplingSpec(pydantic.BaseModel):
     )
     events: Literal["hit", "grid"] = Field(
         "hit",
-        description="jumps, corners and reversals of references between two steps: hit: the step is cut there, for units "
-        "that run at the finest rate and have no sampled block; grid: they take effect at the next step",
+        description="jumps, corners and reversals of references between two steps; hit: the step is cut there, for "
+        "units that run at the finest rate and have no sampled block; grid: they take effect at the next step",
     )
     tolerance: Positive = Field(1e-12, description="iterative: largest disagreement, relative to 1 + |value|")
     most_sweeps: int = Field(50, ge=2, le=10_000, description="iterative: sweeps before the run is given up")
