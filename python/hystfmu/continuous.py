@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import ctypes as C
 import functools
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hystfmu.core import Array, Executor, library
+from hystfmu.core import RATE_INDEPENDENT, Array, library
+from hystfmu.executor import Executor
+
+if TYPE_CHECKING:
+    from hystfmu.graph import Graph
 
 
 @functools.cache
@@ -28,6 +33,18 @@ def _declared() -> C.CDLL:
     lib.hyst_graph_tangent.restype = None
     lib.hyst_graph_sample.argtypes = [C.c_void_p, C.c_double, C.c_double]
     return lib
+
+
+def is_hysteretic(graph: Graph) -> bool:
+    """Whether a memory takes its input at every completed step of a solver (the classes of core/continuous.h)."""
+    blocks = [n.block for n in graph.nodes]
+    return any(b.raw.update and not b.raw.deriv and b.flags & RATE_INDEPENDENT for b in blocks)
+
+
+def is_sampled(graph: Graph) -> bool:
+    """Whether a block advances in samples only (the classes of core/continuous.h)."""
+    blocks = [n.block for n in graph.nodes]
+    return any(b.raw.update and not b.raw.deriv and not b.flags & RATE_INDEPENDENT for b in blocks)
 
 
 class ContinuousExecutor(Executor):

@@ -1,4 +1,4 @@
-"""The C core seen from Python: the block table read out of the library, and the graph executor (ctypes).
+"""The C core seen from Python (ctypes): the library, and the block table read out of it.
 
 Nothing here repeats a name or a default of a block: all comes from the X-macro tables in `fmu_build/core/blocks`.
 """
@@ -8,18 +8,18 @@ from __future__ import annotations
 import ctypes as C
 import functools
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.errors import InputError
-
 Array = NDArray[np.float64]
 
 KINDS = ("param", "fixed", "derived", "input", "time", "output", "cstate", "state")
 RATE_INDEPENDENT, STEP, IMPLICIT = 1, 2, 4
+NO_LIMIT = 1e300  # a parameter is finite: this is "no limit", as in control.h
 
 _D = C.POINTER(C.c_double)
 _I = C.POINTER(C.c_int)
@@ -151,10 +151,14 @@ class BlockType:
         """What a user sets: tunable and fixed parameters."""
         return self.of("param", "fixed")
 
-    def sizes(self, dims: dict[str, int]) -> dict[str, int]:
+    def sizes(self, dims: Mapping[str, int]) -> dict[str, int]:
         """Number of elements of every variable for the given sizes."""
-        values = (C.c_int * (len(self.dims) + 1))(*[dims[d.name] for d in self.dims])
+        values = self.raw_dims(dims)
         return {v.name: int(self.raw.size(values, i)) for i, v in enumerate(self.vars)}
+
+    def raw_dims(self, dims: Mapping[str, int]) -> C.Array[C.c_int]:
+        """The sizes as the C functions of the block take them."""
+        return (C.c_int * (len(self.dims) + 1))(*[dims[d.name] for d in self.dims])  # one more: a block may have none
 
 
 def _library() -> C.CDLL:
@@ -225,92 +229,3 @@ def block_types() -> dict[str, BlockType]:
         name = b.name.decode()
         types[name] = BlockType(name, b.text.decode(), b.equation.decode(), b.source.decode(), b.flags, dims, rows, b)
     return types
-
-
-def _message(error: _Error) -> str:
-    text = C.create_string_buffer(512)
-    library().hyst_message(C.byref(error), text, len(text))
-    return text.value.decode(errors="replace")
-
-
-def _raise(error: _Error) -> None:
-    raise InputError(_message(error))
-
-
-class Executor:
-    """A graph of blocks in the C core, made from the bytes of a block file; the caller's memory, no globals.
-
-    Parameters
-    ----------
-    file : bytes
-        A block file as `hystfmu.graph.Graph.to_bytes` writes it.
-
-    Raises
-    ------
-    InputError
-        If the file is damaged, a value is out of range, or the blocks form an algebraic loop.
-    """
-
-    def __init__(self, file: bytes) -> None:
-        lib, error, size = library(), _Error(), C.c_size_t()
-        if lib.hyst_graph_measure(file, len(file), C.byref(size), C.byref(error)):
-            _raise(error)
-        self._memory = (C.c_double * ((size.value + 15) // 8 + 2))()  # 16-byte alignment is not needed by doubles
-        handle = C.c_void_p()
-        if lib.hyst_graph_open(
-            file, len(file), C.byref(self._memory), C.sizeof(self._memory), C.byref(handle), C.byref(error)
-        ):
-            _raise(error)
-        self._lib, self._g = lib, handle
-        n = C.c_int64()
-        state = lib.hyst_graph_state(handle, C.byref(n))
-        self._state: Array = np.ctypeslib.as_array(state, (n.value,)) if n.value else np.zeros(0)
-
-    def _check(self, status: int) -> None:
-        if status:
-            _raise(self._lib.hyst_graph_error(self._g).contents)
-
-    @property
-    def handle(self) -> C.c_void_p:
-        """The graph as the functions of the core take it."""
-        return self._g
-
-    def error(self) -> str:
-        """What the core refused last."""
-        return _message(self._lib.hyst_graph_error(self._g).contents)
-
-    def get(self, reference: int) -> float:
-        """The value behind a value reference."""
-        return float(self._lib.hyst_graph_value(self._g, reference)[0])
-
-    def set(self, reference: int, value: float) -> None:
-        """Set a parameter or an input; refuses values out of range."""
-        self._check(self._lib.hyst_graph_set(self._g, reference, value))
-
-    def defaults(self) -> None:
-        """Parameters and inputs as in the block file."""
-        self._lib.hyst_graph_defaults(self._g)
-
-    def start(self, t: float) -> None:
-        """States from the parameters, then the outputs for the present inputs."""
-        self._check(self._lib.hyst_graph_start(self._g, t))
-
-    def step(self, t_end: float, dt: float) -> None:
-        """One step of length `dt` to `t_end` with the present inputs."""
-        self._check(self._lib.hyst_graph_step(self._g, t_end, dt))
-
-    def run(self, u: Array, n_outputs: int, h: float, t0: float = 0.0) -> Array:
-        """Rows `u` (n, number of inputs), `h` seconds apart, from a fresh start; returns (n, n_outputs)."""
-        u = np.ascontiguousarray(u, dtype=np.float64)
-        y = np.empty((len(u), n_outputs))
-        self._check(self._lib.hyst_graph_run(self._g, len(u), t0, h, u.ctypes.data, y.ctypes.data))
-        return y
-
-    @property
-    def state(self) -> Array:
-        """A copy of everything that a run changes."""
-        return self._state.copy()
-
-    @state.setter
-    def state(self, value: Array) -> None:
-        self._state[:] = value

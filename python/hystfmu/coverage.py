@@ -13,13 +13,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.core import Array
+from hystfmu.core import NO_LIMIT, Array
 from hystfmu.graph import Graph, Node, Output
 from hystfmu.signals import ramps, training
 
 NEAR = 0.1  # RMS over the features, each in units of its range
 MOST_ROWS = 2000  # of the reference and of the training rows: more are thinned evenly
-NO_LIMIT = 1e300
 REVERSALS, SEED = 200, 4242  # of the reference
 STEPS = (0.002, 0.1)  # of the reference, in half ranges a row
 WARN = 1.0  # percent of rows cut

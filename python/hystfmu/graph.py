@@ -12,11 +12,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from hystfmu.block_file import block_file, token_of
-from hystfmu.core import IMPLICIT, Array, Executor, Var
+from hystfmu.core import IMPLICIT, Array, Var
+from hystfmu.dependencies import dependencies
 from hystfmu.errors import InputError
 from hystfmu.evaluation_order import evaluation_order
+from hystfmu.executor import Executor
 from hystfmu.node import Node, Value
-from hystfmu.ports import ContinuousState, Input, Output, Port
+from hystfmu.ports import ContinuousState, Input, Output, Port, element_names
 
 __all__ = ["ContinuousState", "Graph", "Input", "Node", "Output", "Port", "Value"]
 
@@ -224,10 +226,8 @@ class Graph:
         states: list[ContinuousState] = []
         for n in self.nodes:
             for v in n.block.of("cstate"):
-                size = n.sizes[v.name]
                 name = v.name if len(self.nodes) == 1 else f"{n.name}_{v.name}"
-                for i in range(size):
-                    own = name if size == 1 else f"{name}_{i + 1}"
+                for own in element_names(name, n.sizes[v.name]):
                     while own in taken:  # names are free text: a port may have taken it
                         own += "_"
                     taken.add(own)
@@ -241,27 +241,9 @@ class Graph:
 
     def dependencies(self) -> dict[str, tuple[str, ...]]:
         """For every output port the names of the input ports that it depends on through direct feed-through."""
-        through = [n.feeds_through() for n in self.nodes]
-        starts, at = [], 0
-        for i in self.inputs:
-            starts.append(at)
-            at += self._endpoint(i.to[0], ("input",))[2]
-        reach: dict[int, set[str]] = {k: set() for k in range(len(self.nodes))}
-        changed = True
-        while changed:
-            changed = False
-            for d, _, s, place, _ in self.links:
-                if not through[d]:
-                    continue
-                names = reach[s] if s >= 0 else {self.inputs[max(j for j, b in enumerate(starts) if b <= place)].name}
-                if not names <= reach[d]:
-                    reach[d] |= names
-                    changed = True
         listed = [i.name for i in self.inputs]
-        return {
-            o.name: tuple(sorted(reach[self._endpoint(o.source, ("output",))[0]], key=listed.index))
-            for o in self.outputs
-        }
+        outputs, _ = dependencies(self)
+        return {name: tuple(sorted(known.inputs, key=listed.index)) for name, known in outputs.items()}
 
     # ---- running --------------------------------------------------------------------------------------------------
     def to_bytes(self) -> bytes:

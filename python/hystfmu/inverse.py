@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.core import Array
+from hystfmu.core import NO_LIMIT, Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
@@ -27,7 +27,6 @@ from hystfmu.model import Model
 __all__ = ["inverse"]
 
 METHODS = ("exact", "implicit", "learned")
-NO_LIMIT = 1e300
 SHARE = 0.9  # of the range of the input, for the wanted outputs that an inverse is judged on
 
 # block -> (block of the inverse, its input, its output)

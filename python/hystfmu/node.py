@@ -89,7 +89,7 @@ class Node:
     @property
     def sizes(self) -> dict[str, int]:
         """Number of elements of every variable."""
-        return self.block.sizes(dict(self.dims))
+        return self.block.sizes(self.dims)
 
     def _flat(self, v: Var, size: int) -> Array:
         value = self.values.get(v.name, v.start)
@@ -140,8 +140,11 @@ class Node:
         """Whether an output depends on the present inputs."""
         if not self.block.raw.feedthrough:
             return True
+        dims, p = self.raw_arguments()
+        return bool(self.block.raw.feedthrough(dims, p.ctypes.data_as(C.POINTER(C.c_double))))
+
+    def raw_arguments(self) -> tuple[C.Array[C.c_int], Array]:
+        """Sizes and parameters as the C functions of the block take them; derived values are 0."""
         sizes, kind = self.sizes, self.block
         derived = sum(sizes[v.name] for v in kind.of("derived"))
-        p = np.concatenate([self.parameters(), np.zeros(derived)])
-        dims = (C.c_int * (len(kind.dims) + 1))(*[self.dims[d.name] for d in kind.dims])
-        return bool(kind.raw.feedthrough(dims, p.ctypes.data_as(C.POINTER(C.c_double))))
+        return kind.raw_dims(self.dims), np.concatenate([self.parameters(), np.zeros(derived)])

@@ -7,6 +7,11 @@ from dataclasses import dataclass
 from hystfmu.core import Var
 
 
+def element_names(name: str, size: int) -> tuple[str, ...]:
+    """One plain name per element of a variable: `w`, or `w_1`, `w_2`, ... for an array."""
+    return (name,) if size == 1 else tuple(f"{name}_{i + 1}" for i in range(size))
+
+
 @dataclass(frozen=True)
 class Input:
     """An input of a graph."""
@@ -45,8 +50,8 @@ class Port:
 
     @property
     def scalar_names(self) -> tuple[str, ...]:
-        """One plain name per element: `w`, or `w_1`, `w_2`, ... for an array."""
-        return (self.name,) if self.size == 1 else tuple(f"{self.name}_{i + 1}" for i in range(self.size))
+        """Names of the elements."""
+        return element_names(self.name, self.size)
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ import numpy as np
 import pytest
 from raw import Raw
 
-from hystfmu.core import Executor, _Error, _Var, library
+from hystfmu.core import _Error, _Var, library
 from hystfmu.errors import InputError
+from hystfmu.executor import Executor
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.unit import Unit
 

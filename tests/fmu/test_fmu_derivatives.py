@@ -9,7 +9,7 @@ import pytest
 from fmu_events import Events
 from fmu_master import BLOCKS, DISCARD, ERROR, OK, Array, H, loop, mixed, rows, single
 
-from hystfmu.fmu.structure import is_sampled
+from hystfmu.continuous import is_sampled
 from hystfmu.graph import Graph, Node
 
 Make = Callable[..., Events]

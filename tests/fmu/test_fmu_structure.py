@@ -11,8 +11,8 @@ from fmpy import read_model_description
 from fmu_events import Events
 from fmu_master import BLOCKS, OK, H, loop, mixed, rows, single
 
+from hystfmu.dependencies import dependencies
 from hystfmu.fmu import export_fmu
-from hystfmu.fmu.structure import dependencies
 from hystfmu.graph import Graph, Input, Node, Output
 
 GRAPHS: dict[str, Callable[[], Graph]] = {"loop": loop, "mixed": mixed, **{n: lambda n=n: single(n) for n in BLOCKS}}

@@ -8,7 +8,8 @@ import pytest
 
 from hystfmu import Graph, InputError, Model, Node
 from hystfmu.continuous import ContinuousExecutor
-from hystfmu.core import RATE_INDEPENDENT, Executor, block_types
+from hystfmu.core import RATE_INDEPENDENT, block_types
+from hystfmu.executor import Executor
 from hystfmu.graph import Input, Output
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))

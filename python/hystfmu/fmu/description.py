@@ -12,8 +12,9 @@ from collections.abc import Iterator, Sequence
 from typing import Literal
 
 import hystfmu
+from hystfmu.continuous import is_hysteretic, is_sampled
 from hystfmu.core import Var
-from hystfmu.fmu.structure import Knowns, dependencies, is_hysteretic, is_sampled
+from hystfmu.dependencies import Knowns, dependencies
 from hystfmu.fmu.units import rate_unit, unit_definitions
 from hystfmu.fmu.xml_file import xml_file
 from hystfmu.graph import Graph, Port

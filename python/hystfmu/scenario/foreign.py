@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 from hystfmu.errors import InputError
 from hystfmu.fmu.cache import unpacked
+from hystfmu.ports import element_names
 
 MOST_PORTS = 100_000
 _REAL = {"Real", "Float64"}
@@ -40,7 +41,7 @@ class ForeignPort:
     @property
     def scalar_names(self) -> tuple[str, ...]:
         """Names of the elements."""
-        return (self.name,) if self.size == 1 else tuple(f"{self.name}_{k + 1}" for k in range(self.size))
+        return element_names(self.name, self.size)
 
 
 @dataclass(frozen=True)

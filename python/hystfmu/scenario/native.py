@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.core import Array, Executor, library
+from hystfmu.core import Array, library
 from hystfmu.errors import InputError
+from hystfmu.executor import Executor
 from hystfmu.graph import Node
 from hystfmu.scenario.events import cuts
 from hystfmu.scenario.foreign import Foreign

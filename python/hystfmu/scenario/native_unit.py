@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.core import Array, Executor
+from hystfmu.core import Array
 from hystfmu.errors import InputError
+from hystfmu.executor import Executor
 from hystfmu.scenario.fmu_member import FmuMember
 from hystfmu.scenario.fused import fuse
 from hystfmu.scenario.hold import weights

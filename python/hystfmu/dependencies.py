@@ -1,4 +1,4 @@
-"""What every output and every derivative of a graph depends on at once: the ModelStructure of an FMU.
+"""What every output and every derivative of a graph depends on at once; the ModelStructure of an FMU says it.
 
 From block to block the wires and `feedthrough()` decide.  Inside a block with continuous states its equations do: they
 run once per state with NaN in its place, and what becomes NaN depends on it, 0 times NaN too: a coefficient that is 0
@@ -10,11 +10,15 @@ from __future__ import annotations
 
 import ctypes as C
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hystfmu.core import RATE_INDEPENDENT, Array
-from hystfmu.graph import Graph, Node
+from hystfmu.core import Array
+from hystfmu.node import Node
+
+if TYPE_CHECKING:
+    from hystfmu.graph import Graph
 
 
 @dataclass(frozen=True)
@@ -43,8 +47,7 @@ class _Equations:
             return sum(sizes[v.name] for v in kind.of(*kinds))
 
         self.raw, self.n_c = kind.raw, count("cstate")
-        self.dims = (C.c_int * (len(kind.dims) + 1))(*[node.dims[d.name] for d in kind.dims])
-        self.p = np.concatenate([node.parameters(), np.zeros(count("derived"))])
+        self.dims, self.p = node.raw_arguments()
         self.x, self.u = np.zeros(count("cstate", "state")), np.zeros(count("input", "time"))
         self.y, self.dx = np.zeros(count("output")), np.zeros(self.n_c)
 
@@ -64,18 +67,6 @@ class _Equations:
     def of_inputs(self) -> list[int]:
         """Derivatives that depend on any input."""
         return self._nan(self.x, np.full_like(self.u, np.nan))[1]
-
-
-def is_hysteretic(graph: Graph) -> bool:
-    """Whether a memory takes its input at every completed step of a solver (the classes of core/continuous.h)."""
-    blocks = [n.block for n in graph.nodes]
-    return any(b.raw.update and not b.raw.deriv and b.flags & RATE_INDEPENDENT for b in blocks)
-
-
-def is_sampled(graph: Graph) -> bool:
-    """Whether a block advances in samples only (the classes of core/continuous.h)."""
-    blocks = [n.block for n in graph.nodes]
-    return any(b.raw.update and not b.raw.deriv and not b.flags & RATE_INDEPENDENT for b in blocks)
 
 
 def dependencies(graph: Graph) -> tuple[dict[str, Knowns], list[Knowns]]:
