@@ -119,10 +119,15 @@ def _number(text: str) -> float | None:
         return None
 
 
-def write_csv(path: str | Path, columns: dict[str, Array]) -> None:
-    """Write columns of equal length under their names; every number reads back to the same bits."""
+def csv_text(columns: dict[str, Array]) -> str:
+    """Columns of equal length under their names; every number reads back to the same bits."""
     text = io.StringIO()
     text.write(",".join(columns) + "\n")
     for row in zip(*(np.asarray(c, dtype=np.float64).tolist() for c in columns.values()), strict=True):
         text.write(",".join(map(repr, row)) + "\n")
-    write_text(path, text.getvalue())
+    return text.getvalue()
+
+
+def write_csv(path: str | Path, columns: dict[str, Array]) -> None:
+    """Write `csv_text` of the columns to the file `path`."""
+    write_text(path, csv_text(columns))

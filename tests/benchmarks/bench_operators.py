@@ -9,6 +9,7 @@ import time
 import numpy as np
 
 from hystfmu.blocks import BacklashSum, PrandtlIshlinskii, PrandtlIshlinskiiInverse
+from hystfmu.reproduce.sums_of_plays import nanoseconds
 from hystfmu.terminal import table
 
 STEPS, REPEATS = 400_000, 20
@@ -23,17 +24,6 @@ def signals(rng):
         "white noise": rng.uniform(-1, 1, STEPS),
         "decaying sine": np.exp(-3 * k / STEPS) * np.sin(2 * np.pi * 500 * k / STEPS),
     }
-
-
-def nanoseconds(graph, u):
-    executor, rows = graph.executor(), np.ascontiguousarray(u[:, None])
-    executor.run(rows[:1000], 1, 1.0)
-    best = np.inf
-    for _ in range(REPEATS):
-        begin = time.perf_counter()
-        executor.run(rows, 1, 1.0)
-        best = min(best, time.perf_counter() - begin)
-    return 1e9 * best / len(u)
 
 
 def numpy_nanoseconds(u, r, w, w0):
@@ -59,9 +49,9 @@ def main():
                 short = u[: max(2000, min(STEPS, 20_000_000 // n))]
                 y, expected = fast.run(short), plain.run(short)
                 errors.append(np.abs(y - expected).max() / np.abs(expected).max())
-                loop = nanoseconds(plain, short)
+                loop = nanoseconds(plain, short, REPEATS)
                 vector = numpy_nanoseconds(short[:2000], r, w, 0.3)
-                figures = [f"{nanoseconds(fast, u):.1f}", f"{loop:.0f}", f"{vector:.0f}", f"{errors[-1]:.1e}"]
+                figures = [f"{nanoseconds(fast, u, REPEATS):.1f}", f"{loop:.0f}", f"{vector:.0f}", f"{errors[-1]:.1e}"]
                 rows.append([n, kind, name, *figures])
     print(table(["plays", "thresholds", "signal", "ns/step", "plain loop", "numpy", "error/max|y|"], rows))
     print("S5/P3 targets at 5000 plays: 25 ns uniform, 100 ns otherwise; error 2e-14")

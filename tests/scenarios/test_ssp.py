@@ -22,7 +22,8 @@ from hystfmu.errors import InputError
 from hystfmu.scenario import Scenario, build, simulate
 from hystfmu.scenario.run import simulate_here
 from hystfmu.scenario.ssp import write_ssp
-from hystfmu.scenario.ssp_file import read_ssp, run_ssp
+from hystfmu.scenario.ssp_file import read_ssp
+from hystfmu.scenario.ssp_run import run_ssp
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema"
 

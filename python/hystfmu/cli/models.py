@@ -6,7 +6,7 @@ import json
 
 import click
 
-from hystfmu.cli.options import assignments, data_options, json_option, read
+from hystfmu.cli.options import Columns, assignments, data_options, json_option
 
 
 @click.command()
@@ -40,11 +40,7 @@ def fit(
     data: str,
     key: str,
     out: str,
-    time: str,
-    input_: str,
-    output: str,
-    rate: float | None,
-    resample: str | None,
+    columns: Columns,
     train: str | None,
     settings: tuple[str, ...],
     seed: int,
@@ -59,7 +55,7 @@ def fit(
     from hystfmu.terminal import progress, table
 
     options = assignments(settings)
-    measured = read(data, time, input_, output, rate, resample, train)
+    measured = columns.read(data, train)
     with progress(f"fitting {key}") as report:
         model = fit_model(measured, key, seed=seed, progress=report, **options)
     model.save(out)
@@ -95,11 +91,7 @@ def predict(
     model: str,
     data: str,
     out: str,
-    time: str,
-    input_: str,
-    output: str,
-    rate: float | None,
-    resample: str | None,
+    columns: Columns,
     as_json: bool,
 ) -> None:
     """Run a model free on the input column of a file.
@@ -114,7 +106,7 @@ def predict(
     from hystfmu.model import Model
 
     m = Model.load(model)
-    measured = read(data, time, input_, None, rate, resample)
+    measured = columns.read(data, with_output=False)
     y = m.predict(measured.u, measured.h)
     measured.with_output(y).to_csv(out)
     outside = clamped(m.graph, measured.u, measured.h)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -18,8 +20,46 @@ FAILED, BAD_INPUT = 1, 2
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 
 
+@dataclass(frozen=True)
+class Columns:
+    """What the options of `data_options` say: which columns a data file has, at which rate."""
+
+    time: str
+    input_: str
+    output: str
+    rate: float | None
+    resample: str | None
+
+    def read(self, path: str, train: str | None = None, with_output: bool = True) -> Dataset:
+        """The data file at `path`.
+
+        Raises
+        ------
+        InputError
+            A rate that is no number, or what `Dataset.from_csv` refuses.
+        """
+        from hystfmu.data import Dataset
+
+        try:
+            to: Any = self.resample if self.resample in (None, "median") else float(self.resample)
+        except ValueError:
+            raise InputError(
+                f"--resample {self.resample}: write a rate in Hz, or nothing for the median step"
+            ) from None
+        output = self.output if with_output else None
+        return Dataset.from_csv(path, self.time, self.input_, output, self.rate, train, to)
+
+
 def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that say which columns of a file are time, input and output, and at which rate."""
+    """Add the options that say which columns of a file are time, input and output, and at which rate.
+
+    The command gets them as one argument, `columns`.
+    """
+
+    @functools.wraps(f)
+    def command(time: str, input_: str, output: str, rate: float | None, resample: str | None, **others: Any) -> Any:
+        return f(columns=Columns(time, input_, output, rate, resample), **others)
+
     for option in (
         click.option(
             "--resample",
@@ -33,8 +73,8 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--input", "input_", default="u", show_default=True, help="Name of the input column."),
         click.option("--time", default="t", show_default=True, help="Name of the time column (s)."),
     ):
-        f = option(f)
-    return f
+        option(command)
+    return command
 
 
 def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
@@ -49,22 +89,3 @@ def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
         except json.JSONDecodeError:
             values[name] = text
     return values
-
-
-def read(
-    path: str,
-    time: str,
-    input_: str,
-    output: str | None,
-    rate: float | None,
-    resample: str | None,
-    train: str | None = None,
-) -> Dataset:
-    """The data file that `data_options` describe; `output` None reads no output column."""
-    from hystfmu.data import Dataset
-
-    try:
-        to: Any = resample if resample in (None, "median") else float(resample)
-    except ValueError:
-        raise InputError(f"--resample {resample}: write a rate in Hz, or nothing for the median step") from None
-    return Dataset.from_csv(path, time, input_, output, rate, train, to)

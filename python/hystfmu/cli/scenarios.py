@@ -74,7 +74,7 @@ def run(
              hystfmu run loop.ssp -o out.csv
     """
     if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
-        from hystfmu.scenario.ssp_file import run_ssp_file
+        from hystfmu.scenario.ssp_run import run_ssp_file
 
         lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out)
         click.echo("\n".join(lines))

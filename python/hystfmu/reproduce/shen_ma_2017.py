@@ -18,7 +18,6 @@ import numpy as np
 from hystfmu import accuracy, signals
 from hystfmu.core import Array
 from hystfmu.data import Dataset
-from hystfmu.errors import InputError
 from hystfmu.identify import errors, fit, options, prandtl_ishlinskii
 from hystfmu.identify.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.constraint_factor_mlp import SHARE, fit_operator
@@ -27,7 +26,7 @@ from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.options import resolve
 from hystfmu.identify.plays import plays, thresholds
 from hystfmu.model import Model
-from hystfmu.reproduce import Report, Row, sums_of_plays
+from hystfmu.reproduce import Report, Row, dbo_piezo, sums_of_plays
 from hystfmu.synthetic import stack
 
 SAMPLES, RATE = 1916, 200.0  # Hz: one cycle per second
@@ -59,7 +58,7 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
     hidden : sequence of int
         Numbers of hidden neurons to try; the paper tries 1..100: `FULL`.
     """
-    measured = None if data is None else _measured(data)
+    measured = None if data is None else dbo_piezo.measured(data)[0]
     record = paper_record()
     half = record.with_train((0, SAMPLES // 2))
     rows = _branches(record)
@@ -286,19 +285,9 @@ def _held_out(half: Dataset, progress: Progress) -> list[Row]:
 
 
 # ---- measured data ---------------------------------------------------------------------------------------------------
-def _measured(folder: Path) -> Dataset:
-    """dbo_piezo: displacement one sample late, trained on one decaying sine (rows 2000:4200)."""
-    name = "Test_Vi_Do_Di.dat"
-    for path in (folder / name, folder / "dbo_piezo" / name):
-        if path.is_file():
-            v = np.loadtxt(path)
-            return Dataset.from_signal(v[:-1, 0], v[1:, 4], 1 / 200, "dbo_piezo").with_train((2000, 4200))
-    raise InputError(f"{folder}: no file {name!r} there, nor in its folder 'dbo_piezo'")
-
-
 def _on_measured(data: Dataset) -> list[Row]:
     def rms(model: Model) -> float:
-        return errors(model.predict(data.u)[3000:13800], data.y[3000:13800], 1.0)["rms"]
+        return accuracy.rms((model.predict(data.u) - data.y)[dbo_piezo.RESULT])
 
     network = fit(data, "constraint_factor_mlp")
     n = int(network.fit["parameters"])

@@ -15,8 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
+from hystfmu.csv_file import csv_text
 from hystfmu.errors import InputError
 from hystfmu.files import read_bytes, write_bytes
 from hystfmu.fmu.archive import MOST_UNPACKED
@@ -215,6 +214,4 @@ def _values(name: str, values: dict[str, float], version: Version) -> bytes:
 def _reference(system: System, trace: Trace) -> bytes:
     """All rows of the recorded signals; without a list those of all outputs."""
     names = list(system.case.record) or list(system.columns)
-    table = np.column_stack([trace.t, *[trace[n] for n in names]])
-    lines = [",".join(["t", *names])] + [",".join(map(repr, row)) for row in table.tolist()]
-    return ("\n".join(lines) + "\n").encode()
+    return csv_text({"t": trace.t} | {n: trace[n] for n in names}).encode()
