@@ -16,7 +16,7 @@ from hystfmu.plot import Line, Plot
 from hystfmu.scenario import build, run_scenarios
 from hystfmu.scenario.delay_budget import delay_budget
 from hystfmu.scenario.report import write_report
-from hystfmu.scenario.spec import Scenario
+from hystfmu.scenario.case import Scenario
 
 
 @pytest.fixture

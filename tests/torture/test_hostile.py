@@ -20,7 +20,7 @@ from embedded import graphs
 
 from hystfmu import Dataset, InputError, Model
 from hystfmu.fmu import export_fmu
-from hystfmu.scenario import spec
+from hystfmu.scenario import Scenario
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.ssp import write_ssp
 from hystfmu.scenario.ssp_file import read_ssp
@@ -158,11 +158,11 @@ def fmu3_file(folder: Path) -> Path:
 
 
 def ssp_file(folder: Path) -> Path:
-    return write_ssp(spec.Scenario(scenario_file(folder)).cases[0], folder / "pid.ssp")
+    return write_ssp(Scenario(scenario_file(folder)).cases[0], folder / "pid.ssp")
 
 
 def read_scenario(path: Path) -> None:
-    for case in spec.Scenario(path).cases:
+    for case in Scenario(path).cases:
         build(case)
 
 

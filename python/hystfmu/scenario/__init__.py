@@ -15,7 +15,8 @@ from hystfmu.scenario.fmu_member import FmuStore
 from hystfmu.scenario.fused import to_graph
 from hystfmu.scenario.run import Engine
 from hystfmu.scenario.simulation import simulate
-from hystfmu.scenario.spec import Scenario, Scheme, split_end
+from hystfmu.scenario.case import Scenario, split_end
+from hystfmu.scenario.spec import Scheme
 from hystfmu.scenario.system import System, build, signals
 from hystfmu.scenario.trace import Stopped, Trace
 from hystfmu.scenario.verdict import Verdict, judge

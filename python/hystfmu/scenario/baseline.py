@@ -19,7 +19,8 @@ import pydantic
 from hystfmu.core import Array
 from hystfmu.errors import InputError
 from hystfmu.files import read_bytes, read_toml, write_text, write_toml
-from hystfmu.scenario.spec import Case, TubeSpec
+from hystfmu.scenario.case import Case
+from hystfmu.scenario.spec import TubeSpec
 from hystfmu.scenario.trace import Trace
 
 ROUNDING = 1e-9  # percent of stroke, or unit of the signal: an error that is rounding alone may change by as much

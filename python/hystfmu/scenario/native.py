@@ -19,11 +19,11 @@ from hystfmu.core import Array, library
 from hystfmu.errors import InputError
 from hystfmu.executor import Executor
 from hystfmu.graph import Node
+from hystfmu.scenario.case import split_end
 from hystfmu.scenario.events import cuts
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.fused import segments
 from hystfmu.scenario.native_unit import ForeignUnit, GraphUnit, Unit
-from hystfmu.scenario.spec import split_end
 from hystfmu.scenario.system import Part, System
 from hystfmu.scenario.trace import Stopped, Trace
 from hystfmu.scenario.unit_graph import changed

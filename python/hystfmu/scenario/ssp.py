@@ -24,7 +24,7 @@ from hystfmu.graph import Graph
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.fused import to_graph
 from hystfmu.scenario.simulation import simulate
-from hystfmu.scenario.spec import Case
+from hystfmu.scenario.case import Case
 from hystfmu.scenario.system import Part, System, build
 from hystfmu.scenario.trace import Trace
 from hystfmu.scenario.unit_graph import changed

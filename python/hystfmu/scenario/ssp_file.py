@@ -19,7 +19,8 @@ import numpy as np
 from hystfmu.core import Array
 from hystfmu.errors import InputError
 from hystfmu.fmu.cache import unpacked
-from hystfmu.scenario.spec import Case, CouplingSpec, Scheme, UnitSpec
+from hystfmu.scenario.case import Case
+from hystfmu.scenario.spec import CouplingSpec, Scheme, UnitSpec
 from hystfmu.scenario.ssp import OSP, OURS, REFERENCE, SSD, SSV
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")

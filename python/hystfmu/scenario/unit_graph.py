@@ -10,7 +10,8 @@ from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node, Port, Value
 from hystfmu.model import Model
 from hystfmu.scenario.foreign import Foreign
-from hystfmu.scenario.spec import Case, UnitSpec, inside
+from hystfmu.scenario.case import Case, inside
+from hystfmu.scenario.spec import UnitSpec
 
 
 def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:

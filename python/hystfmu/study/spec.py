@@ -14,7 +14,7 @@ from hystfmu.errors import InputError
 from hystfmu.files import read_toml
 from hystfmu.graph_table import STRICT, Name
 from hystfmu.scenario import Scenario
-from hystfmu.scenario.spec import MOST_BYTES, Case, split_end
+from hystfmu.scenario.case import MOST_BYTES, Case, split_end
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 MOST_ROWS = 10_000_000
