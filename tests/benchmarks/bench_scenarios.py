@@ -26,7 +26,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from hystfmu.fmu.export import export_fmu
 from hystfmu.scenario import Scenario, build, simulate
-from hystfmu.scenario.fmu_member import FmuStore
+from hystfmu.scenario.fmu_store import FmuStore
 from hystfmu.scenario.native import Native
 from hystfmu.study import run_study
 from hystfmu.terminal import table

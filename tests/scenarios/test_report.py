@@ -14,9 +14,9 @@ import pytest
 from hystfmu.page import Section, Table
 from hystfmu.plot import Line, Plot
 from hystfmu.scenario import build, run_scenarios
+from hystfmu.scenario.case import Scenario
 from hystfmu.scenario.delay_budget import delay_budget
 from hystfmu.scenario.report import write_report
-from hystfmu.scenario.case import Scenario
 
 
 @pytest.fixture

@@ -10,12 +10,12 @@ from typing import Any
 
 from hystfmu.errors import InputError
 from hystfmu.scenario.baseline import Baseline, Change, Record, changes, sample_rows, save_baseline
+from hystfmu.scenario.case import Scenario, split_end
 from hystfmu.scenario.events import missed
-from hystfmu.scenario.fmu_member import FmuStore
+from hystfmu.scenario.fmu_store import FmuStore
 from hystfmu.scenario.fused import to_graph
 from hystfmu.scenario.run import Engine
 from hystfmu.scenario.simulation import simulate
-from hystfmu.scenario.case import Scenario, split_end
 from hystfmu.scenario.spec import Scheme
 from hystfmu.scenario.system import System, build, signals
 from hystfmu.scenario.trace import Stopped, Trace

@@ -7,57 +7,21 @@ the binary are called without a wrapper in between.
 from __future__ import annotations
 
 import ctypes as C
-import shutil
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal
 
 import numpy as np
 
-from hystfmu.graph import Graph, Port
+from hystfmu.ports import Port
+from hystfmu.scenario.fmu_store import FmuStore
 from hystfmu.scenario.foreign import Foreign, ForeignPort
 from hystfmu.scenario.hold import Lines, weights
+from hystfmu.scenario.member import whole_turn
 from hystfmu.scenario.memory import mark, n_state
 from hystfmu.scenario.system import Part, System
 from hystfmu.scenario.trace import Stopped
-
-
-class FmuStore:
-    """Exported and unpacked FMUs in a temporary folder (TMPDIR is honoured) that is gone at the end of the `with`."""
-
-    def __init__(self) -> None:
-        self.folder = Path(tempfile.mkdtemp(prefix="hystfmu_run_"))
-        self._known: dict[tuple[str, int], tuple[Path, Any]] = {}
-
-    def __enter__(self) -> FmuStore:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, e: BaseException | None, tb: TracebackType | None) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Remove everything."""
-        shutil.rmtree(self.folder, ignore_errors=True)
-
-    def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:
-        """Folder and model description of the graph as an FMU; exported on first use."""
-        key = (graph.token, fmi)
-        if key not in self._known:
-            import fmpy
-
-            from hystfmu.fmu.export import export_fmu
-
-            archive = self.folder / f"unit_{len(self._known)}.fmu"
-            export_fmu(graph, archive, fmi=fmi)
-            folder = self.folder / archive.stem
-            fmpy.extract(str(archive), str(folder))
-            archive.unlink()
-            self._known[key] = (folder, fmpy.read_model_description(str(folder), validate=False))
-        return self._known[key]
 
 
 def _window(values: C.Array[C.c_double], first: int, n: int) -> C.Array[C.c_double]:
@@ -137,6 +101,7 @@ class FmuMember:
         self.any_step, self._length = part.any_step, system.length(part)
         self._h = C.c_double(self._length / part.substeps)
         kind = FMU2Slave if fmi == 2 else FMU3Slave
+        self._fmi = fmi
         self._fmu = kind(
             guid=description.guid,
             modelIdentifier=description.coSimulation.modelIdentifier,
@@ -194,7 +159,7 @@ class FmuMember:
         self._wired = [source.get(n, -1) for n in read]
         self._vr, self._rollback = (vr_in, vr_out), not forward
         self._put, self._do, self._get = put if read else _nothing, do, get if part.outputs else _nothing
-        self.turn: Sequence[Callable[[], int]] = [self._turn]
+        self.turn: Sequence[Callable[[], int]] = [partial(whole_turn, self)]
         if part.substeps > 1 or self._lines is not None:
             return
         wanted: list[tuple[object, Callable[[], int]]] = [(self._copies, self._copy), (read, put), (do, do)]
@@ -216,12 +181,13 @@ class FmuMember:
     def calls(self) -> Calls:
         """What the master in C needs to call this FMU."""
         names = ["fmi2SetReal", "fmi2DoStep", "fmi2GetReal", "fmi2GetFMUstate", "fmi2SetFMUstate"]
-        fmi3 = hasattr(self._fmu, "setFloat64")
-        if fmi3:
+        if self._fmi == 3:
             names = ["fmi3SetFloat64", "fmi3DoStep", "fmi3GetFloat64", "fmi3GetFMUState", "fmi3SetFMUState"]
         used = names if self._rollback else names[:3]
         functions = [C.cast(self._fmu.dll[n], C.c_void_p).value for n in used]
-        return Calls(fmi3, functions, self._fmu.component, self._wired, list(self._u), *self._vr, self._rollback)
+        return Calls(
+            self._fmi == 3, functions, self._fmu.component, self._wired, list(self._u), *self._vr, self._rollback
+        )
 
     def free_state(self, state: int) -> None:
         """Free a state that the master in C saved."""
@@ -233,12 +199,12 @@ class FmuMember:
         return self._said[-1] if self._said else "without a word"
 
     def start(self, t0: float) -> None:
-        if hasattr(self._fmu, "setupExperiment"):
+        if self._fmi == 2:
             self._fmu.setupExperiment(startTime=t0)
             self._fmu.enterInitializationMode()
         else:
             self._fmu.enterInitializationMode(startTime=t0)
-        put = self._fmu.setFloat64 if hasattr(self._fmu, "setFloat64") else self._fmu.setReal
+        put = self._fmu.setReal if self._fmi == 2 else self._fmu.setFloat64
         for reference, constants in self._constants:
             put([reference], constants)
         self._copy()
@@ -261,12 +227,6 @@ class FmuMember:
         self._h.value = (self._length if h is None else h) / self._substeps
         if self._lines is not None:
             self._lines.cut()
-
-    def _turn(self) -> int:
-        self.copy()
-        self.advance()
-        self.take()
-        return 0
 
     def copy(self) -> None:
         if self._lines is not None:
@@ -302,7 +262,7 @@ class FmuMember:
     def memory(self) -> str:
         assert not isinstance(self._graph, Foreign)
         self.save()
-        serialize = getattr(self._fmu, "serializeFMUstate", None) or self._fmu.serializeFMUState
+        serialize = self._fmu.serializeFMUstate if self._fmi == 2 else self._fmu.serializeFMUState
         # the bytes of ours end with the state of the core
         state = np.frombuffer(serialize(self._state)[-8 * n_state(self._graph) :])
         return mark(self._graph, state)

@@ -51,3 +51,11 @@ class Member(Protocol):
 
     def close(self) -> None:
         """Free what the unit holds."""
+
+
+def whole_turn(member: Member) -> int:
+    """A turn in one call, for members whose steps need more than a list of calls of a binary; a failure is raised."""
+    member.copy()
+    member.advance()
+    member.take()
+    return 0

@@ -16,7 +16,8 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.scenario.events import cuts
-from hystfmu.scenario.fmu_member import FmuMember, FmuStore
+from hystfmu.scenario.fmu_member import FmuMember
+from hystfmu.scenario.fmu_store import FmuStore
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.member import Member
 from hystfmu.scenario.system import System

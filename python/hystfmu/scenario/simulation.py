@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hystfmu.scenario.fmu_member import FmuStore
+from hystfmu.scenario.fmu_store import FmuStore
 from hystfmu.scenario.run import Engine, simulate_here
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Trace

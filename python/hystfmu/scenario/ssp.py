@@ -21,10 +21,10 @@ from hystfmu.files import read_bytes, write_bytes
 from hystfmu.fmu.archive import MOST_UNPACKED
 from hystfmu.fmu.xml_file import xml_file
 from hystfmu.graph import Graph
+from hystfmu.scenario.case import Case
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.fused import to_graph
 from hystfmu.scenario.simulation import simulate
-from hystfmu.scenario.case import Case
 from hystfmu.scenario.system import Part, System, build
 from hystfmu.scenario.trace import Trace
 from hystfmu.scenario.unit_graph import changed

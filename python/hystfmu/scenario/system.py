@@ -16,10 +16,10 @@ import numpy as np
 
 from hystfmu.core import Array
 from hystfmu.errors import InputError
-from hystfmu.fmu.structure import is_sampled
+from hystfmu.continuous import is_sampled
 from hystfmu.graph import Graph
-from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.case import Case, split_end
+from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.unit_graph import load_unit, parameter_names, scalar_names, start_values, with_values
 
 MOST_VALUES = 50_000_000  # doubles recorded in one case

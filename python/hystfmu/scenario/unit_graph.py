@@ -9,8 +9,8 @@ import numpy as np
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node, Port, Value
 from hystfmu.model import Model
-from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.case import Case, inside
+from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.spec import UnitSpec
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import ctypes as C
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from hystfmu.errors import InputError
 from hystfmu.scenario.hold import Lines, weights
+from hystfmu.scenario.member import whole_turn
 from hystfmu.scenario.memory import mark
 from hystfmu.scenario.system import Part, System
 from hystfmu.scenario.trace import Stopped
@@ -29,7 +31,7 @@ class UnitMember:
         self._h, self._substeps = self._length / part.substeps, part.substeps
         self._graph, self._unit = part.own, Unit(part.own)
         self._constants, self._values, self._t = part.constants, values, clock
-        self.turn: Sequence[Callable[[], int]] = [self._step]
+        self.turn: Sequence[Callable[[], int]] = [partial(whole_turn, self)]
         links = [link for link in system.links if link.to == system.parts.index(part)]
         self._lines = Lines([j for _, j in sources], weights(system, links), part.substeps, values)
         self._straight = part.hold == "first"
@@ -42,12 +44,6 @@ class UnitMember:
         self._set([self._values[j] for _, j in self._inputs])
         self._unit.initialize(t0)
         self.take()
-
-    def _step(self) -> int:
-        self.copy()
-        self.advance()
-        self.take()
-        return 0
 
     def stopped(self) -> Stopped:
         return Stopped(f"{self.name} refuses the step from t = {self._t.value:g} s")

@@ -8,8 +8,8 @@ import numpy as np
 
 from hystfmu.errors import InputError
 from hystfmu.scenario.baseline import ROUNDING, Baseline, compare
-from hystfmu.scenario.metrics import measure
 from hystfmu.scenario.case import Case
+from hystfmu.scenario.metrics import measure
 from hystfmu.scenario.trace import Trace
 
 

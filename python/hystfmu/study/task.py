@@ -10,7 +10,7 @@ from typing import Any
 import hystfmu
 from hystfmu.errors import InputError
 from hystfmu.scenario import build
-from hystfmu.scenario.fmu_member import FmuStore
+from hystfmu.scenario.fmu_store import FmuStore
 from hystfmu.scenario.metrics import measure
 from hystfmu.scenario.native import Native
 from hystfmu.scenario.run import Engine, simulate_here
