@@ -16,8 +16,8 @@ import numpy as np
 from hystfmu.core import Array
 from hystfmu.errors import InputError
 from hystfmu.graph import Node
-from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.case import MOST_STEPS
+from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.system import Part, System
 
 NEAR = 1e-9  # `hyst_reached` of the core counts a time as reached; of the time, and here of the step as well

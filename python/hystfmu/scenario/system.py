@@ -14,9 +14,9 @@ from typing import Literal
 
 import numpy as np
 
+from hystfmu.continuous import is_sampled
 from hystfmu.core import Array
 from hystfmu.errors import InputError
-from hystfmu.continuous import is_sampled
 from hystfmu.graph import Graph
 from hystfmu.scenario.case import Case, split_end
 from hystfmu.scenario.foreign import Foreign
