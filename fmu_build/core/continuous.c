@@ -68,7 +68,7 @@ void hyst_graph_commit(hyst_graph *g, double t) {
     const hyst_node *n = g->nodes + i;
     if (hyst_class_of(n->block) != HYST_HYSTERETIC) continue;
     hyst_gather(g, n, t);
-    if (n->block->flags & HYST_IMPLICIT) n->x[0] = n->y[0];
+    if (n->block->flags & HYST_IMPLICIT) hyst_implicit_take(n, n->u[HYST_IMPLICIT_MODEL] - n->u[HYST_IMPLICIT_WANTED]);
     else n->block->update(n->dim, n->p, n->x, n->u, 1); /* no such block looks at the length of a step */
   }
 }

@@ -70,9 +70,14 @@ static double residual(void *ctx, double u) {
   return c->n->u[HYST_IMPLICIT_MODEL] - c->n->u[HYST_IMPLICIT_WANTED];
 }
 
-void hyst_implicit_solve(const hyst_graph *g, const hyst_node *n, double t, int starting) {
+double hyst_implicit_solve(const hyst_graph *g, const hyst_node *n, double t, int starting) {
   trial c = {g, n, t, starting};
-  n->y[0] = hyst_root(residual, &c, n->p[HYST_IMPLICIT_LO], n->p[HYST_IMPLICIT_HI], n->x[0]);
+  const double lo = n->p[HYST_IMPLICIT_LO], hi = n->p[HYST_IMPLICIT_HI], wanted = n->u[HYST_IMPLICIT_WANTED];
+  const double *asked = n->x + HYST_IMPLICIT_ASKED, last = hyst_clamp(n->x[HYST_IMPLICIT_ROOT], lo, hi);
+  double off = residual(&c, last);
+  const int same = wanted == asked[0] && lo == asked[1] && hi == asked[2] && off == asked[3];
+  n->y[0] = same ? last : hyst_root(residual, &c, lo, hi, last, &off);
   for (const hyst_node *m = n + 1, *end = g->nodes + g->n_nodes; starting && m < end; m++)
     if (m->tried_by == (int)(n - g->nodes)) hyst_rest(m);
+  return off;
 }

@@ -92,9 +92,9 @@ def test_of_two_roots_it_takes_the_one_near_the_last():
     assert step(y=0.3) == pytest.approx(0.3, abs=1e-15)
     assert step(y=0.3, inv_lo=0.6) == pytest.approx(0.7, abs=1e-15)
     assert step(y=0.35, inv_lo=0.0) == pytest.approx(0.65, abs=1e-15)  # 0.35 is a root as well, further away
-    found = [step(y=0.8) for _ in range(6)]  # out of reach: a searched point that comes closer than the bounds
-    assert abs(found[0] - 0.5) < 0.05
-    assert abs(found[-1] - 0.5) < 0.002  # and closer from there
+    found = {step(y=0.8) for _ in range(3)}  # out of reach: the extremum, and no other one from there
+    assert len(found) == 1
+    assert abs(found.pop() - 0.5) < 0.002
 
 
 def test_at_the_start_the_model_is_tried_as_it_starts():
@@ -124,6 +124,34 @@ def test_trials_leave_no_trace_and_commits_are_steps():
             c.commit(float(k))
         got.append(c.get(1))
     assert np.array(got).tobytes() == g.run(r).tobytes()
+
+
+def test_asked_again_it_answers_the_same_and_sees_new_parameters():
+    """An importer may let an event happen twice at one time, and hold an input: not one bit may move."""
+    m = fitted("play_bank_mlp", iterations=10, starts=1)
+    g = inverse(m, "implicit").graph
+    r = m.predict(0.8 * signals.nested_reversals(20, 5))
+    c = ContinuousExecutor(g.to_bytes())
+    got = []
+    for k, v in enumerate(r):
+        c.set(0, v)
+        if k == 0:
+            c.start(0.0)
+        for _ in range(3):
+            c.commit(float(k))
+            got.append(c.get(1))
+    assert np.array_equal(np.repeat(g.run(r), 3), got)
+    held = np.repeat(r, 3)
+    assert np.array_equal(g.run(held).ravel(), got)
+    unit = Unit(around([Node("m", "scaling", {"n": 1})], [], ["m.u"], "m.y", **LIMITS))
+    unit.initialize(0.0, y=0.6)
+    unit.set("m_gain", 1.5)
+    unit.do_step(0.0, 1.0)
+    assert unit.get("u") == pytest.approx(0.4, abs=1e-15)
+    for hi, want in ((0.3, 0.3), (2.0, 0.4)):
+        unit.set("inv_hi", hi)
+        unit.do_step(0.0, 1.0)
+        assert unit.get("u") == pytest.approx(want, abs=1e-15)
 
 
 # ---- where there is none --------------------------------------------------------------------------------------------

@@ -7,17 +7,22 @@
 #include "../root.h"
 
 #define DIMS(D)
-#define VARS(V)                                                          \
-  V(lo, PARAM, 1, "real", "1", -1.0, -1e300, 1e300, "lower limit of u")  \
-  V(hi, PARAM, 1, "real", "1", 1.0, -1e300, 1e300, "upper limit of u")   \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output") \
-  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model output")  \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model input")  \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last root")
+#define VARS(V)                                                           \
+  V(lo, PARAM, 1, "real", "1", -1.0, -1e300, 1e300, "lower limit of u")   \
+  V(hi, PARAM, 1, "real", "1", 1.0, -1e300, 1e300, "upper limit of u")    \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output")  \
+  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model output")   \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model input")   \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last root") \
+  V(asked, STATE, 4, "real", "1", 0.0, -HYST_INF, HYST_INF, "what it was found for: y, lo, hi; h - y there")
 
-static double constant(void *residual, double u) {
+static double constant(void *off, double u) {
   (void)u;
-  return *(const double *)residual;
+  return *(const double *)off;
+}
+static double alone(double off, double lo, double hi, double last) {
+  double at_root = off;
+  return hyst_root(constant, &off, lo, hi, hyst_clamp(last, lo, hi), &at_root);
 }
 
 HYST_PREPARE_FN(prepare) {
@@ -26,13 +31,11 @@ HYST_PREPARE_FN(prepare) {
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
-  double residual = *h - *y;
-  *u = hyst_root(constant, &residual, *lo, *hi, *u_last);
+  *u = alone(*h - *y, *lo, *hi, *u_last);
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
-  double residual = *h - *y;
-  *u_last = hyst_root(constant, &residual, *lo, *hi, *u_last);
+  *u_last = alone(*h - *y, *lo, *hi, *u_last);
 }
 HYST_BLOCK(implicit_inverse, .text = "Implicit inverse: the input at which a static model has the wanted output",
            .equation = "u in [lo, hi] such that h(u) = y, h the output of the model between u and h",
