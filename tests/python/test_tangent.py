@@ -101,6 +101,24 @@ def test_a_graph_chains_the_tangents_of_its_blocks(make):
     assert np.abs(got).min() > 1e-4
 
 
+def test_a_steep_duhem_operator_has_the_derivative_of_its_long_steps():
+    """Where they are too long for the law, its own slope at their end may be several times that of the answer."""
+    values = {"a_rise": [3.0, 1.0], "k": 0.0, "b_rise": [-90.0, 5.0, -9.0, 2.0], "c_rise": [-9.0, 4.0, 3.0, 1.0]}
+    values |= {"a_fall": [2.0, 0.5], "b_fall": [80.0, 2.0, 6.0, 1.0], "c_fall": [8.0, 3.0, 2.0, 2.0]}
+    graph = Graph.single(Node("b", "duhem", {"m": 1, "q": 2}, {**values, "du_max": 0.02, "w_max": 0.5}))
+    rng, crossed = np.random.default_rng(3), 0
+    for _ in range(20):
+        c = after(graph, rng.uniform(-1, 1, 5))
+        before = c.get(graph.n_inputs)
+        for at in rng.uniform(-1, 1, 20):
+            put(c, [at])
+            c.evaluate(0.0)
+            crossed += c.get(graph.n_inputs) * before < 0
+            got = c.tangent([1.0], [], 1)[0][0]
+            assert got == pytest.approx(differences(graph, c, np.ones(1), np.zeros(0))[0], rel=1e-6, abs=1e-7)
+    assert crossed > 20
+
+
 def test_sampled_blocks_hold():
     nodes = [Node("a", "pid"), Node("b", "scaling", {"n": 1}, {"gain": 3.0})]
     graph = Graph(

@@ -51,8 +51,8 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
     of `hystfmu.fmu.trials` on Co-Simulation: start values read back, equal runs from new instances, no effect of get
     and set, reset, saved states, two instances, dependencies, directional derivatives, leaks, loading and unloading,
     odd folders; and those of `hystfmu.fmu.exchange_trials` on Model Exchange: equal runs, no effect of steps that are
-    not accepted, derivatives after steps. Everything but the first step happens in child processes with limits of
-    time and memory.
+    not accepted, dependencies and derivatives after steps. Everything but the first step happens in child processes
+    with limits of time and memory.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from hystfmu.fmu.guest import Guest, Instance, Values, slope_differs
 _STEPS, _PARTS = 40, 8  # steps of the default experiment; parts of each where there are continuous states
 _TOO_LARGE = 1e12
 _MOST_EVENTS, _MOST_PAIRS = 100, 64
-_NEAR = 1e-2  # a unit that integrates along its input gives the slope of the curve, not that of its own long step
+_MOVES = 1e-9  # of a value: less may come from the iterations of a solver inside
 
 
 class _Unit:
@@ -120,43 +120,93 @@ def model_exchange(guest: Guest) -> Iterator[str]:
                 yield f"Model Exchange differs from Co-Simulation: {where}"
 
 
+class _Point:
+    """Outputs and derivatives where a run stands, as functions of one input or continuous state."""
+
+    def __init__(self, unit: _Unit) -> None:
+        self.unit, self.guest = unit, unit.guest
+        self.t = self.guest.t0 + _STEPS * self.guest.h
+        listed = [u.variable for u in self.guest.description.derivatives]
+        self.rates = listed if len(listed) == unit.n else []  # states that are arrays: not looked at
+        self.states = [v.derivative for v in self.rates]
+        self.knowns = [*self.guest.inputs, *self.states]
+        self.unknowns = [v for v in self.guest.outputs if v.type in ("Real", "Float64")] + self.rates
+
+    def size(self, known: Any) -> float:
+        """Of a known."""
+        x = self.unit.x[self.states.index(known)] if known in self.states else self.guest.excitation(known, _STEPS)[0]
+        return max(1.0, abs(x))
+
+    def values(self, known: Any, off: float) -> list[Values]:
+        """Of all unknowns, with one known moved by `off`."""
+        x = list(self.unit.x)
+        if known in self.states:
+            x[self.states.index(known)] += off
+        self.unit.put(self.t, _STEPS, x)
+        if known not in self.states:
+            self.unit.made.set(known, self.guest.excitation(known, _STEPS, off))
+        return [self.unit.made.get(v) for v in self.unknowns]
+
+
+def exchange_dependencies(guest: Guest) -> Iterator[str]:
+    """What moves at once with an input or a continuous state says so in its dependencies; in Event Mode too."""
+    structure = [*guest.description.outputs, *guest.description.derivatives]
+    declared = {u.variable.name: {v.name for v in u.dependencies} for u in structure if u.dependencies is not None}
+    found: list[str] = []
+
+    def compare(point: _Point, known: Any, a: list[Values], b: list[Values]) -> None:
+        for unknown, before, after in zip(point.unknowns, a, b, strict=True):
+            silent = unknown.name in declared and known.name not in declared[unknown.name]
+            if silent and any(abs(y - x) > _MOVES * max(1.0, abs(x)) for x, y in zip(before, after, strict=True)):
+                found.append(
+                    f"{unknown.name} depends on {known.name} at once, but modelDescription.xml says that it does not"
+                )
+
+    def look(unit: _Unit) -> None:
+        point = _Point(unit)
+        for known in point.knowns[:_MOST_PAIRS]:
+            for off in (-0.3, 0.3):
+                compare(point, known, point.values(known, 0.0), point.values(known, off * point.size(known)))
+        unit.put(unit.next if math.isfinite(unit.next) else point.t, _STEPS, unit.x)
+        unit.made.call("entering Event Mode", "enterEventMode")
+        for v in guest.inputs[:_MOST_PAIRS]:
+            values = []
+            for off in (0.3, 0.0):
+                unit.made.set(v, guest.excitation(v, _STEPS, off))
+                values.append([unit.made.get(y) for y in point.unknowns])
+            compare(point, v, *values)
+
+    _run(guest, at_end=look)
+    yield from dict.fromkeys(found)
+
+
 def exchange_derivatives(guest: Guest) -> Iterator[str]:
     """Directional derivatives after the steps agree with differences, where inputs and states act at once."""
-    if not guest.description.modelExchange.providesDirectionalDerivative:
+    if "ModelExchange" not in guest.with_derivatives:
         return
     found: list[str] = []
 
-    def compare(unit: _Unit) -> None:
-        listed = guest.description.derivatives
-        rates = [u.variable for u in listed if not u.variable.shape]
-        states = [v.derivative for v in rates] if len(rates) == unit.n else []
-        unknowns = [v for v in guest.outputs if v.type in ("Real", "Float64") and not v.shape] + rates
-        knowns = [v for v in guest.inputs if not v.shape] + states
-        end = guest.t0 + _STEPS * guest.h
+    def look(unit: _Unit) -> None:
+        point = _Point(unit)
+        scalar = [(k, v) for k, v in enumerate(point.unknowns) if not v.shape]
+        for known in [v for v in point.knowns if not v.shape][: _MOST_PAIRS // max(1, len(scalar))]:
+            for k, unknown in scalar:
 
-        def values(known: Any, off: float) -> list[float]:
-            x = list(unit.x)
-            if known in states:
-                x[states.index(known)] += off
-            unit.put(end, _STEPS, x)
-            if known not in states:
-                unit.made.set(known, [guest.excitation(known, _STEPS)[0] + off])
-            return [unit.made.get(v)[0] for v in unknowns]
+                def value(off: float, known: Any = known, k: int = k) -> float:
+                    return point.values(known, off)[k][0]
 
-        for known in knowns[: _MOST_PAIRS // max(1, len(unknowns))]:
-            e = 1e-6 * max(1.0, abs(values(known, 0.0)[0]) if known in states else abs(guest.excitation(known, 0)[0]))
-            low, high, here = values(known, -e), values(known, e), values(known, 0.0)
-            for k, unknown in enumerate(unknowns):
+                value(0.0)
                 got = unit.made.derivative(unknown, known)
-                if slope := slope_differs(got, (low[k], here[k], high[k]), e, _NEAR):
+                if slope := slope_differs(got, value, 1e-6 * point.size(known)):
                     pair = f"{unknown.name} with respect to {known.name}"
                     found.append(f"the derivative of {pair} is {got:.6g} after steps, differences give {slope}")
 
-    _run(guest, at_end=compare)
+    _run(guest, at_end=look)
     yield from found
 
 
 EXCHANGE_TRIALS: dict[str, Callable[[Guest], Iterator[str]]] = {
     "running Model Exchange": model_exchange,
+    "trying the dependencies in Model Exchange": exchange_dependencies,
     "comparing derivatives with differences in Model Exchange": exchange_derivatives,
 }

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import math
 import struct
+import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 Values = tuple[float, ...]
+_NEAR = 1e-4  # of a slope
+_ROUNDING = 2**-50  # four units in the last place of a value
 
 
 class Finding(Exception):
@@ -23,11 +26,19 @@ def _count(v: Any) -> int:
     return math.prod(v.shape) if v.shape else 1
 
 
-def slope_differs(got: float, values: tuple[float, float, float], e: float, near: float = 1e-4) -> str:
-    """The slope through values e apart, if a derivative is not near it; at a corner those of one side will do."""
-    low, here, high = values
+def slope_differs(got: float, value: Callable[[float], float], e: float) -> str:
+    """The slope through value(-e), value(0) and value(e), if a derivative is not near it.
+
+    At a corner the slope of one side will do, at a jump any: there is none.  Values of 1e12 are rounded to 1e-4: no
+    slope shows through them better than that by e.
+    """
+    low, here, high = (value(off) for off in (-e, 0.0, e))
     slopes = (high - low) / (2 * e), (high - here) / e, (here - low) / e
-    return "" if any(abs(got - s) <= near * max(1.0, abs(s)) for s in slopes) else f"{slopes[0]:.6g}"
+    rounding = _ROUNDING * max(abs(low), abs(here), abs(high)) / e
+    if any(abs(got - s) <= _NEAR * max(1.0, abs(s)) + rounding for s in slopes):
+        return ""
+    jumps = abs(value(e / 8) - value(-e / 8)) > abs(high - low) / 2
+    return "" if jumps else f"{slopes[0]:.6g}"
 
 
 class Instance:
@@ -101,6 +112,11 @@ class Guest:
         Where it lies unpacked.
     description : ModelDescription
         As fmpy reads it.
+
+    Attributes
+    ----------
+    with_derivatives : set of str
+        Interfaces that provide directional derivatives: "CoSimulation", "ModelExchange".
     """
 
     def __init__(self, folder: Path, description: Any) -> None:
@@ -108,6 +124,10 @@ class Guest:
         self.variables = [v for v in description.modelVariables if v.type not in ("String", "Binary", "Clock")]
         self.outputs = [v for v in self.variables if v.causality == "output"]
         self.inputs = [v for v in self.variables if v.causality == "input" and v.type in ("Real", "Float64")]
+        flag = "providesDirectionalDerivative" + ("" if description.fmiVersion.startswith("2") else "s")
+        root = ET.parse(folder / "modelDescription.xml").getroot()
+        # fmpy looks for the first name in both standards
+        self.with_derivatives = {e.tag for e in root if e.get(flag) in ("true", "1")}
         experiment = description.defaultExperiment
         self.t0 = float(experiment.startTime or 0) if experiment else 0.0
         self.h = float(experiment.stepSize or 1e-3) if experiment else 1e-3
@@ -134,11 +154,20 @@ class Guest:
         values = [float({"true": 1, "false": 0}.get(w, w)) for w in str(v.start).split()]
         return tuple(values * _count(v) if len(values) == 1 else values)
 
-    def excitation(self, v: Any, k: int) -> Values:
-        """Row k of an input: it moves back and forth with growing and shrinking swings, inside its range."""
+    def excitation(self, v: Any, k: int, off: float = 0.0) -> Values:
+        """Row k of an input, moved by `off`: inside its range it swings back and forth, more and less.
+
+        Every input goes its own way: two that are alike would hide what depends on their difference.
+        """
+        phase = 2.4 * self.inputs.index(v)
         low = float(v.min) if v.min is not None else -math.inf
         high = float(v.max) if v.max is not None else math.inf
-        return tuple(min(max(x + math.sin(0.7 * k) * math.cos(0.11 * k), low), high) for x in self.start(v))
+        swing = math.sin(0.7 * k + phase) * math.cos(0.11 * k)
+
+        def inside(x: float) -> float:
+            return min(max(x, low), high)
+
+        return tuple(inside(inside(x + swing) + off) for x in self.start(v))
 
     def read(self, made: Instance) -> Values:
         """All outputs, one after the other."""
