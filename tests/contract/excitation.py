@@ -6,9 +6,10 @@ import itertools
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from hystfmu.core import BlockType, block_types
+from hystfmu.core import BlockType, Var, block_types
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node
 
@@ -16,6 +17,7 @@ Array = NDArray[np.float64]
 
 BLOCKS = sorted(block_types())
 STEP = 0.05
+every_block = pytest.mark.parametrize("name", BLOCKS)
 
 # Values without which a parameter can have no effect, each with its reason.
 NEEDED: dict[str, list[dict[str, Any]]] = {
@@ -49,3 +51,42 @@ def node(block: BlockType, values: dict[str, Any]) -> Node | None:
     except InputError:
         return None
     return made
+
+
+def default(name: str) -> Graph:
+    return Graph.single(Node(name, name))
+
+
+def some(block: BlockType) -> list[Node]:
+    """All legal configurations as nodes."""
+    nodes = [n for n in (node(block, c) for c in configurations(block)) if n]
+    assert nodes, "no configuration of the block can be built"
+    return nodes
+
+
+def run(n: Node, u: np.ndarray, h: float = STEP) -> np.ndarray:
+    return Graph.single(n).run(u, h).reshape(len(u), -1)
+
+
+def candidates(v: Var, flat: np.ndarray) -> list[np.ndarray]:
+    """Other legal values of a parameter, gentle ones first."""
+    up = np.linspace(1.0, 2.0, flat.size) if flat.size > 1 else np.array([1.5])
+    tried = [flat * up + 0.1, flat * up, flat * 0.5, flat - 0.4, flat * 0 + 0.3 * up, flat * 0 - 0.3 * up, flat + 1.0]
+    if v.type == "int":
+        tried = [flat + 1, flat - 1, flat + 2]
+    return [t for t in tried if (t >= v.lo).all() and (t <= v.hi).all() and not np.array_equal(t, flat)]
+
+
+def plain(flat: np.ndarray) -> Any:
+    return [float(f) for f in flat] if flat.size > 1 else float(flat[0])
+
+
+def perturbed(n: Node, names: set[str]) -> Node:
+    """The node with all these parameters changed as far as they fit together."""
+    for v in n.block.parameters:
+        for value in candidates(v, n.value(v.name)) if v.name in names else []:
+            made = node(n.block, {**n.values, v.name: plain(value)})
+            if made and made.dims == n.dims:
+                n = made
+                break
+    return n

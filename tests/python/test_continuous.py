@@ -49,12 +49,17 @@ def bank_and_network(n=6):
     return Graph(nodes, [("bank.z", "net.u")], [Input("u", ("bank.u",))], [Output("y", "net.y")])
 
 
-def static_graphs():
-    for name in HYSTERETIC:
+def configured(names):
+    """A graph for every configuration of these blocks."""
+    for name in names:
         block = block_types()[name]
         for k, values in enumerate(configurations(block)):
             if made := node(block, values):
                 yield pytest.param(Graph.single(made), id=f"{name}-{k}")
+
+
+def static_graphs():
+    yield from configured(HYSTERETIC)
     yield pytest.param(bank_and_network(), id="bank and network")
 
 
@@ -169,11 +174,7 @@ def test_newmark_leads_with_order_2_to_the_solution_of_the_derivatives():
 
 
 def sampled_graphs():
-    for name in SAMPLED:
-        block = block_types()[name]
-        for k, values in enumerate(configurations(block)):
-            if made := node(block, values):
-                yield pytest.param(Graph.single(made), id=f"{name}-{k}")
+    yield from configured(SAMPLED)
     nodes = [Node("control", "pid", {}, {"Kp": 0.4, "Ki": 3.0}), Node("plant", "delay", {"n": 2})]
     wires = [("control.u", "plant.u"), ("plant.y", "control.y")]
     yield pytest.param(

@@ -1,0 +1,121 @@
+"""The table of every block: names that are legal and used once, complete rows in order, a registry without gaps."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from pathlib import Path
+
+import numpy as np
+from excitation import default, every_block, some
+from raw import Raw
+
+from hystfmu.core import STEP, block_types
+
+ROOT = Path(__file__).parents[2]
+C_WORDS = set(
+    re.findall(
+        r"\w+",
+        """auto break case char const continue default do double else enum extern float for goto if inline int long
+    register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
+    and asm bool catch class delete explicit export false friend mutable namespace new not operator or private protected
+    public template this throw true try typename using virtual xor""",
+    )
+)
+MODELICA_WORDS = set(
+    re.findall(
+        r"\w+",
+        """algorithm and annotation assert block break class connect connector constant constrainedby der discrete each
+    else elseif elsewhen encapsulated end enumeration equation expandable extends external false final flow for function
+    if import impure in initial inner input loop model not operator or outer output package parameter partial protected
+    public pure record redeclare replaceable return stream then time true type when while within""",
+    )
+)
+
+
+def legal(name: str) -> bool:
+    return (
+        re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*[A-Za-z0-9]|[A-Za-z]", name) is not None  # C, Python, Modelica, XML NCName
+        and not keyword.iskeyword(name)
+        and name not in C_WORDS
+        and name not in MODELICA_WORDS
+        and name != "dt"  # an argument of update() and prepare()
+    )
+
+
+@every_block
+def test_names_are_legal_in_four_languages(name: str) -> None:
+    block = block_types()[name]
+    words = [c for v in block.vars for c in v.choices]
+    names = [v.name for v in block.vars] + [d.name for d in block.dims]
+    assert [n for n in [*names, *words, name, block.class_name] if not legal(n)] == []
+
+
+@every_block
+def test_no_name_is_used_twice(name: str) -> None:
+    block = block_types()[name]
+    names = [v.name for v in block.vars] + [d.name for d in block.dims]
+    assert sorted(names) == sorted(set(names))
+    visible = [s for p in default(name).ports for s in p.scalar_names]
+    assert len(visible) == len(set(visible))
+
+
+@every_block
+def test_rows_come_in_the_order_that_the_layout_needs(name: str) -> None:
+    kinds = [v.kind for v in block_types()[name].vars]
+    for first, then in (("cstate", "state"), ("param", "derived"), ("fixed", "derived")):
+        if first in kinds and then in kinds:
+            assert max(i for i, k in enumerate(kinds) if k == first) < kinds.index(then), f"{first} after {then}"
+
+
+@every_block
+def test_every_row_is_complete(name: str) -> None:
+    block = block_types()[name]
+    for text in (
+        block.text,
+        block.equation,
+        block.source,
+        *(d.text for d in block.dims),
+        *(v.text for v in block.vars),
+    ):
+        assert text.strip() == text
+        assert text
+        assert not text.endswith(".")
+    assert block.of("output"), "no output"
+    for d in block.dims:
+        assert 0 <= d.lo <= d.start <= d.hi, d
+    for v in block.vars:
+        assert v.unit, v
+        assert v.lo <= v.start <= v.hi, v
+        assert np.isfinite(v.start), v
+        assert v.type in ("real", "int", "bool") or len(v.choices) > 1, v
+        if v.choices:
+            assert (v.lo, v.hi) == (0, len(v.choices) - 1), v
+        if v.type == "bool":
+            assert (v.lo, v.hi) == (0, 1), v
+    assert bool(block.of("cstate")) == bool(block.raw.deriv), "continuous states and deriv() go together"
+    assert bool(block.of("derived")) <= bool(block.raw.prepare), "derived values need prepare()"
+
+
+@every_block
+def test_derived_values_that_depend_on_the_step_are_flagged(name: str) -> None:
+    block = block_types()[name]
+    for n in some(block):
+        a, b = Raw(n), Raw(n)
+        a.prepare(0.01), b.prepare(0.02)
+        assert np.array_equal(a.p, b.p) or block.flags & STEP
+
+
+def test_registry_is_the_folder() -> None:
+    files = {f.stem for f in (ROOT / "fmu_build" / "core" / "blocks").glob("*.c")}
+    assert files == set(block_types())
+
+
+def test_registry_is_sorted() -> None:
+    assert list(block_types()) == sorted(block_types())
+
+
+@every_block
+def test_at_least_one_sourced_vector(name: str) -> None:
+    files = [ROOT / "tests" / "vectors" / kind / f"{name}.toml" for kind in ("published", "derived")]
+    assert any(f.exists() for f in files), f"no tests/vectors/{{published,derived}}/{name}.toml"
