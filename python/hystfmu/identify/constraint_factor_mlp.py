@@ -16,6 +16,7 @@ from hystfmu.graph import Graph, Node
 from hystfmu.identify import output_bend, readout
 from hystfmu.identify.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.hidden_sweep import hidden_sweep
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.readout import Features, fit_readout
 
@@ -39,7 +40,7 @@ OPTIONS = (
     output_bend.OPTION,
     Option("range", 1.0, 1e-6, 10.0, text="range that the input is scaled to before the operator"),
     Option("sweep", 0, 0, 1000, text="try 1 .. sweep hidden neurons; 0: as many as `hidden` says"),
-    Option("u0", None, -1e300, 1e300, text="initial memory: the operator rests at this input; default the first input"),
+    u0_option("the operator rests"),
     *readout.options(hidden=5, starts=3, iterations=230),
 )
 
@@ -47,7 +48,7 @@ OPTIONS = (
 def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, Branch]:
     """``scaling -> constraint_factor``; the features are the scaled input x and the operator h."""
     u, y, rows = data.u, data.y, data.train
-    u0 = float(u[0]) if options["u0"] is None else options["u0"]
+    u0 = u0_of(data, options)
     gain = options["range"] / float(np.ptp(u[rows]))
     offset = -gain * float(u[rows].min() + u[rows].max()) / 2
     x, x0 = gain * u + offset, gain * u0 + offset

@@ -15,6 +15,7 @@ import numpy as np
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import output_bend, readout
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.options import Option
 from hystfmu.identify.plays import plays, thresholds
@@ -23,7 +24,7 @@ from hystfmu.identify.readout import Features, fit_readout
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
     output_bend.OPTION,
-    Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
+    u0_option("every play rests"),
     *readout.options(hidden=12, starts=3, iterations=150),
 )
 
@@ -31,7 +32,7 @@ OPTIONS = (
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling`` and the number of its parameters."""
     u, rows = data.u, data.train
-    u0 = float(u[0]) if options["u0"] is None else options["u0"]
+    u0 = u0_of(data, options)
     r = thresholds(u[rows], options["N"])
     columns = np.column_stack([u, plays(u, r, u0)])[rows]
     v, free = output_bend.straightened(u[rows], data.y[rows], options["bend"])

@@ -31,6 +31,7 @@ from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.options import Option
 from hystfmu.identify.plays import plays, thresholds
@@ -46,7 +47,7 @@ LEAST_REST = 1e-6  # a shorter rest of the delay, in samples, is dropped
 OPTIONS = (
     Option("N", 40, 1, 10000, text="number of plays in the first search"),
     Option("w0_min", 0.0, 0.0, 1e300, text="least weight of the linear term; an inverse needs more than 0"),
-    Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
+    u0_option("every play rests"),
     Option("hold", "foh", choices=("foh", "zoh"), text="input between rows: a ramp, or held (at the new value)"),
     Option("delay_max", 10.0, 0.0, 1e5, text="longest delay tried, in samples"),
     Option("zeta_max", 5.0, 0.01, 1e3, text="largest damping ratio tried"),
@@ -98,7 +99,7 @@ def build(
     Without dynamics in the data, f_n ends at its upper bound, the Nyquist frequency.
     """
     rows, h = data.train, data.h
-    u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
+    u0 = u0_of(data, options)
     middle, half = float(data.u[rows].max() + data.u[rows].min()) / 2, float(np.ptp(data.u[rows])) / 2
     x = (data.u - middle) / half
     x0 = (u0 - middle) / half

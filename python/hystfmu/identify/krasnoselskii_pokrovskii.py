@@ -15,12 +15,13 @@ import numpy as np
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.options import Option
 
 OPTIONS = (
     Option("levels", 20, 1, 200, text="points of the grid; levels (levels + 1) / 2 kernels"),
-    Option("u0", None, -1e300, 1e300, text="initial memory: demagnetised at this input; default the first input"),
+    u0_option("demagnetised"),
 )
 
 
@@ -52,7 +53,7 @@ def kernels(u: Array, a: float, p1: Array, p2: Array, k0: Array) -> Array:
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph of one block ``krasnoselskii_pokrovskii`` and the number of its weights and offset."""
-    u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
+    u0 = u0_of(data, options)
     rows = data.train
     u = data.u[rows]
     a, p1, p2 = grid(float(u.min()), float(u.max()), options["levels"])

@@ -12,20 +12,21 @@ from typing import Any
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import readout
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.plays import thresholds
 from hystfmu.identify.readout import Features, fit_readout
 
 OPTIONS = (
     Option("N", 16, 1, 10000, text="number of plays"),
-    Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
+    u0_option("every play rests"),
     *readout.options(hidden=6, starts=2, iterations=150),
 )
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``(u, play_bank) -> scaling -> mlp -> scaling`` plus a linear readout, and its number of weights."""
-    u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
+    u0 = u0_of(data, options)
     r = thresholds(data.u[data.train], options["N"])
     nodes = [
         Node("input", "scaling", {"n": 1}),

@@ -20,6 +20,7 @@ from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.monomials import basis, count, lagged
 from hystfmu.identify.options import Option
 from hystfmu.identify.recursive import Recursive
@@ -51,7 +52,7 @@ OPTIONS = (
         text="extremum a branch of f starts from; last: the literal reading",
     ),
     Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen"),
-    Option("u0", None, -1e300, 1e300, text="initial memory: the operator rests at this input; default the first input"),
+    u0_option("the operator rests"),
     Option("margin", 0.05, 0.0, 1e300, text="the input is limited to the training range and this fraction of it"),
 )
 
@@ -125,7 +126,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
             f"n_u = {n_u}, n_f = {n_f}, n_y = {n_y}, q = {q} make {parameters} weights; at most {MOST_PARAMETERS} are "
             f"allowed, and no more than the {rows} train rows"
         )
-    u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
+    u0 = u0_of(data, options)
 
     def front(span: float) -> Signals:
         return signals(data, span, options["memory"], u0, options["margin"])

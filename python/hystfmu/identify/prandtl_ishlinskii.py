@@ -13,6 +13,7 @@ import numpy as np
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.options import Option
 from hystfmu.identify.plays import plays, thresholds
@@ -20,13 +21,13 @@ from hystfmu.identify.plays import plays, thresholds
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
     Option("w0_min", 0.0, 0.0, 1e300, text="least weight of the linear term; above 0 a continuous inverse exists"),
-    Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
+    u0_option("every play rests"),
 )
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``prandtl_ishlinskii -> scaling`` (offset) and the number of its parameters."""
-    u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
+    u0 = u0_of(data, options)
     rows = data.train
     r = thresholds(data.u[rows], options["N"])
     columns = np.column_stack([data.u, plays(data.u, r, u0)])[rows]

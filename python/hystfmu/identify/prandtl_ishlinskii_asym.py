@@ -19,6 +19,7 @@ import numpy as np
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.options import Option
 from hystfmu.identify.plays import plays, thresholds
@@ -30,14 +31,14 @@ OPTIONS = (
     Option("T_min", None, 1e-12, 1e12, text="shortest time constant in s; default one sample"),
     Option("T_max", 8.0, 1e-12, 1e12, text="longest time constant in s"),
     Option("ridge", 0.01, 0.0, 1e6, text="ridge on the weights, each scaled by its column"),
-    Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
+    u0_option("every play rests"),
 )
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``(prandtl_ishlinskii, dead_zones, creep) -> sum`` and the number of its weights."""
     rows, u = data.train, data.u
-    u0 = float(u[0]) if options["u0"] is None else options["u0"]
+    u0 = u0_of(data, options)
     r = thresholds(u[rows], options["N"])
     s = knots(u[rows], options["dead_zones"])
     shortest = data.h if options["T_min"] is None else options["T_min"]
@@ -45,8 +46,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     lagged = np.column_stack([lag(u, data.h, t) for t in T])
     progress(0.3)
     bounded = np.column_stack([u, plays(u, r, u0), lagged])[rows]
-    bends = np.where(s > 0, np.maximum(u[rows, None] - s, 0), np.minimum(u[rows, None] - s, 0))
-    x, (*v, offset) = ridge_fit(bounded, bends, data.y[rows], options["ridge"])
+    x, (*v, offset) = ridge_fit(bounded, dead_zones(u[rows], s), data.y[rows], options["ridge"])
     w, k = x[1 : 1 + len(r)], x[1 + len(r) :]
     nodes = [
         Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": x[0], "r": r, "w": w, "u0": u0}),
@@ -78,6 +78,12 @@ def knots(u: Array, n: int) -> Array:
     s = u.min() + np.ptp(u) * np.arange(1, n + 1) / (n + 1)
     least = 1e-6 * np.ptp(u)
     return np.where(np.abs(s) < least, least, s)
+
+
+def dead_zones(u: Array, s: Array) -> Array:
+    """One-sided dead zones of u (n,) with thresholds s (m,): shape (n, m); the sign of a threshold is its side."""
+    d = u[:, None] - s
+    return np.where(s > 0, np.maximum(d, 0), np.minimum(d, 0))
 
 
 def lag(u: Array, h: float, T: float) -> Array:

@@ -22,10 +22,11 @@ import numpy as np
 from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.options import Option
 from hystfmu.identify.plays import plays, thresholds
-from hystfmu.identify.prandtl_ishlinskii_asym import knots, lag
+from hystfmu.identify.prandtl_ishlinskii_asym import dead_zones, knots, lag
 
 FOLDS = 10
 RIDGES = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2)
@@ -38,14 +39,14 @@ OPTIONS = (
     Option("T_max", 8.0, 1e-12, 1e12, text="longest time constant in s"),
     Option("T_bend", None, 1e-12, 1e12, text="time constant of the bent lag in s; default four samples"),
     Option("ridge", None, 0.0, 1e6, text="ridge on the weights, each scaled by its column; default: cross-validation"),
-    Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
+    u0_option("every play rests"),
 )
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph of the equation above and the number of its weights."""
     rows, u = data.train, data.u
-    u0 = float(u[0]) if options["u0"] is None else options["u0"]
+    u0 = u0_of(data, options)
     r = thresholds(u[rows], options["N"])
     middle = float(u[rows].mean())
     s = knots(u[rows] - middle, options["dead_zones"])
@@ -76,12 +77,6 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     wires += [(f"{name}.y", f"readout.u[{i + 1}]") for i, name in enumerate(ends)]
     inputs = [Input("u", ("hysteresis.u", "creep.u", "lag.u", "middle.u[1]"), data.unit_u, u0)]
     return Graph(nodes, wires, inputs, [Output("y", "readout.y", data.unit_y)]), len(w) + len(weights) + 1
-
-
-def dead_zones(u: Array, s: Array) -> Array:
-    """One-sided dead zones of u (n,) with thresholds s (m,): shape (n, m); the sign of a threshold is its side."""
-    d = u[:, None] - s
-    return np.where(s > 0, np.maximum(d, 0), np.minimum(d, 0))
 
 
 class _Sums:

@@ -19,6 +19,7 @@ from hystfmu.core import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import readout
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.nonnegative import nonnegative
 from hystfmu.identify.options import Option
 from hystfmu.identify.plays import plays, thresholds
@@ -31,7 +32,7 @@ OPTIONS = (
     Option("memory", "plays", choices=("plays", "none"), text="inputs beside (u, du/dt); none: the literal reading"),
     Option("N", 12, 1, 10000, text="number of plays in the bank"),
     Option("tau", None, 0.0, 1e12, text="filter of a derivative in s; default 5 samples, without memory none"),
-    Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default the first input"),
+    u0_option("every play rests"),
     *readout.options(hidden=6, starts=2, iterations=150),
 )
 
@@ -44,7 +45,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     wires = [("input.y", "rate.u")]
     outputs = ["input.y", "rate.du"]
     if memory == "plays":
-        u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
+        u0 = u0_of(data, options)
         r = thresholds(data.u[data.train], options["N"])
         nodes += [
             Node("bank", "play_bank", {"n": len(r)}, {"r": r, "z0": u0}),

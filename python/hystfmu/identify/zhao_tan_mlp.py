@@ -16,6 +16,7 @@ from hystfmu.data import Dataset
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify import readout
+from hystfmu.identify.initial_memory import u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.readout import Features, fit_readout
 
@@ -36,7 +37,7 @@ OPTIONS = (
         text="extremum a branch starts from; last: the literal reading",
     ),
     Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen"),
-    Option("u0", None, -1e300, 1e300, text="initial memory: the operator rests at this input; default the first input"),
+    u0_option("the operator rests"),
     *readout.options(hidden=12, starts=3, iterations=150),
 )
 
@@ -62,7 +63,7 @@ def features(data: Dataset, span: float, memory: str, u0: float, operator: str =
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """The graph ``scaling -> zhao_tan -> scaling -> mlp -> scaling`` and the number of weights and biases."""
-    u0 = float(data.u[0]) if options["u0"] is None else options["u0"]
+    u0 = u0_of(data, options)
     span = options["range"]
     if span is None:
         quick, none = {**options, "starts": 1, "iterations": 40}, lambda f: None
