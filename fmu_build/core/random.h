@@ -5,7 +5,7 @@
  * seed + (k + 1) gamma. */
 #ifndef HYST_RANDOM_H
 #define HYST_RANDOM_H
-#include "elementary.h"
+#include "elementary_sine.h"
 #include "hyst.h"
 
 static inline uint64_t hyst_random_bits(uint64_t seed, uint64_t k) {

@@ -1,7 +1,7 @@
 /* waveform.h - signals of the time with their first two derivatives, for the source blocks. */
 #ifndef HYST_WAVEFORM_H
 #define HYST_WAVEFORM_H
-#include "elementary.h"
+#include "elementary_sine.h"
 #include "hyst.h"
 
 #define HYST_2PI 6.283185307179586

@@ -30,6 +30,7 @@ BUILDS = {
 }
 SOURCE = (
     '#include "elementary_lanes.h"\n'
+    '#include "elementary_sine.h"\n'
     + "".join(
         f"void v_{name}(const double *x, const double *y, double *f, long n) {{\n"
         f"    (void)y;\n    for (long i = 0; i < n; i++) f[i] = hyst_{name}(x[i]);\n}}\n"
