@@ -1,10 +1,10 @@
-/* graph_file.c - reads a block file: refuses what does not fit, lays out the memory of a graph.  A stranger's file. */
+/* graph_file.c - reads a block file, a stranger's file: refuses what does not fit. */
+#include "graph_file.h"
+
 #include <string.h>
 
 #include "crc.h"
 #include "error.h"
-#include "graph.h"
-#include "implicit.h"
 #include "layout.h"
 #include "node.h"
 
@@ -15,19 +15,14 @@ enum { VERSION = 2 };
 static const int64_t MOST_VALUES = 1 << 24; /* doubles in one graph: 128 MiB; a stranger's file must not ask for more */
 enum { MOST_NODES = HYST_MOST_NODES, MOST_WIRES = 100000, MOST_NAME = 255 };
 
-typedef struct {
-  const unsigned char *at, *end;
-  int bad;
-} cursor;
-
-static uint32_t get_u32(cursor *c) {
+static uint32_t get_u32(hyst_cursor *c) {
   if (c->end - c->at < 4) return c->bad = 1, 0;
   const unsigned char *b = c->at;
   c->at += 4;
   return (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
 }
 
-static double get_f64(cursor *c) {
+static double get_f64(hyst_cursor *c) {
   const uint64_t lo = get_u32(c), hi = get_u32(c), bits = hi << 32 | lo;
   double v;
   memcpy(&v, &bits, sizeof v);
@@ -35,12 +30,29 @@ static double get_f64(cursor *c) {
 }
 
 /* a name: length, bytes; copied to `to` with a 0 at the end when `to` is not NULL.  Returns the bytes needed. */
-static size_t get_name(cursor *c, char *to) {
+static size_t get_name(hyst_cursor *c, char *to) {
   const uint32_t n = get_u32(c);
   if (c->bad || n == 0 || n > MOST_NAME || (size_t)(c->end - c->at) < n || memchr(c->at, 0, n)) return c->bad = 1, 0;
   if (to) memcpy(to, c->at, n), to[n] = 0;
   c->at += n;
   return n + 1;
+}
+
+hyst_status hyst_read_header(hyst_cursor *c, const unsigned char *file, size_t length, char *token, double *step,
+                             hyst_error *e) {
+  const hyst_cursor made = {file, file + length, 0};
+  *c = made;
+  if (length < HEADER || memcmp(file, MAGIC, sizeof MAGIC) != 0) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "header");
+  c->at += sizeof MAGIC;
+  if (get_u32(c) != VERSION) return hyst_fail(e, HYST_E_VERSION, NULL, NULL, "");
+  if (get_u32(c) != length) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "length");
+  if (get_u32(c) != hyst_crc32(c->at, (size_t)(c->end - c->at))) return hyst_fail(e, HYST_E_CRC, NULL, NULL, "");
+  memcpy(token, c->at, HYST_TOKEN);
+  if (token[HYST_TOKEN - 1] != 0) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "token");
+  c->at += HYST_TOKEN;
+  *step = get_f64(c);
+  if (!(*step >= 0 && *step < HYST_INF)) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "step");
+  return HYST_E_OK;
 }
 
 /* ---- sizes of a block ------------------------------------------------------------------------------------------ */
@@ -69,13 +81,7 @@ static counts count(const hyst_block *b, const int *dim) {
   return n;
 }
 
-/* The file is read twice by one walker: without a graph it counts, with one it fills. */
-typedef struct {
-  int64_t nodes, dims, values, external, p, x, y, u, kept, wires, ports, references;
-  size_t names;
-} totals;
-
-static hyst_status read_nodes(cursor *c, totals *n, hyst_graph *g, hyst_error *e) {
+hyst_status hyst_read_nodes(hyst_cursor *c, hyst_totals *n, hyst_graph *g, hyst_error *e) {
   const uint32_t n_nodes = get_u32(c);
   if (c->bad || n_nodes == 0 || n_nodes > MOST_NODES) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "number of blocks");
   n->nodes = n_nodes;
@@ -127,7 +133,7 @@ static hyst_status read_nodes(cursor *c, totals *n, hyst_graph *g, hyst_error *e
 
 /* inputs of the graph: number, start values.
  * wires: node, place among its u, source (-1: inputs of the graph), place among its y, number of elements; by node */
-static hyst_status read_wires(cursor *c, totals *n, hyst_graph *g, hyst_error *e) {
+hyst_status hyst_read_wires(hyst_cursor *c, hyst_totals *n, hyst_graph *g, hyst_error *e) {
   const uint32_t n_external = get_u32(c);
   if (c->bad || (size_t)(c->end - c->at) / 8 < n_external)
     return hyst_fail(e, HYST_E_FILE, NULL, NULL, "number of inputs");
@@ -164,7 +170,7 @@ static hyst_status read_wires(cursor *c, totals *n, hyst_graph *g, hyst_error *e
 }
 
 /* ports: name, kind, node (-1 for an input of the graph), variable, place, first value reference, number, start */
-static hyst_status read_ports(cursor *c, totals *n, hyst_graph *g, hyst_error *e) {
+hyst_status hyst_read_ports(hyst_cursor *c, hyst_totals *n, hyst_graph *g, hyst_error *e) {
   const uint32_t n_ports = get_u32(c);
   if (c->bad || n_ports > 1000000) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "number of variables");
   n->ports = n_ports;
@@ -202,115 +208,15 @@ static hyst_status read_ports(cursor *c, totals *n, hyst_graph *g, hyst_error *e
   return HYST_E_OK;
 }
 
-/* ---- one allocation: where everything lies ---------------------------------------------------------------------- */
-static hyst_status read_header(cursor *c, const unsigned char *file, size_t length, char *token, double *step,
-                               hyst_error *e) {
-  const cursor made = {file, file + length, 0};
-  *c = made;
-  if (length < HEADER || memcmp(file, MAGIC, sizeof MAGIC) != 0) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "header");
-  c->at += sizeof MAGIC;
-  if (get_u32(c) != VERSION) return hyst_fail(e, HYST_E_VERSION, NULL, NULL, "");
-  if (get_u32(c) != length) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "length");
-  if (get_u32(c) != hyst_crc32(c->at, (size_t)(c->end - c->at))) return hyst_fail(e, HYST_E_CRC, NULL, NULL, "");
-  memcpy(token, c->at, HYST_TOKEN);
-  if (token[HYST_TOKEN - 1] != 0) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "token");
-  c->at += HYST_TOKEN;
-  *step = get_f64(c);
-  if (!(*step >= 0 && *step < HYST_INF)) return hyst_fail(e, HYST_E_FILE, NULL, NULL, "step");
-  return HYST_E_OK;
-}
-
-static size_t align(size_t n) { return (n + 15) / 16 * 16; }
-
-/* memory in the order: graph, nodes, wires, ports, doubles, sizes, order, names, references */
-static size_t measure(const totals *n) {
-  const int64_t doubles = 1 + 2 * n->p + 2 * n->u + n->x + 2 * n->y + 2 * n->external;
-  return align(sizeof(hyst_graph)) + align((size_t)n->nodes * sizeof(hyst_node)) +
-         align((size_t)n->wires * sizeof(hyst_wire)) + align((size_t)n->ports * sizeof(hyst_port)) +
-         align((size_t)doubles * sizeof(double)) + align((size_t)n->dims * sizeof(int)) +
-         align((size_t)n->nodes * sizeof(int)) + align(n->names) + align((size_t)n->references * sizeof(uint32_t));
-}
-
-static hyst_status count_file(const unsigned char *file, size_t length, totals *n, hyst_error *e) {
-  cursor c;
+hyst_status hyst_count_file(const unsigned char *file, size_t length, hyst_totals *n, hyst_error *e) {
+  hyst_cursor c;
   char token[HYST_TOKEN];
   double step;
   memset(n, 0, sizeof *n);
-  hyst_status s = read_header(&c, file, length, token, &step, e);
-  if (!s) s = read_nodes(&c, n, NULL, e);
-  if (!s) s = read_wires(&c, n, NULL, e);
-  if (!s) s = read_ports(&c, n, NULL, e);
+  hyst_status s = hyst_read_header(&c, file, length, token, &step, e);
+  if (!s) s = hyst_read_nodes(&c, n, NULL, e);
+  if (!s) s = hyst_read_wires(&c, n, NULL, e);
+  if (!s) s = hyst_read_ports(&c, n, NULL, e);
   if (!s && c.at != c.end) s = hyst_fail(e, HYST_E_FILE, NULL, NULL, "bytes after the end");
   return s;
-}
-
-hyst_status hyst_graph_measure(const unsigned char *file, size_t length, size_t *bytes, hyst_error *e) {
-  totals n;
-  const hyst_status s = count_file(file, length, &n, e);
-  *bytes = s ? 0 : measure(&n);
-  return s;
-}
-
-static void *take(unsigned char **at, size_t bytes) {
-  void *p = *at;
-  *at += align(bytes);
-  return p;
-}
-
-hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memory, size_t bytes, hyst_graph **out,
-                            hyst_error *e) {
-  totals n;
-  *out = NULL;
-  hyst_status s = count_file(file, length, &n, e);
-  if (s) return s;
-  if (bytes < measure(&n)) return hyst_fail(e, HYST_E_MEMORY, NULL, NULL, "");
-  memset(memory, 0, measure(&n));
-  unsigned char *at = (unsigned char *)memory;
-  hyst_graph *g = (hyst_graph *)take(&at, sizeof *g);
-  g->n_nodes = (int)n.nodes, g->n_ports = (int)n.ports, g->n_wires = n.wires;
-  g->n_p = n.p, g->n_external = n.external, g->n_state = 1 + n.x + n.y + n.kept + n.external;
-  g->nodes = (hyst_node *)take(&at, (size_t)n.nodes * sizeof(hyst_node));
-  g->wires = (hyst_wire *)take(&at, (size_t)n.wires * sizeof(hyst_wire));
-  g->ports = (hyst_port *)take(&at, (size_t)n.ports * sizeof(hyst_port));
-  double *d = (double *)take(&at, (size_t)(1 + 2 * n.p + 2 * n.u + n.x + 2 * n.y + 2 * n.external) * sizeof(double));
-  g->p = d, d += n.p;
-  g->p_file = d, d += n.p;
-  g->external_file = d, d += n.external;
-  double *u = d;
-  d += n.u - n.kept;
-  g->state = d; /* step, states, outputs, kept inputs, inputs of the graph: one run, saved and restored at once */
-  d++;
-  double *x = d, *y = d + n.x, *kept = y + n.y;
-  g->external = kept + n.kept;
-  double *du = g->external + n.external, *dy = du + n.u;
-  g->dims = (int *)take(&at, (size_t)n.dims * sizeof(int));
-  g->order = (int *)take(&at, (size_t)n.nodes * sizeof(int));
-  g->names = (char *)take(&at, n.names);
-  g->n_references = n.references;
-  g->port_of = (uint32_t *)take(&at, (size_t)n.references * sizeof(uint32_t));
-  cursor c;
-  memset(&n, 0, sizeof n);
-  s = read_header(&c, file, length, g->token, &g->step, e);
-  if (!s) s = read_nodes(&c, &n, g, e);
-  if (s) return s;
-  for (int i = 0; i < g->n_nodes; i++) {
-    hyst_node *node = g->nodes + i;
-    double **inputs = hyst_class_of(node->block) == HYST_SAMPLED ? &kept : &u; /* see hyst_look_behind() */
-    node->u = *inputs, *inputs += node->n_u;
-    node->x = x, x += node->n_x;
-    node->y = y, y += node->n_y;
-    node->du = du, du += node->n_u;
-    node->dy = dy, dy += node->n_y;
-  }
-  s = read_wires(&c, &n, g, e);
-  if (!s) s = read_ports(&c, &n, g, e);
-  if (s) return s;
-  memcpy(g->p_file, g->p, (size_t)g->n_p * sizeof(double));
-  hyst_graph_defaults(g);
-  s = hyst_graph_prepare(g, 0);
-  if (!s) s = hyst_graph_order(g);
-  if (!s) s = hyst_implicit_check(g);
-  if (s) return *e = g->error, s;
-  *out = g;
-  return HYST_E_OK;
 }

@@ -48,7 +48,7 @@ UNREACHABLE: dict[tuple[str, str], str] = {
     ("tangent.c", "ddx[k] = 0"): "every block with continuous states has a tangent",
     ("graph_file.c", "switch (b->vars[v].kind)"): "the cases are all kinds",
     ("graph_file.c", "(uint64_t)k.p_file"): "past the end the number is 0, and every block has parameters",
-    ("graph_file.c", "s = read_nodes"): "the second reading of a header that was good in the first",
+    ("graph_open.c", "s = hyst_read_nodes"): "the second reading of a header that was good in the first",
 }
 LEAST = 0.93  # of all conditions, shown or explained
 
