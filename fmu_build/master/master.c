@@ -28,17 +28,22 @@ static int bind(master_unit *u) {
 
 /* What is being stepped: the fine step n as a whole, or a piece of it. */
 typedef struct {
-  const double *times; /* of the fine steps */
   int64_t n;
   int cut, end;    /* cut: a piece; end: up to the fine step itself, not to a cut */
   int anew;        /* the last step or this one is a piece: straight lines begin anew for who takes it */
   double from, to; /* of the piece */
 } span;
 
+/* of fine step n: the bits of System.time in Python */
+static double time_of(const master *m, int64_t n) {
+  if (m->ripple == 1) return (double)n * m->base; /* a division costs as much as a small unit */
+  return (double)(n / m->ripple) * m->base + (double)(n % m->ripple) * m->h;
+}
+
 static int due(const master_unit *u, const span *s) { return s->end ? s->n % u->period == 0 : u->any_step != 0; }
 static int pieces(const master_unit *u, const span *s) { return s->cut && u->any_step; }
-static double begins(const master_unit *u, const span *s) {
-  return pieces(u, s) ? s->from : s->times[s->n - u->period];
+static double begins(const master *m, const master_unit *u, const span *s) {
+  return pieces(u, s) ? s->from : time_of(m, s->n - u->period);
 }
 
 /* input k is from[at[k]], or from[k] without at */
@@ -79,8 +84,8 @@ static int step(master_unit *u, double t, double h) {
   return ((fmi3_step)u->step)(u->self, t, h, !u->rollback, &event, &end, &early, &reached) > WARNING;
 }
 
-static int advance(master_unit *u, const span *s) {
-  const double t = begins(u, s), h = pieces(u, s) ? (s->to - s->from) / (double)u->substeps : u->h;
+static int advance(const master *m, master_unit *u, const span *s) {
+  const double t = begins(m, u, s), h = pieces(u, s) ? (s->to - s->from) / (double)u->substeps : u->h;
   for (int64_t i = 0; i < u->substeps; i++) {
     if (u->ahead) {
       const double end = (double)(i + 1) / (double)u->substeps, *now = u->line, *before = now + u->n_in;
@@ -122,20 +127,20 @@ static int restore(master_unit *u) {
 
 /* ---- couplings: a step of the units that are due ------------------------------------------------------------------
  */
-#define EACH(call)                                                       \
-  for (int64_t k = 0; k < m->n_units; k++) {                             \
-    master_unit *u = m->units + k;                                       \
-    if (due(u, s) && (call)) return m->unit = k, m->t = begins(u, s), 1; \
+#define EACH(call)                                                             \
+  for (int64_t k = 0; k < m->n_units; k++) {                                   \
+    master_unit *u = m->units + k;                                             \
+    if (due(u, s) && (call)) return m->unit = k, m->t = begins(m, u, s), 1; \
   }
 
 static int gauss_seidel(master *m, const span *s) {
-  EACH(copy(u, s, m->values) || advance(u, s) || take(u, m->values))
+  EACH(copy(u, s, m->values) || advance(m, u, s) || take(u, m->values))
   return 0;
 }
 
 static int jacobi(master *m, const span *s) {
   EACH(copy(u, s, m->values))
-  EACH(advance(u, s))
+  EACH(advance(m, u, s))
   EACH(take(u, m->values))
   return 0;
 }
@@ -184,25 +189,28 @@ static int couple(master *m, const span *s) {
                                          : gauss_seidel(m, s);
 }
 
-int master_run(master *m, int64_t n, const double *times, double *record) {
-  int64_t c = 0; /* cuts that are done */
-  m->sweeps = 0;
-  for (int64_t k = 0; k < m->n_units; k++)
-    if (bind(m->units + k)) return m->unit = k, m->t = times[0], 1;
-  for (int64_t row = 0; row <= n; row++) {
-    if (row > 0) {
-      span s = {.times = times, .n = row, .from = times[row - 1], .to = times[row]};
-      s.anew = c > 0 && m->cut_rows[c - 1] == row - 1;
-      for (; c < m->n_cuts && m->cut_rows[c] == row; c++) {
-        s.cut = s.anew = 1, s.to = m->cuts[c];
-        if (couple(m, &s)) return 1;
-        s.from = s.to, s.to = times[row];
-      }
-      s.end = 1;
-      if (couple(m, &s)) return 1;
-    }
+/* the fine step m->row: its pieces, or the whole */
+static int fine_step(master *m) {
+  const int64_t n = m->row;
+  span s = {.n = n, .from = time_of(m, n - 1), .to = time_of(m, n)};
+  s.anew = m->cut > 0 && m->cut_rows[m->cut - 1] == n - 1;
+  for (; m->cut < m->n_cuts && m->cut_rows[m->cut] == n; m->cut++) {
+    s.cut = s.anew = 1, s.to = m->cuts[m->cut];
+    if (couple(m, &s)) return 1;
+    s.from = s.to, s.to = time_of(m, n);
+  }
+  s.end = 1;
+  return couple(m, &s);
+}
+
+int master_run(master *m, int64_t n, double *record) {
+  if (m->row == 0)
+    for (int64_t k = 0; k < m->n_units; k++)
+      if (bind(m->units + k)) return m->unit = k, m->t = 0, 1;
+  for (const int64_t end = m->row + n; m->row < end; m->row++) {
+    if (m->row > 0 && fine_step(m)) return 1;
     for (int64_t k = 0; k < m->n_values; k++)
-      if (!(m->values[k] - m->values[k] == 0)) return m->unit = -1, m->t = times[row], 1;
+      if (!(m->values[k] - m->values[k] == 0)) return m->unit = -1, m->t = time_of(m, m->row), 1;
     for (int64_t k = 0; k < m->n_columns; k++) *record++ = m->values[m->columns[k]];
   }
   return 0;

@@ -53,12 +53,16 @@ typedef struct {
   int64_t n_cuts; /* fine steps that are cut, not decreasing, and at which times: events between two fine steps */
   const int64_t *cut_rows;
   const double *cuts;
-  int64_t unit;   /* after a failure: unit, -1: values not finite, -2: sweeps do not agree */
-  double t;       /* and the time: at which the step of the unit begins, or at which the values or sweeps are wrong */
+  double base, h; /* the step, and the fine step: `ripple` of them (s).  The time of a row is made of both, so that
+                     samples do not drift */
+  int64_t ripple;
+  int64_t row, cut; /* where the run is: the next row and the next cut, 0 at first */
+  int64_t unit;     /* after a failure: unit, -1: values not finite, -2: sweeps do not agree */
+  double t; /* and the time: at which the step of the unit begins, or at which the values or sweeps are wrong */
   int64_t sweeps; /* all together */
 } master;
 
-/* Units are initialised, `values` hold their first outputs and times[0] their time.  Steps to times[1] ... times[n];
- * record: (n + 1) rows of n_columns, none of a cut.  0, or 1 with unit and t in *m. */
-int master_run(master *m, int64_t n, const double *times, double *record);
+/* The next n rows of n_columns each, none of a cut, into `record`.  Row 0 are the first outputs of the initialised
+ * units, which `values` hold; a run may come in any number of calls.  0, or 1 with unit and t in *m. */
+int master_run(master *m, int64_t n, double *record);
 #endif

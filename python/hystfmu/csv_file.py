@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -119,13 +119,17 @@ def _number(text: str) -> float | None:
         return None
 
 
-def csv_text(columns: dict[str, Array]) -> str:
-    """Columns of equal length under their names; every number reads back to the same bits."""
+def csv_rows(columns: Iterable[Array]) -> str:
+    """Lines of columns of equal length; every number reads back to the same bits."""
     text = io.StringIO()
-    text.write(",".join(columns) + "\n")
-    for row in zip(*(np.asarray(c, dtype=np.float64).tolist() for c in columns.values()), strict=True):
+    for row in zip(*(np.asarray(c, dtype=np.float64).tolist() for c in columns), strict=True):
         text.write(",".join(map(repr, row)) + "\n")
     return text.getvalue()
+
+
+def csv_text(columns: dict[str, Array]) -> str:
+    """Columns of equal length under their names."""
+    return ",".join(columns) + "\n" + csv_rows(columns.values())
 
 
 def write_csv(path: str | Path, columns: dict[str, Array]) -> None:

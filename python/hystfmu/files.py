@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import tempfile
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import IO, Any, TypeVar
 
 import pydantic
 import tomli_w
@@ -35,15 +37,22 @@ def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
         raise InputError(f"{path}: {e.strerror or e}") from None
 
 
-def write_bytes(path: str | Path, content: bytes) -> None:
-    """Write a file as a whole or not at all: into a temporary file beside it, then an atomic rename."""
+@contextmanager
+def written(path: str | Path) -> Iterator[IO[bytes]]:
+    """A file that is there as a whole or not at all: a temporary one beside it, then an atomic rename.
+
+    Raises
+    ------
+    InputError
+        It cannot be written.
+    """
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
         try:
             with os.fdopen(handle, "wb") as f:
-                f.write(content)
+                yield f
             os.chmod(name, 0o644)
             os.replace(name, path)
         except BaseException:
@@ -51,6 +60,12 @@ def write_bytes(path: str | Path, content: bytes) -> None:
             raise
     except OSError as e:
         raise InputError(f"{path}: cannot be written: {e.strerror or e}") from None
+
+
+def write_bytes(path: str | Path, content: bytes) -> None:
+    """Write a file as a whole or not at all."""
+    with written(path) as f:
+        f.write(content)
 
 
 def write_text(path: str | Path, content: str) -> None:

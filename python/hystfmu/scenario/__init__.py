@@ -9,15 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.errors import InputError
-from hystfmu.scenario.baseline import Baseline, Change, Record, changes, sample_rows, save_baseline
+from hystfmu.scenario.baseline import Baseline, Change, Kept, Record, changes, save_baseline
 from hystfmu.scenario.case import Scenario, split_end
 from hystfmu.scenario.events import missed
+from hystfmu.scenario.excerpt import Picture
 from hystfmu.scenario.fmu_store import FmuStore
 from hystfmu.scenario.fused import to_graph
+from hystfmu.scenario.metrics import Measure
 from hystfmu.scenario.run import Engine
-from hystfmu.scenario.simulation import simulate
+from hystfmu.scenario.simulation import blocks, simulate
 from hystfmu.scenario.spec import Scheme
-from hystfmu.scenario.system import System, build, signals
+from hystfmu.scenario.system import System, build
 from hystfmu.scenario.trace import Stopped, Trace
 from hystfmu.scenario.verdict import Verdict, judge
 
@@ -28,6 +30,7 @@ __all__ = [
     "Scenario",
     "Trace",
     "Verdict",
+    "blocks",
     "build",
     "run_scenarios",
     "simulate",
@@ -47,7 +50,8 @@ class Result:
     lines : tuple of str
         One per failure: scenario/case, metric, value, limit.
     trace : Trace, optional
-        The signals that the case names: recorded, in loops, in metrics.  None when a unit refused to go on.
+        The signals that the case names: recorded, in loops, in metrics.  All rows, or of a long run those that a
+        picture needs (`simulate` gives all, `blocks` all in turn).  None when a unit refused to go on.
     seconds : float
         Time of the run.
     notes : tuple of str
@@ -158,14 +162,18 @@ def run_scenarios(
     total = sum(system.n_steps for group in systems for system in group)
     done = 0
     for scenario, group, baseline in zip(scenarios, systems, baselines, strict=True):
-        ran = []
+        ran: list[Result] = []
+        records: dict[str, Record] = {}
         with FmuStore() as store:
             for system in group:
-                ran.append(_run(system, baseline, engine, store, record, seconds))
+                result, found = _run(system, baseline, engine, store, record, seconds)
+                ran.append(result)
+                if found is not None:
+                    records[result.case] = found
                 done += system.n_steps
                 progress(done / total)
         if record and all(r.passed for r in ran):
-            written.append((scenario, _records(ran)))
+            written.append((scenario, records))
         results += ran
     if written and confirm([c for s, runs in written for c in changes(s.spec.name, Baseline.load(s.folder), runs)]):
         for scenario, runs in written:
@@ -179,21 +187,18 @@ def run_scenarios(
 
 def _run(
     system: System, baseline: Baseline | None, engine: Engine, store: FmuStore, record: bool, seconds: float
-) -> Result:
-    begin, notes = time.perf_counter(), tuple(missed(system))
+) -> tuple[Result, Record | None]:
+    case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
+    measured = {name: Measure(m) for name, m in case.metrics.items()}
+    kept, picture = Kept(system, baseline), Picture(system)
+    adders = [kept.add, picture.add, *(m.add for m in measured.values())]
     try:
-        trace = simulate(system, engine, store, seconds)
+        for block in blocks(system, engine, store, seconds):
+            for add in adders:
+                add(block)
     except Stopped as e:
-        return Result(system, (), (f"{system.case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes)
+        return Result(system, (), (f"{case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes), None
     seconds = time.perf_counter() - begin
-    verdicts, lines = judge(system.case, trace, baseline, strict=not record)
-    kept = trace.only(end for _, ends in signals(system.case) for end in ends)
-    return Result(system, tuple(verdicts), tuple(lines), kept, seconds, notes)
-
-
-def _records(ran: Sequence[Result]) -> dict[str, Record]:
-    return {
-        r.case: Record({v.metric: v.value for v in r.verdicts}, sample_rows(r.system.case, r.trace), r.trace.memory)
-        for r in ran
-        if r.trace is not None
-    }
+    verdicts, lines = judge(case, measured, kept, baseline, strict=not record)
+    found = Record({v.metric: v.value for v in verdicts}, kept.rows(), kept.trace.memory)
+    return Result(system, tuple(verdicts), tuple(lines), picture.trace(), seconds, notes), found

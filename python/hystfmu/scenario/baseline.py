@@ -20,7 +20,9 @@ from hystfmu.core import Array
 from hystfmu.errors import InputError
 from hystfmu.files import read_bytes, read_toml, write_text, write_toml
 from hystfmu.scenario.case import Case
+from hystfmu.scenario.excerpt import Excerpt
 from hystfmu.scenario.spec import TubeSpec
+from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Trace
 
 ROUNDING = 1e-9  # percent of stroke, or unit of the signal: an error that is rounding alone may change by as much
@@ -88,11 +90,39 @@ class Baseline:
         return cls(metrics, {n: np.array(r) for n, r in rows.items()}, tuple(lines[0][2:]), memory)
 
 
-def sample_rows(case: Case, trace: Trace) -> Array:
-    """The rows of a run that a baseline keeps: shape (at most BASELINE_ROWS, 1 + number of recorded signals)."""
-    n = len(trace.t)
-    picked = np.unique(np.linspace(0, n - 1, min(BASELINE_ROWS, n)).round().astype(int))
-    return np.column_stack([trace.t[picked], *[trace[s][picked] for s in case.record]])
+class Kept:
+    """The rows of a run that a baseline keeps or is compared with.
+
+    Parameters
+    ----------
+    system : System
+    baseline : Baseline, optional
+        With a tube, the rows around its own are kept as well.
+    """
+
+    def __init__(self, system: System, baseline: Baseline | None) -> None:
+        case, n = system.case, system.n_steps + 1
+        picked = np.unique(np.linspace(0, n - 1, min(BASELINE_ROWS, n)).round().astype(np.int64))
+        rows, self.h = picked, system.h
+        if case.tube is not None and baseline is not None and case.name in baseline.rows:
+            room = 2 + int(np.ceil(case.tube.time / system.h))
+            t = baseline.rows[case.name][:, 0]
+            around = system.rows(np.clip(np.concatenate([[0.0, case.stop], t]), 0.0, case.stop))
+            windows = [np.arange(max(r - room, 0), min(r + room + 1, n)) for r in around.tolist()]
+            rows = np.unique(np.concatenate([picked, *windows]))
+        self._at, self._record = np.searchsorted(rows, picked), case.record
+        self._excerpt = Excerpt(case.record, rows)
+        self.add = self._excerpt.add
+
+    @property
+    def trace(self) -> Trace:
+        """All that was kept."""
+        return self._excerpt.trace()
+
+    def rows(self) -> Array:
+        """For baseline.csv: shape (at most BASELINE_ROWS, 1 + number of recorded signals)."""
+        trace = self.trace
+        return np.column_stack([trace.t[self._at], *[trace[s][self._at] for s in self._record]])
 
 
 def save_baseline(folder: Path, signals: tuple[str, ...], runs: dict[str, Record]) -> None:
@@ -159,19 +189,19 @@ def changes(scenario: str, old: Baseline | None, runs: dict[str, Record]) -> lis
     return found
 
 
-def compare(case: Case, trace: Trace, baseline: Baseline) -> list[str]:
+def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
     """What of the recorded signals and final memories changed: one line each."""
-    old = baseline.rows.get(case.name)
-    if old is None or old.shape != sample_rows(case, trace).shape or baseline.signals != case.record:
+    old, trace, rows = baseline.rows.get(case.name), kept.trace, kept.rows()
+    if old is None or old.shape != rows.shape or baseline.signals != case.record:
         return [f"{case.title}: baseline.csv has other rows or signals than the scenario: run with --record"]
     lines = []
     for k, signal in enumerate(case.record, 1):
         size = max(float(np.abs(old[:, k]).max()), 1e-300)
         if case.tube is not None:
-            gap = _outside(case.tube, trace, signal, old[:, 0], old[:, k], case.tube.value * size)
+            gap = _outside(case.tube, kept, signal, old[:, 0], old[:, k], case.tube.value * size)
             allowed = f"the tube of {case.tube.time:g} s and {case.tube.value:g} of its largest value"
         else:
-            gap = np.abs(sample_rows(case, trace)[:, k] - old[:, k]) - case.tolerance * size
+            gap = np.abs(rows[:, k] - old[:, k]) - case.tolerance * size
             allowed = f"tolerance {case.tolerance:g} of its largest value"
         if gap.max() > 0:
             t, was = old[int(gap.argmax()), [0, k]]
@@ -190,12 +220,12 @@ def compare(case: Case, trace: Trace, baseline: Baseline) -> list[str]:
     return lines
 
 
-def _outside(tube: TubeSpec, trace: Trace, signal: str, at: Array, was: Array, room: float) -> Array:
+def _outside(tube: TubeSpec, kept: Kept, signal: str, at: Array, was: Array, room: float) -> Array:
     """How far each baseline value lies outside the tube around the signal of this run; 0 and below: inside.
 
     Beyond its ends the signal goes on as its point reflection: a late signal has not reached its last value yet.
     """
-    h = float(trace.t[-1]) / (len(trace.t) - 1)
+    trace, h = kept.trace, kept.h  # the rows near the ends and near `at` are all there
     n = min(int(np.ceil(tube.time / h)), len(trace.t) - 1)
     now = np.pad(trace[signal], n, "reflect", reflect_type="odd") if n else trace[signal]
     t = np.concatenate([trace.t[0] - h * np.arange(n, 0, -1), trace.t, trace.t[-1] + h * np.arange(1, n + 1)])

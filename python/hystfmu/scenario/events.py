@@ -90,26 +90,27 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
         Increasing (s), all inside their steps.
     """
     found = [e for e in _events(system, values) if e.part.any_step] if system.case.coupling.events == "hit" else []
-    grid = system.times() if found else np.zeros(1)
     spans: list[tuple[float, float, float]] = []
     for e in found:
         room = np.maximum(NEAR * (system.h + np.abs(e.times) + abs(e.shift)), SHORTEST)
-        after = np.searchsorted(grid, e.times)
-        on = (grid[np.minimum(after, len(grid) - 1)] - e.times <= room) | (e.times - grid[after - 1] <= NEAR * e.times)
+        after = system.rows(e.times)
+        on = (system.at(after) - e.times <= room) | (e.times - system.at(after - 1) <= NEAR * e.times)
         begins = e.times - 2 * room if e.jump else e.times
         spans += zip(begins[~on].tolist(), e.times[~on].tolist(), room[~on].tolist(), strict=True)
     steps: list[int] = []
     times: list[float] = []
-    for begin, end, near in _joined(sorted(spans)):
-        n = int(np.searchsorted(grid, end))
-        last = times[-1] if steps and steps[-1] == n else float(grid[n - 1])
+    joined = list(_joined(sorted(spans)))
+    rows = system.rows(np.array([end for _, end, _ in joined]))
+    edges = zip(rows.tolist(), system.at(rows - 1).tolist(), system.at(rows).tolist(), strict=True)
+    for (begin, end, near), (n, before, grid) in zip(joined, edges, strict=True):
+        last = times[-1] if steps and steps[-1] == n else before
         # a jump right after a grid point or the cut before has its beginning there
         if begin - last > near and begin < end:
             steps.append(n)
             times.append(begin)
             last = begin
         end = max(end, last + near)
-        if grid[n] - end > near:
+        if grid - end > near:
             steps.append(n)
             times.append(end)
     if len(times) + system.n_steps > MOST_STEPS:

@@ -9,12 +9,13 @@ import json
 import pickle
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from hystfmu import child
-from hystfmu.scenario.run import Engine, simulate_here
+from hystfmu.scenario.run import Engine, blocks_here
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Stopped, Trace
 
@@ -22,15 +23,14 @@ GIGABYTES = 4.0
 TASK, ENDED, VALUES = "task", "ended.json", "values"
 
 
-def simulate_isolated(system: System, engine: Engine, seconds: float) -> Trace:
-    """As `simulate`, in a child process.
+def blocks_isolated(system: System, engine: Engine, seconds: float) -> Iterator[Trace]:
+    """As `blocks`, in a child process; nothing comes before it has ended well.
 
     Raises
     ------
     Stopped
         Also when the child dies, or is not finished in time.
     """
-    times = system.times()
     with tempfile.TemporaryDirectory(prefix="hystfmu-foreign-") as folder:
         (Path(folder) / TASK).write_bytes(pickle.dumps((system, engine)))
         process = child.start("-m", "hystfmu.scenario.isolated", folder)
@@ -41,12 +41,15 @@ def simulate_isolated(system: System, engine: Engine, seconds: float) -> Trace:
             ended = json.loads((Path(folder) / ENDED).read_text())
             if ended["stopped"] is not None:
                 raise Stopped(str(ended["stopped"]))
-            shape = (len(times), system.n_values)
-            values = np.fromfile(Path(folder) / VALUES, count=shape[0] * shape[1]).reshape(shape)
+            with (Path(folder) / VALUES).open("rb") as f:
+                for first, end in system.blocks():
+                    shape = (end - first, system.n_values)
+                    values = np.fromfile(f, count=shape[0] * shape[1]).reshape(shape)
+                    times = system.times(first, end)
+                    yield Trace(times, values, system.columns, system.case.ripple, first=first)
         except (OSError, ValueError, KeyError, TypeError):
             foreign = ", ".join(p.name for p in system.foreign)
             raise Stopped(f"the process that ran {foreign} ended with status {process.returncode}") from None
-    return Trace(times, values, system.columns, system.case.ripple)
 
 
 def main(folder: Path) -> None:
@@ -56,7 +59,9 @@ def main(folder: Path) -> None:
     stopped = None
     try:
         system, engine = pickle.loads(task)
-        simulate_here(system, engine).values.tofile(folder / VALUES)
+        with (folder / VALUES).open("wb") as f:
+            for block in blocks_here(system, engine):
+                block.values.tofile(f)
     except MemoryError:
         stopped = f"needs more than {GIGABYTES:g} GB of memory"
     except Exception as e:  # fmpy raises many kinds when a foreign FMU misbehaves

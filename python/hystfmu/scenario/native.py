@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes as C
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -52,6 +52,11 @@ class _Master(C.Structure):
         ("n_cuts", C.c_int64),
         ("cut_rows", C.c_void_p),
         ("cuts", C.c_void_p),
+        ("base", C.c_double),
+        ("h", C.c_double),
+        ("ripple", C.c_int64),
+        ("row", C.c_int64),
+        ("cut", C.c_int64),
         ("unit", C.c_int64),
         ("t", C.c_double),
         ("sweeps", C.c_int64),
@@ -61,7 +66,7 @@ class _Master(C.Structure):
 @functools.cache
 def _run() -> Any:
     run = library().master_run
-    run.argtypes = [C.POINTER(_Master), C.c_int64, C.c_void_p, C.c_void_p]
+    run.argtypes = [C.POINTER(_Master), C.c_int64, C.c_void_p]
     return run
 
 
@@ -149,7 +154,11 @@ class Native:
         return np.array([member.executor.get(first + k) for k in range(node.sizes[name])])
 
     def run(self) -> Trace:
-        """From t = 0 to the end.
+        """As `blocks`, in one piece."""
+        return Trace.joined(self.blocks(), self._system.n_steps + 1)
+
+    def blocks(self) -> Iterator[Trace]:
+        """From t = 0 to the end, in blocks of rows.
 
         Raises
         ------
@@ -164,7 +173,8 @@ class Native:
             if self._apart is None:
                 self._apart = Native(system, self._names, cut=True)
             self._apart.set(self._given)
-            return self._apart.run()
+            yield from self._apart.blocks()
+            return
         if self._foreign:
             parts = [replace(p, graph=self._foreign.get(k, p.graph)) for k, p in enumerate(system.parts)]
             system = replace(system, parts=tuple(parts))
@@ -175,18 +185,18 @@ class Native:
                 units.append(self._members[k] if k in self._members else ForeignUnit(system, k, values))
             for u in units:
                 u.start(values)
-            return self._run(system, units, values, cut)
+            yield from self._blocks(system, units, values, cut)
         finally:
             for u in units:
                 u.close()
 
-    def _run(
+    def _blocks(
         self,
         system: System,
         members: list[GraphUnit | ForeignUnit],
         values: C.Array[C.c_double],
         cut: tuple[Array, Array],
-    ) -> Trace:
+    ) -> Iterator[Trace]:
         coupling, early = system.case.coupling, system.early()
         made = [m.raw(values) for m in members]
         units = (Unit * len(made))(*[unit for unit, _ in made])
@@ -209,27 +219,31 @@ class Native:
             n_cuts=len(cut[0]),
             cut_rows=cut[0].ctypes.data,
             cuts=cut[1].ctypes.data,
+            base=system.case.step,
+            h=system.h,
+            ripple=system.case.ripple,
         )
-        times = system.times()
-        record = np.empty((len(times), len(self._columns)))
-        failed = _run()(C.byref(master), len(times) - 1, times.ctypes.data, record.ctypes.data)
-        for m, unit in zip(members, units, strict=True):
-            m.forget(unit)
-        if failed:
-            t = master.t
-            if master.unit == -1:
-                raise Stopped(f"values that are not finite at t = {t:g} s")
-            if master.unit == -2:
-                raise Stopped(f"{master.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
-            m = members[master.unit]
-            raise Stopped(f"{m.name} refuses the step from t = {t:g} s: {m.why()}")
-        memory: dict[str, str] = {}
-        if system.case.memory:
-            for m in self._members.values():
-                memory |= m.memory()
-        return Trace(times, record, {name: k for k, name in enumerate(self._names)}, system.case.ripple, memory)
+        places, run = {name: k for k, name in enumerate(self._names)}, _run()
+        try:
+            for first, end in system.blocks():
+                record = np.empty((end - first, len(self._columns)))
+                if run(C.byref(master), end - first, record.ctypes.data):
+                    raise self._stopped(master, members)
+                memory: dict[str, str] = {}
+                if system.case.memory and end > system.n_steps:
+                    for member in self._members.values():
+                        memory |= member.memory()
+                yield Trace(system.times(first, end), record, places, system.case.ripple, memory, first)
+        finally:
+            for m, unit in zip(members, units, strict=True):
+                m.forget(unit)
 
-
-def run_native(system: System) -> Trace:
-    """One run, all outputs recorded."""
-    return Native(system).run()
+    @staticmethod
+    def _stopped(master: _Master, members: list[GraphUnit | ForeignUnit]) -> Stopped:
+        t = master.t
+        if master.unit == -1:
+            return Stopped(f"values that are not finite at t = {t:g} s")
+        if master.unit == -2:
+            return Stopped(f"{master.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
+        m = members[master.unit]
+        return Stopped(f"{m.name} refuses the step from t = {t:g} s: {m.why()}")

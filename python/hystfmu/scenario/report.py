@@ -21,6 +21,7 @@ from hystfmu.page import NUMBER, Section, Table, figures, page, section, table
 from hystfmu.plot import Line, Plot
 from hystfmu.scenario.delay_budget import delay_budget
 from hystfmu.scenario.events import missed
+from hystfmu.scenario.excerpt import drawn
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Trace
 
@@ -222,7 +223,7 @@ def _case_plots(system: System, trace: Trace) -> list[Plot]:
     if case.record:
         lines = [Line(s, trace.t, trace[s]) for s in case.record]
         plots.append(Plot("Signals", "t in s", "value", lines))
-    tracked = next((m for m in case.metrics.values() if m.against is not None and m.kind.endswith("_percent")), None)
+    tracked = drawn(case)
     if tracked is not None and tracked.against is not None:
         e = (trace[tracked.signal] - trace[tracked.against])[window]
         stroke = tracked.stroke or float(np.ptp(trace[tracked.against][window]))

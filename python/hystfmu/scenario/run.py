@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ctypes as C
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Literal
 
@@ -27,8 +27,8 @@ from hystfmu.scenario.unit_member import UnitMember
 Engine = Literal["fmpy", "python", "native"]
 
 
-def simulate_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Trace:
-    """Run a case in this process, even if there is foreign code in it.
+def blocks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Iterator[Trace]:
+    """Run a case in this process, even if there is foreign code in it, in blocks of rows.
 
     Parameters
     ----------
@@ -44,12 +44,14 @@ def simulate_here(system: System, engine: Engine = "fmpy", store: FmuStore | Non
         A unit refused an input or a step, or the sweeps of an iterative coupling do not agree.
     """
     if engine == "native":
-        from hystfmu.scenario.native import run_native
+        from hystfmu.scenario.native import Native
 
-        return run_native(system)
+        yield from Native(system).blocks()
+        return
     if engine == "fmpy" and store is None:
         with FmuStore() as own:
-            return simulate_here(system, engine, own)
+            yield from blocks_here(system, engine, own)
+        return
     values = (C.c_double * max(system.n_values, 1))(*system.starts())
     sources: dict[int, list[tuple[int, int]]] = {}
     for link in system.links:
@@ -64,7 +66,7 @@ def simulate_here(system: System, engine: Engine = "fmpy", store: FmuStore | Non
                 members.append(
                     FmuMember(system, part, sources.get(k, ()), values, store, clocks[part.period, part.any_step])
                 )
-        return _loop(system, members, values, clocks)
+        yield from _loop(system, members, values, clocks)
     finally:
         for m in members:
             m.close()
@@ -75,26 +77,22 @@ def _loop(
     members: Sequence[Member],
     values: C.Array[C.c_double],
     clocks: Mapping[tuple[int, bool], C.c_double],
-) -> Trace:
-    times = system.times()
-    t = times.tolist()
+) -> Iterator[Trace]:
     width = system.n_values
     now = np.ctypeslib.as_array(values)[:width]
-    record = np.empty((len(t), width))
     # copied as bytes: a row of numpy costs three times as much
     n_bytes = 8 * width
-    new, rows = memoryview(values).cast("B")[:n_bytes], record.reshape(-1).data.cast("B")
+    new = memoryview(values).cast("B")[:n_bytes]
     for m in members:
         m.start(0.0)
     for m in members:
         m.begin()
-    record[0] = now
     # who steps at fine step n depends on n modulo the least common multiple of the periods
     cycle = math.lcm(*{m.period for m in members})
     couple = _coupling(system, now)
     known: dict[tuple[int, ...], tuple[list[tuple[C.c_double, int]], Callable[[float], None]]] = {}
     due = []
-    for k in range(min(cycle, len(t))):
+    for k in range(min(cycle, system.n_steps + 1)):
         periods = tuple(p for p, _ in clocks if k % p == 0)
         if periods not in known:
             running = [(clock, p) for (p, _), clock in clocks.items() if k % p == 0]
@@ -105,26 +103,34 @@ def _loop(
         pieces.setdefault(n, []).append(end)
     cut = [m for m in members if m.any_step]
     piece = couple(cut)
-    for n in range(1, len(t)):
-        running, step = due[n % cycle]
-        for clock, period in running:
-            clock.value = t[n - period]
-        if n in pieces:
-            for begin, end in pairwise([t[n - 1], *pieces[n], t[n]]):
-                clocks[1, True].value = begin
-                for m in cut:
-                    m.stretch(end - begin)
-                (step if end == t[n] else piece)(end)
-            for m in cut:
-                m.stretch(None)
-        else:
-            step(t[n])
-        rows[n * n_bytes : (n + 1) * n_bytes] = new
-    if not np.isfinite(record).all():
-        row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])
-        raise Stopped(f"values that are not finite at t = {t[row]:g} s")
-    memory = {m.name: m.memory() for m in members} if system.case.memory else {}
-    return Trace(times, record, system.columns, system.case.ripple, memory)
+    longest = max(m.period for m in members)
+    for first, last in system.blocks():
+        times = system.times(max(first - longest, 0), last)
+        t, lead = times.tolist(), first - max(first - longest, 0)
+        record = np.empty((last - first, width))
+        rows = record.reshape(-1).data.cast("B")
+        for k in range(last - first):
+            n, at = first + k, lead + k
+            if n:
+                running, step = due[n % cycle]
+                for clock, period in running:
+                    clock.value = t[at - period]
+                if n in pieces:
+                    for begin, end in pairwise([t[at - 1], *pieces[n], t[at]]):
+                        clocks[1, True].value = begin
+                        for m in cut:
+                            m.stretch(end - begin)
+                        (step if end == t[at] else piece)(end)
+                    for m in cut:
+                        m.stretch(None)
+                else:
+                    step(t[at])
+            rows[k * n_bytes : (k + 1) * n_bytes] = new
+        if not np.isfinite(record).all():
+            row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])
+            raise Stopped(f"values that are not finite at t = {t[lead + row]:g} s")
+        memory = {m.name: m.memory() for m in members} if system.case.memory and last > system.n_steps else {}
+        yield Trace(times[lead:], record, system.columns, system.case.ripple, memory, first)
 
 
 def _coupling(system: System, values: Array) -> Callable[[Sequence[Member]], Callable[[float], None]]:

@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from hystfmu.scenario.fmu_store import FmuStore
-from hystfmu.scenario.run import Engine, simulate_here
+from hystfmu.scenario.run import Engine, blocks_here
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Trace
+
+
+def blocks(
+    system: System, engine: Engine = "fmpy", store: FmuStore | None = None, seconds: float = 600.0
+) -> Iterator[Trace]:
+    """As `simulate`, in blocks of consecutive rows: the memory does not grow with the length of the run."""
+    if system.foreign:
+        # here and not above: the child runs that file as its program
+        from hystfmu.scenario.isolated import blocks_isolated
+
+        return blocks_isolated(system, engine, seconds)
+    return blocks_here(system, engine, store)
 
 
 def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None, seconds: float = 600.0) -> Trace:
@@ -24,13 +38,10 @@ def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = N
 
     Raises
     ------
+    InputError
+        More values than fit into a memory.
     Stopped
         A unit refused an input or a step, or the sweeps of an iterative coupling do not agree; the message names it and
         the time.  The child process died or took too long.
     """
-    if system.foreign:
-        # here and not above: the child runs that file as its program
-        from hystfmu.scenario.isolated import simulate_isolated
-
-        return simulate_isolated(system, engine, seconds)
-    return simulate_here(system, engine, store)
+    return Trace.joined(blocks(system, engine, store, seconds), system.n_steps + 1)

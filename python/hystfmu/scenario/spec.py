@@ -68,6 +68,12 @@ class MetricSpec(pydantic.BaseModel):
     )
     text: str = Field("", description="one line for a reader")
 
+    @pydantic.model_validator(mode="after")
+    def _partner(self) -> MetricSpec:
+        if self.kind not in ("peak", "final") and self.against is None:
+            raise ValueError(f"{self.kind} needs 'against'")
+        return self
+
 
 Scheme = Literal["gauss_seidel", "jacobi", "iterative"]
 

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from hystfmu.csv_file import write_csv
+from hystfmu.core import Array
+from hystfmu.csv_file import csv_rows
 from hystfmu.errors import InputError
+from hystfmu.files import written
+from hystfmu.scenario.case import Case
+from hystfmu.scenario.excerpt import Excerpt
 from hystfmu.scenario.run import Engine
-from hystfmu.scenario.simulation import simulate
+from hystfmu.scenario.simulation import blocks, simulate
 from hystfmu.scenario.spec import Scheme
 from hystfmu.scenario.ssp import REFERENCE
-from hystfmu.scenario.ssp_file import read_ssp
+from hystfmu.scenario.ssp_file import Ssp, read_ssp
 from hystfmu.scenario.system import build
 from hystfmu.scenario.trace import Stopped, Trace
 
@@ -44,21 +49,35 @@ def run_ssp(
     Stopped
         As `simulate`.
     """
-    ssp = read_ssp(path, step, stop)
-    case, as_written = ssp.case, coupling in (None, ssp.case.coupling.scheme)
-    if coupling is not None:
-        case = replace(case, coupling=case.coupling.model_copy(update={"scheme": coupling}))
+    ssp, case, reference = _prepared(path, coupling, step, stop)
     trace = simulate(build(case), engine, seconds=seconds)
-    if ssp.reference is None or not as_written:
-        return SspRun(trace, (), ())
-    rows = min(len(ssp.reference), len(trace.t))
-    if np.abs(ssp.reference[:rows, 0] - trace.t[:rows]).max() > 1e-6 * case.step:
-        return SspRun(trace, (), ())  # another step
+    return SspRun(trace, *_held_against(path, case, ssp.signals, reference, trace))
+
+
+def _prepared(
+    path: str | Path, coupling: Scheme | None, step: float | None, stop: float | None
+) -> tuple[Ssp, Case, Array | None]:
+    """The archive, its case with this coupling, and the reference result if it belongs to that."""
+    ssp = read_ssp(path, step, stop)
+    if coupling in (None, ssp.case.coupling.scheme):
+        return ssp, ssp.case, ssp.reference
+    return ssp, replace(ssp.case, coupling=ssp.case.coupling.model_copy(update={"scheme": coupling})), None
+
+
+def _held_against(
+    path: str | Path, case: Case, signals: tuple[str, ...], reference: Array | None, trace: Trace
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The signals that were compared, and one line for each that differs; the trace may end after the reference."""
+    if reference is None:
+        return (), ()
+    rows = min(len(reference), len(trace.t))
+    if np.abs(reference[:rows, 0] - trace.t[:rows]).max() > 1e-6 * case.step:
+        return (), ()  # another step
     lines = []
-    for k, end in enumerate(ssp.signals, 1):
+    for k, end in enumerate(signals, 1):
         if end not in trace.columns:
             raise InputError(f"{path}: {REFERENCE}: names {end}, which does not exist")
-        old, new = ssp.reference[:rows, k], trace[end][:rows]
+        old, new = reference[:rows, k], trace[end][:rows]
         gap = np.abs(new - old)
         if not gap.max() <= case.tolerance * max(float(np.abs(old).max()), 1e-300):
             at = int(gap.argmax())
@@ -66,7 +85,7 @@ def run_ssp(
                 f"{path}: {end} = {new[at]:.9g} at t = {trace.t[at]:g} s differs from {old[at]:.9g} in "
                 f"{REFERENCE} (tolerance {case.tolerance:g} of its largest value)"
             )
-    return SspRun(trace, ssp.signals, tuple(lines))
+    return signals, tuple(lines)
 
 
 def run_ssp_file(
@@ -78,15 +97,26 @@ def run_ssp_file(
     seconds: float,
     out: str | None,
 ) -> tuple[list[str], bool]:
-    """Run an archive for the command line: the lines to print, and whether it agrees with its reference."""
+    """Run an archive for the command line: the lines to print, and whether it agrees with its reference.
+
+    Rows go to the file `out` as they come, and no more of them are kept than the reference has.
+    """
+    ssp, case, reference = _prepared(path, coupling, step, stop)
+    system = build(case)
+    begin = Excerpt(system.columns, np.arange(len(reference) if reference is not None else 1))
     try:
-        run = run_ssp(path, engine, coupling, step, stop, seconds)
+        with ExitStack() as stack:
+            file = stack.enter_context(written(out)) if out is not None else None
+            if file is not None:
+                file.write((",".join(["t", *system.columns]) + "\n").encode())
+            for block in blocks(system, engine, seconds=seconds):
+                begin.add(block)
+                if file is not None:
+                    file.write(csv_rows([block.t, *block.values.T]).encode())
     except Stopped as e:
         return [f"{path}: stopped: {e}"], False
-    names = list(run.trace.columns)
-    if out is not None:
-        write_csv(out, {"t": run.trace.t} | {n: run.trace[n] for n in names})
-    if run.lines:
-        return list(run.lines), False
-    told = f"{len(run.compared)} signals agree with {REFERENCE}" if run.compared else "no reference to compare with"
-    return [f"{path}: {len(run.trace.t)} rows of {len(names)} outputs; {told}"], True
+    compared, lines = _held_against(path, case, ssp.signals, reference, begin.trace())
+    if lines:
+        return list(lines), False
+    told = f"{len(compared)} signals agree with {REFERENCE}" if compared else "no reference to compare with"
+    return [f"{path}: {system.n_steps + 1} rows of {len(system.columns)} outputs; {told}"], True

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from hystfmu.scenario.case import Case, split_end
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.unit_graph import load_unit, parameter_names, scalar_names, start_values, with_values
 
-MOST_VALUES = 50_000_000  # doubles recorded in one case
+Rows = np.ndarray[Any, np.dtype[np.int64]]
+BLOCK_VALUES, SHORTEST_BLOCK = 1 << 17, 512  # of a block of rows: doubles, and rows at least
 
 
 @dataclass(frozen=True)
@@ -93,15 +94,30 @@ class System:
         """Number of fine steps."""
         return round(self.case.stop / self.case.step) * self.case.ripple
 
-    def time(self, n: int) -> float:
-        """Time at fine step n: a whole number of steps, then fine steps, so that samples do not drift."""
-        whole, rest = divmod(n, self.case.ripple)
-        return whole * self.case.step + rest * self.h
-
-    def times(self) -> Array:
-        """All times, shape (n_steps + 1,), with the bits of `time`."""
-        whole, rest = np.divmod(np.arange(self.n_steps + 1), self.case.ripple)
+    def at(self, rows: Rows) -> Array:
+        """Times of fine steps: a whole number of steps, then fine steps, so that samples do not drift."""
+        whole, rest = np.divmod(rows, self.case.ripple)
         return np.asarray(whole * self.case.step + rest * self.h)
+
+    def times(self, first: int, end: int) -> Array:
+        """`at` the fine steps first ... end - 1, shape (end - first,)."""
+        ripple = self.case.ripple
+        begin = first // ripple
+        whole = np.arange(begin, -(-end // ripple)) * self.case.step
+        times = (whole[:, None] + np.arange(ripple) * self.h).ravel()  # a division of every row would cost more
+        return times[first - begin * ripple :][: end - first]
+
+    def rows(self, t: Array) -> Rows:
+        """For every time in [0, stop] the first fine step that is not before it, shape (n,)."""
+        n = np.clip(np.ceil(t / self.h).astype(np.int64), 0, self.n_steps)
+        n = np.where((n > 0) & (self.at(n - 1) >= t), n - 1, n)  # the quotient is rounded
+        return np.where((n < self.n_steps) & (self.at(n) < t), n + 1, n)
+
+    def blocks(self) -> Iterator[tuple[int, int]]:
+        """First fine step and end of the blocks that a run comes in: of bounded size, whatever its length."""
+        most = 1 << max(BLOCK_VALUES // max(self.n_values, 8), SHORTEST_BLOCK).bit_length() - 1
+        end = self.n_steps + 1
+        return ((first, min(first + most, end)) for first in range(0, end, most))
 
     def length(self, part: Part) -> float:
         """The step of a unit (s)."""
@@ -193,8 +209,6 @@ def build(case: Case) -> System:
     links = _links(case, parts, columns)
     system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
     _check_lines(system)
-    if (system.n_steps + 1) * len(columns) > MOST_VALUES:
-        raise InputError(f"{case.file}: case {case.name}: stop: more than {MOST_VALUES} values would be recorded")
     where = f"{case.file}: case {case.name}"
     for key, ends in signals(case):
         for end in ends:

@@ -1,11 +1,20 @@
-"""What a run leaves: all values on the fine grid, or the reason why it ended early."""
+"""What a run leaves: all values on the fine grid, or the reason why it ended early.
+
+A run comes in blocks of consecutive rows, each a `Trace`: whoever keeps none of them needs the same memory for a run
+of any length.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from hystfmu.core import Array
+from hystfmu.errors import InputError
+
+MOST_VALUES = 50_000_000  # doubles of a trace in memory
 
 
 class Stopped(Exception):
@@ -26,7 +35,9 @@ class Trace:
     ripple : int
         Fine steps in a step.
     memory : dict of str to str
-        Fingerprint of the final states of every unit, where the case asks for it.
+        Fingerprint of the final states of every unit, where the case asks for it; of a block: in the last one.
+    first : int
+        Fine step of the first row: above 0 in a block of a run.
     """
 
     t: Array
@@ -34,12 +45,33 @@ class Trace:
     columns: dict[str, int]
     ripple: int
     memory: dict[str, str] = field(default_factory=dict)
+    first: int = 0
+
+    @classmethod
+    def joined(cls, blocks: Iterable[Trace], n_rows: int) -> Trace:
+        """A whole run from its blocks.
+
+        Raises
+        ------
+        InputError
+            It has more values than fit into a memory.
+        """
+        whole: Trace | None = None
+        for block in blocks:
+            if len(block.t) == n_rows:
+                return block
+            if whole is None:
+                width = block.values.shape[1]
+                if n_rows * width > MOST_VALUES:
+                    raise InputError(
+                        f"a trace would hold {n_rows} rows of {width} values, more than {MOST_VALUES}: take its blocks"
+                    )
+                whole = cls(np.empty(n_rows), np.empty((n_rows, width)), block.columns, block.ripple)
+            rows = slice(block.first, block.first + len(block.t))
+            whole.t[rows], whole.values[rows] = block.t, block.values
+            whole.memory.update(block.memory)
+        assert whole is not None  # a run has a row
+        return whole
 
     def __getitem__(self, end: str) -> Array:
         return self.values[:, self.columns[end]]
-
-    def only(self, ends: Iterable[str]) -> Trace:
-        """A copy that holds the outputs `ends` (`unit.output`) alone: many cases are kept for a report."""
-        kept = list(dict.fromkeys(ends))
-        values = self.values[:, [self.columns[e] for e in kept]]
-        return Trace(self.t, values, {e: k for k, e in enumerate(kept)}, self.ripple, self.memory)

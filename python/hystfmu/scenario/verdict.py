@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from hystfmu.errors import InputError
-from hystfmu.scenario.baseline import ROUNDING, Baseline, compare
+from hystfmu.scenario.baseline import ROUNDING, Baseline, Kept, compare
 from hystfmu.scenario.case import Case
-from hystfmu.scenario.metrics import measure
-from hystfmu.scenario.trace import Trace
+from hystfmu.scenario.metrics import Measure
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,9 @@ class Verdict:
     same: bool | None
 
 
-def judge(case: Case, trace: Trace, baseline: Baseline | None, strict: bool = True) -> tuple[list[Verdict], list[str]]:
+def judge(
+    case: Case, measured: Mapping[str, Measure], kept: Kept, baseline: Baseline | None, strict: bool = True
+) -> tuple[list[Verdict], list[str]]:
     """Both verdicts on every metric, and one line per failure: scenario/case, metric, value, limit.
 
     Without `strict` the limits alone decide; otherwise a missing baseline or a change is a failure.
@@ -50,8 +52,7 @@ def judge(case: Case, trace: Trace, baseline: Baseline | None, strict: bool = Tr
     failures: list[str] = []
     for name, m in case.metrics.items():
         try:
-            with np.errstate(over="ignore", invalid="ignore"):  # a diverged run: the verdict says so
-                value = measure(m, trace)
+            value = measured[name].value()
         except InputError as e:
             raise InputError(f"{case.file}: case {case.name}: metrics.{name}: {e}") from None
         within = bool(np.isfinite(value)) and (m.limit is None or value <= m.limit)
@@ -73,5 +74,5 @@ def judge(case: Case, trace: Trace, baseline: Baseline | None, strict: bool = Tr
     if known is None or set(known) != set(case.metrics):
         failures.append(f"{case.title}: no baseline: run with --record")
     elif baseline is not None:
-        failures += compare(case, trace, baseline)
+        failures += compare(case, kept, baseline)
     return verdicts, failures

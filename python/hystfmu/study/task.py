@@ -11,9 +11,9 @@ import hystfmu
 from hystfmu.errors import InputError
 from hystfmu.scenario import build
 from hystfmu.scenario.fmu_store import FmuStore
-from hystfmu.scenario.metrics import measure
+from hystfmu.scenario.metrics import Measure
 from hystfmu.scenario.native import Native
-from hystfmu.scenario.run import Engine, simulate_here
+from hystfmu.scenario.run import Engine, blocks_here
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Stopped
 
@@ -89,15 +89,19 @@ class Runner:
                 self._native[task.case] = Native(system, ends)
             native = self._native[task.case]
             native.set(task.settings)
-            trace = native.run()
+            blocks = native.blocks()
         else:
             varied = build(replace(system.case, overrides={**system.case.overrides, **task.settings}))
             missing = [k for k in task.settings if k not in varied.overridden]
             if missing:
                 raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with that parameter")
             self._store = self._store or FmuStore()
-            trace = simulate_here(varied, self._engine, self._store)
-        return {name: measure(m, trace) for name, m in metrics.items()}
+            blocks = blocks_here(varied, self._engine, self._store)
+        measured = {name: Measure(m) for name, m in metrics.items()}
+        for block in blocks:
+            for m in measured.values():
+                m.add(block)
+        return {name: m.value() for name, m in measured.items()}
 
     def close(self) -> None:
         """Remove what was unpacked."""
