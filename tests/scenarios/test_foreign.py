@@ -16,8 +16,8 @@ from hystfmu.errors import InputError
 from hystfmu.fmu.export import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.scenario import Scenario, build, simulate
-from hystfmu.scenario.run import simulate_here
-from hystfmu.scenario.trace import Stopped
+from hystfmu.scenario.run import blocks_here
+from hystfmu.scenario.trace import Stopped, Trace
 
 ENGINES = ("fmpy", "python", "native")
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -48,7 +48,7 @@ def test_a_foreign_fmu_gives_the_bits_of_our_unit(loop: Any, write: Any, fmi: in
     system = build(Scenario(write(loop)).cases[0])
     assert [p.name for p in system.foreign] == ["pid"]
     for engine in ENGINES:
-        theirs = simulate_here(system, engine)  # type: ignore[arg-type]
+        theirs = Trace.joined(blocks_here(system, engine), system.n_steps + 1)  # type: ignore[arg-type]
         for end in ("plant.y", "plant.v", "reference.r", "pid.u"):
             assert theirs[end].tobytes() == ours[end].tobytes(), (engine, end)
     assert [p.name[0] != "." for p in cache.iterdir()] == [True]  # one archive, one folder, nothing half-made
@@ -62,7 +62,8 @@ def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int) 
     loop["units"]["pid"] = {"fmu": "pid.fmu", "inputs": {"u_ff": 0.125}, "set": {"Kp": "*1.5", "Ki": 1000}}
     system = build(Scenario(write(loop)).cases[0])
     for engine in ENGINES:
-        assert simulate_here(system, engine)["plant.y"].tobytes() == ours["plant.y"].tobytes()  # type: ignore[arg-type]
+        theirs = Trace.joined(blocks_here(system, engine), system.n_steps + 1)  # type: ignore[arg-type]
+        assert theirs["plant.y"].tobytes() == ours["plant.y"].tobytes()
     loop["units"]["pid"]["set"] = {"Kq": 1.0}
     with pytest.raises(InputError, match=r"units\.pid: no parameter 'Kq'; there are Kp"):
         build(Scenario(write(loop)).cases[0])

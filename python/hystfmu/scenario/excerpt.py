@@ -31,8 +31,10 @@ class Excerpt:
 
     def add(self, block: Trace) -> None:
         """Take the next rows of the run."""
-        columns = [block.columns[e] for e in self._ends]
         places = self._places(block)
+        if not len(places) and self._pieces:  # nothing may grow with the number of blocks
+            return
+        columns = [block.columns[e] for e in self._ends]
         values = block.values[places[:, None], columns]
         names = {e: k for k, e in enumerate(self._ends)}
         self._pieces.append(Trace(block.t[places], values, names, block.ripple, block.memory, block.first))
