@@ -21,10 +21,10 @@ from hystfmu.core import Array
 from hystfmu.errors import InputError
 from hystfmu.scenario import Scenario, build, simulate
 from hystfmu.scenario.run import blocks_here
-from hystfmu.scenario.trace import Trace
 from hystfmu.scenario.ssp import write_ssp
 from hystfmu.scenario.ssp_file import read_ssp
 from hystfmu.scenario.ssp_run import run_ssp
+from hystfmu.scenario.trace import Trace
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema"
 

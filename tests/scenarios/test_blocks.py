@@ -1,0 +1,205 @@
+"""A run in blocks: the same bits however it is divided, and the memory of one block whatever its length."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hystfmu.csv_file import csv_text
+from hystfmu.scenario import Scenario, build, run_scenarios, simulate
+from hystfmu.scenario.excerpt import Picture
+from hystfmu.scenario.metrics import Measure, measure
+from hystfmu.scenario.simulation import blocks
+from hystfmu.scenario.spec import MetricSpec
+from hystfmu.scenario.ssp import REFERENCE, write_ssp
+from hystfmu.scenario.ssp_run import run_ssp, run_ssp_file
+from hystfmu.scenario.trace import Trace
+
+KINDS = (
+    "rms_percent",
+    "max_percent",
+    "between_samples_percent",
+    "variation_ratio",
+    "loop_area_percent",
+    "peak",
+    "final",
+)
+Divide = Callable[[int], None]
+
+
+@pytest.fixture
+def divide(monkeypatch: pytest.MonkeyPatch) -> Divide:
+    """Makes blocks of as many rows; a power of two."""
+
+    def smaller(rows: int) -> None:
+        monkeypatch.setattr("hystfmu.scenario.system.BLOCK_VALUES", 0)
+        monkeypatch.setattr("hystfmu.scenario.system.SHORTEST_BLOCK", rows)
+
+    return smaller
+
+
+def rich(loop: dict[str, Any]) -> dict[str, Any]:
+    """Several rates, lines between samples, events between steps, final memories, all metrics."""
+    loop |= {"ripple": 5, "memory": True, "order": ["plant", "reference", "slow", "pid"]}
+    loop["units"]["plant"] |= {"fine": True, "substeps": 2}
+    loop["units"]["reference"] |= {
+        "values": {"shape": "triangle", "amplitude": 1.0, "frequency": 53.0},
+        "fine": True,
+    }
+    loop["units"]["slow"] = {"block": "sum", "dims": {"n": 1}, "values": {"k": [0.1]}, "every": 3, "hold": "first"}
+    loop["units"]["pid"]["inputs"] = {}
+    loop["connections"] |= {"slow.u": "reference.r", "pid.u_ff": "slow.y"}
+    both = {"signal": "plant.y", "against": "reference.r", "after": 0.00333}
+    loop["metrics"] = {kind: {"kind": kind, **both} for kind in KINDS}
+    return loop
+
+
+@pytest.mark.parametrize("engine", ["fmpy", "python", "native"])
+@pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
+def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: Any, scheme: str) -> None:
+    rich(loop)["coupling"] = {"scheme": scheme}
+    if scheme == "iterative":
+        del loop["units"]["slow"]["hold"]
+    system = build(Scenario(write(loop)).cases[0])
+    whole = simulate(system, engine)
+    assert len(list(blocks(system, engine))) == 1
+    divide(64)
+    pieces = list(blocks(system, engine))
+    assert [p.first for p in pieces] == list(range(0, system.n_steps + 1, 64))
+    assert np.concatenate([p.t for p in pieces]).tobytes() == whole.t.tobytes()
+    assert np.concatenate([p.values for p in pieces]).tobytes() == whole.values.tobytes()
+    assert (pieces[-1].memory, pieces[0].memory) == (whole.memory, {})
+    assert simulate(system, engine).values.tobytes() == whole.values.tobytes()
+
+
+def test_times_are_those_of_whole_steps(loop: Any, write: Any) -> None:
+    """n h by samples, not by adding up: at a late row no different from python's own arithmetic."""
+    loop |= {"ripple": 7, "step": 1e-4, "stop": 200.0}
+    system = build(Scenario(write(loop)).cases[0])
+    for first in (0, 5, 7, 13_999_985):
+        got = system.times(first, first + 11).tolist()
+        assert got == [(n // 7) * 1e-4 + (n % 7) * (1e-4 / 7) for n in range(first, first + 11)]
+    rows = np.array([0, 1, 12_345_678, system.n_steps])
+    t = system.at(rows)
+    assert system.rows(t).tolist() == rows.tolist()
+    assert system.rows(np.nextafter(t, 0)[1:]).tolist() == rows[1:].tolist()
+    assert system.rows(np.nextafter(t, 1e9)[:-1]).tolist() == (rows[:-1] + 1).tolist()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("ripple", [1, 10])
+def test_metrics_do_not_see_the_division(kind: str, ripple: int) -> None:
+    rng = np.random.default_rng(1)
+    t, values = 1e-3 * np.arange(1001), rng.normal(size=(1001, 2))
+    m = MetricSpec.model_validate({"kind": kind, "signal": "a.y", "against": "b.y", "after": 0.0173})
+    columns = {"a.y": 0, "b.y": 1}
+    whole = measure(m, Trace(t, values, columns, ripple))
+    for _ in range(20):
+        found, edges = Measure(m), np.unique(rng.integers(1, 1001, size=rng.integers(1, 40)))
+        for a, b in zip([0, *edges], [*edges, 1001], strict=True):
+            found.add(Trace(t[a:b], values[a:b], columns, ripple, first=int(a)))
+        assert found.value() == whole
+    # and by numpy, all rows at once
+    at, e = np.arange(18, 1001), (values[:, 0] - values[:, 1])[18:]
+    sample = at % ripple == 0
+    x, y = values[18:, 1], values[18:, 0]
+    percent = 100 / np.ptp(x)
+    want = {
+        "rms_percent": percent * np.sqrt(np.mean(e**2)),
+        "max_percent": percent * np.abs(e).max(),
+        "between_samples_percent": percent * np.abs(e - np.interp(at, at[sample], e[sample])).max(),
+        "variation_ratio": np.abs(np.diff(y[sample])).sum() / np.abs(np.diff(x[sample])).sum(),
+        "loop_area_percent": 50 * abs(np.trapezoid(y, x) * 2 - (x[-1] - x[0]) * (y[-1] + y[0])) / np.ptp(x) / np.ptp(y),
+        "peak": np.abs(y).max(),
+        "final": abs(e[-1]),
+    }
+    assert whole == pytest.approx(want[kind], rel=1e-12)
+
+
+def test_verdicts_and_baselines_do_not_see_the_division(loop: Any, write: Any, divide: Divide) -> None:
+    folder = write(rich(loop) | {"tube": {"time": 1e-3, "value": 1e-6}})
+    for engine in ("native", "python"):
+        (first,) = run_scenarios([folder], engine=engine, record=True)
+        stored = [(folder / f"baseline.{kind}").read_bytes() for kind in ("toml", "csv")]
+        divide(32)
+        (again,) = run_scenarios([folder], engine=engine)
+        assert again.passed, again.lines
+        assert again.trace.values.tobytes() == first.trace.values.tobytes()
+        run_scenarios([folder], engine=engine, record=True)
+        assert [(folder / f"baseline.{kind}").read_bytes() for kind in ("toml", "csv")] == stored
+
+
+def test_a_picture_of_a_long_run_shows_its_extremes(
+    loop: Any, write: Any, divide: Divide, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rich(loop)
+    loop["metrics"] = {"max_percent": loop["metrics"]["max_percent"]}
+    system = build(Scenario(write(loop)).cases[0])
+    monkeypatch.setattr("hystfmu.scenario.excerpt.MOST_ROWS", 200)
+    divide(128)
+    picture = Picture(system)
+    for block in blocks(system, "native"):
+        picture.add(block)
+    kept, whole = picture.trace(), simulate(system, "native")
+    assert len(kept.t) <= 200 < len(whole.t)
+    assert (np.diff(kept.t) > 0).all()
+    assert kept.t[[0, -1]].tolist() == whole.t[[0, -1]].tolist()
+    error, all_errors = (x["plant.y"] - x["reference.r"] for x in (kept, whole))
+    assert (error.min(), error.max()) == (all_errors.min(), all_errors.max())
+
+
+def test_an_ssp_is_written_as_it_runs(loop: Any, write: Any, tmp_path: Path, divide: Divide) -> None:
+    archive, out = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp"), tmp_path / "loop.csv"
+    whole = run_ssp(archive, "native")
+    divide(64)
+    lines, passed = run_ssp_file(str(archive), "native", None, None, None, 60.0, str(out))
+    assert passed
+    assert lines == [f"{archive}: 301 rows of {len(whole.trace.columns)} outputs; 2 signals agree with {REFERENCE}"]
+    columns = {"t": whole.trace.t} | {end: whole.trace[end] for end in whole.trace.columns}
+    assert out.read_text() == csv_text(columns)
+
+
+MEMORY = """
+import resource, sys
+from hystfmu.cli import main
+from hystfmu.scenario import run_scenarios
+path, stop, out = sys.argv[1:]
+if path.endswith(".ssp"):
+    try:
+        main(["run", path, "--engine", "native", "--stop", stop, "-o", out + "/rows.csv"])
+    except SystemExit as e:
+        assert e.code == 0
+else:
+    run_scenarios([path], engine="native", report_dir=out)
+print(max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+"""
+
+
+def peak(path: Path, stop: float, out: Path) -> float:
+    """Largest memory of a process that makes a run, or of its child (MB)."""
+    words = [sys.executable, "-c", MEMORY, str(path), str(stop), str(out)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    return int(done.stdout.split()[-1]) / 1024
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the unit of the largest memory is that of Linux")
+@pytest.mark.parametrize(("kind", "most"), [("scenario", 1_000_000), ("ssp", 250_000)])
+def test_memory_does_not_grow_with_the_number_of_steps(
+    loop: Any, write: Any, tmp_path: Path, kind: str, most: int
+) -> None:
+    """All values of the longer run would take 30 MB and 12 MB more."""
+    used = []
+    for n in (50_000, most):
+        folder = write(loop | {"stop": n * 1e-4 if kind == "scenario" else 0.03})
+        path = folder if kind == "scenario" else write_ssp(Scenario(folder).cases[0], tmp_path / "loop.ssp")
+        used.append(peak(path, n * 1e-4, tmp_path / "out"))
+    assert used[1] - used[0] < 4, used
+    if kind == "ssp":
+        assert (tmp_path / "out" / "rows.csv").read_bytes().count(b"\n") == most + 2
