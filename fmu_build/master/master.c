@@ -127,9 +127,9 @@ static int restore(master_unit *u) {
 
 /* ---- couplings: a step of the units that are due ------------------------------------------------------------------
  */
-#define EACH(call)                                                             \
-  for (int64_t k = 0; k < m->n_units; k++) {                                   \
-    master_unit *u = m->units + k;                                             \
+#define EACH(call)                                                          \
+  for (int64_t k = 0; k < m->n_units; k++) {                                \
+    master_unit *u = m->units + k;                                          \
     if (due(u, s) && (call)) return m->unit = k, m->t = begins(m, u, s), 1; \
   }
 

@@ -58,8 +58,8 @@ typedef struct {
   int64_t ripple;
   int64_t row, cut; /* where the run is: the next row and the next cut, 0 at first */
   int64_t unit;     /* after a failure: unit, -1: values not finite, -2: sweeps do not agree */
-  double t; /* and the time: at which the step of the unit begins, or at which the values or sweeps are wrong */
-  int64_t sweeps; /* all together */
+  double t;         /* and the time: at which the step of the unit begins, or at which the values or sweeps are wrong */
+  int64_t sweeps;   /* all together */
 } master;
 
 /* The next n rows of n_columns each, none of a cut, into `record`.  Row 0 are the first outputs of the initialised
