@@ -48,20 +48,30 @@ typedef enum {
 #define HYST_INF HUGE_VAL                     /* no bound */
 #define HYST_POSITIVE 2.2250738585072014e-308 /* a lower bound that stands for "greater than 0" */
 
+/* What only people and Python read: not in an FMU, which has its texts in modelDescription.xml.  Names stand in the
+ * rows there, for every pointer of a table costs a relocation, too. */
+#ifdef HYST_UNDOCUMENTED
+#define HYST_TOLD(...)
+#define HYST_UNTOLD , .text = NULL, .equation = NULL, .source = NULL
+#define HYST_ROW_NAME char name[16]
+#else
+#define HYST_TOLD(...) __VA_ARGS__
+#define HYST_UNTOLD
+#define HYST_ROW_NAME const char *name
+#endif
+
 typedef struct {
-  const char *name;
+  HYST_ROW_NAME;
   hyst_kind kind;
-  const char *size; /* as written in the table; block->size() evaluates it */
   const char *type; /* "real", "int", "bool", or the choices of an enumeration: "zoh|foh" (value 0, 1, ...) */
-  const char *unit;
   double start, lo, hi;
-  const char *text;
+  HYST_TOLD(const char *size, *unit, *text;) /* the size as written in the table; block->size() evaluates it */
 } hyst_var;
 
 typedef struct {
-  const char *name;
+  HYST_ROW_NAME;
   int start, lo, hi;
-  const char *text;
+  HYST_TOLD(const char *text;)
 } hyst_dim;
 
 enum {
@@ -99,8 +109,8 @@ const hyst_block *hyst_find(const char *name);
  * A function begins with HYST_OPEN(FUNCTION): every variable it may see is then a local pointer of that name, and
  * every size a local int.  Arguments end in _ so that a variable may be called u, x, y or p. */
 #define HYST_ROW(name, kind, size, type, unit, start, lo, hi, text) \
-  {#name, HYST_##kind, #size, type, unit, start, lo, hi, text},
-#define HYST_DIM_ROW(name, start, lo, hi, text) {#name, start, lo, hi, text},
+  {#name, HYST_##kind, type, start, lo, hi, HYST_TOLD(#size, unit, text)},
+#define HYST_DIM_ROW(name, start, lo, hi, text) {#name, start, lo, hi, HYST_TOLD(text)},
 #define HYST_DIM_LOCAL(name, start, lo, hi, text) \
   const int name = *dim_++;                       \
   (void)name;
@@ -221,20 +231,20 @@ const hyst_block *hyst_find(const char *name);
   VARS(HYST_IN_TANGENT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)du_, (void)dx_, (void)dy_, (void)ddx_;
 
 /* The last line of a block file: HYST_BLOCK(name, .text = ..., .output = ...). */
-#define HYST_BLOCK(id, ...)                                                                                \
-  static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                                    \
-  static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){0, 0, 0, 0, 0}}; /* a block may have no sizes */ \
-  static int64_t id##_size(const int *dim_, int var_) {                                                    \
-    DIMS(HYST_DIM_LOCAL64)                                                                                 \
-    const int64_t size[] = {VARS(HYST_SIZE_ROW)};                                                          \
-    (void)dim_;                                                                                            \
-    return size[var_];                                                                                     \
-  }                                                                                                        \
-  const hyst_block hyst_##id = {.name = #id,                                                               \
-                                .n_dims = sizeof id##_dims / sizeof *id##_dims - 1,                        \
-                                .dims = id##_dims,                                                         \
-                                .n_vars = sizeof id##_vars / sizeof *id##_vars,                            \
-                                .vars = id##_vars,                                                         \
-                                .size = id##_size,                                                         \
-                                __VA_ARGS__};
+#define HYST_BLOCK(id, ...)                                                                               \
+  static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                                   \
+  static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){"", 0, 0, 0, HYST_TOLD("")}}; /* may be none */ \
+  static int64_t id##_size(const int *dim_, int var_) {                                                   \
+    DIMS(HYST_DIM_LOCAL64)                                                                                \
+    const int64_t size[] = {VARS(HYST_SIZE_ROW)};                                                         \
+    (void)dim_;                                                                                           \
+    return size[var_];                                                                                    \
+  }                                                                                                       \
+  const hyst_block hyst_##id = {.name = #id,                                                              \
+                                .n_dims = sizeof id##_dims / sizeof *id##_dims - 1,                       \
+                                .dims = id##_dims,                                                        \
+                                .n_vars = sizeof id##_vars / sizeof *id##_vars,                           \
+                                .vars = id##_vars,                                                        \
+                                .size = id##_size,                                                        \
+                                __VA_ARGS__ HYST_UNTOLD};
 #endif

@@ -2,6 +2,9 @@
 
 amalgamate.py FMU_BUILD LICENSE OUT
 
+The binaries of an FMU (`platforms/build.py`) are compiled from such texts too: in one translation unit tables and
+functions of headers are there once.
+
 Every section begins with a line "/* ==== name ==== */".  What was private to a file must stay so in one translation unit:
 - names of a file (static functions and data, types, enumeration constants) get the name of the file in front;
 - the functions of a block, which headers may define too, are renamed by macros; the initialiser of its descriptor then
@@ -106,12 +109,9 @@ def fields(hyst_h: str) -> list[str]:
 class Amalgamation:
     """The sections by name, in the order in which a compiler must see them."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, sources: list[Path]) -> None:
         self.root, self.sections = root, dict[str, str]()
         self.headers: list[Path] = []
-        sources = [*sorted(root.glob("core/blocks/*.c")), *sorted(root.glob("core/*.c"))]
-        sources += [p for p in sorted(root.glob("fmi/*.c")) if p.name != "resource.c"]
-        sources.append(root / "sources" / "embedded.c")
         for path in sources:
             self.collect(path)
         self.fields = fields((root / "core" / "hyst.h").read_text())
@@ -180,6 +180,7 @@ class Amalgamation:
             used = sorted(f for f in functions if re.search(rf"\b{f}\b", text) or "HYST_RETURN_POINT(" in text)
             before = f"extern const hyst_block hyst_{stem};\n" + "".join(f"#define {f} {stem}_{f}\n" for f in used)
         text = rename(text, names, f"{stem}_")
+        text = text.replace("CALL_", f"{stem}_CALL_")  # enumeration constants of calls.h, made by pasting
         macros = sorted(set(re.findall(rf"^[ \t]*#define ({WORD})", before + text, re.M)))
         return before + text + "".join(f"#undef {m}\n" for m in macros)
 
@@ -198,9 +199,16 @@ class Amalgamation:
         return "".join(out)
 
 
+def source_files(root: Path) -> list[Path]:
+    """Everything that is compiled into an FMU, blocks first."""
+    return [p for folder in ("core/blocks", "core", "fmi") for p in sorted((root / folder).glob("*.c"))]
+
+
 def main() -> None:
-    root, licence, out = map(Path, sys.argv[1:])
-    Path(out).write_text(Amalgamation(root.resolve()).text(licence.read_text()))
+    root, licence, out = (Path(a).resolve() for a in sys.argv[1:])
+    sources = [p for p in source_files(root) if p.name != "resource.c"]
+    sources.append(root / "sources" / "embedded.c")
+    out.write_text(Amalgamation(root, sources).text(licence.read_text()))
 
 
 if __name__ == "__main__":

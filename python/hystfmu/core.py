@@ -29,12 +29,12 @@ class _Var(C.Structure):
     _fields_ = [
         ("name", C.c_char_p),
         ("kind", C.c_int),
-        ("size", C.c_char_p),
         ("type", C.c_char_p),
-        ("unit", C.c_char_p),
         ("start", C.c_double),
         ("lo", C.c_double),
         ("hi", C.c_double),
+        ("size", C.c_char_p),
+        ("unit", C.c_char_p),
         ("text", C.c_char_p),
     ]
 

@@ -41,7 +41,7 @@ def wrong(block: str, h: float = 0.0, dims: dict[str, int] | None = None, **valu
     ],
 )
 def test_a_value_is_checked_by_its_type(kind: str, good: list[float], bad: list[float]) -> None:
-    row = _Var(b"v", 0, b"1", kind.encode(), b"1", 0.0, -np.inf, np.inf, b"text")
+    row = _Var(name=b"v", type=kind.encode(), lo=-np.inf, hi=np.inf)
     check = library().hyst_check
     check.argtypes = [C.POINTER(_Var), C.c_double]
     assert [check(row, v) for v in good] == [0] * len(good)
@@ -55,7 +55,7 @@ def message(error: _Error) -> str:
 
 
 def test_messages_name_the_kind_of_value(tmp_path: Path) -> None:
-    row = _Var(b"flag", 0, b"1", b"bool", b"1", 0.0, 0.0, 1.0, b"text")
+    row = _Var(name=b"flag", type=b"bool", hi=1.0)
     with pytest.raises(InputError) as e:
         Executor(patched(Graph.single(Node("c", "creep")).to_bytes(), 60, struct.pack("<d", np.inf)))
     assert "step" in str(e.value)

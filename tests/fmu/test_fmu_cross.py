@@ -78,7 +78,8 @@ def test_it_exports_the_functions_of_the_standards_only(crossed: Path, name: str
         symbols = [line.split()[-1] for line in lines if line]
     own = [s for s in symbols if re.fullmatch(r"fmi[23][A-Z]\w+", s)]
     assert {"fmi2DoStep", "fmi3DoStep", "fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives"} <= set(own)
-    assert set(symbols) - set(own) == set()
+    image = {"_mh_dylib_header", "__dso_handle"}  # where it begins: zig's linker for macOS exports that always
+    assert set(symbols) - set(own) <= (image if name.endswith("darwin") else set())
 
 
 @pytest.mark.parametrize("name", [n for n in PLATFORMS if n.endswith("linux")])
