@@ -148,8 +148,8 @@ def test_asked_again_it_answers_the_same_and_sees_new_parameters():
     unit.set("m_gain", 1.5)
     unit.do_step(0.0, 1.0)
     assert unit.get("u") == pytest.approx(0.4, abs=1e-15)
-    for hi, want in ((0.3, 0.3), (2.0, 0.4)):
-        unit.set("inv_hi", hi)
+    for limit, value, want in (("hi", 0.3, 0.3), ("hi", 2.0, 0.4), ("lo", 0.5, 0.5), ("lo", -2.0, 0.4)):
+        unit.set(f"inv_{limit}", value)
         unit.do_step(0.0, 1.0)
         assert unit.get("u") == pytest.approx(want, abs=1e-15)
 

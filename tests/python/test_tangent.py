@@ -119,6 +119,18 @@ def test_a_steep_duhem_operator_has_the_derivative_of_its_long_steps():
     assert crossed > 20
 
 
+def test_duhem_turns_by_its_law_and_stays_at_its_bound():
+    values = {"k": 2.0, "a_rise": 1.0, "b_rise": 5.0, "c_rise": 0.5, "a_fall": 0.7, "b_fall": -0.2, "c_fall": 0.3}
+    graph = Graph.single(Node("b", "duhem", {}, {**values, "w_max": 3.0}))
+    w = graph.run([0.0, 0.1, 0.2])[-1] - 2.0 * 0.2
+    assert 0.1 < w < 1.0
+    up, down = 2.0 + 1.0 + 5.0 * w + 0.5 * w, 2.0 + 0.7 - 0.2 * w + 0.3 * w
+    assert slopes(graph, [0.0, 0.1, 0.2], 0.2) == pytest.approx([up, down], rel=1e-14)
+    assert slopes(graph, [0.0, 100.0], 100.0) == pytest.approx([2.0, 2.0 + 0.7 - 0.2 * 3.0 + 0.3 * 3.0], rel=1e-14)
+    for far in (50.0, 1e300):  # where a step leaves the range of numbers too
+        assert slopes(graph, [0.0, 0.1], far) == [2.0, 2.0]
+
+
 def test_sampled_blocks_hold():
     nodes = [Node("a", "pid"), Node("b", "scaling", {"n": 1}, {"gain": 3.0})]
     graph = Graph(
