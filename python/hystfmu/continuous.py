@@ -76,7 +76,7 @@ class ContinuousExecutor(Executor):
 
     @property
     def x(self) -> Array:
-        """A copy of the continuous states; assign to set them."""
+        """A copy of the continuous states, shape (n,); assign to set them."""
         return np.array([place[0] for place in self._places])
 
     @x.setter
@@ -89,7 +89,7 @@ class ContinuousExecutor(Executor):
         self._lib.hyst_graph_evaluate(self._g, t)
 
     def derivatives(self) -> Array:
-        """Derivatives of `x` at the point of the last `evaluate`, per second."""
+        """Derivatives of `x`, shape (n,), at the point of the last `evaluate`, per second."""
         dx = np.empty(len(self._places))
         self._lib.hyst_graph_derivatives(self._g, dx.ctypes.data)
         return dx

@@ -25,7 +25,9 @@ _D = C.POINTER(C.c_double)
 _I = C.POINTER(C.c_int)
 
 
-class _Var(C.Structure):
+class RawVar(C.Structure):
+    """`hyst_var` of hyst.h."""
+
     _fields_ = [
         ("name", C.c_char_p),
         ("kind", C.c_int),
@@ -62,7 +64,7 @@ class _Block(C.Structure):
         ("n_dims", C.c_int),
         ("dims", C.POINTER(_Dim)),
         ("n_vars", C.c_int),
-        ("vars", C.POINTER(_Var)),
+        ("vars", C.POINTER(RawVar)),
         ("size", C.CFUNCTYPE(C.c_int64, _I, C.c_int)),
         ("prepare", C.CFUNCTYPE(C.c_char_p, _I, _D, C.c_double)),
         ("init", C.CFUNCTYPE(None, _I, _D, _D)),
@@ -74,13 +76,15 @@ class _Block(C.Structure):
     ]
 
 
-class _Error(C.Structure):
+class RawError(C.Structure):
+    """`hyst_error` of graph.h."""
+
     _fields_ = [
         ("status", C.c_int),
         ("block", C.c_char * 64),
         ("variable", C.c_char * 64),
         ("text", C.c_char * 192),
-        ("row", C.POINTER(_Var)),
+        ("row", C.POINTER(RawVar)),
         ("value", C.c_double),
     ]
 
@@ -98,7 +102,7 @@ class Var:
     lo: float
     hi: float
     text: str
-    raw: _Var = field(repr=False, compare=False)
+    raw: RawVar = field(repr=False, compare=False)
 
     @property
     def interval(self) -> str:
@@ -173,20 +177,20 @@ def _library() -> C.CDLL:
 def library() -> C.CDLL:
     """The compiled core with the argument types of the graph executor declared."""
     lib = _library()
-    lib.hyst_graph_measure.argtypes = [C.c_char_p, C.c_size_t, C.POINTER(C.c_size_t), C.POINTER(_Error)]
+    lib.hyst_graph_measure.argtypes = [C.c_char_p, C.c_size_t, C.POINTER(C.c_size_t), C.POINTER(RawError)]
     lib.hyst_graph_open.argtypes = [
         C.c_char_p,
         C.c_size_t,
         C.c_void_p,
         C.c_size_t,
         C.POINTER(C.c_void_p),
-        C.POINTER(_Error),
+        C.POINTER(RawError),
     ]
-    lib.hyst_message.argtypes = [C.POINTER(_Error), C.c_char_p, C.c_size_t]
-    lib.hyst_interval.argtypes = [C.POINTER(_Var), C.c_char_p, C.c_size_t]
+    lib.hyst_message.argtypes = [C.POINTER(RawError), C.c_char_p, C.c_size_t]
+    lib.hyst_interval.argtypes = [C.POINTER(RawVar), C.c_char_p, C.c_size_t]
     lib.hyst_interval.restype = None
     lib.hyst_graph_error.argtypes = [C.c_void_p]
-    lib.hyst_graph_error.restype = C.POINTER(_Error)
+    lib.hyst_graph_error.restype = C.POINTER(RawError)
     lib.hyst_graph_defaults.argtypes = [C.c_void_p]
     lib.hyst_graph_defaults.restype = None
     lib.hyst_graph_start.argtypes = [C.c_void_p, C.c_double]

@@ -6,17 +6,17 @@ import ctypes as C
 
 import numpy as np
 
-from hystfmu.core import Array, _Error, library
+from hystfmu.core import Array, RawError, library
 from hystfmu.errors import InputError
 
 
-def _message(error: _Error) -> str:
+def _message(error: RawError) -> str:
     text = C.create_string_buffer(512)
     library().hyst_message(C.byref(error), text, len(text))
     return text.value.decode(errors="replace")
 
 
-def _raise(error: _Error) -> None:
+def _raise(error: RawError) -> None:
     raise InputError(_message(error))
 
 
@@ -35,7 +35,7 @@ class Executor:
     """
 
     def __init__(self, file: bytes) -> None:
-        lib, error, size = library(), _Error(), C.c_size_t()
+        lib, error, size = library(), RawError(), C.c_size_t()
         if lib.hyst_graph_measure(file, len(file), C.byref(size), C.byref(error)):
             _raise(error)
         self._memory = (C.c_double * ((size.value + 15) // 8 + 2))()  # 16-byte alignment is not needed by doubles
@@ -91,7 +91,7 @@ class Executor:
 
     @property
     def state(self) -> Array:
-        """A copy of everything that a run changes."""
+        """A copy of everything that a run changes, flat (n,); assign it to go back to that point."""
         return self._state.copy()
 
     @state.setter

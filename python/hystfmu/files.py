@@ -91,7 +91,13 @@ def read_toml(path: str | Path, kind: type[M], most: int = MOST_BYTES) -> M:
 
 
 def check(data: dict[str, Any], kind: type[M], path: str | Path) -> M:
-    """A dictionary checked against a pydantic model, with the error form of `read_toml`."""
+    """A dictionary checked against a pydantic model.
+
+    Raises
+    ------
+    InputError
+        In the form of `read_toml`: the file `path`, the key, the rule and the value.
+    """
     try:
         return kind.model_validate(data)
     except pydantic.ValidationError as e:

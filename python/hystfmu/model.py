@@ -57,7 +57,7 @@ class Model:
             object.__setattr__(self, "graph", self.graph.with_step(self.step))
 
     def predict(self, u: Array | Sequence[float], h: float | None = None) -> Array:
-        """Free-run output for the input rows `u`, from a fresh start.
+        """Free-run output, shape (n,), for the input rows `u` (n,), from a fresh start.
 
         Row 0 is the output after initialisation with ``u[0]``; row k is what an FMU gives after set u_k,
         doStep(t_{k-1}, h), get y.  `h` (s) defaults to the model's own step, else 1 s.

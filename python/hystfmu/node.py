@@ -67,7 +67,13 @@ class Node:
 
     @property
     def block(self) -> BlockType:
-        """The description of the block."""
+        """The description of the block.
+
+        Raises
+        ------
+        InputError
+            There is no block of that type.
+        """
         types = block_types()
         if self.type not in types:
             raise InputError(f"no block {self.type!r}; 'hystfmu blocks' lists them: {', '.join(types)}")
@@ -115,12 +121,12 @@ class Node:
         return array
 
     def parameters(self) -> Array:
-        """All parameter values in the order of the table, flat."""
+        """All parameter values in the order of the table, flat: shape (n,)."""
         sizes = self.sizes
         return np.concatenate([self._flat(v, sizes[v.name]) for v in self.block.parameters] or [np.zeros(0)])
 
     def value(self, name: str) -> Array:
-        """The parameter `name` as a flat array.
+        """The parameter `name` as a flat array, shape (n,).
 
         Raises
         ------

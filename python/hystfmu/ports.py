@@ -49,6 +49,11 @@ class Port:
     start: tuple[float, ...]
 
     @property
+    def is_parameter(self) -> bool:
+        """Whether it is a parameter, tunable or fixed."""
+        return self.kind in ("param", "fixed")
+
+    @property
     def scalar_names(self) -> tuple[str, ...]:
         """Names of the elements."""
         return element_names(self.name, self.size)

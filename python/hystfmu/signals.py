@@ -17,7 +17,7 @@ __all__ = ["decaying_sine", "held_out", "minor_loops", "nested_reversals", "ramp
 def decaying_sine(
     cycles: float = 10.0, decay: float = 0.1, samples: int = 200, amplitude: float = 1.0, offset: float = 0.0
 ) -> Array:
-    """offset + amplitude e^(-decay c) sin(2 pi c), c the number of cycles; `samples` per cycle."""
+    """offset + amplitude e^(-decay c) sin(2 pi c), c the number of cycles, with `samples` in each: shape (n,)."""
     c = np.arange(round(cycles * samples) + 1) / samples
     return np.asarray(offset + amplitude * np.exp(-decay * c) * np.sin(2 * np.pi * c))
 
@@ -47,7 +47,7 @@ def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Arr
 
 
 def ramps(levels: list[float], step: float = 0.01) -> Array:
-    """A path through `levels` in equal steps of at most `step` on each ramp."""
+    """A path, shape (n,), through `levels` in equal steps of at most `step` on each ramp."""
     parts = [np.array(levels[:1])]
     for a, b in pairwise(levels):
         parts.append(np.linspace(a, b, max(2, int(np.ceil(abs(b - a) / step))) + 1)[1:])

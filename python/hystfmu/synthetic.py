@@ -51,7 +51,7 @@ def plays(u: Array, r: Array, z: float = 0.0) -> Array:
 
 
 def stack(x: Array, h: float) -> Array:
-    """Displacement (about [-1, 1]) of the piezo stack for an input x in [-1, 1] at steps of h seconds, from rest.
+    """Displacement (about [-1, 1]) of the piezo stack for an input x (n,) in [-1, 1], h seconds apart, from rest.
 
     Ten backlash operators and a linear term -> asymmetric readout -> creep -> second-order mechanics; four steps inside
     every h, between which the input runs linearly.

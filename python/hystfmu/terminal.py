@@ -84,7 +84,7 @@ def changes(found: Sequence[Change], none: str = "the baseline does not change")
 
 
 def loop(u: Array, y: Array, title: str, width: int = 72, height: int = 20) -> str:
-    """A hysteresis loop y over u as text."""
+    """A hysteresis loop, y over u, each (n,), as text of `width` by `height` characters."""
     import plotext as plt
 
     plt.clear_figure()

@@ -99,7 +99,7 @@ class Unit:
 
     @property
     def state(self) -> Array:
-        """A copy of all memory; assign it to go back to that point."""
+        """A copy of all memory, flat (n,); assign it to go back to that point."""
         return self._executor.state
 
     @state.setter

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from raw import Raw
 
-from hystfmu.core import _Error, _Var, library
+from hystfmu.core import RawError, RawVar, library
 from hystfmu.errors import InputError
 from hystfmu.executor import Executor
 from hystfmu.graph import Graph, Input, Node, Output
@@ -41,21 +41,21 @@ def wrong(block: str, h: float = 0.0, dims: dict[str, int] | None = None, **valu
     ],
 )
 def test_a_value_is_checked_by_its_type(kind: str, good: list[float], bad: list[float]) -> None:
-    row = _Var(name=b"v", type=kind.encode(), lo=-np.inf, hi=np.inf)
+    row = RawVar(name=b"v", type=kind.encode(), lo=-np.inf, hi=np.inf)
     check = library().hyst_check
-    check.argtypes = [C.POINTER(_Var), C.c_double]
+    check.argtypes = [C.POINTER(RawVar), C.c_double]
     assert [check(row, v) for v in good] == [0] * len(good)
     assert all(check(row, v) for v in bad)
 
 
-def message(error: _Error) -> str:
+def message(error: RawError) -> str:
     text = C.create_string_buffer(400)
     library().hyst_message(error, text, 400)
     return text.value.decode()
 
 
 def test_messages_name_the_kind_of_value(tmp_path: Path) -> None:
-    row = _Var(name=b"flag", type=b"bool", hi=1.0)
+    row = RawVar(name=b"flag", type=b"bool", hi=1.0)
     with pytest.raises(InputError) as e:
         Executor(patched(Graph.single(Node("c", "creep")).to_bytes(), 60, struct.pack("<d", np.inf)))
     assert "step" in str(e.value)

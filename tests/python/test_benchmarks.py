@@ -12,7 +12,8 @@ from hystfmu.cli import main
 from hystfmu.identify import auto, fit
 from hystfmu.identify.bouc_wen_oscillator import linear_oscillator
 from hystfmu.identify.excitation import examine, gaps
-from hystfmu.identify.prandtl_ishlinskii_rate import _Sums, cross_validated, dead_zones
+from hystfmu.identify.prandtl_ishlinskii_asym import dead_zones
+from hystfmu.identify.prandtl_ishlinskii_rate import _Sums, cross_validated
 from hystfmu.reproduce import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
 from hystfmu.reproduce.narx_network import simulate
 from hystfmu.reproduce.structured_duhem import KNOTS, DuhemOscillator, run_many

@@ -32,12 +32,12 @@ class DescribingFunction:
 
     @property
     def gain(self) -> Array:
-        """abs(N)."""
+        """abs(N), in the shape of N."""
         return np.abs(self.N)
 
     @property
     def phase(self) -> Array:
-        """Of N in degrees; negative: the output lags."""
+        """Of N in degrees, in its shape; negative: the output lags."""
         return np.degrees(np.angle(self.N))
 
 

@@ -47,7 +47,7 @@ def to_control(part: Node | Graph | Model, h: float | None = None) -> Any:
     InputError
         A block that is not linear, a controller without step, python-control is not installed.
     """
-    control = _control()
+    control = python_control()
     if isinstance(part, Model):
         part = part.graph
     if isinstance(part, Graph):
@@ -94,7 +94,7 @@ def linearise(graph: Graph) -> tuple[Array, Array, Array, Array]:
     return T[p:, m:], T[p:, :m], T[:p, m:], T[:p, :m]
 
 
-def _control() -> Any:
+def python_control() -> Any:
     """python-control takes seconds to import: only here."""
     try:
         return importlib.import_module("control")

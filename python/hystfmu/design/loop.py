@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hystfmu.core import Array
-from hystfmu.design.linear import _control, to_control
+from hystfmu.design.linear import python_control, to_control
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
@@ -78,7 +78,7 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
     """
     if delay < 0:
         raise InputError(f"delay: must be at least 0; got {delay}")
-    control = _control()
+    control = python_control()
     late = control.tf([1.0], [1.0] + [0.0] * delay, h)
     return gain * to_control(controller, h) * late * control.tf(to_control(plant, h))
 
@@ -96,7 +96,7 @@ def margins(L: Any) -> Margins:
     def at(w: float) -> complex:
         return complex(L(np.exp(1j * w * h)))
 
-    poles = _control().feedback(L, 1).poles()
+    poles = python_control().feedback(L, 1).poles()
     w = np.geomspace(1e-4, 1.0, 20_000) * np.pi / h
     values = L(np.exp(1j * w * h))
     crossing = [_root(lambda w: abs(at(w)) - 1, *w[i : i + 2]) for i in _changes(np.abs(values) - 1)]

@@ -46,7 +46,7 @@ def _limits(v: Var) -> dict[str, str]:
 
 
 def _causality(p: Port) -> dict[str, str]:
-    if p.kind in ("param", "fixed"):
+    if p.is_parameter:
         return {"causality": "parameter", "variability": "tunable" if p.kind == "param" else "fixed"}
     return {"causality": p.kind, "variability": "continuous" if p.var.type == "real" else "discrete"}
 

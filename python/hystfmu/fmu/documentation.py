@@ -70,7 +70,7 @@ def _variable(graph: Graph, p: Port, fmi: Fmi) -> tuple[str, ...]:
     name = p.name if p.size == 1 else f"{p.name}_1 ... {p.name}_{p.size}" if fmi == 2 else f"{p.name}[{p.size}]"
     start = p.var.choices[int(p.start[0])] if p.var.choices else _text(p.start)
     kind = {"param": "parameter, tunable", "fixed": "parameter, fixed"}.get(p.kind, p.kind)
-    block = graph.nodes[p.node].name if len(graph.nodes) > 1 and p.kind in ("param", "fixed") else ""
+    block = graph.nodes[p.node].name if len(graph.nodes) > 1 and p.is_parameter else ""
     shown = "" if p.kind == "output" else start
     cells = (name, kind, p.unit or "-", shown, p.var.interval, p.text, block)
     return tuple(f"<code>{escape(name)}</code>" if k == 0 else escape(c) for k, c in enumerate(cells))

@@ -46,7 +46,7 @@ class Branch:
         return np.asarray(basis(d, len(self.a) - 1) @ self.a)
 
     def slope(self, d: Array) -> Array:
-        """g'(d)."""
+        """g'(d) for d (n,)."""
         return np.asarray(slopes(d, len(self.a) - 1) @ self.a)
 
     @property
@@ -66,7 +66,7 @@ def basis(d: Array, m: int, d_max: float = np.inf) -> Array:
 
 
 def slopes(d: Array, m: int) -> Array:
-    """The derivatives of the basis by d, inside of d_max."""
+    """The derivatives of the basis by d (n,), inside of d_max: shape (n, m + 1)."""
     j = np.arange(1, m + 1)
     derivative = np.column_stack([np.zeros_like(d), (2 * j - 1) * d[:, None] ** (2 * j - 2)])
     return np.asarray(np.exp(-d)[:, None] * _powers(d, m) - np.expm1(-d)[:, None] * derivative)
@@ -104,7 +104,7 @@ class StackCoordinates:
 
 
 def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoordinates:
-    """Branches of an input that starts at rest at x0; memory "dominant" (return-point memory) or "last" extremum."""
+    """Branches of an input x (n,) at rest at x0 before; memory "dominant" (return-point memory) or "last" extremum."""
     n = len(x)
     start, weight, d = np.full(n, -1), np.zeros(n), np.zeros(n)
     extrema: list[int] = []
@@ -183,7 +183,7 @@ def _nearest(f: Array, E: Array, least: Array) -> Array:
 
 
 def literal_branch(where: StackCoordinates, y: Array, rows: slice, m: int) -> Branch:
-    """Shen & Ma 2017, eq. 8-10: A = X^-1 Y on increments along the branches, X the normal matrix; y of all rows."""
+    """Shen & Ma 2017, eq. 8-10: A = X^-1 Y on increments along the branches, X the normal matrix; y (n,): all rows."""
     first = where.start[rows]
     used = np.flatnonzero(first >= 0) + (rows.start or 0)
     v = np.sign(where.weight[used]) * (y[used] - y[where.start[used]])

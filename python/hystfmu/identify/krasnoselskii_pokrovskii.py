@@ -26,7 +26,7 @@ OPTIONS = (
 
 
 def grid(lo: float, hi: float, levels: int) -> tuple[float, Array, Array]:
-    """Rise length a of the ridge and the ramps p1 <= p2 of every kernel, for inputs in lo..hi.
+    """Rise length a of the ridge and the ramps p1 <= p2, each (n,), of all n kernels, for inputs in lo..hi.
 
     The ramps start at lo, lo + a, .., hi - a with a = (hi - lo) / levels, so that each kernel saturates within
     the range.
@@ -38,7 +38,7 @@ def grid(lo: float, hi: float, levels: int) -> tuple[float, Array, Array]:
 
 
 def ridge(x: Array, a: float) -> Array:
-    """-1 for x < 0, 1 for x > a, straight between."""
+    """-1 for x < 0, 1 for x > a, straight between; for x of any shape."""
     return np.asarray(np.clip(2 * (x / a) - 1, -1, 1))
 
 

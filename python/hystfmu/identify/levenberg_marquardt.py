@@ -23,14 +23,14 @@ def minimise(
     progress: Callable[[float], None] = lambda fraction: None,
     residuals: Callable[[Array], Array] | None = None,
 ) -> tuple[Array, float]:
-    """Least squares from the start p; stops when 10 iterations gain less than `tolerance` of the sum of squares.
+    """Least squares from the start p (n,); stops when 10 iterations gain less than `tolerance` of the sum of squares.
 
-    `function` gives residuals and Jacobian; `residuals`, where it is given, the residuals alone: every other trial is
-    refused, and its Jacobian would be computed for nothing.
+    `function` gives residuals (m,) and Jacobian (m, n); `residuals`, where it is given, the residuals alone: every
+    other trial is refused, and its Jacobian would be computed for nothing.
 
     Returns
     -------
-    p : array
+    p : array, shape (n,)
     sum_of_squares : float
     """
     mu = 1e-2

@@ -11,7 +11,7 @@ LEAST_TRAVEL = 0.02
 
 
 def thresholds(u: Array, n: int) -> Array:
-    """`n` half-widths in equal steps from 0 (excluded) to 98 % of half the range of u.
+    """Half-widths, shape (n,), in equal steps from 0 (excluded) to 98 % of half the range of u.
 
     A play wider than half the range never moves back: its column is constant after the first loading (Shen & Ma 2017
     spread theirs over the whole range; half of their columns are dead).  One that travels less than 2 % of the range

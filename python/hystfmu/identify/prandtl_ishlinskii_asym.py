@@ -60,7 +60,21 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
 
 
 def ridge_fit(bounded: Array, free: Array, y: Array, ridge: float) -> tuple[Array, Array]:
-    """min |y - c - bounded x - free v|^2 + (ridge |scaled weights|)^2 over x >= 0, v, c; returns x and (v, c)."""
+    """min |y - c - bounded x - free v|^2 + (ridge |scaled weights|)^2 over x >= 0, v, c.
+
+    Parameters
+    ----------
+    bounded, free : array, shape (n, p) and (n, q)
+        Columns whose weights are at least 0, and columns of any weight.
+    y : array, shape (n,)
+    ridge : float
+
+    Returns
+    -------
+    x : array, shape (p,)
+    v : array, shape (q + 1,)
+        The constant c at its end.
+    """
     columns = np.column_stack([bounded, free])
     middle = columns.mean(axis=0)
     size = np.linalg.norm(columns - middle, axis=0)
@@ -74,7 +88,7 @@ def ridge_fit(bounded: Array, free: Array, y: Array, ridge: float) -> tuple[Arra
 
 
 def knots(u: Array, n: int) -> Array:
-    """Thresholds of `n` dead zones, evenly inside the range of u; none at 0, where a dead zone is the input itself."""
+    """Thresholds (n,) of dead zones, evenly inside the range of u; none at 0, where a dead zone is the input itself."""
     s = u.min() + np.ptp(u) * np.arange(1, n + 1) / (n + 1)
     least = 1e-6 * np.ptp(u)
     return np.where(np.abs(s) < least, least, s)
@@ -87,5 +101,5 @@ def dead_zones(u: Array, s: Array) -> Array:
 
 
 def lag(u: Array, h: float, T: float) -> Array:
-    """First-order lag of u that starts in its steady state, run by the C core."""
+    """First-order lag of u (n,) that starts in its steady state, run by the C core; h and T in s."""
     return Graph.single(Node("lag", "creep", {}, {"w": 1.0, "T": T, "start": "steady"})).run(u, h)

@@ -67,7 +67,7 @@ class Features:
 
 
 def centre_and_gain(v: Array) -> tuple[Array, Array]:
-    """Middle and 2/range of every column: maps it to [-1, 1].  A constant column gets gain 0."""
+    """Middle and 2/range of every column of v (n, m): maps it to [-1, 1].  A constant column gets gain 0."""
     lo, hi = v.min(axis=0), v.max(axis=0)
     width = hi - lo
     return (lo + hi) / 2, np.divide(2.0, width, out=np.zeros_like(width), where=width > 0)
@@ -149,7 +149,7 @@ def fit_readout(
 
 
 def least_squares(x: Array, y: Array) -> Array:
-    """Weights of the columns of x and a constant, with a ridge of 1e-6 that keeps near copies from cancelling."""
+    """Weights (m + 1,) of the columns of x (n, m) and a constant; a ridge of 1e-6 keeps near copies from cancelling."""
     columns = np.column_stack([x, np.ones(len(x))])
     n = columns.shape[1]
     ridge = 1e-6 * np.sqrt(len(x)) * np.eye(n)

@@ -85,7 +85,7 @@ class Recursive:
         return self._solve(self._triangle[: self.n, self.n], 0)
 
     def leverage(self, phi: Array) -> float:
-        """h' P h = |R^-T h|^2."""
+        """h' P h = |R^-T h|^2 of a regressor h (n,)."""
         v = self._solve(phi, 1)
         return float(v @ v)
 
@@ -182,7 +182,7 @@ class PrintedRecursive:
         self.samples, self.variance, self.Sigma = 0, 0.0, r * r
 
     def update(self, phi: Array, y: float) -> float:
-        """Take one sample; returns e(k)."""
+        """Take one sample, the regressor phi (n,) and y; returns e(k)."""
         mu, r2 = 1 - self.rho, self.r**2
         e = float(y - phi @ self.theta)  # eq. 13
         self.samples += 1

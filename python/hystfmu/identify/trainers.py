@@ -60,7 +60,7 @@ def lbfgs(
 def lbfgs_gradient(
     p: Array, function: Gradient, iterations: int, progress: Progress = lambda fraction: None
 ) -> tuple[Array, float]:
-    """L-BFGS on a function that gives value and gradient; returns the point and the value there."""
+    """L-BFGS on a function that gives value and gradient (n,); returns the point (n,) and the value there."""
     from scipy.optimize import minimize
 
     done = 0

@@ -23,7 +23,7 @@ F_SLOW, F_FAST = 2.0, 100.0  # Hz
 
 
 def actuator(u: Array) -> Array:
-    """Displacement (about [-1, 1]) for an input u in [-1, 1] at 10 kHz, from rest at u[0]."""
+    """Displacement (about [-1, 1]) for an input u (n,) in [-1, 1] at 10 kHz, from rest at u[0]."""
     from scipy.signal import bilinear, lfilter
 
     n = len(u)

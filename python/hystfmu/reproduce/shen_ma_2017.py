@@ -99,7 +99,7 @@ def _with(row: Row, literal: float, ours: float) -> Row:
 
 # ---- data ------------------------------------------------------------------------------------------------------------
 def plant(u: Array) -> Array:
-    """The actuator that stands for the paper's: input within +-0.4, output about +-5."""
+    """The actuator that stands for the paper's: input u (n,) within +-0.4, output about +-5, 200 rows a second."""
     return OUTPUT * stack(u / INPUT, 1 / RATE)
 
 

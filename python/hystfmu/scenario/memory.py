@@ -19,5 +19,5 @@ def n_state(graph: Graph) -> int:
 
 
 def mark(graph: Graph, state: Array, skip: int = 0) -> str:
-    """Fingerprint of the memory of a graph within a state of the core; `skip` states of other blocks come before."""
+    """Fingerprint of the memory of a graph in a `state` (n,) of the core; `skip` states of other blocks come before."""
     return hashlib.sha256(state[1 + skip : 1 + skip + n_memory(graph)].tobytes()).hexdigest()[:16]

@@ -73,9 +73,7 @@ class GraphUnit:
         self.source = np.array([j for _, j in linked], dtype=np.int64)
         self._ahead = weights(system, [into[end] for end in outside if end in source])
         self.vr_out = np.array([p.reference for p in graph.ports if p.kind == "output"], dtype=np.uint32)
-        self.parameters = {
-            (graph.nodes[p.node].name, p.var.name): p.reference for p in graph.ports if p.kind in ("param", "fixed")
-        }
+        self.parameters = {(graph.nodes[p.node].name, p.var.name): p.reference for p in graph.ports if p.is_parameter}
 
     def start(self, values: C.Array[C.c_double]) -> None:
         """Initialise at t = 0 with the present values, and write the first outputs."""

@@ -49,7 +49,7 @@ class Trace:
 
     @classmethod
     def joined(cls, blocks: Iterable[Trace], n_rows: int) -> Trace:
-        """A whole run from its blocks.
+        """A whole run of `n_rows` rows from its `blocks`.
 
         Raises
         ------

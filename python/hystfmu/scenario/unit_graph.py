@@ -58,7 +58,7 @@ def parameter_names(graph: Graph | Foreign) -> set[str]:
     """Every name that `set` may use: whole parameters and their elements."""
     if isinstance(graph, Foreign):
         return {v.name for v in graph.description.modelVariables if v.causality == "parameter"}
-    ports = [p for p in graph.ports if p.kind in ("param", "fixed")]
+    ports = [p for p in graph.ports if p.is_parameter]
     return {p.name for p in ports} | {n for p in ports for n in p.scalar_names}
 
 
@@ -97,7 +97,7 @@ def changed(graph: Graph, name: str, value: object) -> tuple[Port, int, list[flo
 
 
 def _parameter(graph: Graph, name: str) -> tuple[Port, int | None]:
-    parameters = [p for p in graph.ports if p.kind in ("param", "fixed")]
+    parameters = [p for p in graph.ports if p.is_parameter]
     for p in parameters:
         if name == p.name:
             return p, None

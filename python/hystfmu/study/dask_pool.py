@@ -14,7 +14,7 @@ from typing import Any
 from hystfmu.errors import InputError
 from hystfmu.scenario.run import Engine
 from hystfmu.scenario.system import System
-from hystfmu.study.task import Runner, Task
+from hystfmu.study.task import Runner, Task, row_of
 
 CHUNK = 16  # tasks in one submission
 _RUNNERS: dict[str, Runner] = {}  # of a worker process
@@ -97,11 +97,7 @@ class DaskPool:
             elif len(chunk) > 1:
                 again.extend([t] for t in chunk)
             else:
-                yield self._failed(chunk[0], str(future.exception()).splitlines()[0])
+                reason = str(future.exception()).splitlines()[0]
+                yield row_of(chunk[0], self._names[chunk[0].case], "killed", reason)
             while len(held) < lanes and submit():
                 pass
-
-    def _failed(self, task: Task, reason: str) -> dict[str, Any]:
-        row: dict[str, Any] = {"index": task.index, "variation": task.variation, "id": task.id}
-        row |= {"case": self._names[task.case], "values": task.values, "metrics": {}}
-        return row | {"status": "killed", "reason": reason}

@@ -28,7 +28,7 @@ from hystfmu.child import limit_memory
 from hystfmu.errors import InputError
 from hystfmu.scenario.run import Engine
 from hystfmu.scenario.system import System
-from hystfmu.study.task import Runner, Task
+from hystfmu.study.task import Runner, Task, row_of
 
 READY = "ready"
 AT_ONCE = 8  # tasks that a worker holds: a run of a millisecond must not wait for the parent
@@ -140,7 +140,7 @@ class Pool:
             elif time.monotonic() - w.since > self._timeout + (0.0 if w.begun else self.STARTUP):
                 task = w.tasks.popleft()
                 self._replace(w, waiting)
-                yield self._failed(task, "timeout", f"not finished after {self._timeout:g} s")
+                yield row_of(task, self._names[task.case], "timeout", f"not finished after {self._timeout:g} s")
 
     def _dead(self, w: _Worker, waiting: deque[Task]) -> Iterator[dict[str, Any]]:
         task, status = w.tasks.popleft(), w.process.exitcode
@@ -152,7 +152,7 @@ class Pool:
                 "be a file whose main part stands under if __name__ == '__main__'"
             )
         if task.index in self._died:
-            yield self._failed(task, "killed", f"ended its process twice, with status {status}")
+            yield row_of(task, self._names[task.case], "killed", f"ended its process twice, with status {status}")
         else:
             self._died.add(task.index)
             waiting.appendleft(task)
@@ -162,8 +162,3 @@ class Pool:
         w.tasks.clear()
         self._workers.remove(w)
         w.end()
-
-    def _failed(self, task: Task, status: str, reason: str) -> dict[str, Any]:
-        row: dict[str, Any] = {"index": task.index, "variation": task.variation, "id": task.id}
-        row |= {"case": self._names[task.case], "values": task.values, "metrics": {}}
-        return row | {"status": status, "reason": reason}

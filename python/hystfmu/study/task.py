@@ -52,6 +52,12 @@ def identity(of_case: str, settings: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps([of_case, settings], sort_keys=True).encode()).hexdigest()[:24]
 
 
+def row_of(task: Task, case: str, status: str, reason: str, metrics: dict[str, float] | None = None) -> dict[str, Any]:
+    """The row of the table that a task of the case becomes; `reason` says why it has no metrics."""
+    row = {"index": task.index, "variation": task.variation, "id": task.id, "case": case, "values": task.values}
+    return {**row, "metrics": metrics or {}, "status": status, "reason": reason}
+
+
 class Runner:
     """Runs tasks in one process; keeps what can be used again.
 
@@ -69,16 +75,15 @@ class Runner:
 
     def __call__(self, task: Task) -> dict[str, Any]:
         """The row of a task: a failed run is a row with its reason."""
-        row: dict[str, Any] = {"index": task.index, "variation": task.variation, "id": task.id}
-        row |= {"case": self._systems[task.case].case.name, "values": task.values, "metrics": {}}
+        case = self._systems[task.case].case.name
         try:
-            return row | {"status": "ok", "reason": "", "metrics": self._metrics(task)}
+            return row_of(task, case, "ok", "", self._metrics(task))
         except Stopped as e:
-            return row | {"status": "stopped", "reason": str(e)}
+            return row_of(task, case, "stopped", str(e))
         except InputError as e:
-            return row | {"status": "refused", "reason": str(e)}
+            return row_of(task, case, "refused", str(e))
         except MemoryError:
-            return row | {"status": "memory", "reason": "the run needs more memory than a worker may have"}
+            return row_of(task, case, "memory", "the run needs more memory than a worker may have")
 
     def _metrics(self, task: Task) -> dict[str, float]:
         system = self._systems[task.case]
