@@ -23,6 +23,12 @@
 static inline const char *hyst_wrong_limits(double u_min, double u_max) {
   return u_min > u_max ? "u_min must not be greater than u_max" : NULL;
 }
+/* prepare() of a block that has nothing else to check or derive */
+#define HYST_LIMIT_PREPARE                    \
+  HYST_PREPARE_FN(prepare) {                  \
+    HYST_OPEN_PREPARE                         \
+    return hyst_wrong_limits(*u_min, *u_max); \
+  }
 
 static inline double hyst_clamp(double u, double lo, double hi) { return u < lo ? lo : u > hi ? hi : u; }
 

@@ -27,10 +27,7 @@ static void learn(int n, double *w, const double *e, double gain, int lead, doub
   }
 }
 
-HYST_PREPARE_FN(prepare) {
-  HYST_OPEN_PREPARE
-  return hyst_wrong_limits(*u_min, *u_max);
-}
+HYST_LIMIT_PREPARE
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
   *u = hyst_clamp(*u_ff + w[hyst_stored(*at, n - 1)], *u_min, *u_max);

@@ -13,10 +13,7 @@
   V(integral, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of the error")                \
   HYST_DIFFERENCE_ROWS(V)
 
-HYST_PREPARE_FN(prepare) {
-  HYST_OPEN_PREPARE
-  return hyst_wrong_limits(*u_min, *u_max);
-}
+HYST_LIMIT_PREPARE
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
   *u = hyst_clamp(*u_ff + *Kp * (*y_d - *y) + *Ki * *integral + *Kd * *de, *u_min, *u_max);

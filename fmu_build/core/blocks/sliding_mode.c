@@ -27,10 +27,7 @@ static double law(double u_ff, double s, double eta, double rho, double epsilon,
   return u_ff - eta * s - rho * s / (hyst_fabs(s) + epsilon);
 }
 
-HYST_PREPARE_FN(prepare) {
-  HYST_OPEN_PREPARE
-  return hyst_wrong_limits(*u_min, *u_max);
-}
+HYST_LIMIT_PREPARE
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
   *s = *de + *lam * (*y - *y_d) + *k_i * *integral;

@@ -27,10 +27,7 @@ static double phi_2(double s, double mu, double epsilon) {
   return 0.5 * s / a + 1.5 * mu * s / hyst_sqrt(a) + mu * mu * s;
 }
 
-HYST_PREPARE_FN(prepare) {
-  HYST_OPEN_PREPARE
-  return hyst_wrong_limits(*u_min, *u_max);
-}
+HYST_LIMIT_PREPARE
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
   *s = *de + *lam * (*y - *y_d);

@@ -1,4 +1,4 @@
-"""The learned inverse: a bank of plays and a network, trained on the response of the model, input and output exchanged."""
+"""The learned inverse: a bank of plays and a network, trained on the response of the model, its ends exchanged."""
 
 from __future__ import annotations
 
