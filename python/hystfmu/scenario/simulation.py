@@ -13,7 +13,10 @@ from hystfmu.scenario.trace import Trace
 def blocks(
     system: System, engine: Engine = "fmpy", store: FmuStore | None = None, seconds: float = 600.0
 ) -> Iterator[Trace]:
-    """As `simulate`, in blocks of consecutive rows: the memory does not grow with the length of the run."""
+    """As `simulate` with the same `system`, `engine`, `store` and `seconds`, in blocks of consecutive rows.
+
+    The memory does not grow with the length of the run.
+    """
     if system.foreign:
         # here and not above: the child runs that file as its program
         from hystfmu.scenario.isolated import blocks_isolated
