@@ -69,7 +69,7 @@ OTHER_BOUNDS = {
     "RateFilter": 1e-8,
     "BoucWenOscillator": 1e-5,  # the Newmark steps of the unit, 10 microseconds long
 }
-CHAINS = {"BacklashSumDynamics"}  # of several units: test_loops.py
+CHAINS = {"BacklashSumDynamics", "ImplicitInverse"}  # of several units: test_loops.py, implicit.py
 
 
 @dataclass(frozen=True)
@@ -114,6 +114,7 @@ EXAMPLES = {
     "PidObserver": ["reference.r", "inverse.u", "plant.y"],
     "LeadLag": ["reference.r", "inverse.u", "plant.y"],
     "IterativeLearning": ["reference.r", "inverse.u", "plant.y"],
+    "ImplicitInverse": ["wanted.r", "inverse.u", "hysteresis.y"],
 }
 
 
@@ -123,7 +124,7 @@ TUBE = {"Sampled": 1e-9, "Events": 1e-9, "Smooth": 1e-5}
 def is_operator(name: str) -> bool:
     """Is it a Validation model of an operator or inverse?"""
     parts = name.split(".")
-    return len(parts) == 4 and parts[1] == "Validation" and parts[2] in KINDS
+    return len(parts) == 4 and parts[1] == "Validation" and parts[2] in KINDS and parts[3] not in CHAINS
 
 
 def is_other(name: str) -> bool:

@@ -54,7 +54,49 @@ def sources() -> Model:
     return Model("made", Graph(nodes, wires, [Input("u", ("total.u[1]",))], [Output("y", "total.y")], sort=False), 0.01)
 
 
+def static_forms() -> Model:
+    """Every block that has a static form, side by side, between u and h of one implicit inverse."""
+    rng = np.random.default_rng(4)
+    weights = {"W1": rng.normal(size=12), "b1": rng.normal(size=4), "W2": 0.1 * rng.normal(size=8), "b2": [0.1, 0.2]}
+    lone = [
+        Node("pi", "prandtl_ishlinskii", {"n": 2, "depth": 8}, {"w0": 0.5, "r": [0.1, 0.2], "w": [0.3, 0.2], "u0": 0.1}),
+        Node("plays", "backlash_sum", {"n": 2}, {"w0": 0.3, "r": [0.05, 0.3], "w": [0.2, 0.1], "z0": [0.01, 0.2]}),
+        Node("zt", "zhao_tan", {"depth": 8}, {"x0": 0.1}),
+        Node("last", "zhao_tan", {"depth": 8}, {"memory": "last"}),
+        Node("ma", "constraint_factor", {"m": 2, "depth": 8}, {"a0": 0.2, "a": [0.5, 0.1]}),
+        Node("kp", "krasnoselskii_pokrovskii", {"n": 2}, {"a": 0.7, "p1": [-0.6, -0.3], "p2": [-0.2, 0.1], "offset": 1}),
+        Node("low", "preisach", {"n": 2, "depth": 8}, {"E": [0.2, 0.7, 0.3], "lo": -1.0, "hi": 1.0, "start": "low"}),
+        Node("virgin", "preisach", {"n": 2, "depth": 8}, {"E": [0.2, 0.7, 0.3], "lo": -1.0, "hi": 1.0}),
+        Node("bw", "bouc_wen", {}, {"beta": 0.8, "z0": 0.1}),
+        Node("du", "duhem", {"m": 1, "q": 1}, {"a_rise": [0.5, 0.1], "b_rise": [-0.5, 0.0], "c_rise": [-0.5, 0.0],
+             "a_fall": [0.5, 0.1], "b_fall": [0.5, 0.0], "c_fall": [-0.5, 0.0], "w_max": 1.0, "du_max": 0.2}),
+        Node("zones", "dead_zones", {"n": 2}, {"r": [-0.3, 0.4], "w": [0.3, 0.2]}),
+    ]  # fmt: skip
+    bank = Node("bank", "play_bank", {"n": 2}, {"r": [0.1, 0.2], "z0": [0.1, 0.0]})
+    net = Node("net", "mlp", {"n_in": 3, "n_hidden": 4, "n_out": 2}, {**weights, "activation": "tanh"})
+    scale = Node("scale", "scaling", {"n": 2}, {"gain": [0.5, 2.0], "offset": [0.1, 0.2], "hi": [0.4, 9.0]})
+    total = Node("total", "sum", {"n": len(lone) + 2}, {"offset": 0.3})
+    nodes = [Node("state", "implicit_inverse", {}, {"lo": -1.2, "hi": 1.1}), *lone, bank, net, scale, total]
+    wires = [("state.u", f"{n.name}.{n.block.of('input')[0].name}") for n in [*lone, bank]]
+    wires += [(f"{n.name}.{n.block.of('output')[0].name}", f"total.u[{i + 1}]") for i, n in enumerate(lone)]
+    wires += [("bank.z[1]", "net.u[1]"), ("bank.z[2]", "net.u[2]"), ("state.u", "net.u[3]"), ("net.y", "scale.u")]
+    wires += [(f"scale.y[{k + 1}]", f"total.u[{len(lone) + k + 1}]") for k in range(2)]
+    wires += [("total.y", "state.h")]
+    first, last = Node("first", "scaling", {"n": 1}, {"gain": 6.0}), Node("d", "delay")
+    wires += [("first.y", "state.y"), ("state.u", "d.u")]
+    ports = [Input("u", ("first.u",))], [Output("y", "d.y")]
+    return Model("made", Graph([first, *nodes, last], wires, *ports, sort=False), 0.01)
+
+
+def implicit_inverse_in_use() -> Model:
+    """A model that is tried and used as well: it stands in the package of the inverse and as a component."""
+    nodes = [Node("inverse", "implicit_inverse"), Node("plays", "backlash_sum", {"n": 2}, {"w0": 0.4}), Node("g", "scaling", {"n": 1})]
+    wires = [("inverse.u", "plays.u"), ("plays.y", "inverse.h"), ("plays.y", "g.u[1]")]
+    return Model("made", Graph(nodes, wires, [Input("u", ("inverse.y",))], [Output("y", "g.y[1]")], sort=False), 0.01)
+
+
 MADE = {
+    "implicit_inverse_in_use": implicit_inverse_in_use,
     "large_network": large_network,
     "sources": sources,
     "inverses": lambda: chain(

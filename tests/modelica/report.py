@@ -11,6 +11,7 @@ from pathlib import Path
 
 import compare
 import exported
+import implicit
 import library
 import simulate
 
@@ -33,6 +34,8 @@ def main(arguments: list[str]) -> int:
                 o = compare.compare(name, out)
             elif compare.is_other(name):
                 o = compare.compare_other(name, out)
+            elif name == implicit.VALIDATION:
+                o = implicit.compare_inverse(out)
             elif compare.is_example(name):
                 o = compare.compare_example(name, out)
             if o is not None:

@@ -20,9 +20,10 @@ PAIRS = sorted(
 )
 # what a class has beyond its block, and what it lacks
 # Ts: the communication step of the unit; the others belong to a realisation
-ADDED = {"Ts", "eps", "width", "plays", "reach", "steps"}
+ADDED = {"Ts", "eps", "width", "plays", "reach", "steps", "values", "start"}
 MISSING = {
     "TransferFunction": {"hold"},  # continuous: its input is not sampled
+    "ImplicitInverse": {"h"},  # the model is a package of functions, and hangs on no port
     # a class is one shape: it lacks what belongs to the others
     **{k: classes.missing(TWINS["Reference"], shape) for k, shape in SHAPES.items()},
 }
@@ -69,7 +70,7 @@ def differences(c: library.Class) -> Iterator[str]:
 
 def _ports(c: library.Class) -> Iterator[str]:
     for kind, connector in (("input", "RealInput"), ("output", "RealOutput")):
-        rows = {v.name: v for v in TWINS[c.short_name].of(kind)}
+        rows = {v.name: v for v in TWINS[c.short_name].of(kind) if v.name not in MISSING.get(c.short_name, set())}
         ports = library.ports(c, connector)
         if kind == "input":
             ports = {k: p for k, p in ports.items() if k in rows or k[1:] not in rows}  # no rate of an input

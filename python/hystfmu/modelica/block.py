@@ -9,7 +9,7 @@ from hystfmu.core import Var
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
-from hystfmu.modelica import classes, network
+from hystfmu.modelica import classes, implicit, network
 from hystfmu.modelica.layout import placed, port_placed, spots
 from hystfmu.modelica.literals import NAME, number, sentence, string, unique
 from hystfmu.modelica.record import field
@@ -35,21 +35,28 @@ def block(model: Model, name: str, within: str, record_name: str, history: str =
         The library has no class for a block, the graph has a loop, or a port a name that Modelica does not take.
     """
     graph = model.graph
-    _refuse_loops(graph)
+    inverses = {n.name: implicit.tried(graph, n, within) for n in implicit.inverses(graph)}
+    hidden = implicit.hidden(graph)
+    nodes = [n for n in graph.nodes if n.name not in hidden]
+    wires = [w for w in implicit.wires(graph) if w[1].split(".")[0] not in hidden]
+    _refuse_loops(graph, wires)
     ports, parts = names(graph, {name, record_name})
-    body = [f'  parameter {record_name} values "Values of the model" annotation ({placed(*spots(graph).corner)});']
+    where = spots([n.name for n in nodes], wires)
+    body = [f'  parameter {record_name} values "Values of the model" annotation ({placed(*where.corner)});']
     for i, p in enumerate(graph.inputs):
         body.append(_port("Input", p, ports[p.name] + _shape(graph, p.to[0]), i, len(graph.inputs)))
     for i, o in enumerate(graph.outputs):
         body.append(_port("Output", o, ports[o.name] + _shape(graph, o.source), i, len(graph.outputs)))
-    where = spots(graph).of
-    body += [f"  {_declaration(graph, n, parts[n.name])} annotation ({placed(*where[n.name])});" for n in graph.nodes]
+    body += [
+        f"  {_declaration(graph, n, parts[n.name], inverses.get(n.name))} annotation ({placed(*where.of[n.name])});"
+        for n in nodes
+    ]
     body.append("equation")
     for p in graph.inputs:
         body += [_from_port(ports[p.name], _end(graph, b, parts)) for b in p.to]
-    body += [f"  connect({_end(graph, a, parts)}, {_end(graph, b, parts)});" for a, b in graph.wires]
+    body += [f"  connect({_end(graph, a, parts)}, {_end(graph, b, parts)});" for a, b in wires]
     body += [f"  connect({_end(graph, o.source, parts)}, {ports[o.name]});" for o in graph.outputs]
-    body += _unconnected(graph, parts)
+    body += _unconnected(graph, nodes, parts)
     sampled = any(classes.is_sampled(n) for n in graph.nodes)
     tied = any(n.type == "transfer_function" for n in graph.nodes)
     head = [
@@ -86,12 +93,15 @@ def _port(kind: str, p: Input | Output, declared: str, i: int, n: int) -> str:
     return f"  HystFMU.Interfaces.Real{kind} {declared} {sentence(text)} annotation ({where});"
 
 
-def _declaration(graph: Graph, node: Node, name: str) -> str:
+def _declaration(graph: Graph, node: Node, name: str, inverse: implicit.Tried | None) -> str:
     if classes.is_large(node):
         return f"{network.names(node)[1]} {name}"
     discrete = node.type == "transfer_function"
     keys = ["n", *TEXTS] if discrete else [*classes.dims(node), *classes.values(node)]
     given = [f"{k} = values.{field(graph, node, k)}" for k in keys]
+    if inverse is not None:
+        given = [f"redeclare package Model = {inverse.package}", *given]
+        given += [f"values = {inverse.values}", f"start = {inverse.start}"]
     if not discrete:  # else the choices are in the matrices
         given += [f"{k} = {w}" for k, w in classes.choices(node).items()]
     if classes.is_sampled(node):
@@ -128,11 +138,11 @@ def _shape(graph: Graph, end: str) -> str:
     return f"[{size}]" if index is None and size > 1 else ""
 
 
-def _unconnected(graph: Graph, parts: dict[str, str]) -> list[str]:
+def _unconnected(graph: Graph, nodes: list[Node], parts: dict[str, str]) -> list[str]:
     """Inputs of blocks that nothing is wired to keep their start value."""
     driven = {b for _, b in graph.wires} | {b for p in graph.inputs for b in p.to}
     found = []
-    for node in graph.nodes:
+    for node in nodes:
         for v in node.block.of("input"):
             ends = [f"{v.name}[{k + 1}]" for k in range(node.sizes[v.name])]
             if f"{node.name}.{v.name}" in driven:
@@ -143,10 +153,10 @@ def _unconnected(graph: Graph, parts: dict[str, str]) -> list[str]:
     return found
 
 
-def _refuse_loops(graph: Graph) -> None:
+def _refuse_loops(graph: Graph, wires: list[tuple[str, str]]) -> None:
     """A wire to an earlier block hands over the value of the last step: no block of the library says that."""
     order = [n.name for n in graph.nodes]
-    for a, b in graph.wires:
+    for a, b in wires:
         if order.index(a.split(".")[0]) >= order.index(b.split(".")[0]):
             raise InputError(f"the wire {a} -> {b} leads back to an earlier block: the Modelica export has no loops")
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-from hystfmu.graph import Graph
 
 _DISTANCE, _SIZE = 40, 20
 
@@ -17,12 +16,12 @@ class Spots:
     corner: tuple[int, int]
 
 
-def spots(graph: Graph) -> Spots:
+def spots(nodes: Sequence[str], wires: Sequence[tuple[str, str]]) -> Spots:
     """A column for each distance from the inputs, blocks of one column below each other."""
     column: dict[str, int] = {}
-    for node in graph.nodes:  # sources first
-        before = [column[a.split(".")[0]] for a, b in graph.wires if b.split(".")[0] == node.name]
-        column[node.name] = 1 + max(before, default=-1)
+    for node in nodes:  # sources first
+        before = [column[a.split(".")[0]] for a, b in wires if b.split(".")[0] == node]
+        column[node] = 1 + max(before, default=-1)
     columns = [[n for n in column if column[n] == k] for k in range(max(column.values()) + 1)]
     middle = (len(columns) - 1) * _DISTANCE // 2
     of = {

@@ -11,7 +11,7 @@ from hystfmu.errors import InputError
 from hystfmu.files import read_bytes
 from hystfmu.fmu.documentation import history
 from hystfmu.model import Model
-from hystfmu.modelica import classes
+from hystfmu.modelica import classes, implicit
 from hystfmu.modelica.block import block
 from hystfmu.modelica.example import example
 from hystfmu.modelica.literals import NAME, RESERVED, class_name, sentence, string, unique
@@ -63,11 +63,14 @@ def export_modelica(model: Model, folder: str | Path, name: str, source: str = "
         "Example": example(model, "Example", name, "Model", "Values"),
     }
     networks = [n for n in model.graph.nodes if classes.is_large(n)]
-    made = [c for n in networks for c in network_names(n)]
+    inverses = implicit.inverses(model.graph)
+    made = [*files, *(c for n in networks for c in network_names(n)), *(implicit.package_of(n) for n in inverses)]
     if len(set(made)) < len(made):
-        raise InputError(f"two networks would have the Modelica class {max(made, key=made.count)!r}; rename one")
+        raise InputError(f"two blocks would have the Modelica class {max(made, key=made.count)!r}; rename one")
     for node in networks:
         files |= network(node, name)
+    for node in inverses:
+        files[implicit.package_of(node)] = implicit.tried(model.graph, node, name).text
     files["package"] = _package(model, name, source, told)
     listed = "".join(f"{c}\n" for c in files if c != "package")
     first = mark(source)
