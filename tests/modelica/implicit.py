@@ -29,13 +29,16 @@ def compare_inverse(out: Path) -> compare.Outcome:
     given = {k: library.evaluate(e, {}) for k, e in library.modifiers(tested.class_modification).items()}
     lo, hi, h = (float(given[k]) for k in ("lo", "hi", "Ts"))
     w0, r, w = given["values"][0], *np.split(given["values"][1:], 2)
-    assert not np.any(given["start"])
+    assert not np.any(given["state0"])
     plays = {"w0": w0, "r": r, "w": w}
     began = time.perf_counter()
     rows = simulate.run(VALIDATION, out).at(h)
     seconds = time.perf_counter() - began
     y, u = rows["tested.y"], rows["tested.u"][:, None]
-    unit = graph(Node("inverse", "implicit_inverse", {}, {"lo": lo, "hi": hi}), Node("model", "backlash_sum", {"n": len(r)}, plays))
+    unit = graph(
+        Node("inverse", "implicit_inverse", {}, {"lo": lo, "hi": hi}),
+        Node("model", "backlash_sum", {"n": len(r)}, plays),
+    )
     expected = np.reshape(unit.run(y, h), (-1, 1))
     # beyond the upper limit the model stays at its output there: on the virgin curve, for no |u| is larger
     top = w0 * hi + np.dot(w, hi - r)

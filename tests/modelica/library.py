@@ -73,6 +73,10 @@ def find(name: str, scope: str) -> Class | None:
     packages = scope.split(".")
     for k in range(len(packages), -1, -1):
         qualified = ".".join([*packages[:k], name])
+        if qualified == scope:  # redeclare function extends f: the f that its package inherits
+            enclosing = ".".join(packages[:k])
+            bases = [find(str(e.component), enclosing) for e in classes()[enclosing].tree.extends]
+            return next((classes()[f"{b.name}.{name}"] for b in bases if b and f"{b.name}.{name}" in classes()), None)
         if qualified in classes():
             return classes()[qualified]
     return None
@@ -92,7 +96,8 @@ def modifiers(arguments: ast.ClassModification | None) -> dict[str, Any]:
     """Name of the attribute or component -> expression; the binding has the name `value`."""
     if arguments is None:
         return {}
-    return {str(a.value.component): a.value.modifications[0] for a in arguments.arguments if a.value.modifications}
+    values = [a.value for a in arguments.arguments if getattr(a.value, "modifications", None)]  # not a redeclaration
+    return {str(v.component): v.modifications[0] for v in values}
 
 
 def unit(symbol: ast.Symbol, scope: str) -> str:

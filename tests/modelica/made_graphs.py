@@ -59,12 +59,13 @@ def static_forms() -> Model:
     rng = np.random.default_rng(4)
     weights = {"W1": rng.normal(size=12), "b1": rng.normal(size=4), "W2": 0.1 * rng.normal(size=8), "b2": [0.1, 0.2]}
     lone = [
-        Node("pi", "prandtl_ishlinskii", {"n": 2, "depth": 8}, {"w0": 0.5, "r": [0.1, 0.2], "w": [0.3, 0.2], "u0": 0.1}),
+        Node("pi", "prandtl_ishlinskii", {"n": 2, "depth": 8}, {"w0": 0.5, "r": [0.1, 0.2], "u0": 0.1}),
         Node("plays", "backlash_sum", {"n": 2}, {"w0": 0.3, "r": [0.05, 0.3], "w": [0.2, 0.1], "z0": [0.01, 0.2]}),
         Node("zt", "zhao_tan", {"depth": 8}, {"x0": 0.1}),
         Node("last", "zhao_tan", {"depth": 8}, {"memory": "last"}),
         Node("ma", "constraint_factor", {"m": 2, "depth": 8}, {"a0": 0.2, "a": [0.5, 0.1]}),
-        Node("kp", "krasnoselskii_pokrovskii", {"n": 2}, {"a": 0.7, "p1": [-0.6, -0.3], "p2": [-0.2, 0.1], "offset": 1}),
+        Node("kp", "krasnoselskii_pokrovskii", {"n": 2}, {"a": 0.7, "p1": [-0.6, -0.3], "k0": -1.0,
+             "p2": [-0.2, 0.1], "offset": 1.0}),
         Node("low", "preisach", {"n": 2, "depth": 8}, {"E": [0.2, 0.7, 0.3], "lo": -1.0, "hi": 1.0, "start": "low"}),
         Node("virgin", "preisach", {"n": 2, "depth": 8}, {"E": [0.2, 0.7, 0.3], "lo": -1.0, "hi": 1.0}),
         Node("bw", "bouc_wen", {}, {"beta": 0.8, "z0": 0.1}),
@@ -90,7 +91,11 @@ def static_forms() -> Model:
 
 def implicit_inverse_in_use() -> Model:
     """A model that is tried and used as well: it stands in the package of the inverse and as a component."""
-    nodes = [Node("inverse", "implicit_inverse"), Node("plays", "backlash_sum", {"n": 2}, {"w0": 0.4}), Node("g", "scaling", {"n": 1})]
+    nodes = [
+        Node("inverse", "implicit_inverse"),
+        Node("plays", "backlash_sum", {"n": 2}, {"w0": 0.4}),
+        Node("g", "scaling", {"n": 1}),
+    ]
     wires = [("inverse.u", "plays.u"), ("plays.y", "inverse.h"), ("plays.y", "g.u[1]")]
     return Model("made", Graph(nodes, wires, [Input("u", ("inverse.y",))], [Output("y", "g.y[1]")], sort=False), 0.01)
 

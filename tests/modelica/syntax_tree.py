@@ -15,13 +15,16 @@ KIND = r"(?:package|function|block|model|record|type|connector)"
 def text_of(c: library.Class) -> str:
     """The source of one class: from its declaration to its end, without the classes below it."""
     body = library.text(c.file)
-    start = re.search(rf"\b{KIND} {c.short_name}\b", body)
+    start = re.search(rf"\b{KIND} (?:extends )?{c.short_name}\b", body)
     assert start, f"{c.name}: not found in {c.file.name}"
     end = re.search(rf"\bend {c.short_name};", body[start.start() :])
     stop = start.start() + end.end() if end else body.index(";", body.index("annotation", start.start()))
     body = body[start.start() : stop]
     for inner in c.tree.classes:
-        long, short = rf"\b{KIND} {inner} \".*?\bend {inner};", rf"\b{KIND} {inner} =.*?Documentation\(info.*?\)\);"
+        long, short = (
+            rf"\b{KIND} {inner} \".*?\bend {inner};",
+            rf"\b(?<!replaceable ){KIND} {inner} =.*?Documentation\(info.*?\)\);",
+        )
         body = re.sub(f"{long}|{short}", "", body, flags=re.S)
     return body
 

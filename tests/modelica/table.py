@@ -20,7 +20,7 @@ PAIRS = sorted(
 )
 # what a class has beyond its block, and what it lacks
 # Ts: the communication step of the unit; the others belong to a realisation
-ADDED = {"Ts", "eps", "width", "plays", "reach", "steps", "values", "start"}
+ADDED = {"Ts", "eps", "width", "plays", "reach", "steps", "values", "state0"}
 MISSING = {
     "TransferFunction": {"hold"},  # continuous: its input is not sampled
     "ImplicitInverse": {"h"},  # the model is a package of functions, and hangs on no port

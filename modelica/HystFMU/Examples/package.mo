@@ -1,7 +1,8 @@
 within HystFMU;
-package Examples "Closed loops"
+package Examples "Closed loops, operators, a physical actuator"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>Ready loops. Each is the twin of a scenario of the same name.</p>
+<p>Cascade, SlidingMode, SuperTwisting, Pid, PidObserver, LeadLag and IterativeLearning are the twins of the scenarios of the same names; the
+others show operators, inverses and a physical actuator.</p>
 </html>"));
 end Examples;

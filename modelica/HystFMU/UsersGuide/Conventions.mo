@@ -10,6 +10,9 @@ denominator, or a delay.</p>
 the input held over the step. Dynamics.StateSpace is the discretised form.</p>
 <p><b>Memory.</b> depth is the number of extrema that an operator remembers. The default is that of the unit; 16 makes simulation much faster and is
 enough unless loops are nested more deeply.</p>
+<p><b>Implicit inverse.</b> The unit hangs on any graph between its ports u and h. Here the model is a package of functions
+(Inverse.BaseClasses.StaticModel): those of the operators stand in Inverse.Models, that of an identified model comes from
+<code>hystfmu export --modelica</code>.</p>
 <p><b>Start.</b> Sampled blocks with a rule for the first sample take time 0 as the start of the simulation.</p>
 </html>"));
 end Conventions;

@@ -101,7 +101,7 @@ def _declaration(graph: Graph, node: Node, name: str, inverse: implicit.Tried | 
     given = [f"{k} = values.{field(graph, node, k)}" for k in keys]
     if inverse is not None:
         given = [f"redeclare package Model = {inverse.package}", *given]
-        given += [f"values = {inverse.values}", f"start = {inverse.start}"]
+        given += [f"values = {inverse.values}", f"state0 = {inverse.state0}"]
     if not discrete:  # else the choices are in the matrices
         given += [f"{k} = {w}" for k, w in classes.choices(node).items()]
     if classes.is_sampled(node):

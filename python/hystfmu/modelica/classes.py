@@ -18,7 +18,8 @@ _PACKAGES = {
     ),
     ("Operators", False): "dead_zones",
     ("Inverse.Sampled", True): (
-        "constraint_factor_inverse implicit_inverse prandtl_ishlinskii_inverse zhao_tan_inverse zhao_tan_inverse_reconstructed"
+        "constraint_factor_inverse implicit_inverse prandtl_ishlinskii_inverse zhao_tan_inverse "
+        "zhao_tan_inverse_reconstructed"
     ),
     ("Dynamics", True): "delay differentiator transfer_function",
     ("Dynamics", False): "scaling sum",

@@ -16,7 +16,7 @@ package BacklashSum "Weighted sum of plays as a static model"
   end step;
 
   annotation (Documentation(info = "<html>
-<p>values = cat(1, {w0}, r, w); state = cat(1, {0}, z0) before the first input.</p>
+<p>values = cat(1, {w0}, r, w); state0 = cat(1, {0}, z0).</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.BacklashSum\">Operators.Sampled.BacklashSum</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>.</p>
 </html>"));
 end BacklashSum;

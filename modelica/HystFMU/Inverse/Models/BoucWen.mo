@@ -15,7 +15,7 @@ package BoucWen "Bouc-Wen operator as a static model"
   end step;
 
   annotation (Documentation(info = "<html>
-<p>values = {A, beta, gamma, n, alpha, k, z0}; state = {0, z0, 0, 0}; the last element counts the inputs up to one before the first input.</p>
+<p>values = {A, beta, gamma, n, alpha, k, z0}; state0 = {0, z0, 0, 0}; the last element counts the inputs up to one.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.BoucWen\">Operators.Sampled.BoucWen</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>.</p>
 </html>"));
 end BoucWen;

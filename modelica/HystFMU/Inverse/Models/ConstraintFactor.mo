@@ -17,7 +17,7 @@ package ConstraintFactor "Constraint-factor operator as a static model"
   end step;
 
   annotation (Documentation(info = "<html>
-<p>values = cat(1, {a0, d_max, 0 (memory dominant) or 1 (last), x0}, a); state = cat(1, {0, 0, 0, x0}, zeros(2*depth)) before the first input.</p>
+<p>values = cat(1, {a0, d_max, 0 (memory dominant) or 1 (last), x0}, a); state0 = cat(1, {0, 0, 0, x0}, zeros(2*depth)).</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ConstraintFactor\">Operators.Sampled.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>.</p>
 </html>"));
 end ConstraintFactor;

@@ -18,7 +18,7 @@ package PrandtlIshlinskii "Prandtl-Ishlinskii operator as a static model"
   end step;
 
   annotation (Documentation(info = "<html>
-<p>values = cat(1, {w0, u0}, r, w); state = cat(1, {0, 0, 0, u0}, zeros(2*depth)) before the first input.</p>
+<p>values = cat(1, {w0, u0}, r, w); state0 = cat(1, {0, 0, 0, u0}, zeros(2*depth)).</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.PrandtlIshlinskii\">Operators.Sampled.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>.</p>
 </html>"));
 end PrandtlIshlinskii;

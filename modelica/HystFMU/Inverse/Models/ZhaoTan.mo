@@ -16,7 +16,7 @@ package ZhaoTan "Zhao-Tan operator as a static model"
   end step;
 
   annotation (Documentation(info = "<html>
-<p>values = {x0, 0 (memory dominant) or 1 (last)}; state = cat(1, {0, 0, 0, x0}, zeros(2*depth)) before the first input.</p>
+<p>values = {x0, 0 (memory dominant) or 1 (last)}; state0 = cat(1, {0, 0, 0, x0}, zeros(2*depth)).</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ZhaoTan\">Operators.Sampled.ZhaoTan</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>.</p>
 </html>"));
 end ZhaoTan;

@@ -6,11 +6,11 @@ block ImplicitInverse "Implicit inverse: the input at which a static model has t
   parameter Real lo(min = -1e300, max = 1e300) = -1 "Lower limit of u";
   parameter Real hi(min = -1e300, max = 1e300) = 1 "Upper limit of u";
   parameter Real values[:] = {1} "Parameters of the model, in the order that it says";
-  parameter Real start[:] = {0} "Output and memory of the model before the first input";
+  parameter Real state0[:] = {0} "Output and memory of the model before the first input";
   Interfaces.RealInput y "Wanted output of the model" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput u(start = 0, fixed = true) "Input of the model that gives y" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  discrete Real state[size(start, 1)](start = start, each fixed = true) "Output and memory of the model";
+  discrete Real state[size(state0, 1)](start = state0, each fixed = true) "Output and memory of the model";
 equation
   assert(lo < hi, "lo must be less than hi");
   when sample(0, Ts) then

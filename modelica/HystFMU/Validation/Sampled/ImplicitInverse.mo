@@ -2,7 +2,7 @@ within HystFMU.Validation.Sampled;
 model ImplicitInverse "Inverse.Sampled.ImplicitInverse of a weighted sum of plays on every signal that matters"
   extends Icons.Example;
   BaseClasses.TestSignal signal(amplitude = 1.1, offset = 0.1);
-  Inverse.Sampled.ImplicitInverse tested(lo = -1.5, hi = 1, values = {0.5, 0.1, 0.3, 0.6, 0.4, 0.3, 0.2}, start = {0, 0, 0, 0}, Ts = 4e-3) "Three plays: w0, r, w";
+  Inverse.Sampled.ImplicitInverse tested(lo = -1.5, hi = 1, values = {0.5, 0.1, 0.3, 0.6, 0.4, 0.3, 0.2}, state0 = {0, 0, 0, 0}, Ts = 4e-3) "Three plays: w0, r, w";
 equation
   connect(signal.r, tested.y);
   annotation (

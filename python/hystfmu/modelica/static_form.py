@@ -1,0 +1,213 @@
+"""A block as a line of the function that steps the model of an implicit inverse: its values, its state, its outputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hystfmu.errors import InputError
+from hystfmu.graph import Graph, Node
+from hystfmu.modelica import classes, network
+from hystfmu.modelica.literals import sentence
+from hystfmu.modelica.record import field
+
+# what `step` of a package in HystFMU.Inverse.Models, or the text below, takes of a block, in this order
+STATIC = {
+    "backlash_sum": "w0 r w",
+    "bouc_wen": "A beta gamma n alpha k z0",
+    "constraint_factor": "a0 d_max memory x0 a",
+    "dead_zones": "w0 r w",
+    "duhem": "k w_max du_max w0 a_rise b_rise c_rise a_fall b_fall c_fall",
+    "krasnoselskii_pokrovskii": "a offset p1 p2 w",
+    "mlp": "W1 b1 W2 b2",
+    "play_bank": "r",
+    "prandtl_ishlinskii": "w0 u0 r w",
+    "preisach": "lo hi origin virgin E",
+    "scaling": "gain offset lo hi",
+    "sum": "offset k",
+    "zhao_tan": "x0 memory",
+}
+_REST = {"prandtl_ishlinskii": "u0", "zhao_tan": "x0", "constraint_factor": "x0"}  # where the memory of extrema begins
+_INNER = {"mlp": "Hidden layer", "duhem": "State after the input"}  # values of a block that its output is made of
+DUHEM_STEPS = 20  # the default of Operators.Sampled.Duhem
+
+
+@dataclass(frozen=True)
+class StaticForm:
+    """What a block takes, as expressions of the record ``values``.
+
+    Attributes
+    ----------
+    node : Node
+    values : dict of (str, int)
+        Vector of numbers and its size, by the name of the parameter.
+    state0 : tuple of str
+        Vectors that make the state before the first input, outputs first; none of a function.
+    size : int
+        Elements of the state.
+    """
+
+    node: Node
+    values: dict[str, tuple[str, int]]
+    state0: tuple[str, ...]
+    size: int
+
+    @property
+    def inner(self) -> bool:
+        """Whether its output is made of another vector, `_inner`."""
+        return self.node.type in _INNER and not classes.is_large(self.node)
+
+    def lines(self, name: str, z: str, x: list[str], n_values: int, n_state: int) -> tuple[list[str], list[str]]:
+        """Declarations and statements.
+
+        Parameters
+        ----------
+        name, z : str
+            Names of its outputs and state, and of the inner vector.
+        x : list of str
+            Its inputs, one expression for each element.
+        n_values, n_state : int
+            Elements of the vectors ``values`` and ``state`` before its own.
+        """
+        node, at = self.node, {}
+        for key, (_, n) in self.values.items():
+            at[key] = (n_values + 1, n_values + n)
+            n_values += n
+        n_out = sum(node.sizes[v.name] for v in node.block.of("output"))
+        declared = [f"Real {name}[{self.size or n_out}] {sentence(node.block.text)}"]
+        stated = [f"{name} := {_call(node, x, z, f'state[{n_state + 1}:{n_state + self.size}]', at)}"]
+        if self.inner:
+            declared.append(f'Real {z}[{node.dims.get("n_hidden", 1)}] "{_INNER[node.type]}"')
+            stated.insert(0, f"{z} := {_inner(node, x, n_state, at)}")
+        return declared, stated
+
+
+def static_form(graph: Graph, node: Node) -> StaticForm:
+    """The static form of a block.
+
+    Raises
+    ------
+    InputError
+        The library has none.
+    """
+    if node.type not in STATIC:
+        raise InputError(
+            f"block {node.name!r}: the Modelica library HystFMU has no static form of {node.type!r} for an implicit "
+            "inverse"
+        )
+    state0, size = _start(graph, node)
+    return StaticForm(node, _values(graph, node), tuple(state0), size)
+
+
+def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
+    if classes.is_large(node):
+        return {}  # constants of its function
+    found = {}
+    rows = {v.name: v for v in node.block.parameters}
+    for key in STATIC[node.type].split():
+        ref = f"values.{field(graph, node, key)}"
+        if key in ("origin", "virgin"):
+            found[key] = _preisach(graph, node, key)
+        elif rows[key].choices:
+            found[key] = f"{{{int(node.value(key)[0])}}}", 1
+        elif key in ("W1", "W2"):
+            count = node.dims["n_hidden" if key == "W1" else "n_out"]
+            found[key] = ", ".join(f"{ref}[{k + 1}, :]" for k in range(count)), node.value(key).size
+        else:
+            found[key] = f"{{{ref}}}" if rows[key].size == "1" else ref, node.value(key).size
+    return found
+
+
+def _preisach(graph: Graph, node: Node, key: str) -> tuple[str, int]:
+    """Where the first branch begins, and that branch, as in Operators.Sampled.Preisach."""
+
+    def of(k: str) -> str:
+        return f"values.{field(graph, node, k)}"
+
+    word, n = classes.word(node, "start"), node.dims["n"]
+    if key == "origin":
+        middle = f"0.5*{of('lo')} + 0.5*{of('hi')}"
+        return f"{{{of('lo') if word == 'low' else of('hi') if word == 'high' else middle}}}", 1
+    if word == "demagnetised":
+        return f"HystFMU.Functions.demagnetisedBranch({n}, {of('E')}, {of('offset')})", 2 * n + 1
+    kind = classes.choices(node)["start"]
+    return f"HystFMU.Functions.saturatedBranch({n}, {of('E')}, {of('offset')}, {kind})", 2 * n + 1
+
+
+def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
+    """State of a block before the first input, output first, and its size; 0: a function."""
+
+    def of(k: str) -> str:
+        return f"values.{field(graph, node, k)}"
+
+    if node.type in (*_REST, "preisach"):
+        depth = classes.dims(node)["depth"]
+        rest = _preisach(graph, node, "origin")[0] if node.type == "preisach" else f"{{{of(_REST[node.type])}}}"
+        return ["{0, 0, 0}", rest, f"zeros({2 * depth})"], 4 + 2 * depth
+    match node.type:
+        case "backlash_sum":
+            return ["{0}", of("z0")], 1 + node.dims["n"]
+        case "play_bank":
+            return [of("z0")], node.dims["n"]
+        case "krasnoselskii_pokrovskii":
+            return ["{0}", of("k0")], 1 + node.dims["n"]
+        case "bouc_wen" | "duhem":
+            return ["{0, 0, 0, 0}"], 4
+    return [], 0
+
+
+def _call(node: Node, x: list[str], z: str, state: str, at: dict[str, tuple[int, int]]) -> str:
+    """State or outputs of a block after its inputs `x`; `z`: see `_inner`."""
+    v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
+    one = {k: f"values[{a}]" for k, (a, _) in at.items()}
+    inputs = _vector(x)
+    match node.type:
+        case "play_bank":
+            return f"HystFMU.Functions.play({x[0]}, {v['r']}, {state})"
+        case "dead_zones":
+            return f"{{{one['w0']}*{x[0]} + {v['w']}*HystFMU.Functions.deadZone({x[0]}, {v['r']})}}"
+        case "sum":
+            return f"{{{one['offset']} + {v['k']}*{inputs}}}"
+        case "scaling":
+            keys = ("hi", "lo", "gain", "offset")
+            rows = [[xi, *(f"values[{at[k][0] + i}]" for k in keys)] for i, xi in enumerate(x)]
+            return "{" + ", ".join(f"min({hi}, max({lo}, {xi}))*{k} + {c}" for xi, hi, lo, k, c in rows) + "}"
+        case "mlp" if classes.is_large(node):
+            return f"{network.names(node)[0]}({inputs})"
+        case "mlp":
+            return f"{v['b2']} + {_products(at['W2'], z, node.dims['n_hidden'])}"
+        case "duhem":
+            return f"{{{one['k']}*{x[0]} + {z}[1], {z}[1], {x[0]}, 1}}"
+    first, last = min(a for a, _ in at.values()), max(b for _, b in at.values())
+    return f"HystFMU.Inverse.Models.{node.block.class_name}.step({x[0]}, {state}, values[{first}:{last}])"
+
+
+def _inner(node: Node, x: list[str], before: int, at: dict[str, tuple[int, int]]) -> str:
+    """What a block computes on the way to its output; its state stands after `before` other elements."""
+    v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
+    one = {k: f"values[{a}]" for k, (a, _) in at.items()}
+    if node.type == "mlp":
+        sums = f"{v['b1']} + {_products(at['W1'], _vector(x), len(x))}"
+        return f"HystFMU.Functions.activation({sums}, {classes.choices(node)['activation']})"
+    w, u, begun = (f"state[{before + k}]" for k in (2, 3, 4))
+    rise, fall = (
+        f"HystFMU.Functions.duhem({x[0]}, {u}, {w}, {v[f'a_{way}']}, {v[f'b_{way}']}, {v[f'c_{way}']}, "
+        f"{node.dims['q']}, {one['w_max']}, {one['du_max']}, {DUHEM_STEPS})"
+        for way in ("rise", "fall")
+    )
+    return f"{{if {begun} < 0.5 then {one['w0']} elseif {x[0]} >= {u} then {rise} else {fall}}}"
+
+
+def _products(rows: tuple[int, int], x: str, n: int) -> str:
+    """A matrix, of which the values hold one row after the other, times a vector."""
+    return "{" + ", ".join(f"values[{a}:{a + n - 1}]*{x}" for a in range(rows[0], rows[1] + 1, n)) + "}"
+
+
+def _vector(x: list[str]) -> str:
+    """Expressions as a vector; elements of a vector that follow each other as a slice."""
+    name = x[0].partition("[")[0]
+    places = [e.partition("[")[2].rstrip("]") for e in x]
+    if all(places) and [e.partition("[")[0] for e in x] == [name] * len(x):
+        first = int(places[0])
+        if [int(p) for p in places] == list(range(first, first + len(x))):
+            return f"{name}[{first}:{first + len(x) - 1}]"
+    return f"{{{', '.join(x)}}}"
