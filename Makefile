@@ -16,7 +16,7 @@ test: build/installed-dev
 
 # the long runs: a million fuzzed sequences, every compiler and processor at hand, threads, coverage, hostile files
 torture: build/installed-dev
-	$(PIP) ziglang wasmtime
+	$(PIP) ziglang wasmtime zopfli
 	$(BIN)/python -m pytest -q -m torture
 
 # formatting, lint, types, stale generated files
@@ -36,7 +36,7 @@ modelica: build/installed-dev
 
 # the FMU binary for Windows, Linux and macOS, x86-64 and arm64, on this machine; an install then carries them
 platforms: build/tools
-	$(PIP) ziglang
+	$(PIP) ziglang zopfli
 	$(BIN)/python fmu_build/platforms/build.py fmu_build build/platforms
 	rm -f build/installed build/installed-dev
 

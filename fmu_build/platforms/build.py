@@ -1,18 +1,25 @@
-"""Builds the FMU binary for every platform on this machine with zig cc (PyPI: ziglang): build.py FMU_BUILD OUT [TUPLE ...]
+"""Builds the FMU binary for every platform on this machine with zig cc (PyPI: ziglang).
 
-One binary per platform serves every model.  OUT gets <tuple>.<suffix>, named by the FMI 3.0 platform tuples; CMake installs
-what lies there.  The C library is linked at run time; on Linux its oldest version is glibc 2.17.
+build.py FMU_BUILD OUT [TUPLE ...]
+
+One binary per platform serves every model.  OUT gets <tuple>.<suffix>, named by the FMI 3.0 platform tuples; CMake
+installs what lies there.  The C library is linked at run time; on Linux its oldest version is glibc 2.17.  Where both
+binaries for macOS are built, darwin64.dylib holds them for FMI 2.0.
 
 All of them travel in an FMU, so that size counts: two translation units, one for speed with the files of fast.txt, one
-for size with the rest; no unwind tables, for nothing is thrown through an FMU; nothing of zig's own C library.
+for size with the rest; no unwind tables, for nothing is thrown through an FMU; nothing of zig's own C library.  Beside
+each binary lies its deflate stream (PyPI: zopfli), which archives take as it is: once made slowly here, it is smaller,
+and no export waits.
 """
 
 from __future__ import annotations
 
 import importlib.util
+import struct
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "sources"))
@@ -31,11 +38,12 @@ OPTIONS = ["-std=c99", "-g0", "-fvisibility=hidden", "-ffp-contract=off", "-fno-
 OPTIONS += ["-fno-asynchronous-unwind-tables", "-fno-unwind-tables", "-fno-stack-protector"]
 OPTIONS += ["-Wno-override-init", "-Wno-unused-function"]
 FAST, SMALL = ["-O2"], ["-Os", "-Xclang", "-Oz"]  # zig takes -Oz for -Os
+WINDOWS = ("heap", "private", "stdio", "string")
 LINK = {
     "so": ["-Wl,--gc-sections", "-Wl,--hash-style=gnu"],
     "dylib": ["-Wl,-x"],  # no local symbols: -s leaves them
-    # the libraries of Windows themselves: the start-up code and the number formats of mingw are larger than the model
-    "dll": ["-nostdlib", "-lkernel32", *(f"-lapi-ms-win-crt-{n}-l1-1-0" for n in ("heap", "private", "stdio", "string"))],
+    # the libraries of Windows themselves: what mingw starts a program with is as large as half of the core
+    "dll": ["-nostdlib", "-lkernel32", *(f"-lapi-ms-win-crt-{n}-l1-1-0" for n in WINDOWS)],
 }
 
 
@@ -51,6 +59,7 @@ def unit(root: Path, sources: list[Path]) -> str:
 
 
 def zig(*words: object) -> None:
+    """zig cc."""
     if subprocess.run([sys.executable, "-m", "ziglang", "cc", *map(str, words)]).returncode:
         raise SystemExit("build.py: the compiler failed")
 
@@ -75,7 +84,8 @@ def build(root: Path, out: Path, name: str) -> Path:
         for k, (level, text) in units.items():
             source, compiled = Path(where, f"{k}.c"), Path(where, f"{k}.o")
             source.write_text(text)
-            zig("-target", target, *OPTIONS, *level, *position, f"-I{alone.parent}", f"-isystem{headers}", "-c", source, "-o", compiled)
+            include = [f"-I{alone.parent}", f"-isystem{headers}"]
+            zig("-target", target, *OPTIONS, *level, *position, *include, "-c", source, "-o", compiled)
             objects.append(compiled)
         part = Path(where, made.name)
         zig("-target", target, "-Os", "-s", "-shared", *objects, *LINK[suffix], "-o", part)
@@ -83,14 +93,40 @@ def build(root: Path, out: Path, name: str) -> Path:
     return made
 
 
+def universal(parts: Sequence[bytes]) -> bytes:
+    """One macOS binary for several processors: a big-endian header, then each binary at a page (mach-o/fat.h)."""
+    page = 1 << 14
+    head, body, at = struct.pack(">II", 0xCAFEBABE, len(parts)), b"", page
+    for part in parts:
+        processor, kind = struct.unpack("<II", part[4:12])
+        head += struct.pack(">5I", processor, kind, at, len(part), 14)
+        padded = part + bytes(-len(part) % page)
+        body, at = body + padded, at + len(padded)
+    return head.ljust(page, b"\0") + body
+
+
+def deflate(path: Path) -> Path:
+    """The stream of RFC 1951: a zlib stream without its header and checksum."""
+    import zopfli.zlib
+
+    made = path.with_name(f"{path.name}.deflate")
+    made.write_bytes(zopfli.zlib.compress(path.read_bytes())[2:-4])
+    return made
+
+
 def main() -> None:
+    """Build what is asked for, or everything."""
     root, out, *names = sys.argv[1:]
     unknown = set(names) - set(TARGETS)
     if unknown:
         raise SystemExit(f"build.py: no platform {sorted(unknown)[0]!r}; there are {', '.join(TARGETS)}")
-    for name in names or TARGETS:
-        made = build(Path(root).resolve(), Path(out), name)
-        print(f"{made}: {made.stat().st_size} bytes", flush=True)
+    files = [build(Path(root).resolve(), Path(out), name) for name in names or TARGETS]
+    darwin = [Path(out, f"{name}.{suffix}") for name, (_, suffix) in TARGETS.items() if suffix == "dylib"]
+    if all(path.exists() for path in darwin):
+        files.append(Path(out, "darwin64.dylib"))
+        files[-1].write_bytes(universal([path.read_bytes() for path in darwin]))
+    for path in files:
+        print(f"{path}: {path.stat().st_size} bytes, deflated {deflate(path).stat().st_size}", flush=True)
 
 
 if __name__ == "__main__":

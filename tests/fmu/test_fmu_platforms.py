@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import struct
 import zipfile
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +18,7 @@ from hystfmu.fmu import export_fmu, platforms
 from hystfmu.model import Model
 
 MACHO = {"x86_64-darwin": 0x01000007, "aarch64-darwin": 0x0100000C}  # processors of mach/machine.h
+BUILD = Path(__file__).parents[2] / "fmu_build" / "platforms" / "build.py"
 FOLDERS = {
     2: {"win64/m.dll", "linux64/m.so", "aarch64-linux/m.so", "darwin64/m.dylib"},
     3: {
@@ -30,15 +33,21 @@ FOLDERS = {
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A package with a stand-in for every binary."""
-    (tmp_path / "_platforms").mkdir()
+    """A package with a stand-in for every binary; that for macOS joined as `make platforms` does."""
+    folder = tmp_path / "_platforms"
+    folder.mkdir()
     for p in platforms.PLATFORMS.values():
         content = struct.pack("<III", 0xFEEDFACF, MACHO.get(p.tuple3, 0), 3) + p.tuple3.encode() * 2000
-        (tmp_path / "_platforms" / f"{p.tuple3}.{p.suffix}").write_bytes(content)
+        (folder / f"{p.tuple3}.{p.suffix}").write_bytes(content)
+    spec = importlib.util.spec_from_file_location("platforms_build", BUILD)
+    assert spec is not None
+    assert spec.loader is not None
+    spec.loader.exec_module(build := importlib.util.module_from_spec(spec))
+    (folder / "darwin64.dylib").write_bytes(build.universal([(folder / f"{n}.dylib").read_bytes() for n in MACHO]))
     monkeypatch.setattr(platforms, "_PACKAGE", tmp_path)
-    platforms._binary.cache_clear()
+    platforms._deflated.cache_clear()
     yield tmp_path
-    platforms._binary.cache_clear()
+    platforms._deflated.cache_clear()
 
 
 def test_folders(package: Path, tmp_path: Path, fmi: int) -> None:
@@ -55,6 +64,22 @@ def test_folders(package: Path, tmp_path: Path, fmi: int) -> None:
             assert processor == MACHO[name]
             assert at % (1 << power) == 0
             assert universal[at : at + size] == (package / "_platforms" / f"{name}.dylib").read_bytes()
+
+
+@pytest.mark.parametrize("stale", [False, True])
+def test_a_stream_of_the_build_is_taken_as_it_is_unless_it_is_of_another_binary(
+    package: Path, tmp_path: Path, stale: bool
+) -> None:
+    binary = package / "_platforms" / "x86_64-windows.dll"
+    maker = zlib.compressobj(0, zlib.DEFLATED, -15)  # stored: no exporter would come upon that
+    stream = maker.compress(binary.read_bytes() + b"older" * stale) + maker.flush()
+    binary.with_name("x86_64-windows.dll.deflate").write_bytes(stream)
+    path = export_fmu(single("sum"), tmp_path / "x.fmu", 3, "m", "all")
+    with zipfile.ZipFile(path) as archive:
+        assert archive.testzip() is None
+        entry = archive.getinfo("binaries/x86_64-windows/m.dll")
+        assert archive.read(entry) == binary.read_bytes()
+        assert (entry.compress_size == len(stream)) is not stale
 
 
 def test_what_is_left_out_is_said_in_one_line(package: Path, tmp_path: Path) -> None:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import functools
-import io
 import re
-import zipfile
 from pathlib import Path
 from typing import Literal
 
@@ -18,6 +16,7 @@ from hystfmu.fmu.platforms import binaries
 from hystfmu.fmu.reference import Reference
 from hystfmu.fmu.sources import build_description, source_file
 from hystfmu.fmu.terminals import terminals_and_icons
+from hystfmu.fmu.zip_file import Deflated, zip_file
 from hystfmu.graph import Graph
 from hystfmu.model import Model
 
@@ -38,21 +37,15 @@ def _identifier(text: str) -> str:
     return cleaned if _IDENTIFIER.match(cleaned) else f"_{cleaned}"
 
 
-def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
-    entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))  # no clock: the same model gives the same file
-    entry.create_system = 3
-    entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
-    entry.compress_type = zipfile.ZIP_DEFLATED
-    archive.writestr(entry, content)
-
-
 def _entries(
-    model: Model | None, graph: Graph, fmi: Fmi, name: str, text: str, source: bool, binaries: dict[str, bytes]
-) -> dict[str, bytes]:
+    model: Model | None, graph: Graph, fmi: Fmi, name: str, text: str, source: bool, binaries: dict[str, Deflated]
+) -> dict[str, bytes | Deflated]:
     """Everything in the archive, by name."""
     reference = Reference.of(graph, model)
     files = [f"{name}.c"] if source else []
-    entries = {"modelDescription.xml": model_description(graph, fmi, name, text, reference.h, files)}
+    entries: dict[str, bytes | Deflated] = {
+        "modelDescription.xml": model_description(graph, fmi, name, text, reference.h, files)
+    }
     entries |= {f"binaries/{folder}": content for folder, content in binaries.items()}
     entries["resources/block.bin"] = graph.to_bytes()
     if fmi == 2:
@@ -116,9 +109,5 @@ def export_fmu(
         raise InputError(f"the FMU name {name!r} must be a letter or _ followed by letters, digits or _")
     text = whole.text if whole else single.block.text if single else ""
     packed = binaries(fmi, name, platforms)
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", compresslevel=6) as archive:
-        for entry, content in _entries(whole, graph, fmi, name, text, source, packed).items():
-            _add(archive, entry, content)
-    write_bytes(path, buffer.getvalue())
+    write_bytes(path, zip_file(_entries(whole, graph, fmi, name, text, source, packed), executable="binaries/"))
     return Path(path)

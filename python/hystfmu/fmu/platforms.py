@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import functools
 import platform
-import struct
 import sys
-from collections.abc import Sequence
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from hystfmu.errors import InputError
 from hystfmu.fmu.description import Fmi
+from hystfmu.fmu.zip_file import Deflated
 
 _PACKAGE = Path(__file__).parents[1]
 
@@ -65,35 +65,39 @@ def host() -> Platform:
     return PLATFORMS[_HOSTS[key]]
 
 
+def _installed(file: str) -> Path:
+    """Where `make platforms` and the installation put a binary."""
+    return _PACKAGE / "_platforms" / file
+
+
+def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
+    """The prebuilt binary, the same one in every FMU; None if it is not installed.
+
+    An FMU for all platforms goes to other machines: it rather takes the binary that needs an old C library only.
+    """
+    own, crossed = _PACKAGE / f"_fmu.{p.suffix}", _installed(f"{p.tuple3}.{p.suffix}")
+    order = (crossed,) if p != host() else (own, crossed) if which == "host" else (crossed, own)
+    return next((path for path in order if path.exists()), None)
+
+
 @functools.cache
-def _binary(p: Platform) -> bytes | None:
-    """The prebuilt binary, the same one in every FMU; None if it is not installed."""
-    crossed = _PACKAGE / "_platforms" / f"{p.tuple3}.{p.suffix}"
-    own = _PACKAGE / f"_fmu.{p.suffix}"
-    for path in (own, crossed) if p == host() else (crossed,):
-        if path.exists():
-            return path.read_bytes()
-    return None
+def _deflated(path: Path) -> Deflated:
+    """A binary as it stands in an archive.  `make platforms` deflates it better than an export has time for."""
+    content = path.read_bytes()
+    made = path.with_name(f"{path.name}.deflate")
+    if made.exists():
+        stream = made.read_bytes()
+        if zlib.decompress(stream, -zlib.MAX_WBITS) == content:  # not of another build
+            return Deflated(content, stream)
+    return Deflated.of(content)
 
 
 def missing() -> list[str]:
     """The platforms whose binary is not installed."""
-    return [p.tuple3 for p in PLATFORMS.values() if _binary(p) is None]
+    return [p.tuple3 for p in PLATFORMS.values() if _path(p, "all") is None]
 
 
-def _universal(parts: Sequence[bytes]) -> bytes:
-    """One macOS binary for several processors: a big-endian header, then each binary at a page (mach-o/fat.h)."""
-    page = 1 << 14
-    head, body, at = struct.pack(">II", 0xCAFEBABE, len(parts)), b"", page
-    for part in parts:
-        processor, kind = struct.unpack("<II", part[4:12])
-        head += struct.pack(">5I", processor, kind, at, len(part), 14)
-        padded = part + bytes(-len(part) % page)
-        body, at = body + padded, at + len(padded)
-    return head.ljust(page, b"\0") + body
-
-
-def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, bytes]:
+def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, Deflated]:
     """The binaries of an FMU by their places below `binaries`.
 
     Raises
@@ -101,11 +105,14 @@ def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, by
     ImportError
         If not even the binary of this machine is installed.
     """
-    if _binary(host()) is None:
+    if _path(host(), which) is None:
         raise ImportError("the compiled FMU binary is missing: install the package with 'pip install .'")
-    found: dict[str, list[bytes]] = {}
+    found = {}
     for p in PLATFORMS.values() if which == "all" else [host()]:
-        content = _binary(p)
-        if content is not None:
-            found.setdefault(f"{p.folder(fmi)}/{name}.{p.suffix}", []).append(content)
-    return {path: parts[0] if len(parts) == 1 else _universal(parts) for path, parts in found.items()}
+        path = _path(p, which)
+        both = _installed(f"{p.folder2}.{p.suffix}")  # for all processors of a folder
+        if which == "all" and fmi == 2 and both.exists():
+            path = both
+        if path is not None:
+            found[f"{p.folder(fmi)}/{name}.{p.suffix}"] = _deflated(path)
+    return found
