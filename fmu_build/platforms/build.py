@@ -36,11 +36,12 @@ TARGETS = {
 # the options of CMakeLists.txt: one meaning on every platform
 OPTIONS = ["-std=c99", "-g0", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-DHYST_UNDOCUMENTED"]
 OPTIONS += ["-fno-asynchronous-unwind-tables", "-fno-unwind-tables", "-fno-stack-protector"]
+OPTIONS += ["-mllvm", "-enable-machine-outliner=never"]  # repetition is what deflate lives on
 OPTIONS += ["-Wno-override-init", "-Wno-unused-function"]
-FAST, SMALL = ["-O2"], ["-Os", "-Xclang", "-Oz"]  # zig takes -Oz for -Os
+FAST, SMALL = ["-Os"], ["-Os", "-Xclang", "-Oz"]  # zig takes -Oz for -Os; -O2 is larger and, in the kernels, not faster
 WINDOWS = ("heap", "private", "stdio", "string")
 LINK = {
-    "so": ["-Wl,--gc-sections", "-Wl,--hash-style=gnu"],
+    "so": ["-Wl,--gc-sections", "-Wl,--hash-style=sysv"],  # a Bloom filter does not compress
     "dylib": ["-Wl,-x"],  # no local symbols: -s leaves them
     # the libraries of Windows themselves: what mingw starts a program with is as large as half of the core
     "dll": ["-nostdlib", "-lkernel32", *(f"-lapi-ms-win-crt-{n}-l1-1-0" for n in WINDOWS)],

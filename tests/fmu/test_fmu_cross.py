@@ -46,8 +46,9 @@ def run(*command: object, seconds: float = 300) -> str:
 @pytest.fixture(scope="session")
 def crossed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """All binaries, built as `make platforms` does."""
-    if importlib.util.find_spec("ziglang") is None:
-        pytest.skip("ziglang is not installed: no cross compiler")
+    for package in ("ziglang", "zopfli"):
+        if importlib.util.find_spec(package) is None:
+            pytest.skip(f"{package} is not installed: no cross build")
     out = tmp_path_factory.mktemp("crossed")
     run(sys.executable, ROOT / "fmu_build" / "platforms" / "build.py", ROOT / "fmu_build", out, seconds=900)
     return out
