@@ -56,6 +56,18 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
     InputError
         No such inverse exists; the sentence says why and what to do.
     """
+    made = invert(model, method, seed, **options)
+    return replace(made, fit={**made.fit, **_cascade(model, made)})
+
+
+def invert(model: Model, method: str = "exact", seed: int = 0, **options: Any) -> Model:
+    """As `inverse`, but not judged: for those who only run it.
+
+    Raises
+    ------
+    InputError
+        As `inverse`.
+    """
     if method not in METHODS:
         raise InputError(f"no inverse method {method!r}; there are: {', '.join(METHODS)}")
     if len(model.graph.inputs) != 1 or len(model.graph.outputs) != 1:
@@ -69,12 +81,8 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
     if unknown:
         raise InputError(f"the {method} inverse has no option {sorted(unknown)[0]!r}")
     if method == "learned":
-        made = learned_inverse(model, seed, options)
-    elif method == "implicit":
-        made = implicit_inverse(model, **options)
-    else:
-        made = exact_inverse(model)
-    return replace(made, fit={**made.fit, **_cascade(model, made)})
+        return learned_inverse(model, seed, options)
+    return implicit_inverse(model, **options) if method == "implicit" else exact_inverse(model)
 
 
 def _cascade(model: Model, made: Model) -> dict[str, float]:

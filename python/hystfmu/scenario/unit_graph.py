@@ -35,9 +35,9 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
     if spec.model is not None:
         return Model.load(inside(case.folder, spec.model, f"{where}.model")).graph
     if spec.inverse_of is not None:
-        from hystfmu.inverse import inverse  # the method's own imports stay out of scenarios that do not use it
+        from hystfmu.inverse import invert  # the method's own imports stay out of scenarios that do not use it
 
-        return inverse(Model.load(inside(case.folder, spec.inverse_of, f"{where}.inverse_of")), "exact").graph
+        return invert(Model.load(inside(case.folder, spec.inverse_of, f"{where}.inverse_of")), "exact").graph
     if spec.block is not None:
         return Graph.single(Node(spec.block, spec.block, spec.dims, spec.values))
     assert spec.graph is not None
