@@ -34,7 +34,7 @@ const hyst_error *hyst_graph_error(const hyst_graph *g) { return &g->error; }
 /* no step yet; inputs (those without a wire keep it), outputs and states as in the table */
 static void start_values(hyst_graph *g) {
   g->state[0] = 0;
-  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_fill(n, HYST_INPUT, HYST_STATE);
+  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_fill(n, HYST_INPUT);
 }
 
 void hyst_graph_defaults(hyst_graph *g) {

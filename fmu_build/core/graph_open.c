@@ -68,8 +68,8 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   g->port_of = (uint32_t *)take(&at, (size_t)n.references * sizeof(uint32_t));
   hyst_cursor c;
   memset(&n, 0, sizeof n);
-  s = hyst_read_header(&c, file, length, g->token, &g->step, e);
-  if (!s) s = hyst_read_nodes(&c, &n, g, e);
+  hyst_read_header(&c, file, length, g->token, &g->step, e); /* good: hyst_count_file() has read it */
+  s = hyst_read_nodes(&c, &n, g, e);
   if (s) return s;
   for (int i = 0; i < g->n_nodes; i++) {
     hyst_node *node = g->nodes + i;

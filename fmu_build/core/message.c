@@ -32,7 +32,7 @@ void hyst_interval(const hyst_var *row, char *to, size_t size) {
 
 int hyst_message(const hyst_error *e, char *text, size_t size) {
   char interval[160], value[32];
-  if (e->status == HYST_E_VALUE && e->row) {
+  if (e->row) { /* HYST_E_VALUE */
     hyst_interval(e->row, interval, sizeof interval);
     hyst_number(value, sizeof value, e->value);
     const char *role = e->row->kind == HYST_INPUT ? "input" : "parameter";

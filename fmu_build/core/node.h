@@ -14,11 +14,11 @@ static inline hyst_class hyst_class_of(const hyst_block *b) {
   return b->flags & HYST_RATE_INDEPENDENT ? HYST_HYSTERETIC : HYST_SAMPLED;
 }
 
-/* the start values of the table for its variables of the kinds first..last */
-static inline void hyst_fill(const hyst_node *n, hyst_kind first, hyst_kind last) {
+/* the start values of the table for its variables of the kinds from `first` on */
+static inline void hyst_fill(const hyst_node *n, hyst_kind first) {
   for (int v = 0; v < n->block->n_vars; v++) {
     const hyst_kind k = n->block->vars[v].kind;
-    if (k < first || k > last) continue;
+    if (k < first) continue;
     double *to = (k <= HYST_TIME ? n->u : k == HYST_OUTPUT ? n->y : n->x) + hyst_place(n->block, n->dim, v);
     for (int64_t m = n->block->size(n->dim, v); m > 0; m--) *to++ = n->block->vars[v].start;
   }
@@ -26,7 +26,7 @@ static inline void hyst_fill(const hyst_node *n, hyst_kind first, hyst_kind last
 
 /* its states as they are before the first input */
 static inline void hyst_rest(const hyst_node *n) {
-  hyst_fill(n, HYST_CSTATE, HYST_STATE);
+  hyst_fill(n, HYST_CSTATE);
   if (n->block->init) n->block->init(n->dim, n->p, n->x);
 }
 

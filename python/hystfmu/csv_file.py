@@ -17,6 +17,30 @@ from hystfmu.files import read_bytes, write_text
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*\Z")
 
 
+def read_header(path: str | Path, most: int) -> tuple[list[str], str, str]:
+    """The names of the columns, the separator, and the text of the rows.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is larger than `most` bytes, no text in UTF-8, or its first line names no columns.
+    """
+    try:
+        text = read_bytes(path, most).decode("utf-8-sig")
+    except UnicodeDecodeError as e:
+        raise InputError(f"{path}: not a text file in UTF-8 (byte {e.start})") from None
+    if "\0" in text:
+        raise InputError(f"{path}: not a text file (it contains a zero byte)")
+    head, _, body = text.partition("\n")
+    if not head.strip():
+        raise InputError(f"{path}: the first line must name the columns; it is empty")
+    separator = next((s for s in ("\t", ";", ",") if s in head), ",")
+    try:
+        return [c.strip() for c in next(csv.reader([head.rstrip("\r")], delimiter=separator))], separator, body
+    except csv.Error:  # a carriage return inside the line, a name of more than 128 kB
+        raise InputError(f"{path}: the first line must name the columns; got {head.strip()[:60]!r}") from None
+
+
 def read_columns(
     path: str | Path, names: list[str], most: int, time: str
 ) -> tuple[dict[str, Array], dict[str, str], Callable[[str], list[str]]]:
@@ -45,20 +69,8 @@ def read_columns(
     InputError
         One line with file, row or column, rule and value.
     """
-    try:
-        text = read_bytes(path, most).decode("utf-8-sig")
-    except UnicodeDecodeError as e:
-        raise InputError(f"{path}: not a text file in UTF-8 (byte {e.start})") from None
-    if "\0" in text:
-        raise InputError(f"{path}: not a text file (it contains a zero byte)")
-    head, _, body = text.partition("\n")
-    if not head.strip():
-        raise InputError(f"{path}: the first line must name the columns; it is empty")
-    separator = next((s for s in ("\t", ";", ",") if s in head), ",")
-    try:
-        header = [c.strip() for c in next(csv.reader([head.rstrip("\r")], delimiter=separator))]
-    except csv.Error:  # a carriage return inside the line, a name of more than 128 kB
-        raise InputError(f"{path}: the first line must name the columns; got {head.strip()[:60]!r}") from None
+    header, separator, body = read_header(path, most)
+    head = separator.join(header)
     if all(_number(c) is not None for c in header):
         raise InputError(
             f"{path}: the first line must name the columns, e.g. t,u,y; got numbers: {head.strip()[:60]!r}"

@@ -74,6 +74,8 @@ static hyst_status run(const unsigned char *file, size_t length, int steps, doub
   hyst_status s = hyst_graph_measure(copy, length, &bytes, &error);
   if (s) {
     hyst_message(&error, text, sizeof text);
+    hyst_graph *none = NULL;
+    if (hyst_graph_open(copy, length, NULL, 0, &none, &error) != s || none) exit(11); /* it looks for itself */
     free(copy);
     return s;
   }

@@ -5,23 +5,22 @@ They were found by the conditions that MC/DC listed as never shown (tests/tortur
 from __future__ import annotations
 
 import ctypes as C
-import itertools
 import locale
 import os
 import shutil
 import struct
 import subprocess
-import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from block_files import patched, raw_bytes
 from raw import Raw
 
 from hystfmu.core import RawError, RawVar, library
 from hystfmu.errors import InputError
 from hystfmu.executor import Executor
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph import Graph, Node
 from hystfmu.unit import Unit
 
 
@@ -94,6 +93,12 @@ def test_parameters_that_do_not_fit_together() -> None:
     assert "beta + gamma" in (wrong("bouc_wen", gamma=-0.5) or "")  # 0
     assert "T_p is too small" in (wrong("lead_lag", T_z=1e300, T_p=1e-300) or "")
     assert "gain" in (wrong("disturbance_observer", gain=0.0) or "")
+    # rates that no matrix of doubles holds; poles that the sampled plant does not let move
+    for values in ({"zeta": 1e308}, {"f_n": 1e5}, {"f_n": 1e-150}):
+        assert "the step is too long" in (wrong("disturbance_observer", h=1.0, **values) or "")
+    inverse = Raw(Node("b", "prandtl_ishlinskii_inverse"))
+    inverse.p[inverse.places["w0"]] = 0.0  # the table has no such value: prepare() looks at it all the same
+    assert "no continuous inverse exists" in (inverse.prepare(0.0) or "")
     first = {"na": 1, "nb": 0}
     for a in ([1.0, 1.7e308], [1.0, 5e307]):  # time constants that no double can scale
         assert "too far apart" in (wrong("transfer_function", dims=first, a=a, b=[1.0]) or "")
@@ -119,6 +124,53 @@ def test_bouc_wen_follows_a_bound_that_shrinks() -> None:
     unit.set("u", 20.0 - 1e-6)  # back: it leaves the new bound, not the old one
     unit.do_step(4.1, 0.1)
     assert unit.get("z") == pytest.approx(0.25, abs=1e-5)
+
+
+def test_bouc_wen_at_its_bound_stays_there_without_beta() -> None:
+    """beta = 0: z' = (A - gamma |z|^n) u' is 0 at the bound, whichever way the input goes."""
+    for n in (2.0, 1.0):
+        raw = Raw(Node("b", "bouc_wen", {}, {"beta": 0.0, "gamma": 1.0, "n": n, "z0": 1.0, "alpha": 0.0}))
+        assert [row[0] for row in raw.run(np.array([[0.0], [-0.25], [-4.0], [3.0]]), 0.1)] == [1.0] * 4
+
+
+def test_constraint_factor_inverse_on_a_branch_that_is_nearly_level() -> None:
+    """g' is 1e-6 of g / d at d = 30, so that rounding hides where the branch goes: the bracket has to close."""
+    c = 900.0
+    values = {"a0": 0.0, "a": [c * c, -2 * c / 3, 0.2], "d_max": 40.0}
+    raw = Raw(Node("b", "constraint_factor_inverse", {"m": 3}, values))
+    assert raw.prepare(0.0) is None
+    for d in np.linspace(29.9, 30.1, 41):
+        v = -np.expm1(-d) * d * (c * c + d * d * (-2 * c / 3 + 0.2 * d * d))
+        raw.init()
+        raw.set_inputs(np.array([0.5 * v]), 0.0)  # virgin: x = g^-1(2 h) / 2
+        x = 2 * raw.output()[0]
+        back = -np.expm1(-x) * x * (c * c + x * x * (-2 * c / 3 + 0.2 * x * x))
+        assert back == pytest.approx(v, rel=1e-14)
+
+
+def test_narx_with_feed_through_and_no_auxiliary_function() -> None:
+    """y_k = theta_1 u_k + theta_2 y_(k-1) + theta_3 u_k^2 + theta_4 u_k y_(k-1) + theta_5 y_(k-1)^2 + theta_6."""
+    theta = np.array([0.5, 0.25, -0.75, 0.125, 0.5, 1.0])
+    dims = {"n_u": 1, "n_f": 0, "n_y": 1, "q": 2, "n_k": 0}
+    raw = Raw(Node("b", "polynomial_narx", dims, {"theta": theta, "y0": 0.5}))
+    raw.prepare(0.0), raw.init()
+    raw.set_inputs(np.array([0.75, 9.0]), 0.0)
+    raw.update(0.0)
+    u, y = 0.75, 0.5
+    assert raw.output() == pytest.approx([theta @ [u, y, u * u, u * y, y * y, 1.0]], abs=1e-15)
+    for s_u, s_f in ((1.0, 0.0), (0.0, 1.0), (-2.0, 3.0)):
+        slope = (theta[0] + 2 * theta[2] * u + theta[3] * y) * s_u  # the second input is read by nobody
+        assert raw.tangent(np.array([s_u, s_f]), np.zeros(0))[0] == pytest.approx([slope], abs=1e-15)
+
+
+def test_a_trial_on_the_virgin_curve_of_the_other_side() -> None:
+    """After 0 -> 1 the input -1 closes the outermost loop: by Masing's rule both branches have one slope there."""
+    raw = Raw(Node("b", "zhao_tan"))
+    raw.run(np.array([[0.0], [1.0]]), 0.1)
+    raw.set_inputs(np.array([-1.0]), 0.0)
+    slope = 1 - np.exp(-2.0) + 2 * np.exp(-2.0)  # g'(2), g(d) = (1 - e^-d) d
+    for seed in (1.0, -1.0):
+        assert raw.tangent(np.array([seed]), np.zeros(0))[0] == pytest.approx([slope * seed], rel=1e-14)
 
 
 def test_oscillator_at_rest_has_the_tangent_of_its_springs() -> None:
@@ -196,105 +248,3 @@ def test_last_extremum_has_the_slope_of_its_branch() -> None:
     assert raw.tangent(np.array([1.0]), np.zeros(0))[0] == pytest.approx([slope(0.4)])
     raw.run(np.array([[0.0], [1.0], [0.3]]), 0.1)
     assert raw.tangent(np.array([-1.0]), np.zeros(0))[0] == pytest.approx([-slope(0.7)])
-
-
-# ---- the reader -----------------------------------------------------------------------------------------------------
-def sealed(file: bytes) -> bytes:
-    """With the right length and checksum."""
-    return file[:12] + struct.pack("<II", len(file), zlib.crc32(file[20:])) + file[20:]
-
-
-def patched(file: bytes, at: int, new: bytes) -> bytes:
-    at %= len(file)
-    return sealed(file[:at] + new + file[at + len(new) :])
-
-
-def raw_bytes(node: Node) -> bytes:
-    """The file of a graph whose parameters the writer would refuse."""
-    good = Node(node.name, node.type)
-    file = Graph.single(good).to_bytes()
-    for name, value in node.values.items():
-        old = b"".join(struct.pack("<d", v) for v in good.value(name))
-        at = file.index(old) if file.count(old) == 1 else -1
-        if at < 0:  # the same number stands elsewhere: count to the parameter
-            before = sum(
-                good.sizes[v.name] for v in good.block.parameters[: [v.name for v in good.block.parameters].index(name)]
-            )
-            at = 68 + 4 + 4 + len(node.name) + 4 + len(node.type) + 4 + 4 * len(good.dims) + 4 + 8 * before
-        file = patched(file, at, struct.pack("<d", float(np.ravel(value)[0])))
-    return file
-
-
-@pytest.mark.parametrize("step", [np.inf, -1.0, np.nan])
-def test_a_file_with_an_impossible_step_is_refused(step: float) -> None:
-    with pytest.raises(InputError, match="step"):
-        Executor(patched(Graph.single(Node("c", "creep")).to_bytes(), 60, struct.pack("<d", step)))
-
-
-def test_a_port_of_what_nobody_may_see_is_refused() -> None:
-    node = Node("c", "creep")
-    file = Graph.single(node).to_bytes()  # the last port: kind, block, row, place, elements
-    rows = [v.name for v in node.block.vars]
-    for kind, name in ((2, None), (6, "q"), (7, None)):
-        row = rows.index(name) if name else len(rows) - 1
-        with pytest.raises(InputError):
-            Executor(patched(file, -20, struct.pack("<III", kind, 0, row)))
-    with pytest.raises(InputError):  # an output with more elements than its row
-        Executor(patched(file, -4, struct.pack("<I", 2)))
-
-
-def test_a_file_that_asks_for_too_much_memory_is_refused() -> None:
-    wide = Node("n", "mlp", {"n_in": 1, "n_hidden": 1})
-    file = Graph.single(wide).to_bytes()
-    at = 68 + 4 + 4 + 1 + 4 + 3 + 4
-    most = [d.hi for d in wide.block.dims]
-    with pytest.raises(InputError, match=r"too many values|number of values"):
-        Executor(patched(file, at, struct.pack(f"<{len(most)}I", *most)))
-
-
-def test_an_input_between_outputs() -> None:
-    """The order of ports is free: what is no output is left out of the row of outputs."""
-    graph = Graph(
-        [Node("a", "scaling", {"n": 1}, {"gain": [2.0]}), Node("b", "scaling", {"n": 1}, {"gain": [3.0]})],
-        [],
-        [Input("u", ("a.u", "b.u"))],
-        [Output("ya", "a.y"), Output("yb", "b.y")],
-    )
-    file = graph.to_bytes()
-    sizes = [4 + len(p.name) + 20 for p in graph.ports]
-    begins = np.cumsum([len(file) - sum(sizes), *sizes])
-    records = [file[i:j] for i, j in itertools.pairwise(begins)]
-    order = [k for k, p in enumerate(graph.ports) if p.kind not in ("input", "output")]
-    ins, outs = ([k for k, p in enumerate(graph.ports) if p.kind == kind] for kind in ("input", "output"))
-    moved = sealed(file[: begins[0]] + b"".join(records[k] for k in [*order, outs[0], *ins, outs[1]]))
-    u = np.array([[1.0], [-2.0]])
-    assert Executor(moved).run(u, 2, 0.1).tolist() == [[2.0, 3.0], [-4.0, -6.0]]
-
-
-def test_an_implicit_inverse_is_solved_between_samples_too() -> None:
-    """FMI 3.0 Event Mode steps without samples: h(u) = y has to hold there as in a plain step."""
-    nodes = [
-        Node("inverse", "implicit_inverse", {}, {"lo": -5.0, "hi": 5.0}),
-        Node("model", "prandtl_ishlinskii", {"n": 2}, {"w0": 1.5, "r": [0.1, 0.4], "w": [0.5, 0.3]}),
-        Node("rate", "differentiator"),
-    ]
-    wires = [("inverse.u", "model.u"), ("model.y", "inverse.h")]
-    inputs = [Input("y", ("inverse.y",)), Input("x", ("rate.u",))]
-    graph = Graph(nodes, wires, inputs, [Output("u", "inverse.u"), Output("dx", "rate.du")], step=0.1)
-    hold = library().hyst_graph_hold
-    hold.argtypes = [C.c_void_p, C.c_double, C.c_double]
-    stepped, held = Executor(graph.to_bytes()), Executor(graph.to_bytes())
-    places = {p.name: p.reference for p in graph.ports}
-    for e in (stepped, held):
-        e.start(0.0)
-    seen = set()
-    for k, y in enumerate((0.7, 1.9, 0.2, -0.9, 1.1), start=1):
-        for e in (stepped, held):
-            e.set(places["y"], y)
-            e.set(places["x"], float(k))
-        stepped.step(0.1 * k, 0.1)
-        assert hold(held.handle, 0.1 * k, 0.1) == 0
-        assert held.get(places["u"]) == stepped.get(places["u"])
-        assert held.get(places["dx"]) == 0.0  # no sample was taken
-        seen.add(held.get(places["u"]))
-    assert len(seen) == 5

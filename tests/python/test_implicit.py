@@ -170,6 +170,12 @@ def wrong_order():
     return Graph(nodes, wires, [Input("y", ("inv.y",))], [Output("u", "inv.u")], sort=False)
 
 
+def model_from_behind():
+    nodes = [Node("inv", "implicit_inverse"), A, B]
+    wires = [("inv.u", "b.u"), ("b.y", "a.u"), ("a.y", "inv.h")]
+    return Graph(nodes, wires, [Input("y", ("inv.y",))], [Output("u", "inv.u")], sort=False)
+
+
 def one_model_for_two():
     c = Node("c", "sum", {"n": 2})
     nodes = [Node("i1", "implicit_inverse"), Node("i2", "implicit_inverse"), c]
@@ -194,6 +200,7 @@ def one_model_for_two():
         ),
         (reads_another_input, "at s: between u and h .* no block may read another input"),
         (wrong_order, "at a: the model .* must follow it in the order of the file"),
+        (model_from_behind, "at b: the model .* must follow it in the order of the file"),
         (one_model_for_two, "at c: two implicit inverses would try it"),
     ],
 )

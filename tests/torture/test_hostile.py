@@ -20,7 +20,7 @@ from embedded import graphs
 
 from hystfmu import Dataset, InputError, Model
 from hystfmu.fmu import export_fmu
-from hystfmu.scenario import Scenario
+from hystfmu.scenario import Baseline, Scenario
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.ssp import write_ssp
 from hystfmu.scenario.ssp_file import read_ssp
@@ -144,6 +144,10 @@ def scenario_file(folder: Path) -> Path:
     return folder / "pid" / "scenario.toml"
 
 
+def baseline_file(folder: Path) -> Path:
+    return scenario_file(folder).with_name("baseline.csv")
+
+
 def study_file(folder: Path) -> Path:
     scenario_file(folder)
     return folder / "sliding_mode" / "mismatch.study.toml"
@@ -170,6 +174,7 @@ READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
     "csv": (csv_file, lambda p: Dataset.from_csv(p)),
     "model": (model_file, Model.load),
     "scenario": (scenario_file, read_scenario),
+    "baseline": (baseline_file, lambda p: Baseline.load(p.parent)),
     "study": (study_file, Study),
     "fmu": (fmu_file, Foreign.load),
     "fmu3": (fmu3_file, Foreign.load),
@@ -255,8 +260,20 @@ def test_many_mutated_files(
         ("m.model.toml", b"a = " + b"[" * 5000),
         ("m.model.toml", b"a = " + b"9" * 5000),
         ("m.model.toml", b"a = \xff"),
+        ("baseline.csv", b"case,t,u\rv\n"),
+        ("baseline.csv", b"case,t,u\na,0,\xff\n"),
     ],
 )
 def test_what_the_long_run_has_found(name: str, content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "baseline.toml").write_text("")
     (tmp_path / name).write_bytes(content)
-    assert verdict(Model.load if name.endswith("toml") else Dataset.from_csv, tmp_path / name) == "refused"
+    read = {"data.csv": Dataset.from_csv, "m.model.toml": Model.load, "baseline.csv": READERS["baseline"][1]}[name]
+    assert verdict(read, tmp_path / name) == "refused"
+
+
+@pytest.mark.parametrize("encoding", ["UF-8", "utf-32", "shift_jis", "cp65001", "idna"])
+def test_xml_in_an_encoding_that_nobody_reads(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.ssp"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("SystemStructure.ssd", f'<?xml version="1.0" encoding="{encoding}"?>\n<a/>')
+    assert verdict(read_ssp, path) == "refused"

@@ -47,7 +47,7 @@ static int place(const double *F, double z, double *M) {
     times(F, M, q);
     for (int i = 0; i < 3; i++) M[i] = q[i] - z * M[i];
   }
-  return hyst_isfinite(M[0]) && hyst_isfinite(M[1]) && hyst_isfinite(M[2]);
+  return hyst_isfinite(M[0] + M[1] + M[2]);
 }
 
 HYST_PREPARE_FN(prepare) {

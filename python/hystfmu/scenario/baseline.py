@@ -7,8 +7,6 @@ around the baseline, for a run has all its rows and a baseline a few.
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,8 +15,9 @@ import numpy as np
 import pydantic
 
 from hystfmu.core import Array
+from hystfmu.csv_file import read_header
 from hystfmu.errors import InputError
-from hystfmu.files import read_bytes, read_toml, write_text, write_toml
+from hystfmu.files import MOST_BYTES, read_toml, write_text, write_toml
 from hystfmu.scenario.case import Case
 from hystfmu.scenario.excerpt import Excerpt
 from hystfmu.scenario.spec import TubeSpec
@@ -76,18 +75,20 @@ class Baseline:
         cases = read_toml(file, _BaselineFile).case
         rows: dict[str, list[list[float]]] = {}
         table = folder / "baseline.csv"
-        lines = list(csv.reader(io.StringIO(read_bytes(table).decode()))) if table.exists() else []
-        if not lines or lines[0][:2] != ["case", "t"]:
+        header, separator, body = read_header(table, MOST_BYTES)
+        if header[:2] != ["case", "t"]:
             raise InputError(f"{table}: row 1: must begin with case,t; record the baseline again with --record")
-        for i, line in enumerate(lines[1:], 2):
+        for i, line in enumerate(body.splitlines(), 2):
+            name, *cells = line.split(separator)
             try:
-                if len(line) != len(lines[0]):
-                    raise ValueError
-                rows.setdefault(line[0], []).append([float(v) for v in line[1:]])
+                numbers = [float(v) for v in cells]
             except ValueError:
-                raise InputError(f"{table}: row {i}: must have {len(lines[0]) - 1} numbers; got {line[1:]}") from None
+                numbers = []
+            if len(numbers) != len(header) - 1 or not np.isfinite(numbers).all():  # no value differs from NaN
+                raise InputError(f"{table}: row {i}: must have {len(header) - 1} numbers; got {cells}")
+            rows.setdefault(name, []).append(numbers)
         metrics, memory = {n: c.metrics for n, c in cases.items()}, {n: c.memory for n, c in cases.items()}
-        return cls(metrics, {n: np.array(r) for n, r in rows.items()}, tuple(lines[0][2:]), memory)
+        return cls(metrics, {n: np.array(r) for n, r in rows.items()}, tuple(header[2:]), memory)
 
 
 class Kept:

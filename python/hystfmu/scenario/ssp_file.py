@@ -23,6 +23,7 @@ from hystfmu.scenario.case import Case
 from hystfmu.scenario.spec import CouplingSpec, Scheme, UnitSpec
 from hystfmu.scenario.ssp import OSP, OURS, REFERENCE, SSD, SSV
 
+UNREADABLE = (OSError, ET.ParseError, LookupError, ValueError)  # the last two: an encoding that Python does not know
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 TOLERANCE = 1e-9  # of the largest value of a signal: other platforms have the same bits, other masters nearly
 
@@ -53,7 +54,7 @@ def read_ssp(path: str | Path, step: float | None = None, stop: float | None = N
     folder = unpacked(path, "SystemStructure.ssd")[0]
     try:
         root = ET.parse(folder / "SystemStructure.ssd").getroot()
-    except ET.ParseError as e:
+    except UNREADABLE as e:
         raise InputError(f"{path}: SystemStructure.ssd: {e}") from None
     if root.tag != f"{{{SSD}}}SystemStructureDescription":
         raise InputError(f"{path}: SystemStructure.ssd: must begin with SystemStructureDescription; got {root.tag}")
@@ -177,7 +178,7 @@ class _Reader:
             raise self._wrong(f"{source!r} lies outside the archive")
         try:
             return ET.parse(file).getroot()
-        except (OSError, ET.ParseError) as e:
+        except UNREADABLE as e:
             raise self._wrong(f"{source}: {e}") from None
 
     def _parameter_set(self, root: ET.Element, source: str, prefix: str) -> dict[str, Any]:
@@ -227,6 +228,6 @@ def _reference(file: Path) -> tuple[tuple[str, ...], Array | None]:
         values = np.array([[float(v) for v in row] for row in rows[1:]])
         if rows[0][0] != "t" or values.shape != (len(rows) - 1, len(rows[0])):
             raise ValueError
-    except (ValueError, IndexError, csv.Error):
+    except (OSError, ValueError, IndexError, csv.Error):
         raise InputError(f"{REFERENCE}: must have a head t,... and rows of as many numbers") from None
     return tuple(rows[0][1:]), values
