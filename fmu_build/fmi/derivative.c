@@ -110,9 +110,9 @@ static int64_t elements(const instance *i, const hyst_port *p, uint32_t referenc
   return i->kind.by_element ? 1 : p->size;
 }
 
-/* the place among the knowns, -1 if it is none */
+/* the place of a real variable among the knowns, -1 if it is none */
 static int64_t known_place(const instance *i, const hyst_port *p) {
-  if (p->kind == HYST_INPUT && p->type == REAL) return p->value - i->graph->external;
+  if (p->kind == HYST_INPUT) return p->value - i->graph->external;
   const int64_t k = p->kind == HYST_CSTATE && i->run.phase != INITIALIZATION ? p - i->continuous : -1;
   return k >= 0 && k < i->n_continuous ? i->graph->n_external + k : -1;
 }
@@ -124,7 +124,7 @@ static int64_t unknown_place(const instance *i, const hyst_port *p) {
     const int64_t k = p - i->continuous;
     return k >= c ? n + k - c : i->run.phase == INITIALIZATION ? n + c + k : -1;
   }
-  if (p->kind != HYST_OUTPUT || p->type != REAL) return -1;
+  if (p->kind != HYST_OUTPUT) return -1;
   int64_t at = 0;
   for (const hyst_port *q = g->ports + g->first_output; q < p; q++)
     if (q->kind == HYST_OUTPUT) at += q->size;

@@ -206,12 +206,8 @@ static fmi_status initialize(instance *i) {
 }
 
 fmi_status fmi_refresh(instance *i) {
-  switch (i->run.phase) {
-    case INITIALIZATION: return initialize(i);
-    case EVENT: return fmi_try_event(i);
-    case CONTINUOUS: return fmi_evaluate(i);
-    default: return FMI_OK; /* outputs stay as they are until the next step */
-  }
+  if (i->run.phase == INITIALIZATION) return initialize(i);
+  return i->run.phase == EVENT ? fmi_try_event(i) : fmi_evaluate(i);
 }
 
 fmi_status fmi_exit_initialization(instance *i) {

@@ -3,9 +3,8 @@
 #include "error.h"
 #include "instance.h"
 
-static int is_derivative(const instance *i, const hyst_port *p) {
-  return p->kind == HYST_CSTATE && p >= i->continuous + i->n_continuous;
-}
+/* of the variables behind those of the graph */
+static int is_derivative(const instance *i, const hyst_port *p) { return p >= i->continuous + i->n_continuous; }
 
 static const char *type_words(int type) {
   return type == REAL ? "real" : type == BOOLEAN ? "boolean" : type == INTEGER ? "integer" : "enumeration";
@@ -21,7 +20,8 @@ const hyst_port *fmi_seek_port(const instance *i, const fmi_call *call, uint32_t
   if (!p) fmi_refuse(i, "%s: no variable has the value reference %lu.", call->name, (unsigned long)reference);
   else if (!((unsigned)p->type & types))
     fmi_refuse(i, "%s: '%s' is of type %s.", call->name, p->name, type_words(p->type)), p = NULL;
-  else if (is_derivative(i, p)) hyst_graph_derivatives(i->graph, i->derivatives);
+  else if (is_derivative(i, p)) /* fmi_port() has found all others */
+    hyst_graph_derivatives(i->graph, i->derivatives);
   return p;
 }
 
