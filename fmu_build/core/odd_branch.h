@@ -94,7 +94,7 @@ static inline double hyst_odd_inverse(const void *ctx, double v) {
     before = hyst_fabs(step);
     d -= step;
     if (before <= 1e-9 * d && step == newton) break;
-    if (before <= 1e-16 * d || !(hi > lo)) break;
+    if (before <= 1e-16 * d) break; /* the bracket has closed: its ends never meet, for g < v at the lower one alone */
   }
   return d;
 }

@@ -133,15 +133,19 @@ SET(Real, fmi2Real, REAL)
 SET(Integer, fmi2Integer, INTEGER | ENUMERATION)
 SET(Boolean, fmi2Boolean, BOOLEAN)
 
+static fmi2Status no_string(const instance *i, const fmi_call *call, fmi2ValueReference vr) {
+  fmi_port(i, call, vr, 0); /* says of what type it is */
+  return fmi2Error;
+}
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
   BEGIN(GetString)
   (void)value;
-  return n == 0 || fmi_port(i, TABLE + CALL_GetString, vr[0], 0) ? fmi2OK : fmi2Error;
+  return n == 0 ? fmi2OK : no_string(i, TABLE + CALL_GetString, vr[0]);
 }
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]) {
   BEGIN(SetString)
   (void)value;
-  return n == 0 || fmi_port(i, TABLE + CALL_SetString, vr[0], 0) ? fmi2OK : fmi2Error;
+  return n == 0 ? fmi2OK : no_string(i, TABLE + CALL_SetString, vr[0]);
 }
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n_unknown,

@@ -102,6 +102,7 @@ static void fail_while_saved(void) {
   DEMAND(fmi3DeserializeFMUState(c, NULL, size, &state) == fmi3Error);
   DEMAND(fmi3DeserializeFMUState(c, (fmi3Byte *)bytes, size, NULL) == fmi3Error);
   DEMAND(fmi3SerializeFMUState(c, state, NULL, size) == fmi3Error);
+  DEMAND(fmi3SerializeFMUState(c, &size, (fmi3Byte *)bytes, size) == fmi3Error);
   DEMAND(fmi3SerializedFMUStateSize(c, &size, &size) == fmi3Error);
   DEMAND(fmi3GetFMUState(c, NULL) == fmi3Error);
   again = &size;

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import ctypes as C
 import locale
+import math
 import os
 import shutil
 import struct
@@ -134,18 +135,19 @@ def test_bouc_wen_at_its_bound_stays_there_without_beta() -> None:
 
 
 def test_constraint_factor_inverse_on_a_branch_that_is_nearly_level() -> None:
-    """g' is 1e-6 of g / d at d = 30, so that rounding hides where the branch goes: the bracket has to close."""
-    c = 900.0
-    values = {"a0": 0.0, "a": [c * c, -2 * c / 3, 0.2], "d_max": 40.0}
-    raw = Raw(Node("b", "constraint_factor_inverse", {"m": 3}, values))
+    """The polynomial has the slope (1 - d^2/900)^8: around d = 30 rounding hides where the branch goes, Newton's steps
+    lead anywhere, and the bracket has to close."""
+    a = [math.comb(8, j) * (-1 / 900) ** j / (2 * j + 1) for j in range(9)]
+    raw = Raw(Node("b", "constraint_factor_inverse", {"m": 9}, {"a0": 0.0, "a": a, "d_max": 35.0}))
     assert raw.prepare(0.0) is None
-    for d in np.linspace(29.9, 30.1, 41):
-        v = -np.expm1(-d) * d * (c * c + d * d * (-2 * c / 3 + 0.2 * d * d))
+
+    def branch(d: float) -> float:
+        return float(-np.expm1(-d) * d * np.polynomial.Polynomial(a)(d * d))
+
+    for d in np.linspace(28.0, 32.0, 81):
         raw.init()
-        raw.set_inputs(np.array([0.5 * v]), 0.0)  # virgin: x = g^-1(2 h) / 2
-        x = 2 * raw.output()[0]
-        back = -np.expm1(-x) * x * (c * c + x * x * (-2 * c / 3 + 0.2 * x * x))
-        assert back == pytest.approx(v, rel=1e-14)
+        raw.set_inputs(np.array([0.5 * branch(d)]), 0.0)  # virgin: x = g^-1(2 h) / 2
+        assert branch(2 * raw.output()[0]) == pytest.approx(branch(d), rel=1e-12)
 
 
 def test_narx_with_feed_through_and_no_auxiliary_function() -> None:
