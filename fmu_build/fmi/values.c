@@ -20,8 +20,7 @@ const hyst_port *fmi_seek_port(const instance *i, const fmi_call *call, uint32_t
   if (!p) fmi_refuse(i, "%s: no variable has the value reference %lu.", call->name, (unsigned long)reference);
   else if (!((unsigned)p->type & types))
     fmi_refuse(i, "%s: '%s' is of type %s.", call->name, p->name, type_words(p->type)), p = NULL;
-  else if (is_derivative(i, p)) /* fmi_port() has found all others */
-    hyst_graph_derivatives(i->graph, i->derivatives);
+  else if (is_derivative(i, p)) /* fmi_port() has found all others */ hyst_graph_derivatives(i->graph, i->derivatives);
   return p;
 }
 

@@ -38,7 +38,8 @@ static const char *resources, *token;
 static char said[1200];
 static int n_messages;
 
-static void hear2(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category, fmi2String text, ...) {
+static void hear2(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category, fmi2String text,
+                  ...) {
   (void)e, (void)name, (void)s, (void)category;
   n_messages++;
   snprintf(said, sizeof said, "%s", text);
