@@ -150,6 +150,19 @@ def test_constraint_factor_inverse_on_a_branch_that_is_nearly_level() -> None:
         assert branch(2 * raw.output()[0]) == pytest.approx(branch(d), rel=1e-12)
 
 
+def test_duhem_whose_step_to_zero_is_longer_than_the_step() -> None:
+    """dw/du = 1 + 0.9 w from -1: the step of 2.8 leads over 0, that in w says 3.04 to get there; the former stays."""
+    values = {"a_rise": [1.0], "b_rise": [0.9], "c_rise": [0.0], "k": 0.0, "du_max": 4.0, "w0": -1.0, "w_max": 2.0}
+    raw = Raw(Node("b", "duhem", {"m": 0, "q": 1}, values))
+    raw.prepare(0.0), raw.init()
+    raw.set_inputs(np.array([2.8]), 0.0)
+    z = 0.9 * 2.8
+    assert raw.output() == pytest.approx([(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24) / 9 - 10 / 9], rel=1e-14)
+    assert raw.tangent(np.array([1.0]), np.zeros(0))[0] == pytest.approx(
+        [0.1 * (1 + z + z**2 / 2 + z**3 / 6)], rel=1e-14
+    )
+
+
 def test_narx_with_feed_through_and_no_auxiliary_function() -> None:
     """y_k = theta_1 u_k + theta_2 y_(k-1) + theta_3 u_k^2 + theta_4 u_k y_(k-1) + theta_5 y_(k-1)^2 + theta_6."""
     theta = np.array([0.5, 0.25, -0.75, 0.125, 0.5, 1.0])

@@ -9,6 +9,7 @@ UNREACHABLE: dict[tuple[str, str, str], str] = {
     ("core/blocks/bouc_wen.c", "never false", "i < 20"): GUARD,
     ("core/blocks/zhao_tan_inverse.c", "never false", "i < 5"): GUARD,
     ("core/root.h", "never false", "i < MOST"): GUARD,
+    ("core/root.h", "condition 1 of 2", "i < MOST && more"): GUARD,
     ("core/continuous.c", "never true", "n->time >= 0 ? n->u[n->time] : 0"): NO_TIME,
     ("core/continuous.c", "never true", "if (n->time >= 0)"): NO_TIME,
     ("core/graph_file.c", "never true", "switch (b->vars[v].kind)"): "the cases are all kinds",
