@@ -35,4 +35,8 @@ hyst_status hyst_graph_hold(hyst_graph *g, double t_end, double dt);
  * a slope is: at the start of a branch of zhao_tan_inverse. */
 void hyst_graph_tangent(hyst_graph *g, const double *d_external, const double *d_continuous, double *d_outputs,
                         double *d_derivatives);
+/* The same at time t for the present inputs, between two steps: outputs and all else stay what they are.  memory: room
+ * for the state. */
+void hyst_graph_tangent_between(hyst_graph *g, double t, const double *d_external, const double *d_continuous,
+                                double *d_outputs, double *d_derivatives, double *memory);
 #endif

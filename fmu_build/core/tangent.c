@@ -80,3 +80,11 @@ void hyst_graph_tangent(hyst_graph *g, const double *d_external, const double *d
       d_outputs += p->size;
     }
 }
+
+void hyst_graph_tangent_between(hyst_graph *g, double t, const double *d_external, const double *d_continuous,
+                                double *d_outputs, double *d_derivatives, double *memory) {
+  memcpy(memory, g->state, (size_t)g->n_state * sizeof(double));
+  hyst_graph_evaluate(g, t);
+  hyst_graph_tangent(g, d_external, d_continuous, d_outputs, d_derivatives);
+  memcpy(g->state, memory, (size_t)g->n_state * sizeof(double));
+}

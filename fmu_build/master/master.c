@@ -3,127 +3,8 @@
 
 #include <string.h>
 
-/* ---- one unit: a graph, or an FMU behind the function types of its standard -----------------------------------------
- */
-typedef int (*fmi2_set)(void *, const uint32_t *, size_t, const double *);
-typedef int (*fmi2_get)(void *, const uint32_t *, size_t, double *);
-typedef int (*fmi2_step)(void *, double, double, int);
-typedef int (*fmi3_set)(void *, const uint32_t *, size_t, const double *, size_t);
-typedef int (*fmi3_get)(void *, const uint32_t *, size_t, double *, size_t);
-typedef int (*fmi3_step)(void *, double, double, unsigned char, unsigned char *, unsigned char *, unsigned char *,
-                         double *);
-typedef int (*fmi_save)(void *, void **);
-typedef int (*fmi_restore)(void *, void *);
-enum { WARNING = 1 }; /* the worst status with which a run goes on */
-
-/* where the inputs and outputs of a graph stand: looked up once */
-static int bind(master_unit *u) {
-  if (u->kind != MASTER_GRAPH) return 0;
-  for (int64_t k = 0; k < u->n_in; k++)
-    if (!(u->at[k] = (void *)hyst_graph_port(u->self, u->vr_in[k]))) return 1;
-  for (int64_t k = 0; k < u->n_out; k++)
-    if (!(u->at[u->n_in + k] = hyst_graph_value(u->self, u->vr_out[k]))) return 1;
-  return 0;
-}
-
-/* What is being stepped: the fine step n as a whole, or a piece of it. */
-typedef struct {
-  int64_t n;
-  int cut, end;    /* cut: a piece; end: up to the fine step itself, not to a cut */
-  int anew;        /* the last step or this one is a piece: straight lines begin anew for who takes it */
-  double from, to; /* of the piece */
-} span;
-
-/* of fine step n: the bits of System.time in Python */
-static double time_of(const master *m, int64_t n) {
-  if (m->ripple == 1) return (double)n * m->base; /* a division costs as much as a small unit */
-  return (double)(n / m->ripple) * m->base + (double)(n % m->ripple) * m->h;
-}
-
-static int due(const master_unit *u, const span *s) { return s->end ? s->n % u->period == 0 : u->any_step != 0; }
-static int pieces(const master_unit *u, const span *s) { return s->cut && u->any_step; }
-static double begins(const master *m, const master_unit *u, const span *s) {
-  return pieces(u, s) ? s->from : time_of(m, s->n - u->period);
-}
-
-/* input k is from[at[k]], or from[k] without at */
-static int put(master_unit *u, const double *from, const int64_t *at) {
-  if (u->kind == MASTER_GRAPH) {
-    for (int64_t k = 0; k < u->n_in; k++) {
-      const hyst_port *p = u->at[k];
-      const double v = from[at ? at[k] : k];
-      /* an ordinary real number in range; all else is for the function that knows every rule and makes the message */
-      if (v > p->row->lo && v < p->row->hi && p->row->type[0] == 'r') p->value[u->vr_in[k] - p->reference] = v;
-      else if (hyst_graph_set(u->self, u->vr_in[k], v)) return 1;
-    }
-    return 0;
-  }
-  if (u->n_in == 0) return 0;
-  for (int64_t k = 0; k < u->n_in; k++)
-    if (u->source[k] >= 0) u->u[k] = from[at ? at[k] : k];
-  if (u->kind == MASTER_FMI2) return ((fmi2_set)u->set)(u->self, u->vr_in, (size_t)u->n_vr_in, u->u) > WARNING;
-  return ((fmi3_set)u->set)(u->self, u->vr_in, (size_t)u->n_vr_in, u->u, (size_t)u->n_in) > WARNING;
-}
-
-static int copy(master_unit *u, const span *s, const double *values) {
-  if (!u->ahead) return put(u, values, u->source);
-  for (int64_t k = 0; k < u->n_in; k++) {
-    u->line[u->n_in + k] = u->line[k];
-    if (u->source[k] < 0) continue;
-    u->line[k] = values[u->source[k]];
-    if (s->anew && u->any_step) u->line[u->n_in + k] = u->line[k];
-  }
-  return 0;
-}
-
-static int step(master_unit *u, double t, double h) {
-  unsigned char event, end, early;
-  double reached;
-  if (u->kind == MASTER_GRAPH) return hyst_graph_step(u->self, t + h, h) != HYST_E_OK;
-  if (u->kind == MASTER_FMI2) return ((fmi2_step)u->step)(u->self, t, h, !u->rollback) > WARNING;
-  return ((fmi3_step)u->step)(u->self, t, h, !u->rollback, &event, &end, &early, &reached) > WARNING;
-}
-
-static int advance(const master *m, master_unit *u, const span *s) {
-  const double t = begins(m, u, s), h = pieces(u, s) ? (s->to - s->from) / (double)u->substeps : u->h;
-  for (int64_t i = 0; i < u->substeps; i++) {
-    if (u->ahead) {
-      const double end = (double)(i + 1) / (double)u->substeps, *now = u->line, *before = now + u->n_in;
-      double *at = u->line + 2 * u->n_in;
-      for (int64_t k = 0; k < u->n_in; k++) at[k] = now[k] + (now[k] - before[k]) * (end - u->ahead[k]);
-      if (put(u, at, NULL)) return 1;
-    }
-    if (step(u, t + (double)i * h, h)) return 1;
-  }
-  return 0;
-}
-
-static int take(master_unit *u, double *values) {
-  double *to = values + u->first;
-  if (u->kind == MASTER_GRAPH) {
-    for (int64_t k = 0; k < u->n_out; k++) to[k] = *(const double *)u->at[u->n_in + k];
-    return 0;
-  }
-  if (u->n_out == 0) return 0;
-  if (u->kind == MASTER_FMI2) return ((fmi2_get)u->get)(u->self, u->vr_out, (size_t)u->n_vr_out, to) > WARNING;
-  return ((fmi3_get)u->get)(u->self, u->vr_out, (size_t)u->n_vr_out, to, (size_t)u->n_out) > WARNING;
-}
-
-static int save(master_unit *u) {
-  if (u->kind != MASTER_GRAPH) return ((fmi_save)u->save)(u->self, &u->state) > WARNING;
-  int64_t n;
-  const double *state = hyst_graph_state(u->self, &n);
-  memcpy(u->saved, state, (size_t)n * sizeof *state);
-  return 0;
-}
-
-static int restore(master_unit *u) {
-  if (u->kind != MASTER_GRAPH) return ((fmi_restore)u->restore)(u->self, u->state) > WARNING;
-  int64_t n;
-  double *state = hyst_graph_state(u->self, &n);
-  memcpy(state, u->saved, (size_t)n * sizeof *state);
-  return 0;
-}
+#include "newton.h"
+#include "unit.h"
 
 /* ---- couplings: a step of the units that are due ------------------------------------------------------------------
  */
@@ -157,28 +38,79 @@ static double relaxation(double last, int64_t n, const double *before, const dou
   return square > 0 ? -last * along / square : last;
 }
 
+/* Change of the unit's outputs for those of the values that it has read, in `d`; units outside of loops have no slope.
+ * Its memory has taken this step's
+ * inputs, the next sweep starts before that: what answers is the branch on which they moved. */
+static int follow(master_unit *u, const double *begin, const double *read, double *d, double *du) {
+  double along = 0;
+  int moves = 0;
+  for (int64_t k = 0; k < u->n_in; k++) {
+    const int64_t j = u->source[k];
+    du[k] = j < 0 ? 0 : d[j];
+    if (du[k] == 0) continue;
+    moves = 1, along += du[k] * (read[j] - begin[j]);
+  }
+  double *dy = d + u->first;
+  if (u->n_out == 0) return 0;
+  memset(dy, 0, (size_t)u->n_out * sizeof *dy);
+  if (!moves || !(u->slope || u->slopes)) return 0;
+  for (int64_t k = 0; along < 0 && k < u->n_in; k++) du[k] = -du[k];
+  if (slope(u, du, dy)) return 1;
+  for (int64_t k = 0; along < 0 && k < u->n_out; k++) dy[k] = -dy[k];
+  return 0;
+}
+
+/* H from d out / d guess at the sweep that was just made, one early value after the other through all units */
+static int newton(master *m, const span *s, double *J, double *H) {
+  const int64_t n = m->n_early, width = m->n_values;
+  double *d = m->newton, *read = d + width, *du = H + n * n + 3 * n;
+  for (int64_t c = 0; c < n; c++) {
+    memset(d, 0, (size_t)width * sizeof *d);
+    memcpy(read, m->begin, (size_t)width * sizeof *d);
+    for (int64_t k = 0; k < n; k++) read[m->early[k]] = m->guess[k];
+    if (due(m->units + m->makers[c], s)) d[m->early[c]] = 1; /* who is not due holds its outputs */
+    for (int64_t k = 0; k < m->n_units; k++) {
+      master_unit *u = m->units + k;
+      if (!due(u, s)) continue;
+      if (follow(u, m->begin, read, d, du)) return 1;
+      if (u->n_out > 0) memcpy(read + u->first, m->values + u->first, (size_t)u->n_out * sizeof *read);
+    }
+    for (int64_t k = 0; k < n; k++) J[k * n + c] = d[m->early[k]];
+  }
+  return newton_start(n, J, H);
+}
+
 static int iterative(master *m, const span *s) {
-  double *guess = m->guess, *residual = m->residual, *now = m->residual + m->n_early, relax = 1;
+  const int64_t n = m->n_early;
+  double *guess = m->guess, *residual = m->residual, *now = m->residual + n, relax = 1;
+  double *J = NULL, *H = NULL, *change = NULL;
+  if (m->newton) J = m->newton + 2 * m->n_values, H = J + n * n, change = H + n * n;
+  int steep = 0;
+  m->steps++;
   EACH(save(u))
   memcpy(m->begin, m->values, (size_t)m->n_values * sizeof *m->values);
-  for (int64_t k = 0; k < m->n_early; k++) guess[k] = m->values[m->early[k]];
+  for (int64_t k = 0; k < n; k++) guess[k] = m->values[m->early[k]];
   for (int sweep = 0; sweep < m->most_sweeps; sweep++) {
     if (sweep > 0) {
       EACH(restore(u))
       memcpy(m->values, m->begin, (size_t)m->n_values * sizeof *m->values);
-      for (int64_t k = 0; k < m->n_early; k++) m->values[m->early[k]] = guess[k];
+      for (int64_t k = 0; k < n; k++) m->values[m->early[k]] = guess[k];
     }
     if (gauss_seidel(m, s)) return 1;
     m->sweeps++;
+    if (sweep + 1 > m->most_in_step) m->most_in_step = sweep + 1;
     int agree = 1;
-    for (int64_t k = 0; k < m->n_early; k++) {
+    for (int64_t k = 0; k < n; k++) {
       const double out = m->values[m->early[k]], size = out < 0 ? -out : out;
       now[k] = out - guess[k];
       if (!(now[k] <= m->tolerance * (1 + size) && -now[k] <= m->tolerance * (1 + size))) agree = 0;
     }
     if (agree) return 0;
-    if (sweep > 0) relax = relaxation(relax, m->n_early, residual, now);
-    for (int64_t k = 0; k < m->n_early; k++) guess[k] += relax * now[k], residual[k] = now[k];
+    if (sweep == 0) steep = J && !newton(m, s, J, H);
+    else if (steep) newton_learn(n, H, change, residual, now, change + n);
+    else relax = relaxation(relax, n, residual, now);
+    if (steep) newton_step(n, H, now, change);
+    for (int64_t k = 0; k < n; k++) guess[k] += steep ? change[k] : relax * now[k], residual[k] = now[k];
   }
   return m->unit = -2, m->t = s->to, 1;
 }

@@ -6,7 +6,8 @@
  *   Jacobi        all units that are due copy first, then all step, then all write: every unit reads the last step's
  * values
  *   iterative     Gauss-Seidel sweeps from the same saved states until the values that were read too early agree
- * with those that came out; relaxed after Aitken (Irons & Tuck 1969), which for one loop is the secant method
+ * with those that came out: by Newton's method where the units give derivatives (newton.h), else relaxed after Aitken
+ * (Irons & Tuck 1969), which for one loop is the secant method
  * A fine step with an event inside is cut there: units that take any step do so in pieces, the others as a whole.
  * No allocation, no lock, no call into Python: threads run in parallel. */
 #ifndef HYST_MASTER_H
@@ -25,6 +26,7 @@ typedef struct {
   void *self;                                     /* hyst_graph or component */
   void (*set)(void), (*step)(void), (*get)(void); /* of an FMU: Set..., DoStep, Get... */
   void (*save)(void), (*restore)(void);           /* of an FMU, iterative: Get...State, Set...State */
+  void (*slope)(void);                            /* of an FMU in a loop, with newton: GetDirectionalDerivative */
   int64_t n_in, n_out, first;                     /* elements; place of its first output among the values */
   const int64_t *source;          /* per input: place among the values; -1: a constant element of an array of an FMU */
   double *u;                      /* of an FMU: room for its inputs */
@@ -32,10 +34,12 @@ typedef struct {
   int64_t n_vr_in, n_vr_out;
   const double *ahead; /* inputs on straight lines: how far into the step the newest value lies, 1: at its end; NULL:
                           inputs are held */
-  double *line;        /* with ahead: newest values, those before them, and room for the values of a substep */
+  double *line;        /* with ahead: newest values, those before them, values of a substep; the first two as saved */
   void **at;           /* of a graph: room for n_in + n_out pointers */
   double *saved;       /* of a graph, iterative: room for its state */
   void *state;         /* of an FMU, iterative: its saved state; the caller frees it */
+  double *slopes; /* of a graph in a loop, with newton: room for inputs, twice the continuous states, and its state */
+  double t;       /* at which its last step ended */
 } master_unit;
 
 typedef struct {
@@ -48,7 +52,10 @@ typedef struct {
   int64_t n_early; /* values that a unit reads before the unit that makes them has stepped */
   const int64_t *early;
   double *begin, *guess, *residual; /* iterative: room for n_values and twice n_early */
-  int64_t n_columns;                /* values that are recorded */
+  const int64_t *makers;            /* iterative: the unit that makes each early value */
+  double *newton;    /* iterative: room for 2 n_values, the most inputs of a unit, and n_early * (2 n_early + 3), if all
+                        units in loops have directional derivatives; else NULL */
+  int64_t n_columns; /* values that are recorded */
   const int64_t *columns;
   int64_t n_cuts; /* fine steps that are cut, not decreasing, and at which times: events between two fine steps */
   const int64_t *cut_rows;
@@ -59,7 +66,7 @@ typedef struct {
   int64_t row, cut; /* where the run is: the next row and the next cut, 0 at first */
   int64_t unit;     /* after a failure: unit, -1: values not finite, -2: sweeps do not agree */
   double t;         /* and the time: at which the step of the unit begins, or at which the values or sweeps are wrong */
-  int64_t sweeps;   /* all together */
+  int64_t sweeps, most_in_step, steps; /* iterative: all together, the most in a step, in how many steps */
 } master;
 
 /* The next n rows of n_columns each, none of a cut, into `record`.  Row 0 are the first outputs of the initialised

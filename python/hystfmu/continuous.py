@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 @functools.cache
 def _declared() -> C.CDLL:
     lib = library()
-    lib.hyst_graph_n_continuous.argtypes = [C.c_void_p]
-    lib.hyst_graph_n_continuous.restype = C.c_int64
     lib.hyst_graph_continuous.argtypes = [C.c_void_p, C.c_int64]
     lib.hyst_graph_continuous.restype = C.POINTER(C.c_double)
     lib.hyst_graph_is_sampled.argtypes = [C.c_void_p]

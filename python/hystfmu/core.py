@@ -201,6 +201,10 @@ def library() -> C.CDLL:
     lib.hyst_graph_set.argtypes = [C.c_void_p, C.c_int64, C.c_double]
     lib.hyst_graph_state.argtypes = [C.c_void_p, C.POINTER(C.c_int64)]
     lib.hyst_graph_state.restype = _D
+    lib.hyst_graph_n_continuous.argtypes = [C.c_void_p]
+    lib.hyst_graph_n_continuous.restype = C.c_int64
+    lib.hyst_graph_tangent_between.argtypes = [C.c_void_p, C.c_double, *[C.c_void_p] * 5]
+    lib.hyst_graph_tangent_between.restype = None
     return lib
 
 

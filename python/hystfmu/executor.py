@@ -89,6 +89,15 @@ class Executor:
         self._check(self._lib.hyst_graph_run(self._g, len(u), t0, h, u.ctypes.data, y.ctypes.data))
         return y
 
+    def slopes(self, t: float, du: Array, n_outputs: int) -> Array:
+        """Change of the outputs at `t` (s) for a change of the inputs; nothing else changes."""
+        n = self._lib.hyst_graph_n_continuous(self._g)
+        seeds, dy, room = np.ascontiguousarray(du), np.empty(n_outputs), np.zeros(2 * n + len(self._state))
+        dx, ddx, memory = room[:n], room[n : 2 * n], room[2 * n :]
+        places = [a.ctypes.data for a in (seeds, dx, dy, ddx, memory)]
+        self._lib.hyst_graph_tangent_between(self._g, t, *places)
+        return dy
+
     @property
     def state(self) -> Array:
         """A copy of everything that a run changes, flat (n,); assign it to go back to that point."""

@@ -92,6 +92,23 @@ class Unit:
             raise InputError(f"the step must be finite and greater than 0; got t = {t}, h = {h}")
         self._executor.step(t + h, h)
 
+    def slopes(self, t: float, du: Array) -> Array:
+        """Directional derivative of the outputs at time `t` for the present inputs: exact, one-sided at corners.
+
+        Parameters
+        ----------
+        t : float
+            End of the last step (s).
+        du : array, shape (number of inputs,)
+            Seeds, in the order of the scalar inputs.
+
+        Returns
+        -------
+        array, shape (number of outputs,)
+        """
+        n = sum(p.size for p in self.graph.ports if p.kind == "output")
+        return self._executor.slopes(t, du, n)
+
     def reset(self) -> None:
         """As new: parameters and inputs as in the model, not initialised."""
         self._executor.defaults()

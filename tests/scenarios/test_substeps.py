@@ -126,9 +126,6 @@ def test_mixed_with_a_loop_and_several_rates(loop: Any, write: Any) -> None:
 
 
 def test_what_cannot_be_is_refused(loop: Any, write: Any) -> None:
-    data = ramp(["reference", "lag"], "iterative", hold="first")
-    with pytest.raises(InputError, match=r"units\.lag\.hold: 'first' and iterative coupling exclude each other"):
-        build(Scenario(write(data)).cases[0])
     data = ramp(["reference", "lag"], hold="first")
     data["units"]["reference"]["every"] = 2
     with pytest.raises(InputError, match=r"units\.lag\.hold: .* reference is slower"):

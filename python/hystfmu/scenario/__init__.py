@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from hystfmu.scenario.run import Engine
 from hystfmu.scenario.simulation import blocks, simulate
 from hystfmu.scenario.spec import Scheme
 from hystfmu.scenario.system import System, build
-from hystfmu.scenario.trace import Stopped, Trace
+from hystfmu.scenario.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.verdict import Verdict, judge
 
 __all__ = [
@@ -56,6 +56,8 @@ class Result:
         Time of the run.
     notes : tuple of str
         What a reader should know and is no failure: jumps between two steps.
+    counted : Sweeps
+        Of an iterative coupling.
     """
 
     system: System
@@ -64,6 +66,7 @@ class Result:
     trace: Trace | None
     seconds: float
     notes: tuple[str, ...] = ()
+    counted: Sweeps = field(default_factory=Sweeps)
 
     @property
     def scenario(self) -> str:
@@ -84,8 +87,17 @@ class Result:
         """One line per failure."""
         return list(self.lines)
 
+    @property
+    def sweeps(self) -> dict[str, Any]:
+        """Of an iterative coupling: method, mean and largest number of sweeps in a step; else empty."""
+        s = self.counted
+        if not s.steps:
+            return {}
+        method = "newton" if self.system.newton else "relaxation"
+        return {"method": method, "mean": s.all / s.steps, "most": s.most}
+
     def summary(self) -> dict[str, Any]:
-        """For machines: verdicts, failures, seconds."""
+        """For machines: verdicts, failures, seconds; sweeps of an iterative coupling."""
         return {
             "scenario": self.scenario,
             "case": self.case,
@@ -94,7 +106,7 @@ class Result:
             "metrics": [vars(v) for v in self.verdicts],
             "failures": list(self.lines),
             "notes": list(self.notes),
-        }
+        } | ({"sweeps": self.sweeps} if self.sweeps else {})
 
 
 def run_scenarios(
@@ -191,7 +203,8 @@ def _run(
     case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
     measured = {name: Measure(m) for name, m in case.metrics.items()}
     kept, picture = Kept(system, baseline), Picture(system)
-    adders = [kept.add, picture.add, *(m.add for m in measured.values())]
+    counted = Sweeps()
+    adders = [kept.add, picture.add, *(m.add for m in measured.values()), lambda block: counted.add(block.sweeps)]
     try:
         for block in blocks(system, engine, store, seconds):
             for add in adders:
@@ -201,4 +214,4 @@ def _run(
     seconds = time.perf_counter() - begin
     verdicts, lines = judge(case, measured, kept, baseline, strict=not record)
     found = Record({v.metric: v.value for v in verdicts}, kept.rows(), kept.trace.memory)
-    return Result(system, tuple(verdicts), tuple(lines), picture.trace(), seconds, notes), found
+    return Result(system, tuple(verdicts), tuple(lines), picture.trace(), seconds, notes, counted), found

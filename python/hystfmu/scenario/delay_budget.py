@@ -30,7 +30,7 @@ def delay_budget(system: System) -> list[Delay]:
     for link in system.links:
         to, (k, name) = system.parts[link.to], owner[link.source]
         source = system.parts[k]
-        if system.fresh(link) or system.case.coupling.scheme == "iterative":
+        if system.fresh(link):
             continue
         where = f"{source.name}.{name} -> {to.name}.{to.inputs[link.input]}"
         held = source.period / ripple

@@ -58,13 +58,14 @@ def _nothing() -> int:
 
 @dataclass(frozen=True)
 class Calls:
-    """An FMU behind its function pointers: set, step, get, and save, restore where states are needed.
+    """An FMU behind its function pointers: set, step, get, and save, restore where states are needed; slope in a loop.
 
     `source` says for every element of its inputs which value it reads; -1: it keeps what stands in `inputs`.
     """
 
     fmi3: bool
     functions: list[int | None]
+    slope: int | None
     component: int
     source: list[int]
     inputs: list[float]
@@ -156,7 +157,13 @@ class FmuMember:
             get = partial(dll["fmi3GetFloat64"], instance, *outputs, C.byref(y), n_y)
             told = [C.byref(C.c_bool()), C.byref(C.c_bool()), C.byref(C.c_bool()), C.byref(C.c_double())]
             do = partial(dll["fmi3DoStep"], instance, self._t, h, C.c_bool.from_param(forward), *told)
-        self._wired = [source.get(n, -1) for n in read]
+        self.sources = [source.get(n, -1) for n in read]
+        self._derivative, self._slope = f"fmi{fmi}GetDirectionalDerivative", None
+        if system.newton and system.parts.index(part) in system.loops():
+            du, dy = (C.c_double * len(read))(), (C.c_double * len(part.outputs))()
+            seeds, changes = ([C.byref(a), _size(a)][: fmi - 1] for a in (du, dy))
+            self._du, self._dy = du, dy
+            self._slope = partial(dll[self._derivative], instance, *outputs, *inputs, *seeds, *changes)
         self._vr, self._rollback = (vr_in, vr_out), not forward
         self._put, self._do, self._get = put if read else _nothing, do, get if part.outputs else _nothing
         self.turn: Sequence[Callable[[], int]] = [partial(whole_turn, self)]
@@ -185,8 +192,16 @@ class FmuMember:
             names = ["fmi3SetFloat64", "fmi3DoStep", "fmi3GetFloat64", "fmi3GetFMUState", "fmi3SetFMUState"]
         used = names if self._rollback else names[:3]
         functions = [C.cast(self._fmu.dll[n], C.c_void_p).value for n in used]
+        slope = None if self._slope is None else C.cast(self._fmu.dll[self._derivative], C.c_void_p).value
         return Calls(
-            self._fmi == 3, functions, self._fmu.component, self._wired, list(self._u), *self._vr, self._rollback
+            self._fmi == 3,
+            functions,
+            slope,
+            self._fmu.component,
+            self.sources,
+            list(self._u),
+            *self._vr,
+            self._rollback,
         )
 
     def free_state(self, state: int) -> None:
@@ -251,12 +266,22 @@ class FmuMember:
         if self._get() > 1:
             raise self.stopped()
 
+    def slope(self, du: list[float]) -> list[float] | None:
+        assert self._slope is not None
+        for k, v in enumerate(du):
+            self._du[k] = v
+        return None if self._slope() > 1 else list(self._dy)
+
     def save(self) -> None:
+        if self._lines is not None:
+            self._lines.save()
         if self._state is not None:
             self._fmu.freeFMUState(self._state)
         self._state = self._fmu.getFMUState()
 
     def restore(self) -> None:
+        if self._lines is not None:
+            self._lines.restore()
         self._fmu.setFMUState(self._state)
 
     def memory(self) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -53,6 +54,8 @@ class Foreign:
     digest: str
     description: Any
     ports: tuple[ForeignPort, ...]
+    slopes: bool = False
+    """Whether it offers directional derivatives in Co-Simulation."""
     settings: Mapping[str, float | bool | str] = field(default_factory=dict)
     nodes: tuple[()] = ()
 
@@ -79,8 +82,12 @@ class Foreign:
         ports = tuple(_port(path, v) for v in description.modelVariables if _is_port(v))
         if sum(p.size for p in ports) > MOST_PORTS:
             raise InputError(f"{path}: more than {MOST_PORTS} inputs and outputs")
+        # fmpy does not read the plural of FMI 3.0
+        declared = ET.parse(Path(folder) / "modelDescription.xml").getroot().find("CoSimulation")
+        name = "providesDirectionalDerivative"
+        slopes = declared is not None and {declared.get(name), declared.get(f"{name}s")} & {"true", "1"} != set()
         # inputs first, then outputs: in both groups the order of the file
-        return cls(path, folder, digest, description, tuple(sorted(ports, key=lambda p: p.kind)))
+        return cls(path, folder, digest, description, tuple(sorted(ports, key=lambda p: p.kind)), slopes)
 
     @property
     def fmi(self) -> Literal[2, 3]:

@@ -8,8 +8,9 @@ from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.system import System
 
 
-def fuse(system: System, parts: tuple[int, ...]) -> tuple[Graph, list[tuple[int, int]]]:
-    """Some units of one period as one graph, in their order.
+def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Graph, list[tuple[int, int]]]:
+    """Some units of one period as one graph, in their order; `own`: what a unit reads of itself stays outside, as what
+    a coupling hands it.
 
     Returns
     -------
@@ -36,7 +37,7 @@ def fuse(system: System, parts: tuple[int, ...]) -> tuple[Graph, list[tuple[int,
         for i, ends in enumerate(_input_ends(g)):
             ends = [f"{name}_{e}" for e in ends]
             at = source.get((k, i))
-            if at is not None and owner[at][0] in parts:
+            if at is not None and owner[at][0] in parts and not (own and owner[at][0] == k):
                 other = system.parts[owner[at][0]]
                 end = _scalars(other.own)[owner[at][1]][1]
                 wires += [(f"{other.name}_{end}", e) for e in ends]

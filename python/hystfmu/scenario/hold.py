@@ -49,6 +49,14 @@ class Lines:
         """A step has another length than the one before: the next line begins anew, flat."""
         self._anew = True
 
+    def save(self) -> None:
+        """Remember the present lines."""
+        self._saved = self._now, self._before, self._anew
+
+    def restore(self) -> None:
+        """Go back to those that were saved last."""
+        self._now, self._before, self._anew = self._saved
+
     def take(self) -> None:
         """Read the newest values."""
         now = [self._values[j] for j in self._sources]

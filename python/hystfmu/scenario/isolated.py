@@ -17,7 +17,7 @@ import numpy as np
 from hystfmu import child
 from hystfmu.scenario.run import Engine, blocks_here
 from hystfmu.scenario.system import System
-from hystfmu.scenario.trace import Stopped, Trace
+from hystfmu.scenario.trace import Stopped, Sweeps, Trace
 
 GIGABYTES = 4.0
 TASK, ENDED, VALUES = "task", "ended.json", "values"
@@ -46,7 +46,8 @@ def blocks_isolated(system: System, engine: Engine, seconds: float) -> Iterator[
                     shape = (end - first, system.n_values)
                     values = np.fromfile(f, count=shape[0] * shape[1]).reshape(shape)
                     times = system.times(first, end)
-                    yield Trace(times, values, system.columns, system.case.ripple, first=first)
+                    sweeps = Sweeps(*map(int, ended["sweeps"])) if end > system.n_steps else Sweeps()
+                    yield Trace(times, values, system.columns, system.case.ripple, first=first, sweeps=sweeps)
         except (OSError, ValueError, KeyError, TypeError):
             foreign = ", ".join(p.name for p in system.foreign)
             raise Stopped(f"the process that ran {foreign} ended with status {process.returncode}") from None
@@ -56,18 +57,19 @@ def main(folder: Path) -> None:
     """In the child: run the task in the folder and leave what became of it there."""
     task = (folder / TASK).read_bytes()  # our own parent wrote it
     child.limit_memory(GIGABYTES)
-    stopped = None
+    stopped, sweeps = None, Sweeps()
     try:
         system, engine = pickle.loads(task)
         with (folder / VALUES).open("wb") as f:
             for block in blocks_here(system, engine):
                 block.values.tofile(f)
+                sweeps.add(block.sweeps)
     except MemoryError:
         stopped = f"needs more than {GIGABYTES:g} GB of memory"
     except Exception as e:  # fmpy raises many kinds when a foreign FMU misbehaves
         words = str(e) if isinstance(e, Stopped) else f"{type(e).__name__}: {e}"
         stopped = " ".join(words.split())[:1000]
-    (folder / ENDED).write_text(json.dumps({"stopped": stopped}))
+    (folder / ENDED).write_text(json.dumps({"stopped": stopped, "sweeps": [sweeps.all, sweeps.most, sweeps.steps]}))
 
 
 if __name__ == "__main__":

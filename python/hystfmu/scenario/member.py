@@ -14,6 +14,8 @@ class Member(Protocol):
     period: int
     """In fine steps."""
     name: str
+    sources: list[int]
+    """Per element of its inputs the place of the value that it reads; -1: none, a constant."""
     any_step: bool
     """Whether `stretch` may be called."""
     turn: Sequence[Callable[[], int]]
@@ -45,6 +47,9 @@ class Member(Protocol):
 
     def restore(self) -> None:
         """Go back to the state that was saved last."""
+
+    def slope(self, du: list[float]) -> list[float] | None:
+        """Change of its outputs for a change of its inputs (those of `sources`), after a step; None: not finite."""
 
     def memory(self) -> str:
         """Fingerprint of the present states of a unit of ours."""

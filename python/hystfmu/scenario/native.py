@@ -25,7 +25,7 @@ from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.fused import segments
 from hystfmu.scenario.native_unit import ForeignUnit, GraphUnit, Unit
 from hystfmu.scenario.system import Part, System
-from hystfmu.scenario.trace import Stopped, Trace
+from hystfmu.scenario.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.unit_graph import changed
 
 _SCHEMES = ("gauss_seidel", "jacobi", "iterative")  # as in master.h
@@ -47,6 +47,8 @@ class _Master(C.Structure):
         ("begin", C.c_void_p),
         ("guess", C.c_void_p),
         ("residual", C.c_void_p),
+        ("makers", C.c_void_p),
+        ("newton", C.c_void_p),
         ("n_columns", C.c_int64),
         ("columns", C.c_void_p),
         ("n_cuts", C.c_int64),
@@ -60,6 +62,8 @@ class _Master(C.Structure):
         ("unit", C.c_int64),
         ("t", C.c_double),
         ("sweeps", C.c_int64),
+        ("most_in_step", C.c_int64),
+        ("steps", C.c_int64),
     )
 
 
@@ -200,7 +204,10 @@ class Native:
         coupling, early = system.case.coupling, system.early()
         made = [m.raw(values) for m in members]
         units = (Unit * len(made))(*[unit for unit, _ in made])
-        begin, guess, residual = np.empty(system.n_values), np.empty(len(early)), np.empty(2 * len(early))
+        n = len(early)
+        begin, guess, residual = np.empty(system.n_values), np.empty(n), np.empty(2 * n)
+        widest = max(unit.n_in for unit, _ in made)
+        newton, makers = np.empty(2 * system.n_values + widest + n * (2 * n + 3)), system.makers()
         master = _Master(
             scheme=_SCHEMES.index(coupling.scheme),
             most_sweeps=coupling.most_sweeps,
@@ -209,11 +216,13 @@ class Native:
             units=C.addressof(units),
             values=C.addressof(values),
             n_values=system.n_values,
-            n_early=len(early),
+            n_early=n,
             early=early.ctypes.data,
             begin=begin.ctypes.data,
             guess=guess.ctypes.data,
             residual=residual.ctypes.data,
+            makers=makers.ctypes.data,
+            newton=newton.ctypes.data if system.newton else None,
             n_columns=len(self._columns),
             columns=self._columns.ctypes.data,
             n_cuts=len(cut[0]),
@@ -233,7 +242,9 @@ class Native:
                 if system.case.memory and end > system.n_steps:
                     for member in self._members.values():
                         memory |= member.memory()
-                yield Trace(system.times(first, end), record, places, system.case.ripple, memory, first)
+                sweeps = Sweeps(master.sweeps, master.most_in_step, master.steps)
+                master.sweeps = master.most_in_step = master.steps = 0
+                yield Trace(system.times(first, end), record, places, system.case.ripple, memory, first, sweeps)
         finally:
             for m, unit in zip(members, units, strict=True):
                 m.forget(unit)

@@ -36,6 +36,7 @@ class Unit(C.Structure):
         ("get", C.c_void_p),
         ("save", C.c_void_p),
         ("restore", C.c_void_p),
+        ("slope", C.c_void_p),
         ("n_in", C.c_int64),
         ("n_out", C.c_int64),
         ("first", C.c_int64),
@@ -50,6 +51,8 @@ class Unit(C.Structure):
         ("at", C.c_void_p),
         ("saved", C.c_void_p),
         ("state", C.c_void_p),
+        ("slopes", C.c_void_p),
+        ("t", C.c_double),
     )
 
 
@@ -58,12 +61,13 @@ class GraphUnit:
 
     def __init__(self, system: System, parts: tuple[int, ...]) -> None:
         first = system.parts[parts[0]]
-        graph, outside = fuse(system, parts)
+        graph, outside = fuse(system, parts, own=True)
         self._parts = {system.parts[k].name: system.parts[k].own for k in parts}
         self.name = "+".join(system.parts[k].name for k in parts)
         self.period, self.first, self._any_step = first.period, first.first, first.any_step
         self.substeps, self.h = first.substeps, system.length(first) / first.substeps
         self._hold = first.hold
+        self._slopes = system.newton and parts[0] in system.loops()
         self.executor: Executor = graph.executor()
         source = {(link.to, link.input): link.source for link in system.links}
         into = {(link.to, link.input): link for link in system.links}
@@ -108,6 +112,10 @@ class GraphUnit:
             at=at.ctypes.data,
             saved=saved.ctypes.data,
         )
+        if self._slopes:
+            room = np.empty(4 * len(saved))  # a state holds inputs and continuous states
+            unit.slopes = room.ctypes.data
+            keep.append(room)
         if self._hold == "first":
             keep += _straight(unit, self.source.tolist(), self._ahead, values)
         return unit, keep
@@ -134,7 +142,7 @@ class GraphUnit:
 def _straight(unit: Unit, source: list[int], ahead: list[float], values: C.Array[C.c_double]) -> list[Array]:
     """Give a unit inputs on straight lines, which begin with the present values; the arrays that must live."""
     now = [values[j] if j >= 0 else 0.0 for j in source]
-    line, weight = np.array([*now, *now, *now]), np.array(ahead)
+    line, weight = np.array(5 * now), np.array(ahead)
     unit.ahead, unit.line = weight.ctypes.data, line.ctypes.data
     return [line, weight]
 
@@ -179,6 +187,7 @@ class ForeignUnit:
             vr_out=C.addressof(call.vr_out),
             n_vr_in=len(call.vr_in),
             n_vr_out=len(call.vr_out),
+            slope=call.slope,
             **dict(zip(names, call.functions, strict=False)),
         )
         keep: list[Any] = [u, source, call]

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 400  # of the signals of a case in report.json
 OPEN = ' open="open"'
+METHODS = {"newton": "Newton", "relaxation": "relaxed after Aitken"}
 SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
 
 
@@ -175,12 +176,14 @@ def _scenario(results: Sequence[Result]) -> str:
     for k, r in enumerate(results):
         state = "ok" if r.passed else "bad"
         text = f" - {escape(r.system.case.text)}" if r.system.case.text else ""
+        s = r.sweeps
+        counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""
         plots = figures(_case_plots(r.system, r.trace)) if r.trace is not None else ""
         other = _loop_rows(r.system) != _loop_rows(first)  # a delay case says what it adds
         own = table(Table(("loop", "of this case"), _loop_rows(r.system))) if other else ""
         parts.append(
             f'<details{OPEN if k == 0 else ""}><summary><b class="{state}">{escape(r.case)}</b>{text}</summary>'
-            f"{own}{plots}</details>"
+            f"{own}{counted}{plots}</details>"
         )
     return "".join([*parts, "</section>"])
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes as C
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Literal
 
@@ -20,8 +21,9 @@ from hystfmu.scenario.fmu_member import FmuMember
 from hystfmu.scenario.fmu_store import FmuStore
 from hystfmu.scenario.foreign import Foreign
 from hystfmu.scenario.member import Member
+from hystfmu.scenario.newton import Newton
 from hystfmu.scenario.system import System
-from hystfmu.scenario.trace import Stopped, Trace
+from hystfmu.scenario.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.unit_member import UnitMember
 
 Engine = Literal["fmpy", "python", "native"]
@@ -89,7 +91,8 @@ def _loop(
         m.begin()
     # who steps at fine step n depends on n modulo the least common multiple of the periods
     cycle = math.lcm(*{m.period for m in members})
-    couple = _coupling(system, now)
+    sweeps = Sweeps()
+    couple = _coupling(system, now, sweeps)
     known: dict[tuple[int, ...], tuple[list[tuple[C.c_double, int]], Callable[[float], None]]] = {}
     due = []
     for k in range(min(cycle, system.n_steps + 1)):
@@ -130,10 +133,11 @@ def _loop(
             row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])
             raise Stopped(f"values that are not finite at t = {t[lead + row]:g} s")
         memory = {m.name: m.memory() for m in members} if system.case.memory and last > system.n_steps else {}
-        yield Trace(times[lead:], record, system.columns, system.case.ripple, memory, first)
+        yield Trace(times[lead:], record, system.columns, system.case.ripple, memory, first, replace(sweeps))
+        sweeps.all = sweeps.most = sweeps.steps = 0
 
 
-def _coupling(system: System, values: Array) -> Callable[[Sequence[Member]], Callable[[float], None]]:
+def _coupling(system: System, values: Array, sweeps: Sweeps) -> Callable[[Sequence[Member]], Callable[[float], None]]:
     """For the units that are due together: what makes them do one fine step that ends at the given time."""
     spec = system.case.coupling
     early = system.early()
@@ -163,26 +167,33 @@ def _coupling(system: System, values: Array) -> Callable[[Sequence[Member]], Cal
 
     def iterative(due: Sequence[Member]) -> Callable[[float], None]:
         sweep = gauss_seidel(due)
+        newton = Newton(system, due, values) if system.newton else None
 
         def run(t: float) -> None:
             for m in due:
                 m.save()
             begin, guess, relax = values.copy(), values[early], 1.0
-            last: Array | None = None
-            for _ in range(spec.most_sweeps):
-                if last is not None:
+            last, steep = guess, False
+            for k in range(spec.most_sweeps):
+                if k > 0:
                     for m in due:
                         m.restore()
                     values[:] = begin
                     values[early] = guess
                 sweep(t)
+                sweeps.add(Sweeps(1, k + 1, k == 0))
                 out = values[early]
                 residual = out - guess
                 if (np.abs(residual) <= spec.tolerance * (1 + np.abs(out))).all():
                     return
-                if last is not None:
+                if k == 0:
+                    steep = newton is not None and newton.start(begin, guess)
+                elif steep and newton is not None:
+                    newton.learn(last, residual)
+                else:
                     relax = _relaxation(relax, last, residual)
-                guess, last = guess + relax * residual, residual
+                change = newton.step(residual) if steep and newton is not None else relax * residual
+                guess, last = guess + change, residual
             raise Stopped(f"{spec.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
 
         return run

@@ -85,7 +85,8 @@ class CouplingSpec(pydantic.BaseModel):
     scheme: Scheme = Field(
         "gauss_seidel",
         description="gauss_seidel: in the stated order, with the newest values; jacobi: all with the values of the "
-        "last step; iterative: sweeps from the same saved states until what was read early agrees with what came out",
+        "last step; iterative: sweeps from the same saved states until what was read early agrees with what came out, "
+        "by Newton's method if all units in loops have directional derivatives",
     )
     events: Literal["hit", "grid"] = Field(
         "hit",

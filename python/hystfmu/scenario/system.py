@@ -62,6 +62,11 @@ class Part:
             return self.period == 1 and self.graph.any_step
         return self.period == 1 and not is_sampled(self.graph)
 
+    @property
+    def slopes(self) -> bool:
+        """Whether it has directional derivatives between steps: samples answer in steps."""
+        return self.graph.slopes if isinstance(self.graph, Foreign) else not is_sampled(self.graph)
+
 
 @dataclass(frozen=True)
 class Link:
@@ -132,8 +137,9 @@ class System:
         return self.columns[end]
 
     def fresh(self, link: Link) -> bool:
-        """Whether the reader sees the value at the end of its step: its source stands before it and goes first."""
-        return self.case.coupling.scheme != "jacobi" and link.source < self.parts[link.to].first
+        """Whether the reader sees the value at the end of its step: its source goes first, or sweeps agree on it."""
+        scheme = self.case.coupling.scheme
+        return scheme == "iterative" or (scheme != "jacobi" and link.source < self.parts[link.to].first)
 
     def maker(self, link: Link) -> Part:
         """The unit whose output a connection reads."""
@@ -141,8 +147,33 @@ class System:
 
     def early(self) -> Array:
         """Places of the values that a unit reads before the unit that makes them has stepped (in the stated order)."""
-        owner = {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
+        owner = self._owners()
         return np.array(sorted({n.source for n in self.links if owner[n.source] >= n.to}), dtype=np.int64)
+
+    def makers(self) -> Array:
+        """The unit that makes each of them."""
+        owner = self._owners()
+        return np.array([owner[j] for j in self.early().tolist()], dtype=np.int64)
+
+    def loops(self) -> frozenset[int]:
+        """Units through which a value that is read early leads to one that is read early."""
+        owner, early = self._owners(), set(self.early().tolist())
+        after = {n.to for n in self.links if n.source in early}
+        before = {owner[j] for j in early}
+        for _ in self.parts:
+            after |= {n.to for n in self.links if owner[n.source] in after}
+            before |= {owner[n.source] for n in self.links if n.to in before}
+        return frozenset(after & before)
+
+    @property
+    def newton(self) -> bool:
+        """Whether sweeps go by Newton's method: every unit in a loop has directional derivatives."""
+        loops = self.loops() if self.case.coupling.scheme == "iterative" else frozenset()
+        return bool(loops) and all(self.parts[k].slopes for k in loops)
+
+    def _owners(self) -> dict[int, int]:
+        """The unit that makes each value."""
+        return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
 
     def feeds_through(self, part: Part, k: int) -> bool:
         """Whether an output of the unit that somebody reads depends on its input k at once."""
@@ -217,13 +248,11 @@ def build(case: Case) -> System:
 
 
 def _check_lines(system: System) -> None:
-    """A straight line needs values as often as the reader steps, and no going back."""
+    """A straight line needs values as often as the reader steps."""
     for link in system.links:
         part, where = system.parts[link.to], f"{system.case.file}: case {system.case.name}"
         if part.hold == "zero":
             continue
-        if system.case.coupling.scheme == "iterative":
-            raise InputError(f"{where}: units.{part.name}.hold: 'first' and iterative coupling exclude each other")
         source = system.maker(link)
         if source.period > part.period:
             raise InputError(

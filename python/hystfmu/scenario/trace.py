@@ -21,6 +21,19 @@ class Stopped(Exception):
     """A unit refused to go on (a diverged loop ends with values that are not finite): a failure, not bad input."""
 
 
+@dataclass
+class Sweeps:
+    """How many an iterative coupling made: all together, the most in a step, and in how many steps."""
+
+    all: int = 0
+    most: int = 0
+    steps: int = 0
+
+    def add(self, other: Sweeps) -> None:
+        """Those of some more steps."""
+        self.all, self.most, self.steps = self.all + other.all, max(self.most, other.most), self.steps + other.steps
+
+
 @dataclass(frozen=True)
 class Trace:
     """All outputs of all units of one run.
@@ -38,6 +51,8 @@ class Trace:
         Fingerprint of the final states of every unit, where the case asks for it; of a block: in the last one.
     first : int
         Fine step of the first row: above 0 in a block of a run.
+    sweeps : Sweeps
+        Of an iterative coupling.
     """
 
     t: Array
@@ -46,6 +61,7 @@ class Trace:
     ripple: int
     memory: dict[str, str] = field(default_factory=dict)
     first: int = 0
+    sweeps: Sweeps = field(default_factory=Sweeps)
 
     @classmethod
     def joined(cls, blocks: Iterable[Trace], n_rows: int) -> Trace:
@@ -70,6 +86,7 @@ class Trace:
             rows = slice(block.first, block.first + len(block.t))
             whole.t[rows], whole.values[rows] = block.t, block.values
             whole.memory.update(block.memory)
+            whole.sweeps.add(block.sweeps)
         assert whole is not None  # a run has a row
         return whole
 

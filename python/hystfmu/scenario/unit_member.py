@@ -6,6 +6,8 @@ import ctypes as C
 from collections.abc import Callable, Sequence
 from functools import partial
 
+import numpy as np
+
 from hystfmu.errors import InputError
 from hystfmu.scenario.hold import Lines, weights
 from hystfmu.scenario.member import whole_turn
@@ -35,6 +37,8 @@ class UnitMember:
         links = [link for link in system.links if link.to == system.parts.index(part)]
         self._lines = Lines([j for _, j in sources], weights(system, links), part.substeps, values)
         self._straight = part.hold == "first"
+        self.sources = [j for _, j in sources]
+        self._elements, self._n_inputs = [i for i, _ in sources], len(part.inputs)
         self._inputs = [(part.inputs[i], j) for i, j in sources]
         self._outputs = [(part.first + i, n) for i, n in enumerate(part.outputs)]
 
@@ -73,7 +77,9 @@ class UnitMember:
             for i in range(self._substeps):
                 if self._straight:
                     self._set(self._lines.at(i))
-                self._unit.do_step(self._t.value + i * self._h, self._h)
+                begin = self._t.value + i * self._h
+                self._unit.do_step(begin, self._h)
+                self._end = begin + self._h
         except InputError as e:
             raise Stopped(f"{self.stopped()}: {e}") from None
 
@@ -83,9 +89,17 @@ class UnitMember:
 
     def save(self) -> None:
         self._state = self._unit.state
+        self._lines.save()
 
     def restore(self) -> None:
         self._unit.state = self._state
+        self._lines.restore()
+
+    def slope(self, du: list[float]) -> list[float] | None:
+        seeds = np.zeros(self._n_inputs)
+        seeds[self._elements] = du
+        dy = self._unit.slopes(self._end, seeds)
+        return dy.tolist() if np.isfinite(dy).all() else None
 
     def memory(self) -> str:
         return mark(self._graph, self._unit.state)
