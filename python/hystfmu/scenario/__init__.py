@@ -204,11 +204,12 @@ def _run(
     measured = {name: Measure(m) for name, m in case.metrics.items()}
     kept, picture = Kept(system, baseline), Picture(system)
     counted = Sweeps()
-    adders = [kept.add, picture.add, *(m.add for m in measured.values()), lambda block: counted.add(block.sweeps)]
+    adders = [kept.add, picture.add, *(m.add for m in measured.values())]
     try:
         for block in blocks(system, engine, store, seconds):
             for add in adders:
                 add(block)
+            counted.add(block.sweeps)
     except Stopped as e:
         return Result(system, (), (f"{case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes), None
     seconds = time.perf_counter() - begin
