@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import library
 import lint_equations
+import lint_silent
 import numpy as np
 import pymoca.ast as ast
 from syntax_tree import is_array, text_of
@@ -16,7 +17,16 @@ ARRAY_CALLS = {"fill", "zeros", "ones", "linspace", "cat"}
 
 def complaints(c: library.Class) -> Iterator[str]:
     """Every rule on one class; a message begins with the name of the rule."""
-    for rule in (undocumented, dead_link, without_icon, missing_each, below_min, other_choice, *lint_equations.RULES):
+    for rule in (
+        undocumented,
+        dead_link,
+        without_icon,
+        missing_each,
+        below_min,
+        other_choice,
+        *lint_equations.RULES,
+        *lint_silent.RULES,
+    ):
         for message in rule(c):
             yield f"{rule.__name__}: {c.name}: {message}"
 

@@ -54,6 +54,13 @@ def test_lint_is_quiet(name: str) -> None:
         ("equal_reals", 'block Bad "b" parameter Real r[2] = {1, 2}; Real y = if r[1] <> 1 then 2 else 3; end Bad;'),
         ("below_min", 'block Bad "b" parameter Real r(min = 0) = -1; end Bad;'),
         (
+            "lost_elements",
+            'function Bad "b" input Real u[2]; output Real y; protected Real w[2]; '
+            "algorithm if u[1] > 0 then for i in 1:2 loop w[i] := u[i]; end for; end if; y := w[1]; end Bad;",
+        ),
+        ("redeclared_function", 'model Bad "b" A a(redeclare function f = g); end Bad;'),
+        ("redeclared_function", 'model Bad "b" extends A(redeclare function f = g); end Bad;'),
+        (
             "unlike_units",
             'block Bad "b" Control.Feedforward a; Control.SlidingMode s; equation connect(s.s, a.ddr); end Bad;',
         ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import simulate
 
@@ -37,6 +38,7 @@ def complaint(source: str, folder: Path) -> str:
         ("Operators.Sampled.BoucWen a(z0 = 1.1)", "u", "z0 must be within"),
         ("Control.SlidingMode a(u_min = 1, u_max = -1)", "y_d y u_ff", "u_min must not be greater"),
         ("Control.Pid a(u_min = 1, u_max = -1)", "y_d y u_ff", "u_min must not be greater"),
+        ("Control.DisturbanceObserver a(gain = 0)", "u_c y", "gain must not be 0"),
         ("Dynamics.TransferFunction a(a = {1, 0}, start = HystFMU.Types.Start.steady)", "u", "has no steady state"),
     ],
 )
@@ -150,3 +152,32 @@ def test_known_limit_of_rumoca_still_stands(limit: str, tmp_path: Path) -> None:
     """When this fails, rumoca has learnt something: the library may become simpler."""
     source, message = LIMITS[limit]
     assert message in complaint(source, tmp_path)
+
+
+SILENT = """
+function g input Real u; output Real y; algorithm y := u; end g;
+function twice input Real u; output Real y; algorithm y := 2*u; end twice;
+function lost input Real u[2]; output Real y; protected Real w[2];
+algorithm
+  y := 0;
+  if u[1] > 0 then
+    for i in 1:2 loop w[i] := u[i]; end for;
+    y := w[2];
+  end if;
+end lost;
+block A
+  replaceable function f = g;
+  function h input Real u; output Real y; algorithm y := f(u); end h;
+  Real y(start = 0, fixed = true);
+equation when sample(0, 0.1) then y = h(1 + time); end when; end A;
+model M A a(redeclare function f = twice); Real y(start = 0, fixed = true);
+equation when sample(0, 0.1) then y = lost({1, 2 + time}); end when; end M;
+"""
+
+
+def test_what_rumoca_gets_wrong_without_a_word_still_is(tmp_path: Path) -> None:
+    """The rules of lint_silent.py stand for this; when it fails, rumoca has learnt something."""
+    assert complaint(SILENT, tmp_path) == ""
+    with np.load(tmp_path / "r.npz") as found:
+        assert found["a.y"][0] == 1.0  # twice(1) is 2
+        assert found["y"][-1] == 0.0  # should be above 2

@@ -15,7 +15,7 @@ algorithm
   period_new := period;
   if now == n then
     now := 0;
-    // as a whole first: rumoca 0.10.2 loses elements of an array that is not
+    // as a whole first: within an if, rumoca 0.10.2 loses elements of an array that is not
     w := zeros(n);
     for k in 1:n loop
       w[k] := period[2 + k] + gain*period[2 + n + mod(k - 1 + lead, n) + 1];

@@ -6,7 +6,8 @@ package ToolSupport "Tool support"
 Every file is also read by the parser pymoca 0.11. Scripts for OpenModelica stand in Resources/Scripts/OpenModelica; they run in the tests where
 omc is installed. Nothing else is claimed.</p>
 <p>rumoca 0.10.2 does not apply the modifiers of a constraining clause to the default of a replaceable component: the examples write them twice.
-It loses what a function writes into elements of a protected array that has no value as a whole yet: Functions.learn gives it one first.
-It ignores the redeclaration of a function in a component without a word: what is replaceable is a package (Inverse.Sampled.ImplicitInverse).</p>
+It loses what a function writes, within an if, into elements of a protected array that has no value as a whole yet: Functions.learn gives it
+one first. It ignores the redeclaration of a function where another function of the class calls it: what is replaceable in
+Inverse.Sampled.ImplicitInverse is a package.</p>
 </html>"));
 end ToolSupport;

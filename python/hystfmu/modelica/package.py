@@ -67,8 +67,13 @@ def export_modelica(model: Model, folder: str | Path, name: str, source: str = "
     made = [*files, *(c for n in networks for c in network_names(n)), *(implicit.package_of(n) for n in inverses)]
     if len(set(made)) < len(made):
         raise InputError(f"two blocks would have the Modelica class {max(made, key=made.count)!r}; rename one")
+    hidden = implicit.hidden(model.graph)
     for node in networks:
-        files |= network(node, name)
+        function, own_block = network_names(node)
+        written = network(node, name)
+        files[function] = written[function]
+        if node.name not in hidden:
+            files[own_block] = written[own_block]
     for node in inverses:
         files[implicit.package_of(node)] = implicit.tried(model.graph, node, name).text
     files["package"] = _package(model, name, source, told)
