@@ -11,7 +11,7 @@ from syntax_tree import is_array
 
 
 def lost_elements(c: library.Class) -> Iterator[str]:
-    """What a function writes into elements of a protected array is lost within an if, unless it has a value as a whole."""
+    """Elements of a protected array, set within an if of a function, are lost unless it has a value as a whole."""
     if c.tree.type != "function":
         return
     arrays = {n for n, s in c.tree.symbols.items() if is_array(s) and not {"input", "output"} & set(s.prefixes)}
