@@ -124,12 +124,13 @@ static int couple(master *m, const span *s) {
 /* the fine step m->row: its pieces, or the whole */
 static int fine_step(master *m) {
   const int64_t n = m->row;
-  span s = {.n = n, .from = time_of(m, n - 1), .to = time_of(m, n)};
+  span s = {.n = n, .from = m->now, .to = time_of(m, n), .before = m->now};
+  m->now = s.to;
   s.anew = m->cut > 0 && m->cut_rows[m->cut - 1] == n - 1;
   for (; m->cut < m->n_cuts && m->cut_rows[m->cut] == n; m->cut++) {
     s.cut = s.anew = 1, s.to = m->cuts[m->cut];
     if (couple(m, &s)) return 1;
-    s.from = s.to, s.to = time_of(m, n);
+    s.from = s.to, s.to = m->now;
   }
   s.end = 1;
   return couple(m, &s);

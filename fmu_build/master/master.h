@@ -3,11 +3,10 @@
  * A unit is a graph of the core, or an FMU of anybody that is called by its function pointers.  All outputs of all
  * units lie side by side in `values`; a unit copies what it reads from there, steps, and writes its own outputs there.
  *   Gauss-Seidel  every unit in the stated order copies, steps and writes: it reads the newest values there are
- *   Jacobi        all units that are due copy first, then all step, then all write: every unit reads the last step's
- * values
- *   iterative     Gauss-Seidel sweeps from the same saved states until the values that were read too early agree
- * with those that came out: by Newton's method where the units give derivatives (newton.h), else relaxed after Aitken
- * (Irons & Tuck 1969), which for one loop is the secant method
+ *   Jacobi        all units that are due copy, then all step, then all write: they read the values of the last step
+ *   iterative     Gauss-Seidel sweeps from the same saved states until what was read too early agrees with what came
+ *                 out: by Newton's method where units give derivatives (newton.h), else relaxed after Aitken (Irons &
+ *                 Tuck 1969), which for one value is the secant method
  * A fine step with an event inside is cut there: units that take any step do so in pieces, the others as a whole.
  * No allocation, no lock, no call into Python: threads run in parallel. */
 #ifndef HYST_MASTER_H
@@ -64,6 +63,7 @@ typedef struct {
                      samples do not drift */
   int64_t ripple;
   int64_t row, cut; /* where the run is: the next row and the next cut, 0 at first */
+  double now;       /* time of the last row, 0 at first */
   int64_t unit;     /* after a failure: unit, -1: values not finite, -2: sweeps do not agree */
   double t;         /* and the time: at which the step of the unit begins, or at which the values or sweeps are wrong */
   int64_t sweeps, most_in_step, steps; /* iterative: all together, the most in a step, in how many steps */

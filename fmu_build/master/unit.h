@@ -37,6 +37,7 @@ typedef struct {
   int cut, end;    /* cut: a piece; end: up to the fine step itself, not to a cut */
   int anew;        /* the last step or this one is a piece: straight lines begin anew for who takes it */
   double from, to; /* of the piece */
+  double before;   /* time of fine step n - 1 */
 } span;
 
 /* of fine step n: the bits of System.time in Python */
@@ -45,10 +46,13 @@ static inline double time_of(const master *m, int64_t n) {
   return (double)(n / m->ripple) * m->base + (double)(n % m->ripple) * m->h;
 }
 
-static inline int due(const master_unit *u, const span *s) { return s->end ? s->n % u->period == 0 : u->any_step != 0; }
+static inline int due(const master_unit *u, const span *s) {
+  if (!s->end) return u->any_step != 0;
+  return u->period == 1 || s->n % u->period == 0; /* a division costs as much as a small unit */
+}
 static inline int pieces(const master_unit *u, const span *s) { return s->cut && u->any_step; }
 static inline double begins(const master *m, const master_unit *u, const span *s) {
-  return pieces(u, s) ? s->from : time_of(m, s->n - u->period);
+  return pieces(u, s) ? s->from : u->period == 1 ? s->before : time_of(m, s->n - u->period);
 }
 
 /* input k is from[at[k]], or from[k] without at */

@@ -59,6 +59,7 @@ class _Master(C.Structure):
         ("ripple", C.c_int64),
         ("row", C.c_int64),
         ("cut", C.c_int64),
+        ("now", C.c_double),
         ("unit", C.c_int64),
         ("t", C.c_double),
         ("sweeps", C.c_int64),
