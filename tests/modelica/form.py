@@ -42,8 +42,17 @@ def blocks(classes: Mapping[str, library.Class]) -> list[str]:
     )
 
 
+def validations(classes: Mapping[str, library.Class]) -> dict[str, list[str]]:
+    """For each class that a Validation model has as its component `tested`: the names of these models."""
+    found: dict[str, list[str]] = {}
+    for name, c in classes.items():
+        if name.startswith("HystFMU.Validation.") and c.tree.type == "model":
+            tested = library.find(str(c.tree.symbols["tested"].type), name)
+            if tested:
+                found.setdefault(tested.name, []).append(name)
+    return found
+
+
 def untested(classes: Mapping[str, library.Class]) -> list[str]:
-    """Blocks that no Validation model has as its component `tested`."""
-    models = [c for n, c in classes.items() if n.startswith("HystFMU.Validation.") and c.tree.type == "model"]
-    found = [library.find(str(c.tree.symbols["tested"].type), c.name) for c in models]
-    return sorted(set(blocks(classes)) - {c.name for c in found if c})
+    """Blocks without a Validation model."""
+    return sorted(set(blocks(classes)) - set(validations(classes)))

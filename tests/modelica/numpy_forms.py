@@ -110,8 +110,10 @@ def prandtl_ishlinskii_branch(v: Values) -> Callable[[Array], Array]:
     return lambda d: v["w0"] * d + 2 * np.maximum(np.multiply.outer(d, 0.5 * np.ones(len(r))) - r, 0) @ w
 
 
-def runge_kutta_in_u(u: Array, first: float, slope: Callable[[float, float, float], float]) -> Array:
-    """dz/du = slope(u, z, direction), from row to row in small steps of the classical method."""
+def runge_kutta_in_u(
+    u: Array, first: float, slope: Callable[[float, float, float], float], bound: float = np.inf
+) -> Array:
+    """dz/du = slope(u, z, direction) within the bound, from row to row in small steps of the classical method."""
     z = np.empty(len(u))
     z[0] = value = first
     for k in range(1, len(u)):
@@ -124,7 +126,7 @@ def runge_kutta_in_u(u: Array, first: float, slope: Callable[[float, float, floa
             k2 = slope(x + h / 2, value + h / 2 * k1, s)
             k3 = slope(x + h / 2, value + h / 2 * k2, s)
             k4 = slope(x + h, value + h * k3, s)
-            value += h / 6 * (k1 + 2 * (k2 + k3) + k4)
+            value = max(-bound, min(bound, value + h / 6 * (k1 + 2 * (k2 + k3) + k4)))
         z[k] = value
     return z
 
@@ -151,7 +153,7 @@ def duhem(u: Array, v: Values) -> Array:
             f += x**i * (a[0] + sum(b * w**j + c * abs(w) * w ** (j - 1) for j, (b, c) in enumerate(pairs, 1)))
         return f
 
-    return (v["k"] * u + runge_kutta_in_u(u, v["w0"], slope))[:, None]
+    return (v["k"] * u + runge_kutta_in_u(u, v["w0"], slope, v["w_max"]))[:, None]
 
 
 def _rows(flat: Array, rows: int) -> list[list[float]]:

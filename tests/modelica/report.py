@@ -7,47 +7,52 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import compare
 import exported
-import implicit
+import form
 import library
+import outcome
 import simulate
+from outcome import Outcome
 
 
 def main(arguments: list[str]) -> int:
-    compare.RECORDING = "--record" in arguments
-    bad = 0
+    outcome.RECORDING = "--record" in arguments
     complaints = simulate.load(sorted(n for n, c in library.classes().items() if simulate.can_load(c)))
-    for name, complaint in complaints.items():
-        if complaint:
-            print(f"{name}: does not load: {complaint}")
-            bad += 1
-    print(f"{len(complaints) - bad} of {len(complaints)} blocks and models load in rumoca\n")
-    print(f"{'model':58} {'rows':>6} {'turn':>4}  {'C core':>8}  {'numpy':>8}  {'before':>8}  {'s':>5}")
+    found: dict[str, Outcome] = {}
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "result.npz"
+        print(outcome.HEADING)
+        for name in compare.models():
+            found[name] = compare.compare(name, Path(folder) / "result.npz")
+            print(outcome.line(found[name]), flush=True)
+        print(f"\n{'class':58} {'loads':9} {'simulates in':40} {'C core':>8}  {'numpy':>8} {'events':>6} {'s':>6}")
         for name in sorted(library.classes()):
-            o = None
-            if compare.is_operator(name):
-                o = compare.compare(name, out)
-            elif compare.is_other(name):
-                o = compare.compare_other(name, out)
-            elif name == implicit.VALIDATION:
-                o = implicit.compare_inverse(out)
-            elif compare.is_example(name):
-                o = compare.compare_example(name, out)
-            if o is not None:
-                print(compare.line(o), flush=True)
-                bad += not o.good
+            print(row(name, complaints, found))
         print(f"\n{'exported model':58} {'values':>6} {'rows':>5} {'predict':>9}  {'s':>5}")
-        for key in exported.KEYS:
-            e = exported.compare(exported.small(key), key, Path(folder))
-            print(exported.line(e), flush=True)
-            bad += not e.good
-    print(f"\n{bad} problem{'' if bad == 1 else 's'}")
+        exports = [exported.compare(exported.small(key), key, Path(folder)) for key in exported.KEYS]
+        print(*map(exported.line, exports), sep="\n")
+    bad = [f"{name}: does not load: {complaint}" for name, complaint in complaints.items() if complaint]
+    bad += [message for o in found.values() for message in o.bad]
+    bad += [f"{e.name}: {e.error:.1e} from predict, allowed {e.bound:.0e}" for e in exports if not e.good]
+    print("", *bad, f"{len(bad)} problem{'' if len(bad) == 1 else 's'}", sep="\n")
     return 1 if bad else 0
+
+
+def row(name: str, complaints: Mapping[str, str], found: Mapping[str, Outcome]) -> str:
+    """One class: does it load, by itself or (a function, a type, a partial class) by those that use it; in which
+    models is it simulated, with the worst of their errors, all their events and seconds."""
+    loads = "inside" if name not in complaints else "NO" if complaints[name] else "yes"
+    models = [m for m in ({name} & set(found) or form.validations(library.classes()).get(name, ())) if m in found]
+    outcomes = [found[m] for m in models]
+    if not outcomes:
+        return f"{name:58} {loads}"
+    errors = (max(getattr(o, f"error_{of}") for o in outcomes) for of in ("c", "numpy"))
+    where = ", ".join("itself" if m == name else m.split(".", 2)[2] for m in models)
+    figures = "  ".join(f"{e:8.1e}" for e in errors)
+    return f"{name:58} {loads:9} {where:40} {figures} {sum(o.events for o in outcomes):6} {sum(o.seconds for o in outcomes):6.1f}"
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+INSTANT = 1e-9  # s
 TIME_LIMIT = 60.0
 LOAD_LIMIT = 180.0  # all classes together
 
@@ -25,6 +27,21 @@ class Trajectory:
     """Rows of a simulation; an event has two rows of the same time, its left and its right limit."""
 
     values: dict[str, Array]
+    seconds: float = 0.0  # that compiling and simulating took
+
+    def instants(self) -> dict[str, Array]:
+        """The last row of each instant: rows closer than 1 ns belong to the events of one.
+
+        An extremum that is flat has two crossings of the rate there and six rows, whose values differ by rounding.
+        """
+        last = np.diff(self.values["time"], append=np.inf) > INSTANT
+        return {k: v[last] for k, v in self.values.items()}
+
+    @property
+    def events(self) -> int:
+        """Number of instants with an event."""
+        apart = np.diff(self.values["time"], prepend=-np.inf, append=np.inf) > INSTANT
+        return int(np.count_nonzero(apart[:-1] & ~apart[1:]))
 
     def at(self, h: float, side: str = "right") -> dict[str, Array]:
         """Values at 0, h, 2 h, ...: the right limit (after the event) or the left one (before it)."""
@@ -84,10 +101,12 @@ def run(name: str, out: Path) -> Trajectory:
         return _EXAMPLES[name]
     c = library.classes()[name]
     e = library.experiment(c)
+    began = time.perf_counter()
     complaint = rumoca(c.file, name, *(repr(e[k]) for k in ("StopTime", "Interval", "Tolerance")), out)
+    seconds = time.perf_counter() - began
     assert not complaint, f"{name}: rumoca says: {complaint}"
     with np.load(out) as file:
-        found = Trajectory({k: file[k] for k in file.files})
+        found = Trajectory({k: file[k] for k in file.files}, seconds)
     if name.startswith("HystFMU.Examples."):
         _EXAMPLES[name] = found
     return found

@@ -6,13 +6,11 @@ from collections.abc import Iterator
 
 import library
 import numpy as np
+from twin import SHAPES, TWINS
 
-from hystfmu.core import Var, block_types
+from hystfmu.core import Var
 from hystfmu.modelica import classes
 
-TWINS = {t.class_name: t for t in block_types().values()}
-SHAPES = {"".join(w.capitalize() for w in k.split("_")): k for k in classes.SHAPES}
-TWINS |= dict.fromkeys(SHAPES, TWINS["Reference"])
 PAIRS = sorted(
     n
     for n, c in library.classes().items()
@@ -20,7 +18,7 @@ PAIRS = sorted(
 )
 # what a class has beyond its block, and what it lacks
 # Ts: the communication step of the unit; the others belong to a realisation
-ADDED = {"Ts", "eps", "width", "plays", "reach", "steps", "values", "state0"}
+ADDED = {"Ts", "eps", "width", "plays", "reach", "values", "state0"}
 MISSING = {
     "TransferFunction": {"hold"},  # continuous: its input is not sampled
     "ImplicitInverse": {"h"},  # the model is a package of functions, and hangs on no port

@@ -8,15 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import compare
 import library
 import numpy as np
+import outcome
 import pytest
 import scipy.linalg
 import scipy.ndimage
 import scipy.signal
 
-Array = compare.Array
+Array = outcome.Array
 Values = dict[str, Any]
 
 
@@ -93,11 +93,11 @@ def test_reference_agrees_with_the_plain_form(name: str) -> None:
     model = f"HystFMU.Validation.{name}"
     tested = library.classes()[model].tree.symbols["tested"]
     v = {k: library.evaluate(e, {}) for k, e in library.modifiers(tested.class_modification).items()}
-    table = np.loadtxt(compare.reference_file(model), delimiter=",", skiprows=1)
+    table = np.loadtxt(outcome.reference_file(model), delimiter=",", skiprows=1)
     rows = np.rint(table[:, 0] / v["Ts"]).astype(int)
     expected = FORMS[name](v["Ts"] * np.arange(rows[-1] + 1), v)[rows]
     assert len(rows) > 80
     limited = np.isin(expected[:, 0], [v["u_min"], v["u_max"]])
     assert 0.05 < np.mean(limited) < 0.8, "both with and without the limits"
     # 12 digits in the file
-    assert compare.relative(table[:, 1:], expected) <= 5e-12
+    assert outcome.relative(table[:, 1:], expected) <= 5e-12

@@ -12,10 +12,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-import compare
 import library
 import numpy as np
 import pytest
+import twin
+import validation_signal
 
 from hystfmu.graph import Graph, Node
 
@@ -68,11 +69,11 @@ def test_embedded_c_agrees_with_the_c_core(block: str, tmp_path: Path) -> None:
     sources = sorted(str(f) for f in tmp_path.glob("*.c"))
     subprocess.run(["cc", "-std=c99", "-O1", "-o", str(program), *sources, "-lm"], check=True, timeout=60)
 
-    u = compare.signal_form(np.arange(0, 1.4, 1e-3))
+    u = validation_signal.signal_form(np.arange(0, 1.4, 1e-3))
     lines = "\n".join(repr(float(x)) for x in u)
     done = subprocess.run([str(program)], input=lines, capture_output=True, text=True, timeout=60, check=True)
     got = np.array([[float(x) for x in row.split()] for row in done.stdout.splitlines()])
-    node = Node("block", compare.twin_of(block).name)
+    node = Node("block", twin.twin_of(block).name)
     expected = Graph.single(node).run(u).reshape(len(u), -1)
     if block == "StopBank":
         expected = u[:, None] - expected

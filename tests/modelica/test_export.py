@@ -80,5 +80,5 @@ def test_a_block_can_be_exported_if_the_library_has_its_class(name: str) -> None
             continue  # discretised: other parameters, compared by simulation
         given = {*classes.dims(node), *classes.values(node), *classes.choices(node)}
         given |= {"Ts"} if classes.is_sampled(node) else set()
-        assert set(library.parameters(c)) - {"steps", "values", "state0"} == given
+        assert set(library.parameters(c)) - {"values", "state0"} == given
         assert classes.is_sampled(node) == ("Ts" in library.parameters(c))

@@ -1,11 +1,11 @@
-"""The implicit inverse in Modelica: class, example, exported models of every static form, refusals."""
+"""The implicit inverse in Modelica: example, exported models of every static form, refusals."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import compare_implicit
 import exported
-import implicit
 import library
 import numpy as np
 import pymoca.parser
@@ -21,13 +21,6 @@ from hystfmu.modelica import export_modelica
 from hystfmu.modelica.static_form import STATIC
 
 
-def test_class_agrees_with_the_unit_and_the_exact_inverse(tmp_path: Path) -> None:
-    o = implicit.compare_inverse(tmp_path / "r.npz")
-    assert o.error_c <= o.bound_c
-    assert o.error_numpy <= o.bound_numpy
-    assert o.error_reference <= o.tube
-
-
 def test_example_follows_and_agrees_with_the_unit(tmp_path: Path) -> None:
     now = simulate.run("HystFMU.Examples.ImplicitInverse", tmp_path / "r.npz").at(2e-3)
     r, u, y = (now[k] for k in ("wanted.r", "inverse.u", "hysteresis.y"))
@@ -41,7 +34,7 @@ def test_example_follows_and_agrees_with_the_unit(tmp_path: Path) -> None:
     )
     limits = {"lo": -1.0, "hi": 1.0}
     model = Node("model", "preisach", {"n": 3, "depth": 8}, {"E": E, **limits})
-    unit = implicit.graph(Node("inverse", "implicit_inverse", {}, limits), model)
+    unit = compare_implicit.graph(Node("inverse", "implicit_inverse", {}, limits), model)
     assert np.abs(u - np.ravel(unit.run(r))).max() <= 1e-12
 
 

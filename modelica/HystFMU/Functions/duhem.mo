@@ -10,42 +10,19 @@ function duhem "State of the Duhem operator after a new input of one direction"
   input Integer q "Degree in w";
   input Real w_max "Bound of abs(w)";
   input Real du_max "Longest step";
-  input Integer steps "Most steps";
   output Real w "State at u";
 protected
-  Real m = min(floor(abs(u - u_last)/du_max) + 1, steps) "Number of steps";
+  Real m = min(floor(abs(u - u_last)/du_max) + 1, 10000) "Number of steps";
   Real h = (u - u_last)/m "Step";
-  Real at "Input at the begin of a step";
-  Real next "State after it";
-  Real way "Way to w = 0";
-  Real k_1;
-  Real k_2;
-  Real k_3;
-  Real k_4;
 algorithm
-  w := w_last;
-  at := u_last;
-  for i in 1:steps loop
-    if i <= m then
-      next := duhemStep(at, w, h, a, b, c, q);
-      if w*next < 0 then
-        // the corner of abs(w): a step of du/dw to w = 0, then the rest
-        k_1 := 1/duhemSlope(at, w, a, b, c, q);
-        k_2 := 1/duhemSlope(at - 0.5*w*k_1, 0.5*w, a, b, c, q);
-        k_3 := 1/duhemSlope(at - 0.5*w*k_2, 0.5*w, a, b, c, q);
-        k_4 := 1/duhemSlope(at - w*k_3, 0, a, b, c, q);
-        way := -w/6*(k_1 + 2*(k_2 + k_3) + k_4);
-        if way*h > 0 and abs(way) < abs(h) then
-          next := duhemStep(at + way, 0, h - way, a, b, c, q);
-        end if;
-      end if;
-      w := min(max(next, -w_max), w_max);
-      at := u_last + i*h;
-    end if;
-  end for;
+  if m <= 20 then
+    w := duhemSteps(u_last, w_last, h, 0, m, a, b, c, q, w_max);
+  else
+    w := duhemManySteps(u_last, w_last, h, m, a, b, c, q, w_max);
+  end if;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> integral of dw/du from u_last to u in at most <em>steps</em> Runge-Kutta steps, cut at w = 0.</p>
-<p><b>Source:</b> Oh &amp; Bernstein 2005; the cut keeps the order at the corner of abs(w).</p>
+<p><b>Equation:</b> integral of dw/du from u_last to u in Runge-Kutta steps of at most du_max, but at most 10000 steps.</p>
+<p><b>Source:</b> Oh &amp; Bernstein 2005.</p>
 <p><b>Limitations:</b> u and u_last on one branch: the input must not have turned between them.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Duhem\">Operators.Sampled.Duhem</a>, which uses it.</p>
 </html>"));

@@ -27,6 +27,6 @@ algorithm
 <p><b>Equation:</b> dw/du = sum_i u<sup>i</sup> (a_i + sum_j (b_ij w<sup>j</sup> + c_ij abs(w) w<sup>j-1</sup>)).</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005; Coleman &amp; Hodgdon 1986.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.Duhem\">Operators.Smooth.Duhem</a>, <a href=\"modelica://HystFMU.Functions.duhem\">Functions.duhem</a>, <a href=\"modelica://HystFMU.Functions.duhemStep\">Functions.duhemStep</a>, which use it.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.Duhem\">Operators.Smooth.Duhem</a>, <a href=\"modelica://HystFMU.Functions.duhemRungeKutta\">Functions.duhemRungeKutta</a>, which use it.</p>
 </html>"));
 end duhemSlope;

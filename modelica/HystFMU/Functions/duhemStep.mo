@@ -1,5 +1,5 @@
 within HystFMU.Functions;
-function duhemStep "Runge-Kutta step of the Duhem operator"
+function duhemStep "Step of the Duhem operator"
   extends Icons.Function;
   input Real u "Input";
   input Real w "State";
@@ -8,22 +8,28 @@ function duhemStep "Runge-Kutta step of the Duhem operator"
   input Real b[:] "Coefficients";
   input Real c[:] "Coefficients";
   input Integer q "Degree in w";
+  input Real w_max "Bound of abs(w)";
   output Real w_new "State after the step";
 protected
-  Real k_1;
-  Real k_2;
-  Real k_3;
-  Real k_4;
+  Real next = duhemRungeKutta(u, w, h, a, b, c, q);
 algorithm
-  k_1 := duhemSlope(u, w, a, b, c, q);
-  k_2 := duhemSlope(u + 0.5*h, w + 0.5*h*k_1, a, b, c, q);
-  k_3 := duhemSlope(u + 0.5*h, w + 0.5*h*k_2, a, b, c, q);
-  k_4 := duhemSlope(u + h, w + h*k_3, a, b, c, q);
-  w_new := w + h/6*(k_1 + 2*(k_2 + k_3) + k_4);
+  if w*next < 0 then
+    next := duhemAcrossZero(u, w, h, next, a, b, c, q);
+  end if;
+  if next > w_max then
+    w_new := w_max;
+  elseif next < -w_max then
+    w_new := -w_max;
+  elseif abs(next) <= w_max then
+    w_new := next;
+  else
+    // it overflowed on its way to the bound: not a number
+    w_new := if h*duhemSlope(u, w, a, b, c, q) > 0 then w_max else -w_max;
+  end if;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> classical Runge-Kutta step of order 4 in u.</p>
-<p><b>Source:</b> Kutta 1901.</p>
+<p><b>Equation:</b> a Runge-Kutta step, cut at w = 0, held within w_max.</p>
+<p><b>Source:</b> Oh &amp; Bernstein 2005; the cut keeps the order at the corner of abs(w).</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.duhem\">Functions.duhem</a>, which uses it.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.duhemSteps\">Functions.duhemSteps</a>, which uses it.</p>
 </html>"));
 end duhemStep;

@@ -20,9 +20,9 @@ algorithm
   if x <> memory[3] then
     direction := if x > memory[3] then 1 else -1;
     pushed := if memory[2] <> 0 and direction <> memory[2] then 1 else 0;
-    // wiping-out: x has passed the extremum before the newest one
+    // wiping-out: x has passed the extremum before the newest one; every pass but the first removes two
     wiping := not last;
-    for i in 1:size(memory, 1) loop
+    for i in 1:div(depth, 2) + 1 loop
       if wiping then
         n := count + pushed;
         if n == 0 then

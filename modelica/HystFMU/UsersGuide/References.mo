@@ -13,6 +13,7 @@ package References "References"
 <li>Wen: Method for random vibration of hysteretic systems. J. Eng. Mech. Div. 102 (1976) 249-263.</li>
 <li>Ikhouane, Rodellar: Systems with Hysteresis. Wiley 2007.</li>
 <li>Oh, Bernstein: Semilinear Duhem model. IEEE Trans. Autom. Control 50 (2005) 631-645.</li>
+<li>Henon: On the numerical computation of Poincare maps. Physica D 5 (1982) 412-414.</li>
 <li>Mayergoyz: Mathematical Models of Hysteresis. Springer 1991.</li>
 <li>Krasnosel'skii, Pokrovskii: Systems with Hysteresis. Springer 1989.</li>
 <li>Goldfarb, Celanovic: Modeling piezoelectric stack actuators. IEEE Control Systems 17 (1997) 69-79.</li>

@@ -28,7 +28,6 @@ STATIC = {
 }
 _REST = {"prandtl_ishlinskii": "u0", "zhao_tan": "x0", "constraint_factor": "x0"}  # where the memory of extrema begins
 _INNER = {"mlp": "Hidden layer", "duhem": "State after the input"}  # values of a block that its output is made of
-DUHEM_STEPS = 20  # the default of Operators.Sampled.Duhem
 
 
 @dataclass(frozen=True)
@@ -191,7 +190,7 @@ def _inner(node: Node, x: list[str], before: int, at: dict[str, tuple[int, int]]
     w, u, begun = (f"state[{before + k}]" for k in (2, 3, 4))
     rise, fall = (
         f"HystFMU.Functions.duhem({x[0]}, {u}, {w}, {v[f'a_{way}']}, {v[f'b_{way}']}, {v[f'c_{way}']}, "
-        f"{node.dims['q']}, {one['w_max']}, {one['du_max']}, {DUHEM_STEPS})"
+        f"{node.dims['q']}, {one['w_max']}, {one['du_max']})"
         for way in ("rise", "fall")
     )
     return f"{{if {begun} < 0.5 then {one['w0']} elseif {x[0]} >= {u} then {rise} else {fall}}}"

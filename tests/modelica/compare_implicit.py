@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
-import compare
 import library
 import numpy as np
 import numpy_forms
 import simulate
+from compare_operator import ROUNDING, TUBE
+from outcome import Outcome, against_reference, relative
 
 from hystfmu.graph import Graph, Input, Node, Output
 
-VALIDATION = "HystFMU.Validation.Sampled.ImplicitInverse"
+
+def is_implicit(name: str) -> bool:
+    """Is it the Validation model of the implicit inverse?"""
+    return name == "HystFMU.Validation.Sampled.ImplicitInverse"
 
 
 def graph(inverse: Node, model: Node) -> Graph:
@@ -23,17 +26,16 @@ def graph(inverse: Node, model: Node) -> Graph:
     return Graph([inverse, model], wires, [Input("y", ("inverse.y",))], [Output("u", "inverse.u")], sort=False)
 
 
-def compare_inverse(out: Path) -> compare.Outcome:
+def compare(name: str, out: Path) -> Outcome:
     """Simulate the Validation model and hold it against the C core, the exact inverse in numpy and the reference."""
-    tested = library.classes()[VALIDATION].tree.symbols["tested"]
+    tested = library.classes()[name].tree.symbols["tested"]
     given = {k: library.evaluate(e, {}) for k, e in library.modifiers(tested.class_modification).items()}
     lo, hi, h = (float(given[k]) for k in ("lo", "hi", "Ts"))
     w0, r, w = given["values"][0], *np.split(given["values"][1:], 2)
     assert not np.any(given["state0"])
     plays = {"w0": w0, "r": r, "w": w}
-    began = time.perf_counter()
-    rows = simulate.run(VALIDATION, out).at(h)
-    seconds = time.perf_counter() - began
+    trajectory = simulate.run(name, out)
+    rows = trajectory.at(h)
     y, u = rows["tested.y"], rows["tested.u"][:, None]
     unit = graph(
         Node("inverse", "implicit_inverse", {}, {"lo": lo, "hi": hi}),
@@ -46,15 +48,15 @@ def compare_inverse(out: Path) -> compare.Outcome:
     assert lo < np.min(u) < -0.5
     reached, every = np.minimum(y, top), np.arange(len(y))
     exact = numpy_forms.outputs("PrandtlIshlinskiiInverse", reached, plays | {"u0": 0.0}, h, every)
-    return compare.Outcome(
-        VALIDATION,
+    return Outcome(
+        name,
         len(y),
-        0,
-        compare.relative(u, expected),
-        compare.ROUNDING,
-        compare.relative(u, exact),
-        compare.ROUNDING,
-        compare.against_reference(VALIDATION, rows["time"], u),
-        compare.TUBE["Sampled"],
-        seconds,
+        trajectory.events,
+        trajectory.seconds,
+        against_reference(name, rows["time"], u),
+        TUBE["Sampled"],
+        relative(u, expected),
+        ROUNDING,
+        relative(u, exact),
+        ROUNDING,
     )

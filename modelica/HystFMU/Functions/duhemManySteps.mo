@@ -1,0 +1,28 @@
+within HystFMU.Functions;
+function duhemManySteps "Up to ten thousand steps of the Duhem operator"
+  extends Icons.Function;
+  input Real u_last "Input before";
+  input Real w_first "State there";
+  input Real h "Step of the input";
+  input Real m "Number of steps";
+  input Real a[:] "Coefficients of the direction";
+  input Real b[:] "Coefficients";
+  input Real c[:] "Coefficients";
+  input Integer q "Degree in w";
+  input Real w_max "Bound of abs(w)";
+  output Real w "State after them";
+algorithm
+  w := w_first;
+  for i in 0:499 loop
+    // a call inside an if: twenty steps are skipped at once
+    if 20*i < m then
+      w := duhemSteps(u_last, w, h, 20*i, m, a, b, c, q, w_max);
+    end if;
+  end for;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> duhemSteps over and over.</p>
+<p><b>Source:</b> Oh &amp; Bernstein 2005.</p>
+<p><b>Limitations:</b> m &le; 10000.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.duhem\">Functions.duhem</a>, which uses it.</p>
+</html>"));
+end duhemManySteps;
