@@ -82,9 +82,7 @@ def compare(name: str, out: Path) -> Outcome:
     return Outcome(name, len(got), trajectory.events, trajectory.seconds, reference, tube, error, limit)
 
 
-def against_unit(
-    model: library.Class, trajectory: simulate.Trajectory
-) -> tuple[dict[str, Array], Array, Array]:
+def against_unit(model: library.Class, trajectory: simulate.Trajectory) -> tuple[dict[str, Array], Array, Array]:
     """Rows of a simulation at its instants, outputs there, and what the unit gives for the recorded inputs."""
     _, node, step = twin.tested(model)
     if model.short_name in RAMPED:

@@ -42,8 +42,10 @@ def main(arguments: list[str]) -> int:
 
 
 def row(name: str, complaints: Mapping[str, str], found: Mapping[str, Outcome]) -> str:
-    """One class: does it load, by itself or (a function, a type, a partial class) by those that use it; in which
-    models is it simulated, with the worst of their errors, all their events and seconds."""
+    """One class: does it load, where is it simulated, the worst of the errors there, all events and seconds.
+
+    A function, a type or a partial class loads inside those that use it.
+    """
     loads = "inside" if name not in complaints else "NO" if complaints[name] else "yes"
     models = [m for m in ({name} & set(found) or form.validations(library.classes()).get(name, ())) if m in found]
     outcomes = [found[m] for m in models]
@@ -52,7 +54,8 @@ def row(name: str, complaints: Mapping[str, str], found: Mapping[str, Outcome]) 
     errors = (max(getattr(o, f"error_{of}") for o in outcomes) for of in ("c", "numpy"))
     where = ", ".join("itself" if m == name else m.split(".", 2)[2] for m in models)
     figures = "  ".join(f"{e:8.1e}" for e in errors)
-    return f"{name:58} {loads:9} {where:40} {figures} {sum(o.events for o in outcomes):6} {sum(o.seconds for o in outcomes):6.1f}"
+    events, seconds = sum(o.events for o in outcomes), sum(o.seconds for o in outcomes)
+    return f"{name:58} {loads:9} {where:40} {figures} {events:6} {seconds:6.1f}"
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The memory of dominant extrema when its list is full: nested loops forgotten, then all of them closed by one sweep."""
+"""The memory of dominant extrema when its list is full: nested loops are forgotten, and one sweep closes all."""
 
 from __future__ import annotations
 
