@@ -117,7 +117,7 @@ def runge_kutta_in_u(
     z = np.empty(len(u))
     z[0] = value = first
     for k in range(1, len(u)):
-        steps = RK_STEPS + int(4000 * abs(u[k] - u[k - 1]))
+        steps = RK_STEPS + int(2500 * abs(u[k] - u[k - 1]))
         h = float(u[k] - u[k - 1]) / steps
         s = float(np.sign(h))
         for i in range(steps if h != 0 else 0):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import compare
 import form
 import library
 import lint
@@ -74,8 +75,9 @@ def test_lint_finds(rule: str, body: str, tmp_path: Path) -> None:
 
 
 def test_every_class_loads() -> None:
-    names = [n for n, c in CLASSES.items() if simulate.can_load(c)]
-    assert len(names) > 100
+    """Every block; the models are compiled where they are simulated, one by one (test_validation.py)."""
+    names = sorted({n for n, c in CLASSES.items() if simulate.can_load(c)} - set(compare.models()))
+    assert len(names) > 60
     assert {n: complaint for n, complaint in simulate.load(names).items() if complaint} == {}
 
 

@@ -11,21 +11,12 @@ import numpy as np
 import outcome
 import pytest
 import simulate
-import twin
 import validation_signal
 
-OPERATORS = [n for n in compare.models() if compare_operator.is_operator(n)]
-# a second set of values, and the slow ones among the inverses: with `-m torture` and in `make modelica`
-VARIANTS = [
-    n
-    for n in OPERATORS
-    if n.rsplit(".", 1)[-1] != twin.tested(library.classes()[n])[0] or (".Events." in n and "Inverse" in n)
-]
+OPERATORS = [n for n in compare.models() if compare_operator.is_realisation(n, "Validation")]
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.torture) if n in VARIANTS else n for n in compare.models()]
-)
+@pytest.mark.parametrize("name", compare.models())
 def test_model_agrees(name: str, tmp_path: Path) -> None:
     o = compare.compare(name, tmp_path / "result.npz")
     print(outcome.line(o))

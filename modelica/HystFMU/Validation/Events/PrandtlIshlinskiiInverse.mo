@@ -6,7 +6,7 @@ model PrandtlIshlinskiiInverse "Inverse of a Prandtl-Ishlinskii operator, events
 equation
   connect(signal.r, tested.y);
   connect(signal.dr, tested.dy);
-  annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
+  annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Inverse of a Prandtl-Ishlinskii operator. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every row of the simulation.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>.</p>

@@ -6,7 +6,7 @@ model PreisachHigh "Preisach operator from positive saturation, events"
 equation
   connect(signal.r, tested.u);
   connect(signal.dr, tested.du);
-  annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
+  annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Preisach operator from positive saturation. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every row of the simulation.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>.</p>

@@ -6,7 +6,7 @@ model StopBank "Three stops, events"
 equation
   connect(signal.r, tested.u);
   connect(signal.dr, tested.du);
-  annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
+  annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Three stops. The test holds it against the unit play_bank and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every row of the simulation.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.StopBank\">Operators.Events.StopBank</a>.</p>
