@@ -90,6 +90,8 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
         Increasing (s), all inside their steps.
     """
     found = [e for e in _events(system, values) if e.part.any_step] if system.case.coupling.events == "hit" else []
+    if not found:
+        return np.zeros(0, dtype=np.int64), np.zeros(0)
     spans: list[tuple[float, float, float]] = []
     for e in found:
         room = np.maximum(NEAR * (system.h + np.abs(e.times) + abs(e.shift)), SHORTEST)

@@ -99,6 +99,7 @@ class Native:
         self._graphs = {p.name: p.own for p in system.parts if not isinstance(p.graph, Foreign)}
         self._slots: dict[str, tuple[Executor, int, list[float]]] = {}
         self._names = list(dict.fromkeys(columns)) if columns is not None else list(system.columns)
+        self._early = system.early()
         self._columns = np.array([system.columns[c] for c in self._names], dtype=np.int64)
 
     def set(self, values: Mapping[str, Any]) -> None:
@@ -202,7 +203,7 @@ class Native:
         values: C.Array[C.c_double],
         cut: tuple[Array, Array],
     ) -> Iterator[Trace]:
-        coupling, early = system.case.coupling, system.early()
+        coupling, early = system.case.coupling, self._early
         made = [m.raw(values) for m in members]
         units = (Unit * len(made))(*[unit for unit, _ in made])
         n = len(early)

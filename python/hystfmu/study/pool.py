@@ -1,9 +1,10 @@
 """Local workers that may die, hang or eat memory without harm: one process each, watched by the parent.
 
-A worker gets a few tasks at a time and answers one by one, so the parent always knows which task it is at.  A worker
-that dies is replaced, and its task tried once more: somebody may have killed the process, and the table must not depend
-on that.  A task that ends its worker twice, or exceeds the time, becomes a row with the reason.  A worker whose parent
-is gone ends by itself.
+A worker gets as many tasks as it can do in a moment and answers for several at once; it counts in shared memory what it
+has begun, so the parent always knows which task it is at.  A worker that dies is replaced, and its task tried once more:
+somebody may have killed the process, and the table must not depend on that.  What it had done and not yet told is done
+again.  A task that ends its worker twice, or exceeds the time, becomes a row with the reason.  A worker whose parent is
+gone ends by itself.
 
 Where the runs are in the C core alone, workers are forks: they are there at once, with all that the parent has
 imported, and use only what a fork of a process with threads may use.  All others (FMUs, foreign code, systems without a
@@ -30,22 +31,29 @@ from hystfmu.scenario.run import Engine
 from hystfmu.scenario.system import System
 from hystfmu.study.task import Runner, Task, row_of
 
-READY = "ready"
-AT_ONCE = 8  # tasks that a worker holds: a run of a millisecond must not wait for the parent
+MOMENT = 0.02  # s: what a worker may do before it answers; a message costs as much as a short run
+MOST_AT_ONCE = 64  # tasks
 
 
-def _work(pipe: Any, parent: int, systems: list[System], engine: Engine, memory: float) -> None:
+def _work(pipe: Any, begun: Any, parent: int, systems: list[System], engine: Engine, memory: float) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     limit_memory(memory)
     runner = Runner(systems, engine)
     try:
-        pipe.send(READY)
+        pipe.send([])  # ready
         while True:
             while not pipe.poll(1.0):
                 if os.getppid() != parent:  # copies of the pipe in other forks hide that it is gone
                     return
+            rows, told = [], time.monotonic()
             for task in pipe.recv():
-                pipe.send(runner(task))
+                begun.value += 1
+                rows.append(runner(task))
+                if time.monotonic() - told > MOMENT:
+                    pipe.send(rows)
+                    rows, told = [], time.monotonic()
+            if rows:
+                pipe.send(rows)
     except (EOFError, BrokenPipeError, ConnectionResetError):
         pass  # the parent is gone or has no more work
     finally:
@@ -57,14 +65,45 @@ class _Worker:
         forked = sys.platform == "linux" and engine == "native" and not any(s.foreign for s in systems)
         context: Any = mp.get_context("fork" if forked else "spawn")
         self.pipe, theirs = context.Pipe()
-        self.process = context.Process(target=_work, args=(theirs, os.getpid(), systems, engine, memory), daemon=True)
+        self._begun = context.RawValue("q", 0)
+        words = (theirs, self._begun, os.getpid(), systems, engine, memory)
+        self.process = context.Process(target=_work, args=words, daemon=True)
         with warnings.catch_warnings():  # of threads in the parent, of which this fork needs no lock
             warnings.simplefilter("ignore", DeprecationWarning)
             self.process.start()
         theirs.close()
         self.tasks: deque[Task] = deque()
+        self.answered = 0
         self.since = time.monotonic()
-        self.begun = False
+        self.ready = False
+        self.share = 1
+
+    def give(self, tasks: list[Task]) -> None:
+        """To be done."""
+        self.tasks.extend(tasks)
+        self.since = time.monotonic()
+        with suppress(BrokenPipeError, ConnectionResetError):  # died between two tasks: noticed when listening
+            self.pipe.send(tasks)
+
+    def take(self) -> list[dict[str, Any]]:
+        """Rows that it sends; from the time they took, how many tasks it can do in a moment."""
+        rows: list[dict[str, Any]] = self.pipe.recv()
+        now = time.monotonic()
+        if rows:
+            fits = int(MOMENT * len(rows) / max(now - self.since, 1e-9))
+            self.share = max(1, min(fits, 2 * self.share, MOST_AT_ONCE))
+        for _ in rows:
+            self.tasks.popleft()
+        self.answered += len(rows)
+        self.since, self.ready = now, True
+        return rows
+
+    def blamed(self) -> Task:
+        """The task that it is at, taken from those that it has to do."""
+        at = max(self._begun.value - self.answered - 1, 0)
+        task = self.tasks[at]
+        del self.tasks[at]
+        return task
 
     def end(self) -> None:
         self.pipe.close()
@@ -113,13 +152,10 @@ class Pool:
         while waiting or any(w.tasks for w in self._workers):
             while len(self._workers) < min(self._n, len(waiting)):
                 self._workers.append(_Worker(*self._of_worker))
-            share = max(1, min(AT_ONCE, len(waiting) // (2 * self._n)))
+            fair = len(waiting) // (2 * self._n)  # the last tasks go one by one: all workers end together
             for w in self._workers:
                 if waiting and not w.tasks:
-                    w.tasks.extend(waiting.popleft() for _ in range(min(share, len(waiting))))
-                    w.since = time.monotonic()
-                    with suppress(BrokenPipeError, ConnectionResetError):  # died between two tasks: noticed below
-                        w.pipe.send(list(w.tasks))
+                    w.give([waiting.popleft() for _ in range(min(max(1, min(w.share, fair)), len(waiting)))])
             yield from self._listen(waiting)
 
     def _listen(self, waiting: deque[Task]) -> Iterator[dict[str, Any]]:
@@ -128,24 +164,19 @@ class Pool:
         for w in busy:
             if w.pipe in ready:
                 try:
-                    row = w.pipe.recv()
+                    yield from w.take()
                 except (EOFError, ConnectionResetError):
                     w.process.join()
                     yield from self._dead(w, waiting)
-                    continue
-                w.since, w.begun = time.monotonic(), True
-                if row != READY:
-                    w.tasks.popleft()
-                    yield row
-            elif time.monotonic() - w.since > self._timeout + (0.0 if w.begun else self.STARTUP):
-                task = w.tasks.popleft()
+            elif time.monotonic() - w.since > self._timeout + (0.0 if w.ready else self.STARTUP):
+                task = w.blamed()
                 self._replace(w, waiting)
                 yield row_of(task, self._names[task.case], "timeout", f"not finished after {self._timeout:g} s")
 
     def _dead(self, w: _Worker, waiting: deque[Task]) -> Iterator[dict[str, Any]]:
-        task, status = w.tasks.popleft(), w.process.exitcode
+        task, status = w.blamed(), w.process.exitcode
         self._replace(w, waiting)
-        self._unborn = 0 if w.begun else self._unborn + 1
+        self._unborn = 0 if w.ready else self._unborn + 1
         if self._unborn > 2 * self._n:  # not the fault of a task
             raise InputError(
                 f"the workers of the study end with status {status} before they begin; a script that runs a study must "

@@ -109,10 +109,10 @@ def run_study(
                     progress(done, total, ran / max(time.monotonic() - begin, 1e-9))
                 k = len(systems)
                 proposals.tell([[known[t.id] for t in tasks[i : i + k]] for i in range(0, len(tasks), k)])
-        table = store.finish(order)
+        rows = [known[i] | {"index": n} for i, n in sorted(order.items(), key=lambda item: item[1])]
+        table = store.finish(rows)
     finally:
         store.close()
-    rows = [known[i] | {"index": n} for i, n in sorted(order.items(), key=lambda item: item[1])]
     report = write_report(study, rows, Path(folder))
     return Outcome(rows, table, report, ran, time.monotonic() - begin)
 

@@ -107,17 +107,8 @@ class Store:
                 seen.add(row["id"])
                 yield row
 
-    def finish(self, order: dict[str, int]) -> Path:
-        """Write `results.parquet` with the rows of this study, by their index.
-
-        Parameters
-        ----------
-        order : dict
-            Index of every id; rows of other studies in the folder are left out.
-        """
-        rows = sorted((row for row in self.rows() if row["id"] in order), key=lambda row: order[row["id"]])
-        for row in rows:
-            row["index"] = order[row["id"]]
+    def finish(self, rows: list[dict[str, Any]]) -> Path:
+        """Write `results.parquet` with the rows of this study, by their index."""
         path = self.folder / "results.parquet"
         self._write(path, rows)
         return path
