@@ -166,4 +166,4 @@ def test_workers_end_with_the_pool(write: Any) -> None:
 
     study = Study(write())
     with Pool([build(c) for c in study.cases], "native", 2, 10.0, 4.0) as pool:
-        assert list(pool.run([])) == []
+        assert list(pool.run([], 5)) == []

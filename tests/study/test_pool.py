@@ -53,7 +53,7 @@ def test_one_row_each_and_the_blame_on_the_right_one(
     systems = [build(c) for c in Study(write()).cases]
     tasks = [Task(k, k, 0, str(k), {}, {}) for k in range(N)]
     with Pool(systems, "native", 2, 0.5, 4.0) as pool:
-        rows = list(pool.run(tasks))
+        rows = list(pool.run(tasks, N))
     assert sorted(row["index"] for row in rows) == list(range(N))
     status = {row["index"]: row["status"] for row in rows}
     assert {k for k, s in status.items() if s == "killed"} == DEADLY

@@ -70,7 +70,10 @@ class DaskPool:
     def __exit__(self, *exception: object) -> None:
         self._client.close()
 
-    def run(self, tasks: Iterable[Task]) -> Iterator[dict[str, Any]]:
+    def stop(self) -> None:
+        """No more tasks will come; the workers are not ours."""
+
+    def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
         """Rows as they are finished; a chunk that ends its workers is split until the one task is known."""
         source = iter(tasks)
         lanes = 2 * max(1, len(self._client.scheduler_info()["workers"]))

@@ -1,7 +1,7 @@
 """Local workers that may die, hang or eat memory without harm: one process each, watched by the parent.
 
 A worker gets as many tasks as it can do in a moment and answers for several at once; it counts in shared memory what it
-has begun, so the parent always knows which task it is at.  A worker that dies is replaced, and its task tried once more:
+has begun, so the parent always knows which task it is at.  A worker that dies is replaced, and its task tried again:
 somebody may have killed the process, and the table must not depend on that.  What it had done and not yet told is done
 again.  A task that ends its worker twice, or exceeds the time, becomes a row with the reason.  A worker whose parent is
 gone ends by itself.
@@ -23,6 +23,7 @@ import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from itertools import islice
 from typing import Any
 
 from hystfmu.child import limit_memory
@@ -80,6 +81,8 @@ class _Worker:
 
     def give(self, tasks: list[Task]) -> None:
         """To be done."""
+        if not tasks:
+            return
         self.tasks.extend(tasks)
         self.since = time.monotonic()
         with suppress(BrokenPipeError, ConnectionResetError):  # died between two tasks: noticed when listening
@@ -109,6 +112,26 @@ class _Worker:
         self.pipe.close()
         self.process.kill()
         self.process.join()
+
+
+class _Waiting:
+    """Tasks that nobody has yet: made while others run, and those that come back."""
+
+    def __init__(self, source: Iterable[Task], n: int) -> None:
+        self._source, self._back, self.left = iter(source), deque[Task](), n
+
+    def take(self, n: int) -> list[Task]:
+        """The next n, or what there is."""
+        taken = [self._back.popleft() for _ in range(min(n, len(self._back)))]
+        taken += islice(self._source, n - len(taken))
+        self.left = self.left - len(taken) if len(taken) == n else 0
+        return taken
+
+    def put_back(self, tasks: Iterable[Task]) -> None:
+        """To be the next."""
+        tasks = list(tasks)
+        self._back.extendleft(reversed(tasks))
+        self.left += len(tasks)
 
 
 class Pool:
@@ -143,24 +166,30 @@ class Pool:
         return self
 
     def __exit__(self, *exception: object) -> None:
+        self.stop()
         for w in self._workers:
             w.end()
 
-    def run(self, tasks: Iterable[Task]) -> Iterator[dict[str, Any]]:
-        """Rows as they are finished."""
-        waiting = deque(tasks)
-        while waiting or any(w.tasks for w in self._workers):
-            while len(self._workers) < min(self._n, len(waiting)):
+    def stop(self) -> None:
+        """No more tasks will come: the workers end while the parent goes on."""
+        for w in self._workers:
+            w.process.kill()
+
+    def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
+        """Rows as they are finished, of at most n tasks."""
+        waiting = _Waiting(tasks, n)
+        while waiting.left or any(w.tasks for w in self._workers):
+            while len(self._workers) < min(self._n, waiting.left):
                 self._workers.append(_Worker(*self._of_worker))
-            fair = len(waiting) // (2 * self._n)  # the last tasks go one by one: all workers end together
             for w in self._workers:
-                if waiting and not w.tasks:
-                    w.give([waiting.popleft() for _ in range(min(max(1, min(w.share, fair)), len(waiting)))])
+                if waiting.left and not w.tasks:
+                    fair = waiting.left // (2 * self._n)  # the last tasks go one by one: all workers end together
+                    w.give(waiting.take(max(1, min(w.share, fair))))
             yield from self._listen(waiting)
 
-    def _listen(self, waiting: deque[Task]) -> Iterator[dict[str, Any]]:
+    def _listen(self, waiting: _Waiting) -> Iterator[dict[str, Any]]:
         busy = [w for w in self._workers if w.tasks]
-        ready = multiprocessing.connection.wait([w.pipe for w in busy], timeout=0.2)
+        ready = multiprocessing.connection.wait([w.pipe for w in busy], timeout=0.2 if busy else 0.0)
         for w in busy:
             if w.pipe in ready:
                 try:
@@ -173,7 +202,7 @@ class Pool:
                 self._replace(w, waiting)
                 yield row_of(task, self._names[task.case], "timeout", f"not finished after {self._timeout:g} s")
 
-    def _dead(self, w: _Worker, waiting: deque[Task]) -> Iterator[dict[str, Any]]:
+    def _dead(self, w: _Worker, waiting: _Waiting) -> Iterator[dict[str, Any]]:
         task, status = w.blamed(), w.process.exitcode
         self._replace(w, waiting)
         self._unborn = 0 if w.ready else self._unborn + 1
@@ -186,10 +215,10 @@ class Pool:
             yield row_of(task, self._names[task.case], "killed", f"ended its process twice, with status {status}")
         else:
             self._died.add(task.index)
-            waiting.appendleft(task)
+            waiting.put_back([task])
 
-    def _replace(self, w: _Worker, waiting: deque[Task]) -> None:
-        waiting.extendleft(reversed(w.tasks))
+    def _replace(self, w: _Worker, waiting: _Waiting) -> None:
+        waiting.put_back(w.tasks)
         w.tasks.clear()
         self._workers.remove(w)
         w.end()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -90,30 +90,31 @@ def run_study(
         pool = DaskPool(on, systems, engine, key, study.spec.timeout)
     else:
         pool = Pool(systems, engine, workers, study.spec.timeout, study.spec.memory)
-    first = 0
+    first = there = 0
     try:
         with pool:
             known = {row["id"]: row for row in store.rows()}
             proposals = sampler(study)
             total = proposals.n * len(systems)
             for batch in proposals.batches():
-                tasks = list(_tasks(study, batch, marks, first))
-                first += len(batch)
-                order |= {t.id: t.index for t in tasks}
-                done = sum(i in known for i in order)
-                for row in pool.run(_once(tasks, known)):
+                missing = _Missing(_tasks(study, batch, marks, first), known)
+                for row in pool.run(missing, len(batch) * len(marks)):
                     store.append(row)
                     known[row["id"]] = row
                     ran += 1
-                    done += 1
-                    progress(done, total, ran / max(time.monotonic() - begin, 1e-9))
+                    progress(there + missing.there + ran, total, ran / max(time.monotonic() - begin, 1e-9))
+                first += len(batch)
+                there += missing.there
+                order |= {t.id: t.index for t in missing.all}
                 k = len(systems)
-                proposals.tell([[known[t.id] for t in tasks[i : i + k]] for i in range(0, len(tasks), k)])
-        rows = [known[i] | {"index": n} for i, n in sorted(order.items(), key=lambda item: item[1])]
-        table = store.finish(rows)
+                of_variation = [missing.all[i : i + k] for i in range(0, len(missing.all), k)]
+                proposals.tell([[known[t.id] for t in tasks] for tasks in of_variation])
+            pool.stop()
+            rows = [known[i] | {"index": n} for i, n in sorted(order.items(), key=lambda item: item[1])]
+            table = store.finish(rows)
+            report = write_report(study, rows, Path(folder))
     finally:
         store.close()
-    report = write_report(study, rows, Path(folder))
     return Outcome(rows, table, report, ran, time.monotonic() - begin)
 
 
@@ -125,10 +126,24 @@ def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first:
             yield Task(variation * len(marks) + c, variation, c, identity(mark, settings), values, settings)
 
 
-def _once(tasks: list[Task], known: dict[str, dict[str, Any]]) -> Iterator[Task]:
-    """Tasks without a row, each once: a sampler may propose a variation twice."""
-    asked: set[str] = set()
-    for t in tasks:
-        if t.id not in known and t.id not in asked:
+class _Missing:
+    """Tasks without a row, each once: a sampler may propose a variation twice.
+
+    They are made as they are asked for, while others run.  In the end `all` holds every task, and `there` counts those
+    that had a row.
+    """
+
+    def __init__(self, tasks: Iterator[Task], known: Mapping[str, object]) -> None:
+        self._tasks, self._known = tasks, known
+        self.all: list[Task] = []
+        self.there = 0
+
+    def __iter__(self) -> Iterator[Task]:
+        asked: set[str] = set()
+        for t in self._tasks:
+            self.all.append(t)
+            if t.id in self._known or t.id in asked:
+                self.there += 1
+                continue
             asked.add(t.id)
             yield t
