@@ -13,6 +13,7 @@ safe fork) are new processes.
 
 from __future__ import annotations
 
+import gc
 import multiprocessing as mp
 import multiprocessing.connection
 import os
@@ -32,12 +33,13 @@ from hystfmu.scenario.run import Engine
 from hystfmu.scenario.system import System
 from hystfmu.study.task import Runner, Task, row_of
 
-MOMENT = 0.02  # s: what a worker may do before it answers; a message costs as much as a short run
-MOST_AT_ONCE = 64  # tasks
+MOMENT = 0.01  # s: after as much a worker answers; a message costs as much as a short run
+MOST_AT_ONCE = 64  # tasks that a worker is given
 
 
 def _work(pipe: Any, begun: Any, parent: int, systems: list[System], engine: Engine, memory: float) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    gc.freeze()  # a fork would copy every page of its parent that a collection looks at
     limit_memory(memory)
     runner = Runner(systems, engine)
     try:
@@ -61,10 +63,13 @@ def _work(pipe: Any, begun: Any, parent: int, systems: list[System], engine: Eng
         runner.close()
 
 
+def _forked(systems: list[System], engine: Engine) -> bool:
+    return sys.platform == "linux" and engine == "native" and not any(s.foreign for s in systems)
+
+
 class _Worker:
     def __init__(self, systems: list[System], engine: Engine, memory: float) -> None:
-        forked = sys.platform == "linux" and engine == "native" and not any(s.foreign for s in systems)
-        context: Any = mp.get_context("fork" if forked else "spawn")
+        context: Any = mp.get_context("fork" if _forked(systems, engine) else "spawn")
         self.pipe, theirs = context.Pipe()
         self._begun = context.RawValue("q", 0)
         words = (theirs, self._begun, os.getpid(), systems, engine, memory)
@@ -83,17 +88,18 @@ class _Worker:
         """To be done."""
         if not tasks:
             return
+        if not self.tasks:
+            self.since = time.monotonic()
         self.tasks.extend(tasks)
-        self.since = time.monotonic()
         with suppress(BrokenPipeError, ConnectionResetError):  # died between two tasks: noticed when listening
             self.pipe.send(tasks)
 
     def take(self) -> list[dict[str, Any]]:
-        """Rows that it sends; from the time they took, how many tasks it can do in a moment."""
+        """Rows that it sends; from the time they took, how many tasks it can do in two moments."""
         rows: list[dict[str, Any]] = self.pipe.recv()
         now = time.monotonic()
         if rows:
-            fits = int(MOMENT * len(rows) / max(now - self.since, 1e-9))
+            fits = int(2 * MOMENT * len(rows) / max(now - self.since, 1e-9))
             self.share = max(1, min(fits, 2 * self.share, MOST_AT_ONCE))
         for _ in rows:
             self.tasks.popleft()
@@ -161,8 +167,9 @@ class Pool:
         self._died: set[int] = set()  # tasks at which a worker died once
 
     def __enter__(self) -> Pool:
-        """Start the workers: they import what they need while the study is still being prepared."""
-        self._workers = [_Worker(*self._of_worker) for _ in range(self._n)]
+        """Start workers that have to import what they need, while the study is still being prepared."""
+        if not _forked(*self._of_worker[:2]):
+            self._workers = [_Worker(*self._of_worker) for _ in range(self._n)]
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -179,11 +186,13 @@ class Pool:
         """Rows as they are finished, of at most n tasks."""
         waiting = _Waiting(tasks, n)
         while waiting.left or any(w.tasks for w in self._workers):
-            while len(self._workers) < min(self._n, waiting.left):
-                self._workers.append(_Worker(*self._of_worker))
-            for w in self._workers:
-                if waiting.left and not w.tasks:
-                    fair = waiting.left // (2 * self._n)  # the last tasks go one by one: all workers end together
+            for k in range(self._n):
+                if not waiting.left:
+                    break
+                if k == len(self._workers):
+                    self._workers.append(_Worker(*self._of_worker))
+                w, fair = self._workers[k], waiting.left // (2 * self._n)  # the last go one by one: all end together
+                if len(w.tasks) <= min(w.share, fair) // 2:  # a worker with short tasks must not wait for the parent
                     w.give(waiting.take(max(1, min(w.share, fair))))
             yield from self._listen(waiting)
 
