@@ -1,5 +1,5 @@
 /* What a unit must not do to the process that it lives in.
- *   process steps|instances|reload|neighbours|environment BINARY MODELS [BINARY OF THE NEIGHBOUR] */
+ *   process steps|instances|reload|endurance|neighbours|environment BINARY MODELS [BINARY OF THE NEIGHBOUR] */
 #include <fenv.h>
 #include <locale.h>
 #include <malloc.h>
@@ -89,6 +89,28 @@ static void reload(const char *path) {
   DEMAND(after.bytes == before.bytes && after.ranges == before.ranges);
 }
 
+/* every model in both standards: from the first steps to the last one nothing is held that was not held before */
+static void endurance(const binary *b) {
+  const int n = getenv("STEPS") ? (int)strtol(getenv("STEPS"), NULL, 10) : 10000;
+  for (int k = 0; k < n_models; k++)
+    for (int fmi = 2; fmi <= 3; fmi++) {
+      uint64_t hash = 0;
+      const held none = now_held();
+      void *c = start(b, models + k, fmi);
+      held before = {0, 0};
+      for (int s = 0; s < n; s++) {
+        DEMAND(!advance(b, models + k, c, fmi, s, &hash));
+        if (s == 10) before = now_held();
+      }
+      const held after = now_held();
+      DEMAND(after.bytes == before.bytes && after.ranges == before.ranges);
+      stop(b, c, fmi);
+      DEMAND(now_held().bytes == none.bytes);
+      printf("%s, FMI %d: %d steps, %zu bytes held\n", strrchr(models[k].location, '/') + 1, fmi, n,
+             after.bytes - none.bytes);
+    }
+}
+
 /* two FMUs at once, each with its own binary, model by model: as if alone */
 static void neighbours(const binary *a, const binary *b) {
   DEMAND(a->handle != b->handle && a->fmi2DoStep != b->fmi2DoStep);
@@ -159,6 +181,7 @@ int main(int argc, char **argv) {
   const binary b = load(argv[2]);
   if (!strcmp(argv[1], "steps")) steps(&b);
   else if (!strcmp(argv[1], "instances")) instances(&b);
+  else if (!strcmp(argv[1], "endurance")) endurance(&b);
   else if (!strcmp(argv[1], "environment")) environment(&b);
   else {
     DEMAND(!strcmp(argv[1], "neighbours") && argc == 5);

@@ -94,6 +94,27 @@ def test_a_thousand_instances_and_loads(build: Build, models: Path) -> None:
     run([str(build("process")), "reload", str(BINARY), str(models)], 60, GLIBC_TUNABLES=exact)
 
 
+def hold_still(build: Build, models: Path, steps: int, seconds: float) -> None:
+    """Every graph in both standards over many steps."""
+    exact = "glibc.malloc.tcache_count=0"
+    command = [str(build("process")), "endurance", str(BINARY), str(models)]
+    out = run(command, seconds, STEPS=str(steps), GLIBC_TUNABLES=exact)
+    assert out.count(f": {steps} steps, ") == 2 * len(graphs())
+
+
+def test_nothing_is_held_from_step_to_step(build: Build, models: Path) -> None:
+    hold_still(build, models, 200, 60)
+
+
+@pytest.mark.torture
+def test_a_million_steps_of_every_graph_hold_nothing(
+    build: Build, models: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hold_still(build, models, 1_000_000, 1200)
+    with capsys.disabled():
+        print(f"\n1e6 steps of {len(graphs())} graphs in both standards: nothing more is held at the end")
+
+
 def test_rounding_mode_and_locale_stay_as_they_are(build: Build, models: Path, tmp_path: Path) -> None:
     """In a locale with a decimal comma where one can be made; messages keep the point."""
     made = tmp_path / "de_DE.UTF-8"
