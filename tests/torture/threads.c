@@ -5,7 +5,7 @@
 
 #include "binary.h"
 
-enum { THREADS = 8, MOST = 200, STEPS = 40 };
+enum { THREADS = 8, MOST = 200, STEPS = 400 };
 static model models[MOST];
 static int n_models;
 
