@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import re
 from collections.abc import Iterator
 
@@ -20,6 +21,7 @@ def complaints(c: library.Class) -> Iterator[str]:
     for rule in (
         undocumented,
         dead_link,
+        stale_example,
         without_icon,
         missing_each,
         below_min,
@@ -42,12 +44,9 @@ def undocumented(c: library.Class) -> Iterator[str]:
     if c.tree.type == "function" or (c.tree.type == "block" and not c.tree.partial):
         if c.name.startswith("HystFMU.Icons"):
             return
-        for heading in (
-            "Equation",
-            "Source",
-            "Limitation",
-            *(("Example", "See also") if c.tree.type == "block" else ()),
-        ):
+        # the functions of a package that stands for a model are explained with it
+        whole = c.tree.type == "block" or ".Functions." in c.name
+        for heading in ("Equation", "Source", "Limitation", *(("Example", "See also") if whole else ())):
             if f"<b>{heading}" not in body:
                 yield f"its documentation has no {heading}"
 
@@ -84,6 +83,14 @@ def dead_link(c: library.Class) -> Iterator[str]:
     for target in re.findall(r"modelica://([\w.]+)", text_of(c)):
         if target not in library.classes():
             yield f"its documentation links to {target}, which does not exist"
+
+
+def stale_example(c: library.Class) -> Iterator[str]:
+    """The call that a function shows as its example stands in the class that it names."""
+    for call, where in re.findall(r"<b>Example:</b> <code>(.*?)</code> in <a href=\\\"modelica://([\w.]+)", text_of(c)):
+        found = library.classes().get(where)
+        if found and html.unescape(call) not in " ".join(library.text(found.file).split()):
+            yield f"its example {html.unescape(call)} does not stand in {where}"
 
 
 def without_icon(c: library.Class) -> Iterator[str]:

@@ -12,6 +12,7 @@ algorithm
 <p><b>Equation:</b> a_i = 1/(1 + e<sup>-s_i</sup>), tanh(s_i) or max(s_i, 0).</p>
 <p><b>Source:</b> the usual definitions.</p>
 <p><b>Limitation:</b> the sigmoid needs s_i &gt; -700.</p>
+<p><b>Example:</b> <code>activation(b1 + W1*u, activation)</code> in <a href=\"modelica://HystFMU.Networks.Mlp\">Networks.Mlp</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.Mlp\">Networks.Mlp</a>, which uses it.</p>
 </html>"));
 end activation;

@@ -56,6 +56,7 @@ algorithm
 <p><b>Equation:</b> with v = z sgn(u'), xi = abs(u - u_last): dv/dxi = A - c(v) abs(v)<sup>n</sup>, c = gamma + beta for v &gt; 0, gamma - beta for v &lt; 0.</p>
 <p><b>Source:</b> Wen, J. Eng. Mech. Div. 102 (1976) 249-263; Ikhouane &amp; Rodellar, Systems with Hysteresis, 2007, chapter 2.</p>
 <p><b>Limitations:</b> closed form for n = 1, otherwise an incomplete beta function and its inverse: exact but for rounding, whatever the size of the input step.</p>
+<p><b>Example:</b> <code>boucWen(u, pre(u_last), pre(z), A, beta, gamma, n)</code> in <a href=\"modelica://HystFMU.Operators.Sampled.BoucWen\">Operators.Sampled.BoucWen</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.BoucWen\">Operators.Events.BoucWen</a>, <a href=\"modelica://HystFMU.Operators.Sampled.BoucWen\">Operators.Sampled.BoucWen</a>, which use it.</p>
 </html>"));
 end boucWen;

@@ -13,6 +13,7 @@ algorithm
 <p><b>Equation:</b> f = U + s<sup>e</sup> sum over k &ge; 1 of (1 - 1/n)<sub>k</sub>/k! s<sup>k</sup>/(k + e).</p>
 <p><b>Source:</b> Ikhouane &amp; Rodellar, Systems with Hysteresis, 2007, chapter 2; series: Abramowitz &amp; Stegun 1964, 6.6.8 and 15.1.1.</p>
 <p><b>Limitations:</b> s &le; 0.5.</p>
+<p><b>Example:</b> <code>boucWenBeyond(U_half, e, n)</code> in <a href=\"modelica://HystFMU.Functions.boucWenReach\">Functions.boucWenReach</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.boucWenReach\">Functions.boucWenReach</a>, <a href=\"modelica://HystFMU.Functions.boucWenWay\">Functions.boucWenWay</a>, which use it.</p>
 </html>"));
 end boucWenBeyond;

@@ -13,6 +13,7 @@ algorithm
 <p><b>Equation:</b> s = (1 + e U)<sup>1/e</sup>, exp(U) for e = 0.</p>
 <p><b>Source:</b> Box &amp; Cox 1964; log(1 + x) of small x: Kahan.</p>
 <p><b>Limitations:</b> 0 &le; e &lt; 1.</p>
+<p><b>Example:</b> <code>boucWenMissing(U, e)</code> in <a href=\"modelica://HystFMU.Functions.boucWenBeyond\">Functions.boucWenBeyond</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.boucWenBeyond\">Functions.boucWenBeyond</a>, <a href=\"modelica://HystFMU.Functions.boucWenReach\">Functions.boucWenReach</a>, which use it.</p>
 </html>"));
 end boucWenMissing;

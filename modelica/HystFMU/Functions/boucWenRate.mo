@@ -14,6 +14,7 @@ algorithm
 <p><b>Equation:</b> z' = A u' - beta abs(u') abs(z)<sup>n-1</sup> z - gamma u' abs(z)<sup>n</sup>.</p>
 <p><b>Source:</b> Wen, J. Eng. Mech. Div. 102 (1976) 249-263.</p>
 <p><b>Limitations:</b> n &ge; 1.</p>
+<p><b>Example:</b> <code>boucWenRate(rate, z, A, beta, gamma, n)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.BoucWen\">Operators.Smooth.BoucWen</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.BoucWen\">Operators.Smooth.BoucWen</a>, which uses it.</p>
 </html>"));
 end boucWenRate;

@@ -35,6 +35,7 @@ algorithm
 <p><b>Equation:</b> the inverse of boucWenWay, by Newton's method.</p>
 <p><b>Source:</b> Ikhouane &amp; Rodellar, Systems with Hysteresis, 2007, chapter 2; series: Abramowitz &amp; Stegun 1964, 6.6.8 and 15.1.1.</p>
 <p><b>Limitations:</b> n &gt; 1; n - 1 &gt; 1e-4 for full accuracy.</p>
+<p><b>Example:</b> <code>boucWenReach(to_zero - way, A, c, n)</code> in <a href=\"modelica://HystFMU.Functions.boucWen\">Functions.boucWen</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.boucWen\">Functions.boucWen</a>, which uses it.</p>
 </html>"));
 end boucWenReach;

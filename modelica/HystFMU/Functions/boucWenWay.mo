@@ -25,6 +25,7 @@ algorithm
 <p><b>Equation:</b> n A/V dxi = r<sup>1/n-1</sup> s<sup>e-1</sup> dr, s = 1 - r, r = q for c &gt; 0 and q/(1 + q), e = 1 - 1/n for c &lt; 0, q = (v/V)<sup>n</sup>, V = (A/abs(c))<sup>1/n</sup>: one series in r up to 0.5, one in s beyond.</p>
 <p><b>Source:</b> Ikhouane &amp; Rodellar, Systems with Hysteresis, 2007, chapter 2; series: Abramowitz &amp; Stegun 1964, 6.6.8 and 15.1.1.</p>
 <p><b>Limitations:</b> n &gt; 1; n - 1 &gt; 1e-4 for full accuracy.</p>
+<p><b>Example:</b> <code>boucWenWay(-v, A, c, n)</code> in <a href=\"modelica://HystFMU.Functions.boucWen\">Functions.boucWen</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.boucWen\">Functions.boucWen</a>, which uses it.</p>
 </html>"));
 end boucWenWay;

@@ -20,6 +20,7 @@ algorithm
 reversal, 2 on the virgin branch.</p>
 <p><b>Source:</b> Masing's rule.</p>
 <p><b>Limitation:</b> the memory must come from turn.</p>
+<p><b>Example:</b> <code>branchOrigin(extrema, 0, x0, 2)</code> in <a href=\"modelica://HystFMU.Inverse.Events.ConstraintFactorInverse\">Inverse.Events.ConstraintFactorInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverse\">Inverse.Events.ZhaoTanInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverseReconstructed\">Inverse.Events.ZhaoTanInverseReconstructed</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>, which use it.</p>
 </html>"));
 end branchOrigin;

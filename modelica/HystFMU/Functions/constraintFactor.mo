@@ -13,6 +13,7 @@ algorithm
 <p><b>Equation:</b> h = h_p + sgn(x - x_p) g(s abs(x - x_p))/s.</p>
 <p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>constraintFactor(x, Functions.branchOrigin(extrema, x0, 0, virgin), a0, a, d_max)</code> in <a href=\"modelica://HystFMU.Operators.Events.ConstraintFactor\">Operators.Events.ConstraintFactor</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.ConstraintFactor\">Operators.Events.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Operators.Sampled.ConstraintFactor\">Operators.Sampled.ConstraintFactor</a>, which use it.</p>
 </html>"));
 end constraintFactor;

@@ -24,6 +24,7 @@ algorithm
 <p><b>Equation:</b> g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>), with its slope at d_max beyond it.</p>
 <p><b>Source:</b> Shen &amp; Ma 2017, eq. 1.</p>
 <p><b>Limitations:</b> d &ge; 0.</p>
+<p><b>Example:</b> <code>constraintFactorBranch(d_max, a0, a, d_max)</code> in <a href=\"modelica://HystFMU.Functions.constraintFactorInverse\">Functions.constraintFactorInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.constraintFactor\">Functions.constraintFactor</a>, <a href=\"modelica://HystFMU.Functions.constraintFactorLoading\">Functions.constraintFactorLoading</a>, which use it.</p>
 </html>"));
 end constraintFactorBranch;

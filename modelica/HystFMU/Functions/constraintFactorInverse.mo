@@ -33,6 +33,7 @@ algorithm
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(s abs(h - h_p))/s.</p>
 <p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2, solved for x; bracketed Newton's method.</p>
 <p><b>Limitations:</b> the branch must rise between 0 and d_max.</p>
+<p><b>Example:</b> <code>constraintFactorInverse(h, Functions.branchOrigin(extrema, 0, x0, 2), a0, a, d_max)</code> in <a href=\"modelica://HystFMU.Inverse.Events.ConstraintFactorInverse\">Inverse.Events.ConstraintFactorInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.ConstraintFactorInverse\">Inverse.Events.ConstraintFactorInverse</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ConstraintFactorInverse\">Inverse.Sampled.ConstraintFactorInverse</a>, which use it.</p>
 </html>"));
 end constraintFactorInverse;

@@ -14,6 +14,7 @@ algorithm
 <p><b>Equation:</b> phi(q) = g(2 q)/2.</p>
 <p><b>Source:</b> Masing's rule; Shen &amp; Ma 2017, eq. 1.</p>
 <p><b>Limitations:</b> q &ge; 0.</p>
+<p><b>Example:</b> <code>constraintFactorLoading(q, a0, a, d_max)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.ConstraintFactor\">Operators.Smooth.ConstraintFactor</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.ConstraintFactor\">Operators.Smooth.ConstraintFactor</a>, which uses it.</p>
 </html>"));
 end constraintFactorLoading;

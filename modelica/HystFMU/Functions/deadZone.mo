@@ -12,6 +12,7 @@ algorithm
 <p><b>Equation:</b> S = max(u - r, 0) for r &gt; 0, min(u - r, 0) for r &lt; 0, u for r = 0.</p>
 <p><b>Source:</b> Kuhnen, European Journal of Control 9 (2003) 407-418.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>deadZone(u, r)</code> in <a href=\"modelica://HystFMU.Operators.DeadZones\">Operators.DeadZones</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.DeadZones\">Operators.DeadZones</a>, which uses it.</p>
 </html>"));
 end deadZone;

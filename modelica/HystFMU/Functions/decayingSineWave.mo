@@ -19,6 +19,7 @@ algorithm
 <p><b>Equation:</b> e<sup>-decay t</sup> sin(2 pi f t + phase).</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>decayingSineWave(time, frequency, phase, decay)</code> in <a href=\"modelica://HystFMU.Sources.DecayingSine\">Sources.DecayingSine</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.DecayingSine\">Sources.DecayingSine</a>, which uses it.</p>
 </html>"));
 end decayingSineWave;

@@ -24,6 +24,7 @@ algorithm
 <p><b>Equation:</b> integral of dw/du from u_last to u in Runge-Kutta steps of at most du_max, but at most 10000 steps.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005.</p>
 <p><b>Limitations:</b> u and u_last on one branch: the input must not have turned between them.</p>
+<p><b>Example:</b> <code>duhem(u, pre(u_last), pre(w_last), a_rise, b_rise, c_rise, q, w_max, du_max)</code> in <a href=\"modelica://HystFMU.Operators.Sampled.Duhem\">Operators.Sampled.Duhem</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Duhem\">Operators.Sampled.Duhem</a>, which uses it.</p>
 </html>"));
 end duhem;

@@ -22,6 +22,7 @@ algorithm
 <p><b>Equation:</b> one Runge-Kutta step of du/dw to w = 0, then one of dw/du over the rest.</p>
 <p><b>Source:</b> the way to the corner with w as the independent variable: Henon 1982.</p>
 <p><b>Limitations:</b> w and next of unlike sign.</p>
+<p><b>Example:</b> <code>duhemAcrossZero(u, w, h, next, a, b, c, q)</code> in <a href=\"modelica://HystFMU.Functions.duhemStep\">Functions.duhemStep</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.duhemStep\">Functions.duhemStep</a>, which uses it.</p>
 </html>"));
 end duhemAcrossZero;

@@ -23,6 +23,7 @@ algorithm
 <p><b>Equation:</b> duhemSteps over and over.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005.</p>
 <p><b>Limitations:</b> m &le; 10000.</p>
+<p><b>Example:</b> <code>duhemManySteps(u_last, w_last, h, m, a, b, c, q, w_max)</code> in <a href=\"modelica://HystFMU.Functions.duhem\">Functions.duhem</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.duhem\">Functions.duhem</a>, which uses it.</p>
 </html>"));
 end duhemManySteps;

@@ -24,6 +24,7 @@ algorithm
 <p><b>Equation:</b> classical Runge-Kutta step of order 4 in u.</p>
 <p><b>Source:</b> Kutta 1901.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>duhemRungeKutta(u, w, h, a, b, c, q)</code> in <a href=\"modelica://HystFMU.Functions.duhemStep\">Functions.duhemStep</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.duhemStep\">Functions.duhemStep</a>, <a href=\"modelica://HystFMU.Functions.duhemAcrossZero\">Functions.duhemAcrossZero</a>, which use it.</p>
 </html>"));
 end duhemRungeKutta;

@@ -27,6 +27,7 @@ algorithm
 <p><b>Equation:</b> dw/du = sum_i u<sup>i</sup> (a_i + sum_j (b_ij w<sup>j</sup> + c_ij abs(w) w<sup>j-1</sup>)).</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005; Coleman &amp; Hodgdon 1986.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>duhemSlope(u, w, a_rise, b_rise, c_rise, q)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.Duhem\">Operators.Smooth.Duhem</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.Duhem\">Operators.Smooth.Duhem</a>, <a href=\"modelica://HystFMU.Functions.duhemRungeKutta\">Functions.duhemRungeKutta</a>, which use it.</p>
 </html>"));
 end duhemSlope;

@@ -30,6 +30,7 @@ algorithm
 <p><b>Equation:</b> a Runge-Kutta step, cut at w = 0, held within w_max.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005; the cut keeps the order at the corner of abs(w).</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>duhemStep(u_last + (first + i)*h, w, h, a, b, c, q, w_max)</code> in <a href=\"modelica://HystFMU.Functions.duhemSteps\">Functions.duhemSteps</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.duhemSteps\">Functions.duhemSteps</a>, which uses it.</p>
 </html>"));
 end duhemStep;

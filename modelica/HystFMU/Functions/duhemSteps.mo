@@ -23,6 +23,7 @@ algorithm
 <p><b>Equation:</b> duhemStep over and over.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005.</p>
 <p><b>Limitations:</b> twenty: rumoca 0.10.2 has no loop whose end depends on data, and goes through all of it.</p>
+<p><b>Example:</b> <code>duhemSteps(u_last, w, h, 20*i, m, a, b, c, q, w_max)</code> in <a href=\"modelica://HystFMU.Functions.duhemManySteps\">Functions.duhemManySteps</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.duhem\">Functions.duhem</a>, <a href=\"modelica://HystFMU.Functions.duhemManySteps\">Functions.duhemManySteps</a>, which use it.</p>
 </html>"));
 end duhemSteps;

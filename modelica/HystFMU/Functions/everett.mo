@@ -24,6 +24,7 @@ algorithm
 <p><b>Equation:</b> linear on triangles with the nodes of an even grid as corners.</p>
 <p><b>Source:</b> Mayergoyz 1991, chapter 1.</p>
 <p><b>Limitations:</b> lo &le; beta &le; alpha &le; hi.</p>
+<p><b>Example:</b> <code>everett(u, origin[1], lo, hi, n, E)</code> in <a href=\"modelica://HystFMU.Functions.preisach\">Functions.preisach</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.preisach\">Functions.preisach</a>, which uses it.</p>
 </html>"));
 end everett;

@@ -15,6 +15,7 @@ algorithm
 <p><b>Equation:</b> linear between the half steps of the grid.</p>
 <p><b>Source:</b> Mayergoyz 1991, chapter 1.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>firstBranch(origin, lo, hi, virgin)</code> in <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>, <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, <a href=\"modelica://HystFMU.Functions.preisach\">Functions.preisach</a>, which use it.</p>
 </html>"));
 end firstBranch;

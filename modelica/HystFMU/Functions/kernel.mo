@@ -15,6 +15,7 @@ algorithm
 <p><b>Equation:</b> k+ = min(max(k, ridge(u - p2)), ridge(u - p1)), ridge(x) = min(max(2 x/a - 1, -1), 1).</p>
 <p><b>Source:</b> Krasnosel'skii &amp; Pokrovskii 1989, chapter 2.</p>
 <p><b>Limitations:</b> p1 &le; p2.</p>
+<p><b>Example:</b> <code>kernel(u, a, p1, p2, k0)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.KrasnoselskiiPokrovskii\">Operators.Smooth.KrasnoselskiiPokrovskii</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.KrasnoselskiiPokrovskii\">Operators.Events.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Operators.Sampled.KrasnoselskiiPokrovskii\">Operators.Sampled.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Operators.Smooth.KrasnoselskiiPokrovskii\">Operators.Smooth.KrasnoselskiiPokrovskii</a>, which use it.</p>
 </html>"));
 end kernel;

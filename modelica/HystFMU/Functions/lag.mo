@@ -14,6 +14,7 @@ algorithm
 <p><b>Equation:</b> q+ = q + (1 - e<sup>-dt/T</sup>) (u - q).</p>
 <p><b>Source:</b> exact discretisation with a held input.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>lag(u, T, Ts, pre(q))</code> in <a href=\"modelica://HystFMU.Operators.Sampled.Creep\">Operators.Sampled.Creep</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Creep\">Operators.Sampled.Creep</a>, which uses it.</p>
 </html>"));
 end lag;

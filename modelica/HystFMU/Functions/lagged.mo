@@ -13,6 +13,7 @@ algorithm
 <p><b>Equation:</b> z_i = past_(first + i).</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>lagged(past_u, n_k, n_u)</code> in <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>, which uses it.</p>
 </html>"));
 end lagged;

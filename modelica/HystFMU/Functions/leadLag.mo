@@ -24,6 +24,7 @@ algorithm
 <p><b>Equation:</b> (T_z s + 1)/(T_p s + 1) = T_z/T_p + (1 - T_z/T_p)/(T_p s + 1), s = 2/dt (z - 1)/(z + 1).</p>
 <p><b>Source:</b> bilinear rule: Franklin, Powell &amp; Workman, Digital Control of Dynamic Systems, 3rd ed., section 6.1.</p>
 <p><b>Limitations:</b> T_p &gt; 0.</p>
+<p><b>Example:</b> <code>leadLag(y_d - y, pre(sections), T_z, T_p, dt)</code> in <a href=\"modelica://HystFMU.Control.LeadLag\">Control.LeadLag</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.LeadLag\">Control.LeadLag</a>, which uses it.</p>
 </html>"));
 end leadLag;

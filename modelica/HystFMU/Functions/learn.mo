@@ -32,6 +32,7 @@ algorithm
 <p><b>Equation:</b> after step n - 1: w_k &larr; Q (w_k + gain e_(k + lead)), Q w_k = smooth (w_(k-1) + w_(k+1)) + (1 - 2 smooth) w_k, indices around the period.</p>
 <p><b>Source:</b> Bristow, Tharayil &amp; Alleyne, IEEE Control Systems 26 (2006) 96.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>learn(y_d - y, pre(period), gain, lead, smooth)</code> in <a href=\"modelica://HystFMU.Control.IterativeLearning\">Control.IterativeLearning</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.IterativeLearning\">Control.IterativeLearning</a>, which uses it.</p>
 </html>"));
 end learn;

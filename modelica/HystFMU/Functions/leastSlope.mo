@@ -17,6 +17,7 @@ algorithm
 <p><b>Equation:</b> min over j of w0 + w_1 + ... + w_j.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 12: the inverse exists if it is greater than 0.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>leastSlope(w0, w)</code> in <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>, which use it.</p>
 </html>"));
 end leastSlope;

@@ -15,6 +15,7 @@ algorithm
 <p><b>Equation:</b> phi(q) = w0 q + sum_i w_i max(q - r_i, 0).</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10.</p>
 <p><b>Limitation:</b> q &ge; 0.</p>
+<p><b>Example:</b> <code>loadingCurve(0.5*origin[3]*abs(u - origin[1]), w0, r, w)</code> in <a href=\"modelica://HystFMU.Functions.prandtlIshlinskii\">Functions.prandtlIshlinskii</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.prandtlIshlinskii\">Functions.prandtlIshlinskii</a>, which uses it.</p>
 </html>"));
 end loadingCurve;

@@ -31,6 +31,7 @@ algorithm
 curve value lies below v.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 12-14.</p>
 <p><b>Limitation:</b> w0 and every W_j must be greater than 0.</p>
+<p><b>Example:</b> <code>loadingCurveInverse(0.5*origin[3]*abs(y - origin[1]), w0, r, w)</code> in <a href=\"modelica://HystFMU.Functions.prandtlIshlinskiiInverse\">Functions.prandtlIshlinskiiInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.prandtlIshlinskiiInverse\">Functions.prandtlIshlinskiiInverse</a>, which uses it.</p>
 </html>"));
 end loadingCurveInverse;

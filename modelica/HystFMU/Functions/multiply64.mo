@@ -21,6 +21,7 @@ algorithm
 <p><b>Equation:</b> c = a b mod 2<sup>64</sup>, long multiplication.</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> every sum stays below 2<sup>53</sup>, so that Real arithmetic is exact.</p>
+<p><b>Example:</b> <code>multiply64({mod(k + 1, 65536), mod(floor((k + 1)/65536), 65536), mod(floor((k + 1)/4294967296), 65536), 0}, {31765, 32586, 31161, 40503})</code> in <a href=\"modelica://HystFMU.Functions.randomUniform\">Functions.randomUniform</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.randomUniform\">Functions.randomUniform</a>, which uses it.</p>
 </html>"));
 end multiply64;

@@ -20,6 +20,7 @@ algorithm
 <p><b>Equation:</b> sum_i a_i sin(2 pi f_i t + ph_i).</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>multisineWave(time, f, a, ph)</code> in <a href=\"modelica://HystFMU.Sources.Multisine\">Sources.Multisine</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Multisine\">Sources.Multisine</a>, which uses it.</p>
 </html>"));
 end multisineWave;

@@ -20,6 +20,7 @@ algorithm
 <p><b>Equation:</b> Ackermann's formula for (I - M H) F, H = (1 0 0): M = (F - z I)<sup>3</sup> O<sup>-1</sup> (0 0 1)', O = (H F; H F<sup>2</sup>; H F<sup>3</sup>).</p>
 <p><b>Source:</b> Franklin, Powell &amp; Workman, Digital Control of Dynamic Systems, 3rd ed., section 8.2; poles in one place: Gao, ACC 2003.</p>
 <p><b>Limitations:</b> the plant must be observable over a step: no whole number of half periods.</p>
+<p><b>Example:</b> <code>observerGains(F, exp(-2*pi*f_o*Ts))</code> in <a href=\"modelica://HystFMU.Control.DisturbanceObserver\">Control.DisturbanceObserver</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.DisturbanceObserver\">Control.DisturbanceObserver</a>, which uses it.</p>
 </html>"));
 end observerGains;

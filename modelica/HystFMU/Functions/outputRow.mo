@@ -17,6 +17,7 @@ algorithm
 <p><b>Equation:</b> c_i = (b_i - d a_i)/a_1/sigma<sup>na + 1 - i</sup> with b_i, a_i the coefficients of s<sup>i - 1</sup> and d the direct term.</p>
 <p><b>Source:</b> division of the polynomials, s = sigma p.</p>
 <p><b>Limitations:</b> the degree of b must not exceed that of a.</p>
+<p><b>Example:</b> <code>outputRow(b, a, sigma)</code> in <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>, which uses it.</p>
 </html>"));
 end outputRow;

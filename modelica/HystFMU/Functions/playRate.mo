@@ -13,6 +13,7 @@ algorithm
 <p><b>Equation:</b> z' = max(u', 0) S((u - z - r)/width) + min(u', 0) S((z - u - r)/width), S(x) = min(max(1 + x, 0), 1).</p>
 <p><b>Source:</b> play as a differential inclusion (Krejci &amp; Kuhnen 2001, eq. 3), its corner rounded.</p>
 <p><b>Limitations:</b> abs(u - z) stays within r, and the distance to the exact play within width.</p>
+<p><b>Example:</b> <code>playRate(u, rate, r[i], z[i], width)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.BacklashSum\">Operators.Smooth.BacklashSum</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.BacklashSum\">Operators.Smooth.BacklashSum</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ConstraintFactor\">Operators.Smooth.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Operators.Smooth.PlayBank\">Operators.Smooth.PlayBank</a>, <a href=\"modelica://HystFMU.Operators.Smooth.PrandtlIshlinskii\">Operators.Smooth.PrandtlIshlinskii</a>, which use it.</p>
 </html>"));
 end playRate;

@@ -13,6 +13,7 @@ algorithm
 <p><b>Equation:</b> w_0 = (phi_1 - phi_0)/step, w_i = (phi_(i+1) - 2 phi_i + phi_(i-1))/step: the polygon through the points.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10.</p>
 <p><b>Limitations:</b> between the points the curve is straight.</p>
+<p><b>Example:</b> <code>playWeights(Functions.zhaoTanLoading(q), 0.5*reach/plays)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.ZhaoTan\">Operators.Smooth.ZhaoTan</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.ConstraintFactor\">Operators.Smooth.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ZhaoTan\">Operators.Smooth.ZhaoTan</a>, which use it.</p>
 </html>"));
 end playWeights;

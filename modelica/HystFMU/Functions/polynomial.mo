@@ -28,6 +28,7 @@ algorithm
 <p><b>Equation:</b> y = theta' phi, phi: z_i, then z_i z_j with i &le; j row by row, then z_i z_j z_l with i &le; j &le; l, at last 1.</p>
 <p><b>Source:</b> IPMC hysteresis model with basis function network, eq. 8-12.</p>
 <p><b>Limitations:</b> degree 3 at most; the time grows with the cube of the number of variables.</p>
+<p><b>Example:</b> <code>polynomial(cat(1, Functions.lagged(past_u, n_k, n_u), Functions.lagged(past_f, n_k, n_f), Functions.lagged(past_y, 0, n_y)), theta, q)</code> in <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>, which uses it.</p>
 </html>"));
 end polynomial;

@@ -15,6 +15,7 @@ algorithm
 <p><b>Equation:</b> u = u_p + sgn(y - y_p) g(s d)/s, g(d) = 2 phi<sup>-1</sup>(d/2), phi the loading curve.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 12-14.</p>
 <p><b>Limitation:</b> w0 &gt; 0: without a linear term no continuous inverse exists.</p>
+<p><b>Example:</b> <code>prandtlIshlinskiiInverse(y, Functions.branchOrigin(extrema, y0, u0, 2), w0, r, w)</code> in <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>, which use it.</p>
 </html>"));
 end prandtlIshlinskiiInverse;

@@ -13,6 +13,7 @@ algorithm
 <p><b>Equation:</b> l_(k+1) = l_k + (+-1 - l_k) U_k.</p>
 <p><b>Source:</b> SplitMix64: Steele, Lea &amp; Flood 2014.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>randomLevels(seed, m)</code> in <a href=\"modelica://HystFMU.Sources.RandomReversals\">Sources.RandomReversals</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.RandomReversals\">Sources.RandomReversals</a>, which uses it.</p>
 </html>"));
 end randomLevels;

@@ -23,6 +23,7 @@ algorithm
 <p><b>Equation:</b> hash of seed + (k + 1) gamma by two multiplications and three shifts.</p>
 <p><b>Source:</b> SplitMix64: Steele, Lea &amp; Flood, OOPSLA 2014, figure 16.</p>
 <p><b>Limitations:</b> seed &lt; 2<sup>31</sup>, k &lt; 2<sup>48</sup>.</p>
+<p><b>Example:</b> <code>randomUniform(seed, 2*k)</code> in <a href=\"modelica://HystFMU.Functions.randomNormal\">Functions.randomNormal</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.randomLevels\">Functions.randomLevels</a>, <a href=\"modelica://HystFMU.Functions.randomNormal\">Functions.randomNormal</a>, which use it.</p>
 </html>"));
 end randomUniform;

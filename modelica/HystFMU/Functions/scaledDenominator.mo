@@ -14,6 +14,7 @@ algorithm
 <p><b>Equation:</b> alpha_i = a_(na + 2 - i)/a_1/sigma<sup>na + 1 - i</sup>.</p>
 <p><b>Source:</b> substitution s = sigma p.</p>
 <p><b>Limitations:</b> a[1] is not 0.</p>
+<p><b>Example:</b> <code>scaledDenominator(a, sigma)</code> in <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>, which uses it.</p>
 </html>"));
 end scaledDenominator;

@@ -13,6 +13,7 @@ algorithm
 <p><b>Equation:</b> new_1 = u, new_i = old_(i-1).</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>shift(u, pre(inputs))</code> in <a href=\"modelica://HystFMU.Dynamics.Delay\">Dynamics.Delay</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Delay\">Dynamics.Delay</a>, <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>, which use it.</p>
 </html>"));
 end shift;

@@ -17,6 +17,7 @@ algorithm
 <p><b>Equation:</b> rises through 0 at the start of a cycle, as the sine does.</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> the derivatives in the corners are those of the next piece.</p>
+<p><b>Example:</b> <code>triangleWave(time, frequency, phase)</code> in <a href=\"modelica://HystFMU.Sources.Triangle\">Sources.Triangle</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Triangle\">Sources.Triangle</a>, which uses it.</p>
 </html>"));
 end triangleWave;

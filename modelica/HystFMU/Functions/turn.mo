@@ -61,6 +61,7 @@ that was passed or not: it drifts, and is unbounded on random reversals.</p>
 <p><b>Limitations:</b> depth (size of memory = 3 + 2 depth) must be at least 4. When the list is full, the smallest stored loop, the last pair, is
 forgotten as if it had closed. The cost grows with depth: loops of fixed length instead of while, because
 rumoca 0.10.2 has no while whose end depends on data.</p>
+<p><b>Example:</b> <code>turn(h, 0, pre(x), pre(extrema))</code> in <a href=\"modelica://HystFMU.Inverse.Sampled.ZhaoTanInverse\">Inverse.Sampled.ZhaoTanInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverse\">Inverse.Events.ZhaoTanInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverseReconstructed\">Inverse.Events.ZhaoTanInverseReconstructed</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>, which use it.</p>
 </html>"));
 end turn;

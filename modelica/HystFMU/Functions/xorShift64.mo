@@ -26,6 +26,7 @@ algorithm
 <p><b>Equation:</b> y = z xor (z &gt;&gt; shift).</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>xorShift64(z, 30)</code> in <a href=\"modelica://HystFMU.Functions.randomUniform\">Functions.randomUniform</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.randomUniform\">Functions.randomUniform</a>, which uses it.</p>
 </html>"));
 end xorShift64;

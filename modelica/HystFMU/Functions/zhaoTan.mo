@@ -12,6 +12,7 @@ algorithm
 <p><b>Equation:</b> h = h_p + sgn(x - x_p) g(s d)/s, g(d) = (1 - e<sup>-d</sup>) d, d = abs(x - x_p).</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 4.</p>
 <p><b>Limitation:</b> convex for d &lt; 2 only: scale the input accordingly.</p>
+<p><b>Example:</b> <code>zhaoTan(x, Functions.branchOrigin(extrema, x0, 0, virgin))</code> in <a href=\"modelica://HystFMU.Operators.Events.ZhaoTan\">Operators.Events.ZhaoTan</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.ZhaoTan\">Operators.Events.ZhaoTan</a>, <a href=\"modelica://HystFMU.Operators.Sampled.ZhaoTan\">Operators.Sampled.ZhaoTan</a>, which use it.</p>
 </html>"));
 end zhaoTan;

@@ -29,6 +29,7 @@ algorithm
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(s abs(h - h_p))/s, g(d) = (1 - e<sup>-d</sup>) d.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section III; Halley's method.</p>
 <p><b>Limitations:</b> four iterations: full accuracy for every v.</p>
+<p><b>Example:</b> <code>zhaoTanInverse(h, Functions.branchOrigin(extrema, 0, x0, 2))</code> in <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverse\">Inverse.Events.ZhaoTanInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverse\">Inverse.Events.ZhaoTanInverse</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ZhaoTanInverse\">Inverse.Sampled.ZhaoTanInverse</a>, which use it.</p>
 </html>"));
 end zhaoTanInverse;

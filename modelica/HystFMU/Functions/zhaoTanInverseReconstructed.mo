@@ -12,6 +12,7 @@ algorithm
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g(s d)/s, g(d) = (1 + e<sup>-d</sup>) d.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 11 (lost; reconstructed).</p>
 <p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <code>zhaoTanInverseReconstructed(h, Functions.branchOrigin(extrema, 0, x0, 2))</code> in <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverseReconstructed\">Inverse.Events.ZhaoTanInverseReconstructed</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverseReconstructed\">Inverse.Events.ZhaoTanInverseReconstructed</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ZhaoTanInverseReconstructed\">Inverse.Sampled.ZhaoTanInverseReconstructed</a>, which use it.</p>
 </html>"));
 end zhaoTanInverseReconstructed;

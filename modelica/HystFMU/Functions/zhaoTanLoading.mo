@@ -11,6 +11,7 @@ algorithm
 <p><b>Equation:</b> phi(q) = g(2 q)/2, g(d) = (1 - e<sup>-d</sup>) d.</p>
 <p><b>Source:</b> Masing's rule; Zhao &amp; Tan 2008, eq. 4.</p>
 <p><b>Limitations:</b> q &ge; 0.</p>
+<p><b>Example:</b> <code>zhaoTanLoading(q)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.ZhaoTan\">Operators.Smooth.ZhaoTan</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.ZhaoTan\">Operators.Smooth.ZhaoTan</a>, which uses it.</p>
 </html>"));
 end zhaoTanLoading;
