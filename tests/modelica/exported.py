@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import form
 import library
+import lint
 import numpy as np
-import pymoca.parser
 import simulate
 
 from hystfmu.data import Dataset
@@ -90,11 +91,19 @@ def simulated(package: Path) -> dict[str, Array]:
         return simulate.Trajectory({k: stored[k] for k in stored.files}).at(e["Interval"])
 
 
+def complaints(package: Path) -> list[str]:
+    """What the second parser, the lint and the form of a folder have against a package."""
+    found = list(form.order_complaints(package))
+    for file in package.glob("*.mo"):
+        found += form.place_complaints(file, package.parent)
+    with library.beside(package) as classes:
+        return found + [complaint for c in classes for complaint in lint.complaints(c)]
+
+
 def compare(model: Model, name: str, folder: Path) -> Outcome:
     """Export a model with one input and one output, simulate it, and hold it against `predict`."""
     package = export_modelica(model, folder, package_name(name), "a test")
-    for file in package.glob("*.mo"):
-        assert pymoca.parser.parse(file.read_text()) is not None, f"{file.name}: pymoca finds a syntax error"
+    assert complaints(package) == []
     began = time.perf_counter()
     rows = simulated(package)
     seconds = time.perf_counter() - began

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import re
 from collections.abc import Iterator, Mapping
@@ -43,20 +44,34 @@ def text(file: Path) -> str:
 @functools.cache
 def classes() -> dict[str, Class]:
     """Every class by its qualified name, as the second parser reads it."""
-    found: dict[str, Class] = {}
-    for file in files():
-        tree = pymoca.parser.parse(text(file))
-        assert tree is not None, f"{file.name}: pymoca finds a syntax error"
-        within = _within(file)
-        for name in within.split(".") if within else []:
-            tree = tree.classes[name]
-        for c in _below(tree, within, file):
-            found[c.name] = c
-    return found
+    return {c.name: c for file in files() for c in read(file)}
+
+
+def read(file: Path) -> Iterator[Class]:
+    """The classes of one file."""
+    tree = pymoca.parser.parse(text(file))
+    assert tree is not None, f"{file.name}: pymoca finds a syntax error"
+    within = _within(file)
+    for name in within.split(".") if within else []:
+        tree = tree.classes[name]
+    yield from _below(tree, within, file)
+
+
+@contextlib.contextmanager
+def beside(package: Path) -> Iterator[list[Class]]:
+    """For the time of a with-statement, the classes of another package are found too."""
+    more = {c.name: c for file in sorted(package.glob("*.mo")) for c in read(file)}
+    classes().update(more)
+    try:
+        yield list(more.values())
+    finally:
+        for name in more:
+            del classes()[name]
+        text.cache_clear()
 
 
 def _within(file: Path) -> str:
-    m = re.match(r"within ([\w.]+);", text(file))
+    m = re.search(r"^within ([\w.]+);", text(file), re.M)
     return m[1] if m else ""
 
 

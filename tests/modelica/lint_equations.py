@@ -91,7 +91,7 @@ def _unit_of(end: str, c: library.Class) -> str:
 
 def connected_twice(c: library.Class) -> Iterator[str]:
     """The same two ends joined twice are one equation too many, which rumoca drops without a word."""
-    pairs = [frozenset((str(e.left), str(e.right))) for e in c.tree.equations if isinstance(e, ast.ConnectClause)]
+    pairs = [frozenset((_end(e.left), _end(e.right))) for e in c.tree.equations if isinstance(e, ast.ConnectClause)]
     for pair in sorted({p for p in pairs if pairs.count(p) > 1}, key=sorted):
         yield f"{' and '.join(sorted(pair))} are connected twice"
 
@@ -183,6 +183,12 @@ def _without(e: Any, function: str) -> Iterator[str]:
     elif not (isinstance(e, ast.Expression) and str(e.operator) == function):
         for i in inside(e):
             yield from _without(i, function)
+
+
+def _end(ref: ast.ComponentRef) -> str:
+    """A reference with its indices, which str() leaves out."""
+    indices = ", ".join(str(i) for row in ref.indices for i in row if i is not None)
+    return ".".join([ref.name + (f"[{indices}]" if indices else ""), *map(_end, ref.child)])
 
 
 def _plain(reference: str) -> str:

@@ -15,7 +15,7 @@ from made_graphs import MADE
 from hystfmu.core import block_types
 from hystfmu.errors import InputError
 from hystfmu.graph import Node
-from hystfmu.modelica import classes
+from hystfmu.modelica import classes, export_modelica
 from hystfmu.modelica.literals import number
 from hystfmu.modelica.record import record
 
@@ -41,6 +41,24 @@ def test_exported_graph_gives_what_predict_gives(name: str, tmp_path: Path) -> N
 def check(o: exported.Outcome) -> None:
     print(exported.line(o))
     assert o.error <= o.bound
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("<b>Limitations", "<b>Note", "undocumented: Piezo.Model"),
+        ("connect(network.y, y)", "connect(network.y, y);\n  connect(y, network.y)", "connected_twice: Piezo.Model"),
+        ("modelica://HystFMU.", "modelica://HystFMU.No.", "dead_link: Piezo.Model"),
+        ("within Piezo;", "within Other;", "Model.mo is within Other"),
+    ],
+)
+def test_a_mistake_in_an_exported_package_is_found(old: str, new: str, says: str, tmp_path: Path) -> None:
+    package = export_modelica(MADE["nfir_without_auxiliary"](), tmp_path, "Piezo")
+    assert exported.complaints(package) == []
+    file = package / "Model.mo"
+    assert old in file.read_text()
+    file.write_text(file.read_text().replace(old, new))
+    assert says in "\n".join(exported.complaints(package))
 
 
 def test_record_has_all_bits_and_the_names_of_the_fmu() -> None:

@@ -53,6 +53,10 @@ def test_lint_is_quiet(name: str) -> None:
         ("protected_access", 'block Bad "b" Operators.Sampled.ZhaoTan a; Real y; equation y = a.nothing; end Bad;'),
         ("equal_reals", 'block Bad "b" parameter Real r = 1; Real y; equation y = if r == 1 then 2 else 3; end Bad;'),
         ("equal_reals", 'block Bad "b" parameter Real r[2] = {1, 2}; Real y = if r[1] <> 1 then 2 else 3; end Bad;'),
+        (
+            "connected_twice",
+            'block Bad "b" Dynamics.Sum a, b; equation connect(a.y, b.u[1]); connect(b.u[1], a.y); end Bad;',
+        ),
         ("below_min", 'block Bad "b" parameter Real r(min = 0) = -1; end Bad;'),
         (
             "lost_elements",

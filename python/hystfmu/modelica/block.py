@@ -66,7 +66,7 @@ def block(model: Model, name: str, within: str, record_name: str, history: str =
     ]
     if sampled:
         head.append(f"  extends HystFMU.Interfaces.Sampled({'final ' if tied else ''}Ts = values.Ts);")
-    documentation = string(_documentation(model, sampled, tied, history))
+    documentation = string(_documentation(model, sampled, tied, history) + _links(nodes, within) + "</html>")
     return "\n".join([*head, *body, f"  annotation (Documentation(info = {documentation}));", f"end {name};\n"])
 
 
@@ -186,5 +186,12 @@ def _documentation(model: Model, sampled: bool, tied: bool, history: str) -> str
         )
     return (
         f"<html><p>A model of kind <em>{escape(model.key)}</em>: {escape(model.text)}.</p>{equations}{history}"
-        f"<p><b>Limitations:</b> {'; '.join(limits)}.</p></html>"
+        f"<p><b>Limitations:</b> {'; '.join(limits)}.</p>"
     )
+
+
+def _links(nodes: list[Node], within: str) -> str:
+    """The Example of the package, and the classes that the block is made of."""
+    made_of = {f"{within}.{network.names(n)[1]}" if classes.is_large(n) else classes.class_of(n) for n in nodes}
+    example, *see = (f'<a href="modelica://{c}">{c}</a>' for c in (f"{within}.Example", *sorted(made_of)))
+    return f"<p><b>Example:</b> {example}.</p><p><b>See also:</b> {', '.join(see)}.</p>"

@@ -51,6 +51,8 @@ equation
 <p><b>Equation:</b> y = {function}(u).</p>
 <p><b>Source:</b> trained by hystfmu.</p>
 <p><b>Limitations:</b> memoryless; the weights cannot be changed.</p>
+<p><b>Example:</b> <a href=\\"modelica://{within}.Example\\">{within}.Example</a>.</p>
+<p><b>See also:</b> <a href=\\"modelica://HystFMU.Networks.Mlp\\">HystFMU.Networks.Mlp</a>.</p>
 </html>"));
 end {block};
 """,
