@@ -202,21 +202,24 @@ const hyst_block *hyst_find(const char *name);
   HYST_X(name, size) HYST_LOCAL(const double, dx_, s_##name, size) HYST_LOCAL(double, ddx_, t_##name, size)
 #define HYST_TANGENT_STATE HYST_X
 
+/* run between steps only, in a binary that goes into every FMU: small code rather than fast */
+#if defined(__clang__)
+#define HYST_COLD __attribute__((cold, minsize))
+#elif defined(__GNUC__)
+#define HYST_COLD __attribute__((cold))
+#else
+#define HYST_COLD
+#endif
+
 /* signatures; the last (void)s keep -Wextra quiet when a block has no variable of a kind */
 #define HYST_OUTPUT_FN(f) \
   static void f(const int *dim_, const double *p_, const double *x_, const double *u_, double *y_)
 #define HYST_DERIV_FN(f) \
   static void f(const int *dim_, const double *p_, const double *x_, const double *u_, double *dx_)
 #define HYST_UPDATE_FN(f) static void f(const int *dim_, const double *p_, double *x_, const double *u_, double dt)
-#define HYST_INIT_FN(f) static void f(const int *dim_, const double *p_, double *x_)
-#define HYST_PREPARE_FN(f) static const char *f(const int *dim_, double *p_, double dt)
-#define HYST_FEEDTHROUGH_FN(f) static int f(const int *dim_, const double *p_)
-/* asked for between steps only: small code rather than fast, for it goes into every FMU */
-#if defined(__GNUC__)
-#define HYST_COLD __attribute__((cold))
-#else
-#define HYST_COLD
-#endif
+#define HYST_INIT_FN(f) HYST_COLD static void f(const int *dim_, const double *p_, double *x_)
+#define HYST_PREPARE_FN(f) HYST_COLD static const char *f(const int *dim_, double *p_, double dt)
+#define HYST_FEEDTHROUGH_FN(f) HYST_COLD static int f(const int *dim_, const double *p_)
 #define HYST_TANGENT_FN(f)                                                                                          \
   HYST_COLD static void f(const int *dim_, const double *p_, const double *x_, const double *u_, const double *du_, \
                           const double *dx_, double *dy_, double *ddx_)
@@ -234,7 +237,7 @@ const hyst_block *hyst_find(const char *name);
 #define HYST_BLOCK(id, ...)                                                                               \
   static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                                   \
   static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){"", 0, 0, 0, HYST_TOLD("")}}; /* may be none */ \
-  static int64_t id##_size(const int *dim_, int var_) {                                                   \
+  HYST_COLD static int64_t id##_size(const int *dim_, int var_) {                                                   \
     DIMS(HYST_DIM_LOCAL64)                                                                                \
     const int64_t size[] = {VARS(HYST_SIZE_ROW)};                                                         \
     (void)dim_;                                                                                           \

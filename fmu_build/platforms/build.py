@@ -6,8 +6,8 @@ One binary per platform serves every model.  OUT gets <tuple>.<suffix>, named by
 installs what lies there.  The C library is linked at run time; on Linux its oldest version is glibc 2.17.  Where both
 binaries for macOS are built, darwin64.dylib holds them for FMI 2.0.
 
-All of them travel in an FMU, so that size counts: two translation units, one for speed with the files of fast.txt, one
-for size with the rest; no unwind tables, for nothing is thrown through an FMU; nothing of zig's own C library.  Beside
+All of them travel in an FMU, so that size counts: one translation unit for each level of fast.txt, one for size with the
+rest; no unwind tables, for nothing is thrown through an FMU; nothing of zig's own C library.  Beside
 each binary lies its deflate stream (PyPI: zopfli), which archives take as it is: once made slowly here, it is smaller,
 and no export waits.
 """
@@ -38,7 +38,7 @@ OPTIONS = ["-std=c99", "-g0", "-fvisibility=hidden", "-ffp-contract=off", "-fno-
 OPTIONS += ["-fno-asynchronous-unwind-tables", "-fno-unwind-tables", "-fno-stack-protector"]
 OPTIONS += ["-mllvm", "-enable-machine-outliner=never"]  # repetition is what deflate lives on
 OPTIONS += ["-Wno-override-init", "-Wno-unused-function"]
-FAST, SMALL = ["-Os"], ["-Os", "-Xclang", "-Oz"]  # zig takes -Oz for -Os; -O2 is larger and, in the kernels, not faster
+SMALL = ["-Os", "-Xclang", "-Oz"]
 WINDOWS = ("heap", "private", "stdio", "string")
 LINK = {
     "so": ["-Wl,--gc-sections", "-Wl,--hash-style=sysv"],  # a Bloom filter does not compress
@@ -48,10 +48,11 @@ LINK = {
 }
 
 
-def fast_files(root: Path) -> set[Path]:
-    """The files of fast.txt."""
+def levels(root: Path) -> dict[Path, str]:
+    """The files of fast.txt and how each is optimised."""
     lines = (root / "fast.txt").read_text().splitlines()
-    return {root / line for line in lines if line and not line.startswith("#")}
+    words = [line.split() for line in lines if line and not line.startswith("#")]
+    return {path: level for level, pattern in words for path in root.glob(pattern)}
 
 
 def unit(root: Path, sources: list[Path]) -> str:
@@ -72,9 +73,11 @@ def build(root: Path, out: Path, name: str) -> Path:
     if spec is None or spec.origin is None:
         raise SystemExit("build.py: fmpy, which brings the FMI headers, is not installed")
     headers = Path(spec.origin).parent / "c-code"
-    fast, alone = fast_files(root), root / "fmi" / "open_file.c"  # of windows.h, it says why
+    fast, alone = levels(root), root / "fmi" / "open_file.c"  # of windows.h, it says why
     sources = [p for p in source_files(root) if p not in fast and p != alone]
-    units = {"fast": (FAST, unit(root, sorted(fast))), "small": (SMALL, unit(root, sources))}
+    units = {"small": (SMALL, unit(root, sources))}
+    for level in sorted(set(fast.values())):
+        units[level] = ([f"-{level}"], unit(root, sorted(p for p in fast if fast[p] == level)))
     for path in (alone, root / "platforms" / "windows.c")[: 2 if suffix == "dll" else 1]:
         units[path.stem] = (SMALL, path.read_text())
     position = [] if suffix == "dll" else ["-fPIC"]

@@ -35,7 +35,7 @@ typedef struct {
   double rate, by_v, by_f;
 } hysteresis;
 
-static hysteresis flow(const plant *p, double v, double f) {
+static inline hysteresis flow(const plant *p, double v, double f) {
   const double size = hyst_fabs(f), less = p->nu == 1 ? 1 : hyst_pow(size, p->nu - 1), more = less * size;
   const double sign_v = v > 0 ? 1 : v < 0 ? -1 : 0, sign_f = f > 0 ? 1 : f < 0 ? -1 : 0;
   const double by_v = p->alpha - p->beta * (p->gamma * sign_v * less * f + p->delta * more);
