@@ -237,7 +237,7 @@ const hyst_block *hyst_find(const char *name);
 #define HYST_BLOCK(id, ...)                                                                               \
   static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                                   \
   static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){"", 0, 0, 0, HYST_TOLD("")}}; /* may be none */ \
-  HYST_COLD static int64_t id##_size(const int *dim_, int var_) {                                                   \
+  HYST_COLD static int64_t id##_size(const int *dim_, int var_) {                                         \
     DIMS(HYST_DIM_LOCAL64)                                                                                \
     const int64_t size[] = {VARS(HYST_SIZE_ROW)};                                                         \
     (void)dim_;                                                                                           \
