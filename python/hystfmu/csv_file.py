@@ -78,16 +78,17 @@ def read_columns(
     place: dict[str, int] = {}
     units = dict.fromkeys(names, "")
     for k, cell in enumerate(header):
-        base = re.sub(r"\s*\[.*\]\s*\Z", "", cell)
+        base, unit = _name_and_unit(cell)
         for name in names:
             if name in (cell, base):
                 if name in place:
                     raise InputError(f"{path}: two columns are named {name!r}; columns: {', '.join(header)}")
                 place[name] = k
-                units[name] = cell[len(base) :].strip().strip("[]").strip() if name == base else ""
+                units[name] = unit if name == base else ""
     for name in names:
         if name not in place:
-            hint = "; give the sample rate in Hz if there is no time column" if name == time else ""
+            hint = "; name yours (on the command line --time, --input, --output)"
+            hint += "; give the sample rate in Hz (--rate) if there is no time column" if name == time else ""
             raise InputError(f"{path}: no column {name!r}; columns: {', '.join(header)[:200]}{hint}")
     order = [place[n] for n in names]
     if not body.strip():
@@ -105,6 +106,12 @@ def read_columns(
     return {n: table[:, i] for i, n in enumerate(names)}, units, printed
 
 
+def _name_and_unit(cell: str) -> tuple[str, str]:
+    """A name and what stands behind it in square or round brackets: ``u [V]``, ``u (V)``."""
+    m = re.fullmatch(r"(.*?)\s*(?:\[(.*)\]|\((.*)\))", cell)
+    return (m[1], (m[2] or m[3] or "").strip()) if m else (cell, "")
+
+
 def _first_bad(
     path: str | Path, body: str, separator: str, header: list[str], names: list[str], order: list[int]
 ) -> str:
@@ -113,8 +120,11 @@ def _first_bad(
     for n, line in enumerate(lines):
         cells = line.split(separator)
         if len(cells) != len(header):
-            many = separator == "," and len(cells) > len(header)
-            comma = "; is it a decimal comma? numbers need a decimal point" if many else ""
+            comma = ""
+            if cells[-1].strip() == "":
+                comma = f"; it ends with {separator!r}, the line of names does not"
+            elif separator == "," and len(cells) > len(header):
+                comma = "; is it a decimal comma? numbers need a decimal point"
             return f"{path}: row {n} has {len(cells)} cells, the line of names has {len(header)}{comma}: {line[:60]!r}"
         for name, k in zip(names, order, strict=True):
             if _number(cells[k]) is None:

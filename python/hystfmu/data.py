@@ -17,6 +17,7 @@ from hystfmu.errors import InputError
 from hystfmu.time_grid import check_increasing, check_time
 
 LEAST_ROWS = 4
+SECONDS = ("", "s", "sec", "second", "seconds")  # what may stand behind the name of the time column
 _RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
 
 
@@ -114,7 +115,8 @@ class Dataset:
         """Read a CSV file whose first line names the columns.
 
         Columns are separated by commas, semicolons or tabs; numbers have a decimal point.  A name may carry its unit
-        in brackets, ``u [V]``.  In messages, data rows are counted from 0: row 0 is the line after the names.
+        in brackets, ``u [V]`` or ``u (V)``; that of the time must be s.  In messages, data rows are counted from 0:
+        row 0 is the line after the names.
 
         Parameters
         ----------
@@ -144,6 +146,8 @@ class Dataset:
         columns, units, printed = read_columns(path, names, most, "" if rate is not None else time)
         for name in names:
             _check_finite(columns[name], name, str(path))
+        if units.get(time, "") not in SECONDS and rate is None:
+            raise InputError(f"{path}: column {time!r}: the time must be in s; the file says [{units[time]}]")
         n = len(columns[input])
         y: Array = np.full(n, np.nan) if output is None else columns[output]
         t: Array = columns[time] if rate is None else np.arange(n) / rate

@@ -81,8 +81,9 @@ def read_toml(path: str | Path, kind: type[M], most: int = MOST_BYTES) -> M:
     InputError
         One line that names the file, the key, the rule and the value; of several errors the first and their number.
     """
+    content = read_bytes(path, most)  # outside of `try`: an InputError is a ValueError, but no matter of the syntax
     try:
-        data = tomllib.loads(read_bytes(path, most).decode())
+        data = tomllib.loads(content.decode())
     except ValueError as e:  # syntax, encoding, an integer of thousands of digits
         raise InputError(f"{path}: not a TOML file: {' '.join(str(e).split())}") from None
     except RecursionError:

@@ -120,6 +120,17 @@ def one_line(done, words):
         assert w in lines[0]
 
 
+@pytest.mark.parametrize(
+    ("scale", "words"), [("e200", ("row 0, u", "up to 1e+100")), ("e-200", ("u: a fit takes spans from 1e-100",))]
+)
+def test_values_whose_squares_overflow_or_vanish_are_refused(tmp_path, scale, words):
+    path = write(tmp_path / "a.csv", [[t, u + scale, y + scale] for t, u, y in record(80)])
+    done = hystfmu("fit", path, "--model", "prandtl_ishlinskii", "-o", tmp_path / "m.toml")
+    assert done.returncode == 2, done.stderr
+    assert all(w in done.stderr for w in words), done.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]
+
+
 def test_bad_options_of_fit(fitted, tmp_path):
     folder, _ = fitted
     data, out = folder / "data.csv", tmp_path / "m.model.toml"

@@ -99,6 +99,24 @@ def test_decimal_commas(tmp_path):
     refused(write(tmp_path / "k.csv", [r.replace(".", ",") for r in rows()]), "row 0", "6 cells", "decimal comma")
 
 
+def test_units_in_brackets_and_a_time_that_is_not_in_seconds(tmp_path):
+    d = Dataset.from_csv(write(tmp_path / "a.csv", rows(), "t (s),u (V),y (um)"))
+    assert (d.unit_u, d.unit_y, d.h) == ("V", "um", 0.125)
+    for head in ("t [ms],u,y", "t (min),u,y"):
+        refused(write(tmp_path / "b.csv", rows(), head), "column 't'", "must be in s", head[3:5])
+    assert Dataset.from_csv(write(tmp_path / "c.csv", rows(), "t [ms],u,y"), rate=8.0).h == 0.125
+
+
+def test_a_separator_at_the_end_of_the_rows_is_named(tmp_path):
+    refused(write(tmp_path / "a.csv", [f"{r}," for r in rows()]), "row 0 has 4 cells", "ends with ','")
+
+
+def test_other_column_names_are_asked_for(tmp_path):
+    path = write(tmp_path / "a.csv", rows(), "Time [s],Voltage [V],Displacement [um]")
+    refused(path, "no column 't'", "Voltage [V]", "--time, --input, --output")
+    assert Dataset.from_csv(path, "Time", "Voltage", "Displacement").unit_y == "um"
+
+
 def test_short_rows_few_rows_no_rows_binary_and_size(tmp_path):
     lines = rows()
     lines[7] = "0.875,1.0"

@@ -29,6 +29,9 @@ from hystfmu.model import Model
 __all__ = ["METHODS", "errors", "fit", "options"]
 
 Progress = Callable[[float], None]
+SMALLEST = (
+    1e-100  # span, and one over the largest value: beyond, squares overflow or vanish and NNLS aborts the process
+)
 
 METHODS: dict[str, tuple[str, str]] = {
     "prandtl_ishlinskii": ("prandtl_ishlinskii", "weighted plays, non-negative least squares; exact inverse"),
@@ -141,8 +144,17 @@ def _check(data: Dataset) -> None:
     if not data.has_output:
         raise InputError(f"{where}: no output was measured, so there is nothing to fit")
     for name, column in (("u", data.u), ("y", data.y)):
-        if not np.ptp(column[data.train]) > 0:
+        large = np.abs(column) > 1 / SMALLEST
+        if large.any():
+            row = int(np.argmax(large))
+            raise InputError(
+                f"{where}: row {row}, {name}: a fit takes values up to {1 / SMALLEST:g}; got {column[row]:g}"
+            )
+        span = np.ptp(column[data.train])
+        if not span > 0:
             raise InputError(f"{where}: {name} is constant ({column[data.train][0]:g}) in the train rows")
+        if span < SMALLEST:
+            raise InputError(f"{where}: {name}: a fit takes spans from {SMALLEST:g}; got {span:g} in the train rows")
 
 
 def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, Any]:

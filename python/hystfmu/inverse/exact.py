@@ -57,7 +57,7 @@ def _chain(graph: Graph) -> list[Node]:
     follows = {a.split(".")[0]: b for a, b in graph.wires}
     for n in graph.nodes:
         if n.type not in _TYPES:
-            hint = "; use method='learned'" if n.type not in ("delay", "transfer_function") else ""
+            hint = "; use the method 'implicit' or 'learned'" if n.type not in ("delay", "transfer_function") else ""
             raise InputError(f"the block {n.name!r} ({n.type}) has no exact inverse{hint}")
     at = graph.inputs[0].to[0].split(".")[0]
     chain = [graph.node(at)]
@@ -66,7 +66,9 @@ def _chain(graph: Graph) -> list[Node]:
         chain.append(graph.node(at))
     straight = len(graph.inputs[0].to) == 1 and len(graph.wires) == len(chain) - 1 == len(graph.nodes) - 1
     if not straight or graph.outputs[0].source.split(".")[0] != at:
-        raise InputError("an exact inverse needs blocks in one chain from input to output; use method='learned'")
+        raise InputError(
+            "an exact inverse needs blocks in one chain from input to output; use the method 'implicit' or 'learned'"
+        )
     return chain
 
 
