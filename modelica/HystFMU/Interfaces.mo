@@ -47,7 +47,7 @@ package Interfaces "Ports and partial blocks"
     rising = rate > eps or (pre(rising) and not rate < -eps);
     annotation (Documentation(info = "<html>
 <p><b>Equation:</b> rising = rate &gt; eps or (pre(rising) and not rate &lt; -eps): one event for each reversal, none on a plateau.</p>
-<p><b>Limitation:</b> an input that jumps does not show its reversal in its rate. At a corner of the input the turning point is its value at the event, which a tool may place a rounding error of the time late.</p>
+<p><b>Limitation:</b> an input that jumps does not show its reversal in its rate. At a corner of the input the turning point is its value at the event, which a tool may place a rounding error of the time late. Two reversals within one step of the solver go unseen: rumoca 0.10.2 looks at the rate at the output interval.</p>
 </html>"));
   end Reversals;
 
