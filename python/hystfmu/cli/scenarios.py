@@ -37,9 +37,10 @@ from hystfmu.errors import InputError
     metavar="SECONDS",
     help="For a case with FMUs of others, which run in a process of their own.",
 )
+@click.option("--case", metavar="NAME", help="Run only the cases of this name.")
 @click.option("--step", type=float, metavar="SECONDS", help="Of an SSP that states none, or another one.")
 @click.option("--stop", type=float, metavar="SECONDS", help="Of an SSP that states none, or another one.")
-@click.option("-o", "--out", metavar="OUT.csv", help="Write all outputs of an SSP there.")
+@click.option("-o", "--out", metavar="OUT.csv", help="Write all outputs of the one case, or of an SSP, there.")
 @click.option(
     "--record",
     is_flag=True,
@@ -49,13 +50,16 @@ from hystfmu.errors import InputError
 @click.option("--junit", metavar="FILE", help="Write the verdicts as JUnit XML.")
 @click.option("--report", "report_dir", metavar="DIR", help="Write report.html and report.json there.")
 @json_option
+@click.pass_context
 def run(
+    context: click.Context,
     scenarios: tuple[str, ...],
     everything: bool,
     settings: tuple[str, ...],
     engine: Literal["fmpy", "python", "native"],
     coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
     timeout: float,
+    case: str | None,
     step: float | None,
     stop: float | None,
     out: str | None,
@@ -71,14 +75,17 @@ def run(
 
     \b
     Example: hystfmu run scenarios/sliding_mode --report out
+             hystfmu run scenarios/pid --case sine_10 -o sine_10.csv
              hystfmu run loop.ssp -o out.csv
     """
     if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
         from hystfmu.scenario.ssp_run import run_ssp_file
 
+        _refuse(context, _NOT_OF_AN_SSP, f"{scenarios[0]}: an SSP archive is run alone and as it is")
         lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out)
         click.echo("\n".join(lines))
         sys.exit(0 if passed else FAILED)
+    _refuse(context, ("step", "stop"), "step and stop of a scenario stand in its scenario.toml")
     from hystfmu.scenario import Change, run_scenarios
     from hystfmu.scenario.junit import write_junit
     from hystfmu.terminal import changes, progress, verdicts
@@ -106,6 +113,8 @@ def run(
             coupling=coupling,
             seconds=timeout,
             confirm=agreed,
+            case=case,
+            out=out,
         )
     if junit is not None:
         write_junit(results, junit)
@@ -114,6 +123,17 @@ def run(
     else:
         click.echo(verdicts(results))
     sys.exit(0 if all(r.passed for r in results) else FAILED)
+
+
+_NOT_OF_AN_SSP = ("everything", "settings", "case", "record", "yes", "junit", "report_dir", "as_json")
+
+
+def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
+    """An option that would have no effect is an error."""
+    for option in context.command.params:
+        given = context.get_parameter_source(option.name or "") is click.core.ParameterSource.COMMANDLINE
+        if option.name in names and given:
+            raise InputError(f"{why}: it takes no {option.opts[-1]}")
 
 
 @click.command()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from hystfmu.scenario.excerpt import Picture
 from hystfmu.scenario.fmu_store import FmuStore
 from hystfmu.scenario.fused import to_graph
 from hystfmu.scenario.metrics import Measure
+from hystfmu.scenario.row_file import row_file
 from hystfmu.scenario.run import Engine
 from hystfmu.scenario.simulation import blocks, simulate
 from hystfmu.scenario.spec import Scheme
@@ -120,6 +122,8 @@ def run_scenarios(
     coupling: Scheme | None = None,
     seconds: float = 600.0,
     confirm: Callable[[list[Change]], bool] = lambda changes: True,
+    case: str | None = None,
+    out: str | Path | None = None,
 ) -> list[Result]:
     """Run scenarios with all their cases.
 
@@ -143,6 +147,10 @@ def run_scenarios(
         Longest time for a case with FMUs of others.
     confirm : callable
         With `record`: asked once, with what would change in the baselines, before anything is written.
+    case : str, optional
+        Run only the cases of this name.
+    out : path, optional
+        Write all outputs of the one case that runs there, as CSV; not if a unit refuses to go on.
 
     Returns
     -------
@@ -157,8 +165,17 @@ def run_scenarios(
     overrides = dict(overrides or {})
     if record and (overrides or coupling):
         raise InputError("--record stores the scenario as it is written: it takes neither --set nor --coupling")
+    if record and case is not None:
+        raise InputError("--record stores all cases of a scenario: it takes no --case")
     scenarios = [Scenario(p, overrides, coupling) for p in paths]
-    systems = [[build(c) for c in s.cases] for s in scenarios]
+    cases = [[c for c in s.cases if case in (None, c.name)] for s in scenarios]
+    if not any(cases):
+        names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
+        raise InputError(f"--case {case}: no such case; there are {', '.join(names)}")
+    n = sum(map(len, cases))
+    if out is not None and n > 1:
+        raise InputError(f"-o {out}: one file holds one case, and {n} would run; name one with --case")
+    systems = [[build(c) for c in group] for group in cases]
     for key in overrides:
         split_end(key, "--set")
         if not any(key in system.overridden for group in systems for system in group):
@@ -178,7 +195,7 @@ def run_scenarios(
         records: dict[str, Record] = {}
         with FmuStore() as store:
             for system in group:
-                result, found = _run(system, baseline, engine, store, record, seconds)
+                result, found = _run(system, baseline, engine, store, record, seconds, out)
                 ran.append(result)
                 if found is not None:
                     records[result.case] = found
@@ -198,18 +215,27 @@ def run_scenarios(
 
 
 def _run(
-    system: System, baseline: Baseline | None, engine: Engine, store: FmuStore, record: bool, seconds: float
+    system: System,
+    baseline: Baseline | None,
+    engine: Engine,
+    store: FmuStore,
+    record: bool,
+    seconds: float,
+    out: str | Path | None,
 ) -> tuple[Result, Record | None]:
     case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
     measured = {name: Measure(m) for name, m in case.metrics.items()}
     kept, picture = Kept(system, baseline), Picture(system)
     counted = Sweeps()
-    adders = [kept.add, picture.add, *(m.add for m in measured.values())]
+    adders: list[Callable[[Trace], None]] = [kept.add, picture.add, *(m.add for m in measured.values())]
     try:
-        for block in blocks(system, engine, store, seconds):
-            for add in adders:
-                add(block)
-            counted.add(block.sweeps)
+        with ExitStack() as stack:
+            if out is not None:
+                adders.append(stack.enter_context(row_file(out, system)))
+            for block in blocks(system, engine, store, seconds):
+                for add in adders:
+                    add(block)
+                counted.add(block.sweeps)
     except Stopped as e:
         return Result(system, (), (f"{case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes), None
     seconds = time.perf_counter() - begin

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,11 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from hystfmu.core import Array
-from hystfmu.csv_file import csv_rows
 from hystfmu.errors import InputError
-from hystfmu.files import written
 from hystfmu.scenario.case import Case
 from hystfmu.scenario.excerpt import Excerpt
+from hystfmu.scenario.row_file import row_file
 from hystfmu.scenario.run import Engine
 from hystfmu.scenario.simulation import blocks, simulate
 from hystfmu.scenario.spec import Scheme
@@ -106,13 +106,12 @@ def run_ssp_file(
     begin = Excerpt(system.columns, np.arange(len(reference) if reference is not None else 1))
     try:
         with ExitStack() as stack:
-            file = stack.enter_context(written(out)) if out is not None else None
-            if file is not None:
-                file.write((",".join(["t", *system.columns]) + "\n").encode())
+            adders: list[Callable[[Trace], None]] = [begin.add]
+            if out is not None:
+                adders.append(stack.enter_context(row_file(out, system)))
             for block in blocks(system, engine, seconds=seconds):
-                begin.add(block)
-                if file is not None:
-                    file.write(csv_rows([block.t, *block.values.T]).encode())
+                for add in adders:
+                    add(block)
     except Stopped as e:
         return [f"{path}: stopped: {e}"], False
     compared, lines = _held_against(path, case, ssp.signals, reference, begin.trace())
