@@ -89,7 +89,7 @@ int hyst_type(const hyst_var *row); /* one of the bits */
 /* Is the value legal for this variable?  Refuses NaN, infinities, values out of range, fractions of an int. */
 hyst_status hyst_check(const hyst_var *row, double value);
 static inline hyst_status hyst_check_port(const hyst_port *p, double value) { /* the same, sooner for a real number */
-  if (p->type == HYST_REAL && value - value == 0 && value >= p->row->lo && value <= p->row->hi) return HYST_E_OK;
+  if (p->type == HYST_REAL && value > p->row->lo && value < p->row->hi) return HYST_E_OK; /* so it is finite */
   return hyst_check(p->row, value);
 }
 hyst_status hyst_graph_set(hyst_graph *g, int64_t reference, double value); /* checked; takes effect at the next step */

@@ -121,7 +121,7 @@ fmi2Status fmi2Reset(fmi2Component c) {
       if (s) return (fmi2Status)s;                                                                      \
     }                                                                                                   \
     for (size_t k = 0; k < n; k++) {                                                                    \
-      const hyst_port *p = fmi_find(i, vr[k]);                                                          \
+      const hyst_port *p = fmi_found(i, vr[k]);                                                         \
       fmi_set(i, p, vr[k] - p->reference, (double)value[k]);                                            \
     }                                                                                                   \
     return fmi2OK;                                                                                      \

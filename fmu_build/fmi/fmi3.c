@@ -130,7 +130,7 @@ static fmi_status check_count(const instance *i, const fmi_call *call, const fmi
     if (fmi_fresh(i) || check_count(i, TABLE + CALL_Get##name, vr, n, types, (types) == REAL, count))           \
       return fmi3Error;                                                                                         \
     for (size_t k = 0; k < n; k++) {                                                                            \
-      const hyst_port *p = fmi_find(i, vr[k]);                                                                  \
+      const hyst_port *p = fmi_found(i, vr[k]);                                                                 \
       if (!p) *values++ = (T)i->run.t;                                                                          \
       for (int64_t e = 0; p && e < p->size; e++) *values++ = (T)p->value[e];                                    \
     }                                                                                                           \
@@ -143,7 +143,7 @@ static fmi_status check_count(const instance *i, const fmi_call *call, const fmi
     for (int write = 0; write < 2; write++) { /* look at all of them before the first is set */                       \
       const T *from = values;                                                                                         \
       for (size_t k = 0; k < n; k++) {                                                                                \
-        const hyst_port *p = fmi_find(i, vr[k]);                                                                      \
+        const hyst_port *p = fmi_found(i, vr[k]);                                                                     \
         for (int64_t e = 0; e < p->size; e++, from++) {                                                               \
           const fmi_status s = write ? FMI_OK : fmi_accept(i, p, e, (double)*from);                                   \
           if (s) return (fmi3Status)s;                                                                                \

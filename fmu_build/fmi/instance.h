@@ -154,6 +154,11 @@ static inline const hyst_port *fmi_port(const instance *i, const fmi_call *call,
   const int good = p && (unsigned)p->type & types && (i->kind.by_element || p->reference == reference);
   return good ? p : fmi_seek_port(i, call, reference, types);
 }
+/* That again, which fmi_port() has found: without its checks. */
+static inline const hyst_port *fmi_found(const instance *i, uint32_t reference) {
+  const hyst_graph *g = i->graph;
+  return reference < g->n_references ? g->ports + g->port_of[reference] : fmi_find_continuous(i, reference);
+}
 /* parameters that were set take effect, for the step in use */
 fmi_status fmi_prepare(instance *i);
 /* before values are read: outputs that belong to the present inputs; in Step Mode they are those of the last step */

@@ -24,6 +24,13 @@ static inline void relu(hyst_lanes *a, int n) {
   for (int i = 0; i < n; i++) a[i] = hyst_lanes_choose((hyst_lanes_bits)(a[i] > zero), a[i], zero);
 }
 
+/* b + W u of as many neurons as there are lanes */
+static inline hyst_lanes weighted(double b0, double b1, const double *w0, const double *w1, const double *u, int n) {
+  hyst_lanes sum = hyst_lanes_of(b0, b1);
+  for (int k = 0; k < n; k++) sum += hyst_lanes_of(w0[k], w1[k]) * u[k];
+  return sum;
+}
+
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
   const int kind = (int)*activation, most = HYST_LANES * HYST_LANES_MOST;
@@ -31,13 +38,9 @@ HYST_OUTPUT_FN(output) {
     const int n = n_hidden - first < most ? n_hidden - first : most, n_a = (n + HYST_LANES - 1) / HYST_LANES;
     const double *w0 = W1 + (ptrdiff_t)first * n_in, *b = b1 + first;
     hyst_lanes a[HYST_LANES_MOST];
-    for (int i = 0; i < n_a; i++, w0 += HYST_LANES * n_in, b += HYST_LANES) {
-      const int next = 2 * i + 1 < n; /* a lane without a neuron repeats the one before */
-      const double *w1 = next ? w0 + n_in : w0;
-      hyst_lanes sum = hyst_lanes_of(b[0], b[next]);
-      for (int k = 0; k < n_in; k++) sum += hyst_lanes_of(w0[k], w1[k]) * u[k];
-      a[i] = sum;
-    }
+    for (int i = 0; i < n / HYST_LANES; i++, w0 += HYST_LANES * n_in, b += HYST_LANES)
+      a[i] = weighted(b[0], b[HYST_LANES - 1], w0, w0 + (HYST_LANES - 1) * n_in, u, n_in);
+    if (n % HYST_LANES) a[n_a - 1] = weighted(b[0], b[0], w0, w0, u, n_in); /* a lane without a neuron */
     if (kind == SIGMOID) hyst_lanes_sigmoid(a, n_a);
     else if (kind == TANH) hyst_lanes_tanh(a, n_a);
     else relu(a, n_a);
