@@ -103,9 +103,12 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path) -> M:
         return kind.model_validate(data)
     except pydantic.ValidationError as e:
         errors = e.errors(include_url=False)
-        first = errors[0]
+        unknown = [error for error in errors if error["type"] == "extra_forbidden"]
+        first = (unknown or errors)[0]  # a key that is misspelt is missing too: the one that stands there says more
         key = ".".join(str(k) for k in first["loc"]) or "file"
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        if unknown:
+            raise InputError(f"{path}: {key}: there is no such key{more}") from None
         value = "" if first["type"] == "missing" else f"; got {str(first['input'])[:80]!r}"
         raise InputError(f"{path}: {key}: {first['msg']}{value}{more}") from None
 

@@ -63,9 +63,20 @@ def verdicts(results: Sequence[Result]) -> str:
     """One line per scenario case, and below notes and failures: scenario, metric, value and limit."""
     rows = [[r.scenario, r.case, "ok" if r.passed else "FAILED", f"{r.seconds:.2f}"] for r in results]
     lines = [table(["scenario", "case", "verdict", "seconds"], rows)]
-    failures = [line for r in results for line in (*r.notes, *r.failures())]
+    failures = [line for r in results for line in (*r.notes, *_shortened(r.failures()))]
     passed = sum(r.passed for r in results)
     return "\n".join([*lines, *failures, f"{passed} of {len(results)} cases passed"])
+
+
+def _shortened(failures: Sequence[str]) -> list[str]:
+    """Every limit that is exceeded, but of what changed against the baseline only the first: the rest follows."""
+    from hystfmu.scenario.baseline import CHANGED
+
+    changed = [line for line in failures if CHANGED in line]
+    lines = [line for line in failures if CHANGED not in line] + changed[:1]
+    if len(changed) > 1:
+        lines[-1] += f" (and {len(changed) - 1} more changed)"
+    return lines
 
 
 def changes(found: Sequence[Change], none: str = "the baseline does not change") -> str:

@@ -143,6 +143,15 @@ def test_bad_options_of_fit(fitted, tmp_path):
     assert not out.exists()
 
 
+def test_the_kinds_of_model_are_listed_with_their_options():
+    lines = hystfmu("fit", "--models").stdout.splitlines()
+    assert "bouc_wen: Bouc-Wen grey box, nonlinear least squares" in lines
+    assert lines[lines.index("bouc_wen: Bouc-Wen grey box, nonlinear least squares") + 1].startswith(
+        "    --set starts,"
+    )
+    assert any(line.startswith("auto: ") for line in lines)
+
+
 def test_bad_model_files(fitted, tmp_path):
     folder, _ = fitted
     text = (folder / "m.model.toml").read_text()
@@ -185,7 +194,9 @@ def test_a_damaged_fmu_fails_validation(fitted, tmp_path):
 def test_run_needs_a_scenario(tmp_path):
     one_line(hystfmu("run", cwd=tmp_path), ["--all"])
     one_line(hystfmu("run", "--all", cwd=tmp_path), ["scenario"])
-    one_line(hystfmu("run", tmp_path / "none", cwd=tmp_path), ["none"])
+    done = hystfmu("run", tmp_path / "none", cwd=tmp_path)
+    one_line(done, ["none", "No such file"])
+    assert "not a TOML file" not in done.stderr
     (tmp_path / "scenario.toml").write_text("name = [")
     one_line(hystfmu("run", tmp_path, cwd=tmp_path), ["scenario.toml", "not a TOML file"])
 
@@ -203,6 +214,7 @@ def test_blocks_lists_and_explains():
 def test_every_command_explains_itself_with_an_example():
     commands = ["blocks", "fit", "predict", "inverse", "export", "validate", "run", "reproduce", "demo"]
     overview = hystfmu("--help").stdout
+    assert "..." not in overview.split("Commands:")[1], "a summary is cut off"
     for c in commands:
         assert c in overview
         assert "Example: hystfmu " in hystfmu(c, "--help").stdout

@@ -34,7 +34,7 @@ def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
         ("stop", 0.03005, ["stop", "multiple of the step"]),
         ("stop", 1e9, ["stop", "at most"]),
         ("ripple", 0, ["ripple", "greater than or equal to 1"]),
-        ("speed", 3, ["speed", "not permitted"]),
+        ("speed", 3, ["speed", "no such key"]),
         ("order", ["plant", "pid"], ["order", "missing: ['reference']"]),
         ("order", ["plant", "reference", "pid", "pid"], ["order", "twice: ['pid']"]),
         ("order", ["plant", "reference", "pid", "ghost"], ["order", "unknown: ['ghost']"]),
@@ -121,5 +121,13 @@ def test_an_override_that_fits_nothing_is_refused(loop: Any, write: Any) -> None
     folder = write(loop)
     with pytest.raises(InputError, match=r"--set plant\.ghost: none of the scenarios"):
         run_scenarios([folder], overrides={"plant.ghost": 1.0}, engine="python")
-    with pytest.raises(InputError, match=r"unit\.variable"):
+    with pytest.raises(InputError, match=r"did you mean plant\.hysteresis_w"):
+        run_scenarios([folder], overrides={"plnt.hysteresis_w": 1.0}, engine="python")
+    with pytest.raises(InputError, match=r"^--set: must read 'unit\.variable'"):
         run_scenarios([folder], overrides={"ghost": 1.0}, engine="python")
+
+
+def test_a_misspelt_key_is_named_and_not_the_one_that_it_leaves_out(loop: Any, write: Any) -> None:
+    loop["stopp"] = loop.pop("stop")
+    with pytest.raises(InputError, match=r"scenario\.toml: stopp: there is no such key"):
+        run_scenarios([write(loop)], engine="python")

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from hystfmu import terminal
 from hystfmu.errors import InputError
 from hystfmu.scenario import Result, run_scenarios
 
@@ -63,6 +64,12 @@ def test_twenty_percent_of_a_plant_parameter_fails(loop: Any, write: Any) -> Non
         assert any("loop/nominal: tracking" in line and "changed against the baseline" in line for line in lines), key
     lines = run(folder, overrides={"plant.hysteresis_r": "*1.2"}).failures()
     assert any("loop/nominal: tracking" in line and "exceeds the limit" in line for line in lines)
+    shown = terminal.verdicts([run(folder, overrides={"plant.hysteresis_r": "*1.2"})])
+    changed = sum("changed against" in line for line in lines)
+    assert changed > 1
+    assert shown.count("changed against the baseline") == 1, "the limits in full, of the changes the first"
+    assert f"(and {changed - 1} more changed)" in shown
+    assert "exceeds the limit" in shown
 
 
 def test_a_signal_that_changed_where_no_metric_looks_is_found(loop: Any, write: Any) -> None:

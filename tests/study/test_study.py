@@ -75,6 +75,13 @@ def test_a_refused_variation_is_a_row_with_its_reason(write: Any, tmp_path: Path
     assert {r["status"] for r in outcome.rows if r["values"]["lag.a"] == 1.0} == {"ok"}
 
 
+def test_a_parameter_that_no_unit_has_is_refused_before_anything_runs(write: Any, tmp_path: Path) -> None:
+    path = write(parameters={"comand.step": {"values": [1.0]}})
+    with pytest.raises(InputError, match=r"study\.toml: parameters: no case has a unit .* 'comand\.step'"):
+        run_study(path, tmp_path / "out", workers=1)
+    assert not (tmp_path / "out").exists()
+
+
 def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path) -> None:
     """As small as the range allows; the way there does not depend on the number of workers."""
     pytest.importorskip("optuna")

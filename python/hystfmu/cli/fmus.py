@@ -32,7 +32,9 @@ def export(
     source: bool,
     folder: str | None,
 ) -> None:
-    """Pack a model as an FMU for Co-Simulation and Model Exchange, or as Modelica; no compiler is needed.
+    """Pack a model as an FMU, or as Modelica.
+
+    The FMU has Co-Simulation and Model Exchange; no compiler is needed.
 
     The Modelica package holds a record of the values, a ready block and an example; it uses the library HystFMU.
 
@@ -74,7 +76,9 @@ def export(
 @click.option("--seconds", default=60.0, show_default=True, help="Time limit.")
 @json_option
 def validate(fmu: str, seconds: float, as_json: bool) -> None:
-    """Check anybody's FMU: the archive, static checks of fmpy and fmutool, and trial runs in a process of its own.
+    """Check anybody's FMU.
+
+    The archive, static checks of fmpy and fmutool, and trial runs in a process of its own.
 
     Start values, equal runs, get and set without effect, reset, saved states, two instances, dependencies, directional
     derivatives, leaks, odd folders.

@@ -8,13 +8,17 @@ import click
 
 from hystfmu.cli.options import Columns, assignments, data_options, json_option
 
+POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which `inverse` warns
+
 
 @click.command()
 @click.argument("name", required=False)
 @click.option("--markdown", is_flag=True, hidden=True, help="The table as it stands in the README.")
 @json_option
 def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
-    """List the blocks, or show one: ports, parameters, units, equation, source.
+    """List the blocks, or show one.
+
+    Ports, parameters, units, equation, source.
 
     \b
     Example: hystfmu blocks zhao_tan
@@ -27,9 +31,24 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
         click.echo(listing.as_json(name) if as_json else listing.details(name))
 
 
+def _list_models(context: click.Context, option: click.Parameter, asked: bool) -> None:
+    if not asked:
+        return
+    from hystfmu.identify import METHODS, options
+
+    for key, (_, text) in METHODS.items():
+        click.echo(f"{key}: {text}")
+        if names := ", ".join(o.name for o in options(key)):
+            click.echo(f"    --set {names}")
+    context.exit()
+
+
 @click.command()
 @click.argument("data")
-@click.option("--model", "key", required=True, metavar="KEY", help="Kind of model; an unknown key lists them.")
+@click.option(
+    "--models", is_flag=True, is_eager=True, expose_value=False, callback=_list_models, help="List the kinds of model."
+)
+@click.option("--model", "key", required=True, metavar="KEY", help="Kind of model; auto: chosen from the data.")
 @click.option("-o", "out", required=True, metavar="M.model.toml", help="The model file to write.")
 @data_options
 @click.option("--train", metavar="A:B", help="Rows whose residuals count; the model always runs from row 0.")
@@ -50,6 +69,7 @@ def fit(
 
     \b
     Example: hystfmu fit piezo.csv --model zhao_tan_mlp --train 2000:4200 -o piezo.model.toml
+             hystfmu fit --models
     """
     from hystfmu.identify import fit as fit_model
     from hystfmu.terminal import progress, table
@@ -141,3 +161,5 @@ def inverse(model: str, out: str, method: str) -> None:
     rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
     worth = "" if rms is None else f": inverse and model in cascade, RMS {rms:.2g} %, max {most:.2g} % of the span"
     click.echo(f"wrote {out}{worth}")
+    if method == "learned" and rms is not None and rms > POOR:
+        click.echo("warning: a poor inverse; --method implicit is exact where the model is static", err=True)

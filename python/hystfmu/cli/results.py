@@ -17,9 +17,9 @@ from hystfmu.cli.options import FAILED, json_option
 @click.option("--full", is_flag=True, help="Everything a paper tried: shen_ma_2017 1..100 hidden neurons, 12 minutes.")
 @json_option
 def reproduce(names: tuple[str, ...], data: str | None, full: bool, as_json: bool) -> None:
-    """The result tables of the papers: the printed number, a literal replica, and ours.
+    """The result tables of the papers.
 
-    Exit status 1 if a target is missed; the line says by how much.
+    The printed number, a literal replica, and ours.  Exit status 1 if a target is missed; the line says by how much.
 
     \b
     Example: hystfmu reproduce zhao_tan_2008
@@ -42,7 +42,9 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, as_json: boo
 @click.command()
 @click.option("-o", "out", default="demo", show_default=True, metavar="DIR", help="Directory to write into.")
 def demo(out: str) -> None:
-    """Everything once on built-in data: fit, compare, export, run scenarios, report.
+    """Everything once on built-in data.
+
+    Fit, compare, export, run scenarios, report.
 
     \b
     Example: hystfmu demo -o demo

@@ -69,7 +69,9 @@ def run(
     report_dir: str | None,
     as_json: bool,
 ) -> None:
-    """Run closed-loop scenarios on real FMUs by fmpy and hold them against limits and baselines.
+    """Run scenarios: closed loops of real FMUs.
+
+    They run by fmpy and are held against limits and baselines.
 
     An SSP archive of anybody runs too, and is held against the reference result in it.
 
@@ -142,7 +144,9 @@ def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
 @click.option("-o", "out", required=True, metavar="DIFF.html", help="Page with metrics and overlaid signals.")
 @json_option
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
-    """Two reports of `hystfmu run --report` side by side: metrics old, new and change, signals of both in one plot.
+    """Two reports of `hystfmu run` side by side.
+
+    Metrics old, new and change, signals of both in one plot.
 
     \b
     Example: hystfmu compare main/report.json branch/report.json -o diff.html
@@ -166,7 +170,9 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="FMI version of our units.")
 @click.option("--connectors", is_flag=True, help="Outputs of the system for recorded signals; libcosim rejects them.")
 def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"], fmi: str, connectors: bool) -> None:
-    """Write a scenario as an SSP archive that other simulators run; 'hystfmu run X.ssp' reads those of others.
+    """Write a scenario as an SSP archive.
+
+    Other simulators run it; 'hystfmu run X.ssp' reads those of others.
 
     With -o X.fmu the whole loop becomes one FMU, stepped in the scenario's order inside.
 
@@ -195,7 +201,9 @@ def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"
 @click.option("--on", metavar="dask://HOST:PORT", help="Run on the Dask cluster with this scheduler.")
 @json_option
 def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bool) -> None:
-    """Run a scenario over many variations: a table (results.parquet) and a report of what matters.
+    """Run a scenario over many variations.
+
+    Writes a table (results.parquet) and a report of what matters.
 
     Interrupted studies go on where they stopped.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
@@ -167,6 +168,8 @@ def run_scenarios(
         raise InputError("--record stores the scenario as it is written: it takes neither --set nor --coupling")
     if record and case is not None:
         raise InputError("--record stores all cases of a scenario: it takes no --case")
+    for key in overrides:
+        split_end(key, "--set")
     scenarios = [Scenario(p, overrides, coupling) for p in paths]
     cases = [[c for c in s.cases if case in (None, c.name)] for s in scenarios]
     if not any(cases):
@@ -177,9 +180,12 @@ def run_scenarios(
         raise InputError(f"-o {out}: one file holds one case, and {n} would run; name one with --case")
     systems = [[build(c) for c in group] for group in cases]
     for key in overrides:
-        split_end(key, "--set")
         if not any(key in system.overridden for group in systems for system in group):
-            raise InputError(f"--set {key}: none of the scenarios has a unit with that parameter")
+            known = {name for group in systems for system in group for name in system.parameters}
+            near = " or ".join(difflib.get_close_matches(key, sorted(known), 2))
+            raise InputError(
+                f"--set {key}: none of the scenarios has a unit with that parameter{near and f'; did you mean {near}?'}"
+            )
     baselines = [None if record else Baseline.load(s.folder) for s in scenarios]
     for system in (x for group in systems for x in group):
         if system.case.memory and system.foreign:

@@ -24,6 +24,7 @@ from hystfmu.scenario.spec import TubeSpec
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Trace
 
+CHANGED = "changed against the baseline"  # in every such line of a verdict, so that a terminal can count them
 ROUNDING = 1e-9  # percent of stroke, or unit of the signal: an error that is rounding alone may change by as much
 BASELINE_ROWS = 24  # of every case in baseline.csv
 
@@ -207,17 +208,13 @@ def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
         if gap.max() > 0:
             t, was = old[int(gap.argmax()), [0, k]]
             now = float(np.interp(t, trace.t, trace[signal]))
-            lines.append(
-                f"{case.title}: {signal} = {now:.9g} at t = {t:g} s changed against the baseline {was:.9g} ({allowed})"
-            )
+            lines.append(f"{case.title}: {signal} = {now:.9g} at t = {t:g} s {CHANGED} {was:.9g} ({allowed})")
     known = baseline.memory.get(case.name, {})
     for unit, mark in trace.memory.items():
         if unit not in known:
             lines.append(f"{case.title}: no baseline of the final memory of {unit}: run with --record")
         elif mark != known[unit]:
-            lines.append(
-                f"{case.title}: the final memory of {unit} ({mark}) changed against the baseline {known[unit]}"
-            )
+            lines.append(f"{case.title}: the final memory of {unit} ({mark}) {CHANGED} {known[unit]}")
     return lines
 
 

@@ -90,6 +90,11 @@ class System:
     """Which of the case's overrides found their parameter."""
 
     @property
+    def parameters(self) -> set[str]:
+        """`unit.parameter` of all that `set` may change."""
+        return {f"{p.name}.{name}" for p in self.parts for name in parameter_names(p.graph)}
+
+    @property
     def h(self) -> float:
         """The fine step (s)."""
         return self.case.step / self.case.ripple if self.case.ripple > 1 else self.case.step

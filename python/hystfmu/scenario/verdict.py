@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hystfmu.errors import InputError
-from hystfmu.scenario.baseline import ROUNDING, Baseline, Kept, compare
+from hystfmu.scenario.baseline import CHANGED, ROUNDING, Baseline, Kept, compare
 from hystfmu.scenario.case import Case
 from hystfmu.scenario.metrics import Measure
 
@@ -66,7 +66,7 @@ def judge(
             failures.append(f"{case.title}: {name} ({m.kind} of {m.signal}) = {value:.6g} {rule}")
         if same is False and strict:
             failures.append(
-                f"{case.title}: {name} = {value:.9g} changed against the baseline {old:.9g} "
+                f"{case.title}: {name} = {value:.9g} {CHANGED} {old:.9g} "
                 f"(tolerance {case.tolerance:g}); if that is meant, run with --record"
             )
     if not strict:

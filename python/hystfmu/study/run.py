@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hystfmu.errors import InputError
 from hystfmu.scenario import build
 from hystfmu.study.dask_pool import DaskPool
 from hystfmu.study.pool import Pool
@@ -79,6 +80,9 @@ def run_study(
     """
     study = Study(path)
     systems = [build(c) for c in study.cases]
+    for name in study.parameters:
+        if not any(name in system.parameters for system in systems):
+            raise InputError(f"{study.file}: parameters: no case has a unit with the parameter {name!r}")
     marks = [fingerprint(s) for s in systems]
     metrics = list(systems[0].case.metrics)
     store = Store(Path(folder), list(study.parameters), metrics)
