@@ -60,9 +60,19 @@ def counter(label: str) -> Iterator[Callable[[int, int, float], None]]:
 
 
 def verdicts(results: Sequence[Result]) -> str:
-    """One line per scenario case, and below notes and failures: scenario, metric, value and limit."""
-    rows = [[r.scenario, r.case, "ok" if r.passed else "FAILED", f"{r.seconds:.2f}"] for r in results]
-    lines = [table(["scenario", "case", "verdict", "seconds"], rows)]
+    """One line per case, of several scenarios one each; below notes and failures: scenario, metric, value, limit."""
+    groups: dict[str, list[Result]] = {}
+    for r in results:
+        groups.setdefault(r.scenario, []).append(r)
+    if len(groups) > 1:
+        rows = [
+            [name, f"{sum(r.passed for r in g)} of {len(g)}", f"{sum(r.seconds for r in g):.2f}"]
+            for name, g in groups.items()
+        ]
+        lines = [table(["scenario", "passed", "seconds"], rows)]
+    else:
+        rows = [[r.scenario, r.case, "ok" if r.passed else "FAILED", f"{r.seconds:.2f}"] for r in results]
+        lines = [table(["scenario", "case", "verdict", "seconds"], rows)]
     failures = [line for r in results for line in (*r.notes, *_shortened(r.failures()))]
     passed = sum(r.passed for r in results)
     return "\n".join([*lines, *failures, f"{passed} of {len(results)} cases passed"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +71,16 @@ def test_twenty_percent_of_a_plant_parameter_fails(loop: Any, write: Any) -> Non
     assert shown.count("changed against the baseline") == 1, "the limits in full, of the changes the first"
     assert f"(and {changed - 1} more changed)" in shown
     assert "exceeds the limit" in shown
+
+
+def test_several_scenarios_are_shown_with_a_line_each(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    run(folder, record=True)
+    one = run(folder, overrides={"plant.hysteresis_r": "*1.2"})
+    other = replace(one, system=replace(one.system, case=replace(one.system.case, scenario="other")), lines=())
+    rows = [line.split() for line in terminal.verdicts([one, other, other]).splitlines()[2:4]]
+    assert [row[:4] for row in rows] == [["loop", "0", "of", "1"], ["other", "2", "of", "2"]]
+    assert terminal.verdicts([other]).splitlines()[2].split()[:3] == ["other", "nominal", "ok"]
 
 
 def test_a_signal_that_changed_where_no_metric_looks_is_found(loop: Any, write: Any) -> None:
