@@ -131,6 +131,12 @@ def test_values_whose_squares_overflow_or_vanish_are_refused(tmp_path, scale, wo
     assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]
 
 
+def test_fewer_rows_than_parameters_are_warned_about(tmp_path):
+    done = hystfmu("fit", write(tmp_path / "a.csv", record(20)), "--model", "prandtl_ishlinskii", "-o", tmp_path / "m")
+    assert done.returncode == 0
+    assert "parameters from 20 train rows" in done.stderr
+
+
 def test_bad_options_of_fit(fitted, tmp_path):
     folder, _ = fitted
     data, out = folder / "data.csv", tmp_path / "m.model.toml"

@@ -92,8 +92,9 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     Model
         Its key is that of the method (for ``auto`` of the one chosen).  `fit` holds rms, max (unit of y), rms_percent,
         max_percent (percent of the span of y in the training rows), parameters (their number), seconds, with a
-        network coverage_percent (of its input space: `hystfmu.coverage`), where y drifts warnings, after ``auto`` also
-        memory, loops, gap_percent, rate and more warnings; `provenance` holds data, rows, options and versions.
+        network coverage_percent (of its input space: `hystfmu.coverage`), where y drifts or rows are few warnings,
+        after ``auto`` also memory, loops, gap_percent, rate and more warnings; `provenance` holds data, rows,
+        options and versions.
 
     Raises
     ------
@@ -120,7 +121,12 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     graph = dead_band.in_front(graph, band)
     seconds = time.perf_counter() - started
     y = graph.run(data.u, data.h)
+    rows = data.train.stop - data.train.start
     warned = drift.warnings((data.y - y)[data.train], data.span)
+    if parameters >= rows:
+        warned.append(
+            f"{parameters} parameters from {rows} train rows: the error on these rows says nothing about others"
+        )
     covered = coverage(graph, data.u, data.h, data.train)
     result = {
         **errors(y[data.train], data.y[data.train], data.span),
