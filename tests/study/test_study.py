@@ -82,6 +82,16 @@ def test_a_parameter_that_no_unit_has_is_refused_before_anything_runs(write: Any
     assert not (tmp_path / "out").exists()
 
 
+def test_a_study_by_fmpy_leaves_no_unpacked_units_behind(write: Any, tmp_path: Path, monkeypatch: Any) -> None:
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    monkeypatch.setenv("TMPDIR", str(scratch))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    path = write(engine="fmpy", parameters={"command.step": {"values": [1.0, 2.0]}})
+    assert {r["status"] for r in run_study(path, tmp_path / "out", workers=1).rows} == {"ok"}
+    assert list(scratch.iterdir()) == []
+
+
 def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path) -> None:
     """As small as the range allows; the way there does not depend on the number of workers."""
     pytest.importorskip("optuna")

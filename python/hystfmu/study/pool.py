@@ -17,8 +17,10 @@ import gc
 import multiprocessing as mp
 import multiprocessing.connection
 import os
+import shutil
 import signal
 import sys
+import tempfile
 import time
 import warnings
 from collections import deque
@@ -37,7 +39,10 @@ MOMENT = 0.01  # s: after as much a worker answers; a message costs as much as a
 MOST_AT_ONCE = 64  # tasks that a worker is given
 
 
-def _work(pipe: Any, begun: Any, parent: int, systems: list[System], engine: Engine, memory: float) -> None:
+def _work(
+    pipe: Any, begun: Any, parent: int, folder: str, systems: list[System], engine: Engine, memory: float
+) -> None:
+    tempfile.tempdir = folder  # what is unpacked there the parent removes: a process that is killed cannot
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     gc.freeze()  # a fork would copy every page of its parent that a collection looks at
     limit_memory(memory)
@@ -72,7 +77,8 @@ class _Worker:
         context: Any = mp.get_context("fork" if _forked(systems, engine) else "spawn")
         self.pipe, theirs = context.Pipe()
         self._begun = context.RawValue("q", 0)
-        words = (theirs, self._begun, os.getpid(), systems, engine, memory)
+        self._folder = tempfile.mkdtemp(prefix="hystfmu-study-")
+        words = (theirs, self._begun, os.getpid(), self._folder, systems, engine, memory)
         self.process = context.Process(target=_work, args=words, daemon=True)
         with warnings.catch_warnings():  # of threads in the parent, of which this fork needs no lock
             warnings.simplefilter("ignore", DeprecationWarning)
@@ -118,6 +124,7 @@ class _Worker:
         self.pipe.close()
         self.process.kill()
         self.process.join()
+        shutil.rmtree(self._folder, ignore_errors=True)
 
 
 class _Waiting:
