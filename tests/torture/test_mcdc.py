@@ -1,6 +1,6 @@
-"""Condition coverage (MC/DC) of the C core by the tests that call it: the contract, the drivers in C, the graphs.
+"""Condition coverage (MC/DC) of the C core and the FMI layer by the tests that call them: contract, drivers, FMUs.
 
-The core is compiled once more with counters.  Python gets a copy of the package with that library; what tests compile
+Both are compiled once more with counters.  Python gets a copy of the package with those libraries; what tests compile
 themselves gets the counters by a `cc` of ours that stands first on the path."""
 
 from __future__ import annotations
@@ -32,6 +32,11 @@ SUITES = [
     *(f"fmu/test_fmu_{n}.py" for n in LAYER.split()),
 ]
 NOT_WITH_COUNTERS = ["outside_symbol", "exports_the_standard", "needs_libc_only"]  # they look into a library
+
+
+def test_the_suites_are_there() -> None:
+    """Whoever renames one finds out here and not in the long run."""
+    assert [s for s in SUITES if not (ROOT / "tests" / s).exists()] == []
 
 
 @pytest.mark.torture

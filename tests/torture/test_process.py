@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -155,7 +156,12 @@ def test_random_calls_under_valgrind(models: Path, tmp_path: Path) -> None:
     if not shutil.which("valgrind"):
         pytest.skip("no valgrind")
     program = instrumented(["gcc", "-O1"], tmp_path, HERE.parent / "c" / "drive_fmi.c")
-    for name, graph in graphs().items():
+    memcheck = ["valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=all"]
+
+    def one(name: str) -> None:
+        graph = graphs()[name]
         references = str(sum(p.size for p in graph.ports))
-        memcheck = ["valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=all"]
         run([*memcheck, str(program), str(models.parent / name), graph.token, references, "5000", "3"], 300)
+
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(one, graphs()))
