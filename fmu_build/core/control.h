@@ -30,7 +30,11 @@ static inline const char *hyst_wrong_limits(double u_min, double u_max) {
     return hyst_wrong_limits(*u_min, *u_max); \
   }
 
-static inline double hyst_clamp(double u, double lo, double hi) { return u < lo ? lo : u > hi ? hi : u; }
+/* lo <= hi.  One bound after the other: a minimum and a maximum without a jump, which a nested condition is not. */
+static inline double hyst_clamp(double u, double lo, double hi) {
+  const double above = u < lo ? lo : u;
+  return above > hi ? hi : above;
+}
 
 /* the change of hyst_clamp() for a change `seed` of u */
 static inline double hyst_clamp_tangent(double u, double lo, double hi, double seed) {

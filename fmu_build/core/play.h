@@ -3,7 +3,11 @@
 #ifndef HYST_PLAY_H
 #define HYST_PLAY_H
 
-static inline double hyst_play(double z, double u, double r) { return z < u - r ? u - r : z > u + r ? u + r : z; }
+/* one bound after the other: without a jump, see hyst_clamp() */
+static inline double hyst_play(double z, double u, double r) {
+  const double up = u - r, down = u + r, above = z < up ? up : z;
+  return above > down ? down : above;
+}
 
 /* its change for a change `seed` of u: all of it where the play is taken along, else none */
 static inline double hyst_play_tangent(double z, double u, double r, double seed) {
