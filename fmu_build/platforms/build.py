@@ -36,6 +36,7 @@ TARGETS = {
 # the options of CMakeLists.txt: one meaning on every platform
 OPTIONS = ["-std=c99", "-g0", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-DHYST_UNDOCUMENTED"]
 OPTIONS += ["-fno-asynchronous-unwind-tables", "-fno-unwind-tables", "-fno-stack-protector"]
+OPTIONS += ["-fomit-frame-pointer"]  # zig keeps it on its own: larger, and up to 4 % slower
 OPTIONS += ["-mllvm", "-enable-machine-outliner=never"]  # repetition is what deflate lives on
 OPTIONS += ["-Wno-override-init", "-Wno-unused-function"]
 SMALL = ["-Os", "-Xclang", "-Oz"]
