@@ -1,7 +1,10 @@
-"""A study on a local Dask cluster of two workers gives the table of local processes."""
+"""A study on a local Dask cluster of two workers gives the table of local processes, and leaves nothing on them."""
 
 from __future__ import annotations
 
+import contextlib
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +16,50 @@ from hystfmu.study import run_study
 distributed = pytest.importorskip("distributed")
 
 
-def test_the_same_table_on_a_cluster(write: Any, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The only folder that the workers write into."""
+    return tmp_path_factory.mktemp("scratch")
+
+
+@pytest.fixture(scope="module")
+def address(scratch: Path) -> Iterator[str]:
+    """Two workers that run two tasks at a time."""
+    with pytest.MonkeyPatch.context() as m:
+        m.setenv("TMPDIR", str(scratch))
+        sizes = {"n_workers": 2, "threads_per_worker": 2}
+        with distributed.LocalCluster(**sizes, dashboard_address=None, local_directory=str(scratch)) as cluster:
+            yield cluster.scheduler_address.replace("tcp://", "dask://")
+
+
+def test_the_same_table_on_a_cluster(write: Any, tmp_path: Path, address: str) -> None:
     path = write(method="sobol", n=40)
     local = run_study(path, tmp_path / "local", workers=2)
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        address = cluster.scheduler_address.replace("tcp://", "dask://")
-        remote = run_study(path, tmp_path / "remote", on=address)
+    remote = run_study(path, tmp_path / "remote", on=address)
     assert remote.ran == 80
     assert remote.table.read_bytes() == local.table.read_bytes()
+
+
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_workers_keep_nothing_of_a_study(
+    write: Any, tmp_path: Path, scratch: Path, address: str, interrupted: bool
+) -> None:
+    """The units that fmpy unpacked are there while the study runs and gone at its end; the cluster stays."""
+    path = write(engine="fmpy", parameters={"command.step": {"range": [1.0, 2.0], "steps": 40}})
+    seen = []
+
+    def progress(done: int, total: int, rate: float) -> None:
+        seen.append(len(list(scratch.rglob("hystfmu_run_*"))))
+        if interrupted and len(seen) == 20:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) if interrupted else contextlib.nullcontext():
+        run_study(path, tmp_path / "out", on=address, progress=progress)
+    assert max(seen) > 0
+    end = time.monotonic() + 20
+    while interrupted and list(scratch.rglob("hystfmu_run_*")) and time.monotonic() < end:
+        time.sleep(0.05)  # the run that a worker is in it finishes
+    assert list(scratch.rglob("hystfmu_run_*")) == []
 
 
 @pytest.mark.parametrize("address", ["localhost:1", "tcp://localhost:1", "dask://localhost"])

@@ -12,10 +12,16 @@ from hystfmu.graph import Graph
 
 
 class FmuStore:
-    """Exported and unpacked FMUs in a temporary folder (TMPDIR is honoured) that is gone at the end of the `with`."""
+    """Exported and unpacked FMUs in a folder of their own that is gone at the end of the `with`.
 
-    def __init__(self) -> None:
-        self.folder = Path(tempfile.mkdtemp(prefix="hystfmu_run_"))
+    Parameters
+    ----------
+    within : path, optional
+        Where that folder is made; by default the temporary folder (TMPDIR is honoured).
+    """
+
+    def __init__(self, within: str | None = None) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix="hystfmu_run_", dir=within))
         self._known: dict[tuple[str, int], tuple[Path, Any]] = {}
 
     def __enter__(self) -> FmuStore:

@@ -6,8 +6,11 @@ address of its scheduler.  Workers need the same version of HystFMU.
 
 from __future__ import annotations
 
+import threading
+import uuid
 from collections import deque
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from itertools import islice
 from typing import Any
 
@@ -17,14 +20,39 @@ from hystfmu.scenario.system import System
 from hystfmu.study.task import Runner, Task, row_of
 
 CHUNK = 16  # tasks in one submission
-_RUNNERS: dict[str, Runner] = {}  # of a worker process
+_RUNNERS: dict[int, tuple[str, Runner]] = {}  # of a worker process, by thread: a runner serves one task at a time
 
 
 def _run(key: str, systems: list[System], engine: Engine, tasks: list[Task]) -> list[dict[str, Any]]:
-    if key not in _RUNNERS:
-        _RUNNERS.clear()
-        _RUNNERS[key] = Runner(systems, engine)
-    return [_RUNNERS[key](t) for t in tasks]
+    thread = threading.get_ident()
+    if thread not in _RUNNERS or _RUNNERS[thread][0] != key:
+        _close(thread)  # of a study that was killed before it could
+        _RUNNERS[thread] = key, Runner(systems, engine, _scratch())
+    mine = _RUNNERS[thread]
+    rows = []
+    for task in tasks:
+        rows.append(mine[1](task))
+        if _RUNNERS.get(thread) is not mine:  # interrupted: the study was closed while this task ran
+            mine[1].close()
+            break
+    return rows
+
+
+def _scratch() -> str:
+    """The worker's own folder: what a killed worker leaves there, Dask removes."""
+    from distributed import get_worker
+
+    return str(get_worker().local_directory)
+
+
+def _close(thread: int) -> None:
+    if thread in _RUNNERS:
+        _RUNNERS.pop(thread)[1].close()
+
+
+def _close_study(key: str) -> None:
+    for thread in [t for t, (of, _) in _RUNNERS.items() if of == key]:
+        _close(thread)
 
 
 class DaskPool:
@@ -36,8 +64,6 @@ class DaskPool:
         ``dask://HOST:PORT`` of the scheduler.
     systems, engine
         As `Runner` takes them.
-    key : str
-        Hash of the study: workers keep what they prepared for it.
     timeout : float
         Longest time for one task (s).
 
@@ -47,7 +73,7 @@ class DaskPool:
         Wrong address, no scheduler there, Dask is not installed.
     """
 
-    def __init__(self, address: str, systems: list[System], engine: Engine, key: str, timeout: float) -> None:
+    def __init__(self, address: str, systems: list[System], engine: Engine, timeout: float) -> None:
         try:
             import distributed
         except ImportError:
@@ -61,13 +87,18 @@ class DaskPool:
         except (OSError, ValueError, TimeoutError) as e:
             raise InputError(f"--on {address}: no Dask scheduler answers there ({e})") from None
         self._names = [s.case.name for s in systems]
-        self._engine, self._key, self._timeout = engine, key, timeout
+        self._engine, self._timeout = engine, timeout
+        self._key = uuid.uuid4().hex  # by it workers know what they prepared for this study
         self._systems = self._client.scatter([systems], broadcast=True)[0]
+        self._held: dict[Any, list[Task]] = {}  # what runs, by its future
 
     def __enter__(self) -> DaskPool:
         return self
 
     def __exit__(self, *exception: object) -> None:
+        with suppress(OSError):  # no scheduler any more: its workers end, and their folders with them
+            self._client.cancel(list(self._held))
+            self._client.run(_close_study, self._key, on_error="ignore")
         self._client.close()
 
     def stop(self) -> None:
@@ -78,7 +109,6 @@ class DaskPool:
         source = iter(tasks)
         lanes = 2 * max(1, len(self._client.scheduler_info()["workers"]))
         running = self._dask.as_completed([])
-        held: dict[Any, list[Task]] = {}
         again: deque[list[Task]] = deque()
 
         def submit() -> bool:
@@ -86,15 +116,15 @@ class DaskPool:
             if not chunk:
                 return False
             future = self._client.submit(_run, self._key, self._systems, self._engine, chunk, pure=False, retries=1)
-            held[future.key] = chunk
+            self._held[future] = chunk
             running.add(future)
             return True
 
         for _ in range(lanes):
             submit()
-        while held:
+        while self._held:
             future = next(running)
-            chunk = held.pop(future.key)
+            chunk = self._held.pop(future)
             if future.status == "finished":
                 yield from future.result()
             elif len(chunk) > 1:
@@ -102,5 +132,5 @@ class DaskPool:
             else:
                 reason = str(future.exception()).splitlines()[0]
                 yield row_of(chunk[0], self._names[chunk[0].case], "killed", reason)
-            while len(held) < lanes and submit():
+            while len(self._held) < lanes and submit():
                 pass

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -90,8 +89,7 @@ def run_study(
     engine = study.spec.engine
     pool: Pool | DaskPool
     if on is not None:
-        key = hashlib.sha256("".join(marks).encode()).hexdigest()
-        pool = DaskPool(on, systems, engine, key, study.spec.timeout)
+        pool = DaskPool(on, systems, engine, study.spec.timeout)
     else:
         pool = Pool(systems, engine, workers, study.spec.timeout, study.spec.memory)
     first = there = 0

@@ -66,10 +66,12 @@ class Runner:
     systems : sequence of System
         The cases of the study, in its order.
     engine : {"native", "python", "fmpy"}
+    folder : path, optional
+        Where units are unpacked; by default the temporary folder.
     """
 
-    def __init__(self, systems: list[System], engine: Engine) -> None:
-        self._systems, self._engine = systems, engine
+    def __init__(self, systems: list[System], engine: Engine, folder: str | None = None) -> None:
+        self._systems, self._engine, self._folder = systems, engine, folder
         self._native: dict[int, Native] = {}
         self._store: FmuStore | None = None
 
@@ -100,7 +102,7 @@ class Runner:
             missing = [k for k in task.settings if k not in varied.overridden]
             if missing:
                 raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with that parameter")
-            self._store = self._store or FmuStore()
+            self._store = self._store or FmuStore(self._folder)
             blocks = blocks_here(varied, self._engine, self._store)
         measured = {name: Measure(m) for name, m in metrics.items()}
         for block in blocks:
