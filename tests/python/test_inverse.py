@@ -1,5 +1,7 @@
 """Inverses: exact ones are identities in cascade, learned ones come close, and where none exists the reason is said."""
 
+from dataclasses import replace
+
 import numpy as np
 import plants
 import pytest
@@ -200,6 +202,24 @@ def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
         inverse(make())
     for w in words:
         assert w in str(e.value)
+
+
+@pytest.mark.parametrize(("key", "static"), [("prandtl_ishlinskii_asym", False), ("preisach", True)])
+def test_the_hint_names_only_methods_that_work(key, static):
+    """A creep has no implicit inverse."""
+    model = fitted(key)
+    with pytest.raises(InputError, match="no exact inverse") as e:
+        inverse(model)
+    assert ("'implicit'" in str(e.value)) == static
+    if static:
+        inverse(model, "implicit")
+    else:
+        with pytest.raises(InputError, match="creep"):
+            inverse(model, "implicit")
+    inverse(model, "learned", iterations=5, starts=1)
+    with pytest.raises(InputError, match="span_u") as e:
+        inverse(replace(model, provenance={}))
+    assert "implicit" not in str(e.value)
 
 
 def plays_only():

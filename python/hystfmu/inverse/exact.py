@@ -10,6 +10,7 @@ import numpy as np
 from hystfmu.core import NO_LIMIT
 from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.model import Model
 
 # block -> (block of the inverse, its input, its output)
@@ -33,7 +34,7 @@ def exact_inverse(model: Model) -> Model:
     InputError
         Another structure, or a block without an inverse; the sentence names it.
     """
-    chain = _chain(model.graph)
+    chain = _chain(model)
     nodes = [_INVERT[n.type](n) for n in reversed(chain)]
     ends = [_TYPES[n.type] for n in reversed(chain)]
     wires = [(f"{nodes[i].name}.{ends[i][2]}", f"{nodes[i + 1].name}.{ends[i + 1][1]}") for i in range(len(nodes) - 1)]
@@ -52,12 +53,13 @@ def exact_inverse(model: Model) -> Model:
     )
 
 
-def _chain(graph: Graph) -> list[Node]:
+def _chain(model: Model) -> list[Node]:
     """The nodes from the input to the output, each with one invertible input and output."""
+    graph = model.graph
     follows = {a.split(".")[0]: b for a, b in graph.wires}
     for n in graph.nodes:
         if n.type not in _TYPES:
-            hint = "; use the method 'implicit' or 'learned'" if n.type not in ("delay", "transfer_function") else ""
+            hint = _instead(model) if n.type not in ("delay", "transfer_function") else ""
             raise InputError(f"the block {n.name!r} ({n.type}) has no exact inverse{hint}")
     at = graph.inputs[0].to[0].split(".")[0]
     chain = [graph.node(at)]
@@ -66,10 +68,19 @@ def _chain(graph: Graph) -> list[Node]:
         chain.append(graph.node(at))
     straight = len(graph.inputs[0].to) == 1 and len(graph.wires) == len(chain) - 1 == len(graph.nodes) - 1
     if not straight or graph.outputs[0].source.split(".")[0] != at:
-        raise InputError(
-            "an exact inverse needs blocks in one chain from input to output; use the method 'implicit' or 'learned'"
-        )
+        raise InputError(f"an exact inverse needs blocks in one chain from input to output{_instead(model)}")
     return chain
+
+
+def _instead(model: Model) -> str:
+    """The methods that do not refuse the model, as the end of a sentence; both need the range of its input."""
+    if "span_u" not in model.provenance:
+        return "; other methods need the input range of the model, provenance.span_u = [min, max]"
+    try:
+        implicit_inverse(model)
+    except InputError:
+        return "; use the method 'learned'"
+    return "; use the method 'implicit' or 'learned'"
 
 
 def _invert_prandtl_ishlinskii(n: Node) -> Node:
