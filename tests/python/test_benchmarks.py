@@ -267,11 +267,19 @@ def test_s11_protocol_p1(measured):
 
 
 def test_piezo_table_without_data_is_what_was_published(tmp_path):
-    done = CliRunner().invoke(main, ["reproduce", "dbo_piezo", "--json"])
+    """As one of all tables it says what it leaves out; asked for by name it is an error: nothing is reproduced."""
+    with pytest.MonkeyPatch.context() as m:
+        m.setattr("hystfmu.reproduce.PAPERS", {"dbo_piezo": ""})
+        done = CliRunner().invoke(main, ["reproduce", "--json"])
     assert done.exit_code == 0
     (report,) = json.loads(done.output)
     assert [r["printed"] for r in report["rows"]] == [1.68, 0.58, 0.316, 0.285]
     assert "--data" in report["notes"][0]
+    for more in ([], ["--data", str(tmp_path / "none")]):
+        done = CliRunner().invoke(main, ["reproduce", "dbo_piezo", *more])
+        assert done.exit_code == 2
+        assert len(done.output.splitlines()) == 1
+        assert "dbo_piezo" in done.output
     with pytest.raises(InputError, match="Test_Vi_Do_Di"):
         reproduce("dbo_piezo", tmp_path)
     (tmp_path / dbo_piezo.FILE).write_text("1 2 3\n")

@@ -24,10 +24,14 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, as_json: boo
     \b
     Example: hystfmu reproduce zhao_tan_2008
     """
-    from hystfmu.reproduce import PAPERS
+    from hystfmu.errors import InputError
+    from hystfmu.reproduce import NEEDS_DATA, PAPERS
     from hystfmu.reproduce import reproduce as reproduce_paper
     from hystfmu.terminal import progress
 
+    for name in names if data is None else ():  # of all tables it is one that says what it leaves out
+        if name in NEEDS_DATA:
+            raise InputError(f"{name}: its measured data is not part of this package; give --data DIR with it")
     reports = []
     for name in names or PAPERS:
         with progress(name) as report:

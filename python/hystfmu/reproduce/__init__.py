@@ -25,6 +25,8 @@ PAPERS: dict[str, str] = {
     "boucwen_benchmark": "oscillator with a Bouc-Wen force: grey box, structured Duhem, black box, published results",
     "dbo_piezo": "measured piezo stack, protocol P1: every model; needs --data",
 }
+NEEDS_DATA = ("dbo_piezo",)
+"""What has only the published numbers without measured data."""
 
 
 @dataclass(frozen=True)
