@@ -33,6 +33,13 @@ def page(loop: Any, write: Any, tmp_path: Path) -> str:
     return write_report(results, tmp_path / "out", [section]).read_text()
 
 
+def test_signals_that_share_a_unit_are_drawn_over_it(loop: Any, write: Any, tmp_path: Path) -> None:
+    for record, said in ((["plant.y"], ">value in um</text>"), (["plant.y", "pid.u"], ">value</text>")):
+        loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
+        results = run_scenarios([write(loop | {"record": record})], engine="python")
+        assert said in write_report(results, tmp_path / "out").read_text()
+
+
 def test_self_contained(page: str) -> None:
     assert "<script" not in page
     assert not re.search(r"(src|href)\s*=\s*[\"']?(https?:|//)", page)

@@ -121,6 +121,33 @@ def test_a_variation_that_diverges_leaves_a_report(write: Any, tmp_path: Path) -
     assert "rank correlation" in outcome.report.read_text()
 
 
+def test_the_report_shows_units_and_says_what_is_a_factor(write: Any, tmp_path: Path) -> None:
+    """Of the C table for a parameter, of the kind for a metric, of the model for a signal."""
+    graph = {
+        "blocks": [
+            {"name": "lag", "type": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"a": [0.5, 1.0]}}
+        ],
+        "inputs": [{"name": "u", "to": ["lag.u"]}],
+        "outputs": [{"name": "y", "source": "lag.y", "unit": "um"}],
+    }
+    metrics = {
+        "last": {"kind": "final", "signal": "lag.y"},
+        "error": {"kind": "max_percent", "signal": "lag.y", "against": "command.d", "stroke": 1.0},
+        "calm": {"kind": "variation_ratio", "signal": "lag.y", "against": "command.d"},
+    }
+    of_scenario = {"units": {"lag": {"graph": graph}, "command": {"block": "disturbance"}}, "metrics": metrics}
+    parameters = {"command.t_step": {"range": [0.1, 0.2], "steps": 2}, "lag.b": {"scale": [0.5, 2.0], "steps": 2}}
+    outcome = run_study(write(of_scenario=of_scenario, parameters=parameters), tmp_path / "out", workers=1)
+    overview, case = json.loads((tmp_path / "out" / "report.json").read_text())["sections"][:2]
+    assert [row[0] for row in overview["tables"][0]["rows"]] == ["command.t_step in s", "lag.b as a factor"]
+    assert list(case["tables"][-1]["head"]) == [
+        *("row", "command.t_step in s", "lag.b as a factor", "last in um", "error in %", "calm")
+    ]
+    page = outcome.report.read_text()
+    assert ">last in um</text>" in page
+    assert ">lag.b as a factor</text>" in page
+
+
 def test_sensitivity_is_spearmans() -> None:
     rng = np.random.default_rng(4)
     x, y = rng.normal(size=(40, 3)), rng.normal(size=(40, 2))

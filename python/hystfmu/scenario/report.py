@@ -24,6 +24,7 @@ from hystfmu.scenario.events import missed
 from hystfmu.scenario.excerpt import drawn
 from hystfmu.scenario.system import System
 from hystfmu.scenario.trace import Trace
+from hystfmu.scenario.units import label, unit_of
 
 if TYPE_CHECKING:
     from hystfmu.scenario import Result
@@ -225,7 +226,8 @@ def _case_plots(system: System, trace: Trace) -> list[Plot]:
         plots.append(Plot("Loops, each scaled to its range", "input, scaled", "output, scaled", lines))
     if case.record:
         lines = [Line(s, trace.t, trace[s]) for s in case.record]
-        plots.append(Plot("Signals", "t in s", "value", lines))
+        units = {unit_of(system, s) for s in case.record}
+        plots.append(Plot("Signals", "t in s", label("value", units.pop() if len(units) == 1 else ""), lines))
     tracked = drawn(case)
     if tracked is not None and tracked.against is not None:
         e = (trace[tracked.signal] - trace[tracked.against])[window]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,28 +12,43 @@ from hystfmu.core import Array
 from hystfmu.page import Section, Table
 from hystfmu.plot import Line, Plot
 from hystfmu.scenario.report import write_report as write_page
+from hystfmu.scenario.system import System
+from hystfmu.scenario.units import label, unit_of, unit_of_metric
 from hystfmu.study.spec import Study
 
 WORST, BINS, MOST_PLOTS = 10, 12, 24
 DIVERGED = 1e100
 
 
-def write_report(study: Study, rows: list[dict[str, Any]], folder: Path) -> Path:
-    """Write report.html and report.json into the folder of the table."""
+def write_report(study: Study, systems: Sequence[System], rows: list[dict[str, Any]], folder: Path) -> Path:
+    """Write report.html and report.json into the folder of the table; `systems` are the cases of the study."""
     # a loop that diverged has metrics near or beyond the largest number: no axis can show them
     good = [r for r in rows if r["status"] == "ok" and all(abs(v) < DIVERGED for v in r["metrics"].values())]
-    sections = [_summary(study, rows)]
-    for case in dict.fromkeys(r["case"] for r in good):
-        sections.append(_case(study, case, [r for r in good if r["case"] == case]))
+    labels = {k: _label(study, systems, k) for k in study.parameters}
+    sections = [_summary(study, labels, rows)]
+    for system in systems:
+        of_case = [r for r in good if r["case"] == system.case.name]
+        if of_case:
+            sections.append(_case(labels, system, of_case))
     return write_page([], folder, sections, f"Study {study.spec.name}")
 
 
-def _summary(study: Study, rows: list[dict[str, Any]]) -> Section:
+def _label(study: Study, systems: Sequence[System], parameter: str) -> str:
+    """The parameter and its unit, or that its numbers are factors."""
+    if study.parameters[parameter].scale is not None:
+        return f"{parameter} as a factor"
+    return label(parameter, next(filter(None, (unit_of(s, parameter) for s in systems)), ""))
+
+
+def _summary(study: Study, labels: dict[str, str], rows: list[dict[str, Any]]) -> Section:
     failed = [r for r in rows if r["status"] != "ok"]
     tables = [
         Table(
             ["parameter", "from", "to"],
-            [[k, *(p.bounds if p.values is None else (min(p.values), max(p.values)))] for k, p in _parameters(study)],
+            [
+                [labels[k], *(p.bounds if p.values is None else (min(p.values), max(p.values)))]
+                for k, p in study.parameters.items()
+            ],
             f"{len(rows)} runs by {study.spec.method}, seed {study.spec.seed}; {len(failed)} failed",
         )
     ]
@@ -41,13 +57,9 @@ def _summary(study: Study, rows: list[dict[str, Any]]) -> Section:
         tables.append(Table(["row", "case", "status", "reason"], shown, "failed runs"))
     best = best_variation(study, rows)
     if best is not None:
-        values = [[k, v] for k, v in best["values"].items()]
+        values = [[labels[k], v] for k, v in best["values"].items()]
         tables.append(Table(["parameter", "value"], values, f"best variation: {best['variation']}"))
     return Section("Overview", study.spec.text, tables)
-
-
-def _parameters(study: Study) -> list[tuple[str, Any]]:
-    return list(study.parameters.items())
 
 
 def best_variation(study: Study, rows: list[dict[str, Any]]) -> dict[str, Any] | None:
@@ -71,14 +83,15 @@ def best_variation(study: Study, rows: list[dict[str, Any]]) -> dict[str, Any] |
     return by_variation[min(scores, key=lambda v: (scores[v], v))][0]
 
 
-def _case(study: Study, case: str, rows: list[dict[str, Any]]) -> Section:
-    names, metrics = list(study.parameters), list(rows[0]["metrics"])
-    x = np.array([[r["values"][k] for k in names] for r in rows])
-    y = np.array([[r["metrics"][k] for k in metrics] for r in rows])
+def _case(labels: dict[str, str], system: System, rows: list[dict[str, Any]]) -> Section:
+    of = system.case.metrics
+    x = np.array([[r["values"][k] for k in labels] for r in rows])
+    y = np.array([[r["metrics"][k] for k in of] for r in rows])
+    names, metrics = list(labels.values()), [label(k, unit_of_metric(system, m)) for k, m in of.items()]
     tables = [
         Table(
-            ["parameter", *metrics],
-            [[name, *np.round(measure[k], 3).tolist()] for k, name in enumerate(names)],
+            ["parameter", *of],
+            [[name, *np.round(measure[k], 3).tolist()] for k, name in enumerate(labels)],
             text,
         )
         for measure, text in (
@@ -91,15 +104,15 @@ def _case(study: Study, case: str, rows: list[dict[str, Any]]) -> Section:
         Table(
             ["row", *names, *metrics],
             [[rows[k]["index"], *x[k].tolist(), *y[k].tolist()] for k in worst],
-            f"worst cases by {metrics[0]}",
+            f"worst cases by {next(iter(of))}",
         )
     )
     plots = [
-        Plot(f"{metrics[0]} over {name}", name, metrics[0], _spread(x[:, k], y[:, 0]))
-        for k, name in enumerate(names)
+        Plot(f"{next(iter(of))} over {name}", names[k], metrics[0], _spread(x[:, k], y[:, 0]))
+        for k, name in enumerate(labels)
         if np.ptp(x[:, k]) > 0 and np.ptp(y[:, 0]) > 0
     ]
-    return Section(f"Case {case}", "", tables, plots[:MOST_PLOTS])
+    return Section(f"Case {system.case.name}", "", tables, plots[:MOST_PLOTS])
 
 
 def sensitivity(x: Array, y: Array) -> Array:

@@ -114,7 +114,7 @@ def run_study(
             pool.stop()
             rows = [known[i] | {"index": n} for i, n in sorted(order.items(), key=lambda item: item[1])]
             table = store.finish(rows)
-            report = write_report(study, rows, Path(folder))
+            report = write_report(study, systems, rows, Path(folder))
     finally:
         store.close()
     return Outcome(rows, table, report, ran, time.monotonic() - begin)
