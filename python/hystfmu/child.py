@@ -25,6 +25,11 @@ def limit_memory(gigabytes: float) -> None:
         pass
 
 
+def late(seconds: float) -> str:
+    """What is said of a child that `finish` had to end."""
+    return f"not finished after {seconds:g} s: a unit hangs, or allow more time"
+
+
 def start(*arguments: str) -> subprocess.Popen[bytes]:
     """Python with this package on its path, in a group of its own, so that what it starts ends with it."""
     package = str(Path(__file__).parents[1])

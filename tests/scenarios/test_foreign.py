@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import subprocess
 import zipfile
@@ -181,9 +182,13 @@ def test_what_foreign_code_does_stays_in_its_process(
         simulate(system, engine, seconds=3.0 if "for" in defect else 60.0)  # type: ignore[arg-type]
 
 
-def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(loop: Any, write: Any, tmp_path: Path) -> None:
-    """Amplitudes above the limit kill or stop their worker; all other rows are those of a good FMU."""
+@pytest.mark.parametrize(("where", "steps"), [("local", 10), ("cluster", 4)])
+def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(
+    loop: Any, write: Any, tmp_path: Path, where: str, steps: int
+) -> None:
+    """Amplitudes above the limit kill or stop their process; all other rows are those of a good FMU."""
     pytest.importorskip("pyarrow")
+    distributed = pytest.importorskip("distributed")
     import tomli_w
 
     from hystfmu.study import run_study
@@ -198,15 +203,21 @@ def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(loop: Any, write: Any, 
         "name": "bad",
         "scenario": ".",
         "method": "grid",
-        "timeout": 2.0,
-        "parameters": {"reference.amplitude": {"range": [0.2, 2.0], "steps": 10}},
+        "timeout": 4.0,
+        "parameters": {"reference.amplitude": {"range": [0.2, 2.0], "steps": steps}},
     }
     (folder / "s.study.toml").write_text(tomli_w.dumps(study))
     write(loop)
     rows = {}
-    for name, defect in (("good", "y = u"), ("killed", "abort()"), ("timeout", "for (;;)")):
-        bad_fmu(folder / "bad.fmu", defect, 1.65)
-        rows[name] = run_study(folder / "s.study.toml", tmp_path / name, workers=2).rows
+    with contextlib.ExitStack() as stack:
+        place: dict[str, Any] = {"workers": 2}
+        if where == "cluster":
+            sizes = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+            cluster = stack.enter_context(distributed.LocalCluster(**sizes, local_directory=str(tmp_path)))
+            place = {"on": cluster.scheduler_address.replace("tcp://", "dask://")}
+        for name, defect in (("good", "y = u"), ("killed", "abort()"), ("timeout", "for (;;)")):
+            bad_fmu(folder / "bad.fmu", defect, 1.65)
+            rows[name] = run_study(folder / "s.study.toml", tmp_path / name, **place).rows
     assert {r["status"] for r in rows["good"]} == {"ok"}
     for name in ("killed", "timeout"):
         for row, good in zip(rows[name], rows["good"], strict=True):
@@ -214,7 +225,9 @@ def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(loop: Any, write: Any, 
                 assert row["metrics"] == good["metrics"]
             else:
                 assert row["status"] == name
-        assert sum(r["status"] == name for r in rows[name]) == 2
+        assert sum(r["status"] == name for r in rows[name]) == sum(
+            r["values"]["reference.amplitude"] > 1.7 for r in rows["good"]
+        )
 
 
 @pytest.mark.parametrize("name", ["../../evil.txt", "/evil.txt"])

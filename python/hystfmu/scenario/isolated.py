@@ -23,7 +23,7 @@ GIGABYTES = 4.0
 TASK, ENDED, VALUES = "task", "ended.json", "values"
 
 
-def blocks_isolated(system: System, engine: Engine, seconds: float) -> Iterator[Trace]:
+def blocks_isolated(system: System, engine: Engine, seconds: float, gigabytes: float = GIGABYTES) -> Iterator[Trace]:
     """As `blocks`, in a child process; nothing comes before it has ended well.
 
     Raises
@@ -32,15 +32,15 @@ def blocks_isolated(system: System, engine: Engine, seconds: float) -> Iterator[
         Also when the child dies, or is not finished in time.
     """
     with tempfile.TemporaryDirectory(prefix="hystfmu-foreign-") as folder:
-        (Path(folder) / TASK).write_bytes(pickle.dumps((system, engine)))
+        (Path(folder) / TASK).write_bytes(pickle.dumps((system, engine, gigabytes)))
         process = child.start("-m", "hystfmu.scenario.isolated", folder)
         _, in_time = child.finish(process, seconds)
         if not in_time:
-            raise Stopped(f"not finished after {seconds:g} s: a unit hangs, or allow more time")
+            raise Stopped(child.late(seconds), "timeout")
         try:
             ended = json.loads((Path(folder) / ENDED).read_text())
             if ended["stopped"] is not None:
-                raise Stopped(str(ended["stopped"]))
+                raise Stopped(str(ended["stopped"]), str(ended["status"]))
             with (Path(folder) / VALUES).open("rb") as f:
                 for first, end in system.blocks():
                     shape = (end - first, system.n_values)
@@ -50,26 +50,27 @@ def blocks_isolated(system: System, engine: Engine, seconds: float) -> Iterator[
                     yield Trace(times, values, system.columns, system.case.ripple, first=first, sweeps=sweeps)
         except (OSError, ValueError, KeyError, TypeError):
             foreign = ", ".join(p.name for p in system.foreign)
-            raise Stopped(f"the process that ran {foreign} ended with status {process.returncode}") from None
+            raise Stopped(f"the process that ran {foreign} ended with status {process.returncode}", "killed") from None
 
 
 def main(folder: Path) -> None:
     """In the child: run the task in the folder and leave what became of it there."""
     task = (folder / TASK).read_bytes()  # our own parent wrote it
-    child.limit_memory(GIGABYTES)
-    stopped, sweeps = None, Sweeps()
+    stopped, status, sweeps = None, "stopped", Sweeps()
+    system, engine, gigabytes = pickle.loads(task)
+    child.limit_memory(gigabytes)
     try:
-        system, engine = pickle.loads(task)
         with (folder / VALUES).open("wb") as f:
             for block in blocks_here(system, engine):
                 block.values.tofile(f)
                 sweeps.add(block.sweeps)
     except MemoryError:
-        stopped = f"needs more than {GIGABYTES:g} GB of memory"
+        stopped, status = f"needs more than {gigabytes:g} GB of memory", "memory"
     except Exception as e:  # fmpy raises many kinds when a foreign FMU misbehaves
         words = str(e) if isinstance(e, Stopped) else f"{type(e).__name__}: {e}"
         stopped = " ".join(words.split())[:1000]
-    (folder / ENDED).write_text(json.dumps({"stopped": stopped, "sweeps": [sweeps.all, sweeps.most, sweeps.steps]}))
+    counted = [sweeps.all, sweeps.most, sweeps.steps]
+    (folder / ENDED).write_text(json.dumps({"stopped": stopped, "status": status, "sweeps": counted}))
 
 
 if __name__ == "__main__":

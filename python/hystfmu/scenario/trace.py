@@ -18,7 +18,18 @@ MOST_VALUES = 50_000_000  # doubles of a trace in memory
 
 
 class Stopped(Exception):
-    """A unit refused to go on (a diverged loop ends with values that are not finite): a failure, not bad input."""
+    """A unit refused to go on (a diverged loop ends with values that are not finite): a failure, not bad input.
+
+    Parameters
+    ----------
+    why : str
+    status : {"stopped", "timeout", "killed", "memory"}
+        What a study calls such a run.
+    """
+
+    def __init__(self, why: str, status: str = "stopped") -> None:
+        super().__init__(why)
+        self.status = status
 
 
 @dataclass

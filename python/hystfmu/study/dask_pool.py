@@ -23,11 +23,13 @@ CHUNK = 16  # tasks in one submission
 _RUNNERS: dict[int, tuple[str, Runner]] = {}  # of a worker process, by thread: a runner serves one task at a time
 
 
-def _run(key: str, systems: list[System], engine: Engine, tasks: list[Task]) -> list[dict[str, Any]]:
+def _run(
+    key: str, systems: list[System], engine: Engine, limits: tuple[float, float], tasks: list[Task]
+) -> list[dict[str, Any]]:
     thread = threading.get_ident()
     if thread not in _RUNNERS or _RUNNERS[thread][0] != key:
         _close(thread)  # of a study that was killed before it could
-        _RUNNERS[thread] = key, Runner(systems, engine, _scratch())
+        _RUNNERS[thread] = key, Runner(systems, engine, _scratch(), limits)
     mine = _RUNNERS[thread]
     rows = []
     for task in tasks:
@@ -64,8 +66,8 @@ class DaskPool:
         ``dask://HOST:PORT`` of the scheduler.
     systems, engine
         As `Runner` takes them.
-    timeout : float
-        Longest time for one task (s).
+    timeout, memory : float
+        Longest time (s) and most memory (GB) of a run with FMUs of others; all else cannot hang, and Dask limits it.
 
     Raises
     ------
@@ -73,7 +75,7 @@ class DaskPool:
         Wrong address, no scheduler there, Dask is not installed.
     """
 
-    def __init__(self, address: str, systems: list[System], engine: Engine, timeout: float) -> None:
+    def __init__(self, address: str, systems: list[System], engine: Engine, timeout: float, memory: float) -> None:
         try:
             import distributed
         except ImportError:
@@ -87,7 +89,7 @@ class DaskPool:
         except (OSError, ValueError, TimeoutError) as e:
             raise InputError(f"--on {address}: no Dask scheduler answers there ({e})") from None
         self._names = [s.case.name for s in systems]
-        self._engine, self._timeout = engine, timeout
+        self._engine, self._limits = engine, (timeout, memory)
         self._key = uuid.uuid4().hex  # by it workers know what they prepared for this study
         self._systems = self._client.scatter([systems], broadcast=True)[0]
         self._held: dict[Any, list[Task]] = {}  # what runs, by its future
@@ -115,7 +117,8 @@ class DaskPool:
             chunk = again.popleft() if again else list(islice(source, CHUNK))
             if not chunk:
                 return False
-            future = self._client.submit(_run, self._key, self._systems, self._engine, chunk, pure=False, retries=1)
+            words = (self._key, self._systems, self._engine, self._limits, chunk)
+            future = self._client.submit(_run, *words, pure=False, retries=1)
             self._held[future] = chunk
             running.add(future)
             return True

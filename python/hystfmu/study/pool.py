@@ -29,7 +29,7 @@ from contextlib import suppress
 from itertools import islice
 from typing import Any
 
-from hystfmu.child import limit_memory
+from hystfmu.child import late, limit_memory
 from hystfmu.errors import InputError
 from hystfmu.scenario.run import Engine
 from hystfmu.scenario.system import System
@@ -216,7 +216,7 @@ class Pool:
             elif time.monotonic() - w.since > self._timeout + (0.0 if w.ready else self.STARTUP):
                 task = w.blamed()
                 self._replace(w, waiting)
-                yield row_of(task, self._names[task.case], "timeout", f"not finished after {self._timeout:g} s")
+                yield row_of(task, self._names[task.case], "timeout", late(self._timeout))
 
     def _dead(self, w: _Worker, waiting: _Waiting) -> Iterator[dict[str, Any]]:
         task, status = w.blamed(), w.process.exitcode

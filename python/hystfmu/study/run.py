@@ -89,7 +89,7 @@ def run_study(
     engine = study.spec.engine
     pool: Pool | DaskPool
     if on is not None:
-        pool = DaskPool(on, systems, engine, study.spec.timeout)
+        pool = DaskPool(on, systems, engine, study.spec.timeout, study.spec.memory)
     else:
         pool = Pool(systems, engine, workers, study.spec.timeout, study.spec.memory)
     first = there = 0

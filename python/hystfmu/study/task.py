@@ -11,6 +11,7 @@ import hystfmu
 from hystfmu.errors import InputError
 from hystfmu.scenario import build
 from hystfmu.scenario.fmu_store import FmuStore
+from hystfmu.scenario.isolated import blocks_isolated
 from hystfmu.scenario.metrics import Measure
 from hystfmu.scenario.native import Native
 from hystfmu.scenario.run import Engine, blocks_here
@@ -68,10 +69,19 @@ class Runner:
     engine : {"native", "python", "fmpy"}
     folder : path, optional
         Where units are unpacked; by default the temporary folder.
+    limits : (float, float), optional
+        Longest time (s) and most memory (GB) of a run with FMUs of others, which then has a process of its own; without
+        them it runs here, and somebody else watches this process.
     """
 
-    def __init__(self, systems: list[System], engine: Engine, folder: str | None = None) -> None:
-        self._systems, self._engine, self._folder = systems, engine, folder
+    def __init__(
+        self,
+        systems: list[System],
+        engine: Engine,
+        folder: str | None = None,
+        limits: tuple[float, float] | None = None,
+    ) -> None:
+        self._systems, self._engine, self._folder, self._limits = systems, engine, folder, limits
         self._native: dict[int, Native] = {}
         self._store: FmuStore | None = None
 
@@ -81,7 +91,7 @@ class Runner:
         try:
             return row_of(task, case, "ok", "", self._metrics(task))
         except Stopped as e:
-            return row_of(task, case, "stopped", str(e))
+            return row_of(task, case, e.status, str(e))
         except InputError as e:
             return row_of(task, case, "refused", str(e))
         except MemoryError:
@@ -90,7 +100,8 @@ class Runner:
     def _metrics(self, task: Task) -> dict[str, float]:
         system = self._systems[task.case]
         metrics = system.case.metrics
-        if self._engine == "native":
+        apart = self._limits if system.foreign else None
+        if self._engine == "native" and apart is None:
             if task.case not in self._native:
                 ends = [e for m in metrics.values() for e in (m.signal, m.against) if e is not None]
                 self._native[task.case] = Native(system, ends)
@@ -102,8 +113,11 @@ class Runner:
             missing = [k for k in task.settings if k not in varied.overridden]
             if missing:
                 raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with that parameter")
-            self._store = self._store or FmuStore(self._folder)
-            blocks = blocks_here(varied, self._engine, self._store)
+            if apart is not None:
+                blocks = blocks_isolated(varied, self._engine, *apart)
+            else:
+                self._store = self._store or FmuStore(self._folder)
+                blocks = blocks_here(varied, self._engine, self._store)
         measured = {name: Measure(m) for name, m in metrics.items()}
         for block in blocks:
             for m in measured.values():
