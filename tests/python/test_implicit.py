@@ -107,12 +107,15 @@ def test_at_the_start_the_model_is_tried_as_it_starts():
     assert h == pytest.approx([0.9, 0.9, 1.0], abs=1e-15)
 
 
-def test_trials_leave_no_trace_and_commits_are_steps():
+def network_inverse():
+    """The inverse of a network model, and wanted outputs that it can reach."""
     m = fitted("play_bank_mlp", iterations=10, starts=1)
-    g = inverse(m, "implicit").graph
-    r = m.predict(0.8 * signals.nested_reversals(20, 5))
-    c = ContinuousExecutor(g.to_bytes())
-    got = []
+    return inverse(m, "implicit").graph, m.predict(0.8 * signals.nested_reversals(20, 5))
+
+
+def test_trials_leave_no_trace_and_commits_are_steps():
+    g, r = network_inverse()
+    c, got = ContinuousExecutor(g.to_bytes()), []
     for k, v in enumerate(r):
         if k == 0:
             c.set(0, v)
@@ -128,11 +131,8 @@ def test_trials_leave_no_trace_and_commits_are_steps():
 
 def test_asked_again_it_answers_the_same_and_sees_new_parameters():
     """An importer may let an event happen twice at one time, and hold an input: not one bit may move."""
-    m = fitted("play_bank_mlp", iterations=10, starts=1)
-    g = inverse(m, "implicit").graph
-    r = m.predict(0.8 * signals.nested_reversals(20, 5))
-    c = ContinuousExecutor(g.to_bytes())
-    got = []
+    g, r = network_inverse()
+    c, got = ContinuousExecutor(g.to_bytes()), []
     for k, v in enumerate(r):
         c.set(0, v)
         if k == 0:
