@@ -1,6 +1,6 @@
 """Corners of the blocks and of the reader that ordinary runs miss: each against its closed form or its rule.
 
-They were found by the conditions that MC/DC listed as never shown (tests/torture)."""
+They were found by the conditions that MC/DC listed as never shown (tests/stress)."""
 
 from __future__ import annotations
 

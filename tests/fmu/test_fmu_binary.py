@@ -142,7 +142,7 @@ def test_forged_states(sanitized: Callable[[str], Path], tmp_path: Path, name: s
     drive(sanitized("drive_states"), loop() if name == "loop" else small(name), tmp_path, 400, 1)
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 @pytest.mark.parametrize("name", [*BLOCKS, "loop"])
 def test_many_forged_states(sanitized: Callable[[str], Path], tmp_path: Path, name: str) -> None:
     for seed in (2, 3):
@@ -242,7 +242,7 @@ def test_check_sees_what_a_solver_would_suffer_from(
     assert any(expected in p for p in problems), problems
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_a_million_steps_leak_nothing(tmp_path: Path, fmi: int) -> None:
     folder = unpack(export_fmu(loop(), tmp_path / "x.fmu", fmi), tmp_path / "x")  # type: ignore[arg-type]

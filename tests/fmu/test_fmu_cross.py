@@ -20,7 +20,7 @@ import hystfmu
 from hystfmu.fmu.platforms import PLATFORMS, host
 from hystfmu.graph import Graph
 
-pytestmark = pytest.mark.torture
+pytestmark = pytest.mark.stress
 ROOT = Path(__file__).parents[2]
 HOST = Path(__file__).with_name("step_host.c")
 HEADERS = Path(fmpy.__file__).parent / "c-code"

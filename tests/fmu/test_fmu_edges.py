@@ -1,6 +1,6 @@
 """Edges of the FMI layer that ordinary runs miss: slopes in every mode, files of strangers, forged phases.
 
-They were found by the conditions that MC/DC listed as never shown (tests/torture).  Memory that runs out and pointers
+They were found by the conditions that MC/DC listed as never shown (tests/stress).  Memory that runs out and pointers
 that are NULL: tests/c/drive_edges.c."""
 
 from __future__ import annotations

@@ -119,7 +119,7 @@ def test_every_importer(key: str, way: str, fmi: int, fitted: dict[str, Model], 
     every_importer(model_of(key, way, fitted), fmi, tmp_path)
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 @pytest.mark.parametrize(("key", "way"), [c for c in CASES if c not in SLICE])
 def test_every_importer_and_every_key(key: str, way: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
     every_importer(model_of(key, way, fitted), fmi, tmp_path)

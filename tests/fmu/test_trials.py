@@ -77,7 +77,7 @@ def test_a_differentiator_behind_a_filter_passes(tmp_path: Path, fmi: int) -> No
     assert guest(single("preisach"), tmp_path / "p", fmi).with_derivatives == {"CoSimulation", "ModelExchange"}
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 @pytest.mark.parametrize("name", ["loop", "mixed", *BLOCKS])
 def test_nothing_is_wrong_with_any_block(tmp_path: Path, fmi: int, name: str) -> None:
     graph = {"loop": loop, "mixed": mixed}.get(name, lambda: single(name))()

@@ -27,7 +27,7 @@ def test_exported_kind_gives_what_predict_gives(key: str, tmp_path: Path) -> Non
     check(exported.compare(exported.small(key), key, tmp_path))
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 @pytest.mark.parametrize("key", [k for k in exported.KEYS if k not in QUICK_KEYS])
 def test_every_kind_gives_what_predict_gives(key: str, tmp_path: Path) -> None:
     check(exported.compare(exported.small(key), key, tmp_path))

@@ -68,7 +68,7 @@ def test_what_the_inverse_alone_needs_stands_in_its_package_alone(tmp_path: Path
     assert "inverse.h" not in block
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 @pytest.mark.parametrize("key", ["play_bank_mlp", "zhao_tan_mlp", "prandtl_ishlinskii", "duhem"])
 def test_implicit_inverse_of_an_identified_model_gives_what_predict_gives(key: str, tmp_path: Path) -> None:
     made = inverse(exported.small(key), "implicit")

@@ -31,7 +31,7 @@ def differences(a: dict[str, str], b: dict[str, str]) -> list[str]:
 
 
 def test_two_compilers_give_the_same_bits(tmp_path: Path) -> None:
-    """The two that differ most among the quick ones; `make torture` runs all."""
+    """The two that differ most among the quick ones; `make stress` runs all."""
     first, second = (next(t for t in TARGETS if t.name == name) for name in ("gcc -O0", "clang -O3 -march=native"))
     for t in (first, second):
         if why := t.missing():
@@ -41,7 +41,7 @@ def test_two_compilers_give_the_same_bits(tmp_path: Path) -> None:
     assert len(set(a.values())) > 0.7 * len(a)  # the hash sees the outputs: few graphs show the same numbers
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 def test_every_target_gives_the_same_bits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     skipped = [f"{t.name}: {why}" for t in TARGETS if (why := t.missing())]
     there = [t for t in TARGETS if not t.missing()]
@@ -67,7 +67,7 @@ def test_every_target_gives_the_same_bits(tmp_path: Path, capsys: pytest.Capture
     assert len(found) >= 8, skipped
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 def test_the_hash_would_show_fused_operations(tmp_path: Path) -> None:
     """What CMakeLists.txt forbids and the compiler would do on its own: this test of a test must see it."""
     target = next(t for t in TARGETS if t.name == "gcc -O3 -march=native")

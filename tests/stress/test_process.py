@@ -77,7 +77,7 @@ def test_steps_are_not_refused_for_their_rounding(build: Build, models: Path) ->
     assert out.count("none refused") == 16
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 def test_ten_million_steps_are_not_refused_for_their_rounding(build: Build, models: Path) -> None:
     out = run([str(build("process")), "steps", str(BINARY), str(models)], 600, STEPS="10000000")
     assert out.count("10000000 steps") == 16
@@ -107,7 +107,7 @@ def test_nothing_is_held_from_step_to_step(build: Build, models: Path) -> None:
     hold_still(build, models, 200, 60)
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 def test_a_million_steps_of_every_graph_hold_nothing(
     build: Build, models: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -145,13 +145,13 @@ def instrumented(compiler: list[str], folder: Path, source: Path) -> Path:
     return target.build(folder / source.stem, [*CORE_SOURCES, *FMI_SOURCES, source], flags)
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 def test_eight_threads_under_the_thread_sanitizer(models: Path, tmp_path: Path) -> None:
     program = instrumented(["clang", "-O1", "-fsanitize=thread"], tmp_path, HERE / "threads.c")
     run([str(program), str(models)], 600, TSAN_OPTIONS="halt_on_error=1")
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 def test_random_calls_under_valgrind(models: Path, tmp_path: Path) -> None:
     if not shutil.which("valgrind"):
         pytest.skip("no valgrind")

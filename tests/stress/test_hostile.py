@@ -257,7 +257,7 @@ def test_some_mutated_files(name: str, tmp_path: Path, monkeypatch: pytest.Monke
     assert run(name, tmp_path, 12 if name == "ssp" else 40, monkeypatch)[0] > 1
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 @pytest.mark.parametrize("name", READERS)
 def test_many_mutated_files(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

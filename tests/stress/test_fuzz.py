@@ -16,7 +16,7 @@ from targets import CORE, CORE_SOURCES, FMI, FMI_SOURCES, MEANING, Target, fmi_h
 HERE = Path(__file__).parent
 SANITIZE = "-fsanitize=fuzzer,address,undefined,float-cast-overflow"
 CLANG = Target("clang, libFuzzer", ["clang", "-g", "-O1", SANITIZE, "-fno-sanitize-recover=all"])
-RUNS = int(os.environ.get("HYSTFMU_FUZZ_RUNS", "1000000"))  # of each target in `make torture`
+RUNS = int(os.environ.get("HYSTFMU_FUZZ_RUNS", "1000000"))  # of each target in `make stress`
 
 
 @pytest.fixture(scope="session")
@@ -70,7 +70,7 @@ def test_a_few_seconds(fuzzer: Callable[[str], Path], tmp_path: Path, name: str)
     assert statistic(report, "number_of_executed_units") > 200
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 @pytest.mark.parametrize("name", ["fuzz_core", "fuzz_fmi"])
 def test_a_million(
     fuzzer: Callable[[str], Path], tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]

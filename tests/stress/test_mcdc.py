@@ -39,7 +39,7 @@ def test_the_suites_are_there() -> None:
     assert [s for s in SUITES if not (ROOT / "tests" / s).exists()] == []
 
 
-@pytest.mark.torture
+@pytest.mark.stress
 def test_conditions_of_the_core(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     compiler = clang()
     if compiler is None:
