@@ -1,47 +1,65 @@
 # `make demo` and `make test` are the two commands of the README; everything happens inside this directory.
 PYTHON ?= python3
+WORKERS ?= 2
 BIN := .venv/bin
 export TMPDIR := $(CURDIR)/build/tmp
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
-SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find fmu_build python -name '*.[ch]' -o -name '*.py') LICENSE
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
+# without --no-build-isolation pip would build in a fresh environment; `make` compiles the core itself, below
+EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --config-settings editable.mode=inplace --editable
+PYTEST := $(BIN)/python -m pytest -q
+SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: platforms demo test torture check generate bench modelica clean
+.PHONY: demo test contract stress dev core check generate modelica platforms bench clean torture
 
-demo: build/installed
+demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
 
-test: build/installed-dev
-	$(BIN)/python -m pytest -q
+test: dev
+	$(PYTEST) $(SPREAD)
 
-# the long runs: a million fuzzed sequences, every compiler and processor at hand, threads, coverage, hostile files
-torture: build/installed-dev
+# what the author of a block waits for: the contract of every block, its vectors, its rows in generated texts
+contract: dev
+	$(PYTEST) -x tests/contract
+	$(BIN)/python tests/generated.py
+
+# long runs: a million fuzzed sequences, every compiler and processor at hand, threads, coverage, mutated files
+stress: dev
 	$(PIP) ziglang wasmtime zopfli
-	$(BIN)/python -m pytest -q -m torture
+	$(PYTEST) -m stress
+
+# an editable installation: an edit of Python needs nothing, an edit of C one run of ninja
+dev: build/installed-dev core
+
+core: build/dev/build.ninja
+	@$(BIN)/cmake --build build/dev --target install/strip -- --quiet
 
 # formatting, lint, types, stale generated files
-check: build/installed-dev
+check: dev
 	$(BIN)/ruff format --check python tests
 	$(BIN)/ruff check python tests
 	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
 	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/python tests/generated.py
 
-generate: build/installed-dev
+generate: dev
 	$(BIN)/python tests/generated.py --write
 
 # every class of the Modelica library: loads, simulates, error against the C core, numpy and the committed reference
-modelica: build/installed-dev
+modelica: dev
 	$(BIN)/python tests/modelica/report.py
 
-# the FMU binary for Windows, Linux and macOS, x86-64 and arm64, on this machine; an install then carries them
+# the FMU binary for Windows, Linux and macOS, x86-64 and arm64, on this machine; exports and wheels then carry them
 platforms: build/tools
 	$(PIP) ziglang zopfli
 	$(BIN)/python fmu_build/platforms/build.py fmu_build build/platforms
-	rm -f build/installed build/installed-dev
+	rm -rf build/dev
 
-bench: build/installed-dev
+bench: dev
 	$(BIN)/python tests/benchmarks/run.py
+
+torture:
+	@echo "'make torture' is now 'make stress'"; exit 1
 
 .venv/pyvenv.cfg:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "HystFMU needs Python 3.11 or newer; try: make PYTHON=python3.11 $(MAKECMDGOALS)"; exit 1; }
@@ -54,13 +72,19 @@ build/tools: .venv/pyvenv.cfg constraints.txt
 	$(PIP) scikit-build-core cmake ninja fmpy
 	touch $@
 
-build/installed: build/tools $(SOURCES)
-	$(PIP) --no-build-isolation '.[train]'
+build/installed: build/tools pyproject.toml
+	$(EDITABLE) '.[train]'
 	touch $@
 
-build/installed-dev: build/tools $(SOURCES)
-	$(PIP) --no-build-isolation '.[train,control,study,dev]'
+build/installed-dev: build/tools pyproject.toml
+	$(EDITABLE) '.[train,control,study,dev]'
 	touch $@ build/installed
 
+# libraries, sources and licence are installed beside the Python files, where git ignores them
+build/dev/build.ninja: build/tools
+	$(BIN)/cmake -S . -B build/dev -G Ninja --log-level=WARNING -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=$(CURDIR)/python \
+		-DCMAKE_INSTALL_MESSAGE=NEVER -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DPython_EXECUTABLE=$(CURDIR)/$(BIN)/python
+
 clean:
-	rm -rf build demo .venv
+	rm -rf build demo .venv python/hystfmu/_platforms
+	rm -f python/hystfmu/_core.* python/hystfmu/_fmu.* python/hystfmu/_sources.c python/hystfmu/LICENSE

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+import hystfmu
 from hystfmu.accuracy import held_out_table
 from hystfmu.core import Array
 from hystfmu.data import Dataset
@@ -25,7 +26,9 @@ from hystfmu.terminal import loop, progress, table, verdicts
 
 KEYS = ("prandtl_ishlinskii", "prandtl_ishlinskii_asym", "zhao_tan_mlp", "play_bank_mlp", "bouc_wen")
 HEAD = ("model", "parameters", "nested RMS %FS", "worst RMS %FS", "worst max %FS", "seconds")
-SCENARIOS = Path(__file__).with_name("_scenarios")  # installed beside the package from the folder scenarios/
+PACKAGE = Path(hystfmu.__file__).parent
+# a wheel carries a copy; an editable installation reads the folder of the repository
+SCENARIOS = next((p for p in (PACKAGE / "_scenarios", PACKAGE.parents[1] / "scenarios") if p.is_dir()), PACKAGE)
 
 
 def demo(out: Path) -> bool:

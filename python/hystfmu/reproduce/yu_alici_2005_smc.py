@@ -134,8 +134,7 @@ class _Loops:
     def __init__(self) -> None:
         from hystfmu.demo import SCENARIOS
 
-        repository = Path(__file__).resolve().parents[3] / "scenarios"
-        self.folder = SCENARIOS if SCENARIOS.is_dir() else repository
+        self.folder = SCENARIOS
         d = self._data()
         model = fit(d, "g0_prandtl_ishlinskii", w0_min=W0_MIN)
         self.ours = inverse(hysteresis(model)).graph
