@@ -59,6 +59,10 @@ def test_conditions_of_the_core(tmp_path: Path, capsys: pytest.CaptureFixture[st
     ]
     for made in libraries:
         shutil.copy(made, package / f"{made.name}.so")
+    # an editable installation goes before PYTHONPATH
+    (package.parent / "sitecustomize.py").write_text(
+        "import sys\nsys.meta_path[:] = [f for f in sys.meta_path if 'ScikitBuild' not in type(f).__name__]\n"
+    )
 
     shim = tmp_path / "bin" / "cc"
     shim.parent.mkdir()
