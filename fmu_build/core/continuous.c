@@ -33,7 +33,7 @@ double *hyst_graph_continuous(hyst_graph *g, int64_t k) {
 
 int hyst_graph_is_sampled(const hyst_graph *g) {
   for (int i = 0; i < g->n_nodes; i++)
-    if (hyst_class_of(g->nodes[i].block) == HYST_SAMPLED) return 1;
+    if (g->nodes[i].block->rate == HYST_SAMPLED) return 1;
   return 0;
 }
 
@@ -46,7 +46,7 @@ static void output(const hyst_graph *g, const hyst_node *n, double t) {
 void hyst_graph_evaluate(hyst_graph *g, double t) {
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + g->order[i];
-    if (hyst_class_of(n->block) != HYST_SAMPLED) output(g, n, t);
+    if (n->block->rate != HYST_SAMPLED) output(g, n, t);
   }
 }
 
@@ -66,7 +66,7 @@ void hyst_graph_commit(hyst_graph *g, double t) {
   hyst_graph_evaluate(g, t);
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
-    if (hyst_class_of(n->block) != HYST_HYSTERETIC) continue;
+    if (n->block->rate != HYST_HYSTERETIC) continue;
     hyst_gather(g, n, t);
     if (n->block->flags & HYST_IMPLICIT) hyst_implicit_take(n, n->u[HYST_IMPLICIT_MODEL] - n->u[HYST_IMPLICIT_WANTED]);
     else n->block->update(n->dim, n->p, n->x, n->u, 1); /* no such block looks at the length of a step */
@@ -78,7 +78,7 @@ static hyst_status prepare(hyst_graph *g, double dt) {
   const hyst_status s = g->changed ? hyst_graph_prepare(g, g->dt) : HYST_E_OK;
   for (int i = 0; i < g->n_nodes && !s; i++) {
     const hyst_node *n = g->nodes + i;
-    if (hyst_class_of(n->block) != HYST_SAMPLED || !(n->block->flags & HYST_STEP)) continue;
+    if (n->block->rate != HYST_SAMPLED || !(n->block->flags & HYST_STEP)) continue;
     const char *wrong = n->block->prepare(n->dim, n->p, dt);
     if (wrong) return hyst_fail(&g->error, HYST_E_PREPARE, n->name, NULL, wrong);
   }
@@ -91,7 +91,7 @@ hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt) {
   hyst_graph_evaluate(g, t);
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
-    if (hyst_class_of(n->block) == HYST_SAMPLED) {
+    if (n->block->rate == HYST_SAMPLED) {
       hyst_gather_from(g, i, 0);
       if (n->time >= 0) n->u[n->time] = t;
       n->block->update(n->dim, n->p, n->x, n->u, dt);
@@ -112,7 +112,7 @@ hyst_status hyst_graph_hold(hyst_graph *g, double t_end, double dt) {
   g->state[0] = dt;
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
-    if (hyst_class_of(n->block) != HYST_SAMPLED) hyst_advance_node(g, n, t_end, dt);
+    if (n->block->rate != HYST_SAMPLED) hyst_advance_node(g, n, t_end, dt);
   }
   return HYST_E_OK;
 }

@@ -2,7 +2,7 @@
  *
  * Every block is one of
  *   continuous   has deriv(): its CSTATEs belong to the solver; its update() is called at the start only
- *   hysteretic   RATE_INDEPENDENT: output() at a trial input is pure; the memory takes it in hyst_graph_commit()
+ *   hysteretic   output() at a trial input is pure; the memory takes it in hyst_graph_commit()
  *   sampled      any other block with update(): holds its output from sample to sample, hyst_graph_sample()
  *   function     no memory
  * A run: hyst_graph_start() once, then for the present inputs, time and continuous states evaluate() and derivatives()

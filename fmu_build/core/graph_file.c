@@ -105,7 +105,7 @@ hyst_status hyst_read_nodes(hyst_cursor *c, hyst_totals *n, hyst_graph *g, hyst_
         (n->p += k.p) + (n->u += k.u) + (n->y += k.y) + (n->x += k.x) > MOST_VALUES)
       return hyst_fail(e, HYST_E_DIM, b->name, NULL, "too many values");
     n->values += k.p_file;
-    if (hyst_class_of(b) == HYST_SAMPLED) n->kept += k.u;
+    if (b->rate == HYST_SAMPLED) n->kept += k.u;
     n->dims += b->n_dims;
     if (get_u32(c) != (uint64_t)k.p_file || (c->end - c->at) / 8 < k.p_file) /* past the end: 0, and bad for good */
       return hyst_fail(e, HYST_E_FILE, b->name, NULL, "number of values");

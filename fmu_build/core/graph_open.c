@@ -73,7 +73,7 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   if (s) return s;
   for (int i = 0; i < g->n_nodes; i++) {
     hyst_node *node = g->nodes + i;
-    double **inputs = hyst_class_of(node->block) == HYST_SAMPLED ? &kept : &u; /* see hyst_look_behind() */
+    double **inputs = node->block->rate == HYST_SAMPLED ? &kept : &u; /* see hyst_look_behind() */
     node->u = *inputs, *inputs += node->n_u;
     node->x = x, x += node->n_x;
     node->y = y, y += node->n_y;

@@ -52,11 +52,9 @@ typedef enum {
  * rows there, for every pointer of a table costs a relocation, too. */
 #ifdef HYST_UNDOCUMENTED
 #define HYST_TOLD(...)
-#define HYST_UNTOLD , .text = NULL, .equation = NULL, .source = NULL
 #define HYST_ROW_NAME char name[16]
 #else
 #define HYST_TOLD(...) __VA_ARGS__
-#define HYST_UNTOLD
 #define HYST_ROW_NAME const char *name
 #endif
 
@@ -74,17 +72,38 @@ typedef struct {
   HYST_TOLD(const char *text;)
 } hyst_dim;
 
+/* When a block acts in continuous time: see continuous.h.  A function without a time and a hysteretic block are rate
+ * independent: their output depends on the path of the input, not on dt. */
+typedef enum {
+  HYST_FUNCTION,   /* no memory: no update() */
+  HYST_CONTINUOUS, /* states of a solver: deriv() */
+  HYST_HYSTERETIC, /* update() takes the path of the input and does not look at dt */
+  HYST_SAMPLED     /* update() is a sample; the output holds until the next one */
+} hyst_rate;
+
 enum {
-  HYST_RATE_INDEPENDENT = 1, /* the output depends on the path of the input, not on dt */
-  HYST_STEP = 2,             /* prepare() uses dt */
-  HYST_IMPLICIT = 4          /* the graph finds the output: implicit.h */
+  HYST_STEP = 1,    /* prepare() uses dt */
+  HYST_IMPLICIT = 2 /* the graph finds the output: implicit.h */
 };
 
+typedef struct {
+  const char *text, *equation, *source;
+  const char *family;                     /* the folder of its file */
+  const char *inverts, *invert_condition; /* the block that it inverts exactly, and when it does; or NULL */
+  const char *tolerance; /* how update() and output() meet the equation: "rounding"; "iteration" of a root to rounding;
+                          * "integration" by a rule */
+  const char *hold;      /* without a parameter of that name, and other than "zoh": what an input is within a step */
+  double rule_error;     /* "integration": bound of its error, relative to the output */
+  double rule_step;      /* "integration" in time, s: in such a step update() agrees with deriv() to 1e-6 */
+  double smooth;         /* of inputs and states: so near to a point the tangent holds; 0: 1e-5 */
+} hyst_told;
+
 typedef struct hyst_block {
-  const char *name, *text, *equation, *source;
+  const char *name;
   unsigned flags;
   int n_dims;
   const hyst_dim *dims;
+  hyst_rate rate;
   int n_vars;
   const hyst_var *vars;
   int64_t (*size)(const int *dim, int var);                     /* elements of a variable */
@@ -98,6 +117,7 @@ typedef struct hyst_block {
    * as it stands; at a corner that of the side to which the seed points.  NULL: all zero. */
   void (*tangent)(const int *dim, const double *p, const double *x, const double *u, const double *du, const double *dx,
                   double *dy, double *ddx);
+  HYST_TOLD(hyst_told told;)
 } hyst_block;
 
 extern const hyst_block *const hyst_blocks[]; /* ends with NULL */
@@ -233,8 +253,9 @@ const hyst_block *hyst_find(const char *name);
   DIMS(HYST_DIM_LOCAL)    \
   VARS(HYST_IN_TANGENT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)du_, (void)dx_, (void)dy_, (void)ddx_;
 
-/* The last line of a block file: HYST_BLOCK(name, .text = ..., .output = ...). */
-#define HYST_BLOCK(id, ...)                                                                               \
+/* The last line of a block file: HYST_BLOCK(name, (.text = ..., .family = ...), .rate = ..., .output = ...). */
+#define HYST_BRACED(...) {__VA_ARGS__}
+#define HYST_BLOCK(id, facts, ...)                                                                        \
   static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                                   \
   static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){"", 0, 0, 0, HYST_TOLD("")}}; /* may be none */ \
   HYST_COLD static int64_t id##_size(const int *dim_, int var_) {                                         \
@@ -249,5 +270,5 @@ const hyst_block *hyst_find(const char *name);
                                 .n_vars = sizeof id##_vars / sizeof *id##_vars,                           \
                                 .vars = id##_vars,                                                        \
                                 .size = id##_size,                                                        \
-                                __VA_ARGS__ HYST_UNTOLD};
+                                HYST_TOLD(.told = HYST_BRACED facts, ) __VA_ARGS__};
 #endif

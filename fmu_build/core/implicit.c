@@ -10,7 +10,7 @@ static const char *unfit(const hyst_node *n) {
   if (n->block->flags & HYST_IMPLICIT) return "an implicit inverse cannot stand between u and h of another one";
   if (n->block->deriv) return "it has dynamics; between u and h of an implicit inverse all blocks must be static";
   if (n->time >= 0) return "it follows the time; between u and h of an implicit inverse all must follow u";
-  if (hyst_class_of(n->block) == HYST_SAMPLED)
+  if (n->block->rate == HYST_SAMPLED)
     return "it depends on the time between samples; between u and h of an implicit inverse all blocks must be static";
   return NULL;
 }

@@ -6,14 +6,6 @@
 #include "graph.h"
 #include "layout.h"
 
-typedef enum { HYST_FUNCTION, HYST_CONTINUOUS, HYST_HYSTERETIC, HYST_SAMPLED } hyst_class; /* see continuous.h */
-
-static inline hyst_class hyst_class_of(const hyst_block *b) {
-  if (b->deriv) return HYST_CONTINUOUS;
-  if (!b->update) return HYST_FUNCTION;
-  return b->flags & HYST_RATE_INDEPENDENT ? HYST_HYSTERETIC : HYST_SAMPLED;
-}
-
 /* the start values of the table for its variables of the kinds from `first` on */
 static inline void hyst_fill(const hyst_node *n, hyst_kind first) {
   for (int v = 0; v < n->block->n_vars; v++) {
@@ -64,6 +56,6 @@ static inline void hyst_gather_from(const hyst_graph *g, int i, int behind) {
  * them, and the others when it advances. */
 static inline void hyst_look_behind(const hyst_graph *g) {
   for (int i = 0; i < g->n_nodes; i++)
-    if (hyst_class_of(g->nodes[i].block) == HYST_SAMPLED) hyst_gather_from(g, i, 1);
+    if (g->nodes[i].block->rate == HYST_SAMPLED) hyst_gather_from(g, i, 1);
 }
 #endif

@@ -8,7 +8,7 @@ functions of headers are there once.
 Every section begins with a line "/* ==== name ==== */".  What was private to a file must stay so in one translation unit:
 - names of a file (static functions and data, types, enumeration constants) get the name of the file in front;
 - the functions of a block, which headers may define too, are renamed by macros; the initialiser of its descriptor then
-  must not name fields, which also makes it C++;
+  must not name fields, which also makes it C++; what only people read is left out;
 - macros of a file end with it;
 - names that other files use get HYST_PREFIX, so that two FMUs can be linked into one program.
 """
@@ -98,7 +98,7 @@ def arguments(text: str, at: int) -> tuple[list[str], int]:
 def fields(hyst_h: str) -> list[str]:
     """The members of hyst_block in their order."""
     body = re.search(r"typedef struct hyst_block \{(.*?)\} hyst_block;", hyst_h, re.S)[1]
-    body = re.sub(r"/\*.*?\*/", "", body, flags=re.S)
+    body = re.sub(r"/\*.*?\*/|HYST_TOLD\(.*?\)", "", body, flags=re.S)
     names: list[str] = []
     for declaration in filter(str.strip, body.split(";")):
         function = re.search(r"\(\*(\w+)\)", declaration)
@@ -115,13 +115,15 @@ class Amalgamation:
         for path in sources:
             self.collect(path)
         self.fields = fields((root / "core" / "hyst.h").read_text())
-        data = {"name", "text", "equation", "source", "flags", "n_dims", "dims", "n_vars", "vars", "size"}
+        data = {"name", "flags", "n_dims", "dims", "rate", "n_vars", "vars", "size"}
         self.functions = set(self.fields) - data
         shared = "".join(p.read_text() for p in self.headers)
         blocks = {f"hyst_{p.stem}" for p in root.glob("core/blocks/*.c")}
         defines = [f"#define {n} HYST_NAME({n})" for n in sorted(public_names(shared) | blocks)]
         paste = "#define HYST_PASTE(a, b) a##b\n#define HYST_PASTED(a, b) HYST_PASTE(a, b)\n"
-        self.sections["names"] = f"{paste}#define HYST_NAME(name) HYST_PASTED(HYST_PREFIX, name)\n" + "\n".join(defines)
+        paste += "#define HYST_NAME(name) HYST_PASTED(HYST_PREFIX, name)\n"
+        untold = "#ifndef HYST_UNDOCUMENTED\n#define HYST_UNDOCUMENTED\n#endif\n"
+        self.sections["names"] = paste + untold + "\n".join(defines)
         for path in self.headers:
             self.sections[self.name(path)] = self.header(path)
         for path in sources:
@@ -157,11 +159,12 @@ class Amalgamation:
     def positional_macro(self, text: str) -> str:
         """HYST_BLOCK with one parameter for every field that blocks give, in the order of the descriptor."""
         at = text.index("const hyst_block hyst_##id = {")
-        first, rest = text[at:].split("__VA_ARGS__", 1)
+        first, rest = re.split(r"HYST_TOLD\(.*?\) __VA_ARGS__", text[at:], maxsplit=1)
         own = dict(re.findall(r"\.(\w+) = ([^,\\]+),", first))
         self.given = [f for f in self.fields if f not in own]
         values = ", ".join(own.get(f, f"{f}_") for f in self.fields)
-        head = text[:at].replace("HYST_BLOCK(id, ...)", f"HYST_BLOCK({', '.join(['id', *(f'{f}_' for f in self.given)])})")
+        parameters = ", ".join(["id", *(f"{f}_" for f in self.given)])
+        head = text[:at].replace("HYST_BLOCK(id, facts, ...)", f"HYST_BLOCK({parameters})")
         return f"{head}const hyst_block hyst_##id = {{{values}{rest}"
 
     def source(self, path: Path) -> str:
@@ -187,8 +190,9 @@ class Amalgamation:
     def positional_call(self, text: str) -> str:
         at = text.index("HYST_BLOCK(")
         found, end = arguments(text, at + len("HYST_BLOCK"))
-        given = dict(re.match(r"\.(\w+)\s*=\s*(.*)", a, re.S).groups() for a in found[1:])
-        values = [found[0], *(given.get(f, "0" if f == "flags" else "NULL") for f in self.given)]
+        given = dict(re.match(r"\.(\w+)\s*=\s*(.*)", a, re.S).groups() for a in found[2:])
+        numbers = {"flags": "0", "rate": "HYST_FUNCTION"}
+        values = [found[0], *(given.get(f, numbers.get(f, "NULL")) for f in self.given)]
         return f"{text[:at]}HYST_BLOCK({', '.join(values)}){text[end:]}"
 
     def text(self, licence: str) -> str:

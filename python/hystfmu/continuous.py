@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hystfmu.core import RATE_INDEPENDENT, Array, library
+from hystfmu.core import Array, library
 from hystfmu.executor import Executor
 
 if TYPE_CHECKING:
@@ -34,15 +34,13 @@ def _declared() -> C.CDLL:
 
 
 def is_hysteretic(graph: Graph) -> bool:
-    """Whether a memory takes its input at every completed step of a solver (the classes of core/continuous.h)."""
-    blocks = [n.block for n in graph.nodes]
-    return any(b.raw.update and not b.raw.deriv and b.flags & RATE_INDEPENDENT for b in blocks)
+    """Whether a memory takes its input at every completed step of a solver."""
+    return any(n.block.rate == "hysteretic" for n in graph.nodes)
 
 
 def is_sampled(graph: Graph) -> bool:
-    """Whether a block advances in samples only (the classes of core/continuous.h)."""
-    blocks = [n.block for n in graph.nodes]
-    return any(b.raw.update and not b.raw.deriv and not b.flags & RATE_INDEPENDENT for b in blocks)
+    """Whether a block advances in samples only."""
+    return any(n.block.rate == "sampled" for n in graph.nodes)
 
 
 class ContinuousExecutor(Executor):

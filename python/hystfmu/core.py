@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 KINDS = ("param", "fixed", "derived", "input", "time", "output", "cstate", "state")
-RATE_INDEPENDENT, STEP, IMPLICIT = 1, 2, 4
+RATES = ("function", "continuous", "hysteretic", "sampled")
+STEP, IMPLICIT = 1, 2
 NO_LIMIT = 1e300  # a parameter is finite: this is "no limit", as in control.h
 
 _D = C.POINTER(C.c_double)
@@ -51,18 +52,32 @@ class _Dim(C.Structure):
     ]
 
 
+class _Told(C.Structure):
+    _fields_ = [
+        ("text", C.c_char_p),
+        ("equation", C.c_char_p),
+        ("source", C.c_char_p),
+        ("family", C.c_char_p),
+        ("inverts", C.c_char_p),
+        ("invert_condition", C.c_char_p),
+        ("tolerance", C.c_char_p),
+        ("hold", C.c_char_p),
+        ("rule_error", C.c_double),
+        ("rule_step", C.c_double),
+        ("smooth", C.c_double),
+    ]
+
+
 _OUTPUT = C.CFUNCTYPE(None, _I, _D, _D, _D, _D)
 
 
 class _Block(C.Structure):
     _fields_ = [
         ("name", C.c_char_p),
-        ("text", C.c_char_p),
-        ("equation", C.c_char_p),
-        ("source", C.c_char_p),
         ("flags", C.c_uint),
         ("n_dims", C.c_int),
         ("dims", C.POINTER(_Dim)),
+        ("rate", C.c_int),
         ("n_vars", C.c_int),
         ("vars", C.POINTER(RawVar)),
         ("size", C.CFUNCTYPE(C.c_int64, _I, C.c_int)),
@@ -73,6 +88,7 @@ class _Block(C.Structure):
         ("update", C.CFUNCTYPE(None, _I, _D, _D, _D, C.c_double)),
         ("feedthrough", C.CFUNCTYPE(C.c_int, _I, _D)),
         ("tangent", C.CFUNCTYPE(None, _I, _D, _D, _D, _D, _D, _D, _D)),
+        ("told", _Told),
     ]
 
 
@@ -130,16 +146,60 @@ class Dim:
 
 @dataclass(frozen=True)
 class BlockType:
-    """A block as its C file describes it."""
+    """A block as its C file describes it; the meaning of the facts is that of `hyst_told` and `hyst_rate` in hyst.h.
+
+    Attributes
+    ----------
+    family : str
+        The folder of its C file: operators, inverses, networks, dynamics, controllers, sources.
+    rate : str
+        When it acts in continuous time: function, continuous, hysteretic, sampled.
+    inverts, invert_condition : str or None
+        The block that it inverts exactly (dead_zones and scaling: itself), and when it does.
+    tolerance : str
+        How it meets its equation: rounding, iteration, integration.
+    rule_error, rule_step : float
+        Of a block with the tolerance integration: relative bound of the error; step (s) without visible error, or 0.
+    smooth : float
+        Width around a point within which its tangent holds.
+    hold : str
+        What its inputs are within a step where it has no parameter of that name: zoh, foh.
+    """
 
     name: str
     text: str
     equation: str
     source: str
+    family: str
+    rate: str
+    inverts: str | None
+    invert_condition: str | None
+    tolerance: str
+    rule_error: float
+    rule_step: float
+    smooth: float
+    hold: str
     flags: int
     dims: tuple[Dim, ...]
     vars: tuple[Var, ...]
     raw: _Block
+
+    @property
+    def inverse(self) -> str | None:
+        """The block that inverts it exactly; the inverse of an inverse is the operator."""
+        return next((b.name for b in block_types().values() if b.inverts == self.name), self.inverts)
+
+    @property
+    def inverse_condition(self) -> str | None:
+        """When `inverse` is exact."""
+        if self.inverts or self.inverse is None:
+            return self.invert_condition
+        return block_types()[self.inverse].invert_condition
+
+    @property
+    def rate_independent(self) -> bool:
+        """Whether the output depends on the path of the input and not on the time."""
+        return self.rate in ("function", "hysteretic") and not self.of("time")
 
     @property
     def class_name(self) -> str:
@@ -235,5 +295,24 @@ def block_types() -> dict[str, BlockType]:
             for v in b.vars[: b.n_vars]
         )
         name = b.name.decode()
-        types[name] = BlockType(name, b.text.decode(), b.equation.decode(), b.source.decode(), b.flags, dims, rows, b)
+        told = b.told
+        types[name] = BlockType(
+            name=name,
+            text=told.text.decode(),
+            equation=told.equation.decode(),
+            source=told.source.decode(),
+            family=(told.family or b"").decode(),
+            rate=RATES[b.rate],
+            inverts=told.inverts.decode() if told.inverts else None,
+            invert_condition=told.invert_condition.decode() if told.invert_condition else None,
+            tolerance=(told.tolerance or b"").decode(),
+            rule_error=told.rule_error,
+            rule_step=told.rule_step,
+            smooth=told.smooth or 1e-5,
+            hold=(told.hold or b"zoh").decode(),
+            flags=b.flags,
+            dims=dims,
+            vars=rows,
+            raw=b,
+        )
     return types

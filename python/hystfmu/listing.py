@@ -34,6 +34,9 @@ def details(name: str) -> str:
     """One block: equation, source, sizes, ports, parameters."""
     t = _find(name)
     lines = [f"{t.name} ({t.class_name}): {t.text}", "", f"  {t.equation}", f"  source: {t.source}"]
+    lines += [f"  family: {t.family}; rate: {t.rate}"]
+    if t.inverse:
+        lines += [f"  exact inverse: {t.inverse}, if {t.inverse_condition}"]
     if t.dims:
         rows = [[d.name, d.start, f"{d.lo}..{d.hi}", d.text] for d in t.dims]
         lines += ["", table(["size", "default", "range", "meaning"], rows)]
@@ -65,7 +68,8 @@ def _data(t: BlockType) -> dict[str, Any]:
         for v in t.of("param", "fixed", "input", "output")
     ]
     dims = [vars(d) for d in t.dims]
-    return {"name": t.name, "text": t.text, "equation": t.equation, "source": t.source, "dims": dims, "variables": rows}
+    facts = ("name", "text", "equation", "source", "family", "rate", "inverts", "inverse", "inverse_condition")
+    return {**{k: getattr(t, k) for k in facts}, "dims": dims, "variables": rows}
 
 
 def markdown() -> str:

@@ -10,7 +10,7 @@ from excitation import BLOCKS, STEP, candidates, every_block, node, perturbed, p
 from raw import Raw
 from scipy.integrate import solve_ivp
 
-from hystfmu.core import RATE_INDEPENDENT, block_types
+from hystfmu.core import block_types
 from hystfmu.graph import Node
 
 
@@ -25,7 +25,7 @@ def test_defaults_run_and_do_something(name: str, h: float) -> None:
         assert np.ptp(y, axis=0).max() > 0
 
 
-@pytest.mark.parametrize("name", [n for n in BLOCKS if block_types()[n].flags & RATE_INDEPENDENT])
+@pytest.mark.parametrize("name", [n for n in BLOCKS if block_types()[n].rate_independent])
 def test_rate_independence(name: str) -> None:
     block = block_types()[name]
     for n in some(block):
@@ -33,17 +33,12 @@ def test_rate_independence(name: str) -> None:
         assert run(n, u, STEP).tobytes() == run(n, u, STEP / 2).tobytes()
 
 
-# Blocks whose update() is an integration rule and no exact solution: they agree with deriv() for small steps.
-SMALL_STEP = {"bouc_wen_oscillator": 1e-6}
-RAMP = {"bouc_wen_oscillator"}  # the input runs linearly over a step
-
-
 @pytest.mark.parametrize("name", [n for n in BLOCKS if block_types()[n].of("cstate")])
 def test_deriv_integrates_to_update(name: str) -> None:
-    block, h = block_types()[name], SMALL_STEP.get(name, STEP)
+    block, h = block_types()[name], block_types()[name].rule_step or STEP
     rise = 0.7 * h / STEP  # of the inputs over the step
     for n in some(block):
-        ramp = name in RAMP or n.values.get("hold") == "foh"
+        ramp = n.values.get("hold", block.hold) == "foh"
         raw = Raw(n)
         u = rows(block, dict(n.dims), 24)
         raw.run(u, STEP)

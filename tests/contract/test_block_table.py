@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import keyword
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
-from excitation import default, every_block, some
+from excitation import default, every_block, perturbed, rows, run, some
 from raw import Raw
 
 from hystfmu.core import STEP, block_types
 
+FAMILIES = ("operators", "inverses", "networks", "dynamics", "controllers", "sources")
 ROOT = Path(__file__).parents[2]
 C_WORDS = set(
     re.findall(
@@ -95,6 +97,54 @@ def test_every_row_is_complete(name: str) -> None:
             assert (v.lo, v.hi) == (0, 1), v
     assert bool(block.of("cstate")) == bool(block.raw.deriv), "continuous states and deriv() go together"
     assert bool(block.of("derived")) <= bool(block.raw.prepare), "derived values need prepare()"
+
+
+@every_block
+def test_rate_agrees_with_the_functions(name: str) -> None:
+    block = block_types()[name]
+    has_update, has_deriv = bool(block.raw.update), bool(block.raw.deriv)
+    assert has_deriv == (block.rate == "continuous"), "deriv() and only deriv() makes a block continuous"
+    assert has_update == (block.rate != "function"), "a function has no update(), every other block has one"
+
+
+@every_block
+def test_what_is_not_rate_independent_looks_at_the_time(name: str) -> None:
+    """The counterpart of test_rate_independence: no hysteretic block is declared as sampled."""
+    block = block_types()[name]
+    if block.rate != "sampled":
+        return
+    differs = []
+    real = {v.name for v in block.parameters if v.type == "real"}
+    for n in (perturbed(n, real) for n in some(block)):
+        u = rows(block, dict(n.dims))
+        fast, slow = (run(n, np.repeat(u, k, axis=0))[k - 1 :: k] for k in (1, 2))
+        differs.append(not np.array_equal(fast, slow, equal_nan=True))
+    assert any(differs), "declared as sampled, but a repeated input changes nothing: declare it as hysteretic"
+
+
+@every_block
+def test_family_inverse_and_tolerance(name: str) -> None:
+    block, types = block_types()[name], block_types()
+    assert block.family in FAMILIES
+    assert bool(block.inverts) == bool(block.invert_condition)
+    if block.inverts:
+        of = types[block.inverts]
+        assert of.inverse == name, "two blocks invert the same one"
+        assert [len(b.of(kind)) for b in (block, of) for kind in ("input", "output")] == [1, 1, 1, 1]
+        assert of.inverse_condition == block.inverse_condition == block.invert_condition
+    assert block.tolerance in ("rounding", "iteration", "integration")
+    assert (block.rule_error > 0) == (block.tolerance == "integration")
+    assert bool(block.rule_step) <= (block.tolerance == "integration" and block.rate == "continuous")
+    assert block.hold in ("zoh", "foh")
+    assert block.hold == "zoh" or not any(v.name == "hold" for v in block.vars), "the parameter says it"
+
+
+def test_vectors_meet_the_tolerance_of_their_block() -> None:
+    """A vector of a block without rule or iteration holds to rounding; in `published`, to the digits printed there."""
+    for file in (ROOT / "tests" / "vectors" / "derived").glob("*.toml"):
+        block = block_types()[file.stem]
+        for case in tomllib.loads(file.read_text())["case"]:
+            assert block.tolerance != "rounding" or case["tolerance"] <= 1e-12 * max(1, np.abs(case["y"]).max()), file
 
 
 @every_block

@@ -81,7 +81,7 @@ def every_option(key: str) -> dict[str, Any]:
 
 def ramps(graph: Graph) -> bool:
     """Is an input of continuous dynamics a line between two steps in Co-Simulation?"""
-    return any(n.type == "bouc_wen_oscillator" or n.values.get("hold") == "foh" for n in graph.nodes)
+    return any(n.values.get("hold", n.block.hold) == "foh" for n in graph.nodes)
 
 
 def data_for(key: str) -> Dataset:

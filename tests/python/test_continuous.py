@@ -8,7 +8,7 @@ import pytest
 
 from hystfmu import Graph, InputError, Model, Node
 from hystfmu.continuous import ContinuousExecutor
-from hystfmu.core import RATE_INDEPENDENT, block_types
+from hystfmu.core import block_types
 from hystfmu.executor import Executor
 from hystfmu.graph import Input, Output
 
@@ -17,8 +17,8 @@ from excitation import configurations, node, rows
 
 H = 0.05
 BLOCKS = block_types().items()
-HYSTERETIC = sorted(n for n, b in BLOCKS if b.flags & RATE_INDEPENDENT and b.raw.update and not b.raw.deriv)
-SAMPLED = sorted(n for n, b in BLOCKS if not b.flags & RATE_INDEPENDENT and b.raw.update and not b.raw.deriv)
+HYSTERETIC = sorted(n for n, b in BLOCKS if b.rate == "hysteretic")
+SAMPLED = sorted(n for n, b in BLOCKS if b.rate == "sampled")
 
 
 def executor(graph):

@@ -34,7 +34,9 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i < n; i++) sum += w[i] * hyst_play_tangent(z[i], *u, r[i], *s_u);
   *t_y = sum;
 }
-HYST_BLOCK(backlash_sum, .text = "Weighted sum of backlash (play) operators, plain states",
-           .equation = "z_i = max(u - r_i, min(u + r_i, z_i)), y = w0 u + sum_i w_i z_i",
-           .source = "Zhao & Tan 2008, section II; Krejci & Kuhnen 2001, eq. 3", .flags = HYST_RATE_INDEPENDENT,
-           .init = init, .output = output, .tangent = tangent, .update = update)
+HYST_BLOCK(backlash_sum,
+           (.text = "Weighted sum of backlash (play) operators, plain states",
+            .equation = "z_i = max(u - r_i, min(u + r_i, z_i)), y = w0 u + sum_i w_i z_i",
+            .source = "Zhao & Tan 2008, section II; Krejci & Kuhnen 2001, eq. 3", .family = "operators",
+            .tolerance = "rounding"),
+           .rate = HYST_HYSTERETIC, .init = init, .output = output, .tangent = tangent, .update = update)

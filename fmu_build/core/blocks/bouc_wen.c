@@ -192,7 +192,10 @@ HYST_TANGENT_FN(tangent) {
   *t_z = (*A - (v > 0 ? *gamma + *beta : *gamma - *beta) * hyst_pow(hyst_fabs(v), *n)) * *s_u;
   *t_y = *k * (*alpha * *s_u + (1 - *alpha) * *t_z);
 }
-HYST_BLOCK(bouc_wen, .text = "Bouc-Wen operator", .source = "Wen 1976; Ikhouane & Rodellar 2007, ch. 2",
-           .equation = "z' = A u' - beta |u'| |z|^(n-1) z - gamma u' |z|^n, y = k (alpha u + (1 - alpha) z)",
-           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+HYST_BLOCK(bouc_wen,
+           (.text = "Bouc-Wen operator",
+            .equation = "z' = A u' - beta |u'| |z|^(n-1) z - gamma u' |z|^n, y = k (alpha u + (1 - alpha) z)",
+            .source = "Wen 1976; Ikhouane & Rodellar 2007, ch. 2", .family = "operators", .tolerance = "integration",
+            .rule_error = 1e-5),
+           .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
            .update = update)

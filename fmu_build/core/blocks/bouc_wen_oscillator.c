@@ -121,8 +121,11 @@ HYST_TANGENT_FN(tangent) {
              (*gamma * (d_speed * *f + *nu * hyst_fabs(*v) * *s_f) + *delta * (*s_v * size + *nu * *v * d_size));
 }
 HYST_BLOCK(
-    bouc_wen_oscillator, .text = "Oscillator with a Bouc-Wen force: the hysteretic benchmark plant",
-    .equation = "m_L y'' + c_L y' + k_L y + z = u; z' = alpha y' - beta (gamma |y'| |z|^(nu-1) z + delta y' |z|^nu)",
-    .source = "Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016, eq. 1-2", .flags = HYST_STEP,
-    .prepare = prepare, .output = output, .tangent = tangent, .deriv = deriv, .update = update,
-    .feedthrough = feedthrough)
+    bouc_wen_oscillator,
+    (.text = "Oscillator with a Bouc-Wen force: the hysteretic benchmark plant",
+     .equation = "m_L y'' + c_L y' + k_L y + z = u; z' = alpha y' - beta (gamma |y'| |z|^(nu-1) z + delta y' |z|^nu)",
+     .source = "Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016, eq. 1-2",
+     .family = "dynamics", .tolerance = "integration", .rule_error = 1e-5, .rule_step = 1e-6, .smooth = 1e-8,
+     .hold = "foh"),
+    .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
+    .deriv = deriv, .update = update, .feedthrough = feedthrough)

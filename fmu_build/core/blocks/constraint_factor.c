@@ -39,7 +39,8 @@ HYST_TANGENT_FN(tangent) {
   *t_h = hyst_turn_chosen_slope(*memory, extrema, depth, *x, *x0, *s_x, hyst_odd_branch_slope, &l);
 }
 HYST_BLOCK(
-    constraint_factor, .text = "Constraint-factor operator (Ma): odd polynomial branch",
-    .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) (a0 + sum_j a_j d^(2j-1)), d = |x - x_p|; virgin branch by Masing",
-    .source = "Shen & Ma 2017, eq. 1-2, with return-point memory", .flags = HYST_RATE_INDEPENDENT, .prepare = prepare,
-    .init = init, .output = output, .tangent = tangent, .update = update)
+    constraint_factor,
+    (.text = "Constraint-factor operator (Ma): odd polynomial branch",
+     .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) (a0 + sum_j a_j d^(2j-1)), d = |x - x_p|; virgin branch by Masing",
+     .source = "Shen & Ma 2017, eq. 1-2, with return-point memory", .family = "operators", .tolerance = "rounding"),
+    .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent, .update = update)

@@ -30,8 +30,11 @@ HYST_TANGENT_FN(tangent) {
   const hyst_odd l = hyst_odd_of(*a0, a, m, *d_max, edge);
   *t_x = hyst_turn_dominant_slope(extrema, depth, *h, 0, *s_h, hyst_odd_inverse_slope, &l);
 }
-HYST_BLOCK(constraint_factor_inverse, .text = "Exact inverse of the constraint-factor operator",
-           .equation = "x = x_p + sgn(h - h_p) g^-1(|h - h_p|), g(d) = (1 - e^-d) (a0 + sum_j a_j d^(2j-1))",
-           .source = "Shen & Ma 2017, eq. 1-2, solved for x; inverse by the same memory: Krejci & Kuhnen 2001",
-           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+HYST_BLOCK(constraint_factor_inverse,
+           (.text = "Exact inverse of the constraint-factor operator",
+            .equation = "x = x_p + sgn(h - h_p) g^-1(|h - h_p|), g(d) = (1 - e^-d) (a0 + sum_j a_j d^(2j-1))",
+            .source = "Shen & Ma 2017, eq. 1-2, solved for x; inverse by the same memory: Krejci & Kuhnen 2001",
+            .family = "inverses", .inverts = "constraint_factor", .invert_condition = "memory = 'dominant'",
+            .tolerance = "iteration", .smooth = 1e-7),
+           .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
            .update = update)

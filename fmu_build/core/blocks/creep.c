@@ -50,7 +50,8 @@ HYST_TANGENT_FN(tangent) {
   }
   *t_y = sum;
 }
-HYST_BLOCK(creep, .text = "Creep: weighted sum of first-order lags",
-           .equation = "q_i' = (u - q_i)/T_i, y = sum_i w_i q_i", .source = "Krejci & Kuhnen 2001", .flags = HYST_STEP,
-           .prepare = prepare, .output = output, .tangent = tangent, .deriv = deriv, .update = update,
-           .feedthrough = feedthrough)
+HYST_BLOCK(creep,
+           (.text = "Creep: weighted sum of first-order lags", .equation = "q_i' = (u - q_i)/T_i, y = sum_i w_i q_i",
+            .source = "Krejci & Kuhnen 2001", .family = "operators", .tolerance = "rounding"),
+           .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
+           .deriv = deriv, .update = update, .feedthrough = feedthrough)

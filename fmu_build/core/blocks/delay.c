@@ -29,6 +29,7 @@ HYST_FEEDTHROUGH_FN(feedthrough) {
   HYST_OPEN_FEEDTHROUGH
   return 0;
 }
-HYST_BLOCK(delay, .text = "Delay by a whole number of steps", .equation = "y_k = u_(k-n)",
-           .source = "definition of the shift operator", .init = init, .output = output, .update = update,
-           .feedthrough = feedthrough)
+HYST_BLOCK(delay,
+           (.text = "Delay by a whole number of steps", .equation = "y_k = u_(k-n)",
+            .source = "definition of the shift operator", .family = "dynamics", .tolerance = "rounding"),
+           .rate = HYST_SAMPLED, .init = init, .output = output, .update = update, .feedthrough = feedthrough)

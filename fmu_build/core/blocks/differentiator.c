@@ -28,7 +28,8 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   *t_du = *step > 0 ? *s_u / (*tau + *step) : 0;
 }
-HYST_BLOCK(differentiator, .text = "Filtered derivative of a signal",
-           .equation = "du_k = (tau du_(k-1) + u_k - u_(k-1)) / (tau + h)",
-           .source = "Astrom & Hagglund, PID Controllers, 2nd ed. 1995, section 3.6 (backward differences)",
-           .output = output, .tangent = tangent, .update = update)
+HYST_BLOCK(differentiator,
+           (.text = "Filtered derivative of a signal", .equation = "du_k = (tau du_(k-1) + u_k - u_(k-1)) / (tau + h)",
+            .source = "Astrom & Hagglund, PID Controllers, 2nd ed. 1995, section 3.6 (backward differences)",
+            .family = "dynamics", .tolerance = "rounding"),
+           .rate = HYST_SAMPLED, .output = output, .tangent = tangent, .update = update)

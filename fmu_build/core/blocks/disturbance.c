@@ -15,6 +15,8 @@ HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
   *d = (hyst_reached(*t, *t_step) ? *step : 0) + *amplitude * hyst_wave_sine(*t, *frequency, *phase).r;
 }
-HYST_BLOCK(disturbance, .text = "Disturbance: step plus sine",
-           .equation = "d = step [t >= t_step] + amplitude sin(2 pi frequency t + phase)", .source = "definition",
-           .output = output)
+HYST_BLOCK(disturbance,
+           (.text = "Disturbance: step plus sine",
+            .equation = "d = step [t >= t_step] + amplitude sin(2 pi frequency t + phase)", .source = "definition",
+            .family = "sources", .tolerance = "rounding"),
+           .rate = HYST_FUNCTION, .output = output)

@@ -87,9 +87,11 @@ HYST_TANGENT_FN(tangent) {
   *t_d_hat = 0;
   *t_u = hyst_clamp_tangent(*u_c - estimate[2] / *gain, *u_min, *u_max, *s_u_c);
 }
-HYST_BLOCK(disturbance_observer, .text = "Disturbance observer: takes an estimated input disturbance off the command",
-           .equation =
-               "u = u_c - d_hat; d_hat: observer of y'' = omega_n^2 (gain (u + d) - y) - 2 zeta omega_n y', "
-               "d' = 0, poles at exp(-2 pi f_o h)",
-           .source = "Ohnishi 1987; Johnson, IEEE Trans. Automat. Control 16 (1971) 635; poles: Gao, ACC 2003",
-           .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent, .update = update)
+HYST_BLOCK(disturbance_observer,
+           (.text = "Disturbance observer: takes an estimated input disturbance off the command",
+            .equation = "u = u_c - d_hat; d_hat: observer of y'' = omega_n^2 (gain (u + d) - y) - 2 zeta omega_n y', "
+                        "d' = 0, poles at exp(-2 pi f_o h)",
+            .source = "Ohnishi 1987; Johnson, IEEE Trans. Automat. Control 16 (1971) 635; poles: Gao, ACC 2003",
+            .family = "controllers", .tolerance = "rounding"),
+           .rate = HYST_SAMPLED, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
+           .update = update)

@@ -184,7 +184,10 @@ HYST_TANGENT_FN(tangent) {
   }
   *t_y = *k * *s_u + w.tangent;
 }
-HYST_BLOCK(duhem, .text = "Duhem operator with polynomial slopes for rising and falling input",
-           .equation = "dw/du = sum_i u^i (a_i + sum_j (b_ij w^j + c_ij |w| w^(j-1))), y = k u + w",
-           .source = "Oh & Bernstein 2005; Coleman & Hodgdon 1986 (Duhem's form)", .flags = HYST_RATE_INDEPENDENT,
-           .prepare = prepare, .init = init, .output = output, .tangent = tangent, .update = update)
+HYST_BLOCK(duhem,
+           (.text = "Duhem operator with polynomial slopes for rising and falling input",
+            .equation = "dw/du = sum_i u^i (a_i + sum_j (b_ij w^j + c_ij |w| w^(j-1))), y = k u + w",
+            .source = "Oh & Bernstein 2005; Coleman & Hodgdon 1986 (Duhem's form)", .family = "operators",
+            .tolerance = "integration", .rule_error = 1e-4),
+           .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+           .update = update)

@@ -26,7 +26,9 @@ HYST_TANGENT_FN(tangent) {
   const double omega_n = HYST_2PI * *f_n;
   *t_v = (*s_r + 2 * *zeta / omega_n * *s_dr + *s_ddr / omega_n / omega_n) / *gain;
 }
-HYST_BLOCK(feedforward, .text = "Feed-forward: inverse of a second-order plant",
-           .equation = "v = (r + 2 zeta / omega_n r' + r'' / omega_n^2) / gain, omega_n = 2 pi f_n",
-           .source = "inverse of G0(s): Yu & Alici 2005 (plant H -> G0)", .prepare = prepare, .output = output,
-           .tangent = tangent)
+HYST_BLOCK(feedforward,
+           (.text = "Feed-forward: inverse of a second-order plant",
+            .equation = "v = (r + 2 zeta / omega_n r' + r'' / omega_n^2) / gain, omega_n = 2 pi f_n",
+            .source = "inverse of G0(s): Yu & Alici 2005 (plant H -> G0)", .family = "controllers",
+            .tolerance = "rounding"),
+           .rate = HYST_FUNCTION, .prepare = prepare, .output = output, .tangent = tangent)

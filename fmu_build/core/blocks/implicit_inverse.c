@@ -37,7 +37,8 @@ HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   *u_last = alone(*h - *y, *lo, *hi, *u_last);
 }
-HYST_BLOCK(implicit_inverse, .text = "Implicit inverse: the input at which a static model has the wanted output",
-           .equation = "u in [lo, hi] such that h(u) = y, h the output of the model between u and h",
-           .source = "bracketed root finding: Chandrupatla 1997", .flags = HYST_RATE_INDEPENDENT | HYST_IMPLICIT,
-           .prepare = prepare, .output = output, .update = update)
+HYST_BLOCK(implicit_inverse,
+           (.text = "Implicit inverse: the input at which a static model has the wanted output",
+            .equation = "u in [lo, hi] such that h(u) = y, h the output of the model between u and h",
+            .source = "bracketed root finding: Chandrupatla 1997", .family = "inverses", .tolerance = "iteration"),
+           .rate = HYST_HYSTERETIC, .flags = HYST_IMPLICIT, .prepare = prepare, .output = output, .update = update)

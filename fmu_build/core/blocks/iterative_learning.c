@@ -47,9 +47,10 @@ HYST_TANGENT_FN(tangent) {
   *t_u = hyst_clamp_tangent(*u_ff + w[hyst_stored(*at, n - 1)], *u_min, *u_max, *s_u_ff);
 }
 HYST_BLOCK(
-    iterative_learning, .text = "Iterative learning control: corrections from the errors of earlier periods",
-    .equation =
-        "u_k = u_ff + w_k; after each period w_k <- Q (w_k + gain e_(k + lead)), e = y_d - y, "
-        "Q w_k = smooth w_(k-1) + (1 - 2 smooth) w_k + smooth w_(k+1)",
-    .source = "Arimoto, Kawamura & Miyazaki 1984; Bristow, Tharayil & Alleyne, IEEE Control Systems 26 (2006) 96",
-    .prepare = prepare, .output = output, .tangent = tangent, .update = update)
+    iterative_learning,
+    (.text = "Iterative learning control: corrections from the errors of earlier periods",
+     .equation = "u_k = u_ff + w_k; after each period w_k <- Q (w_k + gain e_(k + lead)), e = y_d - y, "
+                 "Q w_k = smooth w_(k-1) + (1 - 2 smooth) w_k + smooth w_(k+1)",
+     .source = "Arimoto, Kawamura & Miyazaki 1984; Bristow, Tharayil & Alleyne, IEEE Control Systems 26 (2006) 96",
+     .family = "controllers", .tolerance = "rounding"),
+    .rate = HYST_SAMPLED, .prepare = prepare, .output = output, .tangent = tangent, .update = update)

@@ -69,8 +69,10 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i < n; i++) sum += w[i] * kernel_tangent(k[i], *u, p1[i], p2[i], slope, *s_u);
   *t_y = sum;
 }
-HYST_BLOCK(krasnoselskii_pokrovskii, .text = "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps",
-           .equation = "k = max(k, r(u - p2)) rising, min(k, r(u - p1)) falling, y = offset + sum_i w_i k_i",
-           .source = "Krasnosel'skii & Pokrovskii 1989, ch. 2; ridge function of Webb, Lagoudas & Kurdila 1998",
-           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+HYST_BLOCK(krasnoselskii_pokrovskii,
+           (.text = "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps",
+            .equation = "k = max(k, r(u - p2)) rising, min(k, r(u - p1)) falling, y = offset + sum_i w_i k_i",
+            .source = "Krasnosel'skii & Pokrovskii 1989, ch. 2; ridge function of Webb, Lagoudas & Kurdila 1998",
+            .family = "operators", .tolerance = "rounding"),
+           .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
            .update = update)

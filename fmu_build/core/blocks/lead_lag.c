@@ -43,7 +43,9 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i < n; i++) in = lag[i] + T_z[i] / T_p[i] * in, s_in *= T_z[i] / T_p[i];
   *t_u = hyst_clamp_tangent(*u_ff + *K * in, *u_min, *u_max, *s_u_ff + *K * s_in);
 }
-HYST_BLOCK(lead_lag, .text = "Lead-lag controller with feed-forward and limits",
-           .equation = "u = u_ff + K prod_i (T_z,i s + 1) / (T_p,i s + 1) e, e = y_d - y, s = 2/h (z - 1)/(z + 1)",
-           .source = "Franklin, Powell & Workman, Digital Control of Dynamic Systems, 3rd ed., sections 5.3 and 6.1",
-           .prepare = prepare, .output = output, .tangent = tangent, .update = update)
+HYST_BLOCK(lead_lag,
+           (.text = "Lead-lag controller with feed-forward and limits",
+            .equation = "u = u_ff + K prod_i (T_z,i s + 1) / (T_p,i s + 1) e, e = y_d - y, s = 2/h (z - 1)/(z + 1)",
+            .source = "Franklin, Powell & Workman, Digital Control of Dynamic Systems, 3rd ed., sections 5.3 and 6.1",
+            .family = "controllers", .tolerance = "rounding"),
+           .rate = HYST_SAMPLED, .prepare = prepare, .output = output, .tangent = tangent, .update = update)

@@ -69,6 +69,8 @@ HYST_TANGENT_FN(tangent) {
     for (int j = 0; j < n_out; j++) t_y[j] += W2[(ptrdiff_t)j * n_hidden + i] * da;
   }
 }
-HYST_BLOCK(mlp, .text = "Multilayer perceptron: one hidden layer, linear outputs",
-           .equation = "y = b2 + W2 f(b1 + W1 u), f the activation", .source = "Zhao & Tan 2008, section IV",
-           .flags = HYST_RATE_INDEPENDENT, .output = output, .tangent = tangent)
+HYST_BLOCK(mlp,
+           (.text = "Multilayer perceptron: one hidden layer, linear outputs",
+            .equation = "y = b2 + W2 f(b1 + W1 u), f the activation", .source = "Zhao & Tan 2008, section IV",
+            .family = "networks", .tolerance = "rounding"),
+           .rate = HYST_FUNCTION, .output = output, .tangent = tangent)

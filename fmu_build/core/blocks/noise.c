@@ -22,5 +22,8 @@ HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   if (dt > 0 && *counter < MOST) *counter += 1;
 }
-HYST_BLOCK(noise, .text = "White Gaussian noise", .equation = "w_k = sigma N(0, 1), by (seed, k)",
-           .source = "SplitMix64: Steele, Lea & Flood 2014; Box & Muller 1958", .output = output, .update = update)
+HYST_BLOCK(noise,
+           (.text = "White Gaussian noise", .equation = "w_k = sigma N(0, 1), by (seed, k)",
+            .source = "SplitMix64: Steele, Lea & Flood 2014; Box & Muller 1958", .family = "sources",
+            .tolerance = "rounding"),
+           .rate = HYST_SAMPLED, .output = output, .update = update)

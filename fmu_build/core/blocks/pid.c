@@ -31,7 +31,9 @@ HYST_TANGENT_FN(tangent) {
   const double free = *u_ff + *Kp * (*y_d - *y) + *Ki * *integral + *Kd * *de;
   *t_u = hyst_clamp_tangent(free, *u_min, *u_max, *s_u_ff + *Kp * (*s_y_d - *s_y));
 }
-HYST_BLOCK(pid, .text = "PID controller with feed-forward and anti-windup",
-           .equation = "u = u_ff + Kp e + Ki int e dt + Kd de/dt, e = y_d - y",
-           .source = "Astrom & Hagglund, PID Controllers, 2nd ed. 1995, chapter 3", .prepare = prepare,
-           .output = output, .tangent = tangent, .update = update)
+HYST_BLOCK(pid,
+           (.text = "PID controller with feed-forward and anti-windup",
+            .equation = "u = u_ff + Kp e + Ki int e dt + Kd de/dt, e = y_d - y",
+            .source = "Astrom & Hagglund, PID Controllers, 2nd ed. 1995, chapter 3", .family = "controllers",
+            .tolerance = "rounding"),
+           .rate = HYST_SAMPLED, .prepare = prepare, .output = output, .tangent = tangent, .update = update)

@@ -27,6 +27,7 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   for (int i = 0; i < n; i++) t_z[i] = hyst_play_tangent(held[i], *u, r[i], *s_u);
 }
-HYST_BLOCK(play_bank, .text = "Bank of play (backlash) operators", .equation = "z_i = max(u - r_i, min(u + r_i, z_i))",
-           .source = "Krejci & Kuhnen 2001, eq. 3", .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output,
-           .tangent = tangent, .update = update)
+HYST_BLOCK(play_bank,
+           (.text = "Bank of play (backlash) operators", .equation = "z_i = max(u - r_i, min(u + r_i, z_i))",
+            .source = "Krejci & Kuhnen 2001, eq. 3", .family = "operators", .tolerance = "rounding"),
+           .rate = HYST_HYSTERETIC, .init = init, .output = output, .tangent = tangent, .update = update)

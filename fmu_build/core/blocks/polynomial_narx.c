@@ -116,7 +116,9 @@ HYST_TANGENT_FN(tangent) {
   for (int degree = 1; degree <= q; degree++) at.next[degree] = theta + monomials(at.p, degree - 1) - 1;
   *t_y = nested_tangent(&at, *s_u, *s_f, 1, 0).tangent;
 }
-HYST_BLOCK(polynomial_narx, .text = "Polynomial network of lagged inputs, auxiliary function and outputs (NFIR, NARX)",
-           .equation = "y_k = theta' phi(k), phi the monomials up to degree q of lags of u, f and y",
-           .source = "IPMC hysteresis model with basis function network, eq. 8-12; Leontaritis & Billings 1985 (NARX)",
-           .output = output, .tangent = tangent, .update = update, .feedthrough = feedthrough)
+HYST_BLOCK(polynomial_narx,
+           (.text = "Polynomial network of lagged inputs, auxiliary function and outputs (NFIR, NARX)",
+            .equation = "y_k = theta' phi(k), phi the monomials up to degree q of lags of u, f and y",
+            .source = "IPMC hysteresis model with basis function network, eq. 8-12; Leontaritis & Billings 1985 (NARX)",
+            .family = "networks", .tolerance = "rounding"),
+           .rate = HYST_SAMPLED, .output = output, .tangent = tangent, .update = update, .feedthrough = feedthrough)

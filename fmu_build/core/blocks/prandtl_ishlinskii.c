@@ -36,7 +36,10 @@ HYST_TANGENT_FN(tangent) {
   const hyst_piecewise f = {curve, n};
   *t_y = hyst_turn_dominant_slope(memory, depth, *u, *u0, *s_u, hyst_piecewise_branch_slope, &f);
 }
-HYST_BLOCK(prandtl_ishlinskii, .text = "Prandtl-Ishlinskii operator: linear term plus weighted plays",
-           .equation = "y = w0 u + sum_i w_i p_{r_i}[u]",
-           .source = "Krejci & Kuhnen 2001, eq. 5-9; Zhao & Tan 2008, section II", .flags = HYST_RATE_INDEPENDENT,
-           .prepare = prepare, .init = init, .output = output, .tangent = tangent, .update = update)
+HYST_BLOCK(prandtl_ishlinskii,
+           (.text = "Prandtl-Ishlinskii operator: linear term plus weighted plays",
+            .equation = "y = w0 u + sum_i w_i p_{r_i}[u]",
+            .source = "Krejci & Kuhnen 2001, eq. 5-9; Zhao & Tan 2008, section II", .family = "operators",
+            .tolerance = "rounding"),
+           .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+           .update = update)

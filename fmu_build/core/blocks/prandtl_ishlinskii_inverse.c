@@ -37,7 +37,10 @@ HYST_TANGENT_FN(tangent) {
   *t_u =
       hyst_turn_dominant_slope(memory, depth, *y, slope(curve, n) * *u0, *s_y, hyst_piecewise_inverse_branch_slope, &f);
 }
-HYST_BLOCK(prandtl_ishlinskii_inverse, .text = "Exact inverse of the Prandtl-Ishlinskii operator",
-           .equation = "u such that w0 u + sum_i w_i p_{r_i}[u] = y", .source = "Krejci & Kuhnen 2001, eq. 10-14",
-           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+HYST_BLOCK(prandtl_ishlinskii_inverse,
+           (.text = "Exact inverse of the Prandtl-Ishlinskii operator",
+            .equation = "u such that w0 u + sum_i w_i p_{r_i}[u] = y", .source = "Krejci & Kuhnen 2001, eq. 10-14",
+            .family = "inverses", .inverts = "prandtl_ishlinskii",
+            .invert_condition = "w0 > 0 and every partial sum w0 + w_1 + ... + w_i > 0", .tolerance = "rounding"),
+           .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
            .update = update)

@@ -152,8 +152,10 @@ HYST_TANGENT_FN(tangent) {
   const double seed = hyst_clamp_tangent(*u, *lo, *hi, *s_u), at = hyst_clamp(*u, *lo, *hi);
   *t_y = seed == 0 ? 0 : turn_tangent(&l, memory, depth, at, *origin, seed);
 }
-HYST_BLOCK(preisach, .text = "Preisach operator in Everett's form",
-           .equation = "y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising, E linear between its grid values",
-           .source = "Mayergoyz, Mathematical Models of Hysteresis 1991, ch. 1; Everett 1955",
-           .flags = HYST_RATE_INDEPENDENT, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+HYST_BLOCK(preisach,
+           (.text = "Preisach operator in Everett's form",
+            .equation = "y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising, E linear between its grid values",
+            .source = "Mayergoyz, Mathematical Models of Hysteresis 1991, ch. 1; Everett 1955", .family = "operators",
+            .tolerance = "rounding"),
+           .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
            .update = update)

@@ -98,7 +98,9 @@ HYST_OUTPUT_FN(output) {
     *ddr_lead = *amplitude * w.ddr;
   }
 }
-HYST_BLOCK(reference, .text = "Reference signal, with derivatives and preview for a feed-forward",
-           .equation = "r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead",
-           .source = "Zhao & Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014",
-           .prepare = prepare, .output = output)
+HYST_BLOCK(reference,
+           (.text = "Reference signal, with derivatives and preview for a feed-forward",
+            .equation = "r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead",
+            .source = "Zhao & Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014",
+            .family = "sources", .tolerance = "rounding"),
+           .rate = HYST_FUNCTION, .prepare = prepare, .output = output)

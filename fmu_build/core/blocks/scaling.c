@@ -25,7 +25,10 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   for (int i = 0; i < n; i++) t_y[i] = hyst_clamp_tangent(u[i], lo[i], hi[i], s_u[i]) * gain[i];
 }
-HYST_BLOCK(scaling, .text = "Limit, gain and offset of each signal",
-           .equation = "y_i = min(hi_i, max(lo_i, u_i)) gain_i + offset_i",
-           .source = "affine normalisation; limits of the training range", .flags = HYST_RATE_INDEPENDENT,
-           .prepare = prepare, .output = output, .tangent = tangent)
+HYST_BLOCK(scaling,
+           (.text = "Limit, gain and offset of each signal",
+            .equation = "y_i = min(hi_i, max(lo_i, u_i)) gain_i + offset_i",
+            .source = "affine normalisation; limits of the training range", .family = "dynamics", .inverts = "scaling",
+            .invert_condition = "one signal with gain other than 0; the inverse has other values",
+            .tolerance = "rounding"),
+           .rate = HYST_FUNCTION, .prepare = prepare, .output = output, .tangent = tangent)

@@ -52,11 +52,12 @@ HYST_TANGENT_FN(tangent) {
   const double d_law = *s_u_ff - *eta * *t_s - *rho * d_switching;
   *t_u = hyst_clamp_tangent(law(*u_ff, line, *eta, *rho, *epsilon, *switching), *u_min, *u_max, d_law);
 }
-HYST_BLOCK(sliding_mode, .text = "Sliding mode controller around a feed-forward, with integral action and anti-windup",
-           .equation =
-               "s = de/dt + lam e + k_i int e dt, e = y - y_d, u = u_ff - eta s - rho s / (|s| + epsilon) "
-               "or u_ff - eta s - rho sat(s / epsilon)",
-           .source =
-               "Yu & Alici 2005 (k_i = 0); integral sliding line and saturation: Slotine & Li, Applied Nonlinear "
+HYST_BLOCK(
+    sliding_mode,
+    (.text = "Sliding mode controller around a feed-forward, with integral action and anti-windup",
+     .equation = "s = de/dt + lam e + k_i int e dt, e = y - y_d, u = u_ff - eta s - rho s / (|s| + epsilon) "
+                 "or u_ff - eta s - rho sat(s / epsilon)",
+     .source = "Yu & Alici 2005 (k_i = 0); integral sliding line and saturation: Slotine & Li, Applied Nonlinear "
                "Control, 7.1 and 7.2",
-           .prepare = prepare, .output = output, .tangent = tangent, .update = update)
+     .family = "controllers", .tolerance = "rounding"),
+    .rate = HYST_SAMPLED, .prepare = prepare, .output = output, .tangent = tangent, .update = update)

@@ -20,5 +20,7 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i < n; i++) sum += k[i] * s_u[i];
   *t_y = sum;
 }
-HYST_BLOCK(sum, .text = "Weighted sum of signals", .equation = "y = offset + sum_i k_i u_i", .source = "linear readout",
-           .flags = HYST_RATE_INDEPENDENT, .output = output, .tangent = tangent)
+HYST_BLOCK(sum,
+           (.text = "Weighted sum of signals", .equation = "y = offset + sum_i k_i u_i", .source = "linear readout",
+            .family = "dynamics", .tolerance = "rounding"),
+           .rate = HYST_FUNCTION, .output = output, .tangent = tangent)

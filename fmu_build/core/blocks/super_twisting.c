@@ -50,9 +50,10 @@ HYST_TANGENT_FN(tangent) {
   const double d_phi_1 = ((1 - 0.5 * hyst_fabs(line) / a) / hyst_sqrt(a) + *mu) * *t_s;
   *t_u = hyst_clamp_tangent(free, *u_min, *u_max, *s_u_ff - *k_1 * d_phi_1);
 }
-HYST_BLOCK(super_twisting, .text = "Super-twisting sliding mode controller around a feed-forward, with anti-windup",
-           .equation =
-               "s = de/dt + lam e, e = y - y_d; u = u_ff - k_1 (|s|^(1/2) sgn s + mu s) - k_2 v, "
-               "v' = sgn(s)/2 + 3/2 mu |s|^(1/2) sgn s + mu^2 s; sgn s = s / (|s| + epsilon)",
-           .source = "Levant, Int. J. Control 58 (1993) 1247; Moreno 2009, generalised super-twisting (linear terms)",
-           .prepare = prepare, .output = output, .tangent = tangent, .update = update)
+HYST_BLOCK(super_twisting,
+           (.text = "Super-twisting sliding mode controller around a feed-forward, with anti-windup",
+            .equation = "s = de/dt + lam e, e = y - y_d; u = u_ff - k_1 (|s|^(1/2) sgn s + mu s) - k_2 v, "
+                        "v' = sgn(s)/2 + 3/2 mu |s|^(1/2) sgn s + mu^2 s; sgn s = s / (|s| + epsilon)",
+            .source = "Levant, Int. J. Control 58 (1993) 1247; Moreno 2009, generalised super-twisting (linear terms)",
+            .family = "controllers", .tolerance = "rounding"),
+           .rate = HYST_SAMPLED, .prepare = prepare, .output = output, .tangent = tangent, .update = update)

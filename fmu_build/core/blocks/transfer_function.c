@@ -146,8 +146,10 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i + 1 < na; i++) t_v[i] = *sigma * s_v[i + 1];
   t_v[na - 1] = *sigma * top;
 }
-HYST_BLOCK(transfer_function, .text = "Linear transfer function of any order, discretised exactly",
-           .equation = "y = (b_0 s^nb + ... + b_nb) / (a_0 s^na + ... + a_na) u",
-           .source = "Van Loan 1978; Franklin, Powell & Workman, 3rd ed., section 6.3.2", .flags = HYST_STEP,
-           .prepare = prepare, .output = output, .tangent = tangent, .deriv = deriv, .update = update,
-           .feedthrough = feedthrough)
+HYST_BLOCK(transfer_function,
+           (.text = "Linear transfer function of any order, discretised exactly",
+            .equation = "y = (b_0 s^nb + ... + b_nb) / (a_0 s^na + ... + a_na) u",
+            .source = "Van Loan 1978; Franklin, Powell & Workman, 3rd ed., section 6.3.2", .family = "dynamics",
+            .tolerance = "rounding"),
+           .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
+           .deriv = deriv, .update = update, .feedthrough = feedthrough)

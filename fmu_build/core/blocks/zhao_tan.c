@@ -29,7 +29,8 @@ HYST_TANGENT_FN(tangent) {
   *t_h = hyst_turn_chosen_slope(*memory, extrema, depth, *x, *x0, *s_x, branch_slope, NULL);
 }
 HYST_BLOCK(
-    zhao_tan, .text = "Zhao-Tan hysteretic operator",
-    .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) d, d = |x - x_p|; virgin branch h = sgn(x - x0) g(2|x - x0|)/2",
-    .source = "Zhao & Tan 2008, eq. 1", .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output,
-    .tangent = tangent, .update = update)
+    zhao_tan,
+    (.text = "Zhao-Tan hysteretic operator",
+     .equation = "h = h_p + sgn(x - x_p) (1 - e^-d) d, d = |x - x_p|; virgin branch h = sgn(x - x0) g(2|x - x0|)/2",
+     .source = "Zhao & Tan 2008, eq. 1", .family = "operators", .tolerance = "rounding"),
+    .rate = HYST_HYSTERETIC, .init = init, .output = output, .tangent = tangent, .update = update)

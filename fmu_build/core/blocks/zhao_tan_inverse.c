@@ -37,7 +37,10 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   *t_x = hyst_turn_dominant_slope(extrema, depth, *h, 0, *s_h, branch_slope, NULL);
 }
-HYST_BLOCK(zhao_tan_inverse, .text = "Exact inverse of the Zhao-Tan operator",
-           .equation = "x = x_p + sgn(h - h_p) g^-1(|h - h_p|), g(d) = (1 - e^-d) d",
-           .source = "Zhao & Tan 2008, eq. 1, solved for x; inverse by the same memory: Krejci & Kuhnen 2001",
-           .flags = HYST_RATE_INDEPENDENT, .init = init, .output = output, .tangent = tangent, .update = update)
+HYST_BLOCK(zhao_tan_inverse,
+           (.text = "Exact inverse of the Zhao-Tan operator",
+            .equation = "x = x_p + sgn(h - h_p) g^-1(|h - h_p|), g(d) = (1 - e^-d) d",
+            .source = "Zhao & Tan 2008, eq. 1, solved for x; inverse by the same memory: Krejci & Kuhnen 2001",
+            .family = "inverses", .inverts = "zhao_tan", .invert_condition = "memory = 'dominant'",
+            .tolerance = "iteration"),
+           .rate = HYST_HYSTERETIC, .init = init, .output = output, .tangent = tangent, .update = update)

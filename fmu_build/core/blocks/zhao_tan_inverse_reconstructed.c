@@ -26,7 +26,8 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   *t_x = hyst_turn_dominant_slope(extrema, depth, *h, 0, *s_h, branch_slope, NULL);
 }
-HYST_BLOCK(zhao_tan_inverse_reconstructed, .text = "Inverse Zhao-Tan operator, reconstructed from the paper",
-           .equation = "x = x_p + sgn(h - h_p) (1 + e^-d) d, d = |h - h_p|; virgin branch by Masing",
-           .source = "Zhao & Tan 2008, eq. 11 (lost; reconstructed)", .flags = HYST_RATE_INDEPENDENT, .init = init,
-           .output = output, .tangent = tangent, .update = update)
+HYST_BLOCK(zhao_tan_inverse_reconstructed,
+           (.text = "Inverse Zhao-Tan operator, reconstructed from the paper",
+            .equation = "x = x_p + sgn(h - h_p) (1 + e^-d) d, d = |h - h_p|; virgin branch by Masing",
+            .source = "Zhao & Tan 2008, eq. 11 (lost; reconstructed)", .family = "inverses", .tolerance = "rounding"),
+           .rate = HYST_HYSTERETIC, .init = init, .output = output, .tangent = tangent, .update = update)

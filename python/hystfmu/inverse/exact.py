@@ -13,18 +13,6 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.model import Model
 
-# block -> (block of the inverse, its input, its output)
-_TYPES = {
-    "prandtl_ishlinskii": ("prandtl_ishlinskii_inverse", "y", "u"),
-    "prandtl_ishlinskii_inverse": ("prandtl_ishlinskii", "u", "y"),
-    "zhao_tan": ("zhao_tan_inverse", "h", "x"),
-    "zhao_tan_inverse": ("zhao_tan", "x", "h"),
-    "constraint_factor": ("constraint_factor_inverse", "h", "x"),
-    "constraint_factor_inverse": ("constraint_factor", "x", "h"),
-    "dead_zones": ("dead_zones", "u", "y"),
-    "scaling": ("scaling", "u", "y"),
-}
-
 
 def exact_inverse(model: Model) -> Model:
     """The inverse of a model whose blocks stand in one chain and have inverses.
@@ -35,16 +23,17 @@ def exact_inverse(model: Model) -> Model:
         Another structure, or a block without an inverse; the sentence names it.
     """
     chain = _chain(model)
-    nodes = [_INVERT[n.type](n) for n in reversed(chain)]
-    ends = [_TYPES[n.type] for n in reversed(chain)]
-    wires = [(f"{nodes[i].name}.{ends[i][2]}", f"{nodes[i + 1].name}.{ends[i + 1][1]}") for i in range(len(nodes) - 1)]
+    nodes = [_INVERT.get(n.type, _same_values)(n) for n in reversed(chain)]
+    reads = [f"{n.name}.{n.block.of('input')[0].name}" for n in nodes]
+    gives = [f"{n.name}.{n.block.of('output')[0].name}" for n in nodes]
+    wires = list(zip(gives[:-1], reads[1:], strict=True))
     source, sink = model.graph.inputs[0], model.graph.outputs[0]
     start = float(model.predict(np.full(2, source.start))[0])
     graph = Graph(
         nodes,
         wires,
-        [Input("u", (f"{nodes[0].name}.{ends[0][1]}",), sink.unit, start, "wanted output")],
-        [Output("y", f"{nodes[-1].name}.{ends[-1][2]}", source.unit, "input that gives it")],
+        [Input("u", (reads[0],), sink.unit, start, "wanted output")],
+        [Output("y", gives[-1], source.unit, "input that gives it")],
     )
     graph.executor()  # a block whose values have no inverse says so
     key = model.key.removesuffix("_inverse") if model.key.endswith("_inverse") else f"{model.key}_inverse"
@@ -58,7 +47,7 @@ def _chain(model: Model) -> list[Node]:
     graph = model.graph
     follows = {a.split(".")[0]: b for a, b in graph.wires}
     for n in graph.nodes:
-        if n.type not in _TYPES:
+        if n.block.inverse is None:
             hint = _instead(model) if n.type not in ("delay", "transfer_function") else ""
             raise InputError(f"the block {n.name!r} ({n.type}) has no exact inverse{hint}")
     at = graph.inputs[0].to[0].split(".")[0]
@@ -101,7 +90,9 @@ def _same_values(n: Node) -> Node:
     if "memory" in n.values and n.value("memory")[0] != 0:
         raise InputError(f"the block {n.name!r} has memory = 'last', which has no inverse; use memory = 'dominant'")
     values = {v.name: n.value(v.name) for v in n.block.parameters if v.name != "memory"}
-    return Node(n.name, _TYPES[n.type][0], n.dims, values)
+    inverse = n.block.inverse
+    assert inverse is not None  # _chain() has refused it
+    return Node(n.name, inverse, n.dims, values)
 
 
 def _invert_dead_zones(n: Node) -> Node:
@@ -122,7 +113,7 @@ def _invert_dead_zones(n: Node) -> Node:
         raise InputError(f"the block {n.name!r} is not increasing: its slope at 0 is {centre:g}")
     if not values["r"]:  # a straight line
         values |= {"r": [1.0], "w": [0.0]}
-    return Node(n.name, "dead_zones", {"n": len(values["r"])}, values)
+    return Node(n.name, n.type, {"n": len(values["r"])}, values)
 
 
 def _invert_scaling(n: Node) -> Node:
@@ -135,16 +126,12 @@ def _invert_scaling(n: Node) -> Node:
     for limit in (lo[0], hi[0]):  # where the forward block limits, so does the inverse, at the image of the limit
         ends.append(limit * gain[0] + offset[0] if abs(limit) < NO_LIMIT else np.copysign(NO_LIMIT, limit * gain[0]))
     values = {"gain": 1 / gain, "offset": -offset / gain, "lo": min(ends), "hi": max(ends)}
-    return Node(n.name, "scaling", {"n": 1}, values)
+    return Node(n.name, n.type, {"n": 1}, values)
 
 
+# blocks whose inverse has other values, or asks for more than the table says
 _INVERT: dict[str, Callable[[Node], Node]] = {
     "prandtl_ishlinskii": _invert_prandtl_ishlinskii,
-    "prandtl_ishlinskii_inverse": _same_values,
-    "zhao_tan": _same_values,
-    "zhao_tan_inverse": _same_values,
-    "constraint_factor": _same_values,
-    "constraint_factor_inverse": _same_values,
     "dead_zones": _invert_dead_zones,
     "scaling": _invert_scaling,
 }
