@@ -1,4 +1,4 @@
-"""Fails when a generated text is stale: the README's block table and tracking tables."""
+"""Fails when a generated text is stale: the README's block table and tracking tables, files of the Modelica library."""
 
 import sys
 from pathlib import Path
@@ -6,12 +6,14 @@ from pathlib import Path
 import tracking_table
 
 from hystfmu import listing
+from hystfmu.modelica import library
 
 README = Path(__file__).parent.parent / "README.md"
 PARTS = (
     ("from the C tables", listing.markdown),
     ("from the baselines of the scenarios", tracking_table.markdown),
 )
+MODELICA = README.parent / "modelica" / "HystFMU"
 END = "<!-- end of the generated table -->"
 
 
@@ -23,10 +25,13 @@ def main(write: bool) -> int:
         fresh = head + begin + make() + "\n" + END + rest.split(END, 1)[1]
     if write:
         README.write_text(fresh)
-    elif fresh != text:
-        print("README.md: a generated table is stale; run 'make generate'")
-        return 1
-    return 0
+        library.write(MODELICA)
+        return 0
+    stale = ["README.md: a generated table"] if fresh != text else []
+    stale += [f"modelica/HystFMU/{file}" for file in library.stale(MODELICA)]
+    for what in stale:
+        print(f"{what} is stale; run 'make generate'")
+    return 1 if stale else 0
 
 
 if __name__ == "__main__":

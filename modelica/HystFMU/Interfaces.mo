@@ -32,8 +32,8 @@ package Interfaces "Ports and partial blocks"
     extends Icons.Sampled;
     parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period: the communication step of the unit";
     annotation (Documentation(info = "<html>
-<p>Inputs are read at k Ts; outputs are held until (k + 1) Ts. The instant 0 is the initialisation.</p>
-<p><b>Limitation:</b> blocks in one chain must have the same Ts.</p>
+<p>Inputs are read at k Ts; outputs are held until (k + 1) Ts. The instant 0 is the initialisation. The block is the unit of the same name stepped with Ts.</p>
+<p><b>Limitation:</b> blocks in one chain must have the same Ts; extrema of an input between two samples are not seen.</p>
 </html>"));
   end Sampled;
 
@@ -46,8 +46,8 @@ package Interfaces "Ports and partial blocks"
   equation
     rising = rate > eps or (pre(rising) and not rate < -eps);
     annotation (Documentation(info = "<html>
-<p><b>Equation:</b> rising = rate &gt; eps or (pre(rising) and not rate &lt; -eps): one event for each reversal, none on a plateau.</p>
-<p><b>Limitation:</b> an input that jumps does not show its reversal in its rate. At a corner of the input the turning point is its value at the event, which a tool may place a rounding error of the time late. Two reversals within one step of the solver go unseen: rumoca 0.10.2 looks at the rate at the output interval.</p>
+<p><b>Equation:</b> rising = rate &gt; eps or (pre(rising) and not rate &lt; -eps): one event for each reversal, none on a plateau. In between, the output is a closed form of the input: exact whatever the solver's step.</p>
+<p><b>Limitation:</b> only the sign of the rate is used. An input that jumps does not show its reversal in its rate: a jump must be a ramp. At a corner of the input the turning point is its value at the event, which a tool may place a rounding error of the time late. Two reversals within one step of the solver go unseen: rumoca 0.10.2 looks at the rate at the output interval.</p>
 </html>"));
   end Reversals;
 
@@ -60,7 +60,7 @@ package Interfaces "Ports and partial blocks"
     // while every play rests, nothing else tells the solver that the input moves: it would step over the next motion
     der(followed) = rate;
     annotation (Documentation(info = "<html>
-<p>The rate comes from a source, from a state equation, or from Dynamics.RateFilter; no input is differentiated.</p>
+<p>An ordinary differential equation without events, driven by the rate of its input. The rate comes from a source, from a state equation, or from Dynamics.RateFilter; no input is differentiated.</p>
 </html>"));
   end Rated;
 

@@ -6,25 +6,19 @@ from collections.abc import Iterator
 
 import library
 import numpy as np
-from twin import SHAPES, TWINS
+from twin import TWINS
 
 from hystfmu.core import Var
-from hystfmu.modelica import classes
+from hystfmu.modelica.places import lacks
 
 PAIRS = sorted(
     n
     for n, c in library.classes().items()
     if c.tree.type == "block" and c.short_name in TWINS and not n.startswith("HystFMU.Validation")
 )
-# what a class has beyond its block, and what it lacks
+# what a class has beyond its block
 # Ts: the communication step of the unit; the others belong to a realisation
 ADDED = {"Ts", "eps", "width", "plays", "reach", "values", "state0"}
-MISSING = {
-    "TransferFunction": {"hold"},  # continuous: its input is not sampled
-    "ImplicitInverse": {"h"},  # the model is a package of functions, and hangs on no port
-    # a class is one shape: it lacks what belongs to the others
-    **{k: classes.missing(TWINS["Reference"], shape) for k, shape in SHAPES.items()},
-}
 
 
 def same_unit(modelica: str, c: str) -> bool:
@@ -34,9 +28,10 @@ def same_unit(modelica: str, c: str) -> bool:
 
 def differences(c: library.Class) -> Iterator[str]:
     """Every difference between a class and its twin."""
-    block, lacks = TWINS[c.short_name], MISSING.get(c.short_name, set())
-    rows = {v.name: v for v in block.parameters if v.name not in lacks}
-    dims = {d.name: d for d in block.dims if d.name not in lacks}
+    block = TWINS[c.short_name]
+    left_out = lacks(block, c.short_name)
+    rows = {v.name: v for v in block.parameters if v.name not in left_out}
+    dims = {d.name: d for d in block.dims if d.name not in left_out}
     defaults, parts = library.parameters(c), library.components(c)
     own = set(defaults) - ADDED
     for key in sorted(own - set(rows) - set(dims)):
@@ -68,7 +63,8 @@ def differences(c: library.Class) -> Iterator[str]:
 
 def _ports(c: library.Class) -> Iterator[str]:
     for kind, connector in (("input", "RealInput"), ("output", "RealOutput")):
-        rows = {v.name: v for v in TWINS[c.short_name].of(kind) if v.name not in MISSING.get(c.short_name, set())}
+        block = TWINS[c.short_name]
+        rows = {v.name: v for v in block.of(kind) if v.name not in lacks(block, c.short_name)}
         ports = library.ports(c, connector)
         if kind == "input":
             ports = {k: p for k, p in ports.items() if k in rows or k[1:] not in rows}  # no rate of an input

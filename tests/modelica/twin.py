@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from hystfmu.core import BlockType, block_types
 from hystfmu.graph import Graph, Node
-from hystfmu.modelica import classes
+from hystfmu.modelica import places
 
 Array = NDArray[np.float64]
 # classes that are one shape of the block `reference`
-SHAPES = {"".join(w.capitalize() for w in k.split("_")): k for k in classes.SHAPES}
+SHAPES = {places.camel(k): k for k in places.SHAPES}
 TWINS = {t.class_name: t for t in block_types().values()}
 TWINS |= dict.fromkeys(SHAPES, TWINS["Reference"])
 

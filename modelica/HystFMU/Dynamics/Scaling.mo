@@ -1,23 +1,13 @@
 within HystFMU.Dynamics;
 block Scaling "Limit, gain and offset of each signal"
-  extends Icons.Block;
-  parameter Integer n(min = 1) = 1 "Number of signals";
-  parameter Real gain[n] = fill(1.0, n) "Gain";
-  parameter Real offset[n] = fill(0.0, n) "Offset, added after the gain";
-  parameter Real lo[n](each min = -1e300, each max = 1e300) = fill(-1e300, n) "Lower limit of the input (-1e300: none)";
-  parameter Real hi[n](each min = -1e300, each max = 1e300) = fill(1e300, n) "Upper limit of the input (1e300: none)";
-  Interfaces.RealInput u[n] "Inputs" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealOutput y[n] "Limited, scaled and shifted inputs" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  extends BaseClasses.Scaling;
 equation
   for i in 1:n loop
     assert(lo[i] <= hi[i], "the limits need lo <= hi");
     y[i] = min(hi[i], max(lo[i], u[i]))*gain[i] + offset[i];
   end for;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y_i = min(hi_i, max(lo_i, u_i)) gain_i + offset_i.</p>
-<p><b>Source:</b> affine normalisation; limits of the training range.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Scaling\">Validation.Scaling</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Sum\">Dynamics.Sum</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.BaseClasses.Scaling\">Dynamics.BaseClasses.Scaling</a>: equation, source, example.</p>
 </html>"));
 end Scaling;

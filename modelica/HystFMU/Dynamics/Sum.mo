@@ -1,18 +1,10 @@
 within HystFMU.Dynamics;
 block Sum "Weighted sum of signals"
-  extends Icons.Block;
-  parameter Integer n(min = 1) = 2 "Number of signals";
-  parameter Real k[n] = fill(1.0, n) "Weights";
-  parameter Real offset = 0 "Constant term";
-  Interfaces.RealInput u[n] "Inputs" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealOutput y "Weighted sum" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  extends BaseClasses.Sum;
 equation
   y = offset + k*u;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y = offset + sum_i k_i u_i.</p>
-<p><b>Source:</b> linear readout.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Scaling\">Dynamics.Scaling</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.BaseClasses.Sum\">Dynamics.BaseClasses.Sum</a>: equation, source, example.</p>
 </html>"));
 end Sum;

@@ -1,13 +1,6 @@
 within HystFMU.Dynamics;
 block TransferFunction "Linear transfer function of any order"
-  extends Icons.Block;
-  parameter Integer na(min = 1) = 1 "Order: degree of the denominator";
-  parameter Integer nb(min = 0, max = na) = 0 "Degree of the numerator, at most na";
-  parameter Real b[nb + 1] = fill(1.0, nb + 1) "Numerator, highest power of s first";
-  parameter Real a[na + 1] = fill(1.0, na + 1) "Denominator, highest power of s first; a[1] not 0";
-  parameter Types.Start start = Types.Start.rest "Begin with zero states, or in equilibrium with the first input";
-  Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  extends BaseClasses.TransferFunction;
   Real v[na] "States: the derivatives 0 ... na - 1 of 1/a(s) u, in scaled time";
 protected
   parameter Real sigma(unit = "1/s") = if abs(a[na + 1]) > 0 then abs(a[na + 1]/a[1])^(1/na) else 1 "Time scale";
@@ -33,7 +26,6 @@ equation
 <p><b>Equation:</b> y = (b_0 s<sup>nb</sup> + ... + b_nb)/(a_0 s<sup>na</sup> + ... + a_na) u, controllable canonical form in the scaled time s/sigma.</p>
 <p><b>Source:</b> Franklin, Powell &amp; Workman, Digital Control of Dynamic Systems, 3rd ed.</p>
 <p><b>Limitations:</b> continuous: the accuracy is the solver's. The unit of the same name discretises exactly for its step; its parameter hold has no meaning here.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.StateSpace\">Dynamics.StateSpace</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.BaseClasses.TransferFunction\">Dynamics.BaseClasses.TransferFunction</a>: equation, source, example.</p>
 </html>"));
 end TransferFunction;

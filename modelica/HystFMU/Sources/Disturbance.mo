@@ -1,21 +1,12 @@
 within HystFMU.Sources;
 block Disturbance "Disturbance: step plus sine"
-  extends Icons.Source;
-  parameter Real step = 0 "Height of the step";
-  parameter Types.Time t_step = 0 "Time of the step";
-  parameter Real amplitude = 1 "Amplitude of the sine";
-  parameter Types.Frequency frequency(min = 0, max = 1e12) = 1 "Frequency of the sine";
-  parameter Types.Angle phase(min = -1e12, max = 1e12) = 0 "Phase of the sine at time 0";
-  Interfaces.RealOutput d "Disturbance" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  extends BaseClasses.Disturbance;
 protected
   constant Real turn(unit = "rad") = 6.283185307179586 "One turn";
 equation
   d = (if time >= t_step then step else 0) + amplitude*sin(turn*frequency*time + phase);
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> d = step [t &ge; t_step] + amplitude sin(2 pi frequency t + phase).</p>
-<p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Disturbance\">Validation.Disturbance</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Noise\">Sources.Noise</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.BaseClasses.Disturbance\">Sources.BaseClasses.Disturbance</a>: equation, source, example.</p>
 </html>"));
 end Disturbance;

@@ -1,17 +1,6 @@
 within HystFMU.Sources;
 block Multisine "Sum of sines with derivatives and preview"
-  extends Icons.Source;
-  parameter Integer m(min = 1) = 10 "Number of tones";
-  parameter Real amplitude = 1 "Factor of the signal";
-  parameter Real offset = 0 "Added to the signal";
-  parameter Types.Time lead(min = -1e12, max = 1e12) = 0 "Preview of r_lead, dr_lead and ddr_lead";
-  parameter Types.Frequency f[m](each min = 0, each max = 1e12) = fill(1.0, m) "Frequencies";
-  parameter Real a[m] = fill(0.1, m) "Amplitudes";
-  parameter Types.Angle ph[m](each min = -1e12, each max = 1e12) = fill(0.0, m) "Phases";
-  Interfaces.RealOutput r "Signal at the present time" annotation (Placement(transformation(extent = {{100, 65}, {120, 85}})));
-  Interfaces.RealOutput r_lead "Signal lead seconds ahead" annotation (Placement(transformation(extent = {{100, 15}, {120, 35}})));
-  Interfaces.RealOutput dr_lead(unit = "1/s") "Its first derivative" annotation (Placement(transformation(extent = {{100, -35}, {120, -15}})));
-  Interfaces.RealOutput ddr_lead(unit = "1/s2") "Its second derivative" annotation (Placement(transformation(extent = {{100, -85}, {120, -65}})));
+  extends BaseClasses.Multisine;
 protected
   Real now[3] "Signal and derivatives before factor and offset";
   Real ahead[3] "Likewise, lead seconds ahead";
@@ -26,7 +15,6 @@ equation
 <p><b>Equation:</b> r = offset + amplitude w(t), w = sum_i a_i sin(2 pi f_i t + ph_i). r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> definition; the unit <em>reference</em> with shape multisine.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Multisine\">Validation.Multisine</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Sine\">Sources.Sine</a>, <a href=\"modelica://HystFMU.Interfaces.Reversals\">Interfaces.Reversals</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.BaseClasses.Multisine\">Sources.BaseClasses.Multisine</a>: equation, source, example.</p>
 </html>"));
 end Multisine;

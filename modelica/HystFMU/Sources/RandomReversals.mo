@@ -1,16 +1,6 @@
 within HystFMU.Sources;
 block RandomReversals "Random nested reversals with derivatives and preview"
-  extends Icons.Source;
-  parameter Integer m(min = 1) = 10 "Number of reversals";
-  parameter Real amplitude = 1 "Factor of the signal";
-  parameter Real offset = 0 "Added to the signal";
-  parameter Types.Frequency frequency(min = 0, max = 1e12) = 1 "Reversals come at twice this frequency";
-  parameter Types.Time lead(min = -1e12, max = 1e12) = 0 "Preview of r_lead, dr_lead and ddr_lead";
-  parameter Integer seed(min = 0, max = 2147483647) = 1 "Seed";
-  Interfaces.RealOutput r "Signal at the present time" annotation (Placement(transformation(extent = {{100, 65}, {120, 85}})));
-  Interfaces.RealOutput r_lead "Signal lead seconds ahead" annotation (Placement(transformation(extent = {{100, 15}, {120, 35}})));
-  Interfaces.RealOutput dr_lead(unit = "1/s") "Its first derivative" annotation (Placement(transformation(extent = {{100, -35}, {120, -15}})));
-  Interfaces.RealOutput ddr_lead(unit = "1/s2") "Its second derivative" annotation (Placement(transformation(extent = {{100, -85}, {120, -65}})));
+  extends BaseClasses.RandomReversals;
 protected
   parameter Real levels[m + 1] = Functions.randomLevels(seed, m) "Levels";
   Real now[3] "Signal and derivatives before factor and offset";
@@ -26,7 +16,6 @@ equation
 <p><b>Equation:</b> r = offset + amplitude w(t), w through levels drawn in turn above and below the last one, joined by half cosines. r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> SplitMix64: Steele, Lea &amp; Flood 2014; the unit <em>reference</em> with shape random_reversals, the same levels for a seed.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.RandomReversals\">Validation.RandomReversals</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Sine\">Sources.Sine</a>, <a href=\"modelica://HystFMU.Interfaces.Reversals\">Interfaces.Reversals</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.BaseClasses.RandomReversals\">Sources.BaseClasses.RandomReversals</a>: equation, source, example.</p>
 </html>"));
 end RandomReversals;

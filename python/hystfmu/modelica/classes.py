@@ -2,45 +2,15 @@
 
 from __future__ import annotations
 
-from hystfmu.core import Array, BlockType, Var
+from hystfmu.core import Array, Var
 from hystfmu.errors import InputError
 from hystfmu.graph import Node
+from hystfmu.modelica.places import camel, is_sampled_class, lacks, matrix_rows, package_of
 
 DEPTH = 32  # extrema that an exported operator remembers: a step takes time in proportion; 32 nested loops are rare
 MOST_DEGREE = 3  # of Networks.PolynomialNarx
 MOST_PARAMETERS = 1000  # a larger network becomes a function: tools handle thousands of parameters one by one
 
-# package of the class of a block; True: it acts at 0, Ts, 2 Ts, ... and has the parameter Ts
-_PACKAGES = {
-    ("Operators.Sampled", True): (
-        "backlash_sum bouc_wen constraint_factor creep duhem krasnoselskii_pokrovskii play_bank prandtl_ishlinskii "
-        "preisach zhao_tan"
-    ),
-    ("Operators", False): "dead_zones",
-    ("Inverse.Sampled", True): (
-        "constraint_factor_inverse implicit_inverse prandtl_ishlinskii_inverse zhao_tan_inverse "
-        "zhao_tan_inverse_reconstructed"
-    ),
-    ("Dynamics", True): "delay differentiator transfer_function",
-    ("Dynamics", False): "scaling sum",
-    ("Networks", True): "polynomial_narx",
-    ("Networks", False): "mlp",
-    ("Plants", False): "bouc_wen_oscillator",
-    ("Control", True): "disturbance_observer iterative_learning lead_lag pid sliding_mode super_twisting",
-    ("Control", False): "feedforward",
-    ("Sources", True): "noise",
-    ("Sources", False): "disturbance reference",
-}
-PLACES = {block: place for place, blocks in _PACKAGES.items() for block in blocks.split()}
-# a class of Sources is one shape of the unit `reference`: parameters that belong to a shape, besides those of all
-SHAPES = {
-    "sine": {"frequency", "phase"},
-    "triangle": {"frequency", "phase"},
-    "decaying_sine": {"frequency", "phase", "decay"},
-    "multisine": {"m", "f", "a", "ph"},
-    "steps": {"m", "levels", "T"},
-    "random_reversals": {"m", "frequency", "seed"},
-}
 _ENUMERATIONS = {
     "dominant|last": "Memory",
     "sigmoid|tanh|relu": "Activation",
@@ -69,14 +39,12 @@ def place(node: Node) -> tuple[str, bool]:
     InputError
         The library has no such class, or not for these values.
     """
-    if node.type not in PLACES:
-        raise InputError(f"block {node.name!r}: the Modelica library HystFMU has no class for {node.type!r}")
     if node.type == "polynomial_narx" and node.dims["q"] > MOST_DEGREE:
         raise InputError(
             f"block {node.name!r}: the class PolynomialNarx of the Modelica library takes a degree q up to "
             f"{MOST_DEGREE}; got {node.dims['q']}"
         )
-    return PLACES[node.type]
+    return package_of(node.block), is_sampled_class(node.block)
 
 
 def class_of(node: Node) -> str:
@@ -91,8 +59,7 @@ def class_of(node: Node) -> str:
     if node.type == "transfer_function":
         return "HystFMU.Dynamics.StateSpace"  # discretised for the step, as in the unit
     if node.type == "reference":
-        shape = "".join(w.capitalize() for w in word(node, "shape").split("_"))
-        return f"HystFMU.{package}.{shape}"
+        return f"HystFMU.{package}.{camel(word(node, 'shape'))}"
     return f"HystFMU.{package}.{node.block.class_name}"
 
 
@@ -114,7 +81,7 @@ def values(node: Node) -> dict[str, tuple[Var, Array]]:
         if v.choices or v.name in _of_other_shapes(node):
             continue
         value = node.value(v.name)
-        rows = {"W1": "n_hidden", "W2": "n_out"}.get(v.name) if node.type == "mlp" else None
+        rows = matrix_rows(v)
         found[v.name] = (v, value.reshape(node.dims[rows], -1) if rows else value)
     return found
 
@@ -125,12 +92,5 @@ def choices(node: Node) -> dict[str, str]:
     return {v.name: f"HystFMU.Types.{_ENUMERATIONS['|'.join(v.choices)]}.{word(node, v.name)}" for v in rows}
 
 
-def missing(block: BlockType, shape: str = "") -> set[str]:
-    """Parameters and sizes of a block that its class lacks; `shape` for ``reference``."""
-    if block.name == "reference":
-        return {"shape", *set.union(*SHAPES.values())} - SHAPES[shape]
-    return set()
-
-
-def _of_other_shapes(node: Node) -> set[str]:
-    return missing(node.block, word(node, "shape")) if node.type == "reference" else set()
+def _of_other_shapes(node: Node) -> frozenset[str]:
+    return lacks(node.block, camel(word(node, "shape"))) if node.type == "reference" else frozenset()

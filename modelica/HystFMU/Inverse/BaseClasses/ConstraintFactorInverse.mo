@@ -1,22 +1,24 @@
+// generated from the table of fmu_build/core/blocks/constraint_factor_inverse.c by `make generate` - do not edit
 within HystFMU.Inverse.BaseClasses;
 partial block ConstraintFactorInverse "Exact inverse of the constraint-factor operator: parameters and ports"
   extends Icons.Inverse;
-  parameter Integer m(min = 1) = 1 "Number of odd powers";
-  parameter Integer depth(min = 4) = 256 "Extrema that the memory holds";
+  parameter Integer m(min = 1) = 1 "Number of odd powers" annotation (Dialog(group = "Sizes"));
+  parameter Integer depth(min = 4) = 256 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
   parameter Real a0 = 0 "Constant of the polynomial: slope at the branch start";
-  parameter Real a[m] = fill(1.0, m) "Coefficients of d, d^3, ..., d^(2m-1)";
-  parameter Real d_max(min = 0) = 10 "Longest branch of the polynomial, virgin branches count double; a straight line beyond";
-  parameter Real x0 = 0 "Initial memory: the operator rests at x = x0, h = 0";
+  parameter Real a[m] = fill(1.0, m) "Coefficients of d, d^3, .., d^(2m-1)";
+  parameter Real d_max(min = 0) = 10 "Longest branch of the polynomial, virgin branches count double; a straight line beyond; greater than 0";
+  parameter Real x0 = 0 "Initial memory: the operator rests at x = x0, h = 0" annotation (Dialog(group = "Start"));
   Interfaces.RealInput h "Wanted output of the operator" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput dh(unit = "1/s") if usesRate "Rate of h; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput x "Input of the operator that gives h" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
   constant Boolean usesRate = false "Is there an input for the rate?";
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(abs(h - h_p)), g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>).</p>
+<p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(|h - h_p|), g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>).</p>
 <p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2, solved for x; inverse by the same memory: Krejci &amp; Kuhnen 2001.</p>
-<p><b>Limitations:</b> what the realisations have in common, for replaceable components to be constrained by.</p>
-<p><b>Example:</b> <code>replaceable Inverse.Sampled.ConstraintFactorInverse inverse constrainedby Inverse.BaseClasses.ConstraintFactorInverse;</code></p>
+<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.ConstraintFactorInverse\">Validation.Sampled.ConstraintFactorInverse</a>.</p>
+<p><b>Any realisation:</b> <code>replaceable Inverse.Sampled.ConstraintFactorInverse inverse constrainedby Inverse.BaseClasses.ConstraintFactorInverse;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ConstraintFactorInverse\">Inverse.Sampled.ConstraintFactorInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ConstraintFactorInverse\">Inverse.Events.ConstraintFactorInverse</a>.</p>
 </html>"));
 end ConstraintFactorInverse;

@@ -16,10 +16,7 @@ equation
   end when;
   u = Functions.prandtlIshlinskiiInverse(y, Functions.branchOrigin(Functions.turn(y, y0, u_turn, extrema), y0, u0, 2), w0, r, w);
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> u such that w0 u + sum_i w_i p_{r_i}[u] = y.</p>
-<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10-14.</p>
-<p><b>Limitations:</b> w0 and w0 + w_1 + ... + w_i must be greater than 0. One event for each reversal; only the sign of the rate is used. The time of an evaluation grows with depth.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Validation.Events.PrandtlIshlinskiiInverse\">Validation.Events.PrandtlIshlinskiiInverse</a>.</p>
+<p><b>Limitations:</b> w0 and w0 + w_1 + ... + w_i must be greater than 0.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.BaseClasses.PrandtlIshlinskiiInverse\">Inverse.BaseClasses.PrandtlIshlinskiiInverse</a>: equation, source, example.</p>
 </html>"));
 end PrandtlIshlinskiiInverse;

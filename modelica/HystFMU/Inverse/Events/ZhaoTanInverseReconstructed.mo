@@ -13,10 +13,7 @@ equation
   end when;
   x = Functions.zhaoTanInverseReconstructed(h, Functions.branchOrigin(Functions.turn(h, 0, x_turn, extrema), 0, x0, 2));
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> x = x_p + sgn(h - h_p) (1 + e<sup>-d</sup>) d, d = abs(h - h_p); virgin branch by Masing's rule.</p>
-<p><b>Source:</b> Zhao &amp; Tan 2008, eq. 11 (lost; reconstructed).</p>
-<p><b>Limitations:</b> An approximation that a network on (h, x) corrects; the exact inverse is ZhaoTanInverse. One event for each reversal; only the sign of the rate is used. The time of an evaluation grows with depth.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ZhaoTanInverseReconstructed\">Inverse.Sampled.ZhaoTanInverseReconstructed</a>, <a href=\"modelica://HystFMU.Validation.Events.ZhaoTanInverseReconstructed\">Validation.Events.ZhaoTanInverseReconstructed</a>.</p>
+<p><b>Limitations:</b> An approximation that a network on (h, x) corrects; the exact inverse is ZhaoTanInverse.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.BaseClasses.ZhaoTanInverseReconstructed\">Inverse.BaseClasses.ZhaoTanInverseReconstructed</a>: equation, source, example.</p>
 </html>"));
 end ZhaoTanInverseReconstructed;

@@ -13,10 +13,7 @@ equation
     u = Functions.prandtlIshlinskiiInverse(y, Functions.branchOrigin(extrema, y0, u0, 2), w0, r, w);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> u such that w0 u + sum_i w_i p_{r_i}[u] = y.</p>
-<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10-14.</p>
-<p><b>Limitations:</b> w0 and w0 + w_1 + ... + w_i must be greater than 0. Extrema between two samples are not seen; the time of a step grows with depth.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Validation.Sampled.PrandtlIshlinskiiInverse\">Validation.Sampled.PrandtlIshlinskiiInverse</a>.</p>
+<p><b>Limitations:</b> w0 and w0 + w_1 + ... + w_i must be greater than 0.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.BaseClasses.PrandtlIshlinskiiInverse\">Inverse.BaseClasses.PrandtlIshlinskiiInverse</a>: equation, source, example.</p>
 </html>"));
 end PrandtlIshlinskiiInverse;

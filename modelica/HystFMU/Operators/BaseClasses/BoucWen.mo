@@ -1,3 +1,4 @@
+// generated from the table of fmu_build/core/blocks/bouc_wen.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block BoucWen "Bouc-Wen operator: parameters and ports"
   extends Icons.Hysteresis;
@@ -7,18 +8,19 @@ partial block BoucWen "Bouc-Wen operator: parameters and ports"
   parameter Real n(min = 1, max = 20) = 1 "Sharpness of the knee";
   parameter Real alpha(min = 0, max = 1) = 0.5 "Share of the linear term";
   parameter Real k = 1 "Output gain";
-  parameter Real z0 = 0 "z at the first input; within z_max";
+  parameter Real z0 = 0 "Z at the first input; within z_max" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
-  Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
-  Interfaces.RealOutput z "Hysteretic part" annotation (Placement(transformation(extent = {{100, -70}, {120, -50}})));
+  Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
+  Interfaces.RealOutput z "Hysteretic part" annotation (Placement(transformation(extent = {{100, -50}, {120, -30}})));
 protected
   constant Boolean usesRate = false "Is there an input for the rate?";
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> z' = A u' - beta abs(u') abs(z)<sup>n-1</sup> z - gamma u' abs(z)<sup>n</sup>, y = k (alpha u + (1 - alpha) z), integrated in u: the operator does not depend on the rate.</p>
-<p><b>Source:</b> Wen, J. Eng. Mech. Div. 102 (1976) 249-263; Ikhouane &amp; Rodellar, Systems with Hysteresis, 2007, chapter 2.</p>
-<p><b>Limitations:</b> what the realisations have in common, for replaceable components to be constrained by.</p>
-<p><b>Example:</b> <code>replaceable Operators.Sampled.BoucWen hysteresis constrainedby Operators.BaseClasses.BoucWen;</code></p>
+<p><b>Equation:</b> z' = A u' - beta |u'| |z|<sup>n-1</sup> z - gamma u' |z|<sup>n</sup>, y = k (alpha u + (1 - alpha) z).</p>
+<p><b>Source:</b> Wen 1976; Ikhouane &amp; Rodellar 2007, ch. 2.</p>
+<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.BoucWen\">Validation.Sampled.BoucWen</a>.</p>
+<p><b>Any realisation:</b> <code>replaceable Operators.Sampled.BoucWen hysteresis constrainedby Operators.BaseClasses.BoucWen;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.BoucWen\">Operators.Sampled.BoucWen</a>, <a href=\"modelica://HystFMU.Operators.Events.BoucWen\">Operators.Events.BoucWen</a>, <a href=\"modelica://HystFMU.Operators.Smooth.BoucWen\">Operators.Smooth.BoucWen</a>.</p>
 </html>"));
 end BoucWen;

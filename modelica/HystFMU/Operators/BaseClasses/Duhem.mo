@@ -1,28 +1,30 @@
+// generated from the table of fmu_build/core/blocks/duhem.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block Duhem "Duhem operator with polynomial slopes for rising and falling input: parameters and ports"
   extends Icons.Hysteresis;
-  parameter Integer m(min = 0) = 0 "Degree in the input u";
-  parameter Integer q(min = 1) = 1 "Degree in the state w";
+  parameter Integer m(min = 0) = 0 "Degree in the input u" annotation (Dialog(group = "Sizes"));
+  parameter Integer q(min = 1) = 1 "Degree in the state w" annotation (Dialog(group = "Sizes"));
   parameter Real k = 0.5 "Slope of the linear term";
   parameter Real a_rise[m + 1] = fill(0.5, m + 1) "Rising u: coefficients of u^i";
   parameter Real b_rise[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Rising u: of u^i w^j, one row per i";
-  parameter Real c_rise[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Rising u: of u^i abs(w) w^(j-1)";
+  parameter Real c_rise[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Rising u: of u^i |w| w^(j-1)";
   parameter Real a_fall[m + 1] = fill(0.5, m + 1) "Falling u: coefficients of u^i";
   parameter Real b_fall[(m + 1)*q] = fill(0.5, (m + 1)*q) "Falling u: of u^i w^j, one row per i";
-  parameter Real c_fall[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Falling u: of u^i abs(w) w^(j-1)";
-  parameter Real w_max(min = 0, max = 1e100) = 1e100 "Bound of abs(w)";
-  parameter Real du_max(min = 0) = 0.02 "Longest step of the integration in u";
-  parameter Real w0 = 0 "w at the first input";
+  parameter Real c_fall[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Falling u: of u^i |w| w^(j-1)";
+  parameter Real w_max(min = 0, max = 1e100) = 1e100 "Bound of |w|; greater than 0";
+  parameter Real du_max(min = 0) = 0.02 "Longest step of the integration in u; greater than 0";
+  parameter Real w0 = 0 "W at the first input" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
   constant Boolean usesRate = false "Is there an input for the rate?";
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> dw/du = sum_i u<sup>i</sup> (a_i + sum_j (b_ij w<sup>j</sup> + c_ij abs(w) w<sup>j-1</sup>)), one set of coefficients for rising and one for falling u; y = k u + w.</p>
-<p><b>Source:</b> Oh &amp; Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645; Coleman &amp; Hodgdon 1986 (Duhem's form).</p>
-<p><b>Limitations:</b> what the realisations have in common, for replaceable components to be constrained by.</p>
-<p><b>Example:</b> <code>replaceable Operators.Sampled.Duhem hysteresis constrainedby Operators.BaseClasses.Duhem;</code></p>
+<p><b>Equation:</b> dw/du = sum_i u<sup>i</sup> (a_i + sum_j (b_ij w<sup>j</sup> + c_ij |w| w<sup>j-1</sup>)), y = k u + w.</p>
+<p><b>Source:</b> Oh &amp; Bernstein 2005; Coleman &amp; Hodgdon 1986 (Duhem's form).</p>
+<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.Duhem\">Validation.Sampled.Duhem</a>.</p>
+<p><b>Any realisation:</b> <code>replaceable Operators.Sampled.Duhem hysteresis constrainedby Operators.BaseClasses.Duhem;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Duhem\">Operators.Sampled.Duhem</a>, <a href=\"modelica://HystFMU.Operators.Smooth.Duhem\">Operators.Smooth.Duhem</a>.</p>
 </html>"));
 end Duhem;

@@ -1,22 +1,24 @@
+// generated from the table of fmu_build/core/blocks/prandtl_ishlinskii.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block PrandtlIshlinskii "Prandtl-Ishlinskii operator: linear term plus weighted plays: parameters and ports"
   extends Icons.Hysteresis;
-  parameter Integer n(min = 1) = 10 "Number of play operators";
-  parameter Integer depth(min = 4) = 256 "Extrema that the memory holds";
+  parameter Integer n(min = 1) = 10 "Number of play operators" annotation (Dialog(group = "Sizes"));
+  parameter Integer depth(min = 4) = 256 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
   parameter Real w0 = 0 "Weight of the linear term";
   parameter Real r[n](each min = 0) = fill(0.1, n) "Thresholds (play half-widths), not decreasing";
   parameter Real w[n] = fill(0.1, n) "Weights of the plays";
-  parameter Real u0 = 0 "Initial memory: every play rests at this value";
+  parameter Real u0 = 0 "Initial memory: every play rests at this value" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
   constant Boolean usesRate = false "Is there an input for the rate?";
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y = w0 u + sum_i w_i p_{r_i}[u], p_r the play of half-width r, evaluated through the dominant extrema of u.</p>
-<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 5-10; Zhao &amp; Tan 2008, section II.</p>
-<p><b>Limitations:</b> what the realisations have in common, for replaceable components to be constrained by.</p>
-<p><b>Example:</b> <code>replaceable Operators.Sampled.PrandtlIshlinskii hysteresis constrainedby Operators.BaseClasses.PrandtlIshlinskii;</code></p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.PrandtlIshlinskii\">Operators.Sampled.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Operators.Events.PrandtlIshlinskii\">Operators.Events.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Operators.Smooth.PrandtlIshlinskii\">Operators.Smooth.PrandtlIshlinskii</a>.</p>
+<p><b>Equation:</b> y = w0 u + sum_i w_i p_{r_i}[u].</p>
+<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 5-9; Zhao &amp; Tan 2008, section II.</p>
+<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
+<p><b>Any realisation:</b> <code>replaceable Operators.Sampled.PrandtlIshlinskii hysteresis constrainedby Operators.BaseClasses.PrandtlIshlinskii;</code></p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.PrandtlIshlinskii\">Operators.Sampled.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Operators.Events.PrandtlIshlinskii\">Operators.Events.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Operators.Smooth.PrandtlIshlinskii\">Operators.Smooth.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>, <a href=\"modelica://HystFMU.Validation.Sampled.PrandtlIshlinskii\">Validation.Sampled.PrandtlIshlinskii</a>.</p>
 </html>"));
 end PrandtlIshlinskii;

@@ -1,7 +1,8 @@
+// generated from the C tables by `make generate` - do not edit
 within HystFMU.Operators;
 package BaseClasses "Parameters and ports of the operators"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>What the realisations of an operator have in common: the constraining classes for redeclaration.</p>
+<p>What a class has from the C table, and what its realisations have in common, for replaceable components to be constrained by.</p>
 </html>"));
 end BaseClasses;

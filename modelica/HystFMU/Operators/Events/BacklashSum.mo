@@ -11,10 +11,7 @@ equation
   end when;
   y = w0*u + w*Functions.play(u, r, z_turn);
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> z_i = max(u - r_i, min(u + r_i, z_i)), y = w0 u + sum_i w_i z_i.</p>
-<p><b>Source:</b> Zhao &amp; Tan 2008, section II; Krejci &amp; Kuhnen 2001, eq. 3.</p>
-<p><b>Limitations:</b> One event for each reversal of the input, in between a closed form of the input: exact whatever the solver's step; none. A jump of the input must be a ramp, because the rate tells where it turns; only the sign of the rate is used.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.BacklashSum\">Operators.Sampled.BacklashSum</a>, <a href=\"modelica://HystFMU.Operators.Smooth.BacklashSum\">Operators.Smooth.BacklashSum</a>, <a href=\"modelica://HystFMU.Validation.Events.BacklashSum\">Validation.Events.BacklashSum</a>.</p>
+<p><b>Limitations:</b> none.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.BacklashSum\">Operators.BaseClasses.BacklashSum</a>: equation, source, example.</p>
 </html>"));
 end BacklashSum;

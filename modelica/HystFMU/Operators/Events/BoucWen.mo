@@ -16,10 +16,7 @@ equation
   z = Functions.boucWen(u, u_turn, z_turn, A, beta, gamma, n);
   y = k*(alpha*u + (1 - alpha)*z);
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> z' = A u' - beta abs(u') abs(z)<sup>n-1</sup> z - gamma u' abs(z)<sup>n</sup>, y = k (alpha u + (1 - alpha) z), integrated in u: the operator does not depend on the rate.</p>
-<p><b>Source:</b> Wen, J. Eng. Mech. Div. 102 (1976) 249-263; Ikhouane &amp; Rodellar, Systems with Hysteresis, 2007, chapter 2.</p>
-<p><b>Limitations:</b> One event for each reversal of the input, in between a closed form of the input: exact whatever the solver's step; for n other than 1 by an incomplete beta function. A jump of the input must be a ramp, because the rate tells where it turns; only the sign of the rate is used.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.BoucWen\">Operators.Sampled.BoucWen</a>, <a href=\"modelica://HystFMU.Operators.Smooth.BoucWen\">Operators.Smooth.BoucWen</a>, <a href=\"modelica://HystFMU.Validation.Events.BoucWen\">Validation.Events.BoucWen</a>.</p>
+<p><b>Limitations:</b> for n other than 1 by an incomplete beta function.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.BoucWen\">Operators.BaseClasses.BoucWen</a>: equation, source, example.</p>
 </html>"));
 end BoucWen;

@@ -17,10 +17,7 @@ equation
   current = Functions.turn(x, x0, h_turn, extrema, last);
   h = Functions.constraintFactor(x, Functions.branchOrigin(current, x0, 0, virgin), a0, a, d_max);
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> h = h_p + sgn(x - x_p) g(d), g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>), d = abs(x - x_p); virgin branch by Masing's rule.</p>
-<p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2, with return-point memory.</p>
-<p><b>Limitations:</b> One event for each reversal of the input, in between a closed form of the input: exact whatever the solver's step; the branch must not fall between 0 and d_max (the unit checks it); the time of a step grows with depth. A jump of the input must be a ramp, because the rate tells where it turns; only the sign of the rate is used.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ConstraintFactor\">Operators.Sampled.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ConstraintFactor\">Operators.Smooth.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Validation.Events.ConstraintFactor\">Validation.Events.ConstraintFactor</a>.</p>
+<p><b>Limitations:</b> the branch must not fall between 0 and d_max (the unit checks it); the time of a step grows with depth.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.ConstraintFactor\">Operators.BaseClasses.ConstraintFactor</a>: equation, source, example.</p>
 </html>"));
 end ConstraintFactor;

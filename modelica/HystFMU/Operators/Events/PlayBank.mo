@@ -11,10 +11,7 @@ equation
   end when;
   z = Functions.play(u, r, z_turn);
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> z_i = max(u - r_i, min(u + r_i, z_i)).</p>
-<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 3.</p>
-<p><b>Limitations:</b> One event for each reversal of the input, in between a closed form of the input: exact whatever the solver's step; a deadband width as in Simulink is 2 r. A jump of the input must be a ramp, because the rate tells where it turns; only the sign of the rate is used.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.PlayBank\">Operators.Sampled.PlayBank</a>, <a href=\"modelica://HystFMU.Operators.Smooth.PlayBank\">Operators.Smooth.PlayBank</a>, <a href=\"modelica://HystFMU.Validation.Events.PlayBank\">Validation.Events.PlayBank</a>.</p>
+<p><b>Limitations:</b> a deadband width as in Simulink is 2 r.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.PlayBank\">Operators.BaseClasses.PlayBank</a>: equation, source, example.</p>
 </html>"));
 end PlayBank;

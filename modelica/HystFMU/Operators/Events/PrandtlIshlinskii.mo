@@ -14,10 +14,7 @@ equation
   end when;
   y = Functions.prandtlIshlinskii(u, Functions.branchOrigin(Functions.turn(u, u0, y_turn, memory), u0, (w0 + sum(w))*u0, 2), w0, r, w);
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y = w0 u + sum_i w_i p_{r_i}[u], p_r the play of half-width r, evaluated through the dominant extrema of u.</p>
-<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 5-10; Zhao &amp; Tan 2008, section II.</p>
-<p><b>Limitations:</b> One event for each reversal of the input, in between a closed form of the input: exact whatever the solver's step; all plays start from u0; the time of a step grows with depth (16 is enough for most loops). A jump of the input must be a ramp, because the rate tells where it turns; only the sign of the rate is used.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.PrandtlIshlinskii\">Operators.Sampled.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Operators.Smooth.PrandtlIshlinskii\">Operators.Smooth.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Validation.Events.PrandtlIshlinskii\">Validation.Events.PrandtlIshlinskii</a>.</p>
+<p><b>Limitations:</b> all plays start from u0; the time of a step grows with depth (16 is enough for most loops).</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.PrandtlIshlinskii\">Operators.BaseClasses.PrandtlIshlinskii</a>: equation, source, example.</p>
 </html>"));
 end PrandtlIshlinskii;

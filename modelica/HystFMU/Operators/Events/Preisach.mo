@@ -16,10 +16,7 @@ equation
   end when;
   y = Functions.preisach(min(max(u, lo), hi), Functions.turn(min(max(u, lo), hi), origin, y_turn, memory), lo, hi, n, E, virgin);
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising; E linear between its grid values.</p>
-<p><b>Source:</b> Mayergoyz, Mathematical Models of Hysteresis 1991, chapter 1; Everett 1955.</p>
-<p><b>Limitations:</b> One event for each reversal of the input, in between a closed form of the input: exact whatever the solver's step; outside [lo, hi] nothing switches; no realisation Smooth: a relay has no smooth form of bounded error. A jump of the input must be a ramp, because the rate tells where it turns; only the sign of the rate is used.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, <a href=\"modelica://HystFMU.Validation.Events.Preisach\">Validation.Events.Preisach</a>.</p>
+<p><b>Limitations:</b> outside [lo, hi] nothing switches; no realisation Smooth: a relay has no smooth form of bounded error.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.Preisach\">Operators.BaseClasses.Preisach</a>: equation, source, example.</p>
 </html>"));
 end Preisach;

@@ -12,10 +12,7 @@ equation
     h = Functions.constraintFactor(x, Functions.branchOrigin(extrema, x0, 0, virgin), a0, a, d_max);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> h = h_p + sgn(x - x_p) g(d), g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>), d = abs(x - x_p); virgin branch by Masing's rule.</p>
-<p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2, with return-point memory.</p>
-<p><b>Limitations:</b> Acts at 0, Ts, 2 Ts, ...: the unit of the same name stepped with Ts; extrema between two samples are not seen; the branch must not fall between 0 and d_max (the unit checks it); the time of a step grows with depth.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.ConstraintFactor\">Operators.Events.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ConstraintFactor\">Operators.Smooth.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Validation.Sampled.ConstraintFactor\">Validation.Sampled.ConstraintFactor</a>.</p>
+<p><b>Limitations:</b> the branch must not fall between 0 and d_max (the unit checks it); the time of a step grows with depth.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.ConstraintFactor\">Operators.BaseClasses.ConstraintFactor</a>: equation, source, example.</p>
 </html>"));
 end ConstraintFactor;

@@ -13,10 +13,7 @@ equation
     y = k*u + w_last;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> dw/du = sum_i u<sup>i</sup> (a_i + sum_j (b_ij w<sup>j</sup> + c_ij abs(w) w<sup>j-1</sup>)), one set of coefficients for rising and one for falling u; y = k u + w.</p>
-<p><b>Source:</b> Oh &amp; Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645; Coleman &amp; Hodgdon 1986 (Duhem's form).</p>
-<p><b>Limitations:</b> Acts at 0, Ts, 2 Ts, ...: the unit of the same name stepped with Ts; extrema between two samples are not seen; no return-point memory, so no closed form from one reversal to the next and no realisation Events. The simulation must start at time 0.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.Duhem\">Operators.Smooth.Duhem</a>, <a href=\"modelica://HystFMU.Validation.Sampled.Duhem\">Validation.Sampled.Duhem</a>.</p>
+<p><b>Limitations:</b> no return-point memory, so no closed form from one reversal to the next and no realisation Events. The simulation must start at time 0.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.Duhem\">Operators.BaseClasses.Duhem</a>: equation, source, example.</p>
 </html>"));
 end Duhem;

@@ -11,10 +11,7 @@ equation
     y = offset + w*k;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> k = max(k, ridge(u - p2)) rising, min(k, ridge(u - p1)) falling, ridge(x) = min(max(2 x/a - 1, -1), 1), y = offset + sum_i w_i k_i.</p>
-<p><b>Source:</b> Krasnosel'skii &amp; Pokrovskii 1989, chapter 2; ridge function of Webb, Lagoudas &amp; Kurdila 1998.</p>
-<p><b>Limitations:</b> Acts at 0, Ts, 2 Ts, ...: the unit of the same name stepped with Ts; extrema between two samples are not seen; p1 must not be greater than p2.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.KrasnoselskiiPokrovskii\">Operators.Events.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Operators.Smooth.KrasnoselskiiPokrovskii\">Operators.Smooth.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Validation.Sampled.KrasnoselskiiPokrovskii\">Validation.Sampled.KrasnoselskiiPokrovskii</a>.</p>
+<p><b>Limitations:</b> p1 must not be greater than p2.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.KrasnoselskiiPokrovskii\">Operators.BaseClasses.KrasnoselskiiPokrovskii</a>: equation, source, example.</p>
 </html>"));
 end KrasnoselskiiPokrovskii;

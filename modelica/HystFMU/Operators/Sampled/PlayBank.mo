@@ -7,10 +7,7 @@ equation
     z = Functions.play(u, r, pre(z));
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> z_i = max(u - r_i, min(u + r_i, z_i)).</p>
-<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 3.</p>
-<p><b>Limitations:</b> Acts at 0, Ts, 2 Ts, ...: the unit of the same name stepped with Ts; extrema between two samples are not seen; a deadband width as in Simulink is 2 r.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.PlayBank\">Operators.Events.PlayBank</a>, <a href=\"modelica://HystFMU.Operators.Smooth.PlayBank\">Operators.Smooth.PlayBank</a>, <a href=\"modelica://HystFMU.Validation.Sampled.PlayBank\">Validation.Sampled.PlayBank</a>.</p>
+<p><b>Limitations:</b> a deadband width as in Simulink is 2 r.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.PlayBank\">Operators.BaseClasses.PlayBank</a>: equation, source, example.</p>
 </html>"));
 end PlayBank;

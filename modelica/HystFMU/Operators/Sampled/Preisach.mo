@@ -13,10 +13,7 @@ equation
     y = Functions.preisach(min(max(u, lo), hi), memory, lo, hi, n, E, virgin);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising; E linear between its grid values.</p>
-<p><b>Source:</b> Mayergoyz, Mathematical Models of Hysteresis 1991, chapter 1; Everett 1955.</p>
-<p><b>Limitations:</b> Acts at 0, Ts, 2 Ts, ...: the unit of the same name stepped with Ts; extrema between two samples are not seen; outside [lo, hi] nothing switches; no realisation Smooth: a relay has no smooth form of bounded error.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>, <a href=\"modelica://HystFMU.Validation.Sampled.Preisach\">Validation.Sampled.Preisach</a>.</p>
+<p><b>Limitations:</b> outside [lo, hi] nothing switches; no realisation Smooth: a relay has no smooth form of bounded error.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.Preisach\">Operators.BaseClasses.Preisach</a>: equation, source, example.</p>
 </html>"));
 end Preisach;

@@ -12,10 +12,7 @@ equation
     h = Functions.zhaoTan(x, Functions.branchOrigin(extrema, x0, 0, virgin));
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> h = h_p + sgn(x - x_p) (1 - e<sup>-d</sup>) d, d = abs(x - x_p); virgin branch h = sgn(x - x0) g(2 abs(x - x0))/2.</p>
-<p><b>Source:</b> Zhao &amp; Tan 2008, section III.</p>
-<p><b>Limitations:</b> Acts at 0, Ts, 2 Ts, ...: the unit of the same name stepped with Ts; extrema between two samples are not seen; memory = last is for replicas only: it drifts under noise and is unbounded on random reversals. The time of a step grows with depth (16 is enough for most loops).</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.ZhaoTan\">Operators.Events.ZhaoTan</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ZhaoTan\">Operators.Smooth.ZhaoTan</a>, <a href=\"modelica://HystFMU.Validation.Sampled.ZhaoTan\">Validation.Sampled.ZhaoTan</a>.</p>
+<p><b>Limitations:</b> memory = last is for replicas only: it drifts under noise and is unbounded on random reversals. The time of a step grows with depth (16 is enough for most loops).</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.ZhaoTan\">Operators.BaseClasses.ZhaoTan</a>: equation, source, example.</p>
 </html>"));
 end ZhaoTan;

@@ -20,10 +20,7 @@ equation
   end for;
   h = w*(z - fill(x0, plays));
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> h = h_p + sgn(x - x_p) g(d), g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>), d = abs(x - x_p); virgin branch by Masing's rule.</p>
-<p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2, with return-point memory.</p>
-<p><b>Limitations:</b> An ordinary differential equation without events, driven by the rate of the input; the branch must not fall between 0 and d_max (the unit checks it); the time of a step grows with depth. The branch is a polygon of <em>plays</em> straight pieces over <em>reach</em>. The parameter depth has no effect here.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ConstraintFactor\">Operators.Sampled.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Operators.Events.ConstraintFactor\">Operators.Events.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Validation.Smooth.ConstraintFactor\">Validation.Smooth.ConstraintFactor</a>.</p>
+<p><b>Limitations:</b> the branch must not fall between 0 and d_max (the unit checks it); the time of a step grows with depth. The branch is a polygon of <em>plays</em> straight pieces over <em>reach</em>. The parameter depth has no effect here.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.ConstraintFactor\">Operators.BaseClasses.ConstraintFactor</a>: equation, source, example.</p>
 </html>"));
 end ConstraintFactor;

@@ -15,10 +15,7 @@ equation
   end for;
   y = offset + w*k;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> k = max(k, ridge(u - p2)) rising, min(k, ridge(u - p1)) falling, ridge(x) = min(max(2 x/a - 1, -1), 1), y = offset + sum_i w_i k_i.</p>
-<p><b>Source:</b> Krasnosel'skii &amp; Pokrovskii 1989, chapter 2; ridge function of Webb, Lagoudas &amp; Kurdila 1998.</p>
-<p><b>Limitations:</b> An ordinary differential equation without events, driven by the rate of the input; p1 must not be greater than p2. A play lags behind the exact one by at most width.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.KrasnoselskiiPokrovskii\">Operators.Sampled.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Operators.Events.KrasnoselskiiPokrovskii\">Operators.Events.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Validation.Smooth.KrasnoselskiiPokrovskii\">Validation.Smooth.KrasnoselskiiPokrovskii</a>.</p>
+<p><b>Limitations:</b> p1 must not be greater than p2. A play lags behind the exact one by at most width.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.KrasnoselskiiPokrovskii\">Operators.BaseClasses.KrasnoselskiiPokrovskii</a>: equation, source, example.</p>
 </html>"));
 end KrasnoselskiiPokrovskii;

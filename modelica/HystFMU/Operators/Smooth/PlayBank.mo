@@ -11,10 +11,7 @@ equation
     der(z[i]) = Functions.playRate(u, rate, r[i], z[i], width);
   end for;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> z_i = max(u - r_i, min(u + r_i, z_i)).</p>
-<p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 3.</p>
-<p><b>Limitations:</b> An ordinary differential equation without events, driven by the rate of the input; a deadband width as in Simulink is 2 r. A play lags behind the exact one by at most width.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.PlayBank\">Operators.Sampled.PlayBank</a>, <a href=\"modelica://HystFMU.Operators.Events.PlayBank\">Operators.Events.PlayBank</a>, <a href=\"modelica://HystFMU.Validation.Smooth.PlayBank\">Validation.Smooth.PlayBank</a>.</p>
+<p><b>Limitations:</b> a deadband width as in Simulink is 2 r. A play lags behind the exact one by at most width.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.PlayBank\">Operators.BaseClasses.PlayBank</a>: equation, source, example.</p>
 </html>"));
 end PlayBank;

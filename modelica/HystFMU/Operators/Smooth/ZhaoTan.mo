@@ -20,10 +20,7 @@ equation
   end for;
   h = w*(z - fill(x0, plays));
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> h = h_p + sgn(x - x_p) (1 - e<sup>-d</sup>) d, d = abs(x - x_p); virgin branch h = sgn(x - x0) g(2 abs(x - x0))/2.</p>
-<p><b>Source:</b> Zhao &amp; Tan 2008, section III.</p>
-<p><b>Limitations:</b> An ordinary differential equation without events, driven by the rate of the input; memory = last is for replicas only: it drifts under noise and is unbounded on random reversals. The time of a step grows with depth (16 is enough for most loops). The branch is a polygon of <em>plays</em> straight pieces over <em>reach</em>. The parameter depth has no effect here.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ZhaoTan\">Operators.Sampled.ZhaoTan</a>, <a href=\"modelica://HystFMU.Operators.Events.ZhaoTan\">Operators.Events.ZhaoTan</a>, <a href=\"modelica://HystFMU.Validation.Smooth.ZhaoTan\">Validation.Smooth.ZhaoTan</a>.</p>
+<p><b>Limitations:</b> memory = last is for replicas only: it drifts under noise and is unbounded on random reversals. The time of a step grows with depth (16 is enough for most loops). The branch is a polygon of <em>plays</em> straight pieces over <em>reach</em>. The parameter depth has no effect here.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.ZhaoTan\">Operators.BaseClasses.ZhaoTan</a>: equation, source, example.</p>
 </html>"));
 end ZhaoTan;

@@ -1,0 +1,19 @@
+// generated from the table of fmu_build/core/blocks/feedforward.c by `make generate` - do not edit
+within HystFMU.Control.BaseClasses;
+partial block Feedforward "Feed-forward: inverse of a second-order plant: parameters and ports"
+  extends Icons.Block;
+  parameter Types.Frequency f_n(min = 0) = 500 "Natural frequency omega_n / 2 pi; greater than 0";
+  parameter Real zeta(min = 0) = 0.7 "Damping ratio";
+  parameter Real gain = 1 "Gain of the plant at rest, not 0";
+  Interfaces.RealInput r "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
+  Interfaces.RealInput dr(unit = "1/s") "Its first derivative" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.RealInput ddr(unit = "1/s2") "Its second derivative" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
+  Interfaces.RealOutput v "Input of the plant that gives r" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> v = (r + 2 zeta / omega_n r' + r'' / omega_n<sup>2</sup>) / gain, omega_n = 2 pi f_n.</p>
+<p><b>Source:</b> inverse of G0(s): Yu &amp; Alici 2005 (plant H -&gt; G0).</p>
+<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Control.Feedforward\">Control.Feedforward</a>, <a href=\"modelica://HystFMU.Examples.IterativeLearning\">Examples.IterativeLearning</a>, <a href=\"modelica://HystFMU.Examples.LeadLag\">Examples.LeadLag</a>, <a href=\"modelica://HystFMU.Examples.Pid\">Examples.Pid</a>, <a href=\"modelica://HystFMU.Examples.PidObserver\">Examples.PidObserver</a>, <a href=\"modelica://HystFMU.Examples.SlidingMode\">Examples.SlidingMode</a>, <a href=\"modelica://HystFMU.Examples.SuperTwisting\">Examples.SuperTwisting</a>, <a href=\"modelica://HystFMU.Validation.Feedforward\">Validation.Feedforward</a>.</p>
+</html>"));
+end Feedforward;

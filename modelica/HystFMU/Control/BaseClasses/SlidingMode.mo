@@ -1,0 +1,26 @@
+// generated from the table of fmu_build/core/blocks/sliding_mode.c by `make generate` - do not edit
+within HystFMU.Control.BaseClasses;
+partial block SlidingMode "Sliding mode controller around a feed-forward, with integral action and anti-windup: parameters and ports"
+  extends Icons.Block;
+  parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line";
+  parameter Types.Time eta(min = 0) = 0.001 "Linear gain of s";
+  parameter Real rho(min = 0) = 0.01 "Switching gain";
+  parameter Real epsilon(unit = "1/s", min = 0) = 1 "Width of the boundary layer; greater than 0";
+  parameter Types.Switching switching = Types.Switching.smooth "S / (|s| + epsilon), or sat(s / epsilon)";
+  parameter Real k_i(unit = "1/s2", min = 0) = 0 "Integral gain; 0: the law of the paper";
+  parameter Types.Time tau(min = 0) = 0 "Time constant of the filter of de/dt; 0: none";
+  parameter Real u_min = -1e300 "Lower limit of u";
+  parameter Real u_max = 1e300 "Upper limit of u";
+  Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
+  Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.RealInput u_ff "Feed-forward: the inverse model" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
+  Interfaces.RealOutput u "Control" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
+  Interfaces.RealOutput s(unit = "1/s") "Distance from the sliding line" annotation (Placement(transformation(extent = {{100, -50}, {120, -30}})));
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> s = de/dt + lam e + k_i int e dt, e = y - y_d, u = u_ff - eta s - rho s / (|s| + epsilon) or u_ff - eta s - rho sat(s / epsilon).</p>
+<p><b>Source:</b> Yu &amp; Alici 2005 (k_i = 0); integral sliding line and saturation: Slotine &amp; Li, Applied Nonlinear Control, 7.1 and 7.2.</p>
+<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.SlidingMode\">Examples.SlidingMode</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Control.SlidingMode\">Control.SlidingMode</a>, <a href=\"modelica://HystFMU.Validation.SlidingMode\">Validation.SlidingMode</a>.</p>
+</html>"));
+end SlidingMode;

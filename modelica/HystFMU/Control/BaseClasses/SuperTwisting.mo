@@ -1,0 +1,25 @@
+// generated from the table of fmu_build/core/blocks/super_twisting.c by `make generate` - do not edit
+within HystFMU.Control.BaseClasses;
+partial block SuperTwisting "Super-twisting sliding mode controller around a feed-forward, with anti-windup: parameters and ports"
+  extends Icons.Block;
+  parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line";
+  parameter Real k_1(min = 0) = 0.01 "Gain of the root of s, in s^(1/2)";
+  parameter Real k_2(unit = "1/s", min = 0) = 0.1 "Gain of the integrated switching";
+  parameter Real mu(min = 0) = 0 "Share of the linear terms, in s^(1/2); 0: none";
+  parameter Real epsilon(unit = "1/s", min = 0) = 1 "Width of the boundary layer; greater than 0";
+  parameter Types.Time tau(min = 0) = 0 "Time constant of the filter of de/dt; 0: none";
+  parameter Real u_min = -1e300 "Lower limit of u";
+  parameter Real u_max = 1e300 "Upper limit of u";
+  Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
+  Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.RealInput u_ff "Feed-forward: the inverse model" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
+  Interfaces.RealOutput u "Control" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
+  Interfaces.RealOutput s(unit = "1/s") "Distance from the sliding line" annotation (Placement(transformation(extent = {{100, -50}, {120, -30}})));
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> s = de/dt + lam e, e = y - y_d; u = u_ff - k_1 (|s|<sup>1/2</sup> sgn s + mu s) - k_2 v, v' = sgn(s)/2 + 3/2 mu |s|<sup>1/2</sup> sgn s + mu<sup>2</sup> s; sgn s = s / (|s| + epsilon).</p>
+<p><b>Source:</b> Levant, Int. J. Control 58 (1993) 1247; Moreno 2009, generalised super-twisting (linear terms).</p>
+<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.SuperTwisting\">Examples.SuperTwisting</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Control.SuperTwisting\">Control.SuperTwisting</a>, <a href=\"modelica://HystFMU.Validation.SuperTwisting\">Validation.SuperTwisting</a>.</p>
+</html>"));
+end SuperTwisting;

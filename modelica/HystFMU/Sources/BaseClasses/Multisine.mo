@@ -1,0 +1,23 @@
+// generated from the table of fmu_build/core/blocks/reference.c by `make generate` - do not edit
+within HystFMU.Sources.BaseClasses;
+partial block Multisine "Reference signal, with derivatives and preview for a feed-forward: parameters and ports"
+  extends Icons.Source;
+  parameter Integer m(min = 1) = 10 "Number of tones, levels or reversals" annotation (Dialog(group = "Sizes"));
+  parameter Real amplitude = 1 "Factor of the signal";
+  parameter Real offset = 0 "Added to the signal";
+  parameter Types.Time lead(min = -1e12, max = 1e12) = 0 "Preview of r_lead, dr_lead and ddr_lead";
+  parameter Types.Frequency f[m](each min = 0, each max = 1e12) = fill(1.0, m) "Frequencies of multisine";
+  parameter Real a[m] = fill(0.1, m) "Amplitudes of multisine";
+  parameter Types.Angle ph[m](each min = -1e12, each max = 1e12) = fill(0.0, m) "Phases of multisine";
+  Interfaces.RealOutput r "Signal at the present time" annotation (Placement(transformation(extent = {{100, 50}, {120, 70}})));
+  Interfaces.RealOutput r_lead "Signal lead seconds ahead" annotation (Placement(transformation(extent = {{100, 10}, {120, 30}})));
+  Interfaces.RealOutput dr_lead(unit = "1/s") "Its first derivative" annotation (Placement(transformation(extent = {{100, -30}, {120, -10}})));
+  Interfaces.RealOutput ddr_lead(unit = "1/s2") "Its second derivative" annotation (Placement(transformation(extent = {{100, -70}, {120, -50}})));
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
+<p><b>Source:</b> Zhao &amp; Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014.</p>
+<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.ImplicitInverse\">Examples.ImplicitInverse</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Multisine\">Sources.Multisine</a>, <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>, <a href=\"modelica://HystFMU.Validation.Multisine\">Validation.Multisine</a>.</p>
+</html>"));
+end Multisine;

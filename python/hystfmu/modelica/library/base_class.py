@@ -1,0 +1,120 @@
+"""The partial block of a block of the C core: parameters, ports and documentation; realisations extend it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from html import escape
+
+from hystfmu.core import BlockType
+from hystfmu.modelica.library.declarations import dim, parameter, ports, rate_port
+from hystfmu.modelica.library.markup import equation, information, link
+from hystfmu.modelica.library.shelf import REALISATIONS, Shelf, mark
+from hystfmu.modelica.literals import sentence
+from hystfmu.modelica.places import lacks, package_of
+
+
+@dataclass(frozen=True)
+class BaseClass:
+    """What one class of the library has from the C table.
+
+    Attributes
+    ----------
+    block : BlockType
+    name : str
+        Name of the class: that of the block, or of a shape of ``reference``.
+    """
+
+    block: BlockType
+    name: str
+
+    @property
+    def package(self) -> str:
+        """The package that holds the class, or its realisations."""
+        return package_of(self.block).removesuffix(".Sampled")
+
+    @property
+    def path(self) -> str:
+        """Name of the generated class below HystFMU."""
+        return f"{self.package}.BaseClasses.{self.name}"
+
+    def classes(self, shelf: Shelf) -> list[str]:
+        """The hand-written classes that extend it."""
+        single = f"{self.package}.{self.name}"
+        return [single] if single in shelf.texts else shelf.realisations(self.package, self.name)
+
+    @property
+    def wanted(self) -> str:
+        """The file that a block's author writes."""
+        return f"modelica/HystFMU/{package_of(self.block).replace('.', '/')}/{self.name}.mo"
+
+    def text(self, shelf: Shelf) -> str:
+        """The file."""
+        block = self.block
+        left_out = lacks(block, self.name)
+        rated = any("usesRate" in shelf.texts[c] for c in self.classes(shelf))
+        inputs = ports(block, "input", left_out)
+        declared = [
+            *(dim(d) for d in block.dims if d.name not in left_out),
+            *(parameter(v, shelf) for v in block.parameters if v.name not in left_out),
+            *inputs,
+            *([rate_port(block.of("input")[0])] if rated else []),
+            *ports(block, "output", left_out),
+        ]
+        lines = [
+            mark(f"the table of {self.source}"),
+            f"within HystFMU.{self.package}.BaseClasses;",
+            f"partial block {self.name} {sentence(f'{block.text}: parameters and ports')}",
+            f"  extends Icons.{self._icon};",
+            *(f"  {d}" for d in declared),
+            *(["protected", '  constant Boolean usesRate = false "Is there an input for the rate?";'] if rated else []),
+            f"  annotation (Documentation(info = {information(*self._paragraphs(shelf))}));",
+            f"end {self.name};\n",
+        ]
+        return "\n".join(lines)
+
+    @property
+    def source(self) -> str:
+        """The C file of the table."""
+        return f"fmu_build/core/blocks/{self.block.name}.c"
+
+    @property
+    def _icon(self) -> str:
+        icons = {"Operators": "Hysteresis", "Inverse": "Inverse", "Sources": "Source", "Plants": "Hysteresis"}
+        return "Block" if package_of(self.block) == "Operators" else icons.get(self.package, "Block")
+
+    def _paragraphs(self, shelf: Shelf) -> list[str]:
+        classes = self.classes(shelf)
+        shown = [*shelf.examples(classes), f"Validation.{classes[0].split('.', 1)[1]}"] if classes else []
+        found = [
+            f"<b>Equation:</b> {equation(self.block.equation)}.",
+            f"<b>Source:</b> {escape(self.block.source, quote=False)}.",
+            "<b>Limitations:</b> those of the classes that extend it.",
+        ]
+        if shown:
+            found.append(f"<b>Example:</b> {', '.join(map(link, shown[:1]))}.")
+        if len(classes) > 1:
+            component = "inverse" if self.package == "Inverse" else "hysteresis"
+            code = f"replaceable {classes[0]} {component} constrainedby {self.path};"
+            found.append(f"<b>Any realisation:</b> <code>{code}</code>")
+        found.append(f"<b>See also:</b> {', '.join(map(link, [*classes, *shown[1:]]))}.")
+        return found
+
+
+def package(name: str) -> str:
+    """The file package.mo of the BaseClasses of a package."""
+    what = {"Operators": "operators", "Inverse": "inverses"}.get(name, "blocks")
+    info = information(
+        "What a class has from the C table, and what its realisations have in common, for replaceable "
+        "components to be constrained by."
+    )
+    return (
+        f"{mark('the C tables')}\nwithin HystFMU.{name};\n"
+        f'package BaseClasses "Parameters and ports of the {what}"\n'
+        f"  extends Icons.Package;\n  annotation (Documentation(info = {info}));\nend BaseClasses;\n"
+    )
+
+
+def is_realised(path: str) -> bool:
+    """Is it a class in Sampled, Events or Smooth?"""
+    return re.fullmatch(rf"\w+\.({'|'.join(REALISATIONS)})\.\w+", path) is not None

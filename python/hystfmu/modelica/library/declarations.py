@@ -1,0 +1,130 @@
+"""Rows of a C table as declarations in Modelica: parameters with units, ranges and dialogs, and ports."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+
+from hystfmu.core import BlockType, Dim, Var
+from hystfmu.errors import InputError
+from hystfmu.modelica.layout import placed, port_placed
+from hystfmu.modelica.library.shelf import Shelf
+from hystfmu.modelica.literals import sentence
+
+_CALL = re.compile(r"(\w+)\(")
+_PRODUCT = re.compile(r"(\w+)\*(\w+)\Z")
+_QUOTIENT = re.compile(r"(.+?)\s*/\s*(\w+)\Z")
+_MONOMIALS = re.compile(r"monomials\((.+), (\w+)\)\Z")
+
+
+def size(v: Var) -> str:
+    """The number of elements as Modelica takes it: ``n*(n + 1) / 2`` becomes ``div(n*(n + 1), 2)``.
+
+    A product of two sizes is a matrix, one row for each of the first.
+
+    Raises
+    ------
+    InputError
+        The expression calls a C function that has no form here.
+    """
+    text = re.sub(r"\s*\*\s*", "*", v.size)
+    if m := _MONOMIALS.match(text):
+        return _monomials(m[1], m[2])
+    if m := _CALL.match(text):
+        raise InputError(f"the size {v.size!r} of {v.name!r}: write {m[1]} in hystfmu/modelica/library/declarations.py")
+    if m := _PRODUCT.match(text):
+        return f"{m[1]}, {m[2]}"
+    if m := _QUOTIENT.match(text):
+        return f"div({m[1]}, {m[2]})"
+    return text
+
+
+def _monomials(p: str, q: str) -> str:
+    """Monomials up to degree q <= 3 in p variables; rumoca 0.10.2 takes no function of a size as a size."""
+    one, two, three = (f"({p} + {k})" for k in (1, 2, 3))
+    return f"if {q} == 1 then {p} + 1 elseif {q} == 2 then div({one}*{two}, 2) else div({one}*{two}*{three}, 6)"
+
+
+def number(x: float) -> str:
+    """A literal that reads back as the same double, whole numbers without a point."""
+    short = f"{x:g}"
+    return (short if float(short) == x else repr(x)).replace("e+", "e")
+
+
+def dim(d: Dim) -> str:
+    """The declaration of a size."""
+    group = "Memory" if d.name == "depth" else "Sizes"
+    return f"parameter Integer {d.name}(min = {d.lo}) = {d.start} {sentence(d.text)}{_dialog(group)};"
+
+
+def parameter(v: Var, shelf: Shelf) -> str:
+    """The declaration of a parameter.
+
+    Raises
+    ------
+    InputError
+        The library has no enumeration of the words of a choice.
+    """
+    group = "Start" if v.kind == "fixed" and _is_start(v) else "Memory" if v.name == "memory" else ""
+    if v.choices:
+        if v.choices not in shelf.enumerations:
+            raise InputError(f"{v.name}: write an enumeration of {', '.join(v.choices)} in modelica/HystFMU/Types.mo")
+        kind = shelf.enumerations[v.choices]
+        return f"parameter {kind} {v.name} = {kind}.{v.choices[int(v.start)]} {sentence(v.text)}{_dialog(group)};"
+    many = v.size != "1"
+    positive = v.lo == sys.float_info.min  # the least of all doubles above 0: min includes its value
+    kind, attributes = _kind(v, shelf)
+    bound = (lambda x: str(int(x))) if v.type == "int" else number
+    limits = (("min", 0.0 if positive else v.lo), ("max", v.hi))
+    attributes += [f"{'each ' if many else ''}{k} = {bound(x)}" for k, x in limits if math.isfinite(x)]
+    shape = size(v) if many else ""
+    start = number(v.start)
+    value = f"fill({float(v.start)!r}, {shape})" if many else start
+    text = v.text if not positive or "greater than 0" in v.text else f"{v.text}; greater than 0"
+    given = f"({', '.join(attributes)})" if attributes else ""
+    declared = f"{v.name}[{shape}]{given}" if many else f"{v.name}{given}"
+    return f"parameter {kind} {declared} = {value} {sentence(text)}{_dialog(group)};"
+
+
+def _kind(v: Var, shelf: Shelf) -> tuple[str, list[str]]:
+    """Type of a parameter, and its unit where no type has it."""
+    if v.type == "int":
+        return "Integer", []
+    if v.unit == "1":
+        return "Real", []
+    if v.unit in shelf.types:
+        return shelf.types[v.unit], []
+    return "Real", [f'{"each " if v.size != "1" else ""}unit = "{v.unit}"']
+
+
+def _is_start(v: Var) -> bool:
+    return v.name == "start" or v.text.startswith("initial") or "first input" in v.text
+
+
+def _dialog(group: str) -> str:
+    return group and f' annotation (Dialog(group = "{group}"))'
+
+
+def ports(block: BlockType, kind: str, lacks: frozenset[str]) -> list[str]:
+    """The declarations of the inputs or outputs."""
+    rows = [v for v in block.of(kind) if v.name not in lacks]
+    found = []
+    for i, v in enumerate(rows):
+        shape = f"[{size(v)}]" if v.size != "1" else ""
+        unit = f'({"each " if shape else ""}unit = "{v.unit}")' if v.unit != "1" else ""
+        where = port_placed(kind == "input", i, len(rows))
+        declared = f"Interfaces.Real{kind.capitalize()} {v.name}{shape}{unit} {sentence(_plain(v.text))}"
+        found.append(f"{declared} annotation ({where});")
+    return found
+
+
+def rate_port(v: Var) -> str:
+    """The conditional input for the rate of an input, and the constant that it depends on."""
+    text = sentence(f"rate of {v.name}; Sampled has no such input")
+    where = f"annotation ({placed(-110, -70)})"
+    return f'Interfaces.RealInput d{v.name}(unit = "1/s") if usesRate {text} {where};'
+
+
+def _plain(text: str) -> str:
+    return text.replace("`", "")

@@ -1,0 +1,34 @@
+"""package.order: what stands in a folder of the library, packages as a reader needs them, the rest by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import PurePath
+
+# packages, and pages of the guide, whose order means something
+_FIRST = (
+    *("UsersGuide", "Operators", "Inverse", "Networks", "Dynamics", "Plants", "Control", "Sources", "Functions"),
+    *("Data", "Examples", "Validation", "Interfaces", "Types", "Icons"),
+    *("BaseClasses", "Models", "Sampled", "Events", "Smooth"),
+    *("GettingStarted", "Realisations", "Conventions", "ToolSupport", "References", "ReleaseNotes"),
+)
+
+
+def orders(files: Iterable[PurePath]) -> dict[PurePath, str]:
+    """Every package.order for the .mo files of a library, all relative to its folder."""
+    inside: dict[PurePath, set[str]] = {}
+    for file in files:
+        folder = file.parent
+        inside.setdefault(folder, set())
+        if file.stem != "package":
+            inside[folder].add(file.stem)
+        while folder.parts:
+            inside.setdefault(folder.parent, set()).add(folder.name)
+            folder = folder.parent
+    return {
+        folder / "package.order": "".join(f"{n}\n" for n in sorted(names, key=_key)) for folder, names in inside.items()
+    }
+
+
+def _key(name: str) -> tuple[int, str]:
+    return (_FIRST.index(name) if name in _FIRST else len(_FIRST), name)

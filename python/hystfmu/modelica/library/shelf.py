@@ -1,0 +1,69 @@
+"""What stands in the folder of the library: its classes by name, its types by unit and by words."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+_MARKED = re.compile(r"// generated from .* by `make generate` - do not edit\n")
+REALISATIONS = ("Sampled", "Events", "Smooth")
+_UNIT = re.compile(r'type (\w+) = Real\([^)]*final unit = "([^"]+)"')
+_ENUMERATION = re.compile(r"type (\w+) = enumeration\((.*?)\) \"", re.S)
+
+
+def mark(source: str) -> str:
+    """The first line of a generated file."""
+    return f"// generated from {source} by `make generate` - do not edit"
+
+
+def is_generated(text: str) -> bool:
+    """Whether the first line says so."""
+    return _MARKED.match(text) is not None
+
+
+class Shelf:
+    """The hand-written files of a library.
+
+    Parameters
+    ----------
+    root : Path
+        The folder HystFMU.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    @functools.cached_property
+    def texts(self) -> dict[str, str]:
+        """Hand-written files by the name of their class below HystFMU, e.g. ``Operators.Sampled.PlayBank``."""
+        found = {}
+        for file in sorted(self.root.rglob("*.mo")):
+            text = file.read_text("utf-8")
+            if not is_generated(text):
+                found[".".join(file.relative_to(self.root).with_suffix("").parts)] = text
+        return found
+
+    @functools.cached_property
+    def types(self) -> dict[str, str]:
+        """Name of the type of a unit of measure, e.g. ``Types.Time`` for ``s``."""
+        return {unit: f"Types.{name}" for name, unit in _UNIT.findall(self.texts["Types"])}
+
+    @functools.cached_property
+    def enumerations(self) -> dict[tuple[str, ...], str]:
+        """Name of the enumeration of these words."""
+        return {
+            tuple(re.findall(r"(\w+) \"", body)): f"Types.{name}"
+            for name, body in _ENUMERATION.findall(self.texts["Types"])
+        }
+
+    def realisations(self, package: str, name: str) -> list[str]:
+        """Those of Sampled, Events and Smooth that hold the class `name`, each with its package."""
+        return [f"{package}.{r}.{name}" for r in REALISATIONS if f"{package}.{r}.{name}" in self.texts]
+
+    def examples(self, classes: list[str]) -> Iterator[str]:
+        """The Examples that use one of these classes."""
+        for name, text in self.texts.items():
+            if name.startswith("Examples.") and any(re.search(rf"\b{re.escape(c)}\b", text) for c in classes):
+                yield name

@@ -1,0 +1,61 @@
+"""Every generated file of a library, and whether the ones on disk are these."""
+
+from __future__ import annotations
+
+from pathlib import Path, PurePath
+
+from hystfmu.core import block_types
+from hystfmu.modelica.library import scripts
+from hystfmu.modelica.library.base_class import BaseClass, package
+from hystfmu.modelica.library.order import orders
+from hystfmu.modelica.library.shelf import Shelf, is_generated
+from hystfmu.modelica.places import class_names
+
+
+def base_classes() -> list[BaseClass]:
+    """One for each class that stands for a block of the C core."""
+    return [BaseClass(block, name) for block in block_types().values() for name in class_names(block)]
+
+
+def generated(root: Path) -> dict[PurePath, str]:
+    """The generated files, relative to the folder HystFMU `root`, beside its hand-written ones."""
+    shelf = Shelf(root)
+    bases = base_classes()
+    made = {_file(b.path): b.text(shelf) for b in bases}
+    made |= {_file(f"{b.package}.BaseClasses.package"): package(b.package) for b in bases}
+    every = {*made, *map(_file, shelf.texts)}
+    made |= orders(every)
+    made |= scripts.scripts(every)
+    return made
+
+
+def _file(name: str) -> PurePath:
+    return PurePath(*name.split(".")).with_suffix(".mo")
+
+
+def _on_disk(root: Path) -> dict[PurePath, str]:
+    """What is marked as generated, and every package.order and script."""
+    found = {}
+    for pattern in ("*.mo", "package.order", "*.mos"):
+        for file in root.rglob(pattern):
+            text = file.read_text("utf-8")
+            if file.suffix != ".mo" or is_generated(text):
+                found[PurePath(file.relative_to(root))] = text
+    return found
+
+
+def stale(root: Path) -> list[PurePath]:
+    """Generated files that are missing, differ or should not be there."""
+    made, there = generated(root), _on_disk(root)
+    return sorted(f for f in {*made, *there} if made.get(f) != there.get(f))
+
+
+def write(root: Path) -> None:
+    """Write the generated files, and remove those that nothing stands for any more."""
+    made = generated(root)
+    for file in _on_disk(root):
+        if file not in made:
+            (root / file).unlink()
+    for file, text in made.items():
+        (root / file).parent.mkdir(parents=True, exist_ok=True)
+        (root / file).write_text(text, "utf-8", newline="\n")
