@@ -5,7 +5,7 @@ from pathlib import Path
 
 import tracking_table
 
-from hystfmu import listing
+from hystfmu.graph import listing
 from hystfmu.modelica import library
 
 README = Path(__file__).parent.parent / "README.md"

@@ -9,8 +9,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from hystfmu.base.errors import InputError as InputError
     from hystfmu.data import Dataset as Dataset
-    from hystfmu.errors import InputError as InputError
     from hystfmu.graph import Graph as Graph
     from hystfmu.graph import Node as Node
     from hystfmu.model import Model as Model
@@ -21,7 +21,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Dataset": "data",
     "Graph": "graph",
-    "InputError": "errors",
+    "InputError": "base.errors",
     "Model": "model",
     "Node": "graph",
     "Unit": "unit",

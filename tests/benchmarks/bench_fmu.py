@@ -19,12 +19,13 @@ from xml.etree import ElementTree
 import fmpy
 import numpy as np
 
-from hystfmu import Dataset, signals
-from hystfmu.blocks import Mlp
-from hystfmu.fmu import platforms
-from hystfmu.fmu.export import export_fmu
+from hystfmu import Dataset
+from hystfmu.data import signals
+from hystfmu.fmu.write import platforms
+from hystfmu.fmu.write.export import export_fmu
+from hystfmu.graph.blocks import Mlp
 from hystfmu.identify import fit
-from hystfmu.terminal import table
+from hystfmu.report.terminal import table
 
 HERE = Path(__file__).resolve().parent
 RIVALS = HERE.parents[1] / "build" / "rivals"

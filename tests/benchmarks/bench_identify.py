@@ -13,11 +13,13 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "python"))
 import numpy as np
 import plants
 
-from hystfmu import Dataset, accuracy, signals
+from hystfmu import Dataset
+from hystfmu.data import signals
 from hystfmu.identify import fit
-from hystfmu.identify.plays import thresholds
+from hystfmu.identify.features.plays import thresholds
 from hystfmu.inverse import inverse
-from hystfmu.terminal import table
+from hystfmu.model import accuracy
+from hystfmu.report.terminal import table
 
 DATA = Path(os.environ.get("HYSTFMU_DATA", Path(__file__).parents[3] / "shared" / "data"))
 rows = []

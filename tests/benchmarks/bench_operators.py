@@ -8,9 +8,9 @@ import time
 
 import numpy as np
 
-from hystfmu.blocks import BacklashSum, PrandtlIshlinskii, PrandtlIshlinskiiInverse
-from hystfmu.reproduce.sums_of_plays import nanoseconds
-from hystfmu.terminal import table
+from hystfmu.graph.blocks import BacklashSum, PrandtlIshlinskii, PrandtlIshlinskiiInverse
+from hystfmu.papers.sums_of_plays import nanoseconds
+from hystfmu.report.terminal import table
 
 STEPS, REPEATS = 400_000, 20
 

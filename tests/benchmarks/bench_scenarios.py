@@ -26,12 +26,12 @@ import numpy as np
 import tomli_w
 from fmpy.fmi2 import FMU2Slave
 
-from hystfmu.fmu.export import export_fmu
+from hystfmu.fmu.write.export import export_fmu
+from hystfmu.report.terminal import table
 from hystfmu.scenario import Scenario, build, simulate
-from hystfmu.scenario.fmu_store import FmuStore
-from hystfmu.scenario.native import Native
-from hystfmu.study import run_study
-from hystfmu.terminal import table
+from hystfmu.scenario.engine.fmu_store import FmuStore
+from hystfmu.scenario.engine.native import Native
+from hystfmu.studies import run_study
 
 HERE = Path(__file__).resolve().parent
 STEPS, H, LAG, GAIN = 10_000, 1e-3, 0.1, 2.0

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hystfmu.core import BlockType, Var, block_types
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import BlockType, Var, block_types
 from hystfmu.graph import Graph, Input, Node, Output
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hystfmu.core import BlockType, Var, block_types
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import BlockType, Var, block_types
 from hystfmu.graph import Graph, Node
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from excitation import BLOCKS, STEP, candidates, every_block, node, perturbed, p
 from raw import Raw
 from scipy.integrate import solve_ivp
 
-from hystfmu.core import block_types
+from hystfmu.core.library import block_types
 from hystfmu.graph import Node
 
 

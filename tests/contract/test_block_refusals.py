@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from excitation import default, every_block
 
-from hystfmu.core import Var, block_types
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import Var, block_types
 from hystfmu.graph import Node
 
 POSITIVE = 2.2250738585072014e-308  # as a lower bound: "greater than 0"

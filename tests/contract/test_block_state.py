@@ -8,7 +8,7 @@ import numpy as np
 from excitation import STEP, every_block, perturbed, rows, run, some
 from raw import Raw
 
-from hystfmu.core import block_types
+from hystfmu.core.library import block_types
 from hystfmu.graph import Graph
 from hystfmu.model import Model
 from hystfmu.unit import Unit

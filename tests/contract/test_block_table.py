@@ -11,7 +11,7 @@ import numpy as np
 from excitation import default, every_block, perturbed, rows, run, some
 from raw import Raw
 
-from hystfmu.core import STEP, block_types
+from hystfmu.core.library import STEP, block_types
 
 FAMILIES = ("operators", "inverses", "networks", "dynamics", "controllers", "sources")
 ROOT = Path(__file__).parents[2]

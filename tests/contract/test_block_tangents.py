@@ -7,7 +7,7 @@ import pytest
 from excitation import STEP, every_block, perturbed, rows, some
 from raw import Raw
 
-from hystfmu.core import block_types
+from hystfmu.core.library import block_types
 from hystfmu.graph import Node
 
 

@@ -18,9 +18,9 @@ import pytest
 from block_files import patched, raw_bytes
 from raw import Raw
 
-from hystfmu.core import RawError, RawVar, library
-from hystfmu.errors import InputError
-from hystfmu.executor import Executor
+from hystfmu.base.errors import InputError
+from hystfmu.core.executor import Executor
+from hystfmu.core.library import RawError, RawVar, library
 from hystfmu.graph import Graph, Node
 from hystfmu.unit import Unit
 

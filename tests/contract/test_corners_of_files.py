@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from block_files import input_between_outputs, patched
 
-from hystfmu.core import library
-from hystfmu.errors import InputError
-from hystfmu.executor import Executor
+from hystfmu.base.errors import InputError
+from hystfmu.core.executor import Executor
+from hystfmu.core.library import library
 from hystfmu.graph import Graph, Input, Node, Output
 
 

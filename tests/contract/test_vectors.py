@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.core import block_types
+from hystfmu.core.library import block_types
 from hystfmu.graph import Graph, Node
 
 VECTORS = Path(__file__).parents[1] / "vectors"

@@ -11,7 +11,7 @@ import numpy as np
 from fmpy import platform, platform_tuple, sharedLibraryExtension
 from numpy.typing import NDArray
 
-from hystfmu.core import block_types
+from hystfmu.core.library import block_types
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
 

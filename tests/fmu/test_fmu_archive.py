@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from fmu_master import loop, single
 
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 from hystfmu.fmu import check_fmu, export_fmu
 from hystfmu.model import Model
 

@@ -15,10 +15,11 @@ import fmpy
 import pytest
 from fmu_master import BLOCKS, H, loop, mixed, single, unpack
 
-from hystfmu.core import block_types
-from hystfmu.fmu import check_fmu, export, export_fmu
-from hystfmu.fmu.guest import Guest
-from hystfmu.fmu.trials import leaks
+from hystfmu.core.library import block_types
+from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.fmu.check.foreign_library import Guest
+from hystfmu.fmu.check.trials import leaks
+from hystfmu.fmu.write import export
 from hystfmu.graph import Graph, Node
 
 ROOT = Path(__file__).parents[2]

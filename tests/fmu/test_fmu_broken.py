@@ -18,7 +18,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 from hystfmu.fmu import check_fmu
 
 SOURCE = Path(__file__).with_name("broken.c")

@@ -17,7 +17,7 @@ import pytest
 from fmu_master import loop, single
 
 import hystfmu
-from hystfmu.fmu.platforms import PLATFORMS, host
+from hystfmu.fmu.write.platforms import PLATFORMS, host
 from hystfmu.graph import Graph
 
 pytestmark = pytest.mark.stress

@@ -11,7 +11,7 @@ from fmu_events import Events, Solver, adaptive, euler, runge_kutta
 from fmu_master import BLOCKS, H, loop, mixed, rows, single
 from runners import exchange_by_fmpy
 
-from hystfmu.core import block_types
+from hystfmu.core.library import block_types
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
 

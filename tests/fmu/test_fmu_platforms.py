@@ -14,7 +14,8 @@ from click.testing import CliRunner
 from fmu_master import single
 
 from hystfmu.cli import main
-from hystfmu.fmu import export_fmu, platforms
+from hystfmu.fmu import export_fmu
+from hystfmu.fmu.write import platforms
 from hystfmu.model import Model
 
 MACHO = {"x86_64-darwin": 0x01000007, "aarch64-darwin": 0x0100000C}  # processors of mach/machine.h

@@ -11,9 +11,9 @@ from fmpy import read_model_description
 from fmu_events import Events
 from fmu_master import BLOCKS, OK, H, loop, mixed, rows, single
 
-from hystfmu.dependencies import dependencies
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph.dependencies import dependencies
 
 GRAPHS: dict[str, Callable[[], Graph]] = {"loop": loop, "mixed": mixed, **{n: lambda n=n: single(n) for n in BLOCKS}}
 

@@ -17,7 +17,8 @@ from fmu_master import Array
 from runners import clock, exchange_by_fmpy, run_by_fmpy, run_by_libcosim, run_by_unit, run_in_container
 from test_keys import LEARNED, REFUSED, H, data_for, every_option, ramps
 
-from hystfmu import Model, signals
+from hystfmu import Model
+from hystfmu.data import signals
 from hystfmu.fmu import check_fmu, export_fmu
 from hystfmu.identify import METHODS, fit
 from hystfmu.inverse import METHODS as WAYS

@@ -15,8 +15,9 @@ from fmu_events import Events, adaptive
 from runners import run_by_fmpy, run_by_unit
 from scipy.integrate import solve_ivp
 
-from hystfmu import Dataset, InputError, Model, signals
-from hystfmu.core import Array
+from hystfmu import Dataset, InputError, Model
+from hystfmu.base.arrays import Array
+from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
 from hystfmu.identify import METHODS, fit

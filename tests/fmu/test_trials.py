@@ -13,8 +13,8 @@ from fmpy import read_model_description
 from fmu_master import BLOCKS, loop, mixed, single, unpack
 
 from hystfmu.fmu import check_fmu, export_fmu
-from hystfmu.fmu.exchange_trials import exchange_dependencies
-from hystfmu.fmu.guest import Guest, slope_differs
+from hystfmu.fmu.check.exchange_trials import exchange_dependencies
+from hystfmu.fmu.check.foreign_library import Guest, slope_differs
 from hystfmu.graph import Graph
 
 E = 1e-6

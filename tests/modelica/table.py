@@ -8,7 +8,7 @@ import library
 import numpy as np
 from twin import TWINS
 
-from hystfmu.core import Var
+from hystfmu.core.library import Var
 from hystfmu.modelica.places import lacks
 
 PAIRS = sorted(

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from made_graphs import MADE
 
-from hystfmu.core import block_types
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import block_types
 from hystfmu.graph import Node
 from hystfmu.modelica import classes, export_modelica
 from hystfmu.modelica.literals import number

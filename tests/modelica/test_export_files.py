@@ -12,8 +12,8 @@ from click.testing import CliRunner
 from made_graphs import MADE, chain, large_network
 
 from hystfmu import __version__
+from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica

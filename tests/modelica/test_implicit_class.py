@@ -12,7 +12,7 @@ import pytest
 import simulate
 from made_graphs import MADE, chain, static_forms
 
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse import inverse
 from hystfmu.model import Model

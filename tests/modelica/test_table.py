@@ -6,7 +6,7 @@ import library
 import pytest
 import table
 
-from hystfmu.core import block_types
+from hystfmu.core.library import block_types
 
 
 def test_there_are_twins() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import simulate
 from numpy.typing import NDArray
 
-from hystfmu.core import BlockType, block_types
+from hystfmu.core.library import BlockType, block_types
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica import places
 

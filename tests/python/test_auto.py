@@ -6,10 +6,11 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, InputError, signals
+from hystfmu import Dataset, InputError
+from hystfmu.data import signals
+from hystfmu.data.reversals import turning_points
 from hystfmu.identify import METHODS, auto, fit, options
-from hystfmu.identify.excitation import Excitation, examine, gaps
-from hystfmu.reversals import turning_points
+from hystfmu.identify.excitation.minor_loops import Excitation, examine, gaps
 
 U = signals.training(60, 1)
 

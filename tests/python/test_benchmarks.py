@@ -7,17 +7,19 @@ import plants
 import pytest
 from click.testing import CliRunner
 
-from hystfmu import Dataset, Graph, InputError, Model, Node, accuracy, signals, synthetic
+from hystfmu import Dataset, Graph, InputError, Model, Node
 from hystfmu.cli import main
+from hystfmu.data import signals, synthetic
+from hystfmu.data.reversals import turning_points
 from hystfmu.identify import auto, fit
-from hystfmu.identify.bouc_wen_oscillator import linear_oscillator
-from hystfmu.identify.excitation import examine, gaps
-from hystfmu.identify.prandtl_ishlinskii_asym import dead_zones
-from hystfmu.identify.prandtl_ishlinskii_rate import _Sums, cross_validated
-from hystfmu.reproduce import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
-from hystfmu.reproduce.narx_network import simulate
-from hystfmu.reproduce.structured_duhem import KNOTS, DuhemOscillator, run_many
-from hystfmu.reversals import turning_points
+from hystfmu.identify.excitation.minor_loops import examine, gaps
+from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
+from hystfmu.identify.methods.prandtl_ishlinskii_asym import dead_zones
+from hystfmu.identify.methods.prandtl_ishlinskii_rate import _Sums, cross_validated
+from hystfmu.model import accuracy
+from hystfmu.papers import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
+from hystfmu.papers.narx_network import simulate
+from hystfmu.papers.structured_duhem import KNOTS, DuhemOscillator, run_many
 
 QUICK = ("prandtl_ishlinskii", "bouc_wen", "prandtl_ishlinskii_asym", "prandtl_ishlinskii_rate")
 
@@ -269,7 +271,7 @@ def test_s11_protocol_p1(measured):
 def test_piezo_table_without_data_is_what_was_published(tmp_path):
     """As one of all tables it says what it leaves out; asked for by name it is an error: nothing is reproduced."""
     with pytest.MonkeyPatch.context() as m:
-        m.setattr("hystfmu.reproduce.PAPERS", {"dbo_piezo": ""})
+        m.setattr("hystfmu.papers.PAPERS", {"dbo_piezo": ""})
         done = CliRunner().invoke(main, ["reproduce", "--json"])
     assert done.exit_code == 0
     (report,) = json.loads(done.output)

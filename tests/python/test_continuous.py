@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from hystfmu import Graph, InputError, Model, Node
-from hystfmu.continuous import ContinuousExecutor
-from hystfmu.core import block_types
-from hystfmu.executor import Executor
+from hystfmu.core.continuous import ContinuousExecutor
+from hystfmu.core.executor import Executor
+from hystfmu.core.library import block_types
 from hystfmu.graph import Input, Output
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))

@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 import scipy.signal
 
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.unit import Unit
 

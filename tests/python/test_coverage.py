@@ -7,11 +7,13 @@ import plants
 import pytest
 from click.testing import CliRunner
 
-from hystfmu import Dataset, Model, accuracy, signals
+from hystfmu import Dataset, Model
 from hystfmu.cli import main
-from hystfmu.coverage import clamped, coverage
+from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
+from hystfmu.model import accuracy
+from hystfmu.model.coverage import clamped, coverage
 
 QUICK = {"iterations": 20, "starts": 1}
 

@@ -9,11 +9,13 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, blocks, signals
+from hystfmu import Dataset
+from hystfmu.data import signals
+from hystfmu.data.reversals import noise
+from hystfmu.graph import blocks
 from hystfmu.identify import errors, fit
-from hystfmu.identify.dead_band import half_width
-from hystfmu.identify.duhem import segments
-from hystfmu.reversals import noise
+from hystfmu.identify.features.dead_band import half_width
+from hystfmu.identify.methods.duhem import segments
 
 
 def path(seed, reversals=40, samples=60):

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hystfmu.base.errors import InputError
 from hystfmu.design import describing_function, gains, linearise, loop, margins, to_control
-from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 

@@ -13,17 +13,17 @@ import hystfmu
 ROOT = Path(hystfmu.__file__).parent
 PUBLIC = (
     "hystfmu",
-    "hystfmu.accuracy",
+    "hystfmu.model.accuracy",
     "hystfmu.design",
     "hystfmu.fmu",
-    "hystfmu.from_torch",
+    "hystfmu.model.from_torch",
     "hystfmu.identify",
     "hystfmu.inverse",
     "hystfmu.modelica",
     "hystfmu.scenario",
-    "hystfmu.signals",
-    "hystfmu.study",
-    "hystfmu.synthetic",
+    "hystfmu.data.signals",
+    "hystfmu.studies",
+    "hystfmu.data.synthetic",
 )
 
 

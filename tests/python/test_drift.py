@@ -4,9 +4,10 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, signals
+from hystfmu import Dataset
+from hystfmu.data import signals
 from hystfmu.identify import fit
-from hystfmu.identify.drift import drift
+from hystfmu.identify.excitation.drift import drift
 
 U = signals.training(40, 3)[::2]
 Y = plants.prandtl_ishlinskii(U)

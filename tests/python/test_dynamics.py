@@ -11,8 +11,8 @@ import scipy.signal
 import scipy.stats
 from numpy.typing import NDArray
 
-from hystfmu import blocks
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
+from hystfmu.graph import blocks
 from hystfmu.unit import Unit
 
 Array = NDArray[np.float64]

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hystfmu import blocks
-from hystfmu.errors import InputError
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.base.errors import InputError
+from hystfmu.graph import Graph, Input, Node, Output, blocks
 from hystfmu.unit import Unit
 
 Array = NDArray[np.float64]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hystfmu import Graph, InputError, Node, Unit
-from hystfmu.executor import Executor
+from hystfmu.core.executor import Executor
 from hystfmu.graph import Input, Output
 
 PLAYS = {"r": [0.1, 0.2, 0.3], "w": [1.0, 2.0, 0.5], "w0": 0.7}

@@ -11,8 +11,10 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, accuracy, signals
+from hystfmu import Dataset
+from hystfmu.data import signals
 from hystfmu.identify import fit
+from hystfmu.model import accuracy
 
 
 def table(key, plant, **options):

@@ -8,14 +8,15 @@ import plants
 import pytest
 from scipy.optimize import lsq_linear, minimize, nnls
 
-from hystfmu import Dataset, InputError, Model, signals
+from hystfmu import Dataset, InputError, Model
+from hystfmu.data import signals
 from hystfmu.identify import METHODS, fit, options
-from hystfmu.identify.levenberg_marquardt import minimise
-from hystfmu.identify.network import Network, decay_for, perceptron, train
-from hystfmu.identify.nonnegative import nonnegative
-from hystfmu.identify.plays import plays, thresholds
-from hystfmu.identify.positive_solution import positive_solution, row_space
-from hystfmu.identify.torch_module import problem
+from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.network.torch_module import problem
+from hystfmu.identify.network.training import Network, decay_for, perceptron, train
+from hystfmu.identify.solvers.levenberg_marquardt import minimise
+from hystfmu.identify.solvers.nonnegative import nonnegative
+from hystfmu.identify.solvers.positive_solution import positive_solution, row_space
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +104,7 @@ def test_constant_input_or_output_is_refused(small):
 
 def test_nothing_heavy_is_imported():
     code = (
-        "import sys, hystfmu.identify, hystfmu.identify.prandtl_ishlinskii, hystfmu.identify.bouc_wen;"
+        "import sys, hystfmu.identify, hystfmu.identify.methods.prandtl_ishlinskii, hystfmu.identify.methods.bouc_wen;"
         "sys.exit(any(m in sys.modules for m in ('torch', 'scipy.signal', 'plotly')))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -5,8 +5,9 @@ import plants
 import pytest
 from test_inverse import chain, dead_zones, fitted, plays_only, wanted
 
-from hystfmu import Graph, InputError, Model, Node, Unit, signals
-from hystfmu.continuous import ContinuousExecutor
+from hystfmu import Graph, InputError, Model, Node, Unit
+from hystfmu.core.continuous import ContinuousExecutor
+from hystfmu.data import signals
 from hystfmu.graph import Input, Output
 from hystfmu.inverse import inverse
 from hystfmu.scenario import Scenario, build, simulate, to_graph

@@ -6,11 +6,12 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, Graph, InputError, Model, Node, signals
+from hystfmu import Dataset, Graph, InputError, Model, Node
+from hystfmu.data import signals
 from hystfmu.graph import Input, Output
 from hystfmu.identify import fit
 from hystfmu.inverse import inverse
-from hystfmu.reproduce import nested_loops
+from hystfmu.papers import nested_loops
 
 
 def fitted(key="prandtl_ishlinskii", noise=0.0, u=None, **options):

@@ -6,13 +6,15 @@ import math
 import numpy as np
 import pytest
 
-from hystfmu import Dataset, InputError, Model, reproduce, signals, synthetic_ipmc
+from hystfmu import Dataset, InputError, Model
+from hystfmu import papers as reproduce
+from hystfmu.data import signals, synthetic_ipmc
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
-from hystfmu.identify.auxiliary import auxiliary
-from hystfmu.identify.monomials import basis, count, lagged
-from hystfmu.identify.polynomial_narx import least_squares
-from hystfmu.identify.recursive import PrintedRecursive, Recursive
+from hystfmu.identify.features.auxiliary import auxiliary
+from hystfmu.identify.features.monomials import basis, count, lagged
+from hystfmu.identify.methods.polynomial_narx import least_squares
+from hystfmu.identify.solvers.recursive import PrintedRecursive, Recursive
 from hystfmu.identify.streaming import Stream
 
 

@@ -10,8 +10,10 @@ from pathlib import Path
 import plants
 import pytest
 
-from hystfmu import Dataset, accuracy, signals
+from hystfmu import Dataset
+from hystfmu.data import signals
 from hystfmu.identify import METHODS, fit
+from hystfmu.model import accuracy
 
 SHORT = {"starts": 1, "iterations": 40}
 ON = {  # key: plant, limit, options

@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 from whole_history import SIGNALS, every_signal, of_distance, with_memory
 
-from hystfmu.blocks import (
+from hystfmu.base.errors import InputError
+from hystfmu.graph.blocks import (
     Block,
     ConstraintFactor,
     KrasnoselskiiPokrovskii,
@@ -20,7 +21,6 @@ from hystfmu.blocks import (
     ZhaoTan,
     ZhaoTanInverseReconstructed,
 )
-from hystfmu.errors import InputError
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,8 @@ from scipy.linalg import expm
 from scipy.optimize import curve_fit
 from scipy.signal import firwin, lfilter, resample
 
-from hystfmu.blocks import (
+from hystfmu.base.errors import InputError
+from hystfmu.graph.blocks import (
     BacklashSum,
     BoucWen,
     BoucWenOscillator,
@@ -27,7 +28,6 @@ from hystfmu.blocks import (
     Sum,
     ZhaoTan,
 )
-from hystfmu.errors import InputError
 
 Array = NDArray[np.float64]
 RNG = np.random.default_rng(3)

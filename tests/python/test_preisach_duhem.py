@@ -6,10 +6,12 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, InputError, Unit, accuracy, signals
+from hystfmu import Dataset, InputError, Unit
+from hystfmu.data import signals
 from hystfmu.identify import fit
-from hystfmu.identify.duhem import basis
-from hystfmu.identify.preisach import columns, triangles
+from hystfmu.identify.methods.duhem import basis
+from hystfmu.identify.methods.preisach import columns, triangles
+from hystfmu.model import accuracy
 
 STEP = 0.01
 

@@ -6,14 +6,16 @@ import plants
 import pytest
 from scipy.integrate import solve_ivp
 
-from hystfmu import Dataset, InputError, accuracy, signals
+from hystfmu import Dataset, InputError
+from hystfmu.data import signals
 from hystfmu.design import sliding_bound
 from hystfmu.fmu import export_fmu
-from hystfmu.fmu.check import check_fmu
+from hystfmu.fmu.check.check import check_fmu
 from hystfmu.identify import errors, fit
-from hystfmu.identify.g0_prandtl_ishlinskii import Dynamics, hysteresis, polynomials
+from hystfmu.identify.methods.g0_prandtl_ishlinskii import Dynamics, hysteresis, polynomials
 from hystfmu.inverse import inverse
-from hystfmu.reproduce.rate_plant import RATE, actuator, excitation
+from hystfmu.model import accuracy
+from hystfmu.papers.rate_plant import RATE, actuator, excitation
 from hystfmu.unit import Unit
 
 H, FINER = 1e-4, 20

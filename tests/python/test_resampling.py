@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from hystfmu import Dataset, InputError, Model
 from hystfmu.cli import main
-from hystfmu.resampling import resample
+from hystfmu.data.resampling import resample
 
 
 def uneven(n=2000, h=1e-3, jitter=0.4, seed=0):

@@ -9,10 +9,11 @@ import plants
 import pytest
 from scipy.optimize import minimize
 
-from hystfmu import Dataset, InputError, accuracy, signals
+from hystfmu import Dataset, InputError
+from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit, options
-from hystfmu.identify.constraint_factor import (
+from hystfmu.identify.features.constraint_factor import (
     GRID,
     LEAST_SLOPE,
     Branch,
@@ -22,10 +23,11 @@ from hystfmu.identify.constraint_factor import (
     slopes,
     stack_coordinates,
 )
-from hystfmu.identify.hidden_sweep import hidden_sweep
+from hystfmu.identify.features.output_bend import straightened
+from hystfmu.identify.network.hidden_sweep import hidden_sweep
 from hystfmu.identify.options import resolve
-from hystfmu.identify.output_bend import straightened
-from hystfmu.reproduce import reproduce, shen_ma_2017
+from hystfmu.model import accuracy
+from hystfmu.papers import reproduce, shen_ma_2017
 
 A = np.array([0.6, 0.5, 0.3])  # increasing
 LITERAL = {"branch": "literal", "memory": "last"}
@@ -225,7 +227,7 @@ def test_data_folder_without_the_file(tmp_path):
 
 
 def test_the_full_table_tries_every_number_of_neurons(monkeypatch):
-    from hystfmu.reproduce import Report, reproduce, shen_ma_2017
+    from hystfmu.papers import Report, reproduce, shen_ma_2017
 
     asked = []
 

@@ -12,13 +12,8 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 from whole_history import SIGNALS, every_signal
 
-from hystfmu.blocks import (
-    BoucWen,
-    Differentiator,
-    Duhem,
-    PolynomialNarx,
-)
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
+from hystfmu.graph.blocks import BoucWen, Differentiator, Duhem, PolynomialNarx
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import scipy.signal
 import scipy.stats
 from numpy.typing import NDArray
 
-from hystfmu import blocks
+from hystfmu.graph import blocks
 from hystfmu.unit import Unit
 
 Array = NDArray[np.float64]

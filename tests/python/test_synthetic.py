@@ -4,7 +4,8 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import InputError, signals, synthetic
+from hystfmu import InputError
+from hystfmu.data import signals, synthetic
 
 
 def rms(x):

@@ -5,7 +5,8 @@ import pytest
 from test_continuous import bank_and_network, executor, outputs, put
 from test_inverse import fitted
 
-from hystfmu import Graph, Node, signals
+from hystfmu import Graph, Node
+from hystfmu.data import signals
 from hystfmu.graph import Input, Output
 from hystfmu.inverse import inverse
 

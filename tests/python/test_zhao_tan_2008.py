@@ -4,13 +4,15 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, Graph, InputError, Model, Node, signals
-from hystfmu.identify import conjugate_gradient, fit
-from hystfmu.identify.krasnoselskii_pokrovskii import grid
-from hystfmu.identify.network import perceptron, start
-from hystfmu.identify.torch_module import problem
-from hystfmu.identify.trainers import TRAINERS
-from hystfmu.reproduce import zhao_tan_2008
+from hystfmu import Dataset, Graph, InputError, Model, Node
+from hystfmu.data import signals
+from hystfmu.identify import fit
+from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid
+from hystfmu.identify.network.torch_module import problem
+from hystfmu.identify.network.trainers import TRAINERS
+from hystfmu.identify.network.training import perceptron, start
+from hystfmu.identify.solvers import conjugate_gradient
+from hystfmu.papers import zhao_tan_2008
 
 rng = np.random.default_rng(2)
 
@@ -205,7 +207,7 @@ def networks():
 )
 def test_from_torch_against_torch(name, tmp_path):
     torch = pytest.importorskip("torch")
-    from hystfmu.from_torch import from_torch
+    from hystfmu.model.from_torch import from_torch
 
     torch.manual_seed(0)
     n, module = networks()[name]
@@ -222,7 +224,7 @@ def test_from_torch_against_torch(name, tmp_path):
 def test_a_torch_network_becomes_an_fmu(tmp_path):
     fmpy, torch = pytest.importorskip("fmpy"), pytest.importorskip("torch")
     from hystfmu.fmu import export_fmu
-    from hystfmu.from_torch import from_torch
+    from hystfmu.model.from_torch import from_torch
 
     torch.manual_seed(0)
     model = from_torch(networks()["2-12-1 sigmoid"][1], step=0.1)
@@ -236,7 +238,7 @@ def test_a_torch_network_becomes_an_fmu(tmp_path):
 
 def test_from_torch_refuses_what_it_cannot_do():
     nn = pytest.importorskip("torch").nn
-    from hystfmu.from_torch import from_torch
+    from hystfmu.model.from_torch import from_torch
 
     bad = nn.Sequential(nn.Linear(2, 3), nn.Tanh(), nn.Linear(3, 1))
     bad[0].weight.data[0, 0] = float("nan")
@@ -258,7 +260,7 @@ def test_from_torch_refuses_what_it_cannot_do():
 )
 def test_torch_modules_are_trained(smooth, trainer, iterations):
     torch = pytest.importorskip("torch")
-    from hystfmu.identify.torch_module import train_module
+    from hystfmu.identify.network.torch_module import train_module
 
     x, y = smooth
     torch.manual_seed(1)
@@ -295,7 +297,7 @@ def test_the_actuator_is_the_one_of_the_tests():
 
 def test_table_with_one_seed_and_less_data(monkeypatch):
     """The whole table runs in `hystfmu reproduce`; what needs much data is in test_heldout (S2)."""
-    from hystfmu.reproduce import reproduce
+    from hystfmu.papers import reproduce
 
     monkeypatch.setattr(zhao_tan_2008, "SEEDS", 1)
     monkeypatch.setattr(zhao_tan_2008, "REVERSALS", 30)

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.csv_file import csv_text
+from hystfmu.data.csv_file import csv_text
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate
-from hystfmu.scenario.excerpt import Picture
-from hystfmu.scenario.metrics import Measure, measure
-from hystfmu.scenario.simulation import blocks
-from hystfmu.scenario.spec import MetricSpec
-from hystfmu.scenario.ssp import REFERENCE, write_ssp
-from hystfmu.scenario.ssp_run import run_ssp, run_ssp_file
-from hystfmu.scenario.trace import Trace
+from hystfmu.scenario.engine.simulation import blocks
+from hystfmu.scenario.outcome.excerpt import Picture
+from hystfmu.scenario.outcome.metrics import Measure, measure
+from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.ssp.run import run_ssp, run_ssp_file
+from hystfmu.scenario.ssp.write import REFERENCE, write_ssp
+from hystfmu.scenario.system.spec import MetricSpec
 
 KINDS = (
     "rms_percent",
@@ -38,8 +38,8 @@ def divide(monkeypatch: pytest.MonkeyPatch) -> Divide:
     """Makes blocks of as many rows; a power of two."""
 
     def smaller(rows: int) -> None:
-        monkeypatch.setattr("hystfmu.scenario.system.BLOCK_VALUES", 0)
-        monkeypatch.setattr("hystfmu.scenario.system.SHORTEST_BLOCK", rows)
+        monkeypatch.setattr("hystfmu.scenario.system.system.BLOCK_VALUES", 0)
+        monkeypatch.setattr("hystfmu.scenario.system.system.SHORTEST_BLOCK", rows)
 
     return smaller
 
@@ -141,7 +141,7 @@ def test_a_picture_of_a_long_run_shows_its_extremes(
     rich(loop)
     loop["metrics"] = {"max_percent": loop["metrics"]["max_percent"]}
     system = build(Scenario(write(loop)).cases[0])
-    monkeypatch.setattr("hystfmu.scenario.excerpt.MOST_ROWS", 200)
+    monkeypatch.setattr("hystfmu.scenario.outcome.excerpt.MOST_ROWS", 200)
     divide(128)
     picture = Picture(system)
     for block in blocks(system, "native"):

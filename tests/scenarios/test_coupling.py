@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate
-from hystfmu.scenario.trace import Stopped, Trace
+from hystfmu.scenario.outcome.trace import Stopped, Trace
 
 ENGINES = ("fmpy", "python", "native")
 

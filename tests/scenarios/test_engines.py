@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
 
-from hystfmu.fmu.export import export_fmu
+from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate, to_graph
-from hystfmu.scenario.trace import Stopped
+from hystfmu.scenario.outcome.trace import Stopped
 
 KINDS = ("fmu2", "fmu3", "python")
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.fmu.export import export_fmu
+from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate
-from hystfmu.scenario.events import cuts
-from hystfmu.scenario.native import Native
-from hystfmu.scenario.trace import Trace
+from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.system.events import cuts
 
 ENGINES = ("fmpy", "python", "native")
 H, TAU = 1e-3, 5e-3

@@ -13,12 +13,12 @@ import fmpy
 import numpy as np
 import pytest
 
-from hystfmu.errors import InputError
-from hystfmu.fmu.export import export_fmu
+from hystfmu.base.errors import InputError
+from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.scenario import Scenario, build, simulate
-from hystfmu.scenario.run import blocks_here
-from hystfmu.scenario.trace import Stopped, Trace
+from hystfmu.scenario.engine.master import blocks_here
+from hystfmu.scenario.outcome.trace import Stopped, Trace
 
 ENGINES = ("fmpy", "python", "native")
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -191,7 +191,7 @@ def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(
     distributed = pytest.importorskip("distributed")
     import tomli_w
 
-    from hystfmu.study import run_study
+    from hystfmu.studies import run_study
 
     folder = write(loop)
     loop["units"]["bad"] = {"fmu": "bad.fmu"}

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.errors import InputError
-from hystfmu.scenario.metrics import measure
-from hystfmu.scenario.spec import MetricSpec
-from hystfmu.scenario.trace import Trace
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.outcome.metrics import measure
+from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.system.spec import MetricSpec
 
 
 def trace(signal: Any, against: Any, ripple: int = 1, h: float = 0.001) -> Trace:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from hystfmu.fmu.export import export_fmu
+from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate
-from hystfmu.scenario.trace import Trace
+from hystfmu.scenario.outcome.trace import Trace
 
 ENGINES = ("fmpy", "python", "native")
 H = 1e-3

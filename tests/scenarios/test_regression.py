@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.errors import InputError
 from hystfmu.scenario import Change, Scenario, build, run_scenarios, simulate
-from hystfmu.scenario.baseline import Baseline, Kept, compare
-from hystfmu.scenario.compare import compare_reports
-from hystfmu.scenario.junit import write_junit
-from hystfmu.scenario.metrics import measure
-from hystfmu.scenario.spec import MetricSpec
-from hystfmu.scenario.trace import Trace
+from hystfmu.scenario.outcome.metrics import measure
+from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.report.compare import compare_reports
+from hystfmu.scenario.report.junit import write_junit
+from hystfmu.scenario.system.spec import MetricSpec
+from hystfmu.scenario.verdict.baseline import Baseline, Kept, compare
 
 H = 1e-4
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.page import Section, Table
-from hystfmu.plot import Line, Plot
+from hystfmu.report.page import Section, Table
+from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario import build, run_scenarios
-from hystfmu.scenario.case import Scenario
-from hystfmu.scenario.delay_budget import delay_budget
-from hystfmu.scenario.report import write_report
+from hystfmu.scenario.report.page import write_report
+from hystfmu.scenario.system.case import Scenario
+from hystfmu.scenario.system.delay_budget import delay_budget
 
 
 @pytest.fixture

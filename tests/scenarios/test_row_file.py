@@ -10,7 +10,7 @@ import pytest
 
 from hystfmu.cli import main
 from hystfmu.scenario import Scenario, build, simulate
-from hystfmu.scenario.ssp import write_ssp
+from hystfmu.scenario.ssp.write import write_ssp
 
 
 def command(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str]:

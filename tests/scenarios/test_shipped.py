@@ -13,8 +13,8 @@ from click.testing import CliRunner
 from hystfmu.cli import main
 from hystfmu.model import Model
 from hystfmu.scenario import Scenario, build, run_scenarios
-from hystfmu.scenario.baseline import Baseline
-from hystfmu.study import Study
+from hystfmu.scenario.verdict.baseline import Baseline
+from hystfmu.studies import Study
 
 ROOT = Path(__file__).parents[2] / "scenarios"
 FOLDERS = sorted(p.parent for p in ROOT.glob("*/scenario.toml"))

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 from hystfmu.scenario import Scenario, build, run_scenarios
 
 

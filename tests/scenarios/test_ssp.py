@@ -16,15 +16,15 @@ import pytest
 from click.testing import CliRunner
 from lxml import etree
 
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.core import Array
-from hystfmu.errors import InputError
 from hystfmu.scenario import Scenario, build, simulate
-from hystfmu.scenario.run import blocks_here
-from hystfmu.scenario.ssp import write_ssp
-from hystfmu.scenario.ssp_file import read_ssp
-from hystfmu.scenario.ssp_run import run_ssp
-from hystfmu.scenario.trace import Trace
+from hystfmu.scenario.engine.master import blocks_here
+from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.ssp.read import read_ssp
+from hystfmu.scenario.ssp.run import run_ssp
+from hystfmu.scenario.ssp.write import write_ssp
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema"
 

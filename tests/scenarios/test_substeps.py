@@ -8,12 +8,12 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from hystfmu.errors import InputError
-from hystfmu.fmu.export import export_fmu
+from hystfmu.base.errors import InputError
+from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate, to_graph
-from hystfmu.scenario.delay_budget import delay_budget
-from hystfmu.scenario.trace import Trace
-from hystfmu.terminal import verdicts
+from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.report.terminal import verdicts
+from hystfmu.scenario.system.delay_budget import delay_budget
 
 ENGINES = ("fmpy", "python", "native")
 H, TAU = 1e-3, 5e-3

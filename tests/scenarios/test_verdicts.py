@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from hystfmu import terminal
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 from hystfmu.scenario import Result, run_scenarios
+from hystfmu.scenario.report import terminal
 
 
 def run(folder: Path, **more: Any) -> Result:

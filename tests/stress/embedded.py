@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.core import block_types
+from hystfmu.core.library import block_types
 from hystfmu.graph import Graph, Input, Node, Output
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))

@@ -20,12 +20,13 @@ from embedded import graphs
 
 from hystfmu import Dataset, InputError, Model
 from hystfmu.fmu import export_fmu
-from hystfmu.scenario import Baseline, Scenario
-from hystfmu.scenario.foreign import Foreign
-from hystfmu.scenario.ssp import write_ssp
-from hystfmu.scenario.ssp_file import read_ssp
-from hystfmu.scenario.system import build
-from hystfmu.study.spec import Study
+from hystfmu.scenario import Scenario
+from hystfmu.scenario.ssp.read import read_ssp
+from hystfmu.scenario.ssp.write import write_ssp
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.system import build
+from hystfmu.scenario.verdict.baseline import Baseline
+from hystfmu.studies.spec import Study
 
 ROOT = Path(__file__).parents[2]
 SECONDS, WAITING = 1.0, 10.0  # of one file: processor time, whatever else runs here; by the clock, if it only waits

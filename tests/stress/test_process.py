@@ -15,7 +15,7 @@ import pytest
 from embedded import graphs
 from targets import CORE, CORE_SOURCES, FMI, FMI_SOURCES, MEANING, Target, fmi_headers, run
 
-from hystfmu.fmu import export
+from hystfmu.fmu.write import export
 
 HERE = Path(__file__).parent
 BINARY = Path(export.__file__).parents[1] / "_fmu.so"

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from hystfmu.errors import InputError
-from hystfmu.study import run_study
+from hystfmu.base.errors import InputError
+from hystfmu.studies import run_study
 
 distributed = pytest.importorskip("distributed")
 

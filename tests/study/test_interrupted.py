@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from hystfmu.study import run_study
-from hystfmu.study.pool import Pool
+from hystfmu.studies import run_study
+from hystfmu.studies.pool import Pool
 
 pytest.importorskip("pyarrow")
 if sys.platform == "win32":
@@ -23,7 +23,7 @@ LONG: dict[str, dict[str, Any]] = {  # slow enough to be interrupted; workers ar
     "python": {"method": "sobol", "n": 96, "engine": "python"},
     "native": {"method": "sobol", "n": 96, "engine": "native", "of_scenario": {"step": 1e-5}},
 }
-RUN = "import sys; from hystfmu.study import run_study; run_study(sys.argv[1], sys.argv[2], workers=2)"
+RUN = "import sys; from hystfmu.studies import run_study; run_study(sys.argv[1], sys.argv[2], workers=2)"
 
 
 _QUIET: dict[str, bytes] = {}
@@ -141,7 +141,7 @@ def test_a_torn_line_does_not_count(write: Any, tmp_path: Path) -> None:
 def test_full_journals_become_parts(write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write()
     whole = run_study(path, tmp_path / "a", workers=1).table.read_bytes()
-    monkeypatch.setattr("hystfmu.study.store.PART_ROWS", 10)
+    monkeypatch.setattr("hystfmu.studies.store.PART_ROWS", 10)
     outcome = run_study(path, tmp_path / "b", workers=1)
     assert len(list((tmp_path / "b").glob("part-*.parquet"))) == 2
     assert outcome.table.read_bytes() == whole
@@ -151,7 +151,7 @@ def test_full_journals_become_parts(write: Any, tmp_path: Path, monkeypatch: pyt
 def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_path: Path) -> None:
     """A script from standard input has no file that a worker could import."""
     path = write(engine="python")
-    script = f"from hystfmu.study import run_study\nrun_study({str(path)!r}, {str(tmp_path / 'out')!r}, workers=1)\n"
+    script = f"from hystfmu.studies import run_study\nrun_study({str(path)!r}, {str(tmp_path / 'out')!r}, workers=1)\n"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(
         [sys.executable], input=script, env=environment, capture_output=True, text=True, timeout=100, cwd=tmp_path
@@ -162,7 +162,7 @@ def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_p
 
 def test_workers_end_with_the_pool(write: Any) -> None:
     from hystfmu.scenario import build
-    from hystfmu.study import Study
+    from hystfmu.studies import Study
 
     study = Study(write())
     with Pool([build(c) for c in study.cases], "native", 2, 10.0, 4.0) as pool:

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from hystfmu.scenario import build
-from hystfmu.study import Study
-from hystfmu.study.pool import Pool
-from hystfmu.study.task import Task
+from hystfmu.studies import Study
+from hystfmu.studies.pool import Pool
+from hystfmu.studies.task import Task
 
 if sys.platform != "linux":
     pytest.skip("workers are forks, which see what a test puts in their place", allow_module_level=True)
@@ -49,7 +49,7 @@ def test_one_row_each_and_the_blame_on_the_right_one(
     write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Dangerous.folder = tmp_path
-    monkeypatch.setattr("hystfmu.study.pool.Runner", Dangerous)
+    monkeypatch.setattr("hystfmu.studies.pool.Runner", Dangerous)
     systems = [build(c) for c in Study(write()).cases]
     tasks = [Task(k, k, 0, str(k), {}, {}) for k in range(N)]
     with Pool(systems, "native", 2, 0.5, 4.0) as pool:

@@ -12,11 +12,11 @@ import pytest
 from click.testing import CliRunner
 from scipy.stats import spearmanr
 
+from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.errors import InputError
-from hystfmu.study import run_study
-from hystfmu.study.report import main_effect, sensitivity
-from hystfmu.study.spec import ObjectiveSpec
+from hystfmu.studies import run_study
+from hystfmu.studies.report import main_effect, sensitivity
+from hystfmu.studies.spec import ObjectiveSpec
 
 pq = pytest.importorskip("pyarrow.parquet")
 

@@ -7,9 +7,9 @@ from typing import Any
 import click
 
 from hystfmu import __version__
+from hystfmu.base.errors import InputError
 from hystfmu.cli import fmus, models, results, scenarios
 from hystfmu.cli.options import BAD_INPUT
-from hystfmu.errors import InputError
 
 __all__ = ["main"]
 

@@ -9,8 +9,8 @@ from typing import Literal
 
 import click
 
+from hystfmu.base.errors import InputError
 from hystfmu.cli.options import FAILED, json_option
-from hystfmu.errors import InputError
 
 
 @click.command()
@@ -59,8 +59,8 @@ def export(
         click.echo(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
     if out is None:
         return
-    from hystfmu.fmu.export import export_fmu
-    from hystfmu.fmu.platforms import missing
+    from hystfmu.fmu.write.export import export_fmu
+    from hystfmu.fmu.write.platforms import missing
 
     version: Literal[2, 3] = 2 if fmi == "2" else 3
     path = export_fmu(loaded, out, version, name, platforms, source)
@@ -86,7 +86,7 @@ def validate(fmu: str, seconds: float, as_json: bool) -> None:
     \b
     Example: hystfmu validate piezo.fmu
     """
-    from hystfmu.fmu.check import check_fmu
+    from hystfmu.fmu.check.check import check_fmu
 
     problems = check_fmu(fmu, seconds)
     if as_json:

@@ -23,7 +23,7 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
     \b
     Example: hystfmu blocks zhao_tan
     """
-    from hystfmu import listing
+    from hystfmu.graph import listing
 
     if name is None:
         click.echo(listing.as_json() if as_json else listing.markdown() if markdown else listing.overview())
@@ -36,7 +36,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
         return
     from hystfmu.identify import METHODS, options
 
-    for key, (_, text) in METHODS.items():
+    for key, text in METHODS.items():
         click.echo(f"{key}: {text}")
         if names := ", ".join(o.name for o in options(key)):
             click.echo(f"    --set {names}")
@@ -72,7 +72,7 @@ def fit(
              hystfmu fit --models
     """
     from hystfmu.identify import fit as fit_model
-    from hystfmu.terminal import progress, table
+    from hystfmu.report.terminal import progress, table
 
     options = assignments(settings)
     measured = columns.read(data, train)
@@ -122,8 +122,8 @@ def predict(
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
     """
-    from hystfmu.coverage import WARN, clamped
     from hystfmu.model import Model
+    from hystfmu.model.coverage import WARN, clamped
 
     m = Model.load(model)
     measured = columns.read(data, with_output=False)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 
 if TYPE_CHECKING:
     from hystfmu.data import Dataset

@@ -24,10 +24,10 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, as_json: boo
     \b
     Example: hystfmu reproduce zhao_tan_2008
     """
-    from hystfmu.errors import InputError
-    from hystfmu.reproduce import NEEDS_DATA, PAPERS
-    from hystfmu.reproduce import reproduce as reproduce_paper
-    from hystfmu.terminal import progress
+    from hystfmu.base.errors import InputError
+    from hystfmu.papers import NEEDS_DATA, PAPERS
+    from hystfmu.papers import reproduce as reproduce_paper
+    from hystfmu.report.terminal import progress
 
     for name in names if data is None else ():  # of all tables it is one that says what it leaves out
         if name in NEEDS_DATA:
@@ -53,6 +53,6 @@ def demo(out: str) -> None:
     \b
     Example: hystfmu demo -o demo
     """
-    from hystfmu.demo import demo as run_demo
+    from hystfmu.demo.run import demo as run_demo
 
     sys.exit(0 if run_demo(Path(out)) else FAILED)

@@ -9,8 +9,8 @@ from typing import Literal
 
 import click
 
+from hystfmu.base.errors import InputError
 from hystfmu.cli.options import FAILED, assignments, json_option
-from hystfmu.errors import InputError
 
 
 @click.command()
@@ -81,16 +81,17 @@ def run(
              hystfmu run loop.ssp -o out.csv
     """
     if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
-        from hystfmu.scenario.ssp_run import run_ssp_file
+        from hystfmu.scenario.ssp.run import run_ssp_file
 
         _refuse(context, _NOT_OF_AN_SSP, f"{scenarios[0]}: an SSP archive is run alone and as it is")
         lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out)
         click.echo("\n".join(lines))
         sys.exit(0 if passed else FAILED)
     _refuse(context, ("step", "stop"), "step and stop of a scenario stand in its scenario.toml")
+    from hystfmu.report.terminal import progress
     from hystfmu.scenario import Change, run_scenarios
-    from hystfmu.scenario.junit import write_junit
-    from hystfmu.terminal import changes, progress, verdicts
+    from hystfmu.scenario.report.junit import write_junit
+    from hystfmu.scenario.report.terminal import changes, verdicts
 
     if everything == bool(scenarios):
         raise InputError("name scenarios, or use --all (example: hystfmu run scenarios/pid)")
@@ -151,8 +152,8 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
     \b
     Example: hystfmu compare main/report.json branch/report.json -o diff.html
     """
-    from hystfmu.scenario.compare import compare_reports
-    from hystfmu.terminal import changes
+    from hystfmu.scenario.report.compare import compare_reports
+    from hystfmu.scenario.report.terminal import changes
 
     found = compare_reports(before, after, out)
     if as_json:
@@ -180,7 +181,7 @@ def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"
     Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp
     """
     from hystfmu.scenario import Scenario
-    from hystfmu.scenario.ssp import write_loop, write_ssp
+    from hystfmu.scenario.ssp.write import write_loop, write_ssp
 
     cases = {c.name: c for c in Scenario(scenario).cases}
     if name is not None and name not in cases:
@@ -210,8 +211,8 @@ def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bo
     \b
     Example: hystfmu study scenarios/sliding_mode/mismatch.study.toml -o out -j 2
     """
-    from hystfmu.study import run_study
-    from hystfmu.terminal import counter
+    from hystfmu.report.terminal import counter
+    from hystfmu.studies import run_study
 
     with counter("running") as report:
         outcome = run_study(study, folder, workers=jobs, on=on, progress=report)

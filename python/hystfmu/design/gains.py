@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hystfmu.core import Array
+from hystfmu.base.arrays import Array
 from hystfmu.graph import Node
 
 

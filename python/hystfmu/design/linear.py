@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.continuous import ContinuousExecutor
-from hystfmu.core import Array
-from hystfmu.errors import InputError
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.core.continuous import ContinuousExecutor
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 

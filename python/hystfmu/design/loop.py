@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.core import Array
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
 from hystfmu.design.linear import python_control, to_control
-from hystfmu.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hystfmu.fmu.check import check_fmu
-from hystfmu.fmu.export import export_fmu
+from hystfmu.fmu.check.check import check_fmu
+from hystfmu.fmu.write.export import export_fmu
 
 __all__ = ["check_fmu", "export_fmu"]

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.errors import InputError
-from hystfmu.identify.excitation import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
-from hystfmu.identify.options import Option
+from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
+from hystfmu.identify.one import fit_one
+from hystfmu.model.accuracy import errors
 
-OPTIONS: tuple[Option, ...] = ()
 SHARE = 0.7
 AS_GOOD = 1.05  # within 5 % of the best, the one with the fewest parameters is taken
 EXACT = 0.01  # % of the span: below this all are as good
@@ -105,8 +105,6 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choic
     InputError
         No candidate can be fitted.
     """
-    from hystfmu.identify import errors, fit
-
     first, end = data.train.start, data.train.stop
     middle = first + round(SHARE * (end - first))
     part = data.with_train((first, middle))
@@ -124,7 +122,7 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choic
             progress(float(done[k] + fraction * (done[k + 1] - done[k])))
 
         try:
-            model = fit(part, candidate.method, seed, share, **candidate.options)
+            model = fit_one(part, candidate.method, seed, share, candidate.options)
         except InputError as e:
             reasons[name] = str(e)
             continue

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.core import Array
-from hystfmu.errors import InputError
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Output
-from hystfmu.identify.monomials import basis
-from hystfmu.identify.recursive import Recursive
+from hystfmu.identify.features.monomials import basis
+from hystfmu.identify.solvers.recursive import Recursive
 from hystfmu.model import Model
 from hystfmu.unit import Unit
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 from hystfmu.inverse.exact import exact_inverse
 from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.inverse.input_range import over_range
@@ -87,8 +87,8 @@ def invert(model: Model, method: str = "exact", seed: int = 0, **options: Any) -
 
 def _cascade(model: Model, made: Model) -> dict[str, float]:
     """Errors of inverse -> model on outputs that the model gives for every held-out signal: the worst of each."""
+    from hystfmu.data.signals import held_out
     from hystfmu.identify import errors
-    from hystfmu.signals import held_out
 
     if "span_u" not in model.provenance:
         return {}

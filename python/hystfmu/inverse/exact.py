@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.core import NO_LIMIT
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.model import Model

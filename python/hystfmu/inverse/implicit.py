@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.input_range import input_range
 from hystfmu.model import Model

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.core import Array
-from hystfmu.errors import InputError
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
 from hystfmu.model import Model
 
 
 def over_range(model: Model, v: Array) -> Array:
     """The signal v (n,), in [-1, 1], over the range of the model's input, after a ramp from where the model starts."""
-    from hystfmu.signals import ramps
+    from hystfmu.data.signals import ramps
 
     lo, hi = input_range(model, "a learned inverse needs the input range of the model")
     middle, half, start = (lo + hi) / 2, (hi - lo) / 2, model.graph.inputs[0].start

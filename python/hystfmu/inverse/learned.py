@@ -18,8 +18,8 @@ def learned_inverse(model: Model, seed: int, options: dict[str, Any]) -> Model:
     InputError
         An unknown range, or what `hystfmu.identify.fit` refuses.
     """
+    from hystfmu.data.signals import training
     from hystfmu.identify import fit
-    from hystfmu.signals import training
 
     u = over_range(model, training(200, seed + 1))
     y = model.predict(u)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from html import escape
 
-from hystfmu.core import Var
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import Var
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit, network

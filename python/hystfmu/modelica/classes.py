@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from hystfmu.core import Array, Var
-from hystfmu.errors import InputError
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import Var
 from hystfmu.graph import Node
 from hystfmu.modelica.places import camel, is_sampled_class, lacks, matrix_rows, package_of
 

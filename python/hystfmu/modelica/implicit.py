@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hystfmu.core import IMPLICIT
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import IMPLICIT
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica.literals import class_name, number, unique
 from hystfmu.modelica.static_form import static_form

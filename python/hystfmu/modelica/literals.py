@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from hystfmu.core import Array
+from hystfmu.base.arrays import Array
 
 # the keywords of Modelica 3.6, the variable time, and the types without a package
 _WORDS = """

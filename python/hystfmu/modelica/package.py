@@ -7,9 +7,9 @@ import tempfile
 from pathlib import Path
 
 from hystfmu import __version__
-from hystfmu.errors import InputError
-from hystfmu.files import read_bytes
-from hystfmu.fmu.documentation import history
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import read_bytes
+from hystfmu.fmu.write.documentation import history
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit
 from hystfmu.modelica.block import block

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from hystfmu.core import BlockType, Var
+from hystfmu.core.library import BlockType, Var
 
 _PRODUCT = re.compile(r"(\w+) ?\* ?\w+\Z")
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from hystfmu.core import Array
-from hystfmu.errors import InputError
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 from hystfmu.modelica import classes

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.core import Array
-from hystfmu.errors import InputError
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
 from hystfmu.graph import Node
 
 TEXTS = {

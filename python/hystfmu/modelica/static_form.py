@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica import classes, network
 from hystfmu.modelica.literals import sentence

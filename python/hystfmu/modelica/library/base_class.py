@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from html import escape
 
-from hystfmu.core import BlockType
+from hystfmu.core.library import BlockType
 from hystfmu.modelica.library.declarations import dim, parameter, ports, rate_port
 from hystfmu.modelica.library.markup import equation, information, link
 from hystfmu.modelica.library.shelf import REALISATIONS, Shelf, mark

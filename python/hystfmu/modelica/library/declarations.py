@@ -6,8 +6,8 @@ import math
 import re
 import sys
 
-from hystfmu.core import BlockType, Dim, Var
-from hystfmu.errors import InputError
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import BlockType, Dim, Var
 from hystfmu.modelica.layout import placed, port_placed
 from hystfmu.modelica.library.shelf import Shelf
 from hystfmu.modelica.literals import sentence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path, PurePath
 
-from hystfmu.core import block_types
+from hystfmu.core.library import block_types
 from hystfmu.modelica.library import scripts
 from hystfmu.modelica.library.base_class import BaseClass, package
 from hystfmu.modelica.library.order import orders

@@ -1,0 +1,253 @@
+"""Measured data: time, input and output of one run, read from CSV and refused with one clear line when a row is bad."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data.csv_file import read_columns, write_csv
+from hystfmu.data.time_grid import check_increasing, check_time
+
+LEAST_ROWS = 4
+SECONDS = ("", "s", "sec", "second", "seconds")  # what may stand behind the name of the time column
+_RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """One run of an experiment, evenly sampled.
+
+    Parameters
+    ----------
+    t : array, shape (n,)
+        Time in s, increasing in equal steps.
+    u, y : array, shape (n,)
+        Input and output of the actuator or sensor.  A y that is NaN in every row means "no output was measured": a
+        model can still predict it.
+    name : str
+        A short name for tables.
+    path : str
+        Where it was read from; empty for generated data.
+    train : slice, tuple (first, end) or str "first:end", optional
+        Rows whose residuals count in an identification, counted from 0, the end excluded; default all.  A model
+        always runs from row 0, because its memory needs the whole history.
+    unit_u, unit_y : str
+        Units of input and output.
+
+    Raises
+    ------
+    InputError
+        Lengths that differ, fewer than 4 rows, a value that is not finite, time that does not increase in equal
+        steps, a train range outside the data.
+    """
+
+    t: Array
+    u: Array
+    y: Array
+    name: str = "data"
+    path: str = ""
+    train: slice = field(default_factory=lambda: slice(None))
+    unit_u: str = ""
+    unit_y: str = ""
+
+    def __post_init__(self) -> None:
+        where = self.path or self.name
+        for key in ("t", "u", "y"):
+            column = np.array(getattr(self, key), dtype=np.float64)  # a copy: the dataset must not change under a model
+            if column.ndim != 1:
+                raise InputError(f"{where}: {key} must be one-dimensional; got shape {column.shape}")
+            column.flags.writeable = False
+            object.__setattr__(self, key, column)
+        lengths = {len(self.t), len(self.u), len(self.y)}
+        if len(lengths) > 1:
+            raise InputError(
+                f"{where}: t, u, y must have equal lengths; got {len(self.t)}, {len(self.u)}, {len(self.y)}"
+            )
+        if len(self.t) < LEAST_ROWS:
+            raise InputError(f"{where}: at least {LEAST_ROWS} rows are needed; got {len(self.t)}")
+        for key in ("t", "u", "y") if self.has_output else ("t", "u"):
+            _check_finite(getattr(self, key), key, where)
+        check_time(self.t, where, None)
+        object.__setattr__(self, "train", train_rows(self.train, len(self.t), where))
+
+    @property
+    def has_output(self) -> bool:
+        """Was an output measured?"""
+        return not bool(np.isnan(self.y).all())
+
+    @property
+    def h(self) -> float:
+        """Sample step in s."""
+        h = float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
+        short = float(f"{h:.12g}")  # 0.005, not 0.0050000000000000001 from the rounding of the last time
+        return short if abs(short - h) <= 1e-13 * h else h
+
+    @property
+    def sha256(self) -> str:
+        """Hash over the values of t, u, y: which data a model came from."""
+        return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in (self.t, self.u, self.y))).hexdigest()
+
+    @property
+    def span(self) -> float:
+        """Range of the output over the training rows: 100 % of full scale (%FS)."""
+        return float(np.ptp(self.y[self.train]))
+
+    @classmethod
+    def from_csv(
+        cls,
+        path: str | Path,
+        time: str = "t",
+        input: str = "u",
+        output: str | None = "y",
+        rate: float | None = None,
+        train: slice | tuple[int, int] | str | None = None,
+        resample: float | Literal["median"] | None = None,
+        most: int = 256 * 2**20,
+    ) -> Dataset:
+        """Read a CSV file whose first line names the columns.
+
+        Columns are separated by commas, semicolons or tabs; numbers have a decimal point.  A name may carry its unit
+        in brackets, ``u [V]`` or ``u (V)``; that of the time must be s.  In messages, data rows are counted from 0:
+        row 0 is the line after the names.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+        time, input, output : str
+            Names of the columns; output None: the file has no measured output.
+        rate : float, optional
+            Sample rate in Hz, instead of a time column.
+        train : slice, (first, end) or "first:end", optional
+            Rows of the file whose residuals count.
+        resample : float or "median", optional
+            Rate in Hz, or one over the median step, to bring uneven steps to (`hystfmu.data.resampling`); without it
+            they are refused.
+        most : int
+            Largest size of the file in bytes.
+
+        Raises
+        ------
+        InputError
+            One line with file, row or column, rule and value.
+        """
+        if rate is not None and not (np.isfinite(rate) and rate > 0):
+            raise InputError(f"{path}: the rate must be a finite number of Hz greater than 0; got {rate}")
+        wanted = [None if rate is not None else time, input, output]
+        names = [name for name in wanted if name is not None]
+        columns, units, printed = read_columns(path, names, most, "" if rate is not None else time)
+        for name in names:
+            _check_finite(columns[name], name, str(path))
+        if units.get(time, "") not in SECONDS and rate is None:
+            raise InputError(f"{path}: column {time!r}: the time must be in s; the file says [{units[time]}]")
+        n = len(columns[input])
+        y: Array = np.full(n, np.nan) if output is None else columns[output]
+        t: Array = columns[time] if rate is None else np.arange(n) / rate
+        u, rows = columns[input], slice(None)
+        if n >= LEAST_ROWS:
+            rows = train_rows(train, n, str(path))
+            if resample is not None:
+                t, u, y, rows = _resampled(t, u, y, rows, None if resample == "median" else resample, str(path))
+            elif rate is None:
+                t = check_time(t, str(path), lambda: printed(time))
+        return cls(t, u, y, Path(path).stem, str(path), rows, units[input], "" if output is None else units[output])
+
+    @classmethod
+    def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
+        """A dataset from rows of input and output that are evenly spaced, the first at t = 0.
+
+        Parameters
+        ----------
+        u, y : array, shape (n,)
+            Input and output.
+        h : float
+            Step in s.
+        name : str
+            A short name for tables.
+        train : slice, optional
+            Rows whose residuals count; default all.
+        """
+        t = np.arange(len(u), dtype=np.float64) * np.float64(h)
+        return cls(t, u, y, name, train=slice(None) if train is None else train)
+
+    def with_train(self, train: slice | tuple[int, int] | str | None) -> Dataset:
+        """The same data with other rows `train` counted in an identification, as `Dataset` takes them."""
+        return replace(self, train=train_rows(train, len(self.t), self.path or self.name))
+
+    def resampled(self, rate: float) -> Dataset:
+        """The same run at another rate in Hz; the train rows cover the same time.
+
+        Raises
+        ------
+        InputError
+            A rate that the rows cannot give; fewer than 4 rows left.
+        """
+        t, u, y, rows = _resampled(self.t, self.u, self.y, self.train, rate, self.path or self.name)
+        return replace(self, t=t, u=u, y=y, train=rows)
+
+    def with_output(self, y: Array) -> Dataset:
+        """The same time and input with another output y (n,), e.g. a prediction."""
+        return replace(self, y=y)
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write columns t, u, y with all their digits to the file `path`."""
+        write_csv(path, {"t": self.t, "u": self.u, "y": self.y})
+
+
+def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "data") -> slice:
+    """Rows "first:end" as a slice with both ends set and inside 0..n.
+
+    Raises
+    ------
+    InputError
+        If it is not of that form, empty, or outside the data.
+    """
+    if train is None:
+        return slice(0, n)
+    shown: object = train
+    if isinstance(train, str):
+        m = _RANGE.match(train)
+        if not m:
+            raise InputError(f"{where}: the train rows must read first:end, e.g. 2000:4200; got {train!r}")
+        first, end = (int(m[1]) if m[1] else 0), (int(m[2]) if m[2] else n)
+    elif isinstance(train, slice):
+        shown = f"{train.start}:{train.stop}"
+        if any(k is not None and not isinstance(k, (int, np.integer)) for k in (train.start, train.stop)):
+            raise InputError(f"{where}: the train rows must be integers; got {shown}")
+        if train.step not in (None, 1):
+            raise InputError(f"{where}: the train rows must be consecutive; got step {train.step}")
+        first = 0 if train.start is None else int(train.start)
+        end = n if train.stop is None else int(train.stop)
+    else:
+        first, end = (int(k) for k in train)
+    if not 0 <= first < end <= n or end - first < LEAST_ROWS:
+        raise InputError(f"{where}: the train rows must be at least {LEAST_ROWS} rows inside 0:{n}; got {shown}")
+    return slice(first, end)
+
+
+# ---- checks ----------------------------------------------------------------------------------------------------------
+def _check_finite(column: Array, name: str, where: str) -> None:
+    bad = ~np.isfinite(column)
+    if bad.any():
+        n = int(np.argmax(bad))
+        raise InputError(f"{where}: row {n}, column {name!r}: must be finite; got {column[n]}")
+
+
+def _resampled(
+    t: Array, u: Array, y: Array, rows: slice, rate: float | None, where: str
+) -> tuple[Array, Array, Array, slice]:
+    """New t, u, y, and the new rows within the time of the old ones."""
+    from hystfmu.data.resampling import resample
+
+    check_increasing(t, where)
+    new, u, y = resample(t, u, y, rate, where)
+    first, end = np.searchsorted(new, t[rows][[0, -1]] + [-1e-9, 1e-9] * np.diff(new[:2]))
+    return new, u, y, train_rows((int(first), int(end)), len(new), f"{where}, resampled")

@@ -1,0 +1,67 @@
+"""Reversals of a measured input under noise: how much noise a signal holds, and which turning points are outside it.
+
+Difference-based estimate (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625-633; Hall, Kay & Titterington,
+Biometrika 77 (1990) 521-528): a k-th difference shrinks a smooth path by its step to the power k and lets white noise
+grow to sigma sqrt(C(2k, k)).  White noise shows itself in that its k-th differences change sign in a share
+arccos(-k / (k + 1)) / pi of the rows; the first order that comes near it gives sigma from the median, which is blind to
+kinks.  Trap: without the sign test, a coarsely sampled sine counts as noise.
+"""
+
+from __future__ import annotations
+
+from math import acos, comb, pi
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+
+ORDERS = range(2, 9)
+NEAR = 0.9  # share of the sign changes of white noise
+LEAST = 1e-9  # of the range: less is rounding
+
+
+def noise(v: Array) -> float:
+    """RMS sigma of white noise in a sampled path.
+
+    Parameters
+    ----------
+    v : array, shape (n,)
+        Evenly sampled.
+
+    Returns
+    -------
+    float
+        In the unit of v; 0 where none is seen: a smooth path, or one that is held for most rows.
+    """
+    width = float(np.ptp(v)) if len(v) else 0.0
+    for k in ORDERS:
+        d = np.diff(v, k)
+        if len(d) < 10:
+            break
+        if np.mean(d[1:] * d[:-1] < 0) >= NEAR * acos(-k / (k + 1)) / pi:
+            sigma = float(np.median(np.abs(d))) / 0.6745 / comb(2 * k, k) ** 0.5
+            return sigma if sigma > LEAST * width else 0.0
+    return 0.0
+
+
+def turning_points(u: Array, band: float) -> Array:
+    """Rows (m,) of the extrema of u (n,) that are followed by a way back of more than `band`; a plateau is none."""
+    found: list[int] = []
+    top = bottom = direction = 0
+    for k, value in enumerate(u.tolist()):
+        top = k if value >= u[top] else top
+        bottom = k if value <= u[bottom] else bottom
+        if direction >= 0 and value < u[top] - band:
+            found += [top] if top > 0 else []
+            direction, bottom = -1, k
+            top = k
+        elif direction <= 0 and value > u[bottom] + band:
+            found += [bottom] if bottom > 0 else []
+            direction, top = 1, k
+            bottom = k
+    return np.array(found, dtype=int)
+
+
+def reversals(u: Array) -> Array:
+    """Turning points (m,) of u (n,) outside its noise: with a way back of 6 sigma and 0.1 % of its range."""
+    return turning_points(u, max(6 * noise(u), 1e-3 * float(np.ptp(u))))

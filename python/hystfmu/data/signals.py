@@ -1,0 +1,93 @@
+"""Excitation and held-out signals: what a model is judged on is never the signal it was trained on alone.
+
+All generators are seeded and independent of the C core; values lie in [-1, 1] times `amplitude` unless said otherwise.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+
+__all__ = ["decaying_sine", "held_out", "minor_loops", "nested_reversals", "ramps", "training", "two_tones"]
+
+
+def decaying_sine(
+    cycles: float = 10.0, decay: float = 0.1, samples: int = 200, amplitude: float = 1.0, offset: float = 0.0
+) -> Array:
+    """offset + amplitude e^(-decay c) sin(2 pi c), c the number of cycles, with `samples` in each: shape (n,)."""
+    c = np.arange(round(cycles * samples) + 1) / samples
+    return np.asarray(offset + amplitude * np.exp(-decay * c) * np.sin(2 * np.pi * c))
+
+
+def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samples: int = 200) -> Array:
+    """A sine of amplitude 1 - share and one `ratio` times as fast of amplitude share: minor loops that drift.
+
+    It lasts `cycles` of the slow sine, with `samples` in each.
+    """
+    c = np.arange(round(cycles * samples) + 1) / samples
+    return np.asarray((1 - share) * np.sin(2 * np.pi * c) + share * np.sin(2 * np.pi * ratio * c))
+
+
+def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Array:
+    """Alternating up and down, each level drawn evenly between the last level and +-1, in ramps of about `step`.
+
+    There are `count` reversals, drawn from `seed`; half of them land inside the last loop, so that loops nest.  The
+    path starts at 0.
+    """
+    rng = np.random.default_rng(seed)
+    levels = [0.0]
+    up = bool(rng.random() < 0.5)
+    for _ in range(count):
+        levels.append(float(rng.uniform(levels[-1], 1.0) if up else rng.uniform(-1.0, levels[-1])))
+        up = not up
+    return ramps(levels, step)
+
+
+def ramps(levels: list[float], step: float = 0.01) -> Array:
+    """A path, shape (n,), through `levels` in equal steps of at most `step` on each ramp."""
+    parts = [np.array(levels[:1])]
+    for a, b in pairwise(levels):
+        parts.append(np.linspace(a, b, max(2, int(np.ceil(abs(b - a) / step))) + 1)[1:])
+    return np.concatenate(parts)
+
+
+def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> Array:
+    """Climb from 0 to -1, then at rising offsets up to +1 - amplitude three cycles of a small sine each.
+
+    There are `loops` offsets; a cycle has `samples` rows.
+    """
+    c = np.arange(1, 3 * samples + 1) / samples
+    parts = [np.linspace(0.0, -1.0, samples)]
+    for centre in np.linspace(-1 + amplitude, 1 - amplitude, loops):
+        parts.append(np.linspace(parts[-1][-1], centre, samples // 2)[1:])
+        parts.append(centre + amplitude * np.sin(2 * np.pi * c))
+    return np.concatenate(parts)
+
+
+def held_out(seed: int = 1000) -> dict[str, Array]:
+    """The signals that every table uses, by name: other decay rates, two tones, random nested reversals, minor loops.
+
+    Parameters
+    ----------
+    seed : int
+        Of the random reversals; take another than the training data's.
+    """
+    return {
+        "slow decay": decaying_sine(14, 0.04),
+        "fast decay": decaying_sine(8, 0.25),
+        "two tones": two_tones(),
+        "nested reversals": nested_reversals(120, seed),
+        "minor loops": minor_loops(),
+    }
+
+
+def training(count: int = 150, seed: int = 1, step: float = 0.01) -> Array:
+    """An input that identifies well: a full loop, then at least 60 reversals of different amplitudes, in [-1, 1].
+
+    `count` reversals drawn from `seed`, in ramps of about `step` a row (`nested_reversals`).
+    """
+    full = ramps([0.0, 1.0, -1.0, 1.0, -1.0, 0.0], step)
+    return np.concatenate([full, nested_reversals(count, seed, step)[1:]])

@@ -1,0 +1,80 @@
+"""Time in equal steps: what rounding of printed times is forgiven, and the sentence about a row that is not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+
+STEP_TOLERANCE = 1e-6  # relative to the step
+
+
+def check_increasing(t: Array, where: str) -> None:
+    """Refuse times (n,) that do not increase, with the row.
+
+    Raises
+    ------
+    InputError
+        The first row whose time is not after that of the row before.
+    """
+    back = np.diff(t) <= 0
+    if back.any():
+        n = int(np.argmax(back)) + 1
+        raise InputError(f"{where}: row {n}: time must increase; got {t[n]:.12g} after {t[n - 1]:.12g}")
+
+
+def check_time(t: Array, where: str, printed: Callable[[], list[str]] | None) -> Array:
+    """Time in equal steps; with the printed cells, times rounded to their digits are put back on the grid.
+
+    Steps may differ by 1e-6 of the step.  Printed times may instead lie off the even grid by half a unit of their last
+    digit, as long as that unit is at most a quarter of the step: coarser digits could hide a missing sample.
+
+    Parameters
+    ----------
+    t : array, shape (n,)
+        Times in s.
+    where : str
+        Name of the data, for messages.
+    printed : function, optional
+        The times as the file prints them, asked for only where their digits matter.
+
+    Returns
+    -------
+    array, shape (n,)
+        The times, or the even grid that they are rounded from.
+
+    Raises
+    ------
+    InputError
+        Times that do not increase, or not in equal steps.
+    """
+    check_increasing(t, where)
+    h, error = _step_error(t)
+    if (error <= STEP_TOLERANCE * h + 4 * np.spacing(np.abs(t).max())).all():
+        return t
+    if printed:
+        unit = np.array([_last_digit(c) for c in printed()])
+        grid: Array = t[0] + h * np.arange(len(t))
+        slack = STEP_TOLERANCE * h + 0.5 * unit + 0.5 * max(unit[0], unit[-1])
+        if unit.max() <= h / 4 and (np.abs(t - grid) <= slack).all():
+            return grid
+    n = int(np.argmax(error)) + 1
+    raise InputError(
+        f"{where}: row {n}: time must increase in equal steps (to 1e-6 of the step, or to the digits printed); "
+        f"got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s; resample on request (--resample)"
+    )
+
+
+def _last_digit(text: str) -> float:
+    """The value of one unit in the last printed digit."""
+    mantissa, _, exponent = text.strip().lower().partition("e")
+    return 10.0 ** ((int(exponent) if exponent else 0) - len(mantissa.partition(".")[2]))
+
+
+def _step_error(t: Array) -> tuple[float, Array]:
+    h = float(t[-1] - t[0]) / (len(t) - 1)
+    error: Array = np.abs(np.diff(t) - h)
+    return h, error

@@ -1,0 +1,135 @@
+"""`hystfmu demo`: the whole way once on built-in data: fit, compare on a held-out record, export, run, report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from hystfmu.model.accuracy import held_out_table
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.scenario.shipped import shipped_scenarios
+from hystfmu.fmu.check.check import check_fmu
+from hystfmu.fmu.write.export import export_fmu
+from hystfmu.identify import fit
+from hystfmu.inverse import inverse
+from hystfmu.model import Model
+from hystfmu.report.page import Section, Table
+from hystfmu.report.plot import Line, Plot
+from hystfmu.scenario import Result, run_scenarios
+from hystfmu.scenario.report.page import write_report
+from hystfmu.data.signals import held_out
+from hystfmu.data.synthetic import VOLTS, displacement, piezo
+from hystfmu.report.terminal import loop, progress, table
+from hystfmu.scenario.report.terminal import verdicts
+
+KEYS = ("prandtl_ishlinskii", "prandtl_ishlinskii_asym", "zhao_tan_mlp", "play_bank_mlp", "bouc_wen")
+HEAD = ("model", "parameters", "nested RMS %FS", "worst RMS %FS", "worst max %FS", "seconds")
+
+
+def demo(out: Path) -> bool:
+    """Run everything and write it below `out`.
+
+    Returns
+    -------
+    bool
+        True if every FMU is without problems and every scenario meets its limits.
+
+    Raises
+    ------
+    InputError
+        If nothing can be written to `out`, or the package was not installed with its scenarios.
+    """
+    scenarios = sorted(p.parent for p in shipped_scenarios().glob("*/scenario.toml"))
+    train, other = piezo(seed=0), piezo(seed=1000)
+    train.to_csv(out / "piezo.csv")
+    other.to_csv(out / "piezo_held_out.csv")
+    click.echo(f"Synthetic piezo stack: {len(train.t)} rows at {1 / train.h:g} Hz, 0..100 V, {train.span:.1f} um.")
+    click.echo(loop(train.u, train.y, "displacement (um) over voltage (V)"))
+
+    models = [_fit(train, key) for key in KEYS]
+    rows = [_row(m, train) for m in models]
+    click.echo(
+        "\nErrors on the held-out signals, which no model has seen, in percent of the span of the training data:"
+    )
+    click.echo("nested reversals, and the worst of other decays, two tones, nested reversals, minor loops.\n")
+    click.echo(table(HEAD, rows))
+
+    problems, n_fmus = _export(models, out)
+    results = _run(scenarios)
+    click.echo("\n" + verdicts(results))
+    caption = (
+        "Errors on nested reversals and the worst on the held-out signals, in percent of the span of the training data"
+    )
+    section = Section(
+        "Identification of the built-in piezo stack",
+        "Fitted to piezo.csv; plots from piezo_held_out.csv, other random reversals.",
+        [Table(HEAD, rows, caption)],
+        _plots(models, other),
+    )
+    page = write_report(results, out, [section], "HystFMU demo")
+    click.echo(f"\nwrote {page}, report.json, {n_fmus // 2} models and {n_fmus} FMUs to {out}/")
+    return not problems and all(r.passed for r in results)
+
+
+def _fit(train: Dataset, key: str) -> Model:
+    with progress(f"fitting {key}") as report:
+        return fit(train, key, progress=report)
+
+
+def _row(m: Model, train: Dataset) -> list[str]:
+    volts = {name: VOLTS / 2 * (1 + x) for name, x in held_out().items()}
+    found = held_out_table(m, lambda u: displacement(u, train.h), train.span, volts)
+    worst = (max(e[k] for e in found.values()) for k in ("rms_percent", "max_percent"))
+    percent = [f"{e:.3f}" for e in (found["nested reversals"]["rms_percent"], *worst)]
+    return [m.key, str(m.fit["parameters"]), *percent, f"{m.fit['seconds']:.2f}"]
+
+
+def _export(models: list[Model], out: Path) -> tuple[list[str], int]:
+    """Models, FMUs of both versions, and the exact inverse; the problems found by the checks, the number of FMUs."""
+    problems, written = [], 0
+    for m in [*models, inverse(models[0])]:
+        name = m.key if m in models else f"{models[0].key}_inverse"
+        m.save(out / "models" / f"{name}.model.toml")
+        for version in (2, 3):
+            path = export_fmu(m, out / "fmus" / f"{name}_fmi{version}.fmu", fmi=version, name=name)
+            problems += [f"{path}: {p}" for p in check_fmu(path)]
+            written += 1
+    click.echo(f"\n{written} FMUs written and checked: {len(problems)} problems")
+    for p in problems:
+        click.echo(p)
+    return problems, written
+
+
+def _plots(models: list[Model], data: Dataset) -> list[Plot]:
+    """The loop of the true plant before and after compensation, and the errors of some models over time."""
+    compensator = inverse(models[0])
+    wanted = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
+    reached = displacement(compensator.predict(wanted, data.h), data.h)
+    shown = slice(0, min(len(data.t), 4000))
+
+    def line(name: str, x: Array, values: Array) -> Line:
+        return Line(name, x[shown], values[shown])
+
+    return [
+        Plot("before", "voltage (V)", "displacement (um)", [line("measured", data.u, data.y)]),
+        Plot(
+            "after: inverse of prandtl_ishlinskii in front",
+            "wanted (um)",
+            "displacement (um)",
+            [line("reached", wanted, reached)],
+        ),
+        Plot(
+            "error on the held-out record",
+            "time (s)",
+            "error (um)",
+            [line(m.key, data.t, m.predict(data.u, data.h) - data.y) for m in models[:3]],
+            envelope=True,
+        ),
+    ]
+
+
+def _run(scenarios: list[Path]) -> list[Result]:
+    with progress("running scenarios") as report:
+        return run_scenarios(scenarios, progress=report)

@@ -1,0 +1,1 @@
+"""FMU archives: unpack untrusted ones within limits, write zip and XML files reproducibly."""

@@ -1,0 +1,97 @@
+"""Looks for problems in an FMU of anybody: the archive, then static checks and trial runs in child processes."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+import signal
+import subprocess
+import tempfile
+import zipfile
+from pathlib import Path
+
+from hystfmu.base import child
+from hystfmu.base.errors import InputError
+from hystfmu.fmu.archive.unpack import archive_problems, unpack, xml_problems
+
+
+def _run_problems(process: subprocess.Popen[bytes], result: Path, seconds: float) -> list[str]:
+    """What the child found, and during what it crashed or hung."""
+    lines, in_time = child.finish(process, seconds)
+    if not result.exists():
+        return [f"the check itself failed: {lines[-1] if lines else process.returncode}"]
+    notes = json.loads(result.read_text())
+    problems = [str(p) for p in notes["problems"]]
+    if not in_time:
+        problems.append(f"the FMU did not finish within {seconds:g} s while {notes['doing']}")
+    elif process.returncode < 0:
+        problems.append(f"the FMU crashed ({signal.Signals(-process.returncode).name}) while {notes['doing']}")
+    elif not notes["done"]:
+        problems.append(f"the FMU ended its process with status {process.returncode} while {notes['doing']}")
+    if problems and lines and re.search("cannot be instantiated|failed with status", problems[0]):
+        problems[0] += f" ({lines[-1]})"  # what the FMU logged says more
+    return problems
+
+
+def _fmutool_problems(process: subprocess.Popen[bytes] | None, seconds: float) -> list[str]:
+    """Errors that fmutool reports; nothing where it is not installed (it comes with the extra `dev`)."""
+    if process is None:
+        return []
+    lines, _ = child.finish(process, seconds)
+    found = (re.match(r"(?:ERROR|CRITICAL)\s*\|\s*(.*)", line) for line in lines)
+    summary = re.compile(r"This FMU does not validate|error\(s\)")
+    return [f"fmutool: {m[1]}" for m in found if m and not summary.search(m[1])]
+
+
+def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
+    """Problems of an FMU of any origin: archive, description, behaviour.
+
+    First the archive is looked at without unpacking it. Then fmpy's and, where installed, fmutool's checks run, all
+    of `hystfmu.fmu.check.trials` on Co-Simulation: start values read back, equal runs from new instances, no effect of
+    get and set, reset, saved states, two instances, dependencies, directional derivatives, leaks, loading and
+    unloading, odd folders; and those of `hystfmu.fmu.check.exchange_trials` on Model Exchange: equal runs, no effect of
+    steps that are not accepted, dependencies and derivatives after steps. Everything but the first step happens in
+    child processes with limits of time and memory.
+
+    Parameters
+    ----------
+    path : str or Path
+        The FMU.  Its binary is executed (in a child process).
+    seconds : float
+        Time limit.
+
+    Returns
+    -------
+    list of str
+        One line each; empty if there are none.  Archive problems end the check before anything is unpacked.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is not a whole zip archive.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            problems = archive_problems(archive)
+            if problems:
+                return problems
+            with tempfile.TemporaryDirectory(prefix="hystfmu-check-") as folder:
+                return unpack(archive, Path(folder, "fmu")) or _content_problems(Path(path), Path(folder), seconds)
+    except (zipfile.BadZipFile, ValueError, NotImplementedError) as e:
+        raise InputError(f"{path}: not a zip archive, or cut off ({e})") from None
+    except OSError as e:
+        raise InputError(f"{path}: {e.strerror or f'not a zip archive, or cut off ({e})'}") from None
+
+
+def _content_problems(path: Path, folder: Path, seconds: float) -> list[str]:
+    problems = xml_problems(folder / "fmu")
+    if problems:
+        return problems
+    result = folder / "result.json"
+    probe = child.start("-m", "hystfmu.fmu.check.probe", str(folder / "fmu"), str(result))
+    fmutool = None
+    if importlib.util.find_spec("fmu_manipulation_toolbox"):
+        start = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
+        fmutool = child.start("-c", start, "-input", str(path.absolute()), "-check")
+    return [*_run_problems(probe, result, seconds), *_fmutool_problems(fmutool, seconds)]

@@ -1,0 +1,1 @@
+"""Making FMUs: model description, documentation, terminals, reference experiment, binaries, source."""

@@ -1,0 +1,281 @@
+"""modelDescription.xml for FMI 2.0 and 3.0, made from a graph: nothing in it is written by hand for a model.
+
+FMI Specification 2.0.4, section 2.2; FMI Specification 3.0.1, section 2.4.  What is declared is what the binary does:
+a capability that it does not have is not mentioned.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Sequence
+from typing import Literal
+
+import hystfmu
+from hystfmu.core.library import Var
+from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.write.measures import rate_unit, unit_definitions
+from hystfmu.graph import Graph, Port
+from hystfmu.graph.dependencies import Knowns, dependencies
+from hystfmu.graph.rate_classes import is_hysteretic, is_sampled
+
+Fmi = Literal[2, 3]
+
+
+def variable_type(v: Var) -> str:
+    """`"real"`, `"int"`, `"bool"` or `"enumeration"`."""
+    return "enumeration" if v.choices else v.type
+
+
+def _number(v: Var, x: float) -> str:
+    if variable_type(v) == "bool":
+        return "true" if x else "false"
+    return repr(float(x)) if v.type == "real" else str(int(x))
+
+
+def _type_name(graph: Graph, p: Port) -> str:
+    """Name of the type of an enumeration: with a dot, so that no variable can have it."""
+    return f"{graph.nodes[p.node].block.class_name}.{p.var.name}"
+
+
+def _limits(v: Var) -> dict[str, str]:
+    if variable_type(v) not in ("real", "int"):
+        return {}
+    bounds = {"min": v.lo, "max": v.hi}
+    return {k: _number(v, x) for k, x in bounds.items() if math.isfinite(x)}
+
+
+def _causality(p: Port) -> dict[str, str]:
+    if p.is_parameter:
+        return {"causality": "parameter", "variability": "tunable" if p.kind == "param" else "fixed"}
+    return {"causality": p.kind, "variability": "continuous" if p.var.type == "real" else "discrete"}
+
+
+def _types(graph: Graph, fmi: Fmi) -> ET.Element | None:
+    """The enumerations; their item values are the core's: 0, 1, ..."""
+    found = {_type_name(graph, p): p.var.choices for p in graph.ports if p.var.choices}
+    if not found:
+        return None
+    definitions = ET.Element("TypeDefinitions")
+    for name, choices in sorted(found.items()):
+        if fmi == 2:
+            kind = ET.SubElement(ET.SubElement(definitions, "SimpleType", name=name), "Enumeration")
+        else:
+            kind = ET.SubElement(definitions, "EnumerationType", name=name)
+        for value, word in enumerate(choices):
+            ET.SubElement(kind, "Item", name=word, value=str(value))
+    return definitions
+
+
+def _log_categories() -> ET.Element:
+    categories = ET.Element("LogCategories")
+    for name, text in (
+        ("logEvents", "what the unit does"),
+        ("logStatusWarning", "an input has no finite value"),
+        ("logStatusError", "a call was refused, and why"),
+    ):
+        ET.SubElement(categories, "Category", name=name, description=text)
+    return categories
+
+
+def _scalars(graph: Graph) -> Iterator[tuple[Port, int, str]]:
+    for p in graph.ports:
+        for i, name in enumerate(p.scalar_names):
+            yield p, i, name
+
+
+def _continuous(graph: Graph) -> Iterator[tuple[dict[str, str], str, int | None]]:
+    """Attributes, unit, and, for a derivative, the number of its state: first all states, then all derivatives.
+
+    The binary has them under the value references that follow the one of the time.
+    """
+    states, first = graph.continuous_states, sum(p.size for p in graph.ports) + 1
+    local = {"causality": "local", "variability": "continuous", "initial": "calculated"}
+    for k, x in enumerate(states):
+        yield {"name": x.name, "valueReference": str(first + k), "description": x.text, **local}, x.unit, None
+    for k, x in enumerate(states):
+        named = {"name": f"der({x.name})", "valueReference": str(first + len(states) + k)}
+        yield {**named, "description": f"time derivative of {x.name}", **local}, rate_unit(x.unit), k
+
+
+def _variables2(graph: Graph) -> ET.Element:
+    tags = {"real": "Real", "int": "Integer", "bool": "Boolean", "enumeration": "Enumeration"}
+    variables = ET.Element("ModelVariables")
+    for p, i, name in _scalars(graph):
+        attributes = {"name": name, "valueReference": str(p.reference + i), "description": p.text, **_causality(p)}
+        if p.kind != "input":
+            attributes["initial"] = "calculated" if p.kind == "output" else "exact"
+        scalar = ET.SubElement(variables, "ScalarVariable", attributes)
+        kind = ET.SubElement(scalar, tags[variable_type(p.var)])
+        if p.var.choices:
+            kind.set("declaredType", _type_name(graph, p))
+        if p.var.type == "real" and p.unit:
+            kind.set("unit", p.unit)
+        kind.attrib.update(_limits(p.var))
+        if p.kind != "output":
+            kind.set("start", _number(p.var, p.start[i]))
+    n = len(variables)
+    for attributes, unit, of in _continuous(graph):
+        kind = ET.SubElement(ET.SubElement(variables, "ScalarVariable", attributes), "Real", unit=unit)
+        if of is not None:
+            kind.set("derivative", str(n + of + 1))
+    return variables
+
+
+def _variables3(graph: Graph) -> ET.Element:
+    tags = {"real": "Float64", "int": "Int32", "bool": "Boolean", "enumeration": "Enumeration"}
+    variables = ET.Element("ModelVariables")
+    for p in graph.ports:
+        attributes = {"name": p.name, "valueReference": str(p.reference), "description": p.text, **_causality(p)}
+        if p.kind != "input":
+            attributes["initial"] = "calculated" if p.kind == "output" else "exact"
+        if p.var.choices:
+            attributes["declaredType"] = _type_name(graph, p)
+        if p.var.type == "real" and p.unit:
+            attributes["unit"] = p.unit
+        attributes.update(_limits(p.var))
+        if p.kind != "output":
+            attributes["start"] = " ".join(_number(p.var, x) for x in p.start)
+        variable = ET.SubElement(variables, tags[variable_type(p.var)], attributes)
+        if p.size > 1:
+            ET.SubElement(variable, "Dimension", start=str(p.size))
+    name, taken = "time", {p.name for p in graph.ports} | {x.name for x in graph.continuous_states}
+    while name in taken:
+        name += "_"
+    reference = sum(p.size for p in graph.ports)  # the binary gives the time under the first free reference
+    time = {"name": name, "valueReference": str(reference), "causality": "independent", "variability": "continuous"}
+    ET.SubElement(variables, "Float64", {**time, "unit": "s", "description": "simulation time"})
+    for attributes, unit, of in _continuous(graph):
+        more = {} if of is None else {"derivative": str(reference + 1 + of)}
+        ET.SubElement(variables, "Float64", {**attributes, "unit": unit, **more})
+    return variables
+
+
+def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
+    """Outputs and derivatives with what they depend on at once; without it importers suspect an algebraic loop.
+
+    At the initialisation they may depend on every parameter and input (`dependencies` is left out: all).
+    """
+    outputs, derivatives = dependencies(graph.nodes, graph.links, graph.ports)
+    n_states, total = len(derivatives), sum(p.size for p in graph.ports)
+    structure = ET.Element("ModelStructure")
+    if fmi == 3:
+
+        def known3(known: Knowns) -> str:
+            listed = {graph.port(name).reference for name in known.inputs} | {total + 1 + k for k in known.states}
+            return " ".join(map(str, sorted(listed | ({total} if known.time else set()))))
+
+        of_outputs = [(str(p.reference), outputs[p.name]) for p in graph.ports if p.kind == "output"]
+        of_derivatives = [(str(total + 1 + n_states + k), known) for k, known in enumerate(derivatives)]
+        for tag, unknowns in (("Output", of_outputs), ("ContinuousStateDerivative", of_derivatives)):
+            for reference, known in unknowns:
+                ET.SubElement(structure, tag, valueReference=reference, dependencies=known3(known))
+        states = [str(total + 1 + k) for k in range(n_states)]
+        for reference in [r for r, _ in of_outputs] + states + [r for r, _ in of_derivatives]:
+            ET.SubElement(structure, "InitialUnknown", valueReference=reference)
+        return structure
+
+    index: dict[str, list[int]] = {}
+    for k, (p, _, _) in enumerate(_scalars(graph)):
+        index.setdefault(p.name, []).append(k + 1)
+
+    def known2(known: Knowns) -> str:  # the time is not a variable in FMI 2.0
+        listed = {k for name in known.inputs for k in index[name]} | {total + 1 + k for k in known.states}
+        return " ".join(map(str, sorted(listed)))
+
+    scalar = [(k, known2(outputs[p.name])) for p in graph.ports if p.kind == "output" for k in index[p.name]]
+    rates = [(total + 1 + n_states + k, known2(known)) for k, known in enumerate(derivatives)]
+    for tag, unknowns2 in (("Outputs", scalar), ("Derivatives", rates)):
+        listed = ET.SubElement(structure, tag) if unknowns2 else structure
+        for k, dependent in unknowns2:
+            ET.SubElement(listed, "Unknown", index=str(k), dependencies=dependent)
+    initial = [k for k, _ in scalar] + [total + 1 + k for k in range(2 * n_states)]
+    if initial:
+        listed = ET.SubElement(structure, "InitialUnknowns")
+        for k in initial:
+            ET.SubElement(listed, "Unknown", index=str(k))
+    return structure
+
+
+def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
+    """ModelExchange and CoSimulation with their capabilities.
+
+    A graph with sampled blocks and no sample period has no Model Exchange.
+    """
+    spelling = "state" if fmi == 2 else "State"
+    common = {
+        "modelIdentifier": name,
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        f"canGetAndSetFMU{spelling}": "true",
+        f"canSerializeFMU{spelling}": "true",
+    }
+    if fmi == 2:
+        common["canNotUseMemoryManagementFunctions"] = "true"  # the importer's allocator is not used
+    steps = is_hysteretic(graph)
+    exchange = (
+        {"completedIntegratorStepNotNeeded": str(not steps)}
+        if fmi == 2
+        else {"needsCompletedIntegratorStep": str(steps)}
+    )
+    exchange = {k: v.lower() for k, v in exchange.items()}
+    simulation = {"canHandleVariableCommunicationStepSize": "true"} | ({"hasEventMode": "true"} if fmi == 3 else {})
+    flags = (
+        ["providesDirectionalDerivative"]
+        if fmi == 2
+        else ["providesDirectionalDerivatives", "providesAdjointDerivatives"]
+    )
+    derivatives = dict.fromkeys(flags, "true")
+    exchange |= derivatives
+    simulation |= {} if is_sampled(graph) else derivatives  # samples answer in steps
+    listed = [ET.Element("CoSimulation", {**common, **simulation})]
+    if graph.step > 0 or not is_sampled(graph):
+        listed.insert(0, ET.Element("ModelExchange", {**common, **exchange}))
+    return listed
+
+
+def model_description(
+    graph: Graph, fmi: Fmi, name: str, text: str = "", step: float | None = None, sources: Sequence[str] = ()
+) -> bytes:
+    """The XML of an FMU.
+
+    Parameters
+    ----------
+    graph : Graph
+        What runs in the FMU.
+    fmi : {2, 3}
+        Version of the standard.
+    name : str
+        Model name and model identifier: a letter or _ followed by letters, digits or _.
+    text : str
+        Description.
+    step : float or None
+        Step (s) of the default experiment; None writes no default experiment.
+    sources : sequence of str
+        Files of the sources directory; listed here in FMI 2.0 only (FMI 3.0 has buildDescription.xml).
+
+    Returns
+    -------
+    bytes
+        UTF-8, ends with a newline.
+    """
+    head = {"fmiVersion": "2.0" if fmi == 2 else "3.0", "modelName": name}
+    head["guid" if fmi == 2 else "instantiationToken"] = graph.token
+    if text:
+        head["description"] = text
+    head |= {"generationTool": f"HystFMU {hystfmu.__version__}", "variableNamingConvention": "flat"}
+    if fmi == 2:
+        head["numberOfEventIndicators"] = "0"  # reversals need none: see fmu_build/README.md
+    root = ET.Element("fmiModelDescription", head)
+    root.extend(_interfaces(graph, fmi, name))
+    for interface in root if fmi == 2 and sources else ():
+        listed = ET.SubElement(interface, "SourceFiles")
+        for file in sources:
+            ET.SubElement(listed, "File", name=file)
+    for part in (unit_definitions(graph), _types(graph, fmi), _log_categories()):
+        if part is not None:
+            root.append(part)
+    if step is not None:
+        ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=repr(1000 * step), stepSize=repr(step))
+    root.append(_variables2(graph) if fmi == 2 else _variables3(graph))
+    root.append(_structure(graph, fmi))
+    return xml_file(root)

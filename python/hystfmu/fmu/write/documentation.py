@@ -1,0 +1,178 @@
+"""documentation/index.html of an FMU: one page made from the graph, the C tables and the model's history.
+
+It answers what a receiver asks: what is inside (equations, sources), what can be set, how good the fit is, what a step
+means, how to check the import, and under which licence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any
+
+from hystfmu import __version__
+from hystfmu.fmu.write.description import Fmi
+from hystfmu.fmu.write.reference import FOLDER, Reference
+from hystfmu.graph import Graph, Port
+from hystfmu.model import Model
+from hystfmu.report.plot import Line, Plot
+
+_MOST_VALUES = 6  # of an array in the table; the others stand in modelDescription.xml
+_STYLE = """
+body{max-width:60rem;margin:0 auto;padding:1rem;font:16px/1.5 system-ui,sans-serif;color:#1b2733;background:#fff}
+h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem;border-bottom:1px solid #d9e0e6}
+table{border-collapse:collapse;font-size:.88rem}th,td{text-align:left;padding:.2rem .8rem .2rem 0;vertical-align:top;
+border-bottom:1px solid #d9e0e6}th,figcaption,.soft{color:#5d6b78}code{font-size:.9em}
+.wide{overflow-x:auto}figure{margin:0;max-width:36rem}svg{width:100%;height:auto}
+.grid{stroke:#d9e0e6;fill:none}.frame{stroke:#5d6b78;fill:none}.tick{fill:#5d6b78;font-size:11px}
+.line{vector-effect:non-scaling-stroke;fill:none;stroke-width:1.4;stroke-linejoin:round}.c0{stroke:#0b63b5}
+"""
+_FIT = {
+    "rms_percent": "RMS error, % of the span of y",
+    "max_percent": "largest error, % of the span of y",
+    "rms": "RMS error, units of y",
+    "max": "largest error, units of y",
+    "parameters": "identified parameters",
+}
+_HISTORY = {
+    "data": "data",
+    "sha256": "SHA-256 of the data",
+    "rows": "rows",
+    "train": "rows whose residuals counted",
+    "span_u": "range of the input",
+    "span_y": "range of the output",
+    "seed": "seed",
+    "options": "options",
+    "versions": "versions",
+}
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table; the cells are HTML already."""
+    top = "".join(f"<th>{h}</th>" for h in head)
+    body = "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>\n" for row in rows)
+    return f'<div class="wide"><table><tr>{top}</tr>\n{body}</table></div>\n'
+
+
+def _text(value: Any) -> str:
+    """Any value of a model file as HTML."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, dict):
+        return ", ".join(f"{escape(str(k))} {_text(v)}" for k, v in value.items())
+    if isinstance(value, list | tuple):
+        more = f" ... ({len(value)} values)" if len(value) > _MOST_VALUES else ""
+        return " ".join(_text(v) for v in value[:_MOST_VALUES]) + more
+    return escape(str(value))
+
+
+def _variable(graph: Graph, p: Port, fmi: Fmi) -> tuple[str, ...]:
+    name = p.name if p.size == 1 else f"{p.name}_1 ... {p.name}_{p.size}" if fmi == 2 else f"{p.name}[{p.size}]"
+    start = p.var.choices[int(p.start[0])] if p.var.choices else _text(p.start)
+    kind = {"param": "parameter, tunable", "fixed": "parameter, fixed"}.get(p.kind, p.kind)
+    block = graph.nodes[p.node].name if len(graph.nodes) > 1 and p.is_parameter else ""
+    shown = "" if p.kind == "output" else start
+    cells = (name, kind, p.unit or "-", shown, p.var.interval, p.text, block)
+    return tuple(f"<code>{escape(name)}</code>" if k == 0 else escape(c) for k, c in enumerate(cells))
+
+
+def _picture(reference: Reference) -> str:
+    graph = reference.graph
+    outputs = [p for p in graph.ports if p.kind == "output"]
+    inputs = [p for p in graph.ports if p.kind == "input"]
+    if not outputs:
+        return ""
+
+    def label(p: Port) -> str:
+        return f"{p.scalar_names[0]} ({p.unit})" if p.unit else p.scalar_names[0]
+
+    x, y = reference.curve
+    x_label = label(inputs[0]) if inputs else "t (s)"
+    plot = Plot(f"{label(outputs[0])} over {x_label}", x_label, label(outputs[0]), [Line(outputs[0].name, x, y)])
+    return f"<figure>{plot.svg()}<figcaption>The reference experiment (below).</figcaption></figure>\n"
+
+
+def history(model: Model | None) -> str:
+    """Fit quality and provenance of a model as an HTML table."""
+    if model is None or not (model.fit or model.provenance):
+        return "<p>The values were set by hand: there is no identification to report.</p>\n"
+    fit = [(title, _text(model.fit[key])) for key, title in _FIT.items() if key in model.fit]
+    rest = [(title, _text(model.provenance[key])) for key, title in _HISTORY.items() if key in model.provenance]
+    step = [("sample step (s)", _text(model.step))] if model.step else []
+    return _table(["quantity", "value"], [*fit, *step, *rest])
+
+
+def _equations(graph: Graph) -> str:
+    rows = [
+        (
+            f"<code>{escape(n.name)}</code>",
+            f"<code>{escape(n.type)}</code>: {escape(n.block.text)}",
+            escape(n.block.equation),
+            escape(n.block.source),
+        )
+        for n in graph.nodes
+    ]
+    wires = [f"<code>{escape(a)}</code> &rarr; <code>{escape(b)}</code>" for a, b in graph.wires]
+    wires += [f"<code>{escape(i.name)}</code> &rarr; <code>{escape(b)}</code>" for i in graph.inputs for b in i.to]
+    wires += [f"<code>{escape(o.source)}</code> &rarr; <code>{escape(o.name)}</code>" for o in graph.outputs]
+    head = ["block", "what it is", "equation", "source"]
+    return f"{_table(head, rows)}<p>Evaluated in this order. Connections: {'; '.join(wires)}.</p>\n"
+
+
+def _dependencies(graph: Graph) -> str:
+    lines = []
+    for name, inputs in graph.dependencies().items():
+        names = ", ".join(f"<code>{escape(i)}</code>" for i in inputs)
+        lines.append(f"<code>{escape(name)}</code> depends at once on {names or 'no input'}.")
+    return " ".join(lines)
+
+
+def documentation(
+    graph: Graph, fmi: Fmi, name: str, text: str, reference: Reference, model: Model | None = None, source: bool = False
+) -> bytes:
+    """The page.
+
+    Parameters
+    ----------
+    graph : Graph
+        What runs in the FMU.
+    fmi : {2, 3}
+        Version of the standard.
+    name, text : str
+        Model name and description, as in modelDescription.xml.
+    reference : Reference
+        The reference experiment; its curve is the plot.
+    model : Model, optional
+        Where fit and provenance come from.
+    source : bool
+        Whether the archive has a sources directory.
+    """
+    variables = _table(
+        ["variable", "kind", "unit", "start", "legal values", "meaning", "block"],
+        (_variable(graph, p, fmi) for p in graph.ports),
+    )
+    sources = "<li><code>sources</code>: one C99 file with the data as constants.</li>" if source else ""
+    body = f"""<h1>{escape(name)}</h1>
+<p>{escape(text)}</p>
+<p class="soft">FMI {fmi}.0, written by HystFMU {__version__}, token <code>{graph.token}</code>.</p>
+{_picture(reference)}<h2>Variables</h2>
+{variables}<h2>Equations</h2>
+{_equations(graph)}<h2>Where the values come from</h2>
+{history(model)}<h2>What a step means</h2>
+<p>After a step from t to t + h the outputs are those at t + h for the inputs held at the end of the step: static
+operators with memory have direct feed-through. {_dependencies(graph)} Memory advances in a step only; set and get
+have no side effects. Linear parts are discretised exactly for the step in use. An input that is not finite is
+refused with one warning, and the memory keeps its value.</p>
+<h2>Check the import</h2>
+<ul><li><code>{FOLDER}</code>: stimulus and recorded outputs; step {reference.h:g} s, {len(reference.y)} rows.
+The inputs of a row are set at its time, before the step to the next row. The binary does not use the
+mathematics library of the platform: expect every recorded digit, up to the rounding of the time in sources.</li>
+<li><code>resources/block.bin</code>: blocks, wiring and values; the binary knows no model.</li>{sources}</ul>
+<h2>Licence</h2>
+<p>The binary and the sources are HystFMU, BSD-3-Clause: <a href="licenses/license.txt">licenses/license.txt</a>. They
+need the C library only. The values of the model belong to its author.</p>
+"""
+    return (
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(name)}</title>'
+        f"<style>{_STYLE}</style></head><body>\n{body}</body></html>\n"
+    ).encode()

@@ -1,0 +1,114 @@
+"""Writes an FMU: description, prebuilt binary, block file, documentation.  No compiler, the same bytes every time."""
+
+from __future__ import annotations
+
+import functools
+import re
+from pathlib import Path
+from typing import Literal
+
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import write_bytes
+from hystfmu.base.package_files import PACKAGE
+from hystfmu.fmu.archive.zip_file import Deflated, zip_file
+from hystfmu.fmu.write.description import Fmi, model_description
+from hystfmu.fmu.write.documentation import documentation
+from hystfmu.fmu.write.icon import png, svg
+from hystfmu.fmu.write.platforms import binaries
+from hystfmu.fmu.write.reference import Reference
+from hystfmu.fmu.write.sources import build_description, source_file
+from hystfmu.fmu.write.terminals import terminals_and_icons
+from hystfmu.graph import Graph
+from hystfmu.model import Model
+
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+
+
+@functools.cache
+def _licence() -> bytes:
+    path = PACKAGE / "LICENSE"
+    if not path.exists():
+        raise ImportError("the licence text is missing: install the package with 'pip install .'")
+    return path.read_bytes()
+
+
+def _identifier(text: str) -> str:
+    """A model identifier out of a name."""
+    cleaned = re.sub(r"[^A-Za-z0-9_]", "_", text)
+    return cleaned if _IDENTIFIER.match(cleaned) else f"_{cleaned}"
+
+
+def _entries(
+    model: Model | None, graph: Graph, fmi: Fmi, name: str, text: str, source: bool, binaries: dict[str, Deflated]
+) -> dict[str, bytes | Deflated]:
+    """Everything in the archive, by name."""
+    reference = Reference.of(graph, model)
+    files = [f"{name}.c"] if source else []
+    entries: dict[str, bytes | Deflated] = {
+        "modelDescription.xml": model_description(graph, fmi, name, text, reference.h, files)
+    }
+    entries |= {f"binaries/{folder}": content for folder, content in binaries.items()}
+    entries["resources/block.bin"] = graph.to_bytes()
+    if fmi == 2:
+        entries["model.png"] = png(reference.curve)
+    else:
+        entries["terminalsAndIcons/terminalsAndIcons.xml"] = terminals_and_icons(graph)
+        entries["terminalsAndIcons/icon.png"] = png(reference.curve)
+        entries["terminalsAndIcons/icon.svg"] = svg(reference.curve)
+    if source:
+        entries[f"sources/{name}.c"] = source_file(graph, fmi, name)
+        if fmi == 3:
+            entries["sources/buildDescription.xml"] = build_description(name)
+    entries["documentation/index.html"] = documentation(graph, fmi, name, text, reference, model, source)
+    entries["documentation/licenses/license.txt"] = _licence()
+    return entries | reference.files(fmi)
+
+
+def export_fmu(
+    model: Model | Graph,
+    path: str | Path,
+    fmi: Fmi = 2,
+    name: str | None = None,
+    platforms: Literal["host", "all"] = "host",
+    source: bool = False,
+) -> Path:
+    """Write an FMU for Co-Simulation and Model Exchange.
+
+    Parameters
+    ----------
+    model : Model or Graph
+        What runs in it; a model also gives the step of the default experiment, the description, the fit and the data
+        range of the documentation.
+    path : str or Path
+        The file, usually ``*.fmu``; written as a whole or not at all.
+    fmi : {2, 3}
+        Version of the standard.
+    name : str, optional
+        Model name and identifier; by default the key of the model or the name of its only block.
+    platforms : {"host", "all"}
+        Pack the binary of this machine, or those of all platforms that are installed.
+    source : bool
+        Pack the sources too: one C file that needs no other file.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the version, the name or the platform will not do, or the file cannot be written.
+    """
+    if fmi not in (2, 3):
+        raise InputError(f"the FMI version must be 2 or 3; got {fmi}")
+    whole, graph = (model, model.graph) if isinstance(model, Model) else (None, model)
+    single = graph.nodes[0] if len(graph.nodes) == 1 else None
+    if name is None:
+        name = _identifier(whole.key if whole else single.name if single else "graph")
+    if not _IDENTIFIER.match(name):
+        raise InputError(f"the FMU name {name!r} must be a letter or _ followed by letters, digits or _")
+    text = whole.text if whole else single.block.text if single else ""
+    packed = binaries(fmi, name, platforms)
+    write_bytes(path, zip_file(_entries(whole, graph, fmi, name, text, source, packed), executable="binaries/"))
+    return Path(path)

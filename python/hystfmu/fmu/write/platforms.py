@@ -1,0 +1,117 @@
+"""Where the prebuilt binaries lie, and how the two standards call their folders."""
+
+from __future__ import annotations
+
+import functools
+import platform
+import sys
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from hystfmu.base.errors import InputError
+from hystfmu.base.package_files import PACKAGE
+from hystfmu.fmu.archive.zip_file import Deflated
+from hystfmu.fmu.write.description import Fmi
+
+
+@dataclass(frozen=True)
+class Platform:
+    """One platform: its FMI 3.0 tuple, the folder in FMI 2.0, the suffix of a shared library."""
+
+    tuple3: str
+    folder2: str
+    suffix: str
+
+    def folder(self, fmi: Fmi) -> str:
+        """The folder below `binaries`."""
+        return self.folder2 if fmi == 2 else self.tuple3
+
+
+# FMI 2.0.4 section 2.3 names win64, linux64 and darwin64 without a processor: macOS takes one binary for both of its
+# processors there, the others have a folder of their own
+PLATFORMS = {
+    p.tuple3: p
+    for p in (
+        Platform("x86_64-windows", "win64", "dll"),
+        Platform("x86_64-linux", "linux64", "so"),
+        Platform("aarch64-linux", "aarch64-linux", "so"),
+        Platform("x86_64-darwin", "darwin64", "dylib"),
+        Platform("aarch64-darwin", "darwin64", "dylib"),
+    )
+}
+_HOSTS = {
+    ("linux", "x86_64"): "x86_64-linux",
+    ("linux", "aarch64"): "aarch64-linux",
+    ("darwin", "x86_64"): "x86_64-darwin",
+    ("darwin", "arm64"): "aarch64-darwin",
+    ("win32", "AMD64"): "x86_64-windows",
+}
+
+
+def host() -> Platform:
+    """The platform this process runs on.
+
+    Raises
+    ------
+    InputError
+        If FMI has no folder for it that we know.
+    """
+    key = (sys.platform, platform.machine())
+    if key not in _HOSTS:
+        raise InputError(f"no FMU folder is defined for the platform {key[0]} {key[1]}")
+    return PLATFORMS[_HOSTS[key]]
+
+
+def _installed(file: str) -> Path:
+    """Where `make platforms` and the installation put a binary."""
+    return PACKAGE / "_platforms" / file
+
+
+def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
+    """The prebuilt binary, the same one in every FMU; None if it is not installed.
+
+    An FMU for all platforms goes to other machines: it rather takes the binary that needs an old C library only.
+    """
+    own, crossed = PACKAGE / f"_fmu.{p.suffix}", _installed(f"{p.tuple3}.{p.suffix}")
+    order = (crossed,) if p != host() else (own, crossed) if which == "host" else (crossed, own)
+    return next((path for path in order if path.exists()), None)
+
+
+@functools.cache
+def _deflated(path: Path) -> Deflated:
+    """A binary as it stands in an archive.  `make platforms` deflates it better than an export has time for."""
+    content = path.read_bytes()
+    made = path.with_name(f"{path.name}.deflate")
+    if made.exists():
+        stream = made.read_bytes()
+        if zlib.decompress(stream, -zlib.MAX_WBITS) == content:  # not of another build
+            return Deflated(content, stream)
+    return Deflated.of(content)
+
+
+def missing() -> list[str]:
+    """The platforms whose binary is not installed."""
+    return [p.tuple3 for p in PLATFORMS.values() if _path(p, "all") is None]
+
+
+def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, Deflated]:
+    """The binaries of an FMU by their places below `binaries`.
+
+    Raises
+    ------
+    ImportError
+        If not even the binary of this machine is installed.
+    """
+    if _path(host(), which) is None:
+        raise ImportError("the compiled FMU binary is missing: install the package with 'pip install .'")
+    found = {}
+    for p in PLATFORMS.values() if which == "all" else [host()]:
+        path = _path(p, which)
+        both = _installed(f"{p.folder2}.{p.suffix}")  # for all processors of a folder
+        if which == "all" and fmi == 2 and both.exists():
+            path = both
+        if path is not None:
+            found[f"{p.folder(fmi)}/{name}.{p.suffix}"] = _deflated(path)
+    return found

@@ -1,0 +1,140 @@
+"""The reference experiment of an FMU: a stimulus with nested loops and what the model answers, as CSV and XML files.
+
+An importer repeats it and compares: FMI Layered Standard for References (fmi-ls-ref 1.0.0-beta.1), with the experiment
+in the format that it refers to (MA-HS-Experiments).  It also draws the loop of the documentation and the icon.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.write.description import Fmi
+from hystfmu.graph import Graph, Port
+from hystfmu.model import Model
+
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+_NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
+# one major loop, then minor loops that close inside it; straight ramps: the same bits on every machine
+_PEAKS = (0.0, 1.0, -1.0, 1.0, -0.5, 0.5, -0.25, 0.75, -1.0)
+_ROWS = 25  # of one ramp
+DEFAULT_STEP = 1e-3  # s, for graphs that were not identified at some sample time
+
+
+def _path() -> Array:
+    """The stimulus in [-1, 1]."""
+    places = np.arange(_ROWS * (len(_PEAKS) - 1) + 1) / _ROWS
+    return np.interp(places, np.arange(len(_PEAKS)), _PEAKS)
+
+
+def _span(port: Port, model: Model | None) -> tuple[float, float]:
+    """Range of the stimulus: that of the data which the model was identified from, else one unit around the start."""
+    span = model.provenance.get("span_u") if model else None
+    if isinstance(span, Sequence) and len(span) == 2 and math.isfinite(span[1] - span[0]) and port.size == 1:
+        return float(span[0]), float(span[1])
+    lo, hi = port.start[0] - 1.0, port.start[0] + 1.0
+    return max(lo, port.var.lo), min(hi, port.var.hi)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Inputs and outputs of a graph, row by row: u (rows, scalar inputs), y (rows, scalar outputs), h (s) apart.
+
+    Row 0 is the initialisation.  In row k the outputs are those after the inputs of row k - 1 were set and a step to
+    the time of row k was made: what a master does that sets the inputs at the beginning of every step.
+    """
+
+    graph: Graph
+    h: float
+    u: Array
+    y: Array
+
+    @classmethod
+    def of(cls, graph: Graph, model: Model | None = None) -> Reference:
+        """Run the stimulus through the graph; `model` knows the step and the range of its data."""
+        h = model.step if model and model.step else DEFAULT_STEP
+        columns = []
+        for port in graph.ports:
+            if port.kind == "input":
+                lo, hi = _span(port, model)
+                columns += [lo + (hi - lo) * (_path() + 1) / 2] * port.size
+        rows = len(_path())
+        u = np.column_stack([*columns, np.zeros((rows, 0))])
+        held = np.vstack([u[:1], u[:-1]])
+        return cls(graph, h, u, graph.executor().run(held, graph.n_outputs, h))
+
+    @cached_property
+    def curve(self) -> tuple[Array, Array]:
+        """What a picture shows: first output over first input, both at the same instant; without inputs over time.
+
+        A model may overflow; a picture has to have a span.
+        """
+        y = np.clip(np.nan_to_num(self.y[:, 0]), -1e150, 1e150)
+        if self.u.shape[1]:
+            return self.u[:-1, 0], y[1:]
+        return np.asarray(self.h * np.arange(len(y)), dtype=np.float64), y
+
+    def _csv(self, kind: str, values: Array, fmi: Fmi) -> bytes:
+        """Columns time and one per variable; an array is one column of words (FMI 3.0) or a column per element."""
+        ports = [p for p in self.graph.ports if p.kind == kind]
+        names = [n for p in ports for n in (p.scalar_names if fmi == 2 else (p.name,))]
+        widths = [w for p in ports for w in ([1] * p.size if fmi == 2 else [p.size])]
+        starts = np.concatenate([[0], np.cumsum(widths)]).astype(int).tolist()
+        lines = [",".join(["time", *names])]
+        for k, row in enumerate(values.tolist()):
+            words = [" ".join(map(repr, row[a:b])) for a, b in pairwise(starts)]
+            lines.append(",".join([repr(k * self.h), *words]))
+        return ("\n".join(lines) + "\n").encode()
+
+    def files(self, fmi: Fmi) -> dict[str, bytes]:
+        """The files of the layered standard by their names in the archive."""
+        files = {"result.csv": self._csv("output", self.y, fmi)}
+        if self.u.shape[1]:
+            files["input.csv"] = self._csv("input", self.u, fmi)
+        root = ET.Element("Experiments", name="reference", description="One run with a recorded result.")
+        experiment = ET.SubElement(
+            root,
+            "Experiment",
+            name="nested loops",
+            description="Co-simulation with fixed steps; the inputs of a row are set at its time, before the step.",
+        )
+        stop = repr((len(self.y) - 1) * self.h)
+        ET.SubElement(experiment, "TransientSimulation", startTime="0.0", stopTime=stop, stepSize=repr(self.h))
+        if "input.csv" in files:
+            ET.SubElement(experiment, "Stimuli", source="input.csv", type="text/csv")
+        ET.SubElement(experiment, "References", source="result.csv", type="text/csv")
+        files["experiments.xml"] = xml_file(root)
+        files["fmi-ls-manifest.xml"] = _manifest(files)
+        return {f"{FOLDER}/{name}": content for name, content in sorted(files.items())}
+
+
+def _manifest(files: dict[str, bytes]) -> bytes:
+    ET.register_namespace("fmi-ls", _NAMESPACE)
+    root = ET.Element(
+        "fmiReferences",
+        {
+            f"{{{_NAMESPACE}}}fmi-ls-name": "org.fmi-standard.fmi-ls-ref",
+            f"{{{_NAMESPACE}}}fmi-ls-version": "1.0.0-beta.1",
+            f"{{{_NAMESPACE}}}fmi-ls-description": "Layered Standard providing information on related files included "
+            "in an FMU.",
+        },
+    )
+    for name, kind, role, text in (
+        ("experiments.xml", "application/x-ma-hs-experiments", "experiment/smoke-test", "Reference experiment"),
+        ("input.csv", "text/csv", "other", "Stimulus of the reference experiment"),
+        ("result.csv", "text/csv", "result", "Recorded outputs of the reference experiment"),
+    ):
+        if name in files:
+            digest = hashlib.sha256(files[name]).hexdigest()
+            related = {"type": kind, "source": name, "role": role, "description": text}
+            ET.SubElement(root, "Related", {**related, "checksum": digest, "checksumType": "SHA-256"})
+    return xml_file(root)

@@ -1,0 +1,69 @@
+"""The `sources` directory of an FMU: one C99 (and C++20) file without file access, and how to build it.
+
+The text of the core comes joined and ready with the package (`fmu_build/sources/amalgamate.py`); here the sections
+that a graph needs are taken, with its block file as a constant in front.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+import xml.etree.ElementTree as ET
+
+from hystfmu.base.package_files import PACKAGE
+from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.write.description import Fmi
+from hystfmu.graph import Graph
+
+OPTIONS = "-ffp-contract=off -fno-math-errno"  # without them the last bits may differ on some processors
+_PER_LINE = 24
+
+
+@functools.cache
+def _sections() -> dict[str, str]:
+    path = PACKAGE / "_sources.c"
+    if not path.exists():
+        raise ImportError("the C sources are missing: install the package with 'pip install .'")
+    first, *parts = re.split(r"^/\* ==== (\S+) ==== \*/\n", path.read_text(), flags=re.M)
+    return {"licence": first, **dict(zip(parts[::2], parts[1::2], strict=True))}
+
+
+def _wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
+    folder, _, file = name.rpartition("/")
+    if folder == "core/blocks":
+        return file.removesuffix(".c") in blocks
+    other = "fmi3" if fmi == 2 else "fmi2"
+    return not (folder == "fmi" and file.startswith(other))
+
+
+def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:
+    """The C file: licence, data, the sections of the core for the blocks in use, the functions of one standard.
+
+    Everything that is seen by a linker begins with ``name``; the functions of the standard do where
+    FMI2_FUNCTION_PREFIX (FMI3_FUNCTION_PREFIX) is defined as ``name_`` by the build.
+    """
+    blocks = {n.type for n in graph.nodes}
+    content = graph.to_bytes()
+    lines = [",".join(map(str, content[k : k + _PER_LINE])) for k in range(0, len(content), _PER_LINE)]
+    sections = {k: v for k, v in _sections().items() if _wanted(k, blocks, fmi)}
+    head = [
+        sections.pop("licence"),
+        f"/* The FMU {name} for FMI {fmi}.0: build it with {OPTIONS}; it needs the C library only. */\n",
+        # a graph does not need every function of a header
+        '#if defined(__clang__)\n#pragma clang diagnostic ignored "-Wunused-function"\n#endif\n',
+        f"#define HYST_PREFIX {name}_\n",
+        "#define HYST_BLOCKS(B) " + " ".join(f"B({b})" for b in sorted(blocks)) + "\n",
+        f"static const unsigned char hyst_block_file[{len(content)}] = {{\n" + ",\n".join(lines) + "};\n",
+    ]
+    return "".join([*head, *(f"/* ==== {k} ==== */\n{v}" for k, v in sections.items())]).encode()
+
+
+def build_description(name: str) -> bytes:
+    """buildDescription.xml (FMI Specification 3.0.1, section 2.5.1.3): any compiler for C99, and the options above."""
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=name, description="C library only")
+    for compiler in ("gcc", "clang"):
+        attributes = {"name": compiler, "language": "C99", "compiler": compiler, "compilerOptions": OPTIONS}
+        ET.SubElement(ET.SubElement(configuration, "SourceFileSet", attributes), "SourceFile", name=f"{name}.c")
+        break
+    return xml_file(root)

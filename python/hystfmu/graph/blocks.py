@@ -1,0 +1,61 @@
+"""Block classes made from the C tables: `PrandtlIshlinskii(r=..., w=...)(u)`; `dir(hystfmu.blocks)` lists them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hystfmu.base.arrays import Array
+from hystfmu.core.library import BlockType, block_types
+from hystfmu.graph.graph import Graph, Node
+
+
+class Block:
+    """A single block: `Block(**sizes_and_parameters)`; calling it runs it over input rows from a fresh start."""
+
+    type: BlockType
+
+    def __init__(self, **values: Any) -> None:
+        dims = {d.name: values.pop(d.name) for d in self.type.dims if d.name in values}
+        self.node = Node(self.type.name, self.type.name, dims, values)
+        self.graph = Graph.single(self.node)
+
+    def __call__(self, u: Any, h: float = 1.0) -> Array:
+        """Outputs (n,) or (n, n_outputs) for input rows (n,) or (n, n_inputs), `h` seconds apart."""
+        return self.graph.run(u, h)
+
+    def __repr__(self) -> str:
+        inner = ", ".join(f"{k}={v}" for k, v in {**self.node.dims, **self.node.values}.items())
+        return f"{self.type.class_name}({inner})"
+
+
+def _docstring(t: BlockType) -> str:
+    lines = [t.text + ".", "", f"{t.equation}", "", "Parameters", "----------"]
+    lines += [f"{d.name} : int, default {d.start}\n    Size in [{d.lo}, {d.hi}]: {d.text}." for d in t.dims]
+    for v in t.parameters:
+        shape = "" if v.size == "1" else f", shape ({v.size})"
+        unit = "" if v.unit in ("", "1") else f" Unit {v.unit}."
+        lines.append(f"{v.name} : {v.interval}{shape}, default {v.start:g}\n    {v.text}.{unit}")
+    for title, kind in (("Inputs", "input"), ("Outputs", "output")):
+        if t.of(kind):
+            lines += ["", title, "-" * len(title)]
+            lines += [f"{v.name} : shape ({v.size}), {v.unit}\n    {v.text}." for v in t.of(kind)]
+    return "\n".join([*lines, "", "References", "----------", t.source + "."])
+
+
+def _make(t: BlockType) -> type[Block]:
+    return type(t.class_name, (Block,), {"__doc__": _docstring(t), "type": t, "__module__": __name__})
+
+
+_classes: dict[str, type[Block]] = {}
+
+
+def __getattr__(name: str) -> type[Block]:
+    if not _classes and not name.startswith("__"):
+        _classes.update({t.class_name: _make(t) for t in block_types().values()})
+    if name in _classes:
+        return _classes[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(t.class_name for t in block_types().values())

@@ -1,0 +1,146 @@
+"""What every output and every derivative of a graph depends on at once; the ModelStructure of an FMU says it.
+
+From block to block the wires and `feedthrough()` decide.  Inside a block with continuous states its equations do: they
+run once per state with NaN in its place, and what becomes NaN depends on it, 0 times NaN too: a coefficient that is 0
+may be set to another value.  A block that only holds its output between samples counts as passing its input on, as it
+does at the sample.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.graph.node import Node
+from hystfmu.graph.ports import Port
+
+Link = tuple[int, int, int, int, int]
+
+
+@dataclass(frozen=True)
+class Knowns:
+    """Names of input ports, numbers of continuous states, and whether the time is among them."""
+
+    inputs: frozenset[str] = frozenset()
+    states: frozenset[int] = frozenset()
+    time: bool = False
+
+    def __or__(self, other: Knowns) -> Knowns:
+        return Knowns(self.inputs | other.inputs, self.states | other.states, self.time or other.time)
+
+
+def _pointer(a: Array) -> C._Pointer[C.c_double]:
+    return a.ctypes.data_as(C.POINTER(C.c_double))
+
+
+class _Equations:
+    """Output and derivative of one node as functions of NaN: which of their elements depend on what."""
+
+    def __init__(self, node: Node) -> None:
+        sizes, kind = node.sizes, node.block
+
+        def count(*kinds: str) -> int:
+            return sum(sizes[v.name] for v in kind.of(*kinds))
+
+        self.raw, self.n_c = kind.raw, count("cstate")
+        self.dims, self.p = node.raw_arguments()
+        self.x, self.u = np.zeros(count("cstate", "state")), np.zeros(count("input", "time"))
+        self.y, self.dx = np.zeros(count("output")), np.zeros(self.n_c)
+
+    def _nan(self, x: Array, u: Array) -> tuple[list[int], list[int]]:
+        """Places among the outputs and among the derivatives that become NaN."""
+        given = [_pointer(self.p), _pointer(x), _pointer(u)]
+        self.raw.output(self.dims, *given, _pointer(self.y))
+        self.raw.deriv(self.dims, *given, _pointer(self.dx))
+        return np.flatnonzero(np.isnan(self.y)).tolist(), np.flatnonzero(np.isnan(self.dx)).tolist()
+
+    def of_state(self, k: int) -> tuple[list[int], list[int]]:
+        """What depends on the continuous state `k`."""
+        x = self.x.copy()
+        x[k] = np.nan
+        return self._nan(x, self.u)
+
+    def of_inputs(self) -> list[int]:
+        """Derivatives that depend on any input."""
+        return self._nan(self.x, np.full_like(self.u, np.nan))[1]
+
+
+def dependencies(
+    nodes: Sequence[Node], links: Sequence[Link], ports: Sequence[Port]
+) -> tuple[dict[str, Knowns], list[Knowns]]:
+    """Knowns of every output port, and of the derivative of every continuous state in the order of the graph.
+
+    Parameters
+    ----------
+    nodes : sequence of Node
+    links : sequence of (node, place, source or -1, place, size)
+        Wires as `Graph.links` holds them.
+    ports : sequence of Port
+
+    Returns
+    -------
+    outputs : dict of str to Knowns
+        By name of the port; of an array the union over its elements.
+    derivatives : list of Knowns
+    """
+    names = [p.name for p in ports if p.kind == "input" for _ in range(p.size)]
+    # of every node, through its own states: one for all outputs, or one for each where the block has states
+    reach = [[Knowns(time=bool(n.block.of("time")))] for n in nodes]
+    derivatives: list[Knowns] = []
+    reading: list[tuple[int, int]] = []  # derivatives that read the inputs of a node
+    for i, n in enumerate(nodes):
+        if not n.block.of("cstate"):
+            continue
+        equations, first = _Equations(n), len(derivatives)
+        reach[i] = reach[i] * len(equations.y)
+        derivatives += [Knowns()] * equations.n_c
+        for k in range(equations.n_c):
+            known = Knowns(states=frozenset({first + k}))
+            at_outputs, at_derivatives = equations.of_state(k)
+            for j in at_outputs:
+                reach[i][j] |= known
+            for j in at_derivatives:
+                derivatives[first + j] |= known
+        reading += [(first + j, i) for j in equations.of_inputs()]
+
+    def of_outputs(node: int, place: int, size: int) -> list[Knowns]:
+        return reach[node][place : place + size] if len(reach[node]) > 1 else reach[node]
+
+    def inflow(i: int) -> Knowns:
+        """What the inputs of a node carry."""
+        flow = Knowns()
+        for d, _, s, place, size in links:
+            if d != i:
+                continue
+            if s < 0:
+                flow |= Knowns(frozenset(names[place : place + size]))
+            else:
+                for known in of_outputs(s, place, size):
+                    flow |= known
+        return flow
+
+    through = [i for i, n in enumerate(nodes) if n.feeds_through()]
+    changed = True
+    while changed:
+        changed = False
+        for i in through:
+            flow = inflow(i)
+            new = [known | flow for known in reach[i]]
+            changed, reach[i] = changed or new != reach[i], new
+    for k, i in reading:
+        derivatives[k] |= inflow(i)
+    outputs: dict[str, Knowns] = {}
+    for p in ports:
+        if p.kind != "output":
+            continue
+        node = nodes[p.node]
+        rows = node.block.of("output")
+        place = p.place + sum(node.sizes[v.name] for v in rows[: rows.index(p.var)])
+        outputs[p.name] = Knowns()
+        for known in of_outputs(p.node, place, p.size):
+            outputs[p.name] |= known
+    return outputs, derivatives

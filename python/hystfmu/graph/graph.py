@@ -1,0 +1,292 @@
+"""A graph of blocks as data: nodes in the order of their evaluation, wires, inputs, outputs; written as a block file.
+
+Endpoints are written as in Modelica, counting from 1: `"u"` is an input of the graph, `"net.u[2]"` the second element
+of the variable `u` of the node `net`, `"net.u"` all of it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.core.executor import Executor
+from hystfmu.core.library import IMPLICIT, Var
+from hystfmu.graph.block_file import block_file, token_of
+from hystfmu.graph.dependencies import dependencies
+from hystfmu.graph.node import Node, Value
+from hystfmu.graph.order import evaluation_order
+from hystfmu.graph.ports import ContinuousState, Input, Output, Port, element_names
+
+__all__ = ["ContinuousState", "Graph", "Input", "Node", "Output", "Port", "Value"]
+
+_ENDPOINT = re.compile(r"([A-Za-z][A-Za-z0-9_]*)(?:\.([A-Za-z][A-Za-z0-9_]*))?(?:\[(\d+)\])?\Z")
+
+
+class Graph:
+    """Blocks, wires, inputs and outputs.
+
+    Parameters
+    ----------
+    nodes : sequence of Node
+        In the order of evaluation, unless `sort` is set.
+    wires : sequence of (str, str)
+        Pairs (source endpoint, destination endpoint) between nodes.
+    inputs : sequence of Input
+    outputs : sequence of Output
+    sort : bool
+        Put the nodes into an order in which every block with direct feed-through comes after its sources.  Without
+        loops the chain is evaluated from input to output, without delay.  In a loop the blocks without direct
+        feed-through come first and read the values held since the last step, as a sampled loop does.
+    step : float
+        Sample period (s) of the model, at which its sampled blocks advance in Model Exchange; 0: none is stated.
+
+    Raises
+    ------
+    InputError
+        A bad step, unknown endpoints, sizes that differ, an input wired twice, two nodes of one name, an algebraic loop
+        (with the names along it).
+    """
+
+    def __init__(
+        self,
+        nodes: Sequence[Node],
+        wires: Sequence[tuple[str, str]] = (),
+        inputs: Sequence[Input] = (),
+        outputs: Sequence[Output] = (),
+        sort: bool = True,
+        step: float = 0.0,
+    ) -> None:
+        if not (np.isfinite(step) and step >= 0):
+            raise InputError(f"the step of a graph must be a float in [0, inf). Got {step} instead.")
+        self.step = float(step)
+        self.nodes = tuple(nodes)
+        self.wires = tuple((a, b) for a, b in wires)
+        self.inputs, self.outputs = tuple(inputs), tuple(outputs)
+        names = [n.name for n in self.nodes]
+        port_names = [i.name for i in self.inputs] + [o.name for o in self.outputs]
+        for kind, listed in (("block", names), ("port", port_names)):
+            twice = {n for n in listed if listed.count(n) > 1}
+            if twice:
+                raise InputError(f"two {kind}s have the name {sorted(twice)[0]!r}")
+        self.links = self._resolve()
+        order = self._order()  # also refuses an algebraic loop
+        if sort:
+            self.nodes = tuple(self.nodes[i] for i in order)
+            self.links = self._resolve()
+        self.ports = self._ports()
+
+    def __getstate__(self) -> dict[str, object]:
+        """What goes to another process: rows of the C tables are looked up again there."""
+        return {k: v for k, v in self.__dict__.items() if k != "ports"}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        self.ports = self._ports()
+
+    @classmethod
+    def single(cls, node: Node) -> Graph:
+        """A graph of one block, `node`, whose ports are the block's own."""
+        kind = node.block
+        inputs = [Input(v.name, (f"{node.name}.{v.name}",), v.unit, v.start, v.text) for v in kind.of("input")]
+        outputs = [Output(v.name, f"{node.name}.{v.name}", v.unit, v.text) for v in kind.of("output")]
+        return cls([node], (), inputs, outputs)
+
+    def node(self, name: str) -> Node:
+        """The node of that `name`.
+
+        Raises
+        ------
+        InputError
+            There is none.
+        """
+        for n in self.nodes:
+            if n.name == name:
+                return n
+        raise InputError(f"no block {name!r} in the graph; it has {[n.name for n in self.nodes]}")
+
+    def replace(self, node: Node) -> Graph:
+        """The same graph with one node exchanged for another of the same name."""
+        self.node(node.name)
+        nodes = [node if n.name == node.name else n for n in self.nodes]
+        return Graph(nodes, self.wires, self.inputs, self.outputs, sort=False, step=self.step)
+
+    def with_step(self, step: float) -> Graph:
+        """The same graph with another sample period `step` (s)."""
+        return Graph(self.nodes, self.wires, self.inputs, self.outputs, sort=False, step=step)
+
+    # ---- resolving endpoints --------------------------------------------------------------------------------------
+    def _endpoint(self, text: str, kinds: tuple[str, ...]) -> tuple[int, int, int, Var]:
+        """(node, place among the variables of these kinds, number of elements, row)"""
+        m = _ENDPOINT.match(text)
+        index = {n.name: i for i, n in enumerate(self.nodes)}
+        if not m or not m[2] or m[1] not in index:
+            raise InputError(f"the connection end {text!r} names no block; blocks: {list(index)}")
+        node = self.nodes[index[m[1]]]
+        sizes, place = node.sizes, 0
+        share = ("input", "time") if "input" in kinds else kinds
+        for v in node.block.of(*share):
+            if v.name == m[2] and v.kind in kinds:
+                if m[3] is None:
+                    return index[m[1]], place, sizes[v.name], v
+                if not 1 <= int(m[3]) <= sizes[v.name]:
+                    raise InputError(f"the index of {text!r} must be in 1..{sizes[v.name]}")
+                return index[m[1]], place + int(m[3]) - 1, 1, v
+            place += sizes[v.name]
+        have = [v.name for v in node.block.of(*kinds)]
+        raise InputError(f"the connection end {text!r}: {node.type} has no such {kinds[0]}; it has {have}")
+
+    def _resolve(self) -> list[tuple[int, int, int, int, int]]:
+        """Wires as (node, place, source or -1, place, size), sorted by node."""
+        links: list[tuple[int, int, int, int, int]] = []
+        for a, b in self.wires:
+            to, to_place, n, _ = self._endpoint(b, ("input",))
+            source, from_place, m, _ = self._endpoint(a, ("output",))
+            if n != m:
+                raise InputError(f"the connection {a!r} -> {b!r} joins {m} values to {n}")
+            links.append((to, to_place, source, from_place, n))
+        at = 0
+        for port in self.inputs:
+            if not port.to:
+                raise InputError(f"the input {port.name!r} is connected to nothing")
+            ends = [self._endpoint(b, ("input",)) for b in port.to]
+            if len({e[2] for e in ends}) != 1:
+                raise InputError(f"the input {port.name!r} is connected to inputs of different sizes")
+            links += [(e[0], e[1], -1, at, e[2]) for e in ends]
+            at += ends[0][2]
+        self.n_inputs = at
+        driven: set[tuple[int, int]] = set()
+        for to, place, _, _, n in links:
+            for k in range(place, place + n):
+                if (to, k) in driven:
+                    raise InputError(f"an input of {self.nodes[to].name!r} is connected twice")
+                driven.add((to, k))
+        return sorted(links)
+
+    def _order(self) -> list[int]:
+        # the second input of an implicit inverse is what it tries its output for: no loop, and no source to wait for
+        tried = [bool(n.block.flags & IMPLICIT) for n in self.nodes]
+        edges = {(s, d) for d, place, s, _, _ in self.links if s >= 0 and not (tried[d] and place == 1)}
+        return evaluation_order([n.name for n in self.nodes], [n.feeds_through() for n in self.nodes], edges)
+
+    # ---- what an importer sees ------------------------------------------------------------------------------------
+    def _ports(self) -> tuple[Port, ...]:
+        ports: list[Port] = []
+        reference = 0
+
+        def add(
+            name: str, kind: str, node: int, v: Var, place: int, size: int, unit: str, text: str, start: Array
+        ) -> None:
+            nonlocal reference
+            values = tuple(float(s) for s in start)
+            ports.append(Port(name, kind, node, v, place, reference, size, unit or v.unit, text or v.text, values))
+            reference += size
+
+        at = 0
+        for i in self.inputs:
+            node, _, size, v = self._endpoint(i.to[0], ("input",))
+            add(i.name, "input", node, v, at, size, i.unit, i.text, np.full(size, i.start))
+            at += size
+        for o in self.outputs:
+            node, _, size, v = self._endpoint(o.source, ("output",))
+            m = _ENDPOINT.match(o.source)
+            place = int(m[3]) - 1 if m and m[3] else 0
+            add(o.name, "output", node, v, place, size, o.unit, o.text, np.full(size, v.start))
+        for k, n in enumerate(self.nodes):
+            for v in n.block.parameters:
+                start = n.value(v.name)
+                name = v.name if len(self.nodes) == 1 else f"{n.name}_{v.name}"
+                if start.size:
+                    add(name, v.kind, k, v, 0, start.size, "", "", start)
+        names = [s for p in ports for s in p.scalar_names]
+        if len(set(names)) < len(names):
+            twice = next(n for n in names if names.count(n) > 1)
+            raise InputError(f"two variables of the unit would have the name {twice!r}; rename a block or a port")
+        return tuple(ports)
+
+    def port(self, name: str) -> Port:
+        """The variable of that `name`.
+
+        Raises
+        ------
+        InputError
+            There is none.
+        """
+        for p in self.ports:
+            if p.name == name:
+                return p
+        raise InputError(f"no variable {name!r}; there are {', '.join(p.name for p in self.ports[:20])}")
+
+    @property
+    def continuous_states(self) -> tuple[ContinuousState, ...]:
+        """The continuous states in the order of the core, one per element; none is a variable that can be set."""
+        taken = {s for p in self.ports for s in p.scalar_names}
+        states: list[ContinuousState] = []
+        for n in self.nodes:
+            for v in n.block.of("cstate"):
+                name = v.name if len(self.nodes) == 1 else f"{n.name}_{v.name}"
+                for own in element_names(name, n.sizes[v.name]):
+                    while own in taken:  # names are free text: a port may have taken it
+                        own += "_"
+                    taken.add(own)
+                    states.append(ContinuousState(own, v.unit, v.text))
+        return tuple(states)
+
+    @property
+    def n_outputs(self) -> int:
+        """Number of scalar outputs."""
+        return sum(p.size for p in self.ports if p.kind == "output")
+
+    def dependencies(self) -> dict[str, tuple[str, ...]]:
+        """For every output port the names of the input ports that it depends on through direct feed-through."""
+        listed = [i.name for i in self.inputs]
+        outputs, _ = dependencies(self.nodes, self.links, self.ports)
+        return {name: tuple(sorted(known.inputs, key=listed.index)) for name, known in outputs.items()}
+
+    # ---- running --------------------------------------------------------------------------------------------------
+    def to_bytes(self) -> bytes:
+        """The block file (`resources/block.bin`); the format is in `fmu_build/README.md`."""
+        return block_file(self.step, self.nodes, self.links, self.ports)
+
+    @property
+    def token(self) -> str:
+        """The token that ties the block file to its modelDescription.xml (guid, instantiationToken)."""
+        return token_of(self.to_bytes())
+
+    def executor(self) -> Executor:
+        """The graph loaded into the C core."""
+        return Executor(self.to_bytes())
+
+    def run(self, u: Array | Sequence[float], h: float = 1.0, t0: float = 0.0) -> Array:
+        """Outputs for input rows `u`, `h` seconds apart, from a fresh start.
+
+        Parameters
+        ----------
+        u : array, shape (n,) or (n, number of inputs)
+            Inputs, held over the step that ends at their row; row 0 is the initialisation.
+        h : float
+            Step in seconds.
+        t0 : float
+            Time of row 0 in seconds.
+
+        Returns
+        -------
+        array, shape (n,) for one output, else (n, number of outputs)
+
+        Raises
+        ------
+        InputError
+            Rows of another width, values that are not finite, a step that the core refuses.
+        """
+        rows = np.asarray(u, dtype=np.float64)
+        if rows.ndim == 1:
+            rows = rows[:, None]
+        if rows.shape[1] != self.n_inputs:
+            raise InputError(f"the graph has {self.n_inputs} inputs; got rows of {rows.shape[1]}")
+        if not np.isfinite(rows).all():
+            raise InputError(f"the input is not finite in row {int(np.argwhere(~np.isfinite(rows))[0][0])}")
+        y = self.executor().run(rows, self.n_outputs, h, t0)
+        return y[:, 0] if y.shape[1] == 1 else y

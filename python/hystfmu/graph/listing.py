@@ -1,0 +1,81 @@
+"""The blocks as text: an overview, one block in detail, JSON, and the table of the README; all from the C tables."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import BlockType, Var, block_types
+from hystfmu.report.terminal import table
+
+
+def _find(name: str) -> BlockType:
+    types = block_types()
+    if name not in types:
+        raise InputError(f"no block {name!r}; there are {', '.join(types)}")
+    return types[name]
+
+
+def _ports(t: BlockType) -> tuple[str, str]:
+    def names(kind: str) -> str:
+        return ", ".join(v.name if v.size == "1" else f"{v.name}[{v.size}]" for v in t.of(kind))
+
+    return names("input"), names("output")
+
+
+def overview() -> str:
+    """All blocks, a line each."""
+    rows = [[t.name, *_ports(t), t.text] for t in block_types().values()]
+    return table(["block", "inputs", "outputs", "what it is"], rows)
+
+
+def details(name: str) -> str:
+    """One block: equation, source, sizes, ports, parameters."""
+    t = _find(name)
+    lines = [f"{t.name} ({t.class_name}): {t.text}", "", f"  {t.equation}", f"  source: {t.source}"]
+    lines += [f"  family: {t.family}; rate: {t.rate}"]
+    if t.inverse:
+        lines += [f"  exact inverse: {t.inverse}, if {t.inverse_condition}"]
+    if t.dims:
+        rows = [[d.name, d.start, f"{d.lo}..{d.hi}", d.text] for d in t.dims]
+        lines += ["", table(["size", "default", "range", "meaning"], rows)]
+    for title, kinds in (("input", ("input",)), ("output", ("output",)), ("parameter", ("param", "fixed"))):
+        rows = [_row(v) for v in t.of(*kinds)]
+        if rows:
+            lines += ["", table([title, "size", "unit", "default", "range", "meaning"], rows)]
+    return "\n".join(lines)
+
+
+def _row(v: Var) -> list[Any]:
+    start = v.choices[int(v.start)] if v.choices else f"{v.start:g}"
+    return [v.name, v.size, v.unit, start, v.interval, v.text]
+
+
+def as_json(name: str | None = None) -> str:
+    """One block or all, for machines."""
+    types = [_find(name)] if name else list(block_types().values())
+    return json.dumps([_data(t) for t in types], indent=1)
+
+
+def _data(t: BlockType) -> dict[str, Any]:
+    rows = [
+        {
+            k: (repr(x) if isinstance(x, float) and abs(x) == float("inf") else x)
+            for k, x in vars(v).items()
+            if k != "raw"
+        }
+        for v in t.of("param", "fixed", "input", "output")
+    ]
+    dims = [vars(d) for d in t.dims]
+    facts = ("name", "text", "equation", "source", "family", "rate", "inverts", "inverse", "inverse_condition")
+    return {**{k: getattr(t, k) for k in facts}, "dims": dims, "variables": rows}
+
+
+def markdown() -> str:
+    """The table of the README."""
+    lines = ["| block | inputs | outputs | what it is |", "|---|---|---|---|"]
+    for t in block_types().values():
+        inputs, outputs = _ports(t)
+        lines.append(f"| `{t.name}` | {inputs} | {outputs} | {t.text} |")
+    return "\n".join(lines)

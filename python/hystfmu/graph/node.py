@@ -1,0 +1,157 @@
+"""One block of a graph: its type, sizes and parameter values, checked against the table of the block."""
+
+from __future__ import annotations
+
+import ctypes as C
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import BlockType, Var, block_types
+
+Value = float | int | bool | str | Sequence[float] | Array
+
+_MOST_VALUES = 1 << 24  # as in graph_file.c
+_LENGTH = re.compile(r"(\w+)(?: \+ (\d+))?\Z")
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+
+
+@dataclass(frozen=True)
+class Node:
+    """One block of a graph.
+
+    Parameters
+    ----------
+    name : str
+        Name of the instance, unique in the graph.
+    type : str
+        Key of the block, e.g. ``"prandtl_ishlinskii"``.
+    dims : mapping of str to int
+        Sizes; a missing one follows from the length of an array value, else from the table.
+    values : mapping
+        Parameter values; a missing one has the start value of the table.  Enumerations take their words.
+
+    Raises
+    ------
+    InputError
+        Unknown block, parameter or size, wrong length, value out of range.
+    """
+
+    name: str
+    type: str
+    dims: Mapping[str, int] = field(default_factory=dict)
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not _NAME.match(self.name):
+            raise InputError(f"the block name {self.name!r} must be a letter followed by letters, digits or _")
+        kind = self.block  # raises on an unknown type
+        unknown = set(self.dims) - {d.name for d in kind.dims}
+        if unknown:
+            raise InputError(f"{self.type} has no size {sorted(unknown)[0]!r}; it has {[d.name for d in kind.dims]}")
+        unknown = set(self.values) - {v.name for v in kind.parameters}
+        if unknown:
+            names = [v.name for v in kind.parameters]
+            raise InputError(f"{self.type} has no parameter {sorted(unknown)[0]!r}; it has {names}")
+        object.__setattr__(self, "dims", self._complete_dims())
+        sizes = self.sizes
+        if sum(sizes.values()) > _MOST_VALUES:
+            raise InputError(
+                f"{self.name}: sizes {dict(self.dims)} make too many values; at most {_MOST_VALUES} fit a graph"
+            )
+        for v in kind.parameters:
+            self._flat(v, sizes[v.name])
+
+    @property
+    def block(self) -> BlockType:
+        """The description of the block.
+
+        Raises
+        ------
+        InputError
+            There is no block of that type.
+        """
+        types = block_types()
+        if self.type not in types:
+            raise InputError(f"no block {self.type!r}; 'hystfmu blocks' lists them: {', '.join(types)}")
+        return types[self.type]
+
+    def _complete_dims(self) -> dict[str, int]:
+        dims = dict(self.dims)
+        for v in self.block.parameters:  # a row of size n, or n + 1, tells n by its length
+            m = _LENGTH.match(v.size)
+            if m and v.name in self.values and m[1] not in dims and m[1] in {d.name for d in self.block.dims}:
+                dims[m[1]] = int(np.size(np.asarray(self.values[v.name]))) - int(m[2] or 0)
+        for d in self.block.dims:
+            n = dims.setdefault(d.name, d.start)
+            if isinstance(n, bool) or int(n) != n or not d.lo <= n <= d.hi:
+                raise InputError(f"The size '{d.name}' of {self.name} must be an int in [{d.lo}, {d.hi}]. Got {n}.")
+            dims[d.name] = int(n)
+        return dims
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Number of elements of every variable."""
+        return self.block.sizes(self.dims)
+
+    def _flat(self, v: Var, size: int) -> Array:
+        value = self.values.get(v.name, v.start)
+        if isinstance(value, str):
+            if value not in v.choices:
+                wanted = f"one of {list(v.choices)}" if v.choices else "a number"
+                raise InputError(f"The '{v.name}' parameter of {self.name} must be {wanted}. Got {value!r} instead.")
+            value = v.choices.index(value)
+        try:
+            array = np.asarray(value, dtype=np.float64).ravel()
+        except (TypeError, ValueError):
+            raise InputError(f"The '{v.name}' parameter of {self.name} must be numbers. Got {value!r}.") from None
+        if array.size == 1 and size != 1:
+            array = np.broadcast_to(array, (size,))
+        if array.size != size:
+            raise InputError(f"The '{v.name}' parameter of {self.name} must have {size} values. Got {array.size}.")
+        bad = ~(np.isfinite(array) & (array >= v.lo) & (array <= v.hi))
+        if v.type != "real":
+            bad |= array != np.floor(array)
+        if bad.any():
+            got = array[bad][0]
+            raise InputError(f"The '{v.name}' parameter of {self.name} must be {v.interval}. Got {got:.10g} instead.")
+        return array
+
+    def parameters(self) -> Array:
+        """All parameter values in the order of the table, flat: shape (n,)."""
+        sizes = self.sizes
+        return np.concatenate([self._flat(v, sizes[v.name]) for v in self.block.parameters] or [np.zeros(0)])
+
+    def value(self, name: str) -> Array:
+        """The parameter `name` as a flat array, shape (n,).
+
+        Raises
+        ------
+        InputError
+            No such parameter.
+        """
+        rows = {v.name: v for v in self.block.parameters}
+        if name not in rows:
+            raise InputError(f"{self.type} has no parameter {name!r}; it has {list(rows)}")
+        return self._flat(rows[name], self.sizes[name]).copy()
+
+    def with_values(self, **values: Value) -> Node:
+        """The same node with some values changed."""
+        return Node(self.name, self.type, self.dims, {**self.values, **values})
+
+    def feeds_through(self) -> bool:
+        """Whether an output depends on the present inputs."""
+        if not self.block.raw.feedthrough:
+            return True
+        dims, p = self.raw_arguments()
+        return bool(self.block.raw.feedthrough(dims, p.ctypes.data_as(C.POINTER(C.c_double))))
+
+    def raw_arguments(self) -> tuple[C.Array[C.c_int], Array]:
+        """Sizes and parameters as the C functions of the block take them; derived values are 0."""
+        sizes, kind = self.sizes, self.block
+        derived = sum(sizes[v.name] for v in kind.of("derived"))
+        return kind.raw_dims(self.dims), np.concatenate([self.parameters(), np.zeros(derived)])

@@ -1,0 +1,68 @@
+"""What a graph shows outside: its inputs and outputs as stated, and the variables and states that an importer sees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hystfmu.core.library import Var
+
+
+def element_names(name: str, size: int) -> tuple[str, ...]:
+    """One plain name per element of a variable: `w`, or `w_1`, `w_2`, ... for an array."""
+    return (name,) if size == 1 else tuple(f"{name}_{i + 1}" for i in range(size))
+
+
+@dataclass(frozen=True)
+class Input:
+    """An input of a graph."""
+
+    name: str
+    to: tuple[str, ...]
+    unit: str = ""
+    start: float = 0.0
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Output:
+    """An output of a graph."""
+
+    name: str
+    source: str
+    unit: str = ""
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Port:
+    """A variable of the finished unit, as an importer sees it: its elements have references from `reference` on."""
+
+    name: str
+    kind: str
+    node: int
+    var: Var
+    place: int
+    reference: int
+    size: int
+    unit: str
+    text: str
+    start: tuple[float, ...]
+
+    @property
+    def is_parameter(self) -> bool:
+        """Whether it is a parameter, tunable or fixed."""
+        return self.kind in ("param", "fixed")
+
+    @property
+    def scalar_names(self) -> tuple[str, ...]:
+        """Names of the elements."""
+        return element_names(self.name, self.size)
+
+
+@dataclass(frozen=True)
+class ContinuousState:
+    """One continuous state of the finished unit, as Model Exchange names it; its derivative is `der(name)`."""
+
+    name: str
+    unit: str
+    text: str

@@ -1,0 +1,96 @@
+"""A graph as tables of a TOML file, the same in model files and scenarios: read by pydantic, written as plain data."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import pydantic
+from pydantic import Field
+
+from hystfmu.graph.graph import Graph, Input, Node, Output
+
+STRICT = pydantic.ConfigDict(extra="forbid", strict=True, frozen=True)
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=64)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Value = bool | int | float | str | list[bool | int | float]
+
+
+class BlockTable(pydantic.BaseModel):
+    """One block."""
+
+    model_config = STRICT
+    name: Name
+    type: str
+    dims: dict[str, int] = {}
+    values: dict[str, Value] = {}
+
+
+class InputTable(pydantic.BaseModel):
+    """One input of the graph."""
+
+    model_config = STRICT
+    name: Name
+    to: list[str]
+    unit: str = ""
+    start: Number = 0.0
+    text: str = ""
+
+
+class OutputTable(pydantic.BaseModel):
+    """One output of the graph."""
+
+    model_config = STRICT
+    name: Name
+    source: str
+    unit: str = ""
+    text: str = ""
+
+
+class GraphTable(pydantic.BaseModel):
+    """Blocks in the order of their evaluation, wires, inputs, outputs."""
+
+    model_config = STRICT
+    blocks: list[BlockTable] = Field(min_length=1, max_length=1000)
+    wires: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = []
+    inputs: list[InputTable] = []
+    outputs: list[OutputTable] = []
+
+    def graph(self) -> Graph:
+        """The graph that the tables describe.
+
+        Raises
+        ------
+        InputError
+            As `Graph`.
+        """
+        nodes = [Node(b.name, b.type, b.dims, b.values) for b in self.blocks]
+        inputs = [Input(i.name, tuple(i.to), i.unit, i.start, i.text) for i in self.inputs]
+        outputs = [Output(o.name, o.source, o.unit, o.text) for o in self.outputs]
+        return Graph(nodes, [(a, b) for a, b in self.wires], inputs, outputs, sort=False)
+
+
+def graph_tables(g: Graph) -> dict[str, Any]:
+    """The tables of a graph, with all its values."""
+    return {
+        "wires": [list(w) for w in g.wires],
+        "inputs": [
+            {"name": i.name, "to": list(i.to), "unit": i.unit, "start": float(i.start), "text": i.text}
+            for i in g.inputs
+        ],
+        "outputs": [{"name": o.name, "source": o.source, "unit": o.unit, "text": o.text} for o in g.outputs],
+        "blocks": [{"name": n.name, "type": n.type, "dims": dict(n.dims), "values": _values(n)} for n in g.nodes],
+    }
+
+
+def _values(n: Node) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for v in n.block.parameters:
+        plain = [_plain(x, v.type, v.choices) for x in n.value(v.name)]
+        values[v.name] = plain[0] if v.size == "1" else plain
+    return values
+
+
+def _plain(x: float, kind: str, choices: tuple[str, ...]) -> float | int | bool | str:
+    if choices:
+        return choices[int(x)]
+    return float(x) if kind == "real" else bool(x) if kind == "bool" else int(x)

@@ -1,0 +1,1 @@
+"""What the data excite: minor loops, speeds of the input, drift of the output."""

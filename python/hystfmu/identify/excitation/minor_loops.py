@@ -1,0 +1,140 @@
+"""What the excitation can tell: reversals under noise, minor loops and whether they close, and warnings when it cannot.
+
+A sum of plays has return-point memory: after an excursion u: a -> b -> a its output is back where it was, and the loop
+is closed (wiping-out and congruence: Mayergoyz 1991, ch. 1).  A Bouc-Wen operator has not: it creeps along the outer
+branch (Ikhouane & Rodellar 2007, ch. 3).  So the gap of the minor loops in the data tells the class before any fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.data.reversals import noise, reversals
+
+OPEN = 0.5  # percent of the span of y: a larger gap is no return-point memory
+LEAST_LOOP = 0.02  # of the range of u: smaller loops say little
+LEAST_SAMPLES = 100  # per cycle: extrema seen only at samples cost 2.6 / 0.10 / 0.03 % at 10 / 50 / 100
+SURE = 3.0  # standard errors
+NO_WIDTH = 0.1  # percent of the span of y: a thinner loop is no hysteresis
+BINS = 50
+MOST_TURNS = 200  # an extremum that u does not come back to within so many reversals is given up
+SPEEDS = 2.0  # ratio of speeds that shows rate dependence
+RETURN_POINT, OPEN_LOOPS, NONE, UNKNOWN = "return-point", "no return-point", "none", "unknown"
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """What the training rows hold.
+
+    Parameters
+    ----------
+    reversals : int
+        Turning points of u outside its noise.
+    samples_per_cycle : float
+        Rows for two reversals, on average.
+    loops : int
+        Minor loops that u closes.
+    gap : float
+        RMS over the loops of y after minus y before, noise taken out, in percent of the span of y.
+    several_speeds : bool
+        Half cycles differ twofold in their mean speed (10th and 90th percentile), so that rate dependence can show.
+    memory : str
+        ``return-point``; ``no return-point``, as Bouc-Wen or the last extremum only; ``none``, y a function of u;
+        ``unknown``.
+    warnings : tuple of str
+        Why the memory cannot be identified from these rows; empty if it can.
+    """
+
+    reversals: int
+    samples_per_cycle: float
+    loops: int
+    gap: float
+    several_speeds: bool
+    memory: str
+    warnings: tuple[str, ...]
+
+
+def gaps(u: Array, y: Array, turns: Array) -> Array:
+    """For every extremum that u (n,) comes back to: y where u is there again (between samples), minus y at it.
+
+    What u does before it comes back, smaller loops included, must stay inside the branch that led to the extremum.
+    """
+    found = []
+    level = np.append(u[turns], u[-1])
+    at = np.append(turns, len(u) - 1)
+    for i in range(1, len(turns)):
+        side, depth = np.sign(level[i] - level[i - 1]), 0.0
+        for j in range(i + 1, min(i + MOST_TURNS, len(level))):
+            way = side * (level[j] - level[i])
+            if way >= 0:
+                back = turns[i] + 1 if j == i + 1 else at[j - 1]
+                k = int(back + np.argmax(side * (u[back : at[j] + 1] - level[i]) >= 0))
+                if depth >= LEAST_LOOP * np.ptp(u):
+                    share = side * (u[k] - level[i]) / (side * (u[k] - u[k - 1]))
+                    found.append(y[k] - share * (y[k] - y[k - 1]) - y[turns[i]])
+                break
+            depth = max(depth, -way)
+            if depth > abs(level[i] - level[i - 1]):
+                break
+    return np.array(found)
+
+
+def width(u: Array, y: Array) -> float:
+    """RMS distance of y (n,) from a function of u (n,): straight lines over `BINS` parts of the sorted rows."""
+    order = np.argsort(u, kind="stable")
+    square = 0.0
+    for part in np.array_split(order, min(BINS, len(u) // 4)):
+        columns = np.column_stack([u[part] - u[part].mean(), np.ones(len(part))])
+        square += float(np.sum((y[part] - columns @ np.linalg.lstsq(columns, y[part], rcond=None)[0]) ** 2))
+    return float(np.sqrt(square / len(u)))
+
+
+def examine(data: Dataset) -> Excitation:
+    """Reversals, minor loops and memory class of the training rows.
+
+    Parameters
+    ----------
+    data : Dataset
+        With a measured output.  Rate dependence and creep open loops too, so the gap is an upper bound on what the
+        memory does; noise of y is taken out, and where it hides the limit of 0.5 % the class is ``unknown``.
+    """
+    u, y = data.u[data.train], data.y[data.train]
+    turns = reversals(u)
+    between = np.diff(turns)
+    samples = 2 * float(between.mean()) if len(between) else float(len(u))
+    d, sigma, span = gaps(u, y, turns), noise(y), float(np.ptp(y))
+    gap, memory = 0.0, UNKNOWN
+    if width(u, y) ** 2 - sigma**2 * (1 - SURE * np.sqrt(2 / len(y))) < (NO_WIDTH / 100 * span) ** 2:
+        memory = NONE
+    elif len(d):
+        square, by_noise = float(np.mean(d**2)), 2 * sigma**2
+        error = SURE * by_noise * np.sqrt(2 / len(d))
+        gap = 100 * float(np.sqrt(max(square - by_noise, 0.0))) / span
+        if gap > OPEN and square - by_noise > error:
+            memory = OPEN_LOOPS
+        elif 100 * np.sqrt(error) / span <= OPEN:
+            memory = RETURN_POINT
+    swift, slow = np.percentile(np.abs(np.diff(u[turns])) / between, [90, 10]) if len(between) else (1.0, 1.0)
+    several = bool(swift > SPEEDS * slow)
+    return Excitation(len(turns), samples, len(d), gap, several, memory, _warnings(u[turns], samples, len(d), memory))
+
+
+def _warnings(levels: Array, samples: float, loops: int, memory: str) -> tuple[str, ...]:
+    found = []
+    if memory == NONE:
+        found.append(f"the output is a function of the input: its loops are thinner than {NO_WIDTH} % of the span of y")
+    swings = np.abs(np.diff(levels))
+    if len(swings) < 3 or bool(np.all(np.diff(swings) <= 0.01 * swings.max())):
+        found.append(
+            "the input is one decaying (or steady) oscillation, which does not identify memory; "
+            "excite with at least 60 reversals of different amplitudes"
+        )
+    elif not loops:
+        found.append("the input closes no minor loop, so that return-point memory cannot be told from any other")
+    if samples < LEAST_SAMPLES:
+        found.append(f"{samples:.0f} samples per cycle; at least {LEAST_SAMPLES} show the reversals well enough")
+    return tuple(found)

@@ -1,0 +1,192 @@
+"""Constraint-factor operator: its branch g(d) = (1 - e^-d)(a_0 + sum_j a_j d^(2j-1)), fitted in stack coordinates.
+
+Where a branch begins and how far it has gone depends on the input alone, so the operator is linear in the coefficients:
+h = sum_j a_j H_j, H_j the operator with the branch b_j(d) = (1 - e^-d) d^(2j-1).  The columns H_j are orthogonalised
+(SVD); the slope g' is held positive on a grid, which makes a least-distance problem (Lawson & Hanson 1974, ch. 23).  A
+little penalty on the third derivative keeps what the data leave open smooth, and what follows the longest branch sane.
+
+Shen & Ma 2017, eq. 1-10, fit increments from the last extremum by normal equations instead (`literal_branch`): their
+condition is the square of a bad one, and nothing keeps the branch increasing - the printed a_0 = g'(0) is negative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+
+from hystfmu.base.arrays import Array
+
+LEAST_SLOPE = 1e-3  # of the mean slope: an increasing branch, with room for what happens between the grid points
+GRID = 400
+DEPENDENT = 1e-9  # singular values below this share of the largest one: directions the columns do not determine
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A fitted branch function.
+
+    Parameters
+    ----------
+    a : array, shape (m + 1,)
+        a_0 of the constant, a_1 .. a_m of d, d^3, .., d^(2m-1).
+    d_max : float
+        Longest branch of the data.
+    condition : float
+        Of the least-squares system, each column scaled to length 1; of the normal equations if they were used.
+    """
+
+    a: Array
+    d_max: float
+    condition: float
+
+    def __call__(self, d: Array) -> Array:
+        """g(d)."""
+        return np.asarray(basis(d, len(self.a) - 1) @ self.a)
+
+    def slope(self, d: Array) -> Array:
+        """g'(d) for d (n,)."""
+        return np.asarray(slopes(d, len(self.a) - 1) @ self.a)
+
+    @property
+    def falling(self) -> float:
+        """Share of [0, d_max] where the branch decreases."""
+        return float(np.mean(self.slope(np.linspace(0, self.d_max, 10 * GRID + 1)) < 0))
+
+
+def basis(d: Array, m: int, d_max: float = np.inf) -> Array:
+    """b_0 = 1 - e^-d, b_j = (1 - e^-d) d^(2j-1), j = 1..m, straight on beyond d_max: shape (len(d), m + 1)."""
+    near = np.minimum(d, d_max)
+    b = -np.expm1(-near)[:, None] * _powers(near, m)
+    far = d > d_max
+    if far.any():
+        b[far] += (d[far] - d_max)[:, None] * slopes(near[far], m)
+    return np.asarray(b)
+
+
+def slopes(d: Array, m: int) -> Array:
+    """The derivatives of the basis by d (n,), inside of d_max: shape (n, m + 1)."""
+    j = np.arange(1, m + 1)
+    derivative = np.column_stack([np.zeros_like(d), (2 * j - 1) * d[:, None] ** (2 * j - 2)])
+    return np.asarray(np.exp(-d)[:, None] * _powers(d, m) - np.expm1(-d)[:, None] * derivative)
+
+
+def _powers(d: Array, m: int) -> Array:
+    return np.column_stack([np.ones_like(d), d[:, None] ** (2 * np.arange(1, m + 1) - 1)])
+
+
+@dataclass(frozen=True)
+class StackCoordinates:
+    """Where every row of an input stands on its branch: h[k] = h[start[k]] + weight[k] g(d[k]).
+
+    Parameters
+    ----------
+    start : array of int, shape (n,)
+        Row of the extremum the branch began at; -1 is the origin, where h = 0.
+    weight : array, shape (n,)
+        The sign of the branch, halved on the virgin branch (Masing: h = sgn(x - x0) g(2 |x - x0|) / 2).
+    d : array, shape (n,)
+        Distance from the extremum, doubled on the virgin branch.
+    """
+
+    start: np.typing.NDArray[np.int_]
+    weight: Array
+    d: Array
+
+    def columns(self, m: int, d_max: float) -> Array:
+        """H_j, j = 0..m: the operator with each basis function as its branch, shape (n, m + 1)."""
+        steps = self.weight[:, None] * basis(self.d, m, d_max)
+        H = np.zeros((len(steps) + 1, m + 1))  # the last row is the origin
+        for k, p in enumerate(self.start):
+            H[k] = H[p] + steps[k]
+        return H[:-1]
+
+
+def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoordinates:
+    """Branches of an input x (n,) at rest at x0 before; memory "dominant" (return-point memory) or "last" extremum."""
+    n = len(x)
+    start, weight, d = np.full(n, -1), np.zeros(n), np.zeros(n)
+    extrema: list[int] = []
+    last, direction = x0, 0.0
+    for k in range(n):
+        if x[k] == last:  # a plateau is not a reversal
+            if k:
+                start[k], weight[k], d[k] = start[k - 1], weight[k - 1], d[k - 1]
+            continue
+        s = 1.0 if x[k] > last else -1.0
+        if direction * s < 0:
+            extrema.append(k - 1)
+        if memory == "dominant":
+            while len(extrema) >= 2 and s * x[k] >= s * x[extrema[-2]]:
+                del extrema[-2:]
+            if len(extrema) == 1 and (x[k] - x0) * s >= (x0 - x[extrema[0]]) * s:
+                extrema.clear()
+        if extrema:
+            start[k], weight[k], d[k] = extrema[-1], s, s * (x[k] - x[extrema[-1]])
+            if d[k] < 0:  # the last extremum was passed on a plateau's other side: only without return-point memory
+                weight[k], d[k] = -s, -d[k]
+        else:
+            virgin = 2.0 if memory == "dominant" else 1.0
+            weight[k], d[k] = np.copysign(1 / virgin, x[k] - x0), virgin * abs(x[k] - x0)
+        last, direction = x[k], s
+    return StackCoordinates(start, weight, d)
+
+
+def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: slice, m: int, roughness: float) -> Branch:
+    """The increasing branch whose operator plus a combination of `free` is nearest to y over `rows`.
+
+    Parameters
+    ----------
+    where : StackCoordinates
+        Of all rows, from the first on.
+    y : array, shape (len of rows,)
+        What the operator follows.
+    free : array, shape (len of rows, q)
+        Columns with free weights, the constant among them.
+    rows : slice
+        Rows that count.
+    m : int
+        Order of the polynomial: m odd powers.
+    roughness : float
+        Weight of the RMS third derivative of g, d in units of the longest branch, beside the RMS error.
+    """
+    d_max = float(where.d[rows].max())
+    H = where.columns(m, d_max)[rows]
+    Q = np.linalg.svd(free, full_matrices=False)[0]
+    third = d_max * (GRID - 1) ** 2 * np.diff(slopes(np.linspace(0, d_max, GRID), m), 2, axis=0)
+    system = np.vstack([H - Q @ (Q.T @ H), roughness * np.sqrt(len(H) / len(third)) * third])
+    size = np.linalg.norm(system, axis=0)
+    U, sigma, Vt = np.linalg.svd(system / size, full_matrices=False)
+    keep = sigma > DEPENDENT * sigma[0]
+    back = Vt[keep].T / sigma[keep] / size[:, None]  # from the orthogonal basis to a
+    grid = 0.5 * d_max * (1 - np.cos(np.linspace(0, np.pi, GRID)))
+    least = LEAST_SLOPE * float(np.ptp(y)) / d_max
+    z = _nearest(U[: len(H), keep].T @ y, slopes(grid, m) @ back, np.full(GRID, least))
+    return Branch(back @ z, d_max, float(sigma[0] / sigma[keep][-1]))
+
+
+def _nearest(f: Array, E: Array, least: Array) -> Array:
+    """min |z - f| over E z >= least, by its dual, a non-negative least-squares problem (Lawson & Hanson, LDP)."""
+    if (E @ f >= least).all():
+        return f
+    size = np.linalg.norm(E, axis=1)
+    E, least = E / size[:, None], least / size
+    scale = float(np.linalg.norm(f))
+    right = (least - E @ f) / scale
+    A = np.vstack([E.T, right])
+    e = np.zeros(len(A))
+    e[-1] = 1
+    v, _ = nnls(A, e, maxiter=30 * len(right))
+    r = e - A @ v
+    return np.asarray(f + scale * (A[:-1] @ v) / r[-1])
+
+
+def literal_branch(where: StackCoordinates, y: Array, rows: slice, m: int) -> Branch:
+    """Shen & Ma 2017, eq. 8-10: A = X^-1 Y on increments along the branches, X the normal matrix; y (n,): all rows."""
+    first = where.start[rows]
+    used = np.flatnonzero(first >= 0) + (rows.start or 0)
+    v = np.sign(where.weight[used]) * (y[used] - y[where.start[used]])
+    B = basis(where.d[used], m)
+    X = B.T @ B
+    return Branch(np.linalg.inv(X) @ (B.T @ v), float(where.d[used].max()), float(np.linalg.cond(X)))

@@ -1,0 +1,60 @@
+"""The basis of a polynomial NFIR or NARX model: all monomials up to order q of the lagged signals.
+
+Order, the same as in the block `polynomial_narx`: z = [u(k-1), ..., u(k-n_u), f(k-1), ..., f(k-n_f), y(k-1), ...,
+y(k-n_y)], then all products z_i z_j with i <= j, then of three, ..., at last the constant (IPMC paper, eqs. 8 to 11).
+u and f may begin at u(k), f(k) instead.
+"""
+
+from __future__ import annotations
+
+import functools
+from itertools import combinations_with_replacement
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.base.arrays import Array
+
+
+def count(p: int, q: int) -> int:
+    """Number of monomials of p variables up to order q, the constant included: (p + q)! / (p! q!)."""
+    return comb(p + q, q)
+
+
+@functools.lru_cache(maxsize=64)
+def _factors(p: int, q: int) -> tuple[NDArray[np.intp], ...]:
+    """For every degree 1..q which variables each monomial multiplies: shape (monomials of that degree, degree)."""
+    return tuple(
+        np.array(list(combinations_with_replacement(range(p), d)), np.intp).reshape(-1, d) for d in range(1, q + 1)
+    )
+
+
+def basis(z: Array, q: int) -> Array:
+    """The regressor h(k) of eq. 11.
+
+    Parameters
+    ----------
+    z : array, shape (..., p)
+        Lagged signals.
+    q : int
+        Highest order.
+
+    Returns
+    -------
+    array, shape (..., count(p, q))
+    """
+    parts = []
+    for factors in _factors(z.shape[-1], q):
+        product = z[..., factors[:, 0]]
+        for column in factors.T[1:]:
+            product = product * z[..., column]
+        parts.append(product)
+    return np.concatenate([*parts, np.ones((*z.shape[:-1], 1))], axis=-1)
+
+
+def lagged(v: Array, n: int, first: int = 1) -> Array:
+    """v(k-first), ..., v(k-first-n+1) of every row k, shape (rows, n); before row 0 it rested at its first value."""
+    rested = np.concatenate([np.full(n, v[0]), v])
+    starts = range(n - first, -first, -1)
+    return np.column_stack([rested[i : i + len(v)] for i in starts]) if n else np.empty((len(v), 0))

@@ -1,0 +1,90 @@
+"""Shen & Ma 2017: the expanded input space (x, h), h the constraint-factor operator of x, and a 2-5-1 network on it.
+
+The operator is fitted first, then the network.  ``branch = literal`` and ``memory = last`` are the paper's own reading;
+``sweep`` tries 1, 2, .. hidden neurons and keeps the number that does best on the last 30 % of the training rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.features import output_bend
+from hystfmu.identify.features.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
+from hystfmu.identify.features.initial_memory import u0_of, u0_option
+from hystfmu.identify.network import readout
+from hystfmu.identify.network.hidden_sweep import hidden_sweep
+from hystfmu.identify.network.readout import Features, fit_readout
+from hystfmu.identify.options import Option
+
+SHARE = 0.7
+
+OPTIONS = (
+    Option("m", 9, 1, 20, text="odd powers in the polynomial"),
+    Option(
+        "branch",
+        "increasing",
+        choices=("increasing", "literal"),
+        text="least squares over increasing branches; literal: the paper's normal equations",
+    ),
+    Option(
+        "memory",
+        "dominant",
+        choices=("dominant", "last"),
+        text="extremum a branch starts from; last: the literal reading",
+    ),
+    Option("roughness", 1e-4, 0.0, 1e3, text="penalty on the third derivative of the branch"),
+    output_bend.OPTION,
+    Option("range", 1.0, 1e-6, 10.0, text="range that the input is scaled to before the operator"),
+    Option("sweep", 0, 0, 1000, text="try 1 .. sweep hidden neurons; 0: as many as `hidden` says"),
+    u0_option("the operator rests"),
+    *readout.options(hidden=5, starts=3, iterations=230),
+)
+
+
+def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, Branch]:
+    """``scaling -> constraint_factor``; the features are the scaled input x and the operator h."""
+    u, y, rows = data.u, data.y, data.train
+    u0 = u0_of(data, options)
+    gain = options["range"] / float(np.ptp(u[rows]))
+    offset = -gain * float(u[rows].min() + u[rows].max()) / 2
+    x, x0 = gain * u + offset, gain * u0 + offset
+    where = stack_coordinates(x, x0, options["memory"])
+    if options["branch"] == "literal":
+        branch = literal_branch(where, y / data.span, rows, options["m"])
+    else:
+        v, free = output_bend.straightened(x[rows], y[rows], options["bend"])
+        branch = increasing_branch(where, v, free, rows, options["m"], options["roughness"])
+    values = {"a0": branch.a[0], "a": branch.a[1:], "d_max": branch.d_max, "memory": options["memory"], "x0": x0}
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}),
+        Node("operator", "constraint_factor", {}, values),
+    ]
+    ends = ["input.y", "operator.h"]
+    return Features(nodes, [("input.y", "operator.x")], ["input.u"], ends, data), branch
+
+
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+    """The graph ``scaling -> constraint_factor -> scaling -> mlp -> scaling`` and the number of its parameters."""
+    front, branch = fit_operator(data, options)
+    chosen, began = dict(options), 0.0
+    if options["sweep"]:
+        first, end = data.train.start, data.train.stop
+        middle = first + round(SHARE * (end - first))
+        scores = hidden_sweep(
+            front.values,
+            data.y,
+            slice(first, middle),
+            slice(middle, end),
+            range(1, options["sweep"] + 1),
+            options,
+            seed,
+            lambda f: progress(0.95 * f),
+        )
+        chosen["hidden"], began = min(scores, key=lambda n: scores[n]), 0.95
+    graph, parameters, _ = fit_readout(front, data, chosen, seed, lambda f: progress(began + (1 - began) * f))
+    return graph, parameters + len(branch.a)

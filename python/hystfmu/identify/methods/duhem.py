@@ -1,0 +1,156 @@
+"""Duhem model: output slopes that depend on the output and the direction, for static loops without return-point memory.
+
+  y = c + k u + w,   dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))),  rising and falling apart.
+
+Given k and c, w is known at every row and the coefficients follow from linear least squares of its increments over
+the rows, under noise over pieces of the path; k and c minimise what is left (variable projection, Golub & Pereyra
+1973).  That is the start.  Then all of them and w at the first row are refined on the free run, in the orthonormal
+basis of the increments, in which the powers do not nearly depend on each other.  Oh & Bernstein, IEEE Trans. Autom.
+Control 50 (2005) 631-645.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.features import dead_band
+from hystfmu.identify.options import Option
+
+EVALUATIONS = (60, 30)  # of residuals and Jacobian: for k and c from the increments, on the free run
+STARTS = (0.0, 0.5, 1.0)  # for k, as a fraction of the straight line's slope
+PIECE = 5.0  # dead bands that a piece of the path is long: its noise, at both ends, is an eighth of it
+ROOM = 3.0  # bound of |w|, as a multiple of the largest seen
+
+OPTIONS = (
+    Option("m", 0, 0, 6, text="degree of the slope in the input"),
+    Option("q", 5, 1, 10, text="degree of the slope in the output"),
+    dead_band.OPTION,
+)
+
+Rows = np.typing.NDArray[np.intp]
+
+
+def basis(u: Array, w: Array, m: int, q: int) -> Array:
+    """Terms of dw/du at (u, w), each (rows,): shape (rows, (m + 1) (2 q + 1)), for every u^i: 1, w^j, |w| w^(j-1)."""
+    powers = w[:, None] ** np.arange(q)
+    of_w = np.column_stack([np.ones(len(w)), w[:, None] * powers, np.abs(w)[:, None] * powers])
+    of_u = u[:, None] ** np.arange(m + 1)
+    return np.asarray((of_u[:, :, None] * of_w[:, None, :]).reshape(len(w), -1))
+
+
+def segments(u: Array, least: float) -> tuple[Rows, Rows]:
+    """First and last rows of the pieces of a path u (n,) that go one way by at least `least`, or to its next turn.
+
+    Under noise, the way between two rows is mostly noise, the way of a longer piece is not.
+    """
+    first, last, direction = [0], [], 0.0
+    for k in range(1, len(u)):
+        s = float(np.sign(u[k] - u[k - 1]))
+        if k - 1 > first[-1] and (direction * s < 0 or abs(u[k - 1] - u[first[-1]]) >= least):
+            last.append(k - 1)
+            first.append(k - 1)
+            direction = 0.0
+        direction = s or direction
+    return np.array(first), np.array([*last, len(u) - 1])
+
+
+class _Slopes:
+    """The linear problem: increments of w over pieces of the path against the sums of the terms, by direction."""
+
+    def __init__(self, u: Array, y: Array, m: int, q: int, least: float) -> None:
+        self.u, self.y, self.m, self.q = u, y, m, q
+        self.terms = (m + 1) * (2 * q + 1)
+        self.first, self.last = segments(u, least)
+        way = u[self.last] - u[self.first]
+        self.parts = [np.flatnonzero(s * way > 0) for s in (1, -1)]
+
+    def solve(self, k: float, c: float) -> tuple[list[Array], list[Array], Array]:
+        """For both directions the coefficients (p,) and the factor (p, p) that makes the terms orthonormal; what is
+        left of the increments."""
+        u, w = self.u, self.y - k * self.u - c
+        theta, factors, left = [], [], []
+        terms = basis((u[:-1] + u[1:]) / 2, (w[:-1] + w[1:]) / 2, self.m, self.q)
+        sums = np.add.reduceat(np.diff(u)[:, None] * terms, self.first)
+        for pieces in self.parts:
+            U, s, Vt = np.linalg.svd(sums[pieces], full_matrices=False)
+            factor = Vt.T / np.maximum(s, 1e-10 * s[0])
+            dw = w[self.last[pieces]] - w[self.first[pieces]]
+            x = U.T @ dw
+            x[s <= 1e-10 * s[0]] = 0  # terms that this data cannot tell apart share their weight
+            theta.append(factor @ x)
+            factors.append(factor)
+            left.append(dw - U @ x)
+        return theta, factors, np.concatenate(left)
+
+
+def _node(theta: list[Array], k: float, w0: float, w_max: float, m: int, q: int) -> Node:
+    values: dict[str, Any] = {"k": k, "w_max": w_max, "w0": float(np.clip(w0, -w_max, w_max))}
+    for end, coefficients in zip(("rise", "fall"), theta, strict=True):
+        by_power = coefficients.reshape(m + 1, 2 * q + 1)
+        values |= {f"a_{end}": by_power[:, 0], f"b_{end}": by_power[:, 1 : q + 1], f"c_{end}": by_power[:, q + 1 :]}
+    return Node("operator", "duhem", {"m": m, "q": q}, values)
+
+
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+    """The graph ``scaling -> duhem -> scaling`` and the number of its parameters.
+
+    Raises
+    ------
+    InputError
+        Fewer rows of rising or of falling input than coefficients.
+    """
+    rows, m, q = data.train, options["m"], options["q"]
+    seen = data.u[: rows.stop]  # what comes later has no influence on the training rows
+    middle, half = (seen.max() + seen.min()) / 2, np.ptp(seen) / 2
+    u = (seen - middle) / half
+    centre, size = float(data.y[rows].mean()), data.span / 2
+    y = (data.y[rows] - centre) / size
+    slopes = _Slopes(u[rows], y, m, q, PIECE * options["dead_band"] / half)
+    if min(map(len, slopes.parts)) < slopes.terms:
+        rises, falls = map(len, slopes.parts)
+        raise InputError(
+            f"{data.path or data.name}: duhem with m = {m}, q = {q} needs at least {slopes.terms} train rows of rising "
+            f"and of falling u; there are {rises} and {falls}"
+        )
+
+    def increments(p: Array) -> Array:
+        return slopes.solve(p[0], p[1])[2]
+
+    line = np.linalg.lstsq(np.column_stack([u[rows], np.ones(len(y))]), y, rcond=None)[0]
+    tries = []
+    for i, share in enumerate(STARTS):
+        progress(0.3 * i / len(STARTS))
+        tries.append(least_squares(increments, [share * line[0], 0.0], x_scale=0.1, max_nfev=EVALUATIONS[0]))
+    k, c = min(tries, key=lambda r: r.cost).x
+    theta, factors, _ = slopes.solve(k, c)
+    w = y - k * u[rows] - c
+    w_max, first, p = ROOM * float(np.abs(w).max()), float(w[0]) if rows.start == 0 else 0.0, slopes.terms
+
+    def parts(x: Array) -> tuple[list[Array], float, float, float]:
+        changed = [t + f @ x[3 + d * p : 3 + (d + 1) * p] for d, (t, f) in enumerate(zip(theta, factors, strict=True))]
+        return changed, k + x[0], c + x[1], first + x[2]
+
+    def error(x: Array) -> Array:
+        now, slope, offset, w0 = parts(x)
+        run = Graph.single(_node(now, slope, w0, w_max, m, q)).run(u)
+        return np.asarray((run[rows] + offset - y) / np.sqrt(len(y)))
+
+    progress(0.3)
+    found = least_squares(error, np.zeros(3 + 2 * p), x_scale="jac", max_nfev=EVALUATIONS[1])
+    now, slope, offset, w0 = parts(found.x)
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half}),
+        _node(now, slope, w0, w_max, m, q),
+        Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": centre + size * offset}),
+    ]
+    wires = [("input.y", "operator.u"), ("operator.y", "readout.u")]
+    inputs = [Input("u", ("input.u",), data.unit_u, float(data.u[0]))]
+    return Graph(nodes, wires, inputs, [Output("y", "readout.y", data.unit_y)]), len(found.x)

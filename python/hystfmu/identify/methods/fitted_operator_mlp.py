@@ -1,0 +1,48 @@
+"""The expanded input space (x, z), z the output of a Prandtl-Ishlinskii model fitted to the data, and a network on it.
+
+Zhao & Tan 2008 and Shen & Ma 2017 pair the input with an operator of a given shape; any sum of plays is such an
+operator with another branch, so the one nearest to the data is taken, by non-negative least squares; the network bends
+it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.features import output_bend
+from hystfmu.identify.features.initial_memory import u0_of, u0_option
+from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.network import readout
+from hystfmu.identify.network.readout import Features, fit_readout
+from hystfmu.identify.options import Option
+from hystfmu.identify.solvers.nonnegative import nonnegative
+
+OPTIONS = (
+    Option("N", 40, 1, 100000, text="number of plays"),
+    output_bend.OPTION,
+    u0_option("every play rests"),
+    *readout.options(hidden=12, starts=3, iterations=150),
+)
+
+
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+    """The graph ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling`` and the number of its parameters."""
+    u, rows = data.u, data.train
+    u0 = u0_of(data, options)
+    r = thresholds(u[rows], options["N"])
+    columns = np.column_stack([u, plays(u, r, u0)])[rows]
+    v, free = output_bend.straightened(u[rows], data.y[rows], options["bend"])
+    w, _ = nonnegative(columns, v, free)
+    progress(0.2)
+    nodes = [
+        Node("input", "scaling", {"n": 1}),
+        Node("operator", "prandtl_ishlinskii", {}, {"w0": w[0], "r": r, "w": w[1:], "u0": u0}),
+    ]
+    front = Features(nodes, [("input.y", "operator.u")], ["input.u"], ["input.y", "operator.y"], data)
+    graph, parameters, _ = fit_readout(front, data, options, seed, lambda f: progress(0.2 + 0.8 * f))
+    return graph, parameters + len(w)

@@ -1,0 +1,37 @@
+"""A bank of plays and a network on (u, plays): the play states hold the whole return-point memory.
+
+Two features (x, h) do not fix the output (the one-to-one theorem of Zhao & Tan 2008 has counterexamples); the states of
+a bank do, up to its resolution.  A linear readout takes the bulk, so that the network learns the rest only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.features.initial_memory import u0_of, u0_option
+from hystfmu.identify.features.plays import thresholds
+from hystfmu.identify.network import readout
+from hystfmu.identify.network.readout import Features, fit_readout
+from hystfmu.identify.options import Option
+
+OPTIONS = (
+    Option("N", 16, 1, 10000, text="number of plays"),
+    u0_option("every play rests"),
+    *readout.options(hidden=6, starts=2, iterations=150),
+)
+
+
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+    """The graph ``(u, play_bank) -> scaling -> mlp -> scaling`` plus a linear readout, and its number of weights."""
+    u0 = u0_of(data, options)
+    r = thresholds(data.u[data.train], options["N"])
+    nodes = [
+        Node("input", "scaling", {"n": 1}),
+        Node("bank", "play_bank", {"n": len(r)}, {"r": r, "z0": u0}),
+    ]
+    front = Features(nodes, [("input.y", "bank.u")], ["input.u"], ["input.y", "bank.z"], data)
+    graph, parameters, _ = fit_readout(front, data, options, seed, progress, linear=True)
+    return graph, parameters

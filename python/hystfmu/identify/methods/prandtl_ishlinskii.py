@@ -1,0 +1,50 @@
+"""Prandtl-Ishlinskii model: weights of a linear term and of N plays by non-negative least squares, and an offset.
+
+y = c + w0 u + sum_i w_i p_{r_i}[u], w >= 0, c free.  Krejci & Kuhnen 2001, eq. 5-9; Shen & Ma 2017 fit the same model
+by a general optimiser in 20 h.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.features.initial_memory import u0_of, u0_option
+from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.options import Option
+from hystfmu.identify.solvers.nonnegative import nonnegative
+
+OPTIONS = (
+    Option("N", 40, 1, 100000, text="number of plays"),
+    Option("w0_min", 0.0, 0.0, 1e300, text="least weight of the linear term; above 0 a continuous inverse exists"),
+    u0_option("every play rests"),
+)
+
+
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+    """The graph ``prandtl_ishlinskii -> scaling`` (offset) and the number of its parameters."""
+    u0 = u0_of(data, options)
+    rows = data.train
+    r = thresholds(data.u[rows], options["N"])
+    columns = np.column_stack([data.u, plays(data.u, r, u0)])[rows]
+    progress(0.1)
+    least = options["w0_min"]
+    w, (offset,) = nonnegative(columns, data.y[rows] - least * columns[:, 0], np.ones((len(columns), 1)))
+    return graph(least + w[0], r, w[1:], u0, offset, data), len(r) + 2
+
+
+def graph(w0: float, r: Any, w: Any, u0: float, offset: float, data: Dataset) -> Graph:
+    """A Prandtl-Ishlinskii model with an offset as a graph with input `u` and output `y`."""
+    return Graph(
+        [
+            Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w0, "r": r, "w": w, "u0": u0}),
+            Node("readout", "scaling", {"n": 1}, {"offset": offset}),
+        ],
+        [("hysteresis.y", "readout.u")],
+        [Input("u", ("hysteresis.u",), data.unit_u, u0)],
+        [Output("y", "readout.y", data.unit_y)],
+    )

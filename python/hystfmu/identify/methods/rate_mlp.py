@@ -1,0 +1,68 @@
+"""Yu & Alici 2005: a network on the input and its rate, (u, du/dt); by default with memory beside them.
+
+The rate is no memory: on the way down two branches of a loop have the same (u, du/dt), so the literal network
+(``memory = "none"``) fits a single tone and little else.  With ``memory = "plays"`` it also sees a bank of plays, and
+the first and second derivative of a Prandtl-Ishlinskii fit v of the output: what follows the hysteresis in an actuator
+lags by the rate of its output, v - (2 zeta/omega_n) v' + ..., not by the rate of u.
+
+A derivative is a difference over the last step, behind a first-order filter of time constant tau.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.features.initial_memory import u0_of, u0_option
+from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.network import readout
+from hystfmu.identify.network.readout import Features, fit_readout
+from hystfmu.identify.options import Option
+from hystfmu.identify.solvers.nonnegative import nonnegative
+
+SAMPLES = {"none": 0, "plays": 5}  # tau in samples; fewer, and the second derivative is noise
+FINER = 3  # times as many plays in the fit whose rate is taken as in the bank
+
+OPTIONS = (
+    Option("memory", "plays", choices=("plays", "none"), text="inputs beside (u, du/dt); none: the literal reading"),
+    Option("N", 12, 1, 10000, text="number of plays in the bank"),
+    Option("tau", None, 0.0, 1e12, text="filter of a derivative in s; default 5 samples, without memory none"),
+    u0_option("every play rests"),
+    *readout.options(hidden=6, starts=2, iterations=150),
+)
+
+
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+    """The graph ``(u, rate[, bank, rates of the fit]) -> scaling -> mlp -> scaling`` and its number of weights."""
+    memory = options["memory"]
+    tau = SAMPLES[memory] * data.h if options["tau"] is None else options["tau"]
+    nodes = [Node("input", "scaling", {"n": 1}), Node("rate", "differentiator", {}, {"tau": tau})]
+    wires = [("input.y", "rate.u")]
+    outputs = ["input.y", "rate.du"]
+    if memory == "plays":
+        u0 = u0_of(data, options)
+        r = thresholds(data.u[data.train], options["N"])
+        nodes += [
+            Node("bank", "play_bank", {"n": len(r)}, {"r": r, "z0": u0}),
+            Node("hysteresis", "prandtl_ishlinskii", {}, _weights(data, FINER * options["N"], u0)),
+            Node("first", "differentiator", {}, {"tau": tau}),
+            Node("second", "differentiator", {}, {"tau": tau}),
+        ]
+        wires += [("input.y", "bank.u"), ("input.y", "hysteresis.u")]
+        wires += [("hysteresis.y", "first.u"), ("first.du", "second.u")]
+        outputs += ["bank.z", "first.du", "second.du"]
+    front = Features(nodes, wires, ["input.u"], outputs, data)
+    graph, parameters, _ = fit_readout(front, data, options, seed, progress, linear=memory == "plays")
+    return graph, parameters
+
+
+def _weights(data: Dataset, n: int, u0: float) -> dict[str, float | Array]:
+    r = thresholds(data.u[data.train], n)
+    columns = np.column_stack([data.u, plays(data.u, r, u0)])[data.train]
+    w, _ = nonnegative(columns, data.y[data.train], np.ones((len(columns), 1)))
+    return {"w0": float(w[0]), "r": r, "w": w[1:], "u0": u0}

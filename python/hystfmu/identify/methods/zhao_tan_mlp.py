@@ -1,0 +1,78 @@
+"""Zhao & Tan 2008: the expanded input space (x, h), h the hysteretic operator of x, and a 2-12-1 network on it.
+
+The operator g(d) = (1 - e^-d) d is not scale-free: how much of it a given input range uses is a parameter.  Unless it
+is given, the range is chosen among a few by the training error.  With an inverse operator and data whose input and
+output are exchanged, the same network is the paper's inverse model (section III).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Node, Value
+from hystfmu.identify.features.initial_memory import u0_of, u0_option
+from hystfmu.identify.network import readout
+from hystfmu.identify.network.readout import Features, fit_readout
+from hystfmu.identify.options import Option
+
+RANGES = (0.5, 1.0, 2.0)  # of x in the operator: g is convex, as a loop of this class needs, up to d = 2
+QUICK_ROWS = 500  # enough to tell one range from another
+OPERATORS = {  # block -> its input and output
+    "zhao_tan": ("x", "h"),
+    "zhao_tan_inverse": ("h", "x"),
+    "zhao_tan_inverse_reconstructed": ("h", "x"),
+}
+
+OPTIONS = (
+    Option("operator", "zhao_tan", choices=tuple(OPERATORS), text="block that gives the second input of the network"),
+    Option(
+        "memory",
+        "dominant",
+        choices=("dominant", "last"),
+        text="extremum a branch starts from; last: the literal reading",
+    ),
+    Option("range", None, 1e-6, 1e6, text="range that the input is scaled to before the operator; default: chosen"),
+    u0_option("the operator rests"),
+    *readout.options(hidden=12, starts=3, iterations=150),
+)
+
+
+def features(data: Dataset, span: float, memory: str, u0: float, operator: str = "zhao_tan") -> Features:
+    """``scaling -> zhao_tan`` or an inverse of it; the features are the scaled input and the operator's output."""
+    u = data.u[data.train]
+    gain = span / float(np.ptp(u))
+    if operator == "zhao_tan":
+        offset = -gain * float(u.min() + u.max()) / 2
+        values: dict[str, Value] = {"memory": memory, "x0": gain * u0 + offset}
+    elif memory == "dominant":
+        offset, values = -gain * u0, {}  # an inverse operator rests at h = 0
+    else:
+        raise InputError(f"the operator {operator!r} has no memory {memory!r}; use 'dominant'")
+    takes, gives = OPERATORS[operator]
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}),
+        Node("operator", operator, {}, values),
+    ]
+    return Features(nodes, [("input.y", f"operator.{takes}")], ["input.u"], ["input.y", f"operator.{gives}"], data)
+
+
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+    """The graph ``scaling -> zhao_tan -> scaling -> mlp -> scaling`` and the number of weights and biases."""
+    u0 = u0_of(data, options)
+    span = options["range"]
+    if span is None:
+        quick, none = {**options, "starts": 1, "iterations": 40}, lambda f: None
+        trials = []
+        for i, trial in enumerate(RANGES):
+            part = features(data, trial, options["memory"], u0, options["operator"])
+            trials.append((fit_readout(part, data, quick, seed, none, most_rows=QUICK_ROWS)[2], trial))
+            progress(0.1 * (i + 1))
+        span = min(trials)[1]
+    part = features(data, span, options["memory"], u0, options["operator"])
+    graph, parameters, _ = fit_readout(part, data, options, seed, lambda f: progress(0.3 + 0.7 * f))
+    return graph, parameters

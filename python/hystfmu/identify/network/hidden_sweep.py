@@ -1,0 +1,164 @@
+"""How many hidden neurons?  Train a network of every size on some rows, judge it on others, in two processes.
+
+Each process is this module run as a program with one BLAS thread: small factorisations in two threads of one process
+wait for each other, a hundred times longer than they compute.  As a program of its own, it needs nothing of the
+caller's script.  A few small networks are trained at once, here.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import IO, Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.package_files import PACKAGE
+from hystfmu.identify.network.readout import centre_and_gain
+from hystfmu.identify.network.trainers import TRAINERS
+from hystfmu.identify.network.training import decay_for, train
+
+WORKERS = 2
+FEW = 60  # cost of sizes that are trained sooner than a process has started
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What a process needs: rows (inputs, wanted) to fit and to judge by, options of `train`, sizes."""
+
+    fitted: tuple[Array, Array]
+    judged: tuple[Array, Array]
+    trainer: str
+    options: Mapping[str, Any]
+    counts: tuple[int, ...]
+
+    def judge(self, hidden: int) -> float:
+        """Train one network; its mean square error on the judged rows, in scaled units."""
+        x, y = self.judged
+        network, _ = train(*self.fitted, hidden, trainer=TRAINERS[self.trainer], **self.options)
+        return float(np.mean((network(x) - y) ** 2))
+
+    def write(self, counts: Sequence[int], to: IO[bytes]) -> None:
+        """As plain arrays and JSON: nothing that a reader would have to execute."""
+        words = json.dumps({"trainer": self.trainer, "options": self.options, "counts": list(counts)})
+        content = io.BytesIO()
+        np.savez(content, *self.fitted, *self.judged, np.array(words))
+        to.write(content.getvalue())
+
+    @classmethod
+    def read(cls, source: IO[bytes]) -> _Task:
+        """The counterpart of `write`."""
+        with np.load(io.BytesIO(source.read()), allow_pickle=False) as arrays:
+            a, b, c, d, words = (arrays[f"arr_{k}"] for k in range(5))
+        told = json.loads(str(words))
+        return cls((a, b), (c, d), told["trainer"], told["options"], tuple(told["counts"]))
+
+
+def hidden_sweep(
+    x: Array,
+    y: Array,
+    fitted: slice,
+    judged: slice,
+    counts: Sequence[int],
+    chosen: Mapping[str, Any],
+    seed: int = 0,
+    progress: Callable[[float], None] = lambda fraction: None,
+) -> dict[int, float]:
+    """Mean square error on the judged rows for every number of hidden neurons (Shen & Ma 2017, table 2).
+
+    Parameters
+    ----------
+    x : array, shape (n, n_in)
+        Inputs of the network.
+    y : array, shape (n,)
+        Wanted output.
+    fitted, judged : slice
+        Rows to train on, and rows to judge by.
+    counts : sequence of int
+        Numbers of hidden neurons.
+    chosen : mapping
+        activation, starts, trainer, iterations and decay, as in the options of a network readout.
+    seed : int
+        Of the random starts; each size has its own starts, so that the order of the work does not matter.
+    progress : function
+        Called with the fraction done; a size counts by the cost of its iterations.
+
+    Returns
+    -------
+    dict
+        Number of neurons to mean square error, in the unit of y squared, in the order of `counts`.
+
+    Raises
+    ------
+    RuntimeError
+        A process ended early; the text is its last message.
+    """
+    middle, gain = centre_and_gain(x[fitted])
+    (y_middle,), (y_gain,) = centre_and_gain(y[fitted][:, None])
+    scaled, target = (x - middle) * gain, (y - y_middle) * y_gain
+    decay = decay_for(target[fitted]) if chosen["decay"] is None else chosen["decay"]
+    options = {k: chosen[k] for k in ("activation", "starts", "iterations")} | {"decay": decay, "seed": seed}
+    task = _Task(
+        (scaled[fitted], target[fitted]), (scaled[judged], target[judged]), chosen["trainer"], options, tuple(counts)
+    )
+    found: dict[int, float] = {}
+    cost = {n: 10 + n**2 for n in counts}
+
+    def note(n: int, error: float) -> None:
+        found[n] = error / float(y_gain) ** 2
+        progress(sum(cost[i] for i in tuple(found)) / sum(cost.values()))
+
+    def follow(share: Sequence[int]) -> None:
+        with _start() as process:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            assert process.stderr is not None
+            task.write(share, process.stdin)
+            process.stdin.close()
+            for line in process.stdout:
+                n, error = line.split()
+                note(int(n), float(error))
+            message = process.stderr.read().decode(errors="replace").strip()
+        if process.returncode:
+            raise RuntimeError(f"training networks of {list(share)} neurons: {message.splitlines()[-1:]}")
+
+    if sum(cost.values()) <= FEW:
+        for n in cost:
+            note(n, task.judge(n))
+        return found
+    longest_first = sorted(set(counts), reverse=True)
+    shares = [share for k in range(WORKERS) if (share := longest_first[k::WORKERS])]
+    with ThreadPoolExecutor(WORKERS) as pool:
+        list(pool.map(follow, shares))
+    return {n: found[n] for n in counts}
+
+
+def _start() -> subprocess.Popen[bytes]:
+    root = str(PACKAGE.parent)
+    paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
+    return subprocess.Popen(
+        [sys.executable, "-m", "hystfmu.identify.network.hidden_sweep"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env={**os.environ, **ONE_THREAD, "PYTHONPATH": paths},
+    )
+
+
+def _work(source: IO[bytes]) -> None:
+    """The process: one line "neurons error" for every size."""
+    task = _Task.read(source)
+    for n in task.counts:
+        print(n, repr(task.judge(n)), flush=True)
+
+
+if __name__ == "__main__":
+    _work(sys.stdin.buffer)

@@ -1,0 +1,156 @@
+"""The network at the end of a model: features of the input, scaled and limited to what was seen -> mlp -> unit of y."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Input, Node, Output, Value
+from hystfmu.identify.network.trainers import TRAINERS
+from hystfmu.identify.network.training import MOST_ROWS, decay_for, train
+from hystfmu.identify.options import Option
+
+
+def options(hidden: int, starts: int, iterations: int) -> tuple[Option, ...]:
+    """The options of every network readout, with these defaults."""
+    return (
+        Option("hidden", hidden, 1, 10000, text="hidden neurons"),
+        Option("activation", "sigmoid", choices=("sigmoid", "tanh"), text="activation of the hidden neurons"),
+        Option("starts", starts, 1, 1000, text="random starts; the best goes on"),
+        Option("trainer", "levenberg_marquardt", choices=tuple(TRAINERS), text="what minimises the error"),
+        Option("iterations", iterations, 1, 100000, text="iterations of the best start"),
+        Option(
+            "decay", None, 0.0, 1e3, text="weight decay; default: a tenth of the noise variance of y, at least 1e-9"
+        ),
+        Option("margin", 0.05, 0.0, 1e300, text="features are limited to the training range and this fraction of it"),
+    )
+
+
+class Features:
+    """The front of a model: blocks that turn the input into features, and where the features are.
+
+    Parameters
+    ----------
+    nodes, wires, to
+        Blocks, their wires, and the endpoints that the input of the model is connected to.
+    outputs : sequence of str
+        Endpoints of the features, in the order the network sees them.
+    data : Dataset
+        The input to run them on, from row 0.
+    """
+
+    def __init__(
+        self,
+        nodes: Sequence[Node],
+        wires: Sequence[tuple[str, str]],
+        to: Sequence[str],
+        outputs: Sequence[str],
+        data: Dataset,
+    ) -> None:
+        self.nodes, self.wires, self.to, self.outputs = nodes, wires, tuple(to), outputs
+        ends = [Output(f"f{i}", source) for i, source in enumerate(outputs)]
+        sizes = {n.name: n.sizes for n in nodes}
+        self._scalars: list[str] = []
+        for source in outputs:
+            name, variable = source.split(".")
+            n = sizes[name][variable]
+            self._scalars += [source] if n == 1 else [f"{source}[{i + 1}]" for i in range(n)]
+        self.values = Graph(nodes, wires, [Input("u", self.to)], ends).run(data.u, data.h).reshape(len(data.u), -1)
+
+    def into(self, end: str) -> list[tuple[str, str]]:
+        """Wires from every feature to the elements of an array input."""
+        return [(source, f"{end}[{i + 1}]") for i, source in enumerate(self._scalars)]
+
+
+def centre_and_gain(v: Array) -> tuple[Array, Array]:
+    """Middle and 2/range of every column of v (n, m): maps it to [-1, 1].  A constant column gets gain 0."""
+    lo, hi = v.min(axis=0), v.max(axis=0)
+    width = hi - lo
+    return (lo + hi) / 2, np.divide(2.0, width, out=np.zeros_like(width), where=width > 0)
+
+
+def fit_readout(
+    features: Features,
+    data: Dataset,
+    chosen: Mapping[str, Any],
+    seed: int,
+    progress: Callable[[float], None],
+    linear: bool = False,
+    most_rows: int = MOST_ROWS,
+) -> tuple[Graph, int, float]:
+    """Train the network on the training rows.
+
+    Parameters
+    ----------
+    linear : bool
+        A linear readout of the features, least squares, beside the network, which then learns what is left over.
+    most_rows : int
+        More rows than this are thinned evenly.
+
+    Returns
+    -------
+    graph : Graph
+        Features -> scaling ``features`` -> mlp ``network`` -> scaling ``readout``, input `u`, output `y`; with the
+        linear part, features -> sum ``linear`` and sum ``total`` at the end.
+    parameters : int
+        Number of weights and biases.
+    rms : float
+        Training error in the unit of y.
+    """
+    x, y = features.values[data.train], data.y[data.train]
+    middle, gain = centre_and_gain(x)
+    scaled = (x - middle) * gain
+    a = least_squares(scaled, y) if linear else np.zeros(0)
+    rest = y - (scaled @ a[:-1] + a[-1]) if linear else y
+    (rest_middle,), (rest_gain,) = centre_and_gain(rest[:, None])
+    target = (rest - rest_middle) * rest_gain
+    network, rms = train(
+        scaled,
+        target,
+        chosen["hidden"],
+        chosen["activation"],
+        chosen["starts"],
+        chosen["iterations"],
+        decay_for(target) if chosen["decay"] is None else chosen["decay"],
+        seed,
+        a[:-1] if linear else None,
+        progress,
+        most_rows,
+        TRAINERS[chosen["trainer"]],
+    )
+    extra = chosen["margin"] * np.ptp(x, axis=0)
+    n, hidden = len(gain), len(network.b1)
+    limits = {"gain": gain, "offset": -middle * gain, "lo": x.min(axis=0) - extra, "hi": x.max(axis=0) + extra}
+    weights: dict[str, Value] = {"W1": network.W1.ravel(), "b1": network.b1, "W2": network.W2, "b2": network.b2}
+    weights["activation"] = network.activation
+    scale = 1 / rest_gain if rest_gain > 0 else 0.0
+    nodes = [
+        *features.nodes,
+        Node("features", "scaling", {"n": n}, limits),
+        Node("network", "mlp", {"n_in": n, "n_hidden": hidden}, weights),
+        Node("readout", "scaling", {"n": 1}, {"gain": scale, "offset": rest_middle}),
+    ]
+    wires = [*features.wires, ("features.y", "network.u"), ("network.y", "readout.u")]
+    wires += features.into("features.u")
+    if linear:
+        k = a[:-1] * gain
+        nodes += [
+            Node("linear", "sum", {"n": n}, {"k": k, "offset": a[-1] - float(k @ middle)}),
+            Node("total", "sum", {"n": 2}),
+        ]
+        wires += [*features.into("linear.u"), ("linear.y", "total.u[1]"), ("readout.y", "total.u[2]")]
+    output = Output("y", "total.y" if linear else "readout.y", data.unit_y)
+    graph = Graph(nodes, wires, [Input("u", features.to, data.unit_u, float(data.u[0]))], [output])
+    return graph, network.parameters + len(a), rms * scale
+
+
+def least_squares(x: Array, y: Array) -> Array:
+    """Weights (m + 1,) of the columns of x (n, m) and a constant; a ridge of 1e-6 keeps near copies from cancelling."""
+    columns = np.column_stack([x, np.ones(len(x))])
+    n = columns.shape[1]
+    ridge = 1e-6 * np.sqrt(len(x)) * np.eye(n)
+    return np.asarray(np.linalg.lstsq(np.vstack([columns, ridge]), np.concatenate([y, np.zeros(n)]), rcond=None)[0])

@@ -1,0 +1,141 @@
+"""Training of any `torch.nn` module by the trainers of this package: derivatives by torch, steps in float64 by numpy.
+
+Levenberg-Marquardt needs the Jacobian, one row per sample and output (torch.func, vectorised); the other two need the
+gradient alone (back-propagation) and suit larger networks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from threadpoolctl import threadpool_limits
+from torch import nn
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.identify.network.trainers import TRAINERS, lbfgs_gradient
+from hystfmu.identify.solvers import conjugate_gradient, levenberg_marquardt
+
+
+def train_module(
+    module: nn.Module,
+    x: Array,
+    y: Array,
+    trainer: str = "levenberg_marquardt",
+    iterations: int = 150,
+    progress: Callable[[float], None] = lambda fraction: None,
+) -> float:
+    """Fit a module to samples by least squares, in place, from its present weights.
+
+    Parameters
+    ----------
+    module : torch.nn.Module
+        Maps (n, n_in) to (n, n_out); converted to float64.
+    x : array, shape (n, n_in)
+        Inputs, scaled to about [-1, 1].
+    y : array, shape (n,) or (n, n_out)
+        Wanted outputs, scaled likewise.
+    trainer : {"levenberg_marquardt", "powell_beale", "lbfgs"}
+        See `hystfmu.identify.network.trainers`.
+    iterations : int
+        Most iterations.
+    progress : function
+        Called with the fraction done, 0..1.
+
+    Returns
+    -------
+    float
+        RMS error over all samples and outputs.
+
+    Raises
+    ------
+    InputError
+        Unknown trainer, lengths that differ, a module without weights.
+    """
+    if trainer not in TRAINERS:
+        raise InputError(f"no trainer {trainer!r}; there are: {', '.join(TRAINERS)}")
+    inputs = torch.as_tensor(np.asarray(x, dtype=np.float64))
+    wanted = torch.as_tensor(np.asarray(y, dtype=np.float64).reshape(len(y), -1))
+    if inputs.ndim != 2 or len(inputs) != len(wanted):
+        raise InputError(f"x must have shape (n, n_in) and y n rows; got {tuple(np.shape(x))} and {len(y)} rows")
+    module.double()
+    if not list(module.parameters()):
+        raise InputError("the module has no weights to train")
+    gives = tuple(module(inputs[:1]).shape[1:])
+    if gives != (wanted.shape[1],):
+        raise InputError(f"the module gives {gives} values a row, y has {wanted.shape[1]}")
+    fit = problem(module, inputs.numpy(), wanted.numpy())
+    with threadpool_limits(1):  # see hystfmu.identify.fit
+        if trainer == "levenberg_marquardt":
+            p, value = levenberg_marquardt.minimise(
+                fit.start(), fit.residuals, iterations, progress=progress, residuals=fit.errors
+            )
+        elif trainer == "powell_beale":
+            p, value, _ = conjugate_gradient.minimise(fit.start(), fit.gradient, iterations, progress=progress)
+        else:
+            p, value = lbfgs_gradient(fit.start(), fit.gradient, iterations, progress)
+    fit.store(p)
+    return float(np.sqrt(value / wanted.numel()))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A module and samples as a least-squares problem over the flat vector of its weights."""
+
+    start: Callable[[], Array]
+    """The present weights, flat (p,)."""
+    residuals: Callable[[Array], tuple[Array, Array]]
+    """Residuals (n n_out,) and their Jacobian (n n_out, p)."""
+    errors: Callable[[Array], Array]
+    """The residuals alone."""
+    gradient: Callable[[Array], tuple[float, Array]]
+    """Sum of squares and its gradient (p,)."""
+    store: Callable[[Array], None]
+    """Put weights into the module."""
+
+
+def problem(module: nn.Module, x: Array, y: Array) -> Problem:
+    """The least-squares problem of a float64 module that maps x (n, n_in) to y (n, n_out)."""
+    inputs, wanted = torch.as_tensor(x), torch.as_tensor(y)
+    weights = dict(module.named_parameters())
+
+    def named(p: Any) -> dict[str, Any]:
+        parts = torch.split(p, [w.numel() for w in weights.values()])
+        return {k: part.view_as(w) for (k, w), part in zip(weights.items(), parts, strict=True)}
+
+    def one(p: Any, row: Any) -> tuple[Any, Any]:
+        out = torch.func.functional_call(module, named(p), (row[None],))[0]
+        return (out[0], out) if len(out) == 1 else (out, out)
+
+    # reverse mode once per row gives the output beside its derivatives; a plain gradient is cheaper where one will do
+    differentiate = torch.func.grad if wanted.shape[1] == 1 else torch.func.jacrev
+    jacobian = torch.func.vmap(differentiate(one, has_aux=True), in_dims=(None, 0))
+
+    def residuals(p: Array) -> tuple[Array, Array]:
+        with torch.no_grad():
+            J, out = jacobian(torch.as_tensor(p), inputs)
+            r = out - wanted
+            return r.numpy().ravel(), J.numpy().reshape(r.numel(), len(p))
+
+    def errors(p: Array) -> Array:
+        with torch.no_grad():
+            r = torch.func.functional_call(module, named(torch.as_tensor(p)), (inputs,)) - wanted
+            return np.asarray(r.numpy().ravel())
+
+    def gradient(p: Array) -> tuple[float, Array]:
+        q = torch.as_tensor(p).requires_grad_()
+        value = ((torch.func.functional_call(module, named(q), (inputs,)) - wanted) ** 2).sum()
+        (g,) = torch.autograd.grad(value, q)
+        return float(value.detach()), g.numpy()
+
+    def start() -> Array:
+        return torch.nn.utils.parameters_to_vector(weights.values()).detach().numpy().copy()
+
+    def store(p: Array) -> None:
+        torch.nn.utils.vector_to_parameters(torch.as_tensor(p), weights.values())
+
+    return Problem(start, residuals, errors, gradient, store)

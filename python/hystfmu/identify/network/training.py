@@ -1,0 +1,168 @@
+"""A network with one hidden layer and a linear output: a torch module, trained from several starts.
+
+Torch gives the residuals and their Jacobian, a trainer of this package makes the steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from torch import nn
+
+from hystfmu.base.arrays import Array
+from hystfmu.identify.network.torch_module import problem
+from hystfmu.identify.solvers import levenberg_marquardt
+
+MOST_ROWS = 3000  # more rows than this are thinned evenly: they are near copies of their neighbours
+
+
+def perceptron(n_in: int, hidden: int, activation: str = "sigmoid") -> nn.Sequential:
+    """y = W2 f(W1 x + b1) + b2 in float64, f the sigmoid or tanh: (n, n_in) to (n, 1)."""
+    f = {"sigmoid": nn.Sigmoid, "tanh": nn.Tanh}[activation]
+    return nn.Sequential(nn.Linear(n_in, hidden), f(), nn.Linear(hidden, 1)).double()
+
+
+@dataclass(frozen=True)
+class Network:
+    """Weights of a network with one output: y = W2 f(W1 x + b1) + b2, f the sigmoid or tanh."""
+
+    W1: Array
+    b1: Array
+    W2: Array
+    b2: float
+    activation: str = "sigmoid"
+
+    @property
+    def parameters(self) -> int:
+        """Number of weights and biases."""
+        return self.W1.size + self.b1.size + self.W2.size + 1
+
+    def __call__(self, x: Array) -> Array:
+        """Outputs (n,) for input rows x (n, n_in)."""
+        return np.asarray(_hidden(x @ self.W1.T + self.b1, self.activation)[0] @ self.W2 + self.b2)
+
+    @classmethod
+    def of(cls, module: nn.Sequential, activation: str) -> Network:
+        """The weights of a `perceptron`."""
+        W1, b1, W2, b2 = (w.detach().numpy().copy() for w in module.parameters())
+        return cls(W1, b1, W2.ravel(), float(b2[0]), activation)
+
+
+def _hidden(a: Array, activation: str) -> tuple[Array, Array]:
+    """Hidden values and their derivatives."""
+    t = np.tanh(a if activation == "tanh" else 0.5 * a)
+    return (t, 1 - t * t) if activation == "tanh" else (0.5 + 0.5 * t, 0.25 * (1 - t * t))
+
+
+def start(
+    x: Array, y: Array, hidden: int, activation: str, rng: np.random.Generator, direction: Array | None = None
+) -> Array:
+    """Nguyen & Widrow 1990: hidden slopes spread over the input range; the output layer by least squares.
+
+    With a `direction` (n_in,) every other neuron begins along it: in many inputs, chance finds it late.
+    """
+    k = x.shape[1]
+    W1 = rng.normal(size=(hidden, k))
+    if direction is not None:
+        W1[::2] = direction * np.sign(rng.normal(size=(len(W1[::2]), 1)))
+    W1 *= (1.4 if activation == "tanh" else 2.8) * hidden ** (1 / k) / np.linalg.norm(W1, axis=1, keepdims=True)
+    centre = x[rng.integers(len(x), size=hidden)]  # every neuron bends somewhere in the data
+    b1 = -np.sum(W1 * centre, axis=1)
+    f = np.column_stack([_hidden(x @ W1.T + b1, activation)[0], np.ones(len(x))])
+    # a little ridge keeps the first output weights from cancelling each other
+    ridge = 1e-3 * np.sqrt(len(x)) * np.eye(hidden + 1)
+    out = np.linalg.lstsq(np.vstack([f, ridge]), np.concatenate([y, np.zeros(hidden + 1)]), rcond=None)[0]
+    return np.concatenate([W1.ravel(), b1, out])
+
+
+def train(
+    x: Array,
+    y: Array,
+    hidden: int,
+    activation: str = "sigmoid",
+    starts: int = 4,
+    iterations: int = 300,
+    decay: float = 1e-9,
+    seed: int = 0,
+    direction: Array | None = None,
+    progress: Callable[[float], None] = lambda fraction: None,
+    most_rows: int = MOST_ROWS,
+    trainer: Callable[..., tuple[Array, float]] = levenberg_marquardt.minimise,
+) -> tuple[Network, float]:
+    """Train a network: every start for a tenth of the iterations, then the best to the end; one start goes straight.
+
+    Parameters
+    ----------
+    x : array, shape (n, n_in)
+        Inputs, scaled to about [-1, 1].
+    y : array, shape (n,)
+        Wanted output, scaled likewise.
+    hidden, activation : int, str
+        Size of the hidden layer, "sigmoid" or "tanh".
+    starts, iterations, seed : int
+        Number of random starts, iterations of the last stage, seed of the starts.
+    decay : float
+        Weight decay: the sum of the squared weights times this is added to the mean square error.
+    most_rows : int
+        More rows than this are thinned evenly.
+    direction : array, shape (n_in,), optional
+        A direction of the input space that matters, for the start.
+    trainer : function
+        What minimises; like `minimise`.  Others in `hystfmu.identify.network.trainers`.
+
+    Returns
+    -------
+    network : Network
+    rms : float
+        Error over the rows, in the scaled unit of y.
+    """
+    stride = -(-len(x) // most_rows)
+    x, y = np.ascontiguousarray(x[::stride]), y[::stride]
+    rng = np.random.default_rng(seed)
+    first = max(iterations // 10, 10) if starts > 1 else 0
+    total = starts * first + iterations
+
+    ridge = np.sqrt(decay * len(x)) * np.eye(hidden * (x.shape[1] + 2) + 1)[:-1]  # the output bias goes free
+
+    module = perceptron(x.shape[1], hidden, activation)
+    fit = problem(module, x, y[:, None])
+
+    def function(p: Array) -> tuple[Array, Array]:
+        r, J = fit.residuals(p)
+        return np.concatenate([r, ridge @ p]), np.vstack([J, ridge])
+
+    def gradient(p: Array) -> tuple[float, Array]:
+        (value, g), w = fit.gradient(p), ridge @ p
+        return value + float(w @ w), g + 2 * (ridge.T @ w)
+
+    if trainer is levenberg_marquardt.minimise:
+        trainer = partial(trainer, residuals=lambda p: np.concatenate([fit.errors(p), ridge @ p]))
+    else:  # back-propagation instead of a Jacobian: a quarter of the time
+        trainer = partial(trainer, gradient=gradient)
+
+    def part(done: float, share: float) -> Callable[[float], None]:
+        return lambda fraction: progress((done + fraction * share) / total)
+
+    trials = []
+    for i in range(starts):
+        p = start(x, y, hidden, activation, rng, direction)
+        trials.append(trainer(p, function, first, progress=part(i * first, first)) if first else (p, 0.0))
+    best = min(trials, key=lambda trial: trial[1])
+    p, cost = trainer(best[0], function, iterations, progress=part(starts * first, iterations))
+    fit.store(p)
+    network = Network.of(module, activation)
+    return network, float(np.sqrt(cost / len(x)))
+
+
+def decay_for(y: Array) -> float:
+    """Weight decay for data with noise: noise variance over the variance 10 of a weight (MacKay 1992), at least 1e-9.
+
+    The noise is what third differences see of y (n,); kinks that no feature explains count a little, unlike in
+    `dead_band.noise`.
+    """
+    third = np.diff(y, 3)
+    variance = (np.median(np.abs(third)) / 0.6745) ** 2 / 20 if len(third) else 0.0
+    return max(1e-9, float(variance) / 10)

@@ -1,0 +1,111 @@
+"""Identify a model of a given kind: check the data, build, run free, measure, record.
+
+A kind of model is a module of `hystfmu.identify.methods` with a table ``OPTIONS`` and a function
+``build(data, options, seed, progress)`` that returns the graph, the number of fitted parameters and, where it has any,
+a dict of the physical quantities found.  All else is the same for every kind and done here, and so is the dead band.
+"""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.identify.catalogue import METHODS, method
+from hystfmu.identify.excitation import drift
+from hystfmu.identify.features import dead_band
+from hystfmu.identify.options import resolve
+from hystfmu.model import Model
+from hystfmu.model.accuracy import errors
+from hystfmu.model.coverage import coverage
+
+Progress = Callable[[float], None]
+SMALLEST = 1e-100
+"""Span, and one over the largest value: beyond, squares overflow or vanish and NNLS aborts the process."""
+
+
+def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[str, Any]) -> Model:
+    """A model of the kind `key`; parameters, result and errors as `hystfmu.identify.fit`."""
+    module = method(key)
+    chosen = resolve(key, module.OPTIONS, given)
+    check(data)
+    started = time.perf_counter()
+    if chosen.get(dead_band.OPTION.name, 0.0) is None:
+        chosen[dead_band.OPTION.name] = dead_band.half_width(data.u[: data.train.stop])
+    band = chosen.get(dead_band.OPTION.name, 0.0)
+    # small matrices: more threads only wait for each other, up to twenty times longer beside other work
+    with threadpool_limits(1):
+        behind = dead_band.behind(data, band)
+        graph, parameters, *more = module.build(behind, chosen, seed, progress)
+    graph = dead_band.in_front(graph, band)
+    seconds = time.perf_counter() - started
+    y = graph.run(data.u, data.h)
+    rows = data.train.stop - data.train.start
+    warned = drift.warnings((data.y - y)[data.train], data.span)
+    if parameters >= rows:
+        warned.append(
+            f"{parameters} parameters from {rows} train rows: the error on these rows says nothing about others"
+        )
+    covered = coverage(graph, data.u, data.h, data.train)
+    result = {
+        **errors(y[data.train], data.y[data.train], data.span),
+        "parameters": int(parameters),
+        **({} if covered is None else {"coverage_percent": covered}),
+        **(more[0] if more else {}),
+        **({"warnings": warned} if warned else {}),
+    }
+    return Model(
+        key,
+        graph,
+        data.h,
+        METHODS[key],
+        {**result, "seconds": round(seconds, 4)},
+        _provenance(data, {k: v for k, v in chosen.items() if v is not None}, seed),
+    )
+
+
+def check(data: Dataset) -> None:
+    """Refuse data that no kind of model can be fitted to."""
+    where = data.path or data.name
+    if not data.has_output:
+        raise InputError(f"{where}: no output was measured, so there is nothing to fit")
+    for name, column in (("u", data.u), ("y", data.y)):
+        large = np.abs(column) > 1 / SMALLEST
+        if large.any():
+            row = int(np.argmax(large))
+            raise InputError(
+                f"{where}: row {row}, {name}: a fit takes values up to {1 / SMALLEST:g}; got {column[row]:g}"
+            )
+        span = np.ptp(column[data.train])
+        if not span > 0:
+            raise InputError(f"{where}: {name} is constant ({column[data.train][0]:g}) in the train rows")
+        if span < SMALLEST:
+            raise InputError(f"{where}: {name}: a fit takes spans from {SMALLEST:g}; got {span:g} in the train rows")
+
+
+def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, Any]:
+    import scipy
+
+    from hystfmu import __version__
+
+    return {
+        "data": data.name,
+        "sha256": data.sha256,
+        "rows": len(data.t),
+        "train": f"{data.train.start}:{data.train.stop}",
+        "span_u": [float(data.u.min()), float(data.u.max())],
+        "seed": seed,
+        "options": chosen,
+        "versions": {
+            "hystfmu": __version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "scipy": scipy.__version__,
+        },
+    }

@@ -1,0 +1,1 @@
+"""Least squares: Levenberg-Marquardt, conjugate gradients, non-negative, recursive."""

@@ -1,0 +1,141 @@
+"""Conjugate gradients with Powell-Beale restarts, the training algorithm of Zhao & Tan 2008, for any smooth function.
+
+d_k = -g_k + beta_k d_{k-1} + gamma_k d_t, t the last restart, y_k = g_{k+1} - g_k,
+beta_k = g_k'y_{k-1} / d_{k-1}'y_{k-1}, gamma_k = g_k'y_t / d_t'y_t (0 at k = t+1).
+Restart with d_k = -g_k when |g_{k-1}'g_k| >= 0.2 |g_k|^2 (Powell 1977, Math. Prog. 12, 241-254), after n steps, and
+when d_k is no descent direction.  The third term keeps directions conjugate to the one of the restart (Beale 1972).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+
+Gradient = Callable[[Array], tuple[float, Array]]
+
+ORTHOGONAL = 0.2  # Powell's limit of |g_{k-1}'g_k| / |g_k|^2
+ENOUGH = 1e-4  # least share of the predicted decrease that a step must bring (Armijo)
+TRIALS = 20  # most evaluations of a line search
+NOISE = 1e-14  # rounding of a value, relative
+FLAT = 1e-6  # values that differ less, relative, say less about the minimum between them than their slopes do
+
+
+def minimise(
+    p: Array,
+    function: Gradient,
+    iterations: int,
+    slope: float = 0.1,
+    gradient: float = 0.0,
+    progress: Callable[[float], None] = lambda fraction: None,
+) -> tuple[Array, float, int]:
+    """Minimise from the start p.
+
+    Parameters
+    ----------
+    p : array, shape (n,)
+        Start.
+    function : function
+        Value and gradient (n,) at a point.
+    iterations : int
+        Most steps.
+    slope : float
+        A line search ends when the slope along it has fallen to this share; below about 0.1 conjugacy lasts.
+    gradient : float
+        Stop when the largest component of the gradient is no larger.
+    progress : function
+        Called with the fraction done, 0..1.
+
+    Returns
+    -------
+    p : array, shape (n,)
+    value : float
+    steps : int
+        Steps taken: fewer than `iterations` at a minimum.
+    """
+    p = np.array(p, dtype=np.float64)
+    value, g = function(p)
+    d, since, step = -g, 0, 1.0 / max(1.0, float(np.linalg.norm(g)))
+    d_t, y_t = d, np.zeros_like(g)
+    for k in range(iterations):
+        progress(k / iterations)
+        if np.abs(g).max() <= gradient:
+            return p, value, k
+        along = float(d @ g)
+        if not along < 0:
+            d, since, along = -g, 0, -float(g @ g)
+        found = _line_search(p, d, value, along, step, function, slope)
+        if found is None:  # along d nothing is gained: once more along -g, then the numbers are exhausted
+            if since == 0:
+                return p, value, k
+            d, since = -g, 0
+            continue
+        a, value, new = found
+        p = p + a * d
+        y = new - g
+        if since == 0:
+            d_t, y_t = d, y
+        if abs(g @ new) >= ORTHOGONAL * (new @ new) or since + 1 >= len(p):
+            following, since = -new, 0
+        else:
+            following = -new + (new @ y) / (d @ y) * d
+            if since > 0:
+                following += (new @ y_t) / (d_t @ y_t) * d_t
+            since += 1
+        slope_next = float(following @ new)
+        step = a * along / slope_next if slope_next < 0 else a  # the same decrease to first order as the last step
+        d, g = following, new
+    return p, value, iterations
+
+
+def _line_search(
+    p: Array, d: Array, value: float, along: float, step: float, function: Gradient, slope: float
+) -> tuple[float, float, Array] | None:
+    """Step, value and gradient at a point that meets the strong Wolfe conditions; None when no point is lower.
+
+    Bracketing and cubic interpolation: Nocedal & Wright, Numerical Optimization, algorithms 3.5 and 3.6.
+    """
+    low: tuple[float, float, float] = (0.0, value, along)  # step, value, slope of the best point
+    high: tuple[float, float, float] | None = None  # the minimum lies between the two
+    best: Array | None = None
+    a, noise = step, NOISE * abs(value)
+    for _ in range(TRIALS):
+        f, g = function(p + a * d)
+        here = (a, f, float(g @ d))
+        if not (np.isfinite(f) and f <= value + ENOUGH * a * along + noise and f <= low[1] + noise):
+            high = here
+        else:
+            direction = 1.0 if high is None else high[0] - low[0]
+            if here[2] * direction >= 0:
+                high = low
+            low, last, best = here, low, g
+            if abs(here[2]) <= -slope * along:
+                break
+            if high is None:
+                a = _between(last, low, low[0] * 1.1, low[0] * 10)
+                continue
+        lo, hi = sorted((low[0], high[0]))
+        if hi - lo <= 1e-14 * hi:
+            break
+        margin = 0.01 * (hi - lo)
+        a = _between(low, high, lo + margin, hi - margin)
+    return None if best is None else (low[0], low[1], best)
+
+
+def _between(a: tuple[float, float, float], b: tuple[float, float, float], lo: float, hi: float) -> float:
+    """Minimum of the cubic through two points with slopes, within lo..hi; the middle where there is none."""
+    if not np.isfinite(b[1]) or not np.isfinite(b[2]):
+        return (lo + hi) / 2
+    if abs(a[1] - b[1]) <= FLAT * abs(a[1]) and a[2] * b[2] < 0:  # by the slopes alone
+        return float(min(max(a[0] + (b[0] - a[0]) * a[2] / (a[2] - b[2]), lo), hi))
+    d1 = a[2] + b[2] - 3 * (a[1] - b[1]) / (a[0] - b[0])
+    under = d1 * d1 - a[2] * b[2]
+    if not under >= 0:
+        return (lo + hi) / 2
+    d2 = np.copysign(np.sqrt(under), b[0] - a[0])
+    below = b[2] - a[2] + 2 * d2
+    if below == 0:
+        return (lo + hi) / 2
+    return float(min(max(b[0] - (b[0] - a[0]) * (b[2] + d2 - d1) / below, lo), hi))

@@ -1,0 +1,65 @@
+"""Levenberg-Marquardt: least squares of any function that gives residuals and their Jacobian.
+
+Every iteration factors the Jacobian once, J = Q R, and tries dampings mu on the small triangle:
+min |R s + Q'r|^2 + mu |D s|^2, by QR again, never by the normal equations.
+Damping and its update: Marquardt 1963; More 1978 (scaling D by the largest column norms seen so far).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from hystfmu.base.arrays import Array
+
+
+def minimise(
+    p: Array,
+    function: Callable[[Array], tuple[Array, Array]],
+    iterations: int,
+    tolerance: float = 1e-5,
+    progress: Callable[[float], None] = lambda fraction: None,
+    residuals: Callable[[Array], Array] | None = None,
+) -> tuple[Array, float]:
+    """Least squares from the start p (n,); stops when 10 iterations gain less than `tolerance` of the sum of squares.
+
+    `function` gives residuals (m,) and Jacobian (m, n); `residuals`, where it is given, the residuals alone: every
+    other trial is refused, and its Jacobian would be computed for nothing.
+
+    Returns
+    -------
+    p : array, shape (n,)
+    sum_of_squares : float
+    """
+    mu = 1e-2
+    r, J = function(p)
+    cost = float(r @ r)
+    scale = np.zeros(len(p))
+    history = [cost]
+    for i in range(iterations):
+        progress(i / iterations)
+        norms = np.linalg.norm(J, axis=0)
+        scale = np.maximum(scale, np.maximum(norms, 1e-8 * max(norms.max(), 1e-300)))
+        n = len(p)
+        # the residual rides along as a last column: it comes out as Q'r, and Q itself is never formed
+        R: Array = np.linalg.qr(np.column_stack([J / scale, -r]), mode="r")[:n]  # type: ignore[assignment]
+        for _ in range(12):
+            damped = np.vstack([R, np.sqrt(mu) * np.eye(n, n + 1)])
+            t: Array = np.linalg.qr(damped, mode="r")  # type: ignore[assignment]
+            trial = p + solve_triangular(t[:n, :n], t[:n, n], check_finite=False) / scale
+            r_trial, J_trial = (residuals(trial), None) if residuals else function(trial)
+            cost_trial = float(r_trial @ r_trial)
+            if cost_trial < cost:
+                break
+            mu *= 4
+        else:
+            break
+        p, cost = trial, cost_trial
+        r, J = function(p) if J_trial is None else (r_trial, J_trial)
+        mu = max(mu / 5, 1e-14)
+        history.append(cost)
+        if len(history) > 10 and history[-11] - cost < tolerance * cost:
+            break
+    return p, cost

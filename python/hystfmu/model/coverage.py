@@ -1,0 +1,104 @@
+"""What a network has seen: rows that its limits cut, and how much of its input space the training rows cover.
+
+A network extrapolates by 20 to 400 % outside its training rows, so its features are limited to their range (block
+``scaling`` with `lo` and `hi`).  What the limits do must be said, or a flat top looks like physics.
+
+Coverage: the share of the states of a reference (random nested reversals over the same range at the same speed) with a
+training row nearer than 10 % of the ranges of the features (RMS over them).  It tells whether other signals ask
+the network where it was taught; in two features a decaying sine covers all, in the states of a bank of plays a small
+part.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.core.library import NO_LIMIT
+from hystfmu.data.signals import ramps, training
+from hystfmu.graph import Graph, Node, Output
+
+NEAR = 0.1  # RMS over the features, each in units of its range
+MOST_ROWS = 2000  # of the reference and of the training rows: more are thinned evenly
+REVERSALS, SEED = 200, 4242  # of the reference
+STEPS = (0.002, 0.1)  # of the reference, in half ranges a row
+WARN = 1.0  # percent of rows cut
+
+
+def clamped(graph: Graph, u: Array, h: float) -> Array:
+    """Rows at which a limit cuts a signal.
+
+    Parameters
+    ----------
+    graph : Graph
+        One input.
+    u : array, shape (n,)
+        Input, `h` seconds apart, from a fresh start.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+    """
+    rows = np.zeros(len(u), dtype=bool)
+    for node in _limiters(graph):
+        v = _inputs(graph, node, u, h)
+        rows |= ((v < node.value("lo")) | (v > node.value("hi"))).any(axis=1)
+    return rows
+
+
+def coverage(graph: Graph, u: Array, h: float, rows: slice) -> float | None:
+    """Percent of a reference that a training row is near to, in the input space of the network.
+
+    Parameters
+    ----------
+    graph : Graph
+        One input.
+    u : array, shape (n,)
+        Input of the identification, `h` seconds apart, from row 0 on.
+    rows : slice
+        Training rows.
+
+    Returns
+    -------
+    float or None
+        None: no network.
+    """
+    from scipy.spatial import cKDTree
+
+    limiters = _limiters(graph)
+    if not limiters:
+        return None
+    node = limiters[-1]
+    lo, hi = float(u[rows].min()), float(u[rows].max())
+    middle, half = (lo + hi) / 2, (hi - lo) / 2
+    speed = float(np.clip(np.sqrt(np.mean(np.diff(u[rows]) ** 2)) / half, *STEPS))
+    way_in = ramps([(float(u[0]) - middle) / half, 0.0], speed)[:-1]
+    reference = middle + half * np.concatenate([way_in, training(REVERSALS, SEED, speed)])
+    width = node.value("hi") - node.value("lo")
+    width[width == 0] = 1.0
+    width *= np.sqrt(len(width))
+    seen = _thinned(_inputs(graph, node, u, h)[rows] / width)
+    asked = _thinned(_inputs(graph, node, reference, h)[len(way_in) :] / width)
+    distance, _ = cKDTree(seen).query(asked, distance_upper_bound=NEAR)
+    return 100 * float(np.mean(np.isfinite(distance)))
+
+
+def _thinned(v: Array) -> Array:
+    return v[:: -(-len(v) // MOST_ROWS)]
+
+
+def _limiters(graph: Graph) -> list[Node]:
+    """Blocks that limit their inputs, in the order of evaluation."""
+    nodes = [n for n in graph.nodes if n.type == "scaling"]
+    return [n for n in nodes if (np.abs(np.concatenate([n.value("lo"), n.value("hi")])) < NO_LIMIT).all()]
+
+
+def _inputs(graph: Graph, node: Node, u: Array, h: float) -> Array:
+    """What reaches a block, element by element: shape (n, number of elements)."""
+    n = node.sizes["u"]
+    source: dict[str, str] = {end: a for a, end in graph.wires}
+    ends = [f"{node.name}.u"] if f"{node.name}.u" in source else [f"{node.name}.u[{k + 1}]" for k in range(n)]
+    if ends[0] not in source:  # the input of the graph itself
+        return np.tile(np.asarray(u, dtype=np.float64)[:, None], n)
+    outputs = [Output(f"limited_{k}", source[end]) for k, end in enumerate(ends)]
+    return Graph(graph.nodes, graph.wires, graph.inputs, outputs).run(u, h).reshape(len(u), n)

@@ -1,0 +1,89 @@
+"""A model: a graph of blocks with values, where they came from, and how well they fit; `*.model.toml` on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import read_toml, write_toml
+from hystfmu.graph import Graph
+from hystfmu.graph.tables import GraphTable, graph_tables
+
+
+class _File(GraphTable):
+    format: Literal[1]
+    key: str
+    text: str = ""
+    step: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    fit: dict[str, Any] = Field({})
+    provenance: dict[str, Any] = Field({})
+
+
+@dataclass(frozen=True)
+class Model:
+    """A graph with its history: the only thing that `fit`, `inverse`, `export` and scenarios hand to each other.
+
+    Parameters
+    ----------
+    key : str
+        What kind of model it is, e.g. ``"zhao_tan_mlp"``.
+    graph : Graph
+        The blocks in the order of evaluation, with all values (normalisation included).
+    step : float or None
+        Sample step of the identification in seconds; None for a model that has none.
+    text : str
+        One line for a reader.
+    fit : dict
+        Numbers of the identification, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
+    provenance : dict
+        Data file, rows, options, versions.
+    """
+
+    key: str
+    graph: Graph
+    step: float | None = None
+    text: str = ""
+    fit: dict[str, Any] = field(default_factory=dict)
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.step is not None and self.graph.step != self.step:  # the block file carries it into Model Exchange
+            object.__setattr__(self, "graph", self.graph.with_step(self.step))
+
+    def predict(self, u: Array | Sequence[float], h: float | None = None) -> Array:
+        """Free-run output, shape (n,), for the input rows `u` (n,), from a fresh start.
+
+        Row 0 is the output after initialisation with ``u[0]``; row k is what an FMU gives after set u_k,
+        doStep(t_{k-1}, h), get y.  `h` (s) defaults to the model's own step, else 1 s.
+        """
+        return self.graph.run(u, h if h is not None else self.step if self.step is not None else 1.0)
+
+    def save(self, path: str | Path) -> None:
+        """Write ``*.model.toml`` to `path`, as a whole or not at all."""
+        data: dict[str, Any] = {"format": 1, "key": self.key, "text": self.text}
+        if self.step is not None:
+            data["step"] = float(self.step)
+        data.update(fit=self.fit, provenance=self.provenance, **graph_tables(self.graph))
+        write_toml(path, data, f"HystFMU model '{self.key}': blocks in the order of their evaluation.")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Model:
+        """Read ``*.model.toml`` from `path`.
+
+        Raises
+        ------
+        InputError
+            One line with the file, the key, the rule and the value.
+        """
+        f = read_toml(path, _File)
+        try:
+            graph = f.graph()
+        except InputError as e:
+            raise InputError(f"{path}: {e}") from None
+        return cls(f.key, graph, f.step, f.text, f.fit, f.provenance)

@@ -1,0 +1,1 @@
+"""Pages, plots and terminal output for people; knows nothing of models or scenarios."""

@@ -1,0 +1,114 @@
+"""A line plot as a small inline SVG: axes with round ticks, a legend, colours from the page's style."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import TypeVar
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+
+WIDTH, HEIGHT = 480, 300
+LEFT, RIGHT, TOP, BOTTOM = 58, 10, 26, 42
+T = TypeVar("T", float, Array)
+MOST_POINTS = 250  # of one line; more are thinned out
+
+
+@dataclass(frozen=True)
+class Line:
+    """One curve: x and y of equal shape (n,)."""
+
+    name: str
+    x: Array
+    y: Array
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A diagram with one or more lines; labels carry the units.  `envelope` keeps the extremes of dense signals."""
+
+    title: str
+    x_label: str
+    y_label: str
+    lines: Sequence[Line]
+    envelope: bool = False
+
+    def svg(self) -> str:
+        """The diagram as an <svg> element."""
+        lines = [_thin(line, self.envelope) for line in self.lines]
+        xs, x_ticks = _axis(np.concatenate([line.x for line in lines]))
+        ys, y_ticks = _axis(np.concatenate([line.y for line in lines]))
+        across = (WIDTH - LEFT - RIGHT) / (xs[1] - xs[0])
+        down = (HEIGHT - TOP - BOTTOM) / (ys[1] - ys[0])
+
+        def px(v: T) -> T:
+            return LEFT + (v - xs[0]) * across
+
+        def py(v: T) -> T:
+            return HEIGHT - BOTTOM - (v - ys[0]) * down
+
+        out = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(self.title, quote=True)}">']
+        bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
+        for v in x_ticks:
+            out.append(f'<path class="grid" d="M{px(v):.1f} {TOP}V{bottom}"/>')
+            out.append(f'<text class="tick" x="{px(v):.1f}" y="{bottom + 15}" text-anchor="middle">{v:.6g}</text>')
+        for v in y_ticks:
+            out.append(f'<path class="grid" d="M{LEFT} {py(v):.1f}H{right}"/>')
+            out.append(f'<text class="tick" x="{LEFT - 5}" y="{py(v) + 4:.1f}" text-anchor="end">{v:.6g}</text>')
+        out.append(f'<rect class="frame" x="{LEFT}" y="{TOP}" width="{right - LEFT}" height="{bottom - TOP}"/>')
+        for k, line in enumerate(lines):
+            out.append(f'<path class="line c{k % 4}" transform="scale(.1)" d="{path(px(line.x), py(line.y))}"/>')
+        at = LEFT
+        for k, line in enumerate(lines):
+            out.append(f'<path class="line c{k % 4}" d="M{at} 15h14"/>')
+            out.append(f'<text class="tick" x="{at + 18}" y="19">{escape(line.name)}</text>')
+            at += 34 + 6 * len(line.name)
+        middle = (LEFT + right) / 2
+        out.append(
+            f'<text class="tick" x="{middle}" y="{HEIGHT - 8}" text-anchor="middle">{escape(self.x_label)}</text>'
+        )
+        turned = f'x="12" y="{(TOP + bottom) / 2}" transform="rotate(-90 12 {(TOP + bottom) / 2})"'
+        out.append(f'<text class="tick" {turned} text-anchor="middle">{escape(self.y_label)}</text></svg>')
+        return "".join(out)
+
+
+def path(x: Array, y: Array) -> str:
+    """Relative steps in whole tenths of a unit: a third of the size of absolute decimals."""
+    points = np.column_stack([x, y])
+    tenths = np.round(10 * points).astype(int)
+    steps = np.diff(tenths, axis=0)
+    steps = steps[np.any(steps != 0, axis=1)]
+    return f"M{tenths[0, 0]} {tenths[0, 1]}l" + " ".join(f"{a} {b}" for a, b in steps.tolist() or [[0, 0]])
+
+
+def _thin(line: Line, envelope: bool) -> Line:
+    x, y = np.asarray(line.x, dtype=float), np.asarray(line.y, dtype=float)
+    n = len(x)
+    if n <= MOST_POINTS:
+        return Line(line.name, x, y)
+    if not envelope:
+        picked = np.unique(np.linspace(0, n - 1, MOST_POINTS).round().astype(int))
+        return Line(line.name, x[picked], y[picked])
+    extremes = []  # of every piece, its lowest and its highest row: ripple and peaks stay visible
+    for piece in np.array_split(np.arange(n), MOST_POINTS // 2):
+        extremes += sorted((piece[y[piece].argmin()], piece[y[piece].argmax()]))
+    picked = np.array(extremes)
+    return Line(line.name, x[picked], y[picked])
+
+
+def _axis(values: Array) -> tuple[tuple[float, float], list[float]]:
+    """Range and round ticks (1, 2 or 5 times a power of ten)."""
+    lo, hi = float(values.min()), float(values.max())
+    if hi - lo < 1e-9 * max(abs(lo), abs(hi), 1e-300):
+        pad = max(abs(hi), 1e-12) * 0.5
+        lo, hi = lo - pad, hi + pad
+    rough = (hi - lo) / 5
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(m * power for m in (1, 2, 5, 10) if m * power >= rough)
+    room = 0.04 * (hi - lo)
+    first, last = math.ceil((lo - room) / step), math.floor((hi + room) / step)
+    return (lo - room, hi + room), [k * step for k in range(first, last + 1)]

@@ -1,0 +1,77 @@
+"""Foreign code runs in a process of its own, with limits of time and memory: it may crash, hang or grow without harm.
+
+What comes back are two files of known form: nothing that the child writes is unpickled.
+"""
+
+from __future__ import annotations
+
+import json
+import pickle
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from hystfmu.base import child
+from hystfmu.scenario.engine.master import Engine, blocks_here
+from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
+from hystfmu.scenario.system.system import System
+
+GIGABYTES = 4.0
+TASK, ENDED, VALUES = "task", "ended.json", "values"
+
+
+def blocks_isolated(system: System, engine: Engine, seconds: float, gigabytes: float = GIGABYTES) -> Iterator[Trace]:
+    """As `blocks`, in a child process; nothing comes before it has ended well.
+
+    Raises
+    ------
+    Stopped
+        Also when the child dies, or is not finished in time.
+    """
+    with tempfile.TemporaryDirectory(prefix="hystfmu-foreign-") as folder:
+        (Path(folder) / TASK).write_bytes(pickle.dumps((system, engine, gigabytes)))
+        process = child.start("-m", "hystfmu.scenario.engine.isolated", folder)
+        _, in_time = child.finish(process, seconds)
+        if not in_time:
+            raise Stopped(child.late(seconds), "timeout")
+        try:
+            ended = json.loads((Path(folder) / ENDED).read_text())
+            if ended["stopped"] is not None:
+                raise Stopped(str(ended["stopped"]), str(ended["status"]))
+            with (Path(folder) / VALUES).open("rb") as f:
+                for first, end in system.blocks():
+                    shape = (end - first, system.n_values)
+                    values = np.fromfile(f, count=shape[0] * shape[1]).reshape(shape)
+                    times = system.times(first, end)
+                    sweeps = Sweeps(*map(int, ended["sweeps"])) if end > system.n_steps else Sweeps()
+                    yield Trace(times, values, system.columns, system.case.ripple, first=first, sweeps=sweeps)
+        except (OSError, ValueError, KeyError, TypeError):
+            foreign = ", ".join(p.name for p in system.foreign)
+            raise Stopped(f"the process that ran {foreign} ended with status {process.returncode}", "killed") from None
+
+
+def main(folder: Path) -> None:
+    """In the child: run the task in the folder and leave what became of it there."""
+    task = (folder / TASK).read_bytes()  # our own parent wrote it
+    stopped, status, sweeps = None, "stopped", Sweeps()
+    system, engine, gigabytes = pickle.loads(task)
+    child.limit_memory(gigabytes)
+    try:
+        with (folder / VALUES).open("wb") as f:
+            for block in blocks_here(system, engine):
+                block.values.tofile(f)
+                sweeps.add(block.sweeps)
+    except MemoryError:
+        stopped, status = f"needs more than {gigabytes:g} GB of memory", "memory"
+    except Exception as e:  # fmpy raises many kinds when a foreign FMU misbehaves
+        words = str(e) if isinstance(e, Stopped) else f"{type(e).__name__}: {e}"
+        stopped = " ".join(words.split())[:1000]
+    counted = [sweeps.all, sweeps.most, sweeps.steps]
+    (folder / ENDED).write_text(json.dumps({"stopped": stopped, "status": status, "sweeps": counted}))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

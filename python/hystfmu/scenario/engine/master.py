@@ -1,0 +1,215 @@
+"""Running a case: the master loop, on real FMUs (fmpy), Python units, or wholly in the C core.
+
+All engines step the same grid with the same coupling and the same values, so their results have the same bits (a test
+says so); the FMUs are the reference.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.scenario.engine.fmu_member import FmuMember
+from hystfmu.scenario.engine.fmu_store import FmuStore
+from hystfmu.scenario.engine.member import Member
+from hystfmu.scenario.engine.newton import Newton
+from hystfmu.scenario.engine.unit_member import UnitMember
+from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
+from hystfmu.scenario.system.events import cuts
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.system import System
+
+Engine = Literal["fmpy", "python", "native"]
+
+
+def blocks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Iterator[Trace]:
+    """Run a case in this process, even if there is foreign code in it, in blocks of rows.
+
+    Parameters
+    ----------
+    system : System
+    engine : {"fmpy", "python", "native"}
+        As `hystfmu.scenario.simulate`.
+    store : FmuStore, optional
+        Where FMUs are unpacked; a temporary one by default.
+
+    Raises
+    ------
+    Stopped
+        A unit refused an input or a step, or the sweeps of an iterative coupling do not agree.
+    """
+    if engine == "native":
+        from hystfmu.scenario.engine.native import Native
+
+        yield from Native(system).blocks()
+        return
+    if engine == "fmpy" and store is None:
+        with FmuStore() as own:
+            yield from blocks_here(system, engine, own)
+        return
+    values = (C.c_double * max(system.n_values, 1))(*system.starts())
+    sources: dict[int, list[tuple[int, int]]] = {}
+    for link in system.links:
+        sources.setdefault(link.to, []).append((link.input, link.source))
+    members: list[Member] = []
+    clocks = {(p.period, p.any_step): C.c_double() for p in system.parts}
+    try:
+        for k, part in enumerate(system.parts):
+            if not isinstance(part.graph, Foreign) and (engine == "python" or part.runs_as == "python"):
+                members.append(UnitMember(system, part, sources.get(k, ()), values, clocks[part.period, part.any_step]))
+            else:
+                members.append(
+                    FmuMember(system, part, sources.get(k, ()), values, store, clocks[part.period, part.any_step])
+                )
+        yield from _loop(system, members, values, clocks)
+    finally:
+        for m in members:
+            m.close()
+
+
+def _loop(
+    system: System,
+    members: Sequence[Member],
+    values: C.Array[C.c_double],
+    clocks: Mapping[tuple[int, bool], C.c_double],
+) -> Iterator[Trace]:
+    width = system.n_values
+    now = np.ctypeslib.as_array(values)[:width]
+    # copied as bytes: a row of numpy costs three times as much
+    n_bytes = 8 * width
+    new = memoryview(values).cast("B")[:n_bytes]
+    for m in members:
+        m.start(0.0)
+    for m in members:
+        m.begin()
+    # who steps at fine step n depends on n modulo the least common multiple of the periods
+    cycle = math.lcm(*{m.period for m in members})
+    sweeps = Sweeps()
+    couple = _coupling(system, now, sweeps)
+    known: dict[tuple[int, ...], tuple[list[tuple[C.c_double, int]], Callable[[float], None]]] = {}
+    due = []
+    for k in range(min(cycle, system.n_steps + 1)):
+        periods = tuple(p for p, _ in clocks if k % p == 0)
+        if periods not in known:
+            running = [(clock, p) for (p, _), clock in clocks.items() if k % p == 0]
+            known[periods] = running, couple([m for m in members if k % m.period == 0])
+        due.append(known[periods])
+    pieces: dict[int, list[float]] = {}
+    for n, end in zip(*(a.tolist() for a in cuts(system)), strict=True):
+        pieces.setdefault(n, []).append(end)
+    cut = [m for m in members if m.any_step]
+    piece = couple(cut)
+    longest = max(m.period for m in members)
+    for first, last in system.blocks():
+        times = system.times(max(first - longest, 0), last)
+        t, lead = times.tolist(), first - max(first - longest, 0)
+        record = np.empty((last - first, width))
+        rows = record.reshape(-1).data.cast("B")
+        for k in range(last - first):
+            n, at = first + k, lead + k
+            if n:
+                running, step = due[n % cycle]
+                for clock, period in running:
+                    clock.value = t[at - period]
+                if n in pieces:
+                    for begin, end in pairwise([t[at - 1], *pieces[n], t[at]]):
+                        clocks[1, True].value = begin
+                        for m in cut:
+                            m.stretch(end - begin)
+                        (step if end == t[at] else piece)(end)
+                    for m in cut:
+                        m.stretch(None)
+                else:
+                    step(t[at])
+            rows[k * n_bytes : (k + 1) * n_bytes] = new
+        if not np.isfinite(record).all():
+            row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])
+            raise Stopped(f"values that are not finite at t = {t[lead + row]:g} s")
+        memory = {m.name: m.memory() for m in members} if system.case.memory and last > system.n_steps else {}
+        yield Trace(times[lead:], record, system.columns, system.case.ripple, memory, first, replace(sweeps))
+        sweeps.all = sweeps.most = sweeps.steps = 0
+
+
+def _coupling(system: System, values: Array, sweeps: Sweeps) -> Callable[[Sequence[Member]], Callable[[float], None]]:
+    """For the units that are due together: what makes them do one fine step that ends at the given time."""
+    spec = system.case.coupling
+    early = system.early()
+
+    def gauss_seidel(due: Sequence[Member]) -> Callable[[float], None]:
+        # one flat list: the calls of the FMUs cost more than a microsecond, and so would the way to them
+        owner = {id(call): m for m in due for call in m.turn}
+        calls = [call for m in due for call in m.turn]
+
+        def run(t: float) -> None:
+            for call in calls:
+                if call() > 1:
+                    raise owner[id(call)].stopped()
+
+        return run
+
+    def jacobi(due: Sequence[Member]) -> Callable[[float], None]:
+        def run(t: float) -> None:
+            for m in due:
+                m.copy()
+            for m in due:
+                m.advance()
+            for m in due:
+                m.take()
+
+        return run
+
+    def iterative(due: Sequence[Member]) -> Callable[[float], None]:
+        sweep = gauss_seidel(due)
+        newton = Newton(system, due, values) if system.newton else None
+
+        def run(t: float) -> None:
+            for m in due:
+                m.save()
+            begin, guess, relax = values.copy(), values[early], 1.0
+            last, steep = guess, False
+            for k in range(spec.most_sweeps):
+                if k > 0:
+                    for m in due:
+                        m.restore()
+                    values[:] = begin
+                    values[early] = guess
+                sweep(t)
+                sweeps.add(Sweeps(1, k + 1, k == 0))
+                out = values[early]
+                residual = out - guess
+                if (np.abs(residual) <= spec.tolerance * (1 + np.abs(out))).all():
+                    return
+                if k == 0:
+                    steep = newton is not None and newton.start(begin, guess)
+                elif steep and newton is not None:
+                    newton.learn(last, residual)
+                else:
+                    relax = _relaxation(relax, last, residual)
+                change = newton.step(residual) if steep and newton is not None else relax * residual
+                guess, last = guess + change, residual
+            raise Stopped(f"{spec.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
+
+        return run
+
+    return {"gauss_seidel": gauss_seidel, "jacobi": jacobi, "iterative": iterative}[spec.scheme]
+
+
+def _relaxation(last: float, before: Array, now: Array) -> float:
+    """How much of the residual is added to the guess: Aitken's relaxation of a vector (Irons & Tuck 1969).
+
+    For one value it is the secant method, so that a loop of any gain but one converges.  Summed in a stated order: the
+    C core has the same bits.
+    """
+    along = square = 0.0
+    for a, b in zip(before.tolist(), now.tolist(), strict=True):
+        change = b - a
+        along += a * change
+        square += change * change
+    return -last * along / square if square > 0 else last

@@ -1,0 +1,263 @@
+"""Running a case wholly in the C core: the master loop of `fmu_build/master`, without a call into Python per step.
+
+With Gauss-Seidel coupling, neighbours in the order that have the same rate become one graph; otherwise every unit is
+one.
+The lock of the interpreter is free while it runs: threads run cases in parallel.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import functools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.core.executor import Executor
+from hystfmu.core.library import library
+from hystfmu.graph import Node
+from hystfmu.scenario.engine.native_unit import ForeignUnit, GraphUnit, Unit
+from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
+from hystfmu.scenario.system.case import split_end
+from hystfmu.scenario.system.events import cuts
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.fused import segments
+from hystfmu.scenario.system.system import Part, System
+from hystfmu.scenario.system.unit_graph import changed
+
+_SCHEMES = ("gauss_seidel", "jacobi", "iterative")  # as in master.h
+
+
+class _Master(C.Structure):
+    """`master` of master.h."""
+
+    _fields_ = (
+        ("scheme", C.c_int32),
+        ("most_sweeps", C.c_int32),
+        ("tolerance", C.c_double),
+        ("n_units", C.c_int64),
+        ("units", C.c_void_p),
+        ("values", C.c_void_p),
+        ("n_values", C.c_int64),
+        ("n_early", C.c_int64),
+        ("early", C.c_void_p),
+        ("begin", C.c_void_p),
+        ("guess", C.c_void_p),
+        ("residual", C.c_void_p),
+        ("makers", C.c_void_p),
+        ("newton", C.c_void_p),
+        ("n_columns", C.c_int64),
+        ("columns", C.c_void_p),
+        ("n_cuts", C.c_int64),
+        ("cut_rows", C.c_void_p),
+        ("cuts", C.c_void_p),
+        ("base", C.c_double),
+        ("h", C.c_double),
+        ("ripple", C.c_int64),
+        ("row", C.c_int64),
+        ("cut", C.c_int64),
+        ("now", C.c_double),
+        ("unit", C.c_int64),
+        ("t", C.c_double),
+        ("sweeps", C.c_int64),
+        ("most_in_step", C.c_int64),
+        ("steps", C.c_int64),
+    )
+
+
+@functools.cache
+def _run() -> Any:
+    run = library().master_run
+    run.argtypes = [C.POINTER(_Master), C.c_int64, C.c_void_p]
+    return run
+
+
+class Native:
+    """A case that is ready to run in C, any number of times.
+
+    Parameters
+    ----------
+    system : System
+    columns : sequence of str, optional
+        Outputs (`unit.output`) that are recorded; all by default.
+    cut : bool
+        Keep units whose steps may be cut apart from the others; who does not ask gets it where a run has cuts.
+    """
+
+    def __init__(self, system: System, columns: Sequence[str] | None = None, cut: bool = False) -> None:
+        self._system, self._cut = system, cut
+        self._given: Mapping[str, Any] = {}
+        self._apart: Native | None = None
+        fused = system.case.coupling.scheme == "gauss_seidel"
+        self._groups = segments(system, cut) if fused else [(k,) for k in range(len(system.parts))]
+        ours = [g for g in self._groups if not isinstance(system.parts[g[0]].graph, Foreign)]
+        self._members = {g[0]: GraphUnit(system, g) for g in ours}
+        self._foreign: dict[int, Foreign] = {}
+        self._graphs = {p.name: p.own for p in system.parts if not isinstance(p.graph, Foreign)}
+        self._slots: dict[str, tuple[Executor, int, list[float]]] = {}
+        self._names = list(dict.fromkeys(columns)) if columns is not None else list(system.columns)
+        self._early = system.early()
+        self._columns = np.array([system.columns[c] for c in self._names], dtype=np.int64)
+
+    def set(self, values: Mapping[str, Any]) -> None:
+        """Parameters for the next runs, instead of those of the last call; all others are those of the scenario.
+
+        Parameters
+        ----------
+        values : mapping
+            ``{"unit.parameter": value}`` with the values that a scenario's `set` takes; ``"*1.2"`` scales.
+
+        Raises
+        ------
+        InputError
+            No such unit or parameter, value out of range.
+        """
+        for m in self._members.values():
+            m.executor.defaults()
+        self._foreign, self._given = {}, dict(values)
+        for key, value in values.items():
+            if self._set_foreign(key, value):
+                continue
+            executor, reference, now = self._slot(key)
+            if isinstance(value, int | float):
+                new = [float(value)] * len(now)
+            elif isinstance(value, str) and value.startswith("*"):
+                new = [v * float(value[1:]) for v in now]
+            else:  # a word or a list
+                unit, name = split_end(key, "set")
+                new = changed(self._graphs[unit], name, value)[2]
+            for k, v in enumerate(new):
+                executor.set(reference + k, v)
+
+    def _set_foreign(self, key: str, value: Any) -> bool:
+        unit, name = split_end(key, "set")
+        for k, part in enumerate(self._system.parts):
+            if part.name == unit and isinstance(part.graph, Foreign):
+                self._foreign[k] = self._foreign.get(k, part.graph).with_settings({name: value})
+                return True
+        return False
+
+    def _slot(self, key: str) -> tuple[Executor, int, list[float]]:
+        """Where a parameter stands: executor, reference of its first element, values in the scenario."""
+        if key not in self._slots:
+            unit, name = split_end(key, "set")
+            if unit not in self._graphs:
+                raise InputError(f"{key}: no unit {unit!r}; there are {', '.join(self._graphs)}")
+            port, first, now = changed(self._graphs[unit], name, "*1")
+            end = (f"{unit}_{self._graphs[unit].nodes[port.node].name}", port.var.name)
+            (member,) = (m for m in self._members.values() if end in m.parameters)
+            self._slots[key] = (member.executor, member.parameters[end] + first, now)
+        return self._slots[key]
+
+    def _present(self, part: Part, node: Node, name: str) -> Array:
+        """The values that a parameter of a block has now."""
+        end = (f"{part.name}_{node.name}", name)
+        (member,) = (m for m in self._members.values() if end in m.parameters)
+        first = member.parameters[end]
+        return np.array([member.executor.get(first + k) for k in range(node.sizes[name])])
+
+    def run(self) -> Trace:
+        """As `blocks`, in one piece."""
+        return Trace.joined(self.blocks(), self._system.n_steps + 1)
+
+    def blocks(self) -> Iterator[Trace]:
+        """From t = 0 to the end, in blocks of rows.
+
+        Raises
+        ------
+        InputError
+            More events than steps may be.
+        Stopped
+            As `simulate`.
+        """
+        system = self._system
+        cut = cuts(system, self._present)
+        if len(cut[0]) and not self._cut:
+            if self._apart is None:
+                self._apart = Native(system, self._names, cut=True)
+            self._apart.set(self._given)
+            yield from self._apart.blocks()
+            return
+        if self._foreign:
+            parts = [replace(p, graph=self._foreign.get(k, p.graph)) for k, p in enumerate(system.parts)]
+            system = replace(system, parts=tuple(parts))
+        values = (C.c_double * max(system.n_values, 1))(*system.starts())
+        units: list[GraphUnit | ForeignUnit] = []
+        try:
+            for k, *_ in self._groups:
+                units.append(self._members[k] if k in self._members else ForeignUnit(system, k, values))
+            for u in units:
+                u.start(values)
+            yield from self._blocks(system, units, values, cut)
+        finally:
+            for u in units:
+                u.close()
+
+    def _blocks(
+        self,
+        system: System,
+        members: list[GraphUnit | ForeignUnit],
+        values: C.Array[C.c_double],
+        cut: tuple[Array, Array],
+    ) -> Iterator[Trace]:
+        coupling, early = system.case.coupling, self._early
+        made = [m.raw(values) for m in members]
+        units = (Unit * len(made))(*[unit for unit, _ in made])
+        n = len(early)
+        begin, guess, residual = np.empty(system.n_values), np.empty(n), np.empty(2 * n)
+        widest = max(unit.n_in for unit, _ in made)
+        newton, makers = np.empty(2 * system.n_values + widest + n * (2 * n + 3)), system.makers()
+        master = _Master(
+            scheme=_SCHEMES.index(coupling.scheme),
+            most_sweeps=coupling.most_sweeps,
+            tolerance=coupling.tolerance,
+            n_units=len(units),
+            units=C.addressof(units),
+            values=C.addressof(values),
+            n_values=system.n_values,
+            n_early=n,
+            early=early.ctypes.data,
+            begin=begin.ctypes.data,
+            guess=guess.ctypes.data,
+            residual=residual.ctypes.data,
+            makers=makers.ctypes.data,
+            newton=newton.ctypes.data if system.newton else None,
+            n_columns=len(self._columns),
+            columns=self._columns.ctypes.data,
+            n_cuts=len(cut[0]),
+            cut_rows=cut[0].ctypes.data,
+            cuts=cut[1].ctypes.data,
+            base=system.case.step,
+            h=system.h,
+            ripple=system.case.ripple,
+        )
+        places, run = {name: k for k, name in enumerate(self._names)}, _run()
+        try:
+            for first, end in system.blocks():
+                record = np.empty((end - first, len(self._columns)))
+                if run(C.byref(master), end - first, record.ctypes.data):
+                    raise self._stopped(master, members)
+                memory: dict[str, str] = {}
+                if system.case.memory and end > system.n_steps:
+                    for member in self._members.values():
+                        memory |= member.memory()
+                sweeps = Sweeps(master.sweeps, master.most_in_step, master.steps)
+                master.sweeps = master.most_in_step = master.steps = 0
+                yield Trace(system.times(first, end), record, places, system.case.ripple, memory, first, sweeps)
+        finally:
+            for m, unit in zip(members, units, strict=True):
+                m.forget(unit)
+
+    @staticmethod
+    def _stopped(master: _Master, members: list[GraphUnit | ForeignUnit]) -> Stopped:
+        t = master.t
+        if master.unit == -1:
+            return Stopped(f"values that are not finite at t = {t:g} s")
+        if master.unit == -2:
+            return Stopped(f"{master.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
+        m = members[master.unit]
+        return Stopped(f"{m.name} refuses the step from t = {t:g} s: {m.why()}")

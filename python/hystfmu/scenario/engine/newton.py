@@ -1,0 +1,82 @@
+"""Newton's method for the values that sweeps have to agree on, from the directional derivatives of the units.
+
+The matrix and its updates are those of `fmu_build/master/newton.c`, and the way of a derivative through the units is
+that of `master.c`, so that the engines have the same bits.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+from collections.abc import Sequence
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.core.library import library
+from hystfmu.scenario.engine.member import Member
+from hystfmu.scenario.system.system import System
+
+
+class Newton:
+    """The steps of the guess in one step of the units that are due.
+
+    Parameters
+    ----------
+    system : System
+    due : sequence of Member
+    values : array, shape (n_values,)
+        All values of the system, as the run goes on.
+    """
+
+    def __init__(self, system: System, due: Sequence[Member], values: Array) -> None:
+        self._values, self._early = values, system.early()
+        n = len(self._early)
+        loops = {system.parts[k].name for k in system.loops()}
+        width = {p.name: (p.first, len(p.outputs)) for p in system.parts}
+        self._due = [(m, m.name in loops, slice(width[m.name][0], sum(width[m.name]))) for m in due]
+        names = {m.name for m in due}
+        self._steps = [system.parts[k].name in names for k in system.makers().tolist()]
+        self._J, self._H, self._change, self._room = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(2 * n)
+        self._lib, self._n = library(), C.c_int64(n)
+
+    def start(self, begin: Array, guess: Array) -> bool:
+        """After the first sweep from `begin` with `guess`; False: no finite slopes, or a loop gain of one."""
+        for c, steps in enumerate(self._steps):
+            d, read = np.zeros_like(self._values), begin.copy()
+            read[self._early] = guess
+            d[self._early[c]] = float(steps)  # who is not due holds its outputs
+            for m, inside, own in self._due:
+                if not self._follow(m, inside, own, begin, read, d):
+                    return False
+                read[own] = self._values[own]
+            self._J[:, c] = d[self._early]
+        return not self._lib.newton_start(self._n, _at(self._J), _at(self._H))
+
+    @staticmethod
+    def _follow(m: Member, inside: bool, own: slice, begin: Array, read: Array, d: Array) -> bool:
+        """Change of its outputs for those of the values that it has read, in `d`, on the branch that they moved on."""
+        du = [float(d[j]) if j >= 0 else 0.0 for j in m.sources]
+        along = 0.0
+        for j, v in zip(m.sources, du, strict=True):
+            along += v * float(read[j] - begin[j]) if v else 0.0
+        d[own] = 0.0
+        if not inside or not any(du) or own.start == own.stop:
+            return True
+        dy = m.slope([-v for v in du] if along < 0 else du)
+        if dy is None:
+            return False
+        d[own] = [-v for v in dy] if along < 0 else dy
+        return True
+
+    def step(self, residual: Array) -> Array:
+        """The change of the guess."""
+        self._lib.newton_step(self._n, _at(self._H), _at(residual), _at(self._change))
+        return self._change
+
+    def learn(self, before: Array, now: Array) -> None:
+        """What the last change has made of the residual."""
+        self._lib.newton_learn(self._n, *[_at(a) for a in (self._H, self._change, before, now, self._room)])
+
+
+def _at(a: Array) -> C.c_void_p:
+    return C.c_void_p(a.ctypes.data)

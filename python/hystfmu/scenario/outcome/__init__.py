@@ -1,0 +1,1 @@
+"""What came out: chunks of rows, excerpts for pictures, CSV files, metrics."""

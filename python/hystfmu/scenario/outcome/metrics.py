@@ -1,0 +1,256 @@
+"""Numbers of a run, from its rows as they come.
+
+With e = signal - against, over the rows at or after `after`, in percent of the stroke:
+rms_percent              root mean square of e, between samples included (fine grid)
+max_percent              largest |e|, between samples included
+between_samples_percent  largest |e| beyond the straight line between its values at the samples: the ripple
+variation_ratio          total variation of the signal / that of `against`, at the samples: 1 means no chattering
+peak                     largest |signal|
+final                    |e| at the end (|signal| without `against`)
+loop_area_percent        area that the signal encloses over `against`, of the rectangle of their spans; the window must
+                         be one period (an ellipse has at most 78.5, a straight line 0): what hysteresis is left
+
+Sums run over the rows in their order: the same bits however a run is divided into blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.system.spec import MetricSpec
+
+
+class _Rows(NamedTuple):
+    """Rows of a block inside the window of a metric; `sample` is the place of the first that is a sample."""
+
+    t: Array
+    signal: Array
+    against: Array
+    sample: int
+    ripple: int
+
+
+class _Kind(Protocol):
+    def add(self, rows: _Rows) -> None: ...
+
+    def value(self) -> float: ...
+
+
+class _Sum:
+    """Of numbers in their order."""
+
+    def __init__(self) -> None:
+        self.value = 0.0
+
+    def add(self, x: Array) -> None:
+        """`x` is overwritten."""
+        if len(x):
+            x[0] += self.value
+            self.value = float(np.add.accumulate(x, out=x)[-1])
+
+
+class _Span:
+    """Lowest and highest number."""
+
+    def __init__(self) -> None:
+        self.low, self.high = np.inf, -np.inf
+
+    def add(self, x: Array) -> None:
+        if len(x):
+            self.low, self.high = min(self.low, float(x.min())), max(self.high, float(x.max()))
+
+    @property
+    def width(self) -> float:
+        return self.high - self.low
+
+    @property
+    def largest(self) -> float:
+        return max(abs(self.low), abs(self.high))
+
+
+class _Peak:
+    def __init__(self) -> None:
+        self._span = _Span()
+
+    def add(self, rows: _Rows) -> None:
+        self._span.add(rows.signal)
+
+    def value(self) -> float:
+        return self._span.largest
+
+
+class _Final:
+    def __init__(self) -> None:
+        self._e = 0.0
+
+    def add(self, rows: _Rows) -> None:
+        self._e = float(rows.signal[-1] - rows.against[-1])
+
+    def value(self) -> float:
+        return abs(self._e)
+
+
+class _Rms:
+    def __init__(self) -> None:
+        self._n, self._sum = 0, _Sum()
+
+    def add(self, rows: _Rows) -> None:
+        self._n += len(rows.t)
+        self._sum.add((rows.signal - rows.against) ** 2)
+
+    def value(self) -> float:
+        return float(np.sqrt(self._sum.value / self._n))
+
+
+class _Max:
+    def __init__(self) -> None:
+        self._span = _Span()
+
+    def add(self, rows: _Rows) -> None:
+        self._span.add(rows.signal - rows.against)
+
+    def value(self) -> float:
+        return self._span.largest
+
+
+class _BetweenSamples:
+    """Rows after the last sample wait for the next one."""
+
+    def __init__(self) -> None:
+        self._t, self._e, self._from_sample, self._largest = np.zeros(0), np.zeros(0), False, 0.0
+
+    def add(self, rows: _Rows) -> None:
+        waiting = len(self._t)
+        t, e = np.append(self._t, rows.t), np.append(self._e, rows.signal - rows.against)
+        at = np.arange(waiting + rows.sample, len(t), rows.ripple)
+        if self._from_sample:
+            at = np.append(0, at)
+        last = int(at[-1]) if len(at) else 0
+        if last:
+            gap = e[: last + 1] - np.interp(t[: last + 1], t[at], e[at])
+            self._largest = max(self._largest, float(np.abs(gap).max()))
+        self._from_sample = len(at) > 0
+        self._t, self._e = t[last:], e[last:]
+
+    def value(self) -> float:
+        rest = float(np.abs(self._e - self._e[0]).max())  # a run ends with a sample: nothing is left then
+        return max(self._largest, rest)
+
+
+class _Variation:
+    def __init__(self) -> None:
+        self._last: tuple[float, float] | None = None
+        self._sums = _Sum(), _Sum()
+
+    def add(self, rows: _Rows) -> None:
+        samples = rows.signal[rows.sample :: rows.ripple], rows.against[rows.sample :: rows.ripple]
+        if not len(samples[0]):
+            return
+        before = (samples[0][0], samples[1][0]) if self._last is None else self._last
+        for of, x, last in zip(self._sums, samples, before, strict=True):
+            of.add(np.abs(np.diff(x, prepend=last)))
+        self._last = float(samples[0][-1]), float(samples[1][-1])
+
+    def value(self) -> float:
+        a, b = (s.value for s in self._sums)
+        return a / b if b else (1.0 if a == 0 else np.inf)
+
+
+class _LoopArea:
+    """Of a loop that is closed by a straight line (shoelace formula), as a share of the rectangle of its spans."""
+
+    def __init__(self) -> None:
+        self._origin: tuple[float, float] | None = None
+        self._last = 0.0, 0.0
+        self._spans, self._sums = (_Span(), _Span()), (_Sum(), _Sum())
+
+    def add(self, rows: _Rows) -> None:
+        if self._origin is None:
+            self._origin = float(rows.against[0]), float(rows.signal[0])
+        x, y = rows.against - self._origin[0], rows.signal - self._origin[1]
+        self._spans[0].add(x)
+        self._spans[1].add(y)
+        x, y = np.append(self._last[0], x), np.append(self._last[1], y)
+        self._sums[0].add(x[:-1] * y[1:])
+        self._sums[1].add(x[1:] * y[:-1])
+        self._last = float(x[-1]), float(y[-1])
+
+    def value(self) -> float:
+        box = self._spans[0].width * self._spans[1].width
+        return abs(self._sums[0].value - self._sums[1].value) / 2 / box if box else 0.0
+
+
+_KINDS: dict[str, Callable[[], _Kind]] = {
+    "peak": _Peak,
+    "final": _Final,
+    "rms_percent": _Rms,
+    "max_percent": _Max,
+    "between_samples_percent": _BetweenSamples,
+    "variation_ratio": _Variation,
+    "loop_area_percent": _LoopArea,
+}
+_OF_STROKE = ("rms_percent", "max_percent", "between_samples_percent")
+
+
+class Measure:
+    """One metric of a run that comes in blocks.
+
+    Parameters
+    ----------
+    m : MetricSpec
+    """
+
+    def __init__(self, m: MetricSpec) -> None:
+        self._m, self._of, self._span = m, _KINDS[m.kind](), _Span()
+        self._percent = m.kind in _OF_STROKE
+
+    def add(self, block: Trace) -> None:
+        """Take the next rows."""
+        m = self._m
+        skip = int(np.searchsorted(block.t, m.after * (1 - 1e-12)))
+        if skip == len(block.t):
+            return
+        signal = block[m.signal][skip:]
+        against = block[m.against][skip:] if m.against is not None else np.broadcast_to(0.0, signal.shape)
+        sample = -(block.first + skip) % block.ripple
+        with np.errstate(over="ignore", invalid="ignore"):  # a diverged run: the value says so
+            self._of.add(_Rows(block.t[skip:], signal, against, sample, block.ripple))
+            if self._percent and m.stroke is None:
+                self._span.add(against)
+
+    def value(self) -> float:
+        """Of the rows that came.
+
+        Raises
+        ------
+        InputError
+            The stroke is zero.
+        """
+        value, m = self._of.value(), self._m
+        if m.kind == "loop_area_percent":
+            return 100 * value
+        if not self._percent:
+            return value
+        stroke = m.stroke if m.stroke is not None else self._span.width
+        if stroke == 0:
+            raise InputError(f"the stroke is zero: {m.against} does not move; give 'stroke'")
+        return 100 * value / stroke
+
+
+def measure(m: MetricSpec, trace: Trace) -> float:
+    """One metric of a whole run.
+
+    Raises
+    ------
+    InputError
+        If the stroke is zero.
+    """
+    found = Measure(m)
+    found.add(trace)
+    return found.value()

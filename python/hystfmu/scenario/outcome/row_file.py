@@ -1,0 +1,40 @@
+"""All rows of a run as a CSV, written as they come: as small in memory as the run itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from hystfmu.base.files import written
+from hystfmu.data.csv_file import csv_rows
+from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.system.system import System
+
+
+@contextmanager
+def row_file(path: str | Path, system: System) -> Iterator[Callable[[Trace], None]]:
+    """Write columns t (s) and every output of the system; the file appears when the run has come to its end.
+
+    Parameters
+    ----------
+    path : path
+    system : System
+
+    Yields
+    ------
+    callable
+        Takes the blocks of rows in turn.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    with written(path) as file:
+        file.write((",".join(["t", *system.columns]) + "\n").encode())
+
+        def add(block: Trace) -> None:
+            file.write(csv_rows([block.t, *block.values.T]).encode())
+
+        yield add

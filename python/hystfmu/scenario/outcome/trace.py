@@ -1,0 +1,105 @@
+"""What a run leaves: all values on the fine grid, or the reason why it ended early.
+
+A run comes in blocks of consecutive rows, each a `Trace`: whoever keeps none of them needs the same memory for a run
+of any length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+
+MOST_VALUES = 50_000_000  # doubles of a trace in memory
+
+
+class Stopped(Exception):
+    """A unit refused to go on (a diverged loop ends with values that are not finite): a failure, not bad input.
+
+    Parameters
+    ----------
+    why : str
+    status : {"stopped", "timeout", "killed", "memory"}
+        What a study calls such a run.
+    """
+
+    def __init__(self, why: str, status: str = "stopped") -> None:
+        super().__init__(why)
+        self.status = status
+
+
+@dataclass
+class Sweeps:
+    """How many an iterative coupling made: all together, the most in a step, and in how many steps."""
+
+    all: int = 0
+    most: int = 0
+    steps: int = 0
+
+    def add(self, other: Sweeps) -> None:
+        """Those of some more steps."""
+        self.all, self.most, self.steps = self.all + other.all, max(self.most, other.most), self.steps + other.steps
+
+
+@dataclass(frozen=True)
+class Trace:
+    """All outputs of all units of one run.
+
+    Parameters
+    ----------
+    t : array, shape (n + 1,)
+        Times of the fine grid (s).
+    values : array, shape (n + 1, n_values)
+    columns : dict of str to int
+        Place of every output `unit.output` among the values.
+    ripple : int
+        Fine steps in a step.
+    memory : dict of str to str
+        Fingerprint of the final states of every unit, where the case asks for it; of a block: in the last one.
+    first : int
+        Fine step of the first row: above 0 in a block of a run.
+    sweeps : Sweeps
+        Of an iterative coupling.
+    """
+
+    t: Array
+    values: Array
+    columns: dict[str, int]
+    ripple: int
+    memory: dict[str, str] = field(default_factory=dict)
+    first: int = 0
+    sweeps: Sweeps = field(default_factory=Sweeps)
+
+    @classmethod
+    def joined(cls, blocks: Iterable[Trace], n_rows: int) -> Trace:
+        """A whole run of `n_rows` rows from its `blocks`.
+
+        Raises
+        ------
+        InputError
+            It has more values than fit into a memory.
+        """
+        whole: Trace | None = None
+        for block in blocks:
+            if len(block.t) == n_rows:
+                return block
+            if whole is None:
+                width = block.values.shape[1]
+                if n_rows * width > MOST_VALUES:
+                    raise InputError(
+                        f"a trace would hold {n_rows} rows of {width} values, more than {MOST_VALUES}: take its blocks"
+                    )
+                whole = cls(np.empty(n_rows), np.empty((n_rows, width)), block.columns, block.ripple)
+            rows = slice(block.first, block.first + len(block.t))
+            whole.t[rows], whole.values[rows] = block.t, block.values
+            whole.memory.update(block.memory)
+            whole.sweeps.add(block.sweeps)
+        assert whole is not None  # a run has a row
+        return whole
+
+    def __getitem__(self, end: str) -> Array:
+        return self.values[:, self.columns[end]]

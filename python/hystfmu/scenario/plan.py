@@ -1,0 +1,73 @@
+"""What is about to run: scenarios read, their cases built, the baselines that they are held against loaded."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.system.case import Scenario, split_end
+from hystfmu.scenario.system.spec import Scheme
+from hystfmu.scenario.system.system import System, build
+from hystfmu.scenario.verdict.baseline import Baseline
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One scenario: the cases that run, and its baseline (None while one is recorded, or where there is none)."""
+
+    scenario: Scenario
+    systems: tuple[System, ...]
+    baseline: Baseline | None
+
+
+def read(paths: Sequence[str | Path], overrides: Mapping[str, Any], coupling: Scheme | None) -> list[Scenario]:
+    """The scenarios, with overrides and coupling of the command line on top.
+
+    Raises
+    ------
+    InputError
+        Bad scenario file; an override that does not read 'unit.parameter'.
+    """
+    for key in overrides:
+        split_end(key, "--set")
+    return [Scenario(p, dict(overrides), coupling) for p in paths]
+
+
+def plan(scenarios: Sequence[Scenario], case: str | None, overrides: Mapping[str, Any], record: bool) -> list[Plan]:
+    """Build the cases; everything that can be refused is refused here, before anything runs.
+
+    Raises
+    ------
+    InputError
+        No case of that name, a model that does not fit, an override that no unit takes, a bad baseline.
+    """
+    cases = [[c for c in s.cases if case in (None, c.name)] for s in scenarios]
+    if not any(cases):
+        names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
+        raise InputError(f"--case {case}: no such case; there are {', '.join(names)}")
+    built = [tuple(build(c) for c in group) for group in cases]
+    _check_overrides(overrides, [s for group in built for s in group])
+    plans = [
+        Plan(s, systems, None if record else Baseline.load(s.folder))
+        for s, systems in zip(scenarios, built, strict=True)
+    ]
+    for system in (x for p in plans for x in p.systems):
+        if system.case.memory and system.foreign:
+            raise InputError(
+                f"{system.case.file}: memory: {system.foreign[0].name} is a foreign FMU: its states are its own"
+            )
+    return plans
+
+
+def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) -> None:
+    for key in overrides:
+        if not any(key in system.overridden for system in systems):
+            known = {name for system in systems for name in system.parameters}
+            near = " or ".join(difflib.get_close_matches(key, sorted(known), 2))
+            raise InputError(
+                f"--set {key}: none of the scenarios has a unit with that parameter{near and f'; did you mean {near}?'}"
+            )

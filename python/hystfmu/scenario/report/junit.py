@@ -1,0 +1,61 @@
+"""Results as JUnit XML, the form that continuous integration servers show: a suite per scenario, a test per case."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hystfmu.base.files import write_text
+
+if TYPE_CHECKING:
+    from hystfmu.scenario.verdict.result import Result
+
+_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def write_junit(results: Sequence[Result], path: str | Path) -> None:
+    """Write the results of `run_scenarios`.
+
+    Parameters
+    ----------
+    results : sequence of Result
+    path : path
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    root = ET.Element("testsuites", _counts(results))
+    for name in dict.fromkeys(r.scenario for r in results):
+        own = [r for r in results if r.scenario == name]
+        suite = ET.SubElement(root, "testsuite", {"name": name, **_counts(own)})
+        for r in own:
+            test = ET.SubElement(suite, "testcase", {"classname": name, "name": r.case, "time": f"{r.seconds:.3f}"})
+            if r.trace is None:
+                ET.SubElement(test, "error", message=_text(r.lines[0])).text = _text("\n".join(r.lines))
+            elif not r.passed:
+                ET.SubElement(test, "failure", message=_text(r.lines[0])).text = _text("\n".join(r.lines))
+            ET.SubElement(test, "system-out").text = "\n".join(f"{v.metric} = {v.value!r}" for v in r.verdicts)
+    ET.indent(root)
+    write_text(path, '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n")
+
+
+def _counts(results: Sequence[Result]) -> dict[str, str]:
+    errors = sum(r.trace is None for r in results)
+    failures = sum(not r.passed for r in results) - errors
+    seconds = sum(r.seconds for r in results)
+    return {
+        "tests": str(len(results)),
+        "failures": str(failures),
+        "errors": str(errors),
+        "time": f"{seconds:.3f}",
+    }
+
+
+def _text(words: str) -> str:
+    """What an FMU logs may hold characters that XML has no form for."""
+    return _NO_XML.sub("?", words)

@@ -1,0 +1,70 @@
+"""One case: run it chunk by chunk, measure, keep what a baseline and a picture need, judge."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+
+from hystfmu.scenario.engine.fmu_store import FmuStore
+from hystfmu.scenario.engine.master import Engine
+from hystfmu.scenario.engine.simulation import blocks
+from hystfmu.scenario.outcome.excerpt import Picture
+from hystfmu.scenario.outcome.metrics import Measure
+from hystfmu.scenario.outcome.row_file import row_file
+from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
+from hystfmu.scenario.system.events import missed
+from hystfmu.scenario.system.system import System
+from hystfmu.scenario.verdict.baseline import Baseline, Kept, Record
+from hystfmu.scenario.verdict.judge import judge
+from hystfmu.scenario.verdict.result import Result
+
+
+def run_case(
+    system: System,
+    baseline: Baseline | None,
+    engine: Engine,
+    store: FmuStore,
+    *,
+    record: bool = False,
+    seconds: float = 600.0,
+    out: str | Path | None = None,
+) -> tuple[Result, Record | None]:
+    """Run a case and judge it.
+
+    Parameters
+    ----------
+    system, baseline, engine, store
+        What runs, what it is held against, who runs it, where FMUs are unpacked.
+    record : bool
+        The limits alone decide: the run becomes the baseline.
+    seconds : float
+        Longest time for a case with foreign FMUs.
+    out : path, optional
+        Write all outputs there, as CSV.
+
+    Returns
+    -------
+    result : Result
+    found : Record or None
+        What a baseline keeps; None when a unit refused to go on.
+    """
+    case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
+    measured = {name: Measure(m) for name, m in case.metrics.items()}
+    kept, picture, counted = Kept(system, baseline), Picture(system), Sweeps()
+    adders: list[Callable[[Trace], None]] = [kept.add, picture.add, *(m.add for m in measured.values())]
+    try:
+        with ExitStack() as stack:
+            if out is not None:
+                adders.append(stack.enter_context(row_file(out, system)))
+            for chunk in blocks(system, engine, store, seconds):
+                for add in adders:
+                    add(chunk)
+                counted.add(chunk.sweeps)
+    except Stopped as e:
+        return Result(system, (), (f"{case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes), None
+    took = time.perf_counter() - begin
+    verdicts, lines = judge(case, measured, kept, baseline, strict=not record)
+    found = Record({v.metric: v.value for v in verdicts}, kept.rows(), kept.trace.memory)
+    return Result(system, tuple(verdicts), tuple(lines), picture.trace(), took, notes, counted), found

@@ -1,0 +1,1 @@
+"""SSP archives: write a scenario as one, read and run those of other tools."""

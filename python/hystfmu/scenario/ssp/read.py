@@ -1,0 +1,233 @@
+"""Reading an SSP archive of anybody: FMUs, connections, parameter sets become a case that the engines run.
+
+SSP 1.0 and 2.0, one flat system of FMUs for Co-Simulation.  What is not understood is refused, never left out.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.fmu.archive.cache import unpacked
+from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE, SSD, SSV
+from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.system.spec import CouplingSpec, Scheme, UnitSpec
+
+UNREADABLE = (OSError, ET.ParseError, LookupError, ValueError)  # the last two: an encoding that Python does not know
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+TOLERANCE = 1e-9  # of the largest value of a signal: other platforms have the same bits, other masters nearly
+
+
+@dataclass(frozen=True)
+class Ssp:
+    """The case of an archive, and the result that travels with it (`signals` by rows, `t` first), or None."""
+
+    case: Case
+    signals: tuple[str, ...]
+    reference: Array | None
+
+
+def read_ssp(path: str | Path, step: float | None = None, stop: float | None = None) -> Ssp:
+    """Unpack and read an SSP archive.
+
+    Parameters
+    ----------
+    path : path
+    step, stop : float, optional
+        Instead of what the file says (s).
+
+    Raises
+    ------
+    InputError
+        One line with the file, the element, the rule and the value.
+    """
+    folder = unpacked(path, "SystemStructure.ssd")[0]
+    try:
+        root = ET.parse(folder / "SystemStructure.ssd").getroot()
+    except UNREADABLE as e:
+        raise InputError(f"{path}: SystemStructure.ssd: {e}") from None
+    if root.tag != f"{{{SSD}}}SystemStructureDescription":
+        raise InputError(f"{path}: SystemStructure.ssd: must begin with SystemStructureDescription; got {root.tag}")
+    reader = _Reader(Path(path), folder, root)
+    case = reader.case(step, stop)
+    return Ssp(case, *_reference(folder / REFERENCE))
+
+
+class _Reader:
+    def __init__(self, path: Path, folder: Path, root: ET.Element) -> None:
+        self._path, self._folder, self._root = path, folder, root
+        system = root.find(f"{{{SSD}}}System")
+        if system is None:
+            raise self._wrong("has no System")
+        self._system = system
+
+    def _wrong(self, text: str) -> InputError:
+        return InputError(f"{self._path}: SystemStructure.ssd: {text}")
+
+    def case(self, step: float | None, stop: float | None) -> Case:
+        units = self._units()
+        connections = self._connections(units)
+        for end in connections:  # a start value of an input that is driven is of no use
+            unit, name = end.split(".")
+            units[unit].inputs.pop(name, None)
+        experiment = self._root.find(f"{{{SSD}}}DefaultExperiment")
+        facts = dict(experiment.attrib) if experiment is not None else {}
+        ours = self._root.find(f".//{{{OURS}}}Coupling")
+        osp = self._root.find(f".//{{{OSP}}}FixedStepAlgorithm")
+        if step is None and ours is not None:
+            step = self._number(ours.get("step"), "step")
+        if step is None and osp is not None:
+            step = self._number(osp.get("baseStepSize"), "baseStepSize")
+        if step is None:
+            raise self._wrong("states no step: give it with --step SECONDS")
+        if stop is None:
+            if "stopTime" not in facts:
+                raise self._wrong("states no stop time: give it with --stop SECONDS")
+            stop = self._number(facts["stopTime"], "stopTime")
+        if not (step > 0 and stop >= step):
+            raise self._wrong(f"the step must be greater than 0 and not above the stop time; got {step:g}, {stop:g}")
+        order = tuple((ours.get("order") or "").split()) if ours is not None else tuple(units)
+        if sorted(order) != sorted(units):
+            raise self._wrong(f"order: must name every component once; got {' '.join(order)}")
+        scheme = (ours.get("scheme") if ours is not None else None) or "jacobi"
+        if scheme not in ("gauss_seidel", "jacobi", "iterative"):
+            raise self._wrong(f"scheme: must be gauss_seidel, jacobi or iterative; got {scheme!r}")
+        return Case(
+            scenario=self._path.stem,
+            about="",
+            name="ssp",
+            text="",
+            folder=self._folder,
+            step=step,
+            stop=round(stop / step) * step,
+            ripple=1,
+            order=order,
+            coupling=CouplingSpec.model_validate({"scheme": cast(Scheme, scheme)}),
+            units=units,
+            connections=connections,
+            metrics={},
+            record=(),
+            loops=(),
+            delay="",
+            tolerance=TOLERANCE,
+            overrides={},
+        )
+
+    def _number(self, text: str | None, what: str) -> float:
+        try:
+            value = float(text or "")
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self._wrong(f"{what}: must be a number; got {text!r}")
+        return value
+
+    def _units(self) -> dict[str, UnitSpec]:
+        units = {}
+        elements = self._system.find(f"{{{SSD}}}Elements")
+        shared = self._parameters(self._system)
+        for e in elements if elements is not None else ():
+            name = e.get("name", "")
+            if e.tag != f"{{{SSD}}}Component":
+                raise self._wrong(f"{name}: {e.tag.rpartition('}')[2]} is not read: only one level of components is")
+            if not _NAME.match(name) or name in units:
+                raise self._wrong(f"a component needs a name of its own, of letters, digits and _; got {name!r}")
+            if e.get("type", "application/x-fmu-sharedlibrary") != "application/x-fmu-sharedlibrary":
+                raise self._wrong(f"{name}: only FMUs are run; got the type {e.get('type')!r}")
+            values = {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
+            values |= self._parameters(e)
+            inputs = {c.get("name") for c in e.iter(f"{{{SSD}}}Connector") if c.get("kind") == "input"}
+            constants = {k: v for k, v in values.items() if k in inputs}
+            units[name] = UnitSpec.model_validate(
+                {
+                    "fmu": e.get("source", ""),
+                    "inputs": constants,
+                    "set": {k: v for k, v in values.items() if k not in inputs},
+                }
+            )
+        if not units:
+            raise self._wrong("has no components")
+        return units
+
+    def _parameters(self, element: ET.Element) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        bindings = element.find(f"{{{SSD}}}ParameterBindings")
+        for b in bindings if bindings is not None else ():
+            if b.find(f"{{{SSD}}}ParameterMapping") is not None:
+                raise self._wrong("parameter mappings (SSM) are not read")
+            prefix, source = b.get("prefix", ""), b.get("source")
+            if source is not None:
+                found |= self._parameter_set(self._read(source), source, prefix)
+            for inline in b.iter(f"{{{SSV}}}ParameterSet"):
+                found |= self._parameter_set(inline, "ParameterValues", prefix)
+        return found
+
+    def _read(self, source: str) -> ET.Element:
+        file = (self._folder / source).resolve()
+        if not file.is_relative_to(self._folder.resolve()):
+            raise self._wrong(f"{source!r} lies outside the archive")
+        try:
+            return ET.parse(file).getroot()
+        except UNREADABLE as e:
+            raise self._wrong(f"{source}: {e}") from None
+
+    def _parameter_set(self, root: ET.Element, source: str, prefix: str) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for p in root.iter(f"{{{SSV}}}Parameter"):
+            for kind in p:
+                word, text = kind.tag.rpartition("}")[2], kind.get("value", "")
+                if word == "String":
+                    value: Any = text
+                elif word == "Boolean":
+                    value = text in ("true", "1")
+                elif word in ("Real", "Float64", "Float32", "Integer", "Enumeration") or word[:3] in ("Int", "UIn"):
+                    value = self._number(text, f"{source}: {p.get('name')}")
+                else:
+                    raise self._wrong(f"{source}: {p.get('name')}: a value of type {word} is not read")
+                found[prefix + p.get("name", "")] = value
+        return found
+
+    def _connections(self, units: dict[str, UnitSpec]) -> dict[str, str]:
+        found: dict[str, str] = {}
+        wires = self._system.find(f"{{{SSD}}}Connections")
+        kinds = {
+            (e.get("name"), c.get("name")): c.get("kind")
+            for e in self._system.iter(f"{{{SSD}}}Component")
+            for c in e.iter(f"{{{SSD}}}Connector")
+        }
+        for c in wires if wires is not None else ():
+            a, b = ((c.get(f"{side}Element"), c.get(f"{side}Connector")) for side in ("start", "end"))
+            if a[0] is None or b[0] is None:
+                continue  # a connector of the system: nobody is outside
+            if len(c):
+                raise self._wrong(f"connection of {a[0]}.{a[1]}: transformations are not read")
+            for end in (a, b):
+                if end[0] not in units or end not in kinds:
+                    raise self._wrong(f"a connection names {end[0]}.{end[1]}, which does not exist")
+            if kinds[a] == "input" and kinds[b] == "output":
+                a, b = b, a  # a connection has no direction
+            found[f"{b[0]}.{b[1]}"] = f"{a[0]}.{a[1]}"
+        return found
+
+
+def _reference(file: Path) -> tuple[tuple[str, ...], Array | None]:
+    if not file.exists():
+        return (), None
+    try:
+        rows = list(csv.reader(io.StringIO(file.read_text())))
+        values = np.array([[float(v) for v in row] for row in rows[1:]])
+        if rows[0][0] != "t" or values.shape != (len(rows) - 1, len(rows[0])):
+            raise ValueError
+    except (OSError, ValueError, IndexError, csv.Error):
+        raise InputError(f"{REFERENCE}: must have a head t,... and rows of as many numbers") from None
+    return tuple(rows[0][1:]), values

@@ -1,0 +1,121 @@
+"""Running an SSP archive of anybody, held against the reference result in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.engine.master import Engine
+from hystfmu.scenario.engine.simulation import blocks, simulate
+from hystfmu.scenario.outcome.excerpt import Excerpt
+from hystfmu.scenario.outcome.row_file import row_file
+from hystfmu.scenario.outcome.trace import Stopped, Trace
+from hystfmu.scenario.ssp.read import Ssp, read_ssp
+from hystfmu.scenario.ssp.write import REFERENCE
+from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.system.spec import Scheme
+from hystfmu.scenario.system.system import build
+
+
+@dataclass(frozen=True)
+class SspRun:
+    """What a run of an archive gave, and one line per signal that differs from the result in it."""
+
+    trace: Trace
+    compared: tuple[str, ...]
+    lines: tuple[str, ...]
+
+
+def run_ssp(
+    path: str | Path,
+    engine: Engine = "fmpy",
+    coupling: Scheme | None = None,
+    step: float | None = None,
+    stop: float | None = None,
+    seconds: float = 600.0,
+) -> SspRun:
+    """Run an SSP archive and hold it against the reference result in it, if there is one for this step and coupling.
+
+    Raises
+    ------
+    InputError
+        As `read_ssp`.
+    Stopped
+        As `simulate`.
+    """
+    ssp, case, reference = _prepared(path, coupling, step, stop)
+    trace = simulate(build(case), engine, seconds=seconds)
+    return SspRun(trace, *_held_against(path, case, ssp.signals, reference, trace))
+
+
+def _prepared(
+    path: str | Path, coupling: Scheme | None, step: float | None, stop: float | None
+) -> tuple[Ssp, Case, Array | None]:
+    """The archive, its case with this coupling, and the reference result if it belongs to that."""
+    ssp = read_ssp(path, step, stop)
+    if coupling in (None, ssp.case.coupling.scheme):
+        return ssp, ssp.case, ssp.reference
+    return ssp, replace(ssp.case, coupling=ssp.case.coupling.model_copy(update={"scheme": coupling})), None
+
+
+def _held_against(
+    path: str | Path, case: Case, signals: tuple[str, ...], reference: Array | None, trace: Trace
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The signals that were compared, and one line for each that differs; the trace may end after the reference."""
+    if reference is None:
+        return (), ()
+    rows = min(len(reference), len(trace.t))
+    if np.abs(reference[:rows, 0] - trace.t[:rows]).max() > 1e-6 * case.step:
+        return (), ()  # another step
+    lines = []
+    for k, end in enumerate(signals, 1):
+        if end not in trace.columns:
+            raise InputError(f"{path}: {REFERENCE}: names {end}, which does not exist")
+        old, new = reference[:rows, k], trace[end][:rows]
+        gap = np.abs(new - old)
+        if not gap.max() <= case.tolerance * max(float(np.abs(old).max()), 1e-300):
+            at = int(gap.argmax())
+            lines.append(
+                f"{path}: {end} = {new[at]:.9g} at t = {trace.t[at]:g} s differs from {old[at]:.9g} in "
+                f"{REFERENCE} (tolerance {case.tolerance:g} of its largest value)"
+            )
+    return signals, tuple(lines)
+
+
+def run_ssp_file(
+    path: str,
+    engine: Engine,
+    coupling: Scheme | None,
+    step: float | None,
+    stop: float | None,
+    seconds: float,
+    out: str | None,
+) -> tuple[list[str], bool]:
+    """Run an archive for the command line: the lines to print, and whether it agrees with its reference.
+
+    Rows go to the file `out` as they come, and no more of them are kept than the reference has.
+    """
+    ssp, case, reference = _prepared(path, coupling, step, stop)
+    system = build(case)
+    begin = Excerpt(system.columns, np.arange(len(reference) if reference is not None else 1))
+    try:
+        with ExitStack() as stack:
+            adders: list[Callable[[Trace], None]] = [begin.add]
+            if out is not None:
+                adders.append(stack.enter_context(row_file(out, system)))
+            for block in blocks(system, engine, seconds=seconds):
+                for add in adders:
+                    add(block)
+    except Stopped as e:
+        return [f"{path}: stopped: {e}"], False
+    compared, lines = _held_against(path, case, ssp.signals, reference, begin.trace())
+    if lines:
+        return list(lines), False
+    told = f"{len(compared)} signals agree with {REFERENCE}" if compared else "no reference to compare with"
+    return [f"{path}: {system.n_steps + 1} rows of {len(system.columns)} outputs; {told}"], True

@@ -1,0 +1,1 @@
+"""What runs: scenario file, cases, units, connections, coupling, events of references."""

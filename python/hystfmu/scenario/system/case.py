@@ -1,0 +1,191 @@
+"""The cases of a scenario: the overrides of every `[[case]]` on top of the scenario, checked as far as files say it.
+
+The rest of the program sees plain, complete cases.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import read_toml
+from hystfmu.scenario.system.spec import CaseSpec, CouplingSpec, MetricSpec, ScenarioSpec, Scheme, TubeSpec, UnitSpec
+
+MOST_BYTES = 2**20  # of a scenario.toml
+MOST_STEPS = 20_000_000  # of the finest unit in one case
+NAME = r"[A-Za-z][A-Za-z0-9_]*"
+_END = re.compile(rf"({NAME})\.({NAME})\Z")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One variant with everything filled in."""
+
+    scenario: str
+    about: str
+    name: str
+    text: str
+    folder: Path
+    step: float
+    stop: float
+    ripple: int
+    order: tuple[str, ...]
+    coupling: CouplingSpec
+    units: dict[str, UnitSpec]
+    connections: dict[str, str]
+    metrics: dict[str, MetricSpec]
+    record: tuple[str, ...]
+    loops: tuple[tuple[str, str], ...]
+    delay: str
+    tolerance: float
+    overrides: dict[str, Any]
+    """From the command line: apply where the unit and the parameter exist."""
+    tube: TubeSpec | None = None
+    memory: bool = False
+
+    @property
+    def title(self) -> str:
+        """`scenario/case`, as error lines and reports name it."""
+        return f"{self.scenario}/{self.name}"
+
+    @property
+    def file(self) -> Path:
+        """The file that the case comes from."""
+        return self.folder / "scenario.toml"
+
+
+def split_end(end: str, where: str) -> tuple[str, str]:
+    """`unit.variable` as its two names.
+
+    Raises
+    ------
+    InputError
+        With `where` (file and key) in front.
+    """
+    m = _END.match(end)
+    if not m:
+        raise InputError(f"{where}: must read 'unit.variable'; got {end!r}")
+    return m[1], m[2]
+
+
+class Scenario:
+    """A `scenario.toml` and its cases.
+
+    Parameters
+    ----------
+    path : path
+        The file, or the folder that holds it.
+    overrides : mapping of str to value
+        ``{"unit.parameter": value}`` on top of everything else, in the cases that have such a parameter.
+    coupling : str, optional
+        Scheme that all cases take instead of their own.
+
+    Raises
+    ------
+    InputError
+        One line with the file, the key, the rule and the value.
+    """
+
+    def __init__(
+        self, path: str | Path, overrides: dict[str, Any] | None = None, coupling: Scheme | None = None
+    ) -> None:
+        path = Path(path)
+        self.file = path / "scenario.toml" if path.suffix != ".toml" else path
+        self.folder = self.file.parent
+        self.spec = read_toml(self.file, ScenarioSpec, MOST_BYTES)
+        self.overrides = dict(overrides or {})
+        self.coupling = coupling
+        self.cases = self._cases()
+
+    def _cases(self) -> tuple[Case, ...]:
+        specs = self.spec.case or [CaseSpec.model_validate({"name": "nominal"})]
+        names = [c.name for c in specs]
+        for n in names:
+            if names.count(n) > 1:
+                raise InputError(f"{self.file}: case: two cases have the name {n!r}")
+        return tuple(self._case(c) for c in specs)
+
+    def _case(self, c: CaseSpec) -> Case:
+        s, where = self.spec, f"{self.file}: case {c.name}"
+        units = {**s.units, **c.units}
+        for key, value in c.set.items():
+            unit, parameter = split_end(key, f"{where}: set")
+            if unit not in units:
+                raise InputError(f"{where}: set: no unit {unit!r}; there are {sorted(units)}")
+            merged = {**units[unit].set, parameter: value}
+            units[unit] = units[unit].model_copy(update={"set": merged})
+        coupling = c.coupling if c.coupling is not None else s.coupling
+        if self.coupling is not None:
+            coupling = coupling.model_copy(update={"scheme": self.coupling})
+        metrics = {}
+        for name in c.limits:
+            if name not in s.metrics:
+                raise InputError(f"{where}: limits: no metric {name!r}; there are {sorted(s.metrics)}")
+        for name, m in s.metrics.items():
+            update: dict[str, float] = {}
+            if name in c.limits:
+                update["limit"] = c.limits[name]
+            if c.after is not None:
+                update["after"] = c.after
+            metrics[name] = m.model_copy(update=update)
+        case = Case(
+            scenario=s.name,
+            about=s.text,
+            name=c.name,
+            text=c.text,
+            folder=self.folder,
+            step=s.step,
+            stop=c.stop if c.stop is not None else s.stop,
+            ripple=s.ripple,
+            order=tuple(c.order if c.order is not None else s.order),
+            coupling=coupling,
+            units=units,
+            connections={**s.connections, **c.connections},
+            metrics=metrics,
+            record=tuple(s.record),
+            loops=tuple((a, b) for a, b in s.loops),
+            delay=s.delay,
+            tolerance=s.tolerance,
+            tube=s.tube,
+            memory=s.memory,
+            overrides=self.overrides,
+        )
+        self._check(case, where)
+        return case
+
+    @staticmethod
+    def _check(case: Case, where: str) -> None:
+        """What can be said without opening a model: the order, the length of the run, the window of the metrics."""
+        twice = {u for u in case.order if case.order.count(u) > 1}
+        missing, unknown = set(case.units) - set(case.order), set(case.order) - set(case.units)
+        if twice or missing or unknown:
+            wrong = f"twice: {sorted(twice)}" if twice else f"missing: {sorted(missing)}, unknown: {sorted(unknown)}"
+            raise InputError(f"{where}: order: must name every unit once; {wrong}")
+        steps = case.stop / case.step
+        if abs(steps - round(steps)) > 1e-6 * steps or steps < 1:
+            raise InputError(f"{where}: stop: must be a multiple of the step {case.step:g} s; got {case.stop:g}")
+        if steps * case.ripple > MOST_STEPS:
+            raise InputError(f"{where}: stop: at most {MOST_STEPS} fine steps; got {steps * case.ripple:.0f}")
+        for name, m in case.metrics.items():
+            if m.after >= case.stop:
+                raise InputError(f"{where}: metrics.{name}.after: must be below stop {case.stop:g} s; got {m.after:g}")
+
+
+def inside(folder: Path, relative: str, where: str) -> Path:
+    """A path of a scenario, which may not leave the folder of all scenarios (the parent of the scenario's own).
+
+    Raises
+    ------
+    InputError
+        Absolute path, or a path that leads out (also through a symbolic link).
+    """
+    if Path(relative).is_absolute() or "\\" in relative or ":" in relative:
+        raise InputError(f"{where}: must be a path relative to the scenario, with '/'; got {relative!r}")
+    root = folder.resolve().parent
+    path = (folder.resolve() / relative).resolve()
+    if not path.is_relative_to(root):
+        raise InputError(f"{where}: must stay within the folder of the scenarios; got {relative!r}")
+    return path

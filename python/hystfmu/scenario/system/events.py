@@ -1,0 +1,195 @@
+"""Events of references and disturbances: jumps, corners and reversals that the program knows before the run.
+
+One that falls between two fine steps cuts the step there (`events = "hit"`).  Who cannot be cut holds until its own
+grid point; a source that cannot sees its own event there, and `missed` says so.  A jump needs two cuts, one right
+before it: whoever reads a value of the end of its step would feel it from the beginning of the step otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.graph import Node
+from hystfmu.scenario.system.case import MOST_STEPS
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.system import Part, System
+
+NEAR = 1e-9  # `hyst_reached` of the core counts a time as reached; of the time, and here of the step as well
+SHORTEST = 2e-12  # s; an FMU of ours takes steps from 1e-12 s on
+
+Values = Callable[[Part, Node, str], Array]
+"""The present values of a parameter of a block of a unit."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """Times at which an output of a source jumps, or has a corner or a reversal.
+
+    Parameters
+    ----------
+    part : Part
+    parameter : str
+        What times it, for messages.
+    times : array, shape (n,)
+        Increasing (s).
+    jump : bool
+    shift : float
+        How far ahead of the present time the block looks (s): what its own rounding of times belongs to.
+    """
+
+    part: Part
+    parameter: str
+    times: Array
+    jump: bool
+    shift: float = 0.0
+
+
+def in_file(part: Part, node: Node, name: str) -> Array:
+    """The values that a scenario starts with."""
+    return node.value(name)
+
+
+def missed(system: System) -> list[str]:
+    """One line for every source whose jumps the steps of its unit miss: the first time, and when it takes effect."""
+    lines = []
+    for event in _events(system, in_file):
+        part = event.part
+        if not event.jump or event.shift or (system.case.coupling.events == "hit" and part.any_step):
+            continue
+        h = system.length(part) / part.substeps
+        off = event.times / h
+        late = event.times[np.abs(off - np.round(off)) > NEAR * (1 + off)]
+        if len(late):
+            name, then = f"{system.case.title}: {part.name}.{event.parameter}", math.ceil(late[0] / h) * h
+            lines.append(
+                f"{name}: the jump at {late[0]:.9g} s is between two steps of {h:g} s and takes effect at {then:.9g} s"
+            )
+    return lines
+
+
+def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
+    """Where fine steps are cut.
+
+    Parameters
+    ----------
+    system : System
+    values : callable, optional
+        Parameters other than those of the scenario.
+
+    Returns
+    -------
+    steps : array of int64, shape (n,)
+        The fine step, from 1 on; not decreasing.
+    times : array, shape (n,)
+        Increasing (s), all inside their steps.
+    """
+    found = [e for e in _events(system, values) if e.part.any_step] if system.case.coupling.events == "hit" else []
+    if not found:
+        return np.zeros(0, dtype=np.int64), np.zeros(0)
+    spans: list[tuple[float, float, float]] = []
+    for e in found:
+        room = np.maximum(NEAR * (system.h + np.abs(e.times) + abs(e.shift)), SHORTEST)
+        after = system.rows(e.times)
+        on = (system.at(after) - e.times <= room) | (e.times - system.at(after - 1) <= NEAR * e.times)
+        begins = e.times - 2 * room if e.jump else e.times
+        spans += zip(begins[~on].tolist(), e.times[~on].tolist(), room[~on].tolist(), strict=True)
+    steps: list[int] = []
+    times: list[float] = []
+    joined = list(_joined(sorted(spans)))
+    rows = system.rows(np.array([end for _, end, _ in joined]))
+    edges = zip(rows.tolist(), system.at(rows - 1).tolist(), system.at(rows).tolist(), strict=True)
+    for (begin, end, near), (n, before, grid) in zip(joined, edges, strict=True):
+        last = times[-1] if steps and steps[-1] == n else before
+        # a jump right after a grid point or the cut before has its beginning there
+        if begin - last > near and begin < end:
+            steps.append(n)
+            times.append(begin)
+            last = begin
+        end = max(end, last + near)
+        if grid - end > near:
+            steps.append(n)
+            times.append(end)
+    if len(times) + system.n_steps > MOST_STEPS:
+        raise InputError(f"{system.case.file}: case {system.case.name}: more than {MOST_STEPS} fine steps and events")
+    return np.array(steps, dtype=np.int64), np.array(times, dtype=np.float64)
+
+
+def _joined(spans: list[tuple[float, float, float]]) -> Iterator[tuple[float, float, float]]:
+    """(begin, end, near) of events in turn; those nearer than the core can tell apart are one."""
+    joined: tuple[float, float, float] | None = None
+    for begin, end, near in spans:
+        if joined is not None and begin - joined[1] <= near:
+            joined = (joined[0], max(joined[1], end), near)
+            continue
+        if joined is not None:
+            yield joined
+        joined = (begin, end, near)
+    if joined is not None:
+        yield joined
+
+
+def _events(system: System, values: Values) -> Iterator[Event]:
+    """What happens inside the run."""
+    for part in system.parts:
+        if isinstance(part.graph, Foreign):
+            continue
+        for node in part.graph.nodes:
+            if node.type == "disturbance" and values(part, node, "step")[0] != 0:
+                yield from _inside(system, part, "t_step", values(part, node, "t_step"), True)
+            elif node.type == "reference":
+                yield from _reference(system, part, node, values)
+
+
+def _inside(
+    system: System, part: Part, parameter: str, times: Array, jump: bool, shift: float = 0.0
+) -> Iterator[Event]:
+    times = times - shift
+    times = times[(times > 0) & (times < system.case.stop)]
+    if len(times):
+        yield Event(part, parameter, times, jump, shift)
+
+
+def _reference(system: System, part: Part, node: Node, values: Values) -> Iterator[Event]:
+    """Jumps of `steps`, corners of `triangle`, joints of `random_reversals`; those of the preview where it is read."""
+    read = {end for end, place in system.columns.items() if place in {n.source for n in system.links}}
+    inner = len(part.own.nodes) > 1  # who reads what inside of a graph is not looked at
+
+    def used(output: str) -> bool:
+        return inner or f"{part.name}.{output}" in read
+
+    lead = float(values(part, node, "lead")[0])
+    ahead, slope, bend = used("r_lead"), used("dr_lead"), used("ddr_lead")
+    parameter, times, jumps = _pieces(system, part, node, values, min(lead, 0.0), system.case.stop + max(lead, 0.0))
+    yield from _inside(system, part, parameter, times, jumps == "r")
+    if ahead or slope or bend:
+        jump = {"r": ahead, "dr": slope, "ddr": bend, "": False}[jumps]
+        yield from _inside(system, part, parameter, times, jump, lead)
+
+
+def _pieces(system: System, part: Part, node: Node, values: Values, begin: float, end: float) -> tuple[str, Array, str]:
+    """What times the pieces of a reference, where they meet, and the lowest derivative that jumps there."""
+    (shape,) = (v for v in node.block.vars if v.name == "shape")
+    kind = shape.choices[int(values(part, node, "shape")[0])]
+    f = float(values(part, node, "frequency")[0])
+    if kind == "steps":
+        levels, T = values(part, node, "levels"), float(values(part, node, "T")[0])
+        return "T", np.asarray(T * (np.flatnonzero(np.diff(levels)) + 1), dtype=np.float64), "r"
+    if f > 0 and 2 * f * (end - begin) > MOST_STEPS:
+        raise InputError(
+            f"{system.case.file}: case {system.case.name}: {part.name}.frequency: more than {MOST_STEPS} reversals; "
+            f"got {f:g} Hz"
+        )
+    if kind == "triangle" and f > 0:
+        turns = float(values(part, node, "phase")[0]) / (2 * math.pi)
+        first = math.ceil(2 * (turns + f * begin) - 0.5)
+        halves = np.arange(first, first + math.ceil(2 * f * (end - begin)) + 1, dtype=np.float64)
+        return "frequency", (halves / 2 + 0.25 - turns) / f, "dr"
+    if kind == "random_reversals" and f > 0:
+        return "frequency", np.arange(node.dims["m"] + 1, dtype=np.float64) / (2 * f), "ddr"
+    return "", np.zeros(0), ""

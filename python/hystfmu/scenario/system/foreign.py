@@ -1,0 +1,179 @@
+"""An FMU of anybody as a unit of a scenario: what the master has to know of it, from its modelDescription.xml.
+
+Real inputs and outputs are its ports; inputs that nothing is connected to keep their start values.  Its code is
+foreign: `hystfmu run` executes it in a child process.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from hystfmu.base.errors import InputError
+from hystfmu.fmu.archive.cache import unpacked
+from hystfmu.graph.ports import element_names
+
+MOST_PORTS = 100_000
+_REAL = {"Real", "Float64"}
+_NUMBERS = {*_REAL, "Float32", "Integer", "Enumeration", "Int8", "Int16", "Int32", "Int64", "UInt8", "UInt16", "UInt32"}
+
+
+@dataclass(frozen=True)
+class ForeignPort:
+    """A variable of the FMU; an array of FMI 3.0 has several elements."""
+
+    name: str
+    kind: Literal["input", "output"]
+    unit: str
+    start: tuple[float, ...]
+    text: str = ""
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return len(self.start)
+
+    @property
+    def scalar_names(self) -> tuple[str, ...]:
+        """Names of the elements."""
+        return element_names(self.name, self.size)
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """An unpacked FMU with the values that a scenario gives to its parameters."""
+
+    path: Path
+    folder: Path
+    digest: str
+    description: Any
+    ports: tuple[ForeignPort, ...]
+    slopes: bool = False
+    """Whether it offers directional derivatives in Co-Simulation."""
+    settings: Mapping[str, float | bool | str] = field(default_factory=dict)
+    nodes: tuple[()] = ()
+
+    @classmethod
+    def load(cls, path: Path) -> Foreign:
+        """Unpack and describe an FMU.
+
+        Raises
+        ------
+        InputError
+            Not a readable FMU 2.0 or 3.0 for Co-Simulation.
+        """
+        import fmpy
+
+        folder, digest = unpacked(path)
+        try:
+            description = fmpy.read_model_description(str(folder), validate=False)
+        except Exception as e:
+            raise InputError(f"{path}: modelDescription.xml: {' '.join(str(e).split())[:200]}") from None
+        if not str(description.fmiVersion).startswith(("2.", "3.")):
+            raise InputError(f"{path}: FMI 2.0 and 3.0 can run; this one is {description.fmiVersion}")
+        if description.coSimulation is None:
+            raise InputError(f"{path}: has no Co-Simulation interface")
+        ports = tuple(_port(path, v) for v in description.modelVariables if _is_port(v))
+        if sum(p.size for p in ports) > MOST_PORTS:
+            raise InputError(f"{path}: more than {MOST_PORTS} inputs and outputs")
+        # fmpy does not read the plural of FMI 3.0
+        declared = ET.parse(Path(folder) / "modelDescription.xml").getroot().find("CoSimulation")
+        name = "providesDirectionalDerivative"
+        slopes = declared is not None and {declared.get(name), declared.get(f"{name}s")} & {"true", "1"} != set()
+        # inputs first, then outputs: in both groups the order of the file
+        return cls(path, folder, digest, description, tuple(sorted(ports, key=lambda p: p.kind)), slopes)
+
+    @property
+    def fmi(self) -> Literal[2, 3]:
+        """Version of the standard."""
+        return 2 if str(self.description.fmiVersion).startswith("2.") else 3
+
+    @property
+    def any_step(self) -> bool:
+        """Whether it says that it takes steps of any length."""
+        simulation = self.description.coSimulation
+        fixed = getattr(simulation, "fixedInternalStepSize", None)
+        return bool(simulation.canHandleVariableCommunicationStepSize) and fixed is None
+
+    @property
+    def token(self) -> str:
+        """A hash of the archive and the settings."""
+        content = [self.digest, sorted(self.settings.items())]
+        return hashlib.sha256(json.dumps(content).encode()).hexdigest()
+
+    def dependencies(self) -> dict[str, set[str]]:
+        """Inputs that each output depends on at once, as declared; without a declaration on all."""
+        inputs = {p.name for p in self.ports if p.kind == "input"}
+        declared = {u.variable.name: u for u in self.description.outputs}
+        found = {}
+        for p in self.ports:
+            if p.kind == "output":
+                unknown = declared.get(p.name)
+                listed = None if unknown is None else unknown.dependencies
+                found[p.name] = inputs if listed is None else {v.name for v in listed} & inputs
+        return found
+
+    def with_settings(self, settings: Mapping[str, Any]) -> Foreign:
+        """The same FMU with other values of parameters; ``"*1.2"`` scales the start value.
+
+        Raises
+        ------
+        InputError
+            No such parameter, or a value that does not fit its type.
+        """
+        variables = {v.name: v for v in self.description.modelVariables if v.causality in ("parameter", "structural")}
+        new = dict(self.settings)
+        for name, value in settings.items():
+            if name not in variables:
+                raise InputError(f"no parameter {name!r}; there are {', '.join(list(variables)[:20]) or 'none'}")
+            new[name] = _value(variables[name], value, self.settings.get(name))
+        return replace(self, settings=new)
+
+
+def _is_port(v: Any) -> bool:
+    return v.type in _REAL and v.causality in ("input", "output")
+
+
+def _port(path: Path, v: Any) -> ForeignPort:
+    size = 1
+    for d in v.dimensions:
+        if d.start is None:
+            raise InputError(f"{path}: the size of {v.name!r} is not fixed: arrays need a size that is a number")
+        size *= int(d.start)
+    if not 0 < size <= MOST_PORTS:
+        raise InputError(f"{path}: {v.name!r} has {size} elements; at most {MOST_PORTS} can be connected")
+    start = [float(x) for x in str(v.start).split()] if v.start not in (None, "") else [0.0]
+    if len(start) != size:
+        start = start[:1] * size
+    return ForeignPort(
+        v.name, v.causality, v.unit or "", tuple(x if math.isfinite(x) else 0.0 for x in start), v.description or ""
+    )
+
+
+def _value(v: Any, value: Any, now: Any) -> float | bool | str:
+    if v.dimensions:
+        raise InputError(f"{v.name}: parameters that are arrays cannot be set in a scenario")
+    if v.type == "String":
+        return str(value)
+    if v.type == "Boolean":
+        if not isinstance(value, bool) and value not in (0, 1):
+            raise InputError(f"{v.name}: must be true or false; got {value!r}")
+        return bool(value)
+    if v.type not in _NUMBERS:
+        raise InputError(f"{v.name}: a parameter of type {v.type} cannot be set in a scenario")
+    try:
+        if isinstance(value, str) and value.startswith("*"):
+            number = float(value[1:]) * float(now if now is not None else v.start)
+        else:
+            number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{v.name}: must be a number or '*' and a number; got {value!r}") from None
+    if v.type not in _REAL and v.type != "Float32" and number != math.floor(number):
+        raise InputError(f"{v.name}: must be a whole number; got {value!r}")
+    return number

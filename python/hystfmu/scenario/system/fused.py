@@ -1,0 +1,108 @@
+"""Units of a system as one graph: neighbours that can step as one block, or the whole closed loop."""
+
+from __future__ import annotations
+
+from hystfmu.base.errors import InputError
+from hystfmu.graph import Graph, Input, Node, Output, Port
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.system import System
+
+
+def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Graph, list[tuple[int, int]]]:
+    """Some units of one period as one graph, in their order; `own`: what a unit reads of itself stays outside, as what
+    a coupling hands it.
+
+    Returns
+    -------
+    graph : Graph
+        Blocks are called `unit_block`, outputs `unit_output`, inputs `unit_input`.
+    outside : list of (part, input)
+        Which inputs of which units became inputs of the graph, in the order of the graph's inputs: those with a source
+        outside, and constants (whose value is the start value).
+    """
+    nodes: list[Node] = []
+    wires: list[tuple[str, str]] = []
+    inputs: list[Input] = []
+    outputs: list[Output] = []
+    outside: list[tuple[int, int]] = []
+    owner = {p.first + i: (k, i) for k, p in enumerate(system.parts) for i in range(len(p.outputs))}
+    source = {(link.to, link.input): link.source for link in system.links}
+    for k in parts:
+        part = system.parts[k]
+        g, name = part.own, part.name
+        nodes += [Node(f"{name}_{n.name}", n.type, n.dims, n.values) for n in g.nodes]
+        wires += [(f"{name}_{a}", f"{name}_{b}") for a, b in g.wires]
+        for i, (_, end, port) in enumerate(_scalars(g)):
+            outputs.append(Output(f"{name}_{part.outputs[i]}", f"{name}_{end}", port.unit, port.text))
+        for i, ends in enumerate(_input_ends(g)):
+            ends = [f"{name}_{e}" for e in ends]
+            at = source.get((k, i))
+            if at is not None and owner[at][0] in parts and not (own and owner[at][0] == k):
+                other = system.parts[owner[at][0]]
+                end = _scalars(other.own)[owner[at][1]][1]
+                wires += [(f"{other.name}_{end}", e) for e in ends]
+            else:
+                start = part.constants.get(part.inputs[i], 0.0)
+                inputs.append(Input(f"{name}_{part.inputs[i]}", tuple(ends), start=start))
+                outside.append((k, i))
+    return Graph(nodes, wires, inputs, outputs, sort=False), outside
+
+
+def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
+    """Neighbours in the order that have the same period: each can be one graph without changing any value.
+
+    With `cut` steps, those that take any step and those that do not come into different ones.
+    A unit that feeds a value of the last step through (it stands before the unit that makes it) would be an algebraic
+    loop inside one graph: it and its source come into different ones.
+    """
+    owner = {p.first + i: k for k, p in enumerate(system.parts) for i in range(len(p.outputs))}
+    early = [(n.to, owner[n.source], n.input) for n in system.links if owner[n.source] >= n.to]
+    held = [(to, source) for to, source, i in early if system.feeds_through(system.parts[to], i)]
+    groups: list[list[int]] = []
+    for k, part in enumerate(system.parts):
+        last = system.parts[groups[-1][-1]] if groups else part
+        fits = groups and last.period == part.period and not isinstance(part.graph, Foreign)
+        fits = fits and not isinstance(last.graph, Foreign) and not (cut and last.any_step != part.any_step)
+        fits = fits and {(p.substeps, p.hold) for p in (part, last)} == {(1, "zero")}
+        if fits and not any(source == k and to in groups[-1] for to, source in held):
+            groups[-1].append(k)
+        else:
+            groups.append([k])
+    return [tuple(g) for g in groups]
+
+
+def to_graph(system: System) -> Graph:
+    """The closed loop `system` as one graph, when all its units have the same period: one FMU of the whole loop.
+
+    Raises
+    ------
+    InputError
+        If the units run at different rates: a graph has one step.
+    """
+    if len({p.period for p in system.parts}) > 1 or system.h != system.length(system.parts[0]):
+        rates = {p.name: p.period for p in system.parts}
+        raise InputError(f"{system.case.title}: units of different rates do not fit into one graph: {rates}")
+    for p in system.parts:
+        if (p.substeps, p.hold) != (1, "zero"):
+            raise InputError(f"{system.case.title}: {p.name} has substeps or hold = 'first': one graph has one step")
+    return fuse(system, tuple(range(len(system.parts))))[0]
+
+
+def _scalars(graph: Graph) -> list[tuple[str, str, Port]]:
+    """(name, endpoint inside the graph, port) for every scalar output."""
+    found = []
+    for o in graph.outputs:
+        port = graph.port(o.name)
+        for i, name in enumerate(port.scalar_names):
+            end = o.source if port.size == 1 else f"{o.source}[{i + 1}]"
+            found.append((name, end, port))
+    return found
+
+
+def _input_ends(graph: Graph) -> list[list[str]]:
+    """The endpoints inside the graph for every scalar input."""
+    ends = []
+    for i in graph.inputs:
+        size = graph.port(i.name).size
+        ends += [[e if size == 1 else f"{e}[{k + 1}]" for e in i.to] for k in range(size)]
+    return ends

@@ -1,0 +1,152 @@
+"""What a `scenario.toml` may say: units, connections, order, step, cases, metrics with limits.
+
+These models check keys, types and ranges; `hystfmu.scenario.system.case` makes plain, complete cases of them.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import pydantic
+from pydantic import Field
+
+from hystfmu.graph.tables import STRICT, GraphTable, Name, Number, Value
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class UnitSpec(pydantic.BaseModel):
+    """One unit: what it is (exactly one of `model`, `block`, `graph`, `inverse_of`, `fmu`), how it runs, how often."""
+
+    model_config = STRICT
+    model: str | None = Field(None, description="path of a *.model.toml, relative to the scenario's folder")
+    block: str | None = Field(None, description="key of a block; its sizes and values follow in `dims` and `values`")
+    dims: dict[str, int] = Field({}, description="sizes of `block`")
+    values: dict[str, Value] = Field({}, description="parameter values of `block`")
+    fmu: str | None = Field(None, description="path of an FMU of any origin, relative to the scenario's folder")
+    graph: GraphTable | None = Field(None, description="blocks, wires, inputs, outputs, as in a model file")
+    inverse_of: str | None = Field(None, description="path of a *.model.toml whose exact inverse runs")
+    runs_as: Literal["fmu2", "fmu3", "python"] = Field(
+        "fmu2", alias="as", description="FMI 2.0, FMI 3.0 or Python unit"
+    )
+    every: int = Field(1, ge=1, le=1_000_000, description="runs once in so many steps")
+    fine: bool = Field(False, description="runs `ripple` times per step: plants and what is measured between samples")
+    substeps: int = Field(1, ge=1, le=10_000, description="steps of the unit in each of its periods")
+    hold: Literal["zero", "first"] = Field(
+        "zero",
+        description="its connected inputs during a period: held, or on the straight line through the last two values",
+    )
+    inputs: dict[str, Number] = Field({}, description="constant values of inputs that nothing is connected to")
+    set: dict[str, Value] = Field({}, description="parameter overrides; a string '*1.2' scales the value")
+    text: str = Field("", description="one line for a reader")
+
+    @pydantic.model_validator(mode="after")
+    def _one_source(self) -> UnitSpec:
+        given = [k for k in ("model", "block", "graph", "inverse_of", "fmu") if getattr(self, k) is not None]
+        if len(given) != 1:
+            raise ValueError(f"a unit has exactly one of model, block, graph, inverse_of, fmu; here: {given or 'none'}")
+        if self.block is None and (self.dims or self.values):
+            raise ValueError("dims and values belong to 'block'; use 'set' to change a model's parameters")
+        if self.fine and self.every != 1:
+            raise ValueError("a unit is either fine or slow: 'fine' and 'every' exclude each other")
+        return self
+
+
+class MetricSpec(pydantic.BaseModel):
+    """A number computed from signals, and the limit that it must not exceed."""
+
+    model_config = STRICT
+    kind: Literal[
+        "rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "peak", "final", "loop_area_percent"
+    ] = Field(description="what is computed: see hystfmu.scenario.outcome.metrics")
+    signal: str = Field(description="unit.output")
+    against: str | None = Field(None, description="unit.output that the signal is compared with")
+    stroke: Positive | None = Field(None, description="what 100 percent is; default: span of `against` in the window")
+    after: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(0.0, description="rows at or after this time (s)")
+    limit: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
+        None, description="largest value that is good; may be set per case"
+    )
+    text: str = Field("", description="one line for a reader")
+
+    @pydantic.model_validator(mode="after")
+    def _partner(self) -> MetricSpec:
+        if self.kind not in ("peak", "final") and self.against is None:
+            raise ValueError(f"{self.kind} needs 'against'")
+        return self
+
+
+Scheme = Literal["gauss_seidel", "jacobi", "iterative"]
+
+
+class CouplingSpec(pydantic.BaseModel):
+    """How units that step at the same time exchange values."""
+
+    model_config = STRICT
+    scheme: Scheme = Field(
+        "gauss_seidel",
+        description="gauss_seidel: in the stated order, with the newest values; jacobi: all with the values of the "
+        "last step; iterative: sweeps from the same saved states until what was read early agrees with what came out, "
+        "by Newton's method if all units in loops have directional derivatives",
+    )
+    events: Literal["hit", "grid"] = Field(
+        "hit",
+        description="jumps, corners and reversals of references between two steps; hit: the step is cut there, for "
+        "units that run at the finest rate and have no sampled block; grid: they take effect at the next step",
+    )
+    tolerance: Positive = Field(1e-12, description="iterative: largest disagreement, relative to 1 + |value|")
+    most_sweeps: int = Field(50, ge=2, le=10_000, description="iterative: sweeps before the run is given up")
+
+
+class TubeSpec(pydantic.BaseModel):
+    """How far a recorded signal may lie from its baseline in time and value at once, instead of `tolerance`."""
+
+    model_config = STRICT
+    time: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(0.0, description="early or late by as much (s)")
+    value: Annotated[float, Field(ge=0, le=1)] = Field(description="of the largest value of the signal")
+
+
+class CaseSpec(pydantic.BaseModel):
+    """A variant: what differs from the scenario."""
+
+    model_config = STRICT
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=64)]
+    text: str = ""
+    stop: Positive | None = Field(None, description="end of the run (s)")
+    after: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(None, description="`after` of all metrics")
+    set: dict[str, Value] = Field({}, description="'unit.parameter' = value, or '*1.2' to scale it")
+    units: dict[Name, UnitSpec] = Field({}, description="units that are added or replaced as a whole")
+    order: list[Name] | None = Field(None, description="order of evaluation, when it differs")
+    coupling: CouplingSpec | None = Field(None, description="coupling, when it differs")
+    connections: dict[str, str] = Field({}, description="connections that are added or replaced")
+    limits: dict[Name, Annotated[float, Field(ge=0, allow_inf_nan=False)]] = Field(
+        {}, description="limits of metrics, by name"
+    )
+
+
+class ScenarioSpec(pydantic.BaseModel):
+    """The whole file."""
+
+    model_config = STRICT
+    name: Name
+    text: str = ""
+    delay: str = Field("", description="a note on delays in the loop, printed beside the computed delay budget")
+    step: Positive = Field(description="step of the units (s)")
+    stop: Positive = Field(description="end of the run (s)")
+    ripple: int = Field(1, ge=1, le=1000, description="steps of the fine units per step; the command is held meanwhile")
+    order: list[Name] = Field(
+        min_length=1, max_length=200, description="Gauss-Seidel order: every unit reads the newest values there are"
+    )
+    coupling: CouplingSpec = Field(CouplingSpec.model_validate({}), description="how units exchange values")
+    units: dict[Name, UnitSpec] = Field(min_length=1, max_length=200)
+    connections: dict[str, str] = Field({}, description="'unit.input' = 'unit.output'")
+    record: list[str] = Field([], description="outputs stored in baseline.csv and shown in the report")
+    loops: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = Field(
+        [], description="pairs of signals (abscissa, ordinate) drawn as loops"
+    )
+    metrics: dict[Name, MetricSpec] = Field(min_length=1, max_length=100)
+    tolerance: Annotated[float, Field(ge=0, le=1)] = Field(
+        1e-6, description="largest change of a metric or a recorded signal against the baseline, relative"
+    )
+    tube: TubeSpec | None = Field(None, description="room for recorded signals instead of `tolerance`")
+    memory: bool = Field(False, description="the states of all units at the end must equal those of the baseline")
+    case: list[CaseSpec] = Field([], max_length=200, description="variants; without any there is one, 'nominal'")

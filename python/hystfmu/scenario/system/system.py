@@ -1,0 +1,303 @@
+"""A case made ready to run: a graph per unit, connections as indices, the grid of times.
+
+The grid is the fine step h/ripple.  A unit has a period in fine steps: 1 (fine), ripple (the normal one), or
+ripple * every (slow).  At fine step n every unit whose period divides n runs over its period that ends there, in the
+stated order, with the newest values of its sources (Gauss-Seidel).  Engines differ in
+what executes a unit, not in this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.graph import Graph
+from hystfmu.graph.rate_classes import is_sampled
+from hystfmu.scenario.system.case import Case, split_end
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.unit_graph import load_unit, parameter_names, scalar_names, start_values, with_values
+
+Rows = np.ndarray[Any, np.dtype[np.int64]]
+BLOCK_VALUES, SHORTEST_BLOCK = 1 << 17, 512  # of a block of rows: doubles, and rows at least
+
+
+@dataclass(frozen=True)
+class Part:
+    """One unit of a system."""
+
+    name: str
+    graph: Graph | Foreign
+    runs_as: Literal["fmu2", "fmu3", "python"]
+    period: int
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    constants: dict[str, float]
+    first: int
+    """Place of its first output among all values of the system."""
+    substeps: int = 1
+    hold: Literal["zero", "first"] = "zero"
+
+    @property
+    def own(self) -> Graph:
+        """The graph of a unit that is ours.
+
+        Raises
+        ------
+        InputError
+            It is an FMU of somebody else.
+        """
+        if isinstance(self.graph, Foreign):
+            raise InputError(f"{self.name}: {self.graph.path} is an FMU: it cannot become a part of a graph")
+        return self.graph
+
+    @property
+    def any_step(self) -> bool:
+        """Whether its steps may be cut: it runs at the finest rate, and no block of it counts samples."""
+        if isinstance(self.graph, Foreign):
+            return self.period == 1 and self.graph.any_step
+        return self.period == 1 and not is_sampled(self.graph)
+
+    @property
+    def slopes(self) -> bool:
+        """Whether it has directional derivatives between steps: samples answer in steps."""
+        return self.graph.slopes if isinstance(self.graph, Foreign) else not is_sampled(self.graph)
+
+
+@dataclass(frozen=True)
+class Link:
+    """A connection: input `input` of part `to` reads value `source` of the system."""
+
+    to: int
+    input: int
+    source: int
+
+
+@dataclass(frozen=True)
+class System:
+    """A case with its graphs.  Its `values` are the outputs of all units, side by side, in the stated order."""
+
+    case: Case
+    parts: tuple[Part, ...]
+    links: tuple[Link, ...]
+    n_values: int
+    columns: dict[str, int] = field(default_factory=dict)
+    overridden: frozenset[str] = frozenset()
+    """Which of the case's overrides found their parameter."""
+
+    @property
+    def parameters(self) -> set[str]:
+        """`unit.parameter` of all that `set` may change."""
+        return {f"{p.name}.{name}" for p in self.parts for name in parameter_names(p.graph)}
+
+    @property
+    def h(self) -> float:
+        """The fine step (s)."""
+        return self.case.step / self.case.ripple if self.case.ripple > 1 else self.case.step
+
+    @property
+    def n_steps(self) -> int:
+        """Number of fine steps."""
+        return round(self.case.stop / self.case.step) * self.case.ripple
+
+    def at(self, rows: Rows) -> Array:
+        """Times of fine steps: a whole number of steps, then fine steps, so that samples do not drift."""
+        whole, rest = np.divmod(rows, self.case.ripple)
+        return np.asarray(whole * self.case.step + rest * self.h)
+
+    def times(self, first: int, end: int) -> Array:
+        """`at` the fine steps first ... end - 1, shape (end - first,)."""
+        ripple = self.case.ripple
+        begin = first // ripple
+        whole = np.arange(begin, -(-end // ripple)) * self.case.step
+        times = (whole[:, None] + np.arange(ripple) * self.h).ravel()  # a division of every row would cost more
+        return times[first - begin * ripple :][: end - first]
+
+    def rows(self, t: Array) -> Rows:
+        """For every time in [0, stop] the first fine step that is not before it, shape (n,)."""
+        n = np.clip(np.ceil(t / self.h).astype(np.int64), 0, self.n_steps)
+        n = np.where((n > 0) & (self.at(n - 1) >= t), n - 1, n)  # the quotient is rounded
+        return np.where((n < self.n_steps) & (self.at(n) < t), n + 1, n)
+
+    def blocks(self) -> Iterator[tuple[int, int]]:
+        """First fine step and end of the blocks that a run comes in: of bounded size, whatever its length."""
+        most = 1 << max(BLOCK_VALUES // max(self.n_values, 8), SHORTEST_BLOCK).bit_length() - 1
+        end = self.n_steps + 1
+        return ((first, min(first + most, end)) for first in range(0, end, most))
+
+    def length(self, part: Part) -> float:
+        """The step of a unit (s)."""
+        return self.h if part.period < self.case.ripple else self.case.step * (part.period // self.case.ripple)
+
+    def column(self, end: str, where: str) -> int:
+        """Place of the output `unit.output` among the values."""
+        if end not in self.columns:
+            unit, _ = split_end(end, where)
+            have = [c for c in self.columns if c.startswith(f"{unit}.")] or [p.name for p in self.parts]
+            raise InputError(f"{where}: no output {end!r}; there are {', '.join(have)}")
+        return self.columns[end]
+
+    def fresh(self, link: Link) -> bool:
+        """Whether the reader sees the value at the end of its step: its source goes first, or sweeps agree on it."""
+        scheme = self.case.coupling.scheme
+        return scheme == "iterative" or (scheme != "jacobi" and link.source < self.parts[link.to].first)
+
+    def maker(self, link: Link) -> Part:
+        """The unit whose output a connection reads."""
+        return next(p for p in reversed(self.parts) if p.first <= link.source and p.outputs)
+
+    def early(self) -> Array:
+        """Places of the values that a unit reads before the unit that makes them has stepped (in the stated order)."""
+        owner = self._owners()
+        return np.array(sorted({n.source for n in self.links if owner[n.source] >= n.to}), dtype=np.int64)
+
+    def makers(self) -> Array:
+        """The unit that makes each of them."""
+        owner = self._owners()
+        return np.array([owner[j] for j in self.early().tolist()], dtype=np.int64)
+
+    def loops(self) -> frozenset[int]:
+        """Units through which a value that is read early leads to one that is read early."""
+        owner, early = self._owners(), set(self.early().tolist())
+        after = {n.to for n in self.links if n.source in early}
+        before = {owner[j] for j in early}
+        for _ in self.parts:
+            after |= {n.to for n in self.links if owner[n.source] in after}
+            before |= {owner[n.source] for n in self.links if n.to in before}
+        return frozenset(after & before)
+
+    @property
+    def newton(self) -> bool:
+        """Whether sweeps go by Newton's method: every unit in a loop has directional derivatives."""
+        loops = self.loops() if self.case.coupling.scheme == "iterative" else frozenset()
+        return bool(loops) and all(self.parts[k].slopes for k in loops)
+
+    def _owners(self) -> dict[int, int]:
+        """The unit that makes each value."""
+        return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
+
+    def feeds_through(self, part: Part, k: int) -> bool:
+        """Whether an output of the unit that somebody reads depends on its input k at once."""
+        port = next(p for p in part.graph.ports if p.kind == "input" and part.inputs[k] in p.scalar_names)
+        read = {link.source for link in self.links}
+        read |= {self.columns[m.signal] for m in self.case.metrics.values()}
+        depends = part.graph.dependencies()
+        return any(
+            port.name in depends[p.name] and any(self.columns[f"{part.name}.{n}"] in read for n in p.scalar_names)
+            for p in part.graph.ports
+            if p.kind == "output"
+        )
+
+    @property
+    def foreign(self) -> tuple[Part, ...]:
+        """Units that are FMUs of others."""
+        return tuple(p for p in self.parts if isinstance(p.graph, Foreign))
+
+    def starts(self) -> Array:
+        """Values before the units are initialised: the start values of their outputs, shape (n_values,)."""
+        return np.array([s for p in self.parts for s in start_values(p.graph, "output")], dtype=np.float64)
+
+
+def build(case: Case) -> System:
+    """Load the units of a case and connect them.
+
+    Raises
+    ------
+    InputError
+        Unknown block, port or parameter, value out of range, an input without a source, a path that leads out.
+    """
+    parts: list[Part] = []
+    columns: dict[str, int] = {}
+    overridden: set[str] = set()
+    for name in case.order:
+        spec = case.units[name]
+        where = f"{case.file}: case {case.name}: units.{name}"
+        try:
+            graph = load_unit(case, spec, where)
+            graph = with_values(graph, spec.set)
+            for key, value in case.overrides.items():
+                unit, parameter = split_end(key, "--set")
+                if unit == name and parameter in parameter_names(graph):
+                    graph = with_values(graph, {parameter: value})
+                    overridden.add(key)
+        except InputError as e:
+            message = str(e)
+            raise InputError(message if message.startswith(str(case.file)) else f"{where}: {message}") from None
+        inputs, outputs = scalar_names(graph, "input"), scalar_names(graph, "output")
+        for key in spec.inputs:
+            if key not in inputs:
+                raise InputError(f"{where}.inputs: no input {key!r}; there are {list(inputs)}")
+        period = 1 if spec.fine else case.ripple * spec.every
+        first = len(columns)
+        columns.update({f"{name}.{o}": first + i for i, o in enumerate(outputs)})
+        constants = {k: float(v) for k, v in spec.inputs.items()}
+        runs_as = spec.runs_as
+        if isinstance(graph, Foreign):  # an input that nobody drives keeps its start value
+            driven = {split_end(to, where)[1] for to in case.connections if to.startswith(f"{name}.")}
+            starts = zip(inputs, start_values(graph, "input"), strict=True)
+            constants = {k: v for k, v in starts if k not in driven} | constants
+            runs_as = "fmu2" if graph.fmi == 2 else "fmu3"
+        parts.append(Part(name, graph, runs_as, period, inputs, outputs, constants, first, spec.substeps, spec.hold))
+    links = _links(case, parts, columns)
+    system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
+    _check_lines(system)
+    where = f"{case.file}: case {case.name}"
+    for key, ends in signals(case):
+        for end in ends:
+            system.column(end, f"{where}: {key}")
+    return system
+
+
+def _check_lines(system: System) -> None:
+    """A straight line needs values as often as the reader steps."""
+    for link in system.links:
+        part, where = system.parts[link.to], f"{system.case.file}: case {system.case.name}"
+        if part.hold == "zero":
+            continue
+        source = system.maker(link)
+        if source.period > part.period:
+            raise InputError(
+                f"{where}: units.{part.name}.hold: 'first' needs sources that step as often; {source.name} is slower"
+            )
+
+
+def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """The outputs that a case is about, by the key that names them."""
+    yield "record", case.record
+    for pair in case.loops:
+        yield "loops", pair
+    for name, m in case.metrics.items():
+        yield f"metrics.{name}", (m.signal,) if m.against is None else (m.signal, m.against)
+
+
+def _links(case: Case, parts: list[Part], columns: dict[str, int]) -> tuple[Link, ...]:
+    where = f"{case.file}: case {case.name}: connections"
+    index = {p.name: i for i, p in enumerate(parts)}
+    links: list[Link] = []
+    for to, source in case.connections.items():
+        unit, port = split_end(to, where)
+        if unit not in index:
+            raise InputError(f"{where}: no unit {unit!r}; there are {list(index)}")
+        part = parts[index[unit]]
+        if port not in part.inputs:
+            raise InputError(f"{where}: no input {to!r}; {unit} has {list(part.inputs)}")
+        if port in part.constants:
+            raise InputError(f"{where}: {to!r} is connected and has a constant value as well")
+        if source not in columns:
+            from_unit, _ = split_end(source, where)
+            have = [c for c in columns if c.startswith(f"{from_unit}.")] or list(index)
+            raise InputError(f"{where}: no output {source!r} for {to!r}; there are {have}")
+        links.append(Link(index[unit], part.inputs.index(port), columns[source]))
+    driven = {(link.to, link.input) for link in links}
+    for i, p in enumerate(parts):
+        for k, port in enumerate(p.inputs):
+            if (i, k) not in driven and port not in p.constants:
+                raise InputError(
+                    f"{where}: nothing is connected to '{p.name}.{port}'; connect it or give it a constant value in "
+                    f"units.{p.name}.inputs"
+                )
+    return tuple(sorted(links, key=lambda link: (link.to, link.input)))

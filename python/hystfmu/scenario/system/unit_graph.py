@@ -1,0 +1,125 @@
+"""The graph (or foreign FMU) of one unit as its scenario states it, and parameters changed by an importer's names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.errors import InputError
+from hystfmu.graph import Graph, Node, Port, Value
+from hystfmu.model import Model
+from hystfmu.scenario.system.case import Case, inside
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.spec import UnitSpec
+
+
+def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
+    """What a unit of a case runs, before its `set` and the overrides.
+
+    Parameters
+    ----------
+    case : Case
+        Its folder holds the files that the unit names.
+    spec : UnitSpec
+    where : str
+        Place in the scenario, for messages.
+
+    Raises
+    ------
+    InputError
+        A file that is bad or outside the folder, an unknown block or parameter, a value out of range.
+    """
+    if spec.fmu is not None:
+        return Foreign.load(inside(case.folder, spec.fmu, f"{where}.fmu"))
+    if spec.model is not None:
+        return Model.load(inside(case.folder, spec.model, f"{where}.model")).graph
+    if spec.inverse_of is not None:
+        from hystfmu.inverse import invert  # the method's own imports stay out of scenarios that do not use it
+
+        return invert(Model.load(inside(case.folder, spec.inverse_of, f"{where}.inverse_of")), "exact").graph
+    if spec.block is not None:
+        return Graph.single(Node(spec.block, spec.block, spec.dims, spec.values))
+    assert spec.graph is not None
+    return spec.graph.graph()
+
+
+def scalar_names(graph: Graph | Foreign, kind: str) -> tuple[str, ...]:
+    """Names of the scalar variables of the kind "input" or "output", in the order of the ports."""
+    return tuple(n for p in graph.ports if p.kind == kind for n in p.scalar_names)
+
+
+def start_values(graph: Graph | Foreign, kind: str) -> list[float]:
+    """Start values of the scalar variables of the kind "input" or "output", in the same order."""
+    return [s for p in graph.ports if p.kind == kind for s in p.start]
+
+
+def parameter_names(graph: Graph | Foreign) -> set[str]:
+    """Every name that `set` may use: whole parameters and their elements."""
+    if isinstance(graph, Foreign):
+        return {v.name for v in graph.description.modelVariables if v.causality == "parameter"}
+    ports = [p for p in graph.ports if p.is_parameter]
+    return {p.name for p in ports} | {n for p in ports for n in p.scalar_names}
+
+
+def with_values(graph: Graph | Foreign, values: dict[str, Any]) -> Graph | Foreign:
+    """The unit with some parameters changed, by the names that an importer would use (`w`, `w_2`, `net_W1`)."""
+    if isinstance(graph, Foreign):
+        return graph.with_settings(values)
+    for name, value in values.items():
+        port, element = _parameter(graph, name)
+        node = graph.nodes[port.node]
+        graph = graph.replace(node.with_values(**{port.var.name: _changed(node, port, element, value)}))
+    return graph
+
+
+def changed(graph: Graph, name: str, value: object) -> tuple[Port, int, list[float]]:
+    """A parameter after a change that a scenario's `set` could ask for.
+
+    Returns
+    -------
+    port : Port
+    first : int
+        The first element of the port that changes.
+    values : list of float
+        Its new value and those of the elements after it.
+
+    Raises
+    ------
+    InputError
+        No such parameter, value out of range.
+    """
+    port, element = _parameter(graph, name)
+    node = graph.nodes[port.node]
+    new = node.with_values(**{port.var.name: _changed(node, port, element, value)})
+    values = new.value(port.var.name).tolist()
+    return (port, 0, values) if element is None else (port, element, values[element : element + 1])
+
+
+def _parameter(graph: Graph, name: str) -> tuple[Port, int | None]:
+    parameters = [p for p in graph.ports if p.is_parameter]
+    for p in parameters:
+        if name == p.name:
+            return p, None
+        if name in p.scalar_names:
+            return p, p.scalar_names.index(name)
+    raise InputError(f"no parameter {name!r}; there are {', '.join(p.name for p in parameters)}")
+
+
+def _changed(node: Node, port: Port, element: int | None, value: object) -> Value:
+    old = node.value(port.var.name)
+    if isinstance(value, str) and value.startswith("*"):
+        try:
+            new: object = old * float(value[1:])
+        except ValueError:
+            raise InputError(f"{port.name}: after '*' stands a number; got {value!r}") from None
+        if element is not None:
+            new = float(np.asarray(new)[element])
+    else:
+        new = value
+    if element is None:
+        return new  # type: ignore[return-value]  # Node checks kind, length and range
+    if not isinstance(new, int | float):
+        raise InputError(f"{port.name}: one element takes one number; got {value!r}")
+    old[element] = new
+    return old

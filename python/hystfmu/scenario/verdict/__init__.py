@@ -1,0 +1,1 @@
+"""What it is worth: limits, baselines, the verdict on every metric."""

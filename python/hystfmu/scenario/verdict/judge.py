@@ -1,0 +1,78 @@
+"""The two verdicts on a run: against the limits (requirement) and against the baseline (change)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.outcome.metrics import Measure
+from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.verdict.baseline import CHANGED, ROUNDING, Baseline, Kept, compare
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One metric of one case with both verdicts.
+
+    Parameters
+    ----------
+    metric, kind : str
+        Its name, and what is measured (``"rms_percent"``, ...).
+    value : float
+        In the unit of its kind.
+    limit, baseline : float, optional
+        The largest value allowed, and the value recorded; None: none is stated.
+    within : bool
+        Finite and not above the limit.
+    same : bool, optional
+        Unchanged against the baseline; None: there is none to compare with.
+    """
+
+    metric: str
+    kind: str
+    value: float
+    limit: float | None
+    baseline: float | None
+    within: bool
+    same: bool | None
+
+
+def judge(
+    case: Case, measured: Mapping[str, Measure], kept: Kept, baseline: Baseline | None, strict: bool = True
+) -> tuple[list[Verdict], list[str]]:
+    """Both verdicts on every metric, and one line per failure: scenario/case, metric, value, limit.
+
+    Without `strict` the limits alone decide; otherwise a missing baseline or a change is a failure.
+    """
+    known = baseline.metrics.get(case.name) if baseline is not None else None
+    verdicts: list[Verdict] = []
+    failures: list[str] = []
+    for name, m in case.metrics.items():
+        try:
+            value = measured[name].value()
+        except InputError as e:
+            raise InputError(f"{case.file}: case {case.name}: metrics.{name}: {e}") from None
+        within = bool(np.isfinite(value)) and (m.limit is None or value <= m.limit)
+        old = known.get(name) if known is not None else None
+        same = None
+        if old is not None:
+            same = abs(value - old) <= max(case.tolerance * max(abs(old), m.limit or 0.0), ROUNDING)
+        verdicts.append(Verdict(name, m.kind, value, m.limit, old, within, same))
+        if not within:
+            rule = "is not finite" if m.limit is None else f"exceeds the limit {m.limit:g}"
+            failures.append(f"{case.title}: {name} ({m.kind} of {m.signal}) = {value:.6g} {rule}")
+        if same is False and strict:
+            failures.append(
+                f"{case.title}: {name} = {value:.9g} {CHANGED} {old:.9g} "
+                f"(tolerance {case.tolerance:g}); if that is meant, run with --record"
+            )
+    if not strict:
+        return verdicts, failures
+    if known is None or set(known) != set(case.metrics):
+        failures.append(f"{case.title}: no baseline: run with --record")
+    elif baseline is not None:
+        failures += compare(case, kept, baseline)
+    return verdicts, failures

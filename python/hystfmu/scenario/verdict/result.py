@@ -1,0 +1,81 @@
+"""One case of a scenario after its run: verdicts, failures, the signals for a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from hystfmu.scenario.outcome.trace import Sweeps, Trace
+from hystfmu.scenario.system.system import System
+from hystfmu.scenario.verdict.judge import Verdict
+
+
+@dataclass(frozen=True)
+class Result:
+    """One case of a scenario after its run.
+
+    Parameters
+    ----------
+    system : System
+    verdicts : tuple of Verdict
+        One per metric.
+    lines : tuple of str
+        One per failure: scenario/case, metric, value, limit.
+    trace : Trace, optional
+        The signals that the case names: recorded, in loops, in metrics.  All rows, or of a long run those that a
+        picture needs (`simulate` gives all, `blocks` all in turn).  None when a unit refused to go on.
+    seconds : float
+        Time of the run.
+    notes : tuple of str
+        What a reader should know and is no failure: jumps between two steps.
+    counted : Sweeps
+        Of an iterative coupling.
+    """
+
+    system: System
+    verdicts: tuple[Verdict, ...]
+    lines: tuple[str, ...]
+    trace: Trace | None
+    seconds: float
+    notes: tuple[str, ...] = ()
+    counted: Sweeps = field(default_factory=Sweeps)
+
+    @property
+    def scenario(self) -> str:
+        """Name of the scenario."""
+        return self.system.case.scenario
+
+    @property
+    def case(self) -> str:
+        """Name of the case."""
+        return self.system.case.name
+
+    @property
+    def passed(self) -> bool:
+        """All limits met and nothing changed against the baseline."""
+        return not self.lines
+
+    def failures(self) -> list[str]:
+        """One line per failure."""
+        return list(self.lines)
+
+    @property
+    def sweeps(self) -> dict[str, Any]:
+        """Of an iterative coupling: method, mean and largest number of sweeps in a step; else empty."""
+        s = self.counted
+        if not s.steps:
+            return {}
+        method = "newton" if self.system.newton else "relaxation"
+        return {"method": method, "mean": s.all / s.steps, "most": s.most}
+
+    def summary(self) -> dict[str, Any]:
+        """For machines: verdicts, failures, seconds; sweeps of an iterative coupling."""
+        return {
+            "scenario": self.scenario,
+            "case": self.case,
+            "passed": self.passed,
+            "seconds": round(self.seconds, 4),
+            "metrics": [vars(v) for v in self.verdicts],
+            "failures": list(self.lines),
+            "notes": list(self.notes),
+        } | ({"sweeps": self.sweeps} if self.sweeps else {})

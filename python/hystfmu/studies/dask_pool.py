@@ -1,0 +1,139 @@
+"""Runs of a study on a Dask cluster: the same rows as on this machine.
+
+For a cluster with a queueing system start the workers with dask-jobqueue (`SLURMCluster(...).scale(20)`) and pass the
+address of its scheduler.  Workers need the same version of HystFMU.
+"""
+
+from __future__ import annotations
+
+import threading
+import uuid
+from collections import deque
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from itertools import islice
+from typing import Any
+
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.engine.master import Engine
+from hystfmu.scenario.system.system import System
+from hystfmu.studies.task import Runner, Task, row_of
+
+CHUNK = 16  # tasks in one submission
+_RUNNERS: dict[int, tuple[str, Runner]] = {}  # of a worker process, by thread: a runner serves one task at a time
+
+
+def _run(
+    key: str, systems: list[System], engine: Engine, limits: tuple[float, float], tasks: list[Task]
+) -> list[dict[str, Any]]:
+    thread = threading.get_ident()
+    if thread not in _RUNNERS or _RUNNERS[thread][0] != key:
+        _close(thread)  # of a study that was killed before it could
+        _RUNNERS[thread] = key, Runner(systems, engine, _scratch(), limits)
+    mine = _RUNNERS[thread]
+    rows = []
+    for task in tasks:
+        rows.append(mine[1](task))
+        if _RUNNERS.get(thread) is not mine:  # interrupted: the study was closed while this task ran
+            mine[1].close()
+            break
+    return rows
+
+
+def _scratch() -> str:
+    """The worker's own folder: what a killed worker leaves there, Dask removes."""
+    from distributed import get_worker
+
+    return str(get_worker().local_directory)
+
+
+def _close(thread: int) -> None:
+    if thread in _RUNNERS:
+        _RUNNERS.pop(thread)[1].close()
+
+
+def _close_study(key: str) -> None:
+    for thread in [t for t, (of, _) in _RUNNERS.items() if of == key]:
+        _close(thread)
+
+
+class DaskPool:
+    """Workers of a Dask cluster.
+
+    Parameters
+    ----------
+    address : str
+        ``dask://HOST:PORT`` of the scheduler.
+    systems, engine
+        As `Runner` takes them.
+    timeout, memory : float
+        Longest time (s) and most memory (GB) of a run with FMUs of others; all else cannot hang, and Dask limits it.
+
+    Raises
+    ------
+    InputError
+        Wrong address, no scheduler there, Dask is not installed.
+    """
+
+    def __init__(self, address: str, systems: list[System], engine: Engine, timeout: float, memory: float) -> None:
+        try:
+            import distributed
+        except ImportError:
+            raise InputError("--on dask:// needs the extra 'study': pip install 'hystfmu[study]'") from None
+        self._dask: Any = distributed  # it has no types
+        scheme, _, host = address.partition("://")
+        if scheme != "dask" or ":" not in host:
+            raise InputError(f"--on: must read dask://HOST:PORT; got {address!r}")
+        try:
+            self._client = self._dask.Client(f"tcp://{host}", timeout=10)
+        except (OSError, ValueError, TimeoutError) as e:
+            raise InputError(f"--on {address}: no Dask scheduler answers there ({e})") from None
+        self._names = [s.case.name for s in systems]
+        self._engine, self._limits = engine, (timeout, memory)
+        self._key = uuid.uuid4().hex  # by it workers know what they prepared for this study
+        self._systems = self._client.scatter([systems], broadcast=True)[0]
+        self._held: dict[Any, list[Task]] = {}  # what runs, by its future
+
+    def __enter__(self) -> DaskPool:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        with suppress(OSError):  # no scheduler any more: its workers end, and their folders with them
+            self._client.cancel(list(self._held))
+            self._client.run(_close_study, self._key, on_error="ignore")
+        self._client.close()
+
+    def stop(self) -> None:
+        """No more tasks will come; the workers are not ours."""
+
+    def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
+        """Rows as they are finished; a chunk that ends its workers is split until the one task is known."""
+        source = iter(tasks)
+        lanes = 2 * max(1, len(self._client.scheduler_info()["workers"]))
+        running = self._dask.as_completed([])
+        again: deque[list[Task]] = deque()
+
+        def submit() -> bool:
+            chunk = again.popleft() if again else list(islice(source, CHUNK))
+            if not chunk:
+                return False
+            words = (self._key, self._systems, self._engine, self._limits, chunk)
+            future = self._client.submit(_run, *words, pure=False, retries=1)
+            self._held[future] = chunk
+            running.add(future)
+            return True
+
+        for _ in range(lanes):
+            submit()
+        while self._held:
+            future = next(running)
+            chunk = self._held.pop(future)
+            if future.status == "finished":
+                yield from future.result()
+            elif len(chunk) > 1:
+                again.extend([t] for t in chunk)
+            else:
+                reason = str(future.exception()).splitlines()[0]
+                yield row_of(chunk[0], self._names[chunk[0].case], "killed", reason)
+            while len(self._held) < lanes and submit():
+                pass

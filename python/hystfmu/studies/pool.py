@@ -1,0 +1,240 @@
+"""Local workers that may die, hang or eat memory without harm: one process each, watched by the parent.
+
+A worker gets as many tasks as it can do in a moment and answers for several at once; it counts in shared memory what it
+has begun, so the parent always knows which task it is at.  A worker that dies is replaced, and its task tried again:
+somebody may have killed the process, and the table must not depend on that.  What it had done and not yet told is done
+again.  A task that ends its worker twice, or exceeds the time, becomes a row with the reason.  A worker whose parent is
+gone ends by itself.
+
+Where the runs are in the C core alone, workers are forks: they are there at once, with all that the parent has
+imported, and use only what a fork of a process with threads may use.  All others (FMUs, foreign code, systems without a
+safe fork) are new processes.
+"""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing as mp
+import multiprocessing.connection
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import warnings
+from collections import deque
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from itertools import islice
+from typing import Any
+
+from hystfmu.base.child import late, limit_memory
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.engine.master import Engine
+from hystfmu.scenario.system.system import System
+from hystfmu.studies.task import Runner, Task, row_of
+
+MOMENT = 0.01  # s: after as much a worker answers; a message costs as much as a short run
+MOST_AT_ONCE = 64  # tasks that a worker is given
+
+
+def _work(
+    pipe: Any, begun: Any, parent: int, folder: str, systems: list[System], engine: Engine, memory: float
+) -> None:
+    tempfile.tempdir = folder  # what is unpacked there the parent removes: a process that is killed cannot
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    gc.freeze()  # a fork would copy every page of its parent that a collection looks at
+    limit_memory(memory)
+    runner = Runner(systems, engine)
+    try:
+        pipe.send([])  # ready
+        while True:
+            while not pipe.poll(1.0):
+                if os.getppid() != parent:  # copies of the pipe in other forks hide that it is gone
+                    return
+            rows, told = [], time.monotonic()
+            for task in pipe.recv():
+                begun.value += 1
+                rows.append(runner(task))
+                if time.monotonic() - told > MOMENT:
+                    pipe.send(rows)
+                    rows, told = [], time.monotonic()
+            if rows:
+                pipe.send(rows)
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        pass  # the parent is gone or has no more work
+    finally:
+        runner.close()
+
+
+def _forked(systems: list[System], engine: Engine) -> bool:
+    return sys.platform == "linux" and engine == "native" and not any(s.foreign for s in systems)
+
+
+class _Worker:
+    def __init__(self, systems: list[System], engine: Engine, memory: float) -> None:
+        context: Any = mp.get_context("fork" if _forked(systems, engine) else "spawn")
+        self.pipe, theirs = context.Pipe()
+        self._begun = context.RawValue("q", 0)
+        self._folder = tempfile.mkdtemp(prefix="hystfmu-study-")
+        words = (theirs, self._begun, os.getpid(), self._folder, systems, engine, memory)
+        self.process = context.Process(target=_work, args=words, daemon=True)
+        with warnings.catch_warnings():  # of threads in the parent, of which this fork needs no lock
+            warnings.simplefilter("ignore", DeprecationWarning)
+            self.process.start()
+        theirs.close()
+        self.tasks: deque[Task] = deque()
+        self.answered = 0
+        self.since = time.monotonic()
+        self.ready = False
+        self.share = 1
+
+    def give(self, tasks: list[Task]) -> None:
+        """To be done."""
+        if not tasks:
+            return
+        if not self.tasks:
+            self.since = time.monotonic()
+        self.tasks.extend(tasks)
+        with suppress(BrokenPipeError, ConnectionResetError):  # died between two tasks: noticed when listening
+            self.pipe.send(tasks)
+
+    def take(self) -> list[dict[str, Any]]:
+        """Rows that it sends; from the time they took, how many tasks it can do in two moments."""
+        rows: list[dict[str, Any]] = self.pipe.recv()
+        now = time.monotonic()
+        if rows:
+            fits = int(2 * MOMENT * len(rows) / max(now - self.since, 1e-9))
+            self.share = max(1, min(fits, 2 * self.share, MOST_AT_ONCE))
+        for _ in rows:
+            self.tasks.popleft()
+        self.answered += len(rows)
+        self.since, self.ready = now, True
+        return rows
+
+    def blamed(self) -> Task:
+        """The task that it is at, taken from those that it has to do."""
+        at = max(self._begun.value - self.answered - 1, 0)
+        task = self.tasks[at]
+        del self.tasks[at]
+        return task
+
+    def end(self) -> None:
+        self.pipe.close()
+        self.process.kill()
+        self.process.join()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+class _Waiting:
+    """Tasks that nobody has yet: made while others run, and those that come back."""
+
+    def __init__(self, source: Iterable[Task], n: int) -> None:
+        self._source, self._back, self.left = iter(source), deque[Task](), n
+
+    def take(self, n: int) -> list[Task]:
+        """The next n, or what there is."""
+        taken = [self._back.popleft() for _ in range(min(n, len(self._back)))]
+        taken += islice(self._source, n - len(taken))
+        self.left = self.left - len(taken) if len(taken) == n else 0
+        return taken
+
+    def put_back(self, tasks: Iterable[Task]) -> None:
+        """To be the next."""
+        tasks = list(tasks)
+        self._back.extendleft(reversed(tasks))
+        self.left += len(tasks)
+
+
+class Pool:
+    """Workers on this machine.
+
+    Parameters
+    ----------
+    systems, engine
+        As `Runner` takes them.
+    n : int
+        Number of workers; by default as many as cores that this process may use.
+    timeout : float
+        Longest time for one task (s).
+    memory : float
+        Largest address space of a worker (GB).
+    """
+
+    STARTUP = 60.0  # s: a new process has to import everything first
+
+    def __init__(self, systems: list[System], engine: Engine, n: int | None, timeout: float, memory: float) -> None:
+        self._of_worker = (systems, engine, memory)
+        self._names = [s.case.name for s in systems]
+        self._n = n or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1))
+        self._timeout = timeout
+        self._workers: list[_Worker] = []
+        self._unborn = 0  # workers in a row that died before they were ready
+        self._died: set[int] = set()  # tasks at which a worker died once
+
+    def __enter__(self) -> Pool:
+        """Start workers that have to import what they need, while the study is still being prepared."""
+        if not _forked(*self._of_worker[:2]):
+            self._workers = [_Worker(*self._of_worker) for _ in range(self._n)]
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.stop()
+        for w in self._workers:
+            w.end()
+
+    def stop(self) -> None:
+        """No more tasks will come: the workers end while the parent goes on."""
+        for w in self._workers:
+            w.process.kill()
+
+    def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
+        """Rows as they are finished, of at most n tasks."""
+        waiting = _Waiting(tasks, n)
+        while waiting.left or any(w.tasks for w in self._workers):
+            for k in range(self._n):
+                if not waiting.left:
+                    break
+                if k == len(self._workers):
+                    self._workers.append(_Worker(*self._of_worker))
+                w, fair = self._workers[k], waiting.left // (2 * self._n)  # the last go one by one: all end together
+                if len(w.tasks) <= min(w.share, fair) // 2:  # a worker with short tasks must not wait for the parent
+                    w.give(waiting.take(max(1, min(w.share, fair))))
+            yield from self._listen(waiting)
+
+    def _listen(self, waiting: _Waiting) -> Iterator[dict[str, Any]]:
+        busy = [w for w in self._workers if w.tasks]
+        ready = multiprocessing.connection.wait([w.pipe for w in busy], timeout=0.2 if busy else 0.0)
+        for w in busy:
+            if w.pipe in ready:
+                try:
+                    yield from w.take()
+                except (EOFError, ConnectionResetError):
+                    w.process.join()
+                    yield from self._dead(w, waiting)
+            elif time.monotonic() - w.since > self._timeout + (0.0 if w.ready else self.STARTUP):
+                task = w.blamed()
+                self._replace(w, waiting)
+                yield row_of(task, self._names[task.case], "timeout", late(self._timeout))
+
+    def _dead(self, w: _Worker, waiting: _Waiting) -> Iterator[dict[str, Any]]:
+        task, status = w.blamed(), w.process.exitcode
+        self._replace(w, waiting)
+        self._unborn = 0 if w.ready else self._unborn + 1
+        if self._unborn > 2 * self._n:  # not the fault of a task
+            raise InputError(
+                f"the workers of the study end with status {status} before they begin; a script that runs a study must "
+                "be a file whose main part stands under if __name__ == '__main__'"
+            )
+        if task.index in self._died:
+            yield row_of(task, self._names[task.case], "killed", f"ended its process twice, with status {status}")
+        else:
+            self._died.add(task.index)
+            waiting.put_back([task])
+
+    def _replace(self, w: _Worker, waiting: _Waiting) -> None:
+        waiting.put_back(w.tasks)
+        w.tasks.clear()
+        self._workers.remove(w)
+        w.end()

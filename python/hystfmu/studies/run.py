@@ -1,0 +1,151 @@
+"""A study from its file to its table and report, from the beginning or where it was interrupted."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hystfmu.base.errors import InputError
+from hystfmu.scenario import build
+from hystfmu.studies.dask_pool import DaskPool
+from hystfmu.studies.pool import Pool
+from hystfmu.studies.report import write_report
+from hystfmu.studies.sampling import sampler
+from hystfmu.studies.spec import Study
+from hystfmu.studies.store import Store
+from hystfmu.studies.task import Task, fingerprint, identity
+
+Progress = Callable[[int, int, float], None]
+"""Rows that are there, rows in all, rows a second in this run."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a study left in its folder.
+
+    Parameters
+    ----------
+    rows : list of dict
+        The table by index.
+    table, report : Path
+        Of results.parquet and report.html.
+    ran : int
+        Runs of this call; the others were there.
+    seconds : float
+        Time of this call.
+    """
+
+    rows: list[dict[str, Any]]
+    table: Path
+    report: Path
+    ran: int
+    seconds: float
+
+    @property
+    def failed(self) -> list[dict[str, Any]]:
+        """Rows of runs that did not end well."""
+        return [r for r in self.rows if r["status"] != "ok"]
+
+
+def run_study(
+    path: str | Path,
+    folder: str | Path,
+    *,
+    workers: int | None = None,
+    on: str | None = None,
+    progress: Progress = lambda done, total, rate: None,
+) -> Outcome:
+    """Run what is missing of a study and write `results.parquet` and `report.html`.
+
+    Parameters
+    ----------
+    path : path
+        A `study.toml`.
+    folder : path
+        Where the table is, or will be.
+    workers : int, optional
+        Local processes; by default one per core.
+    on : str, optional
+        ``dask://HOST:PORT`` instead of local processes.
+    progress : callable
+
+    Raises
+    ------
+    InputError
+        Bad study or scenario, no room on the disk, no cluster; finished rows stay.
+    """
+    study = Study(path)
+    systems = [build(c) for c in study.cases]
+    for name in study.parameters:
+        if not any(name in system.parameters for system in systems):
+            raise InputError(f"{study.file}: parameters: no case has a unit with the parameter {name!r}")
+    marks = [fingerprint(s) for s in systems]
+    metrics = list(systems[0].case.metrics)
+    store = Store(Path(folder), list(study.parameters), metrics)
+    begin, order, ran = time.monotonic(), dict[str, int](), 0
+    engine = study.spec.engine
+    pool: Pool | DaskPool
+    if on is not None:
+        pool = DaskPool(on, systems, engine, study.spec.timeout, study.spec.memory)
+    else:
+        pool = Pool(systems, engine, workers, study.spec.timeout, study.spec.memory)
+    first = there = 0
+    try:
+        with pool:
+            known = {row["id"]: row for row in store.rows()}
+            proposals = sampler(study)
+            total = proposals.n * len(systems)
+            for batch in proposals.batches():
+                missing = _Missing(_tasks(study, batch, marks, first), known)
+                for row in pool.run(missing, len(batch) * len(marks)):
+                    store.append(row)
+                    known[row["id"]] = row
+                    ran += 1
+                    progress(there + missing.there + ran, total, ran / max(time.monotonic() - begin, 1e-9))
+                first += len(batch)
+                there += missing.there
+                order |= {t.id: t.index for t in missing.all}
+                k = len(systems)
+                of_variation = [missing.all[i : i + k] for i in range(0, len(missing.all), k)]
+                proposals.tell([[known[t.id] for t in tasks] for tasks in of_variation])
+            pool.stop()
+            rows = [known[i] | {"index": n} for i, n in sorted(order.items(), key=lambda item: item[1])]
+            table = store.finish(rows)
+            report = write_report(study, systems, rows, Path(folder))
+    finally:
+        store.close()
+    return Outcome(rows, table, report, ran, time.monotonic() - begin)
+
+
+def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first: int) -> Iterator[Task]:
+    for k, values in enumerate(batch):
+        settings = study.settings(values)
+        for c, mark in enumerate(marks):
+            variation = first + k
+            yield Task(variation * len(marks) + c, variation, c, identity(mark, settings), values, settings)
+
+
+class _Missing:
+    """Tasks without a row, each once: a sampler may propose a variation twice.
+
+    They are made as they are asked for, while others run.  In the end `all` holds every task, and `there` counts those
+    that had a row.
+    """
+
+    def __init__(self, tasks: Iterator[Task], known: Mapping[str, object]) -> None:
+        self._tasks, self._known = tasks, known
+        self.all: list[Task] = []
+        self.there = 0
+
+    def __iter__(self) -> Iterator[Task]:
+        asked: set[str] = set()
+        for t in self._tasks:
+            self.all.append(t)
+            if t.id in self._known or t.id in asked:
+                self.there += 1
+                continue
+            asked.add(t.id)
+            yield t

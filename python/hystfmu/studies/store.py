@@ -1,0 +1,151 @@
+"""The table of a study on disk: every finished run is there at once, whatever happens next.
+
+A row is one line of `journal.jsonl`, appended as soon as it is known; a line that was cut off by a crash or a full
+disk does not count.  Full journals become Parquet parts (atomic renames), the end is one table `results.parquet`,
+sorted by row.  Nothing in the table depends on when, where or in which order the runs happened.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import write_bytes
+
+PART_ROWS = 20_000
+COLUMNS = ("index", "variation", "case", "id", "status", "reason")
+
+
+class Store:
+    """Rows of a study in a folder.
+
+    Parameters
+    ----------
+    folder : path
+        Made if it is missing.
+    parameters, metrics : sequence of str
+        Columns besides the fixed ones.
+
+    Raises
+    ------
+    InputError
+        The folder holds the table of another study, or cannot be written.
+    """
+
+    def __init__(self, folder: Path, parameters: Sequence[str], metrics: Sequence[str]) -> None:
+        try:
+            import pyarrow  # noqa: F401
+        except ImportError:
+            raise InputError("a study needs the extra 'study': pip install 'hystfmu[study]'") from None
+        self.folder, self._parameters, self._metrics = folder, list(parameters), list(metrics)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._check_owner()
+            self._journal = os.open(folder / "journal.jsonl", os.O_RDWR | os.O_CREAT, 0o644)
+            self._mend()
+        except OSError as e:
+            raise InputError(f"{folder}: {e.strerror or e}") from None
+
+    def _check_owner(self) -> None:
+        path, mine = self.folder / "columns.json", {"parameters": self._parameters, "metrics": self._metrics}
+        if path.exists():
+            if json.loads(path.read_text()) != mine:
+                raise InputError(f"{self.folder}: holds the table of a study with other parameters or metrics")
+        else:
+            write_bytes(path, json.dumps(mine).encode())
+
+    def _mend(self) -> None:
+        """Cut off what follows the last whole line."""
+        with os.fdopen(os.dup(self._journal), "rb") as f:
+            content = f.read()
+        whole = content.rfind(b"\n") + 1
+        os.ftruncate(self._journal, whole)
+        os.lseek(self._journal, whole, os.SEEK_SET)
+        self._in_journal = content.count(b"\n")
+
+    def append(self, row: dict[str, Any]) -> None:
+        """Add a finished run.
+
+        Raises
+        ------
+        InputError
+            No room: what was there before stays whole, and the study can go on later.
+        """
+        line = (json.dumps(row, allow_nan=True) + "\n").encode()
+        at = os.lseek(self._journal, 0, os.SEEK_CUR)
+        try:
+            written = os.write(self._journal, line)
+            if written != len(line):
+                raise OSError(28, "no space left on device")
+        except OSError as e:
+            os.ftruncate(self._journal, at)
+            os.lseek(self._journal, at, os.SEEK_SET)
+            raise InputError(
+                f"{self.folder}: {e.strerror or e}; {self._in_journal} rows are safe: make room and run it again"
+            ) from None
+        self._in_journal += 1
+        if self._in_journal >= PART_ROWS:
+            self._roll()
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """All rows that are there, in no particular order; one for each id."""
+        import pyarrow.parquet as pq
+
+        seen: set[str] = set()
+        for part in self._parts():
+            for row in pq.read_table(part).to_pylist():
+                if row["id"] not in seen:
+                    seen.add(row["id"])
+                    yield self._nested(row)
+        for line in (self.folder / "journal.jsonl").read_bytes().splitlines():
+            row = json.loads(line)
+            if row["id"] not in seen:
+                seen.add(row["id"])
+                yield row
+
+    def finish(self, rows: list[dict[str, Any]]) -> Path:
+        """Write `results.parquet` with the rows of this study, by their index."""
+        path = self.folder / "results.parquet"
+        self._write(path, rows)
+        return path
+
+    def close(self) -> None:
+        """Let go of the journal."""
+        os.close(self._journal)
+
+    def _parts(self) -> list[Path]:
+        return sorted(self.folder.glob("part-*.parquet"))
+
+    def _roll(self) -> None:
+        lines = (self.folder / "journal.jsonl").read_bytes().splitlines()
+        self._write(self.folder / f"part-{len(self._parts()):06d}.parquet", [json.loads(line) for line in lines])
+        os.ftruncate(self._journal, 0)  # a crash before this line leaves rows twice; `rows` takes one of each id
+        os.lseek(self._journal, 0, os.SEEK_SET)
+        self._in_journal = 0
+
+    def _write(self, path: Path, rows: list[dict[str, Any]]) -> None:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        columns: dict[str, Any] = {
+            name: pa.array([r[name] for r in rows], pa.int64() if name in ("index", "variation") else pa.string())
+            for name in COLUMNS
+        }
+        for name in self._parameters:
+            columns[name] = pa.array([r["values"].get(name) for r in rows], pa.float64())
+        for name in self._metrics:
+            columns[f"metric:{name}"] = pa.array([r["metrics"].get(name) for r in rows], pa.float64())
+        sink = pa.BufferOutputStream()
+        pq.write_table(pa.table(columns), sink)
+        write_bytes(path, sink.getvalue().to_pybytes())
+
+    def _nested(self, row: dict[str, Any]) -> dict[str, Any]:
+        plain = {name: row[name] for name in COLUMNS}
+        plain["values"] = {name: row[name] for name in self._parameters}
+        metrics = {name: row[f"metric:{name}"] for name in self._metrics}
+        plain["metrics"] = {k: v for k, v in metrics.items() if v is not None}
+        return plain

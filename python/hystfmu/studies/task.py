@@ -1,0 +1,129 @@
+"""One run of a study: a case with a variation, its identity, and what became of it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, replace
+from typing import Any
+
+import hystfmu
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.engine.fmu_store import FmuStore
+from hystfmu.scenario.engine.isolated import blocks_isolated
+from hystfmu.scenario.engine.master import Engine, blocks_here
+from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.outcome.metrics import Measure
+from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.scenario.system.system import System, build
+
+
+@dataclass(frozen=True)
+class Task:
+    """`index` counts rows of the table; `settings` are what a scenario's `set` takes."""
+
+    index: int
+    variation: int
+    case: int
+    id: str
+    values: dict[str, float]
+    settings: dict[str, Any]
+
+
+def fingerprint(system: System) -> str:
+    """A hash of all that the results of a case depend on: units with their values, wiring, grid, metrics, version.
+
+    Two studies share a row only if this and the variation agree.
+    """
+    case = system.case
+    content = {
+        "version": hystfmu.__version__,
+        "units": [[p.name, p.graph.token, p.runs_as, p.period, p.constants, p.substeps, p.hold] for p in system.parts],
+        "links": [[n.to, n.input, n.source] for n in system.links],
+        "grid": [case.step, case.stop, case.ripple],
+        "coupling": case.coupling.model_dump(),
+        "metrics": {k: m.model_dump(exclude={"limit", "text"}) for k, m in case.metrics.items()},
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def identity(of_case: str, settings: dict[str, Any]) -> str:
+    """The id of a run: the same run has the same id on every machine."""
+    return hashlib.sha256(json.dumps([of_case, settings], sort_keys=True).encode()).hexdigest()[:24]
+
+
+def row_of(task: Task, case: str, status: str, reason: str, metrics: dict[str, float] | None = None) -> dict[str, Any]:
+    """The row of the table that a task of the case becomes; `reason` says why it has no metrics."""
+    row = {"index": task.index, "variation": task.variation, "id": task.id, "case": case, "values": task.values}
+    return {**row, "metrics": metrics or {}, "status": status, "reason": reason}
+
+
+class Runner:
+    """Runs tasks in one process; keeps what can be used again.
+
+    Parameters
+    ----------
+    systems : sequence of System
+        The cases of the study, in its order.
+    engine : {"native", "python", "fmpy"}
+    folder : path, optional
+        Where units are unpacked; by default the temporary folder.
+    limits : (float, float), optional
+        Longest time (s) and most memory (GB) of a run with FMUs of others, which then has a process of its own; without
+        them it runs here, and somebody else watches this process.
+    """
+
+    def __init__(
+        self,
+        systems: list[System],
+        engine: Engine,
+        folder: str | None = None,
+        limits: tuple[float, float] | None = None,
+    ) -> None:
+        self._systems, self._engine, self._folder, self._limits = systems, engine, folder, limits
+        self._native: dict[int, Native] = {}
+        self._store: FmuStore | None = None
+
+    def __call__(self, task: Task) -> dict[str, Any]:
+        """The row of a task: a failed run is a row with its reason."""
+        case = self._systems[task.case].case.name
+        try:
+            return row_of(task, case, "ok", "", self._metrics(task))
+        except Stopped as e:
+            return row_of(task, case, e.status, str(e))
+        except InputError as e:
+            return row_of(task, case, "refused", str(e))
+        except MemoryError:
+            return row_of(task, case, "memory", "the run needs more memory than a worker may have")
+
+    def _metrics(self, task: Task) -> dict[str, float]:
+        system = self._systems[task.case]
+        metrics = system.case.metrics
+        apart = self._limits if system.foreign else None
+        if self._engine == "native" and apart is None:
+            if task.case not in self._native:
+                ends = [e for m in metrics.values() for e in (m.signal, m.against) if e is not None]
+                self._native[task.case] = Native(system, ends)
+            native = self._native[task.case]
+            native.set(task.settings)
+            blocks = native.blocks()
+        else:
+            varied = build(replace(system.case, overrides={**system.case.overrides, **task.settings}))
+            missing = [k for k in task.settings if k not in varied.overridden]
+            if missing:
+                raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with that parameter")
+            if apart is not None:
+                blocks = blocks_isolated(varied, self._engine, *apart)
+            else:
+                self._store = self._store or FmuStore(self._folder)
+                blocks = blocks_here(varied, self._engine, self._store)
+        measured = {name: Measure(m) for name, m in metrics.items()}
+        for block in blocks:
+            for m in measured.values():
+                m.add(block)
+        return {name: m.value() for name, m in measured.items()}
+
+    def close(self) -> None:
+        """Remove what was unpacked."""
+        if self._store is not None:
+            self._store.close()

@@ -1,6 +1,0 @@
-"""Studies: a scenario over many variations, on local processes or a Dask cluster, resumed after any interruption."""
-
-from hystfmu.study.run import Outcome, run_study
-from hystfmu.study.spec import Study
-
-__all__ = ["Outcome", "Study", "run_study"]

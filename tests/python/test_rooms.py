@@ -1,0 +1,114 @@
+"""The rooms of the package: what imports what, without a circle, and how much stands in one folder."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "python" / "hystfmu"
+SOURCES = sorted(p for p in PACKAGE.rglob("*.py"))
+MOST_AT_ROOT, MOST_IN_FOLDER = 22, 20
+NOT_SOURCES = {"__pycache__", "_platforms", "_scenarios"}
+FACE = "hystfmu"  # loads every room on first use and is imported for the version alone
+
+
+def module_of(path: Path) -> str:
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_of(p): p for p in SOURCES}
+
+
+def imports(path: Path) -> set[str]:
+    """Modules of the package that a file names in an import statement, wherever it stands."""
+    found: set[str] = set()
+    for n in ast.walk(ast.parse(path.read_text())):
+        if isinstance(n, ast.Import):
+            found |= {a.name for a in n.names if a.name in MODULES}
+        elif isinstance(n, ast.ImportFrom) and n.module in MODULES:
+            found |= {f"{n.module}.{a.name}" if f"{n.module}.{a.name}" in MODULES else n.module for a in n.names}
+    return found - {module_of(path), FACE}
+
+
+def circle(edges: dict[str, set[str]]) -> list[str]:
+    """Names along a circle; empty if there is none."""
+    done: set[str] = set()
+
+    def visit(name: str, path: list[str]) -> list[str]:
+        if name in path:
+            return [*path[path.index(name) :], name]
+        if name in done:
+            return []
+        for other in sorted(edges.get(name, ())):
+            if found := visit(other, [*path, name]):
+                return found
+        done.add(name)
+        return []
+
+    return next((found for name in sorted(edges) if (found := visit(name, []))), [])
+
+
+def room(module: str) -> str:
+    return ".".join(module.split(".")[:2])
+
+
+def test_modules_import_without_a_circle():
+    edges = {m: imports(p) for m, p in MODULES.items() if m != FACE}
+    assert not circle(edges), f"imports form a circle: {' -> '.join(circle(edges))}"
+
+
+def test_rooms_import_without_a_circle():
+    edges: dict[str, set[str]] = defaultdict(set)
+    for m, p in MODULES.items():
+        if m != FACE:
+            edges[room(m)] |= {room(other) for other in imports(p)} - {room(m)}
+    assert not circle(edges), f"rooms form a circle: {' -> '.join(circle(edges))}"
+
+
+@pytest.mark.parametrize("parent", ["fmu", "identify", "scenario"])
+def test_rooms_within_a_room_import_without_a_circle(parent: str):
+    """Its folders against each other; the modules beside them stand above."""
+    edges: dict[str, set[str]] = defaultdict(set)
+    folders = {f"hystfmu.{parent}.{d.name}" for d in (PACKAGE / parent).iterdir() if (d / "__init__.py").exists()}
+
+    def folder(module: str) -> str:
+        return ".".join(module.split(".")[:3])
+
+    for m, p in MODULES.items():
+        if folder(m) in folders:
+            edges[folder(m)] |= {folder(other) for other in imports(p)} & folders - {folder(m)}
+    assert len(edges) == len(folders) >= 3
+    assert not circle(edges), f"folders of {parent} form a circle: {' -> '.join(circle(edges))}"
+
+
+def test_a_circle_is_found():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c", "b"]
+    assert circle({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
+
+
+def listed(folder: Path) -> list[str]:
+    """Entries that belong to the source: no caches, no products of the build."""
+    products = {".so", ".dll", ".dylib"}
+    return [
+        p.name
+        for p in folder.iterdir()
+        if p.name not in NOT_SOURCES | {"_sources.c", "LICENSE"} and p.suffix not in products
+    ]
+
+
+def test_the_root_holds_rooms_and_the_face_alone():
+    names = listed(PACKAGE)
+    assert len(names) <= MOST_AT_ROOT, sorted(names)
+    loose = {n for n in names if not (PACKAGE / n).is_dir()}
+    assert loose <= {"__init__.py", "py.typed", "unit.py"}, f"modules loose at the root: {sorted(loose)}"
+
+
+def test_no_folder_is_a_heap():
+    for folder in [PACKAGE, *(d for d in PACKAGE.rglob("*") if d.is_dir() and "__pycache__" not in d.parts)]:
+        files = [n for n in listed(folder) if n.endswith((".py", ".pyi"))]
+        assert len(files) <= MOST_IN_FOLDER, f"{folder.relative_to(ROOT)} has {len(files)} files: make rooms"
