@@ -1,12 +1,12 @@
 /* derivative.c - directional and adjoint derivatives: outputs and state derivatives by inputs and continuous states.
  *
  * They belong to the memory as it stands and are exact, one-sided at corners, in the direction of the seed
- * (core/tangent.c).  Where the answer contains more than that, a start or a sample that is being tried, they are the
- * difference quotient of the answer.  The adjoint is made of one direction per known. */
+ * (core/graph/tangent.c).  Where the answer contains more than that, a start or a sample that is being tried, they are
+ * the difference quotient of the answer.  The adjoint is made of one direction per known. */
 #include <string.h>
 
-#include "continuous.h"
-#include "instance.h"
+#include "core/graph/continuous.h"
+#include "fmi/instance.h"
 
 /* the work space of the instance */
 typedef struct {

@@ -1,4 +1,4 @@
-/* event.c - Event Mode and Continuous-Time Mode of both standards, around core/continuous.h.
+/* event.c - Event Mode and Continuous-Time Mode of both standards, around core/graph/continuous.h.
  *
  * Hysteretic memories take their inputs where the importer accepts a step (completed_step) and at events; sampled
  * blocks advance at events: in Model Exchange every hyst_graph.step seconds from the start time, in Co-Simulation at
@@ -6,8 +6,8 @@
  * So the event is tried from the same memory each time, and only update_discrete lets it happen. */
 #include <string.h>
 
-#include "continuous.h"
-#include "instance.h"
+#include "core/graph/continuous.h"
+#include "fmi/instance.h"
 
 /* ---- Event Mode ------------------------------------------------------------------------------------------------- */
 static size_t memory_size(const instance *i) { /* the inputs stay as they were set */

@@ -36,7 +36,7 @@
   C(GetIntegerStatus, CO_SIMULATION, STEPPING | TERMINATED) \
   C(GetBooleanStatus, CO_SIMULATION, STEPPING | TERMINATED) \
   C(GetStringStatus, CO_SIMULATION, STEPPING | TERMINATED)
-#include "calls.h"
+#include "fmi/calls.h"
 
 /* The message is the format: "%" is doubled because importers may print it.  No further arguments follow. */
 static void send(const fmi_logger *to, const char *name, fmi_status status, const char *category, const char *text) {

@@ -17,11 +17,11 @@
   C(GetContinuousStates, MODEL_EXCHANGE, READ)           \
   C(GetDerivatives, MODEL_EXCHANGE, READ)                \
   C(GetNominalsOfContinuousStates, MODEL_EXCHANGE, READ | INSTANTIATED)
-#include "calls.h"
+#include "fmi/calls.h"
 #define STATUS fmi2Status
 #define FLAG fmi2Boolean
 #define NAME(name) fmi2##name
-#include "model_exchange.h"
+#include "fmi/model_exchange.h"
 
 fmi2Status fmi2EnterEventMode(fmi2Component c) {
   BEGIN(EnterEventMode)

@@ -34,7 +34,7 @@
   C(DeserializeFMUState, BOTH, ANY)                                                              \
   C(EnterStepMode, CO_SIMULATION, EVENT)                                                         \
   C(DoStep, CO_SIMULATION, STEPPING)
-#include "calls.h"
+#include "fmi/calls.h"
 
 static void send(const fmi_logger *to, const char *name, fmi_status status, const char *category, const char *text) {
   (void)name; /* the environment pointer tells the importer who speaks */

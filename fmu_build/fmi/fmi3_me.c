@@ -17,11 +17,11 @@
   C(GetNominalsOfContinuousStates, MODEL_EXCHANGE, READ) \
   C(GetNumberOfEventIndicators, MODEL_EXCHANGE, ANY)     \
   C(GetNumberOfContinuousStates, MODEL_EXCHANGE, ANY)
-#include "calls.h"
+#include "fmi/calls.h"
 #define STATUS fmi3Status
 #define FLAG fmi3Boolean
 #define NAME(name) fmi3##name
-#include "model_exchange.h"
+#include "fmi/model_exchange.h"
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 dx[], size_t n) {
   BEGIN(GetContinuousStateDerivatives)

@@ -1,12 +1,12 @@
 /* instance.c - life of one FMU: instantiate, log, check every call and value, initialise, step. */
-#include "instance.h"
+#include "fmi/instance.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "continuous.h"
+#include "core/graph/continuous.h"
 
 /* ---- messages ------------------------------------------------------------------------------------------------- */
 #define NAME(id, name) name,

@@ -5,7 +5,7 @@
  * do not ask the FMU to break.  Memory is allocated when an instance or a saved state is made, never in a step. */
 #ifndef FMI_INSTANCE_H
 #define FMI_INSTANCE_H
-#include "graph.h"
+#include "core/graph/graph.h"
 
 /* the first five values of fmi2Status and fmi3Status */
 typedef enum { FMI_OK, FMI_WARNING, FMI_DISCARD, FMI_ERROR, FMI_FATAL } fmi_status;

@@ -1,6 +1,6 @@
 /* open_file.c - importers pass paths in UTF-8; on Windows fopen() would take them for the code page of the machine.
  * A file of its own: windows.h has other ideas of BOOLEAN and ERROR than instance.h. */
-#include "open_file.h"
+#include "fmi/open_file.h"
 #ifdef _WIN32
 #include <stdlib.h>
 #include <windows.h>

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "instance.h"
-#include "open_file.h"
+#include "fmi/instance.h"
+#include "fmi/open_file.h"
 
 static int hex(char c) {
   if (c >= '0' && c <= '9') return c - '0';

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "crc.h"
-#include "instance.h"
+#include "core/elementary/crc.h"
+#include "fmi/instance.h"
 
 static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'S', 'T', 'A', 'T'};
 enum { VERSION = 3 };
@@ -141,7 +141,7 @@ static int legal_run(const fmi_run *r) {
 }
 
 /* What a set call would refuse must not come in through a state.  Memories are not looked at: a block trusts no count
- * or place in them (core/stored.h), and what prepare() derives from the parameters is derived again. */
+ * or place in them (core/memory/stored.h), and what prepare() derives from the parameters is derived again. */
 static int legal(const instance *i, const fmi_saved *s) {
   const hyst_graph *g = i->graph;
   if (!legal_run(&s->run)) return 0;

@@ -1,7 +1,7 @@
 /* values.c - variables by value reference: which one, of what type, may it have this value now? */
-#include "continuous.h"
-#include "error.h"
-#include "instance.h"
+#include "core/graph/continuous.h"
+#include "core/graph/error.h"
+#include "fmi/instance.h"
 
 /* of the variables behind those of the graph */
 static int is_derivative(const instance *i, const hyst_port *p) { return p >= i->continuous + i->n_continuous; }

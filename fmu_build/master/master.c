@@ -1,10 +1,10 @@
 /* master.c - the three couplings of master.h. */
-#include "master.h"
+#include "master/master.h"
 
 #include <string.h>
 
-#include "newton.h"
-#include "unit.h"
+#include "master/newton.h"
+#include "master/unit.h"
 
 /* ---- couplings: a step of the units that are due ------------------------------------------------------------------
  */

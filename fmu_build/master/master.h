@@ -11,7 +11,7 @@
  * No allocation, no lock, no call into Python: threads run in parallel. */
 #ifndef HYST_MASTER_H
 #define HYST_MASTER_H
-#include "graph.h"
+#include "core/graph/graph.h"
 
 typedef enum { MASTER_GRAPH, MASTER_FMI2, MASTER_FMI3 } master_kind;
 typedef enum { MASTER_GAUSS_SEIDEL, MASTER_JACOBI, MASTER_ITERATIVE } master_scheme;

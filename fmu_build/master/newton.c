@@ -1,5 +1,5 @@
 /* newton.c - newton.h: Gauss-Jordan elimination with row pivots, and a rank-one update. */
-#include "newton.h"
+#include "master/newton.h"
 
 static double size(double v) { return v < 0 ? -v : v; }
 

@@ -4,8 +4,8 @@
 #define HYST_MASTER_UNIT_H
 #include <string.h>
 
-#include "continuous.h"
-#include "master.h"
+#include "core/graph/continuous.h"
+#include "master/master.h"
 
 typedef int (*fmi2_set)(void *, const uint32_t *, size_t, const double *);
 typedef int (*fmi2_get)(void *, const uint32_t *, size_t, double *);

@@ -89,7 +89,7 @@ def build(root: Path, out: Path, name: str) -> Path:
         for k, (level, text) in units.items():
             source, compiled = Path(where, f"{k}.c"), Path(where, f"{k}.o")
             source.write_text(text)
-            include = [f"-I{alone.parent}", f"-isystem{headers}"]
+            include = [f"-I{root}", f"-isystem{headers}"]
             zig("-target", target, *OPTIONS, *level, *position, *include, "-c", source, "-o", compiled)
             objects.append(compiled)
         part = Path(where, made.name)

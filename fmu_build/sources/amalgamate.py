@@ -118,7 +118,7 @@ class Amalgamation:
         data = {"name", "flags", "n_dims", "dims", "rate", "n_vars", "vars", "size"}
         self.functions = set(self.fields) - data
         shared = "".join(p.read_text() for p in self.headers)
-        blocks = {f"hyst_{p.stem}" for p in root.glob("core/blocks/*.c")}
+        blocks = {f"hyst_{p.stem}" for p in root.glob("core/blocks/*/*.c")}
         defines = [f"#define {n} HYST_NAME({n})" for n in sorted(public_names(shared) | blocks)]
         paste = "#define HYST_PASTE(a, b) a##b\n#define HYST_PASTED(a, b) HYST_PASTE(a, b)\n"
         paste += "#define HYST_NAME(name) HYST_PASTED(HYST_PREFIX, name)\n"
@@ -134,9 +134,8 @@ class Amalgamation:
 
     def includes(self, path: Path) -> list[Path]:
         """Our own headers that a file includes; the official ones of FMI are not ours."""
-        folders = (path.parent, self.root / "core", self.root / "fmi")
-        found = re.findall(r'^#include "([^"]+)"', path.read_text(), re.M)
-        return [next(f / n for f in folders if (f / n).exists()).resolve() for n in found if "fmi" not in n]
+        found = re.findall(r'^#include "([^"]+/[^"]+)"', path.read_text(), re.M)
+        return [self.root / name for name in found]
 
     def collect(self, path: Path) -> None:
         for header in self.includes(path):
@@ -149,8 +148,8 @@ class Amalgamation:
         text = path.read_text()
         for header in self.includes(path):
             if in_place(header):
-                text = re.sub(rf'#include "(?:\.\./)*{header.name}"\n', lambda m, h=header: self.body(h), text)
-        return re.sub(r'#include "(?!fmi)[^"]+"\n', "", text)
+                text = text.replace(f'#include "{self.name(header)}"\n', self.body(header))
+        return re.sub(r'#include "[^"]+/[^"]+"\n', "", text)
 
     def header(self, path: Path) -> str:
         text = self.body(path)
@@ -169,7 +168,7 @@ class Amalgamation:
 
     def source(self, path: Path) -> str:
         text = self.body(path)
-        stem, block = path.stem, path.parent.name == "blocks"
+        stem, block = path.stem, path.parents[1].name == "blocks"
         names = private_names(text)
         before = ""
         if block:
@@ -205,7 +204,8 @@ class Amalgamation:
 
 def source_files(root: Path) -> list[Path]:
     """Everything that is compiled into an FMU, blocks first."""
-    return [p for folder in ("core/blocks", "core", "fmi") for p in sorted((root / folder).glob("*.c"))]
+    blocks = sorted(root.glob("core/blocks/*/*.c"))
+    return [*blocks, *sorted(set(root.glob("core/**/*.c")) - set(blocks)), *sorted(root.glob("fmi/*.c"))]
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 /* Drives the FMI layer for the sanitizers with calls drawn from a seed.
  *   drive_fmi RESOURCES TOKEN REFERENCES CALLS SEED
  * Exit 0: no crash, no leak, every status is one of the standard. */
-#include "random.h"
+#include "core/elementary/random.h"
 #include "random_calls.h"
 
 static uint64_t seed, drawn;

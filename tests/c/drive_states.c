@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "crc.h"
+#include "core/elementary/crc.h"
+#include "core/elementary/random.h"
 #include "fmi3Functions.h"
-#include "random.h"
 
 static uint64_t seed, drawn;
 static uint64_t draw(uint64_t n) { return hyst_random_bits(seed, drawn++) % n; }

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "crc.h"
+#include "core/elementary/crc.h"
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
 

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "continuous.h"
-#include "crc.h"
-#include "graph.h"
-#include "random.h"
+#include "core/elementary/crc.h"
+#include "core/elementary/random.h"
+#include "core/graph/continuous.h"
+#include "core/graph/graph.h"
 
 static uint64_t drawn;
 static uint64_t draw(void) { return hyst_random_bits(1, drawn++); }

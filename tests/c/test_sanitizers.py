@@ -19,8 +19,17 @@ from excitation import configurations, node
 
 HERE = Path(__file__).parent
 CORE = HERE.parents[1] / "fmu_build" / "core"
-SOURCES = sorted([*CORE.glob("*.c"), *CORE.glob("blocks/*.c")])
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-fno-math-errno", f"-I{CORE}"]
+SOURCES = sorted(CORE.rglob("*.c"))
+STRICT = [
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Werror",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    f"-I{CORE.parent}",
+]
 SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
 
 

@@ -156,9 +156,12 @@ def test_derived_values_that_depend_on_the_step_are_flagged(name: str) -> None:
         assert np.array_equal(a.p, b.p) or block.flags & STEP
 
 
-def test_registry_is_the_folder() -> None:
-    files = {f.stem for f in (ROOT / "fmu_build" / "core" / "blocks").glob("*.c")}
-    assert files == set(block_types())
+def test_registry_is_the_folders_of_the_families() -> None:
+    files = {(f.parent.name, f.stem) for f in (ROOT / "fmu_build" / "core" / "blocks").rglob("*.c")}
+    registered = {(b.family, b.name) for b in block_types().values()}
+    missing = [f"B({name}) in fmu_build/core/blocks.c" for _, name in sorted(files - registered)]
+    missing += [f"fmu_build/core/blocks/{family}/{name}.c" for family, name in sorted(registered - files)]
+    assert missing == [], "a block is a file in the folder of its family and a word in the registry"
 
 
 def test_registry_is_sorted() -> None:

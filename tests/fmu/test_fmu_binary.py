@@ -26,7 +26,16 @@ ROOT = Path(__file__).parents[2]
 CORE, FMI = ROOT / "fmu_build" / "core", ROOT / "fmu_build" / "fmi"
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 BINARY = Path(export.__file__).parents[1] / "_fmu.so"
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-fno-math-errno", f"-I{CORE}"]
+STRICT = [
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Werror",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    f"-I{CORE.parent}",
+]
 SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="reads an ELF file with nm and readelf")
@@ -91,7 +100,7 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]
         return str(target)
 
     with ThreadPoolExecutor(2) as pool:
-        compiled = list(pool.map(one, [*CORE.glob("*.c"), *CORE.glob("blocks/*.c"), *FMI.glob("*.c")]))
+        compiled = list(pool.map(one, [*CORE.rglob("*.c"), *FMI.glob("*.c")]))
 
     def program(name: str) -> Path:
         made = folder / name
@@ -155,15 +164,15 @@ def _with_binary(tmp_path: Path, patch: str, file: str = "fmi2.c", function: str
     """A good FMU whose binary is replaced by the FMI layer with one function taken over by `patch`."""
     source = tmp_path / "patched.c"
     shared = (FMI / "model_exchange.h").read_text()
-    ours = (FMI / file).read_text().replace('#include "model_exchange.h"', shared)
+    ours = (FMI / file).read_text().replace('#include "fmi/model_exchange.h"', shared)
     ours, found = re.subn(
         rf"(fmi2Status fmi2{function}|STATUS NAME\({function}\))\(", "static fmi2Status theirs(", ours
     )
     assert found == 1, function
     source.write_text(ours + patch)
     library = tmp_path / "patched.so"
-    flags = ["-shared", "-fPIC", "-O1", f"-I{CORE}", f"-I{FMI}", f"-isystem{HEADERS}"]
-    sources = [*CORE.glob("*.c"), *CORE.glob("blocks/*.c"), *(f for f in FMI.glob("*.c") if f.name != file)]
+    flags = ["-shared", "-fPIC", "-O1", f"-I{CORE.parent}", f"-isystem{HEADERS}"]
+    sources = [*CORE.rglob("*.c"), *(f for f in FMI.glob("*.c") if f.name != file)]
     subprocess.run(["cc", *flags, *map(str, [*sources, source]), "-o", str(library)], check=True, timeout=120)
     fmu = export_fmu(single("backlash_sum"), tmp_path / "good.fmu")
     out = tmp_path / "patched.fmu"

@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/elementary/random.h"
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
-#include "random.h"
 
 /* clang-format off: it does not come to rest on this list */
 #define FUNCTIONS(F)             \

@@ -4,9 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "continuous.h"
+#include "core/elementary/random.h"
+#include "core/graph/continuous.h"
 #include "embedded.h"
-#include "random.h"
 
 static uint64_t hash; /* FNV-1a, fed with the bytes of a double from the lowest: the same on every byte order */
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from embedded import write_corpus, write_source
-from targets import CORE, CORE_SOURCES, FMI, FMI_SOURCES, MEANING, Target, fmi_headers
+from targets import CORE, CORE_SOURCES, FMI_SOURCES, MEANING, Target, fmi_headers
 
 HERE = Path(__file__).parent
 SANITIZE = "-fsanitize=fuzzer,address,undefined,float-cast-overflow"
@@ -38,7 +38,7 @@ def fuzzer(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
             if name == "fuzz_fmi":
                 own = [s for s in FMI_SOURCES if s.name != "open_file.c"]  # replaced: no file is opened
                 sources += [*own, write_source(folder / "files.c")]
-            flags = [*MEANING, "-Wall", "-Wextra", f"-I{CORE}", f"-I{FMI}", f"-I{HERE}", f"-isystem{fmi_headers()}"]
+            flags = [*MEANING, "-Wall", "-Wextra", f"-I{CORE.parent}", f"-I{HERE}", f"-isystem{fmi_headers()}"]
             CLANG.build(folder / name, sources, flags)
         return folder / name
 

@@ -45,7 +45,7 @@ def test_conditions_of_the_core(tmp_path: Path, capsys: pytest.CaptureFixture[st
     if compiler is None:
         pytest.skip("no clang with -fcoverage-mcdc (18 or newer) with its llvm-cov")
     counting = Target(compiler, [compiler, "-O1", "-g", *COUNT])
-    flags = [*MEANING, "-fPIC", f"-I{CORE}", f"-I{HERE}"]
+    flags = [*MEANING, "-fPIC", f"-I{CORE.parent}", f"-I{HERE}"]
     files = write_source(tmp_path / "files.c")
     hashes = counting.build(tmp_path / "hash_outputs", [*CORE_SOURCES, HERE / "hash_outputs.c", files], flags)
 

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 from embedded import graphs
-from targets import CORE, CORE_SOURCES, FMI, FMI_SOURCES, MEANING, Target, fmi_headers, run
+from targets import CORE, CORE_SOURCES, FMI_SOURCES, MEANING, Target, fmi_headers, run
 
 from hystfmu.fmu.write import export
 
 HERE = Path(__file__).parent
 BINARY = Path(export.__file__).parents[1] / "_fmu.so"
-FLAGS = [*MEANING, "-std=gnu99", "-Wall", "-Wextra", "-Werror", f"-I{CORE}", f"-I{FMI}", f"-isystem{fmi_headers()}"]
+FLAGS = [*MEANING, "-std=gnu99", "-Wall", "-Wextra", "-Werror", f"-I{CORE.parent}", f"-isystem{fmi_headers()}"]
 GCC = Target("gcc", ["gcc", "-O2"])
 Build = Callable[[str], Path]
 

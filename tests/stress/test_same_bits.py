@@ -12,7 +12,7 @@ from embedded import graphs, write_source
 from targets import CORE, CORE_SOURCES, MEANING, TARGETS, Target
 
 HERE = Path(__file__).parent
-FLAGS = [f"-I{CORE}", f"-I{HERE}"]
+FLAGS = [f"-I{CORE.parent}", f"-I{HERE}"]
 
 
 def hashes(target: Target, folder: Path, steps: int, meaning: list[str] = MEANING) -> dict[str, str]:

@@ -31,7 +31,7 @@ def _declared() -> C.CDLL:
 
 
 class ContinuousExecutor(Executor):
-    """An `Executor` whose continuous states belong to the caller; see `fmu_build/core/continuous.h`.
+    """An `Executor` whose continuous states belong to the caller; see `fmu_build/core/graph/continuous.h`.
 
     Begin with `start`.  Then set inputs and `x`, `evaluate`, and read outputs and `derivatives` as often as needed;
     `commit` where a step is accepted, `sample` once per sample period.

@@ -16,7 +16,7 @@ from hystfmu.base.package_files import PACKAGE
 KINDS = ("param", "fixed", "derived", "input", "time", "output", "cstate", "state")
 RATES = ("function", "continuous", "hysteretic", "sampled")
 STEP, IMPLICIT = 1, 2
-NO_LIMIT = 1e300  # a parameter is finite: this is "no limit", as in control.h
+NO_LIMIT = 1e300  # a parameter is finite: this is "no limit", as in limit.h
 
 _D = C.POINTER(C.c_double)
 _I = C.POINTER(C.c_int)

@@ -30,7 +30,7 @@ def _sections() -> dict[str, str]:
 
 def _wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
     folder, _, file = name.rpartition("/")
-    if folder == "core/blocks":
+    if folder.startswith("core/blocks/") and file.endswith(".c"):
         return file.removesuffix(".c") in blocks
     other = "fmi3" if fmi == 2 else "fmi2"
     return not (folder == "fmi" and file.startswith(other))

@@ -1,0 +1,35 @@
+/* Delay by n steps: after the step with input u_k the output is u_(k-n).  No direct feed-through, so it opens loops. */
+#include "core/hyst.h"
+#include "core/memory/stored.h"
+
+#define DIMS(D) D(n, 1, 1, 1000000, "steps of delay")
+#define VARS(V)                                                                                           \
+  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output until the first input has come through") \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                          \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input n steps ago")                             \
+  V(ring, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "the last n + 1 inputs")                   \
+  V(oldest, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "place of the oldest among them")
+
+HYST_INIT_FN(init) {
+  HYST_OPEN_INIT
+  for (int i = 0; i <= n; i++) ring[i] = *y0;
+  *oldest = 0;
+}
+HYST_OUTPUT_FN(output) {
+  HYST_OPEN_OUTPUT
+  *y = ring[hyst_stored(*oldest, n)];
+}
+HYST_UPDATE_FN(update) {
+  HYST_OPEN_UPDATE
+  const int at = hyst_stored(*oldest, n); /* holds u_(k-1-n), which is not needed any more */
+  ring[at] = *u;
+  *oldest = at == n ? 0 : at + 1;
+}
+HYST_FEEDTHROUGH_FN(feedthrough) {
+  HYST_OPEN_FEEDTHROUGH
+  return 0;
+}
+HYST_BLOCK(delay,
+           (.text = "Delay by a whole number of steps", .equation = "y_k = u_(k-n)",
+            .source = "definition of the shift operator", .family = "dynamics", .tolerance = "rounding"),
+           .rate = HYST_SAMPLED, .init = init, .output = output, .update = update, .feedthrough = feedthrough)

@@ -1,0 +1,155 @@
+/* Linear transfer function of any order, discretised exactly for the step in use.
+ * Controllable canonical form in scaled time: with p = s / sigma, sigma a power of two chosen so that no coefficient of
+ * the monic denominator exceeds 1, the states are v_i = p^i 1/a(p) u.  Unscaled companion matrices of a 500 Hz
+ * system hold entries 1e7 apart.  Discretisation of the held (zoh) or ramped (foh) input by one matrix exponential of
+ * [A B 0; 0 0 1; 0 0 0] dt: Van Loan, IEEE Trans. Automat. Control 23 (1978) 395-404; Franklin, Powell & Workman,
+ * Digital Control of Dynamic Systems, 3rd ed., section 6.3.2 (triangle hold). */
+#include "core/elementary/matrix_exponential.h"
+
+enum { MOST_ORDER = 32 };
+
+#define DIMS(D)                                               \
+  D(na, 1, 1, MOST_ORDER, "order: degree of the denominator") \
+  D(nb, 0, 0, MOST_ORDER, "degree of the numerator, at most na")
+#define VARS(V)                                                                                                      \
+  V(b, FIXED, nb + 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "numerator, highest power of s first")                  \
+  V(a, FIXED, na + 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "denominator, highest power of s first; a[1] not 0")    \
+  V(hold, FIXED, 1, "zoh|foh", "1", 0.0, 0.0, 1.0, "input between steps: held at its new value, or a ramp up to it") \
+  V(start, FIXED, 1, "rest|steady", "1", 0.0, 0.0, 1.0,                                                              \
+    "begin with zero states, or in equilibrium with the first input")                                                \
+  V(alpha, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "monic denominator in p, lowest power first")         \
+  V(c, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "output row")                                             \
+  V(d, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "direct term")                                             \
+  V(sigma, DERIVED, 1, "real", "1/s", 1.0, -HYST_INF, HYST_INF, "time scale")                                        \
+  V(A, DERIVED, na *na, "real", "1", 0.0, -HYST_INF, HYST_INF, "state matrix over a step")                           \
+  V(B0, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "of the input at the start of a step")                   \
+  V(B1, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "of the input at the end of a step")                     \
+  V(work, DERIVED, HYST_EXPM_WORK(na + 2), "real", "1", 0.0, -HYST_INF, HYST_INF, "of the matrix exponential")       \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                     \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                   \
+  V(v, CSTATE, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "states")                                                  \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input at the last step")
+
+static double power_of_two(int e) { return hyst_from_bits((uint64_t)(e + 1023) << 52); } /* |e| <= 1022 */
+
+/* The exponent of the smallest power of two sigma with |a_k / a_0| <= sigma^k for all k. */
+static int time_scale(int na, const double *a) {
+  int most = -1023;
+  for (int k = 1; k <= na; k++) {
+    const double ratio = a[k] / a[0];
+    if (ratio == 0) continue;
+    const int e = (int)(hyst_to_bits(hyst_fabs(ratio)) >> 52) - 1022; /* |ratio| < 2^e */
+    const int root = e > 0 ? (e + k - 1) / k : -(-e / k);
+    if (root > most) most = root;
+  }
+  return most == -1023 ? 0 : most; /* a chain of integrators has no time scale */
+}
+
+static int all_finite(int n, const double *v) {
+  for (int i = 0; i < n; i++)
+    if (!hyst_isfinite(v[i])) return 0;
+  return 1;
+}
+
+/* Discretisation: e^([A B 0; 0 0 1; 0 0 0] dt) = [Ad G1 G2; ...]; ramp: v+ = Ad v + G1 u_0 + G2 (u_1 - u_0). */
+static int discretise(int na, const double *alpha, double rate, double *work, int foh, double *A, double *B0,
+                      double *B1) {
+  const int n = na + 2;
+  hyst_dd *M = (hyst_dd *)work;
+  for (int i = 0; i < n * n; i++) M[i] = hyst_dd_of(0);
+  for (int i = 0; i + 1 < na; i++) M[i * n + i + 1] = hyst_dd_of(rate);
+  for (int i = 0; i < na; i++) M[(na - 1) * n + i] = hyst_dd_mul(hyst_dd_of(-alpha[i]), hyst_dd_of(rate));
+  M[(na - 1) * n + na] = hyst_dd_of(rate);
+  M[na * n + na + 1] = hyst_dd_of(1);
+  const hyst_dd *E = hyst_expm(n, work);
+  if (!E) return 0;
+  for (int i = 0; i < na; i++) {
+    for (int j = 0; j < na; j++) A[i * na + j] = E[i * n + j].hi;
+    const hyst_dd G1 = E[i * n + na], G2 = E[i * n + na + 1], minus_G2 = {-G2.hi, -G2.lo};
+    B0[i] = foh ? hyst_dd_add(G1, minus_G2).hi : 0;
+    B1[i] = foh ? G2.hi : G1.hi;
+  }
+  return 1;
+}
+
+HYST_PREPARE_FN(prepare) {
+  HYST_OPEN_PREPARE
+  if (nb > na) return "the numerator must not have a higher degree than the denominator";
+  if (a[0] == 0) return "the first coefficient of a must not be 0";
+  if (*start == 1 && a[na] == 0)
+    return "start = steady: an integrator (last coefficient of a is 0) has no steady state";
+  for (int k = 1; k <= na; k++)
+    if (!hyst_isfinite(a[k] / a[0])) return "the first coefficient of a is too small beside the others";
+  const int e = time_scale(na, a);
+  if (e > 1022) return "the coefficients are too far apart"; /* 2^-e would be 0 or no number */
+  const double slower = power_of_two(-e);
+  *sigma = power_of_two(e);
+  for (int k = 1; k <= na; k++) { /* by steps, for sigma^k alone may be out of range */
+    alpha[na - k] = a[k] / a[0];
+    for (int i = 0; i < k; i++) alpha[na - k] *= slower;
+  }
+  *d = nb == na ? b[0] / a[0] : 0;
+  for (int i = 0; i < na; i++) {
+    c[i] = i <= nb ? b[nb - i] / a[0] : 0;
+    for (int k = i; k < na; k++) c[i] *= slower;
+    c[i] -= *d * alpha[i];
+  }
+  /* |alpha| <= 1 by the choice of e; a d that is no number makes every c one */
+  if (!all_finite(na, c)) return "the coefficients are too far apart";
+  if (dt == 0) return NULL; /* initialisation uses no matrices */
+  const double rate = *sigma * dt;
+  if (!(rate < 1e12)) return "the step is too long for the fastest time constant (more than 1e12 of them)";
+  if (!discretise(na, alpha, rate, work, *hold == 1, A, B0, B1))
+    return "the output leaves the range of numbers in one step";
+  return NULL;
+}
+HYST_OUTPUT_FN(output) {
+  HYST_OPEN_OUTPUT
+  double sum = *d * *u;
+  for (int i = 0; i < na; i++) sum += c[i] * v[i];
+  *y = sum;
+}
+HYST_DERIV_FN(deriv) {
+  HYST_OPEN_DERIV
+  double top = *u;
+  for (int i = 0; i < na; i++) top -= alpha[i] * v[i];
+  for (int i = 0; i + 1 < na; i++) d_v[i] = *sigma * v[i + 1];
+  d_v[na - 1] = *sigma * top;
+}
+HYST_UPDATE_FN(update) {
+  HYST_OPEN_UPDATE
+  if (dt == 0) {
+    if (*start == 1) v[0] = *u / alpha[0]; /* the others are derivatives */
+    *u_last = *u;
+    return;
+  }
+  double next[MOST_ORDER];
+  for (int i = 0; i < na; i++) {
+    next[i] = B0[i] * *u_last + B1[i] * *u;
+    for (int j = 0; j < na; j++) next[i] += A[i * na + j] * v[j];
+  }
+  for (int i = 0; i < na; i++) v[i] = next[i];
+  *u_last = *u;
+}
+HYST_FEEDTHROUGH_FN(feedthrough) {
+  HYST_OPEN_FEEDTHROUGH
+  return nb == na;
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  double sum = *d * *s_u, top = *s_u;
+  for (int i = 0; i < na; i++) {
+    sum += c[i] * s_v[i];
+    top -= alpha[i] * s_v[i];
+  }
+  *t_y = sum;
+  for (int i = 0; i + 1 < na; i++) t_v[i] = *sigma * s_v[i + 1];
+  t_v[na - 1] = *sigma * top;
+}
+HYST_BLOCK(transfer_function,
+           (.text = "Linear transfer function of any order, discretised exactly",
+            .equation = "y = (b_0 s^nb + ... + b_nb) / (a_0 s^na + ... + a_na) u",
+            .source = "Van Loan 1978; Franklin, Powell & Workman, 3rd ed., section 6.3.2", .family = "dynamics",
+            .tolerance = "rounding"),
+           .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
+           .deriv = deriv, .update = update, .feedthrough = feedthrough)

@@ -1,0 +1,124 @@
+/* Polynomial NFIR (n_y = 0) or NARX model on the expanded input space, the basis function network of the IPMC paper:
+ * y_k = theta' phi(k), phi all monomials up to degree q of the p = n_u + n_f + n_y variables
+ *   z = u_(k-n_k) .. u_(k-n_k-n_u+1), f_(k-n_k) .. f_(k-n_k-n_f+1), y_(k-1) .. y_(k-n_y),
+ * f an auxiliary function (a hysteretic operator of u).  n_k = 1 is the paper's, n_k = 0 lets u_k itself through.
+ * Order of theta (eq. 11): z_i, then z_i z_j with i <= j row by row, z_i z_j z_l with i <= j <= l, .., at last the
+ * constant.  Evaluated nested, z_i (theta_i + sum_j z_j (theta_ij + ..)): one product and sum per monomial.
+ * Before the first input u and f rested at it, y at y0. */
+#include "core/hyst.h"
+
+/* (p + q)! / (p! q!), or more than any graph holds */
+static inline int64_t monomials(int64_t p, int64_t q) {
+  int64_t n = 1;
+  for (int64_t i = 1; i <= q && n < 1000000000000; i++) n = n * (p + i) / i;
+  return n;
+}
+
+#define DIMS(D)                                  \
+  D(n_u, 1, 1, 1000, "lags of u")                \
+  D(n_f, 1, 0, 1000, "lags of f")                \
+  D(n_y, 1, 0, 1000, "lags of y")                \
+  D(q, 2, 1, 10, "highest degree of a monomial") \
+  D(n_k, 1, 0, 1, "first lag of u and f: 0 direct feed-through, 1 none")
+#define VARS(V)                                                                                          \
+  V(theta, PARAM, monomials(n_u + n_f + n_y, q), "real", "1", 0.05, -HYST_INF, HYST_INF,                 \
+    "weights of the monomials, by degree, the constant last")                                            \
+  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output before the first input")                \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                         \
+  V(f, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "auxiliary function of the input")               \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                       \
+  V(past_u, STATE, n_u + n_k, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_k and older ones, newest first") \
+  V(past_f, STATE, n_f + n_k, "real", "1", 0.0, -HYST_INF, HYST_INF, "f_k and older ones, newest first") \
+  V(past_y, STATE, n_y, "real", "1", 0.0, -HYST_INF, HYST_INF, "y_(k-1) and older ones, newest first")
+
+enum { MOST_DEGREE = 10 };
+
+typedef struct {
+  double u, f; /* present inputs: they stand for the first places of past_u and past_f */
+  const double *past_u, *past_f, *past_y;
+  int n_u, n_f, p, q, n_k;
+  const double *next[MOST_DEGREE + 1]; /* by degree: the weight that comes next */
+} network;
+
+static double variable(const network *n, int i) {
+  if (i < n->n_u) return i + n->n_k == 0 ? n->u : n->past_u[i + n->n_k];
+  i -= n->n_u;
+  if (i < n->n_f) return i + n->n_k == 0 ? n->f : n->past_f[i + n->n_k];
+  return n->past_y[i - n->n_f];
+}
+
+/* sum over i >= first of z_i times its weight and all that this product is a factor of */
+static double nested(network *n, int degree, int first) {
+  double sum = 0;
+  for (int i = first; i < n->p; i++) {
+    const double weight = *n->next[degree]++;
+    sum += variable(n, i) * (degree < n->q ? weight + nested(n, degree + 1, i) : weight);
+  }
+  return sum;
+}
+
+static double evaluate(network n, const double *theta) {
+  for (int degree = 1; degree <= n.q; degree++) n.next[degree] = theta + monomials(n.p, degree - 1) - 1;
+  return theta[monomials(n.p, n.q) - 1] + nested(&n, 1, 0);
+}
+
+static void shift(double *past, int n, double now) {
+  for (int i = n - 1; i > 0; i--) past[i] = past[i - 1];
+  if (n > 0) past[0] = now;
+}
+
+HYST_OUTPUT_FN(output) {
+  HYST_OPEN_OUTPUT
+  const network now = {*u, *f, past_u, past_f, past_y, n_u, n_f, n_u + n_f + n_y, q, n_k, {NULL}};
+  *y = evaluate(now, theta);
+}
+HYST_UPDATE_FN(update) {
+  HYST_OPEN_UPDATE
+  if (dt > 0) {
+    const network last = {
+        past_u[0], n_f + n_k > 0 ? past_f[0] : 0, past_u, past_f, past_y, n_u, n_f, n_u + n_f + n_y, q, n_k, {NULL}};
+    if (n_y > 0) shift(past_y, n_y, evaluate(last, theta));
+    shift(past_u, n_u + n_k, *u);
+    shift(past_f, n_f + n_k, *f);
+    return;
+  }
+  for (int i = 0; i < n_u + n_k; i++) past_u[i] = *u;
+  for (int i = 0; i < n_f + n_k; i++) past_f[i] = *f;
+  for (int i = 0; i < n_y; i++) past_y[i] = *y0;
+}
+HYST_FEEDTHROUGH_FN(feedthrough) {
+  HYST_OPEN_FEEDTHROUGH
+  return n_k == 0;
+}
+typedef struct {
+  double value, tangent;
+} dual;
+
+/* nested() with the derivative along (du, df), which only variables at the present time have */
+static dual nested_tangent(network *n, double du, double df, int degree, int first) {
+  dual sum = {0, 0};
+  for (int i = first; i < n->p; i++) {
+    dual factor = {*n->next[degree]++, 0};
+    if (degree < n->q) {
+      const dual inner = nested_tangent(n, du, df, degree + 1, i);
+      factor.value += inner.value;
+      factor.tangent = inner.tangent;
+    }
+    const double z = variable(n, i), dz = n->n_k > 0 ? 0 : i == 0 ? du : i == n->n_u && n->n_f > 0 ? df : 0;
+    sum.value += z * factor.value;
+    sum.tangent += dz * factor.value + z * factor.tangent;
+  }
+  return sum;
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  network at = {*u, *f, past_u, past_f, past_y, n_u, n_f, n_u + n_f + n_y, q, n_k, {NULL}};
+  for (int degree = 1; degree <= q; degree++) at.next[degree] = theta + monomials(at.p, degree - 1) - 1;
+  *t_y = nested_tangent(&at, *s_u, *s_f, 1, 0).tangent;
+}
+HYST_BLOCK(polynomial_narx,
+           (.text = "Polynomial network of lagged inputs, auxiliary function and outputs (NFIR, NARX)",
+            .equation = "y_k = theta' phi(k), phi the monomials up to degree q of lags of u, f and y",
+            .source = "IPMC hysteresis model with basis function network, eq. 8-12; Leontaritis & Billings 1985 (NARX)",
+            .family = "networks", .tolerance = "rounding"),
+           .rate = HYST_SAMPLED, .output = output, .tangent = tangent, .update = update, .feedthrough = feedthrough)

@@ -1,0 +1,57 @@
+/* Creep: a weighted sum of first-order lags of the input, discretised exactly for an input held over the step.
+ * Krejci & Kuhnen 2001 (log(t) creep as a few lags). */
+#include "core/elementary/elementary.h"
+#include "core/hyst.h"
+
+#define DIMS(D) D(n, 1, 1, 100000, "number of lags")
+#define VARS(V)                                                                                            \
+  V(w, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "weights of the lags")                             \
+  V(T, PARAM, n, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time constants")                              \
+  V(start, FIXED, 1, "rest|steady", "1", 0, 0, 1, "lags begin at 0, or at the first input")                \
+  V(share, DERIVED, n, "real", "1", 0.0, 0.0, 1.0, "way of a lag to its input in one step: 1 - e^(-dt/T)") \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                           \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                         \
+  V(q, CSTATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "lagged inputs")
+
+enum { REST, STEADY };
+
+HYST_PREPARE_FN(prepare) {
+  HYST_OPEN_PREPARE
+  for (int i = 0; i < n; i++) share[i] = -hyst_expm1(-dt / T[i]);
+  return NULL;
+}
+HYST_OUTPUT_FN(output) {
+  HYST_OPEN_OUTPUT
+  double sum = 0;
+  for (int i = 0; i < n; i++) sum += w[i] * q[i];
+  *y = sum;
+}
+HYST_DERIV_FN(deriv) {
+  HYST_OPEN_DERIV
+  for (int i = 0; i < n; i++) d_q[i] = (*u - q[i]) / T[i];
+}
+HYST_UPDATE_FN(update) {
+  HYST_OPEN_UPDATE
+  for (int i = 0; i < n; i++) {
+    if (dt > 0) q[i] += share[i] * (*u - q[i]);
+    else if (*start == STEADY) q[i] = *u;
+  }
+}
+HYST_FEEDTHROUGH_FN(feedthrough) {
+  (void)dim_, (void)p_;
+  return 0; /* y follows from the states alone */
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  double sum = 0;
+  for (int i = 0; i < n; i++) {
+    sum += w[i] * s_q[i];
+    t_q[i] = (*s_u - s_q[i]) / T[i];
+  }
+  *t_y = sum;
+}
+HYST_BLOCK(creep,
+           (.text = "Creep: weighted sum of first-order lags", .equation = "q_i' = (u - q_i)/T_i, y = sum_i w_i q_i",
+            .source = "Krejci & Kuhnen 2001", .family = "operators", .tolerance = "rounding"),
+           .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
+           .deriv = deriv, .update = update, .feedthrough = feedthrough)

@@ -1,0 +1,162 @@
+/* Preisach operator in Everett's form: from an extremum (u_p, y_p) a falling branch is y = y_p - 2 E(u_p, u), a rising
+ * one y = y_p + 2 E(u, u_p).  E(alpha, beta), alpha >= beta, is half the height of the loop between beta and alpha, the
+ * integral of the relay density over the triangle between them (Mayergoyz, Mathematical Models of Hysteresis, 1991,
+ * ch. 1): the turning-point machine with a branch that depends on where it starts, not on its length alone.
+ *
+ * E is given at the nodes of an even grid of n steps over [lo, hi], 0 on the diagonal, and linear on triangles, each
+ * square cut parallel to the diagonal; a Prandtl-Ishlinskii operator with thresholds on half steps, E = phi((alpha -
+ * beta) / 2), is met exactly.  Outside [lo, hi] nothing switches.
+ *
+ * Before the first reversal: low and high, from saturation, along E(u, lo) or E(hi, u).  demagnetised, from the middle
+ * of the range after ever smaller loops: then a rise to u switches the relays between the diagonal and the line
+ * alpha + beta = lo + hi, so its slope is 2 dE/dalpha on that line. */
+#include "core/elementary/limit.h"
+#include "core/hyst.h"
+#include "core/memory/return_point.h"
+
+#define DIMS(D)                                       \
+  D(n, 2, 1, 1000, "steps of the grid over [lo, hi]") \
+  D(depth, 256, 4, 100000, "extrema that the memory holds")
+#define VARS(V)                                                                                                   \
+  V(lo, FIXED, 1, "real", "1", -4.0, -HYST_INF, HYST_INF, "input of negative saturation")                         \
+  V(hi, FIXED, 1, "real", "1", 4.0, -HYST_INF, HYST_INF, "input of positive saturation")                          \
+  V(E, FIXED, n *(n + 1) / 2, "real", "1", 1.0, -HYST_INF, HYST_INF,                                              \
+    "Everett function at (alpha_1, beta_0), (alpha_2, beta_0), (alpha_2, beta_1), .., (alpha_n, beta_(n-1))")     \
+  V(offset, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "middle of the two saturated outputs")               \
+  V(start, FIXED, 1, "demagnetised|low|high", "1", 0, 0, 2, "initial memory")                                     \
+  V(virgin, DERIVED, 2 * n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "first branch, at half steps of the grid") \
+  V(origin, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "where the first branch starts")                   \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                  \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                \
+  V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")
+
+enum { DEMAGNETISED, LOW, HIGH };
+
+typedef struct {
+  const double *E, *virgin;
+  int n;
+  double lo, hi;
+} law;
+
+static law law_of(const double *E, const double *virgin, int n, double lo, double hi) {
+  const law l = {E, virgin, n, lo, hi};
+  return l;
+}
+
+static double at_node(const law *l, int i, int j) {
+  return i > j ? l->E[(ptrdiff_t)i * (i - 1) / 2 + j] : 0; /* alpha_i, beta_j */
+}
+
+/* (x - lo) in steps, cut into a whole number 0..steps - 1 and a rest; x may come from a memory that was not ours */
+static int cell(const law *l, double x, int steps, double *rest) {
+  const double place = (x - l->lo) / (l->hi - l->lo) * steps;
+  const int i = place >= steps ? steps - 1 : place >= 0 ? (int)place : 0;
+  *rest = place - i;
+  return i;
+}
+
+static double everett(const law *l, double alpha, double beta) {
+  double a, b;
+  const int i = cell(l, alpha, l->n, &a), j = cell(l, beta, l->n, &b);
+  const double far = at_node(l, i, j), near = at_node(l, i + 1, j + 1);
+  if (a >= b) return far + a * (at_node(l, i + 1, j) - far) + b * (near - at_node(l, i + 1, j));
+  return far + b * (at_node(l, i, j + 1) - far) + a * (near - at_node(l, i, j + 1));
+}
+
+static double first_branch(const law *l, double u) {
+  double rest;
+  const int k = cell(l, u, 2 * l->n, &rest);
+  return l->virgin[k] + rest * (l->virgin[k + 1] - l->virgin[k]);
+}
+
+static hyst_turn turn(law l, const double *memory, int depth, double u, double origin) {
+  hyst_turn t = hyst_turn_wipe_out(memory, depth, u, origin);
+  if (u == memory[HYST_TP_X]) return t;
+  const double *last = memory + HYST_TP_LIST + t.count - 1; /* the extremum; its output stands depth + 1 further */
+  if (t.count == 0) t.h = first_branch(&l, u);
+  else if (t.direction > 0) t.h = last[depth + 1] + 2 * everett(&l, u, *last);
+  else t.h = last[depth + 1] - 2 * everett(&l, *last, u);
+  return t;
+}
+
+/* From the middle upwards 2 dE/dalpha, downwards -2 dE/dbeta, over half a step each, on alpha + beta = lo + hi: that
+ * line crosses the grid from corner to corner and changes triangle in the middle of every square. */
+static void fill_demagnetised(const law *l, double *virgin, double offset) {
+  const int n = l->n;
+  virgin[n] = 0;
+  for (int k = n; k < 2 * n; k++) {
+    const int i = k / 2, j = n - 1 - i, beyond = k % 2;
+    virgin[k + 1] = virgin[k] + (beyond ? at_node(l, i + 1, j) - at_node(l, i, j)
+                                        : at_node(l, i + 1, j + 1) - at_node(l, i, j + 1));
+  }
+  for (int k = n; k > 0; k--) {
+    const int j = (k - 1) / 2, i = n - 1 - j, beyond = (k - 1) % 2;
+    virgin[k - 1] = virgin[k] + (beyond ? at_node(l, i, j + 1) - at_node(l, i, j)
+                                        : at_node(l, i + 1, j + 1) - at_node(l, i + 1, j));
+  }
+  const double rest = offset + at_node(l, n, 0) - virgin[2 * n]; /* the first branch ends at saturation */
+  for (int k = 0; k <= 2 * n; k++) virgin[k] += rest;
+}
+
+HYST_PREPARE_FN(prepare) {
+  HYST_OPEN_PREPARE
+  if (!(*lo < *hi)) return "lo must be less than hi";
+  const law l = law_of(E, virgin, n, *lo, *hi);
+  *origin = *start == LOW ? *lo : *start == HIGH ? *hi : 0.5 * *lo + 0.5 * *hi;
+  if (*start == DEMAGNETISED) {
+    fill_demagnetised(&l, virgin, *offset);
+    return NULL;
+  }
+  for (int k = 0; k <= 2 * n; k++) { /* between two nodes E(u, lo) and E(hi, u) are linear */
+    const int i = k / 2, next = (k + 1) / 2;
+    virgin[k] = *start == LOW ? *offset - at_node(&l, n, 0) + at_node(&l, i, 0) + at_node(&l, next, 0)
+                              : *offset + at_node(&l, n, 0) - at_node(&l, n, i) - at_node(&l, n, next);
+  }
+  return NULL;
+}
+HYST_RETURN_POINT(memory, hyst_clamp(*u, *lo, *hi), y,
+                  turn(law_of(E, virgin, n, *lo, *hi), memory, depth, hyst_clamp(*u, *lo, *hi), *origin), *origin,
+                  virgin[*start == LOW    ? 0
+                         : *start == HIGH ? 2 * n
+                                          : n])
+/* the cell that x goes on in when it moves to the side of the seed */
+static int cell_toward(const law *l, double x, int steps, double seed, double *rest) {
+  const int i = cell(l, x, steps, rest);
+  if (*rest > 0 || seed > 0 || i == 0) return i;
+  *rest = 1;
+  return i - 1;
+}
+
+/* dE for changes da of alpha or db of beta, one of them 0 */
+static double everett_tangent(const law *l, double alpha, double beta, double da, double db) {
+  double a, b;
+  const int i = cell_toward(l, alpha, l->n, da, &a), j = cell_toward(l, beta, l->n, db, &b);
+  const double far = at_node(l, i, j), near = at_node(l, i + 1, j + 1), steps = l->n / (l->hi - l->lo);
+  const double right = at_node(l, i + 1, j), above = at_node(l, i, j + 1);
+  if (a > b || (a == b && da >= db)) return steps * (da * (right - far) + db * (near - right));
+  return steps * (db * (above - far) + da * (near - above));
+}
+
+static double turn_tangent(const law *l, const double *memory, int depth, double u, double origin, double seed) {
+  const hyst_turn t = hyst_turn_toward(memory, depth, u, origin, seed);
+  if (t.count == 0) {
+    double rest;
+    const int k = cell_toward(l, u, 2 * l->n, seed, &rest);
+    return seed * (l->virgin[k + 1] - l->virgin[k]) * (2 * l->n / (l->hi - l->lo));
+  }
+  const double last = memory[HYST_TP_LIST + t.count - 1];
+  return t.direction > 0 ? 2 * everett_tangent(l, u, last, seed, 0) : -2 * everett_tangent(l, last, u, 0, seed);
+}
+HYST_TANGENT_FN(tangent) {
+  HYST_OPEN_TANGENT
+  const law l = law_of(E, virgin, n, *lo, *hi);
+  const double seed = hyst_clamp_tangent(*u, *lo, *hi, *s_u), at = hyst_clamp(*u, *lo, *hi);
+  *t_y = seed == 0 ? 0 : turn_tangent(&l, memory, depth, at, *origin, seed);
+}
+HYST_BLOCK(preisach,
+           (.text = "Preisach operator in Everett's form",
+            .equation = "y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising, E linear between its grid values",
+            .source = "Mayergoyz, Mathematical Models of Hysteresis 1991, ch. 1; Everett 1955", .family = "operators",
+            .tolerance = "rounding"),
+           .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
+           .update = update)

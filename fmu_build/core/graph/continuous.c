@@ -1,0 +1,118 @@
+/* continuous.c - the passes of continuous.h.  One state behind all of them: x and y of the nodes. */
+#include "core/graph/continuous.h"
+
+#include "core/graph/error.h"
+#include "core/graph/implicit.h"
+#include "core/graph/node.h"
+
+int64_t hyst_graph_n_continuous(const hyst_graph *g) {
+  int64_t sum = 0;
+  for (int i = 0; i < g->n_nodes; i++) sum += g->nodes[i].n_c;
+  return sum;
+}
+
+const hyst_var *hyst_graph_continuous_row(const hyst_graph *g, int64_t k, const hyst_node **node, int64_t *element) {
+  const hyst_node *n = g->nodes;
+  for (; k >= n->n_c; n++) k -= n->n_c;
+  *node = n;
+  int v = 0;
+  for (;; v++) {
+    const int64_t size = n->block->vars[v].kind == HYST_CSTATE ? n->block->size(n->dim, v) : 0;
+    if (k < size) break;
+    k -= size;
+  }
+  *element = k;
+  return n->block->vars + v;
+}
+
+double *hyst_graph_continuous(hyst_graph *g, int64_t k) {
+  const hyst_node *n = g->nodes;
+  for (; k >= n->n_c; n++) k -= n->n_c;
+  return n->x + k;
+}
+
+int hyst_graph_is_sampled(const hyst_graph *g) {
+  for (int i = 0; i < g->n_nodes; i++)
+    if (g->nodes[i].block->rate == HYST_SAMPLED) return 1;
+  return 0;
+}
+
+static void output(const hyst_graph *g, const hyst_node *n, double t) {
+  hyst_gather(g, n, t);
+  if (n->block->flags & HYST_IMPLICIT) hyst_implicit_solve(g, n, t, 0);
+  else n->block->output(n->dim, n->p, n->x, n->u, n->y);
+}
+
+void hyst_graph_evaluate(hyst_graph *g, double t) {
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node *n = g->nodes + g->order[i];
+    if (n->block->rate != HYST_SAMPLED) output(g, n, t);
+  }
+}
+
+void hyst_graph_derivatives(hyst_graph *g, double *dx) {
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node *n = g->nodes + i;
+    if (!n->block->deriv) continue;
+    /* a block without feed-through may stand before its sources in the order: only now are its inputs complete.  The
+     * time, if it asks for it, is still that of evaluate. */
+    hyst_gather(g, n, n->time >= 0 ? n->u[n->time] : 0);
+    n->block->deriv(n->dim, n->p, n->x, n->u, dx);
+    dx += n->n_c;
+  }
+}
+
+void hyst_graph_commit(hyst_graph *g, double t) {
+  hyst_graph_evaluate(g, t);
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node *n = g->nodes + i;
+    if (n->block->rate != HYST_HYSTERETIC) continue;
+    hyst_gather(g, n, t);
+    if (n->block->flags & HYST_IMPLICIT) hyst_implicit_take(n, n->u[HYST_IMPLICIT_MODEL] - n->u[HYST_IMPLICIT_WANTED]);
+    else n->block->update(n->dim, n->p, n->x, n->u, 1); /* no such block looks at the length of a step */
+  }
+}
+
+/* sampled blocks whose derived values belong to the step; the others keep those of graph->dt */
+static hyst_status prepare(hyst_graph *g, double dt) {
+  const hyst_status s = g->changed ? hyst_graph_prepare(g, g->dt) : HYST_E_OK;
+  for (int i = 0; i < g->n_nodes && !s; i++) {
+    const hyst_node *n = g->nodes + i;
+    if (n->block->rate != HYST_SAMPLED || !(n->block->flags & HYST_STEP)) continue;
+    const char *wrong = n->block->prepare(n->dim, n->p, dt);
+    if (wrong) return hyst_fail(&g->error, HYST_E_PREPARE, n->name, NULL, wrong);
+  }
+  return s;
+}
+
+hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt) {
+  const hyst_status s = prepare(g, dt);
+  if (s) return s;
+  hyst_graph_evaluate(g, t);
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node *n = g->nodes + i;
+    if (n->block->rate == HYST_SAMPLED) {
+      hyst_gather_from(g, i, 0);
+      if (n->time >= 0) n->u[n->time] = t;
+      n->block->update(n->dim, n->p, n->x, n->u, dt);
+      n->block->output(n->dim, n->p, n->x, n->u, n->y);
+    } else {
+      output(g, n, t);
+    }
+  }
+  hyst_graph_evaluate(g, t); /* blocks that stand before a sampled one in the file */
+  hyst_look_behind(g);
+  return HYST_E_OK;
+}
+
+hyst_status hyst_graph_hold(hyst_graph *g, double t_end, double dt) {
+  dt = hyst_same_step(dt, g->state[0], t_end);
+  const hyst_status s = dt != g->dt || g->changed ? hyst_graph_prepare(g, dt) : HYST_E_OK;
+  if (s) return s;
+  g->state[0] = dt;
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node *n = g->nodes + i;
+    if (n->block->rate != HYST_SAMPLED) hyst_advance_node(g, n, t_end, dt);
+  }
+  return HYST_E_OK;
+}

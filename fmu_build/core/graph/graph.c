@@ -1,0 +1,101 @@
+/* graph.c - the executor of graph.h: values by reference, start, step, run. */
+#include "core/graph/graph.h"
+
+#include <string.h>
+
+#include "core/graph/error.h"
+#include "core/graph/implicit.h"
+#include "core/graph/node.h"
+
+double *hyst_graph_value(hyst_graph *g, int64_t reference) {
+  const hyst_port *p = hyst_graph_port(g, reference);
+  return p ? p->value + (reference - p->reference) : NULL;
+}
+
+hyst_status hyst_graph_set(hyst_graph *g, int64_t reference, double value) {
+  const hyst_port *p = hyst_graph_port(g, reference);
+  if (!p || p->kind == HYST_OUTPUT)
+    return hyst_fail(&g->error, HYST_E_WIRING, NULL, p ? p->name : NULL, "not a parameter or input");
+  if (hyst_check_port(p, value)) return hyst_fail_value(&g->error, g->nodes[p->block].name, p->row, value);
+  p->value[reference - p->reference] = value;
+  if (p->kind != HYST_INPUT) g->changed = 1;
+  return HYST_E_OK;
+}
+
+double *hyst_graph_state(hyst_graph *g, int64_t *n) {
+  *n = g->n_state;
+  return g->state;
+}
+
+const hyst_error *hyst_graph_error(const hyst_graph *g) { return &g->error; }
+
+/* ---- running ------------------------------------------------------------------------------------------------------
+ */
+/* no step yet; inputs (those without a wire keep it), outputs and states as in the table */
+static void start_values(hyst_graph *g) {
+  g->state[0] = 0;
+  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_fill(n, HYST_INPUT);
+}
+
+void hyst_graph_defaults(hyst_graph *g) {
+  start_values(g);
+  memcpy(g->p, g->p_file, (size_t)g->n_p * sizeof(double));
+  memcpy(g->external, g->external_file, (size_t)g->n_external * sizeof(double));
+  g->changed = 1;
+}
+
+static hyst_status prepare(hyst_graph *g, double dt, unsigned flags) {
+  g->dt = dt;
+  g->changed = 0;
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node *n = g->nodes + i;
+    if (!n->block->prepare || (n->block->flags & flags) != flags) continue;
+    const char *wrong = n->block->prepare(n->dim, n->p, dt);
+    if (wrong) return g->changed = 1, hyst_fail(&g->error, HYST_E_PREPARE, n->name, NULL, wrong);
+  }
+  return HYST_E_OK;
+}
+
+hyst_status hyst_graph_prepare(hyst_graph *g, double dt) { return prepare(g, dt, 0); }
+
+static inline void advance(const hyst_graph *g, double t, double dt) {
+  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_advance_node(g, n, t, dt);
+}
+
+hyst_status hyst_graph_start(hyst_graph *g, double t) {
+  const hyst_status s = prepare(g, 0, 0);
+  if (s) return s;
+  start_values(g);
+  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_rest(n);
+  advance(g, t, 0);
+  hyst_look_behind(g);
+  return HYST_E_OK;
+}
+
+static inline hyst_status step(hyst_graph *g, double t_end, double dt) {
+  double *last = g->state; /* part of the state: a restored run goes on with the same bits */
+  if (dt != *last) dt = hyst_same_step(dt, *last, t_end);
+  if (dt != g->dt || g->changed) {
+    const hyst_status s = prepare(g, dt, g->changed ? 0 : HYST_STEP);
+    if (s) return s;
+  }
+  *last = dt;
+  advance(g, t_end, dt);
+  return HYST_E_OK;
+}
+
+hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) { return step(g, t_end, dt); }
+
+hyst_status hyst_graph_run(hyst_graph *g, int64_t n, double t0, double h, const double *u, double *y) {
+  const hyst_port *const first = g->ports + g->first_output, *const end = g->ports + g->end_output;
+  const int64_t n_external = g->n_external;
+  for (int64_t i = 0; i < n; i++) {
+    if (n_external > 0) hyst_copy(g->external, u, n_external), u += n_external;
+    /* t + h, not t0 + i h: a master that calls doStep(t, h) must get the same bits */
+    const hyst_status s = i == 0 ? hyst_graph_start(g, t0) : step(g, t0 + (double)(i - 1) * h + h, h);
+    if (s) return s;
+    for (const hyst_port *p = first; p < end; p++)
+      if (p->kind == HYST_OUTPUT) hyst_copy(y, p->value, p->size), y += p->size;
+  }
+  return HYST_E_OK;
+}

@@ -1,0 +1,83 @@
+/* implicit.c - what hangs on an implicit_inverse, and the trials that find its output. */
+#include "core/graph/implicit.h"
+
+#include "core/elementary/root.h"
+#include "core/graph/error.h"
+#include "core/graph/node.h"
+
+/* why a block cannot be tried, or NULL */
+static const char *unfit(const hyst_node *n) {
+  if (n->block->flags & HYST_IMPLICIT) return "an implicit inverse cannot stand between u and h of another one";
+  if (n->block->deriv) return "it has dynamics; between u and h of an implicit inverse all blocks must be static";
+  if (n->time >= 0) return "it follows the time; between u and h of an implicit inverse all must follow u";
+  if (n->block->rate == HYST_SAMPLED)
+    return "it depends on the time between samples; between u and h of an implicit inverse all blocks must be static";
+  return NULL;
+}
+
+/* marks the sources of node k as the model of i: those of its h if it is i itself, else all */
+static hyst_status mark(hyst_graph *g, int i, int k) {
+  const hyst_node *n = g->nodes + k;
+  for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++) {
+    if (w->source == i || (k == i && (!hyst_closes_implicit(n, w) || w->source < 0))) continue;
+    if (w->source < 0)
+      return hyst_fail(&g->error, HYST_E_IMPLICIT, n->name, NULL,
+                       "between u and h of an implicit inverse no block may read another input");
+    hyst_node *source = g->nodes + w->source;
+    const char *wrong = unfit(source);
+    if (!wrong && (w->source < i || (k > i && w->source > k)))
+      wrong = "the model of an implicit inverse must follow it in the order of the file";
+    if (!wrong && source->tried_by >= 0 && source->tried_by != i) wrong = "two implicit inverses would try it";
+    if (wrong) return hyst_fail(&g->error, HYST_E_IMPLICIT, source->name, NULL, wrong);
+    source->tried_by = i;
+  }
+  return HYST_E_OK;
+}
+
+hyst_status hyst_implicit_check(hyst_graph *g) {
+  for (int i = 0; i < g->n_nodes; i++) g->nodes[i].tried_by = -1;
+  for (int i = 0; i < g->n_nodes; i++)
+    if (g->nodes[i].block->flags & HYST_IMPLICIT) {
+      hyst_status s = mark(g, i, i);
+      for (int k = g->n_nodes - 1; k > i && !s; k--) /* sources stand before what they feed: one way back is enough */
+        if (g->nodes[k].tried_by == i) s = mark(g, i, k);
+      if (s) return s;
+    }
+  return HYST_E_OK;
+}
+
+typedef struct {
+  const hyst_graph *g;
+  const hyst_node *n;
+  double t;
+  int starting;
+} trial;
+
+static double residual(void *ctx, double u) {
+  const trial *c = (const trial *)ctx;
+  const int i = (int)(c->n - c->g->nodes);
+  c->n->y[0] = u;
+  for (const hyst_node *m = c->n + 1, *end = c->g->nodes + c->g->n_nodes; m < end; m++) {
+    if (m->tried_by != i) continue;
+    hyst_gather(c->g, m, c->t);
+    if (c->starting && m->block->update) {
+      hyst_rest(m);
+      m->block->update(m->dim, m->p, m->x, m->u, 0);
+    }
+    m->block->output(m->dim, m->p, m->x, m->u, m->y);
+  }
+  hyst_gather(c->g, c->n, c->t);
+  return c->n->u[HYST_IMPLICIT_MODEL] - c->n->u[HYST_IMPLICIT_WANTED];
+}
+
+double hyst_implicit_solve(const hyst_graph *g, const hyst_node *n, double t, int starting) {
+  trial c = {g, n, t, starting};
+  const double lo = n->p[HYST_IMPLICIT_LO], hi = n->p[HYST_IMPLICIT_HI], wanted = n->u[HYST_IMPLICIT_WANTED];
+  const double *asked = n->x + HYST_IMPLICIT_ASKED, last = hyst_clamp(n->x[HYST_IMPLICIT_ROOT], lo, hi);
+  double off = residual(&c, last);
+  const int same = wanted == asked[0] && lo == asked[1] && hi == asked[2] && off == asked[3];
+  n->y[0] = same ? last : hyst_root(residual, &c, lo, hi, last, &off);
+  for (const hyst_node *m = n + 1, *end = g->nodes + g->n_nodes; starting && m < end; m++)
+    if (m->tried_by == (int)(n - g->nodes)) hyst_rest(m);
+  return off;
+}

@@ -1,0 +1,90 @@
+/* tangent.c - directional derivatives of a graph: the tangents of its blocks, chained along the wires. */
+#include "core/graph/continuous.h"
+#include "core/graph/implicit.h"
+#include "core/graph/node.h"
+
+/* values and seeds of the inputs of a node; its time stays that of the last evaluate */
+static void gather(const hyst_graph *g, const hyst_node *n, const double *d_external) {
+  hyst_gather(g, n, n->time >= 0 ? n->u[n->time] : 0);
+  for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++) {
+    const hyst_node *s = w->source < 0 ? NULL : g->nodes + w->source;
+    const double *from = s ? s->dy + (w->from - s->y) : d_external + (w->from - g->external);
+    hyst_copy(n->du + (w->to - n->u), from, w->size);
+  }
+}
+
+/* dy of the node, ddx (n_c numbers) where it has continuous states */
+static void tangent(const hyst_node *n, const double *dx, double *ddx) {
+  if (n->block->tangent) {
+    n->block->tangent(n->dim, n->p, n->x, n->u, n->du, dx, n->dy, ddx);
+    return;
+  }
+  for (int64_t k = 0; k < n->n_y; k++) n->dy[k] = 0;
+  for (int64_t k = 0; k < n->n_c; k++) ddx[k] = 0;
+}
+
+/* the change of the model's output h for the change du of its input */
+static double tried(const hyst_graph *g, const hyst_node *n, double du) {
+  n->dy[0] = du;
+  for (const hyst_node *m = n + 1, *end = g->nodes + g->n_nodes; m < end; m++) {
+    if (m->tried_by != (int)(n - g->nodes)) continue;
+    gather(g, m, NULL); /* no input of the graph reaches it but through u */
+    tangent(m, NULL, NULL);
+  }
+  double change = 0;
+  for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
+    if (hyst_closes_implicit(n, w) && w->source >= 0) {
+      const hyst_node *s = g->nodes + w->source;
+      change = s->dy[w->from - s->y];
+    }
+  return change;
+}
+
+/* du / dy of an implicit inverse: upwards or downwards, whichever way makes h go where y goes; 0 at a limit */
+static void implicit(const hyst_graph *g, const hyst_node *n) {
+  const double wanted = n->du[HYST_IMPLICIT_WANTED], off = n->u[HYST_IMPLICIT_MODEL] - n->u[HYST_IMPLICIT_WANTED];
+  const double size = n->u[HYST_IMPLICIT_WANTED] < 0 ? -n->u[HYST_IMPLICIT_WANTED] : n->u[HYST_IMPLICIT_WANTED];
+  const int reached = (off < 0 ? -off : off) <= 1e-12 * (1 + size);
+  double du = 0;
+  for (int side = 1; side >= -1 && wanted != 0 && reached; side -= 2) {
+    const double beyond = side > 0 ? n->p[HYST_IMPLICIT_HI] : n->p[HYST_IMPLICIT_LO];
+    const double steps = wanted / tried(g, n, side); /* infinite where the output stands still */
+    if (n->y[0] == beyond || !(steps >= 0 && steps < HYST_INF)) continue;
+    du = side * steps;
+    break;
+  }
+  n->dy[0] = du;
+}
+
+void hyst_graph_tangent(hyst_graph *g, const double *d_external, const double *d_continuous, double *d_outputs,
+                        double *d_derivatives) {
+  /* twice: a block without direct feed-through may stand before its sources; then only its derivatives need them */
+  for (int pass = 0; pass < 2; pass++)
+    for (int i = 0; i < g->n_nodes; i++) {
+      const hyst_node *n = g->nodes + g->order[i];
+      if (pass == 1 && n->n_c == 0) continue;
+      if (n->block->rate == HYST_SAMPLED) { /* it holds its output, and inputs of the last sample */
+        for (int64_t k = 0; k < n->n_y; k++) n->dy[k] = 0;
+        continue;
+      }
+      int64_t first = 0;
+      for (const hyst_node *m = g->nodes; n->n_c > 0 && m < n; m++) first += m->n_c;
+      gather(g, n, d_external);
+      if (n->block->flags & HYST_IMPLICIT) implicit(g, n);
+      else tangent(n, d_continuous + first, d_derivatives + first);
+    }
+  for (const hyst_port *p = g->ports + g->first_output, *end = g->ports + g->end_output; p < end; p++)
+    if (p->kind == HYST_OUTPUT) {
+      const hyst_node *n = g->nodes + p->block;
+      hyst_copy(d_outputs, n->dy + (p->value - n->y), p->size);
+      d_outputs += p->size;
+    }
+}
+
+void hyst_graph_tangent_between(hyst_graph *g, double t, const double *d_external, const double *d_continuous,
+                                double *d_outputs, double *d_derivatives, double *memory) {
+  memcpy(memory, g->state, (size_t)g->n_state * sizeof(double));
+  hyst_graph_evaluate(g, t);
+  hyst_graph_tangent(g, d_external, d_continuous, d_outputs, d_derivatives);
+  memcpy(g->state, memory, (size_t)g->n_state * sizeof(double));
+}
