@@ -45,7 +45,8 @@ def place(node: Node) -> tuple[str, bool]:
             f"block {node.name!r}: the class PolynomialNarx of the Modelica library takes a degree q up to "
             f"{MOST_DEGREE}; got {node.dims['q']}"
         )
-    return package_of(node.block), is_sampled_class(node.block)
+    discretised = node.type == "transfer_function"  # see class_of
+    return package_of(node.block), discretised or is_sampled_class(node.block)
 
 
 def class_of(node: Node) -> str:

@@ -8,27 +8,16 @@ from hystfmu.core.library import BlockType, Var
 
 _PRODUCT = re.compile(r"(\w+) ?\* ?\w+\Z")
 
+# package of a family; a plant, which is continuous in the library, stands apart from the linear dynamics
 _PACKAGES = {
-    ("Operators.Sampled", True): (
-        "backlash_sum bouc_wen constraint_factor creep duhem krasnoselskii_pokrovskii play_bank prandtl_ishlinskii "
-        "preisach zhao_tan"
-    ),
-    ("Operators", False): "dead_zones",
-    ("Inverse.Sampled", True): (
-        "constraint_factor_inverse implicit_inverse prandtl_ishlinskii_inverse zhao_tan_inverse "
-        "zhao_tan_inverse_reconstructed"
-    ),
-    ("Dynamics", True): "delay differentiator transfer_function",
-    ("Dynamics", False): "scaling sum",
-    ("Networks", True): "polynomial_narx",
-    ("Networks", False): "mlp",
-    ("Plants", False): "bouc_wen_oscillator",
-    ("Control", True): "disturbance_observer iterative_learning lead_lag pid sliding_mode super_twisting",
-    ("Control", False): "feedforward",
-    ("Sources", True): "noise",
-    ("Sources", False): "disturbance reference",
+    "operators": "Operators",
+    "inverses": "Inverse",
+    "networks": "Networks",
+    "dynamics": "Dynamics",
+    "controllers": "Control",
+    "sources": "Sources",
 }
-PLACES = {block: place for place, blocks in _PACKAGES.items() for block in blocks.split()}
+_PLANTS = {"bouc_wen_oscillator"}
 # a class of Sources is one shape of the unit `reference`: parameters that belong to a shape, besides those of all
 SHAPES = {
     "sine": {"frequency", "phase"},
@@ -52,12 +41,18 @@ def camel(key: str) -> str:
 
 def package_of(block: BlockType) -> str:
     """Package of the class of a block, below HystFMU; for an operator that of its sampled realisation."""
-    return PLACES[block.name][0]
+    package = "Plants" if block.name in _PLANTS else _PACKAGES[block.family]
+    return f"{package}.Sampled" if _is_realised(block) else package
 
 
 def is_sampled_class(block: BlockType) -> bool:
     """Whether the class acts at 0, Ts, 2 Ts, ... and has the parameter Ts."""
-    return PLACES[block.name][1]
+    return block.rate == "sampled" or _is_realised(block)
+
+
+def _is_realised(block: BlockType) -> bool:
+    """Whether it comes in up to three realisations: an operator or inverse with a memory."""
+    return block.family in ("operators", "inverses") and block.rate != "function"
 
 
 def matrix_rows(v: Var) -> str:
