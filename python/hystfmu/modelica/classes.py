@@ -6,19 +6,11 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import Var
 from hystfmu.graph import Node
-from hystfmu.modelica.places import camel, is_sampled_class, lacks, matrix_rows, package_of
+from hystfmu.modelica.places import camel, enumeration, is_sampled_class, lacks, matrix_rows, package_of
 
 DEPTH = 32  # extrema that an exported operator remembers: a step takes time in proportion; 32 nested loops are rare
 MOST_DEGREE = 3  # of Networks.PolynomialNarx
 MOST_PARAMETERS = 1000  # a larger network becomes a function: tools handle thousands of parameters one by one
-
-_ENUMERATIONS = {
-    "dominant|last": "Memory",
-    "sigmoid|tanh|relu": "Activation",
-    "demagnetised|low|high": "Magnetisation",
-    "rest|steady": "Start",
-    "smooth|saturation": "Switching",
-}
 
 
 def word(node: Node, name: str) -> str:
@@ -91,7 +83,7 @@ def values(node: Node) -> dict[str, tuple[Var, Array]]:
 def choices(node: Node) -> dict[str, str]:
     """The choices that its class takes, as words of the library's enumerations."""
     rows = [v for v in node.block.parameters if v.choices and v.name != "shape"]  # a shape is a class
-    return {v.name: f"HystFMU.Types.{_ENUMERATIONS['|'.join(v.choices)]}.{word(node, v.name)}" for v in rows}
+    return {v.name: f"HystFMU.{enumeration(node.block, v)}.{word(node, v.name)}" for v in rows}
 
 
 def _of_other_shapes(node: Node) -> frozenset[str]:

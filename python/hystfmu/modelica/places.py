@@ -34,6 +34,27 @@ _LACKS = {
 }
 
 
+# the enumerations of Types that are written by hand, by their words
+_ENUMERATIONS = {
+    "dominant|last": "Memory",
+    "sigmoid|tanh|relu": "Activation",
+    "demagnetised|low|high": "Magnetisation",
+    "rest|steady": "Start",
+    "smooth|saturation": "Switching",
+}
+
+
+def enumeration(block: BlockType, v: Var) -> str:
+    """The enumeration of the words of a choice, below HystFMU.
+
+    One that is not written by hand stands in the package Choices, which is generated, and is named after block and
+    parameter.
+    """
+    if name := _ENUMERATIONS.get(v.type):
+        return f"Types.{name}"
+    return f"Choices.{block.class_name}{camel(v.name)}"
+
+
 def camel(key: str) -> str:
     """``decaying_sine`` as a class: ``DecayingSine``."""
     return "".join(w.capitalize() for w in key.split("_"))

@@ -1,3 +1,4 @@
+// generated from the table modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Events;
 model BacklashSum "Ten plays and a linear term, events"
   extends Icons.Example;
@@ -8,7 +9,7 @@ equation
   connect(signal.dr, tested.du);
   annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Ten plays and a linear term. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every row of the simulation.</p>
+<p>Ten plays and a linear term. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every row of the simulation.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.BacklashSum\">Operators.Events.BacklashSum</a>.</p>
 </html>"));
 end BacklashSum;

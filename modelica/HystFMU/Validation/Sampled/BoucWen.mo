@@ -1,13 +1,14 @@
+// generated from the table modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Sampled;
 model BoucWen "Bouc-Wen operator in closed form, sampled"
   extends Icons.Example;
-  Operators.Sampled.BoucWen tested(A = 1.2, beta = 0.9, gamma = -0.3, alpha = 0.2, k = 1.5, z0 = 0.1, Ts = 2e-3) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  Operators.Sampled.BoucWen tested(A = 1.2, beta = 0.9, gamma = -0.3, alpha = 0.2, k = 1.5, z0 = 0.1, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
   connect(signal.r, tested.u);
   annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Bouc-Wen operator in closed form. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every sample.</p>
+<p>Bouc-Wen operator in closed form. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.BoucWen\">Operators.Sampled.BoucWen</a>.</p>
 </html>"));
 end BoucWen;

@@ -1,13 +1,14 @@
+// generated from the table modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Sampled;
 model ZhaoTanLast "Zhao-Tan operator that remembers the last extremum only, sampled"
   extends Icons.Example;
-  Operators.Sampled.ZhaoTan tested(depth = 4, memory = Types.Memory.last, x0 = 0.1, Ts = 2e-3) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  Operators.Sampled.ZhaoTan tested(depth = 4, memory = Types.Memory.last, x0 = 0.1, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
   connect(signal.r, tested.x);
   annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Zhao-Tan operator that remembers the last extremum only. The test holds it against the unit of the same name and an independent form, on the signal of Validation.BaseClasses.TestSignal: at every sample.</p>
+<p>Zhao-Tan operator that remembers the last extremum only. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ZhaoTan\">Operators.Sampled.ZhaoTan</a>.</p>
 </html>"));
 end ZhaoTanLast;

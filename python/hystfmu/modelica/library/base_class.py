@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from html import escape
 
-from hystfmu.core.library import BlockType
+from hystfmu.core.library import BlockType, block_types
 from hystfmu.modelica.library.declarations import dim, parameter, ports, rate_port
 from hystfmu.modelica.library.markup import equation, information, link
-from hystfmu.modelica.library.shelf import REALISATIONS, Shelf, mark
+from hystfmu.modelica.library.shelf import Shelf, mark
 from hystfmu.modelica.literals import sentence
-from hystfmu.modelica.places import lacks, package_of
+from hystfmu.modelica.places import class_names, lacks, package_of
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class BaseClass:
         inputs = ports(block, "input", left_out)
         declared = [
             *(dim(d) for d in block.dims if d.name not in left_out),
-            *(parameter(v, shelf) for v in block.parameters if v.name not in left_out),
+            *(parameter(block, v, shelf) for v in block.parameters if v.name not in left_out),
             *inputs,
             *([rate_port(block.of("input")[0])] if rated else []),
             *ports(block, "output", left_out),
@@ -76,7 +75,7 @@ class BaseClass:
     @property
     def source(self) -> str:
         """The C file of the table."""
-        return f"fmu_build/core/blocks/{self.block.name}.c"
+        return f"fmu_build/core/blocks/{self.block.family}/{self.block.name}.c"
 
     @property
     def _icon(self) -> str:
@@ -101,6 +100,11 @@ class BaseClass:
         return found
 
 
+def base_classes() -> list[BaseClass]:
+    """One for each class that stands for a block of the C core."""
+    return [BaseClass(block, name) for block in block_types().values() for name in class_names(block)]
+
+
 def package(name: str) -> str:
     """The file package.mo of the BaseClasses of a package."""
     what = {"Operators": "operators", "Inverse": "inverses"}.get(name, "blocks")
@@ -113,8 +117,3 @@ def package(name: str) -> str:
         f'package BaseClasses "Parameters and ports of the {what}"\n'
         f"  extends Icons.Package;\n  annotation (Documentation(info = {info}));\nend BaseClasses;\n"
     )
-
-
-def is_realised(path: str) -> bool:
-    """Is it a class in Sampled, Events or Smooth?"""
-    return re.fullmatch(rf"\w+\.({'|'.join(REALISATIONS)})\.\w+", path) is not None

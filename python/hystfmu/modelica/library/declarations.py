@@ -11,6 +11,7 @@ from hystfmu.core.library import BlockType, Dim, Var
 from hystfmu.modelica.layout import placed, port_placed
 from hystfmu.modelica.library.shelf import Shelf
 from hystfmu.modelica.literals import sentence
+from hystfmu.modelica.places import enumeration
 
 _CALL = re.compile(r"(\w+)\(")
 _PRODUCT = re.compile(r"(\w+)\*(\w+)\Z")
@@ -58,19 +59,11 @@ def dim(d: Dim) -> str:
     return f"parameter Integer {d.name}(min = {d.lo}) = {d.start} {sentence(d.text)}{_dialog(group)};"
 
 
-def parameter(v: Var, shelf: Shelf) -> str:
-    """The declaration of a parameter.
-
-    Raises
-    ------
-    InputError
-        The library has no enumeration of the words of a choice.
-    """
+def parameter(block: BlockType, v: Var, shelf: Shelf) -> str:
+    """The declaration of a parameter of a block."""
     group = "Start" if v.kind == "fixed" and _is_start(v) else "Memory" if v.name == "memory" else ""
     if v.choices:
-        if v.choices not in shelf.enumerations:
-            raise InputError(f"{v.name}: write an enumeration of {', '.join(v.choices)} in modelica/HystFMU/Types.mo")
-        kind = shelf.enumerations[v.choices]
+        kind = enumeration(block, v)
         return f"parameter {kind} {v.name} = {kind}.{v.choices[int(v.start)]} {sentence(v.text)}{_dialog(group)};"
     many = v.size != "1"
     positive = v.lo == sys.float_info.min  # the least of all doubles above 0: min includes its value

@@ -8,7 +8,7 @@ from pathlib import PurePath
 # packages, and pages of the guide, whose order means something
 _FIRST = (
     *("UsersGuide", "Operators", "Inverse", "Networks", "Dynamics", "Plants", "Control", "Sources", "Functions"),
-    *("Data", "Examples", "Validation", "Interfaces", "Types", "Icons"),
+    *("Data", "Examples", "Validation", "Interfaces", "Types", "Choices", "Icons"),
     *("BaseClasses", "Models", "Sampled", "Events", "Smooth"),
     *("GettingStarted", "Realisations", "Conventions", "ToolSupport", "References", "ReleaseNotes"),
 )

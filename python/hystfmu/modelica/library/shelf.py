@@ -1,4 +1,4 @@
-"""What stands in the folder of the library: its classes by name, its types by unit and by words."""
+"""What stands in the folder of the library: its classes by name, its types by unit of measure."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pathlib import Path
 _MARKED = re.compile(r"// generated from .* by `make generate` - do not edit\n")
 REALISATIONS = ("Sampled", "Events", "Smooth")
 _UNIT = re.compile(r'type (\w+) = Real\([^)]*final unit = "([^"]+)"')
-_ENUMERATION = re.compile(r"type (\w+) = enumeration\((.*?)\) \"", re.S)
 
 
 def mark(source: str) -> str:
@@ -49,14 +48,6 @@ class Shelf:
     def types(self) -> dict[str, str]:
         """Name of the type of a unit of measure, e.g. ``Types.Time`` for ``s``."""
         return {unit: f"Types.{name}" for name, unit in _UNIT.findall(self.texts["Types"])}
-
-    @functools.cached_property
-    def enumerations(self) -> dict[tuple[str, ...], str]:
-        """Name of the enumeration of these words."""
-        return {
-            tuple(re.findall(r"(\w+) \"", body)): f"Types.{name}"
-            for name, body in _ENUMERATION.findall(self.texts["Types"])
-        }
 
     def realisations(self, package: str, name: str) -> list[str]:
         """Those of Sampled, Events and Smooth that hold the class `name`, each with its package."""

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 from pathlib import Path, PurePath
 
-from hystfmu.core.library import block_types
-from hystfmu.modelica.library import scripts
-from hystfmu.modelica.library.base_class import BaseClass, package
+from hystfmu.modelica.library import enumerations, scripts, validation
+from hystfmu.modelica.library.base_class import base_classes, package
 from hystfmu.modelica.library.order import orders
 from hystfmu.modelica.library.shelf import Shelf, is_generated
-from hystfmu.modelica.places import class_names
-
-
-def base_classes() -> list[BaseClass]:
-    """One for each class that stands for a block of the C core."""
-    return [BaseClass(block, name) for block in block_types().values() for name in class_names(block)]
 
 
 def generated(root: Path) -> dict[PurePath, str]:
     """The generated files, relative to the folder HystFMU `root`, beside its hand-written ones."""
     shelf = Shelf(root)
-    bases = base_classes()
-    made = {_file(b.path): b.text(shelf) for b in bases}
-    made |= {_file(f"{b.package}.BaseClasses.package"): package(b.package) for b in bases}
+    classes = {b.path: b.text(shelf) for b in base_classes()}
+    classes |= {f"{b.package}.BaseClasses.package": package(b.package) for b in base_classes()}
+    classes |= validation.models(shelf, classes)
+    classes |= enumerations.enumerations()
+    made = {_file(name): text for name, text in classes.items()}
     every = {*made, *map(_file, shelf.texts)}
     made |= orders(every)
     made |= scripts.scripts(every)
