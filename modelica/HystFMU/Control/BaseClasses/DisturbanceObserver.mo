@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/disturbance_observer.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/controllers/disturbance_observer.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
 partial block DisturbanceObserver "Disturbance observer: takes an estimated input disturbance off the command: parameters and ports"
   extends Icons.Block;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/feedforward.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/controllers/feedforward.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
 partial block Feedforward "Feed-forward: inverse of a second-order plant: parameters and ports"
   extends Icons.Block;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/iterative_learning.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/controllers/iterative_learning.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
 partial block IterativeLearning "Iterative learning control: corrections from the errors of earlier periods: parameters and ports"
   extends Icons.Block;

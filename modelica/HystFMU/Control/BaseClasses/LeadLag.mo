@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/lead_lag.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/controllers/lead_lag.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
 partial block LeadLag "Lead-lag controller with feed-forward and limits: parameters and ports"
   extends Icons.Block;

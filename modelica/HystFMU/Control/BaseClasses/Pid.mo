@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/pid.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/controllers/pid.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
 partial block Pid "PID controller with feed-forward and anti-windup: parameters and ports"
   extends Icons.Block;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/sliding_mode.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/controllers/sliding_mode.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
 partial block SlidingMode "Sliding mode controller around a feed-forward, with integral action and anti-windup: parameters and ports"
   extends Icons.Block;

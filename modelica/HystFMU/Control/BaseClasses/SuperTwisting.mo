@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/super_twisting.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/controllers/super_twisting.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
 partial block SuperTwisting "Super-twisting sliding mode controller around a feed-forward, with anti-windup: parameters and ports"
   extends Icons.Block;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/delay.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/dynamics/delay.c by `make generate` - do not edit
 within HystFMU.Dynamics.BaseClasses;
 partial block Delay "Delay by a whole number of steps: parameters and ports"
   extends Icons.Block;

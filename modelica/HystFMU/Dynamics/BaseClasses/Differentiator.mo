@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/differentiator.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/dynamics/differentiator.c by `make generate` - do not edit
 within HystFMU.Dynamics.BaseClasses;
 partial block Differentiator "Filtered derivative of a signal: parameters and ports"
   extends Icons.Block;

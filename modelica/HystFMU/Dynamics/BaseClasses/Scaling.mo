@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/scaling.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/dynamics/scaling.c by `make generate` - do not edit
 within HystFMU.Dynamics.BaseClasses;
 partial block Scaling "Limit, gain and offset of each signal: parameters and ports"
   extends Icons.Block;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/sum.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/dynamics/sum.c by `make generate` - do not edit
 within HystFMU.Dynamics.BaseClasses;
 partial block Sum "Weighted sum of signals: parameters and ports"
   extends Icons.Block;

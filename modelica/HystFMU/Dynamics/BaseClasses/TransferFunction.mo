@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/transfer_function.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/dynamics/transfer_function.c by `make generate` - do not edit
 within HystFMU.Dynamics.BaseClasses;
 partial block TransferFunction "Linear transfer function of any order, discretised exactly: parameters and ports"
   extends Icons.Block;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/constraint_factor_inverse.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/inverses/constraint_factor_inverse.c by `make generate` - do not edit
 within HystFMU.Inverse.BaseClasses;
 partial block ConstraintFactorInverse "Exact inverse of the constraint-factor operator: parameters and ports"
   extends Icons.Inverse;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/implicit_inverse.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/inverses/implicit_inverse.c by `make generate` - do not edit
 within HystFMU.Inverse.BaseClasses;
 partial block ImplicitInverse "Implicit inverse: the input at which a static model has the wanted output: parameters and ports"
   extends Icons.Inverse;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/prandtl_ishlinskii_inverse.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/inverses/prandtl_ishlinskii_inverse.c by `make generate` - do not edit
 within HystFMU.Inverse.BaseClasses;
 partial block PrandtlIshlinskiiInverse "Exact inverse of the Prandtl-Ishlinskii operator: parameters and ports"
   extends Icons.Inverse;

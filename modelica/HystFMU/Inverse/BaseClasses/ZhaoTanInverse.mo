@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/zhao_tan_inverse.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/inverses/zhao_tan_inverse.c by `make generate` - do not edit
 within HystFMU.Inverse.BaseClasses;
 partial block ZhaoTanInverse "Exact inverse of the Zhao-Tan operator: parameters and ports"
   extends Icons.Inverse;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/zhao_tan_inverse_reconstructed.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/inverses/zhao_tan_inverse_reconstructed.c by `make generate` - do not edit
 within HystFMU.Inverse.BaseClasses;
 partial block ZhaoTanInverseReconstructed "Inverse Zhao-Tan operator, reconstructed from the paper: parameters and ports"
   extends Icons.Inverse;

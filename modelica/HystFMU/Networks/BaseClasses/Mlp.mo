@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/mlp.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/networks/mlp.c by `make generate` - do not edit
 within HystFMU.Networks.BaseClasses;
 partial block Mlp "Multilayer perceptron: one hidden layer, linear outputs: parameters and ports"
   extends Icons.Block;

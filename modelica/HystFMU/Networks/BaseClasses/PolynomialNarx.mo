@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/polynomial_narx.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/networks/polynomial_narx.c by `make generate` - do not edit
 within HystFMU.Networks.BaseClasses;
 partial block PolynomialNarx "Polynomial network of lagged inputs, auxiliary function and outputs (NFIR, NARX): parameters and ports"
   extends Icons.Block;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/backlash_sum.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/backlash_sum.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block BacklashSum "Weighted sum of backlash (play) operators, plain states: parameters and ports"
   extends Icons.Hysteresis;

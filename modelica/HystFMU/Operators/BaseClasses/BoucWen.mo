@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/bouc_wen.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/bouc_wen.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block BoucWen "Bouc-Wen operator: parameters and ports"
   extends Icons.Hysteresis;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/constraint_factor.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/constraint_factor.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block ConstraintFactor "Constraint-factor operator (Ma): odd polynomial branch: parameters and ports"
   extends Icons.Hysteresis;

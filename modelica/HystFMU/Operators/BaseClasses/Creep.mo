@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/creep.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/creep.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block Creep "Creep: weighted sum of first-order lags: parameters and ports"
   extends Icons.Hysteresis;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/dead_zones.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/dead_zones.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block DeadZones "Weighted sum of one-sided dead zones: parameters and ports"
   extends Icons.Block;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/duhem.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/duhem.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block Duhem "Duhem operator with polynomial slopes for rising and falling input: parameters and ports"
   extends Icons.Hysteresis;

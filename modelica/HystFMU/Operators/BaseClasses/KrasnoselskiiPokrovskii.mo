@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/krasnoselskii_pokrovskii.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/krasnoselskii_pokrovskii.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps: parameters and ports"
   extends Icons.Hysteresis;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/play_bank.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/play_bank.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block PlayBank "Bank of play (backlash) operators: parameters and ports"
   extends Icons.Hysteresis;

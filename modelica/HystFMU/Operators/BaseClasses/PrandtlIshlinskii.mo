@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/prandtl_ishlinskii.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/prandtl_ishlinskii.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block PrandtlIshlinskii "Prandtl-Ishlinskii operator: linear term plus weighted plays: parameters and ports"
   extends Icons.Hysteresis;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/preisach.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/preisach.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block Preisach "Preisach operator in Everett's form: parameters and ports"
   extends Icons.Hysteresis;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/zhao_tan.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/operators/zhao_tan.c by `make generate` - do not edit
 within HystFMU.Operators.BaseClasses;
 partial block ZhaoTan "Zhao-Tan hysteretic operator: parameters and ports"
   extends Icons.Hysteresis;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/bouc_wen_oscillator.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/dynamics/bouc_wen_oscillator.c by `make generate` - do not edit
 within HystFMU.Plants.BaseClasses;
 partial block BoucWenOscillator "Oscillator with a Bouc-Wen force: the hysteretic benchmark plant: parameters and ports"
   extends Icons.Hysteresis;

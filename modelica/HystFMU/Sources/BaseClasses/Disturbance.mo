@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/disturbance.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/sources/disturbance.c by `make generate` - do not edit
 within HystFMU.Sources.BaseClasses;
 partial block Disturbance "Disturbance: step plus sine: parameters and ports"
   extends Icons.Source;

@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/noise.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/sources/noise.c by `make generate` - do not edit
 within HystFMU.Sources.BaseClasses;
 partial block Noise "White Gaussian noise: parameters and ports"
   extends Icons.Source;

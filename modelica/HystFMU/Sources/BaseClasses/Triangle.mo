@@ -1,4 +1,4 @@
-// generated from the table of fmu_build/core/blocks/reference.c by `make generate` - do not edit
+// generated from the table of fmu_build/core/blocks/sources/reference.c by `make generate` - do not edit
 within HystFMU.Sources.BaseClasses;
 partial block Triangle "Reference signal, with derivatives and preview for a feed-forward: parameters and ports"
   extends Icons.Source;
