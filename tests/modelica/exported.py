@@ -85,7 +85,7 @@ def simulated(package: Path) -> dict[str, Array]:
     e = library.experiment_of(file.read_text())
     out = package.parent / f"{package.name}.npz"
     settings = (repr(e[k]) for k in ("StopTime", "Interval", "Tolerance"))
-    complaint = simulate.rumoca(file, f"{package.name}.Example", *settings, out, beside=package)
+    complaint = simulate.rumoca(file, f"{package.name}.Example", *settings, out, packages=(library.ROOT, package))
     assert not complaint, f"{package.name}: rumoca says: {complaint}"
     with np.load(out) as stored:
         return simulate.Trajectory({k: stored[k] for k in stored.files}).at(e["Interval"])

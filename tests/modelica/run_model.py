@@ -1,10 +1,12 @@
 """What runs in a process of its own, because a panic of the compiler is a BaseException and a solver may hang.
 
-run_model.py LIBRARIES FILE MODEL STOP STEP TOLERANCE OUT.npz  compile a class, simulate it; folders joined as a path
-run_model.py LIBRARY --load CLASS...                           compile classes; one line each: name, tab, complaint
-run_model.py COPY --load-changed FILE CLASS FILE CLASS...      compile classes whose file is replaced; one line each
+run_model.py --serve                                       simulate a model for each line of input, see `serve`
+run_model.py LIBRARY --load CLASS...                       compile classes; one line each: name, tab, complaint
+run_model.py COPY --load-changed FILE CLASS FILE CLASS...  compile classes whose file is replaced; one line each
 """
 
+import functools
+import json
 import os
 import sys
 from collections.abc import Callable
@@ -14,8 +16,42 @@ import numpy as np
 import rumoca
 
 
+def serve() -> None:
+    """Answer requests, one a line: a JSON list of "simulate" or "render" and its arguments.
+
+    An answer is a line too: the complaint, and whether the process ends, as it does after a panic of the compiler.
+    Shared are the imports and, for the models of the library, the session: reading the library takes longer than most
+    models.  Any other file has a session of its own.
+    """
+    answers = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(2, 1)  # what the compiler prints is no answer
+    for line in sys.stdin:
+        action, *arguments = json.loads(line)
+        complaint, ends = "", False
+        try:
+            {"simulate": simulate, "render": render}[action](*arguments)
+        except BaseException as e:
+            complaint, ends = in_one_line(e), not isinstance(e, Exception)
+        print(json.dumps([complaint, ends]), file=answers)
+        if ends:
+            return
+
+
+@functools.cache
+def session(library: str) -> rumoca.Session:
+    return rumoca.Session(roots=[library])
+
+
+def render(library: str, name: str, out: str) -> None:
+    """A class as embedded C."""
+    file = Path(library).joinpath(*name.split(".")[1:]).with_suffix(".mo")
+    session(library).load(str(file), model=name).codegen("embedded-c-galec").save_all(out)
+
+
 def simulate(libraries: str, file: str, model: str, stop: str, step: str, tolerance: str, out: str) -> None:
-    compiled = rumoca.Session(roots=libraries.split(os.pathsep)).load(file, model=model)
+    roots = libraries.split(os.pathsep) if libraries else []
+    own = len(roots) == 1 and Path(file).is_relative_to(roots[0])
+    compiled = (session(roots[0]) if own else rumoca.Session(roots=roots)).load(file, model=model)
     rtol = float(tolerance)
     config = rumoca.SimConfig(solver="rk-like", rtol=rtol, atol=rtol, max_wall_seconds=60.0)
     result = compiled.simulate(t=(0.0, float(stop)), dt=float(step), config=config)
@@ -23,10 +59,9 @@ def simulate(libraries: str, file: str, model: str, stop: str, step: str, tolera
 
 
 def load(library: str, *names: str) -> None:
-    session = rumoca.Session(roots=[library])
     for name in names:
         file = Path(library).joinpath(*name.split(".")[1:]).with_suffix(".mo")
-        complaint = guarded(lambda f=str(file), n=name: session.load(f, model=n))
+        complaint = guarded(lambda f=str(file), n=name: session(library).load(f, model=n))
         print(name, complaint, sep="\t", flush=True)
 
 
@@ -44,15 +79,19 @@ def guarded(action: Callable[[], object]) -> str:
     try:
         action()
     except BaseException as e:
-        return " ".join(f"{type(e).__name__}: {e}".split())
+        return in_one_line(e)
     return ""
 
 
+def in_one_line(e: BaseException) -> str:
+    return " ".join(f"{type(e).__name__}: {e}".split())
+
+
 if __name__ == "__main__":
-    where, first, *others = sys.argv[1:]
-    if first == "--load":
-        load(where, *others)
-    elif first == "--load-changed":
-        load_changed(where, *others)
-    else:
-        sys.exit(guarded(lambda: simulate(where, first, *others)) or 0)
+    match sys.argv[1:]:
+        case ["--serve"]:
+            serve()
+        case [where, "--load", *names]:
+            load(where, *names)
+        case [where, "--load-changed", *pairs]:
+            load_changed(where, *pairs)

@@ -1,14 +1,19 @@
-"""Simulate a model of the library with rumoca in a process of its own, and read its trajectory at sample instants.
+"""Simulate a model of the library with rumoca in another process, and read its trajectory at sample instants.
 
-A process of its own with a time limit, because a panic of the compiler is a BaseException and a solver may hang.
+Another process with a time limit, because a panic of the compiler is a BaseException and a solver may hang.
 """
 
 from __future__ import annotations
 
+import contextlib
+import json
 import os
 import subprocess
 import sys
+import tempfile
+import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +23,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 INSTANT = 1e-9  # s
-TIME_LIMIT = 60.0
+SCRIPT = [sys.executable, Path(__file__).with_name("run_model.py")]
+TIME_LIMIT = 60.0  # of one model
 LOAD_LIMIT = 180.0  # all classes together
 
 
@@ -54,13 +60,55 @@ class Trajectory:
         return {k: v[rows] for k, v in self.values.items()}
 
 
-def rumoca(*arguments: str | Path, beside: Path | None = None) -> str:
-    """Run `run_model.py`; returns what the compiler or the solver complains about, or "".
+class Compiler:
+    """A process of `run_model.py --serve`, started at the first request and anew after a crash, a panic or a hang."""
 
-    `beside`: another package that the model uses.
-    """
-    done = _process(*arguments, limit=TIME_LIMIT, beside=beside)
-    return "" if done.returncode == 0 else done.stderr.strip()[:2000] or f"exit status {done.returncode}"
+    def __init__(self) -> None:
+        self.process: subprocess.Popen[str] | None = None
+
+    def ask(self, *request: str | Path) -> str:
+        """What the compiler or the solver complains about, or ""."""
+        if self.process is None:
+            self.said = tempfile.TemporaryFile("w+")  # noqa: SIM115
+            pipe = subprocess.PIPE
+            self.process = subprocess.Popen([*SCRIPT, "--serve"], stdin=pipe, stdout=pipe, stderr=self.said, text=True)
+        process = self.process
+        assert process.stdin is not None
+        assert process.stdout is not None
+        watch = threading.Timer(TIME_LIMIT, process.kill)
+        watch.start()
+        with contextlib.suppress(BrokenPipeError):
+            print(json.dumps([str(a) for a in request]), file=process.stdin, flush=True)
+        answer = process.stdout.readline()
+        watch.cancel()
+        complaint, ends = json.loads(answer) if answer else (f"exit status {process.wait()}", True)
+        if ends:
+            complaint += self.end()
+        return str(complaint)[:2000]
+
+    def end(self) -> str:
+        """Wait for the process, if there is one; what it said beside its answers."""
+        if self.process is None:
+            return ""
+        with contextlib.suppress(BrokenPipeError):
+            self.process.communicate()
+        self.process = None
+        with self.said as file:
+            file.seek(0)
+            return file.read()
+
+
+COMPILER = Compiler()
+
+
+def rumoca(*arguments: str | Path, packages: Sequence[Path] = (library.ROOT,)) -> str:
+    """Simulate a model (FILE MODEL STOP STEP TOLERANCE OUT.npz) that uses `packages`; the complaint, or ""."""
+    return COMPILER.ask("simulate", os.pathsep.join(map(str, packages)), *arguments)
+
+
+def render(name: str, folder: Path) -> str:
+    """Render a class as embedded C into a folder; what rumoca complains about, or ""."""
+    return COMPILER.ask("render", library.ROOT, name, folder)
 
 
 def load(names: list[str]) -> dict[str, str]:
@@ -83,13 +131,8 @@ def load_changed(copy: Path, changed: list[tuple[Path, str]]) -> list[str]:
     return done.stdout.splitlines()
 
 
-def _process(
-    *arguments: str | Path, limit: float, beside: Path | None = None, root: Path = library.ROOT
-) -> subprocess.CompletedProcess[str]:
-    script = Path(__file__).with_name("run_model.py")
-    libraries = os.pathsep.join(str(p) for p in (root, beside) if p is not None)
-    command = [sys.executable, str(script), libraries, *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False)
+def _process(*arguments: str, limit: float, root: Path = library.ROOT) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*SCRIPT, root, *arguments], capture_output=True, text=True, timeout=limit, check=False)
 
 
 _EXAMPLES: dict[str, Trajectory] = {}  # two tests look at each: simulated once

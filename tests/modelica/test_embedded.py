@@ -9,26 +9,16 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
-import library
 import numpy as np
 import pytest
+import simulate
 import twin
 import validation_signal
 
 from hystfmu.graph import Graph, Node
 
-RENDER = """
-import sys, rumoca
-root, name, out = sys.argv[1:]
-file = root + "/" + "/".join(name.split(".")[1:]) + ".mo"
-try:
-    rumoca.Session(roots=[root]).load(file, model=name).codegen("embedded-c-galec").save_all(out)
-except BaseException as e:
-    sys.exit(str(e))
-"""
 DRIVER = """
 #include <stdio.h>
 #include "{header}"
@@ -51,16 +41,10 @@ RENDERED = {"PlayBank": "z", "StopBank": "s", "BacklashSum": "y"}
 REJECTED = "GALEC projection rejected target 'embedded-c-galec'"
 
 
-def render(name: str, folder: Path) -> str:
-    command = [sys.executable, "-c", RENDER, str(library.ROOT), f"HystFMU.{name}", str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-    return done.stderr
-
-
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 @pytest.mark.parametrize("block", RENDERED)
 def test_embedded_c_agrees_with_the_c_core(block: str, tmp_path: Path) -> None:
-    assert render(f"Operators.Sampled.{block}", tmp_path) == ""
+    assert simulate.render(f"HystFMU.Operators.Sampled.{block}", tmp_path) == ""
     (header,) = tmp_path.glob("HystFMU*.h")
     found = re.search(r"void (\w+)_dostep", header.read_text())
     assert found
@@ -85,4 +69,4 @@ def test_embedded_c_agrees_with_the_c_core(block: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["Operators.Sampled.PrandtlIshlinskii", "Operators.Sampled.Creep", "Control.Pid"])
 def test_known_limit_of_the_target_still_stands(name: str, tmp_path: Path) -> None:
     """When this fails, rumoca has learnt something: move the block to RENDERED."""
-    assert REJECTED in render(name, tmp_path)
+    assert REJECTED in simulate.render(f"HystFMU.{name}", tmp_path)

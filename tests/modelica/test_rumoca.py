@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import library
 import numpy as np
 import pytest
 import simulate
@@ -13,7 +14,8 @@ def complaint(source: str, folder: Path) -> str:
     """What rumoca says about compiling and simulating the model M of `source`."""
     file = folder / "M.mo"
     file.write_text(source)
-    return simulate.rumoca(file, "M", "0.3", "0.1", "1e-6", folder / "r.npz")
+    packages = [library.ROOT] if "HystFMU" in source else []  # reading the library takes longer than such a model
+    return simulate.rumoca(file, "M", "0.3", "0.1", "1e-6", folder / "r.npz", packages=packages)
 
 
 @pytest.mark.parametrize(
@@ -181,3 +183,20 @@ def test_what_rumoca_gets_wrong_without_a_word_still_is(tmp_path: Path) -> None:
     with np.load(tmp_path / "r.npz") as found:
         assert found["a.y"][0] == 1.0  # twice(1) is 2
         assert found["y"][-1] == 0.0  # should be above 2
+
+
+def test_compiler_starts_anew_after_a_crash_and_a_hang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A model that follows one that kills the compiler, or one that never ends, is simulated as ever."""
+    compiler = simulate.Compiler()
+    monkeypatch.setattr(simulate, "COMPILER", compiler)
+    sound = "model M Real y = time; end M;"
+    assert complaint(sound, tmp_path) == ""
+    assert compiler.process is not None
+    compiler.process.kill()
+    assert complaint(sound, tmp_path) == "exit status -9"
+    assert complaint(sound, tmp_path) == ""
+    monkeypatch.setattr(simulate, "TIME_LIMIT", 0.0)
+    assert complaint(sound, tmp_path) == "exit status -9"
+    monkeypatch.setattr(simulate, "TIME_LIMIT", 60.0)
+    assert complaint(sound, tmp_path) == ""
+    compiler.end()
