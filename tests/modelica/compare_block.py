@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import controller_forms
 import library
 import numpy as np
 import simulate
 import twin
-from outcome import Outcome, against_reference
+from outcome import NAN, Outcome, against_reference, relative
 
 from hystfmu.graph import Node
 
@@ -18,14 +19,10 @@ CLOSED = {
     "RateFilter": lambda t: _lagged_sine(t, 7.0, 0.05),
     "StateSpace": lambda t: _held_lag(np.sin(7 * np.round(t, 2)), np.exp(-0.01 / 0.05)),
 }
-# sampled and static blocks by rounding, continuous ones by the solver at Tolerance = 1e-10
-ROUNDING = 1e-12
-BOUNDS = {
-    "TransferFunction": 1e-9,
-    "TransferFunctionSteady": 1e-8,
-    "RateFilter": 1e-8,
-    "BoucWenOscillator": 1e-5,  # the Newmark steps of the unit, 10 microseconds long
-}
+# sampled and static classes by rounding, continuous ones by the solver at Tolerance = 1e-10; a block that integrates by
+# a rule of its own, by the error of the rule in its table
+ROUNDING, SOLVER = 1e-12, 1e-8
+SOLVER_HELD = 1e-9  # between samples the input has no derivative
 HELD = {"TransferFunction"}  # continuous, with an input that is held between samples
 RAMPED = {"TransferFunctionSteady"}  # continuous, with an input that is a ramp between samples
 CHAINS = {"BacklashSumDynamics"}  # of several units: test_loops.py
@@ -76,10 +73,36 @@ def compare(name: str, out: Path) -> Outcome:
     assert moves.all() or (c.short_name in twin.SHAPES and moves.any()), "an output that does not move tests nothing"
     size = np.abs(expected).max(axis=0)  # a derivative of a triangle or of steps is 0 and must be exactly that
     error = float((np.abs(got - expected).max(axis=0) / np.where(size > 0, size, 1e-300)).max())
-    limit = BOUNDS.get(model.short_name, ROUNDING)
-    reference = against_reference(name, now["time"], got)
-    tube = 10 * max(limit, 1e-10)
-    return Outcome(name, len(got), trajectory.events, trajectory.seconds, reference, tube, error, limit)
+    limit = bound(model, c)
+    plain, plain_limit, reference, tube = NAN, NAN, NAN, NAN
+    if c.short_name in controller_forms.FORMS:
+        _, node, step = twin.tested(model)
+        form = controller_forms.outputs(c.short_name, twin.columns(now, node, "input"), twin.values_of(node), step)
+        plain, plain_limit = relative(got, form), ROUNDING
+    else:
+        reference, tube = against_reference(name, now["time"], got, 10 * max(limit, 1e-10))
+    return Outcome(
+        name,
+        len(got),
+        trajectory.events,
+        trajectory.seconds,
+        error_c=error,
+        bound_c=limit,
+        error_numpy=plain,
+        bound_numpy=plain_limit,
+        error_reference=reference,
+        tube=tube,
+    )
+
+
+def bound(model: library.Class, c: library.Class) -> float:
+    """What |Modelica - C core| / max |C core| of a model of the class c may be."""
+    block = twin.TWINS.get(c.short_name)
+    if block is not None and block.tolerance == "integration":
+        return block.rule_error
+    if block is not None and block.rate != "continuous" or "Ts" in library.parameters(c):
+        return ROUNDING
+    return SOLVER_HELD if model.short_name in HELD else SOLVER
 
 
 def against_unit(model: library.Class, trajectory: simulate.Trajectory) -> tuple[dict[str, Array], Array, Array]:
@@ -114,5 +137,5 @@ def compare_example(name: str, out: Path) -> Outcome:
     trajectory = simulate.run(name, out)
     rows = trajectory.values
     got = np.column_stack([rows[n] for n in EXAMPLES[name.rsplit(".", 1)[-1]]])
-    reference = against_reference(name, rows["time"], got)
-    return Outcome(name, len(got), trajectory.events, trajectory.seconds, reference, EXAMPLE_TUBE)
+    error, tube = against_reference(name, rows["time"], got, EXAMPLE_TUBE)
+    return Outcome(name, len(got), trajectory.events, trajectory.seconds, error_reference=error, tube=tube)

@@ -8,8 +8,8 @@ import library
 import numpy as np
 import numpy_forms
 import simulate
-from compare_operator import ROUNDING, TUBE
-from outcome import Outcome, against_reference, relative
+from compare_operator import ROUNDING
+from outcome import Outcome, relative
 
 from hystfmu.graph import Graph, Input, Node, Output
 
@@ -47,16 +47,14 @@ def compare(name: str, out: Path) -> Outcome:
     assert np.max(y) > top
     assert lo < np.min(u) < -0.5
     reached, every = np.minimum(y, top), np.arange(len(y))
-    exact = numpy_forms.outputs("PrandtlIshlinskiiInverse", reached, plays | {"u0": 0.0}, h, every)
+    exact = numpy_forms.FORMS["PrandtlIshlinskiiInverse"].outputs(reached, plays | {"u0": 0.0}, h, every)
     return Outcome(
         name,
         len(y),
         trajectory.events,
         trajectory.seconds,
-        against_reference(name, rows["time"], u),
-        TUBE["Sampled"],
-        relative(u, expected),
-        ROUNDING,
-        relative(u, exact),
-        ROUNDING,
+        error_c=relative(u, expected),
+        bound_c=ROUNDING,
+        error_numpy=relative(u, exact),
+        bound_numpy=ROUNDING,
     )

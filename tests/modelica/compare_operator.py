@@ -25,12 +25,8 @@ ROUNDING = 1e-12  # Sampled and Events, |difference| / max |output|
 TUBE = {"Sampled": 1e-9, "Events": 1e-9, "Smooth": 1e-5}
 THIN = 3  # every third row for the plain forms, which look at the whole history at each
 # Smooth: the solver at Tolerance = 1e-10, corners of the input's rate included; plays with a corner rounded over
-# width = 1e-3, weights up to 10 in sum; Zhao-Tan and Ma have the 50 pieces of their branch besides.
-SMOOTH = {"BoucWen": 1e-5, "BoucWenKnee": 1e-5, "Duhem": 1e-5, "Creep": 1e-5, "CreepSteady": 1e-5}
-WIDTH, POLYGON = 1e-3, 2e-3
-# plain Runge-Kutta with a corner at 0; a staircase of many loops
-NUMPY_BOUNDS = {"BoucWen": 1e-7, "BoucWenKnee": 1e-7, "Duhem": 1e-7, "DuhemSteps": 1e-7, "Preisach": 1e-5}
-FAST = {"PlayBank", "StopBank", "BacklashSum", "PrandtlIshlinskii", "Creep", "BoucWen", "Duhem"}  # in numpy
+# width = 1e-3, weights up to 10 in sum; a branch of 50 pieces besides
+SOLVER, WIDTH, POLYGON = 1e-5, 1e-3, 2e-3
 GRAPHS = {"ImplicitInverse"}  # its unit is a graph: compare_implicit.py
 FORGETS = {"PrandtlIshlinskiiForgets"}  # a full memory: the numpy form has no limit
 
@@ -46,24 +42,12 @@ def is_realisation(name: str, package: str) -> bool:
     return len(parts) == 4 and parts[1] == package and parts[2] in KINDS
 
 
-def bound(kind: str, short_name: str) -> float:
-    """What |Modelica - C core| / max |C core| may be."""
-    if kind != "Smooth":
+def bound(c: library.Class) -> float:
+    """What |Modelica - C core| / max |C core| of a class may be."""
+    if ".Smooth." not in c.name:
         return ROUNDING
-    if short_name in SMOOTH:
-        return SMOOTH[short_name]
-    return POLYGON if short_name in ("ZhaoTan", "ConstraintFactor") else WIDTH
-
-
-def values_of(node: Node) -> dict[str, object]:
-    """Every parameter of a node in plain numbers, defaults included; a choice is its word."""
-    found: dict[str, object] = dict(node.dims)
-    for v in node.block.parameters:
-        value = node.value(v.name)
-        found[v.name] = (
-            v.choices[int(value[0])] if v.choices else np.asarray(value) if v.size != "1" else float(value[0])
-        )
-    return found
+    own = library.parameters(c)
+    return POLYGON if "plays" in own else WIDTH if "width" in own else SOLVER
 
 
 def run_c(block: str, node: Node, u: Array, h: float) -> Array:
@@ -75,7 +59,12 @@ def run_c(block: str, node: Node, u: Array, h: float) -> Array:
 def compare(name: str, out: Path) -> Outcome:
     """Simulate a Validation model of an operator and hold it against the three."""
     kind, short_name = name.split(".")[2:]
-    block, node, h = twin.tested(library.classes()[name])
+    model = library.classes()[name]
+    block, node, h = twin.tested(model)
+    tested = library.find(str(model.tree.symbols["tested"].type), name)
+    assert tested is not None
+    limit = bound(tested)
+    form = None if short_name in FORGETS else numpy_forms.FORMS.get(block)
     trajectory = simulate.run(name, out)
     rows = trajectory.at(h) if kind == "Sampled" else trajectory.instants() if kind == "Events" else trajectory.values
     u = twin.columns(rows, node, "input")[:, 0]
@@ -84,25 +73,27 @@ def compare(name: str, out: Path) -> Outcome:
     if kind == "Smooth":
         driven, keep, step = validation_signal.fine(name, rows["time"], 2e-5)
         plain_driven, plain_keep, plain_step = validation_signal.fine(
-            name, rows["time"], 2e-5 if block in FAST else 1e-4
+            name, rows["time"], 2e-5 if form and form.fast else 1e-4
         )
     else:
         driven, keep, step = plain_driven, plain_keep, plain_step = u, np.arange(len(u)), h
     expected = run_c(block, node, driven, step)[keep]
     assert np.ptp(expected, axis=0).min() > 0, "an output that does not move tests nothing"
-    plain = NAN
-    if short_name not in FORGETS:
-        form = numpy_forms.outputs(block, plain_driven, values_of(node), plain_step, plain_keep[::THIN])
-        plain = relative(got[::THIN], form)
+    plain, plain_limit, reference, tube = NAN, NAN, NAN, NAN
+    if form is None:
+        reference, tube = against_reference(name, rows["time"], got, TUBE[kind])
+    else:
+        plain_limit = max(limit, form.bound)
+        plain = relative(got[::THIN], form.outputs(plain_driven, twin.values_of(node), plain_step, plain_keep[::THIN]))
     return Outcome(
         name,
         len(got),
         trajectory.events,
         trajectory.seconds,
-        against_reference(name, rows["time"], got),
-        TUBE[kind],
-        relative(got, expected),
-        bound(kind, short_name),
-        plain,
-        max(bound(kind, short_name), NUMPY_BOUNDS.get(short_name, 0.0)),
+        error_c=relative(got, expected),
+        bound_c=limit,
+        error_numpy=plain,
+        bound_numpy=plain_limit,
+        error_reference=reference,
+        tube=tube,
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -226,48 +227,76 @@ def creep(u: Array, v: Values, h: float) -> Array:
     return y[:, None]
 
 
-def outputs(block: str, u: Array, v: Values, h: float, rows: Rows) -> Array:
-    """Outputs of the library class `block`, one column each, at some rows of the input u."""
-    return _outputs(block, u, v, h, rows)[rows]
+def column(y: Array) -> Array:
+    return np.asarray(y)[:, None]
 
 
-def _outputs(block: str, u: Array, v: Values, h: float, rows: Rows) -> Array:
-    def column(y: Array) -> Array:
-        return np.asarray(y)[:, None]
+def chosen(u: Array, v: Values, rows: Rows, g: Callable[[Array], Array]) -> Array:
+    """An operator that remembers its dominant extrema, or the last one alone."""
+    return column(last_extremum(u, v["x0"], g) if v["memory"] == "last" else return_point(u, rows, v["x0"], 0.0, g))
 
-    def chosen(g: Callable[[Array], Array]) -> Array:
-        return last_extremum(u, v["x0"], g) if v["memory"] == "last" else return_point(u, rows, v["x0"], 0.0, g)
 
-    match block:
-        case "PlayBank":
-            return plays(u, np.asarray(v["r"]), np.asarray(v["z0"]))
-        case "StopBank":
-            return u[:, None] - plays(u, np.asarray(v["r"]), np.asarray(v["z0"]))
-        case "BacklashSum":
-            return column(v["w0"] * u + plays(u, np.asarray(v["r"]), np.asarray(v["z0"])) @ v["w"])
-        case "PrandtlIshlinskii":
-            return column(v["w0"] * u + plays(u, np.asarray(v["r"]), np.full(len(v["r"]), v["u0"])) @ v["w"])
-        case "PrandtlIshlinskiiInverse":
-            rest = (v["w0"] + np.sum(v["w"])) * v["u0"]
-            return column(return_point(u, rows, rest, v["u0"], inverse_of(prandtl_ishlinskii_branch(v))))
-        case "ZhaoTan":
-            return column(chosen(zhao_tan_branch))
-        case "ConstraintFactor":
-            return column(chosen(constraint_factor_branch(v)))
-        case "ConstraintFactorInverse":
-            return column(return_point(u, rows, 0.0, v["x0"], inverse_of(constraint_factor_branch(v))))
-        case "ZhaoTanInverse":
-            return column(return_point(u, rows, 0.0, v["x0"], inverse_of(zhao_tan_branch)))
-        case "ZhaoTanInverseReconstructed":
-            return column(return_point(u, rows, 0.0, v["x0"], lambda d: (1 + np.exp(-d)) * d))
-        case "KrasnoselskiiPokrovskii":
-            return kernels(u, v)
-        case "BoucWen":
-            return bouc_wen(u, v)
-        case "Duhem":
-            return duhem(u, v)
-        case "Preisach":
-            return preisach(u, rows, v)
-        case "Creep":
-            return creep(u, v, h)
-    raise KeyError(block)
+def inverted(u: Array, v: Values, rows: Rows, g: Callable[[Array], Array]) -> Array:
+    """The inverse of an operator at rest at x0, by the same memory."""
+    return column(return_point(u, rows, 0.0, v["x0"], g))
+
+
+def prandtl_ishlinskii_inverse(u: Array, v: Values, rows: Rows) -> Array:
+    rest = (v["w0"] + np.sum(v["w"])) * v["u0"]
+    return column(return_point(u, rows, rest, v["u0"], inverse_of(prandtl_ishlinskii_branch(v))))
+
+
+def bank(u: Array, v: Values) -> Array:
+    return plays(u, np.asarray(v["r"]), np.asarray(v["z0"]))
+
+
+@dataclass(frozen=True)
+class Form:
+    """An independent form of a class: its outputs, one column each, for the input u, right at least at some rows.
+
+    Attributes
+    ----------
+    at : callable
+        Outputs from the input, the values of the parameters, the step and the rows.
+    fast : bool
+        Is its time in proportion to the rows?
+    bound : float
+        Of its own error, relative to the largest output; 0: rounding.
+    """
+
+    at: Callable[[Array, Values, float, Rows], Array]
+    fast: bool = False
+    bound: float = 0.0
+
+    def outputs(self, u: Array, v: Values, h: float, rows: Rows) -> Array:
+        """Outputs at some rows of the input u."""
+        return self.at(u, v, h, rows)[rows]
+
+
+# a class that is not here is held against the C core alone, whose vectors are its oracle
+FORMS = {
+    "PlayBank": Form(lambda u, v, h, rows: bank(u, v), fast=True),
+    "StopBank": Form(lambda u, v, h, rows: u[:, None] - bank(u, v), fast=True),
+    "BacklashSum": Form(lambda u, v, h, rows: column(v["w0"] * u + bank(u, v) @ v["w"]), fast=True),
+    "PrandtlIshlinskii": Form(
+        lambda u, v, h, rows: column(
+            v["w0"] * u + plays(u, np.asarray(v["r"]), np.full(len(v["r"]), v["u0"])) @ v["w"]
+        ),
+        fast=True,
+    ),
+    "PrandtlIshlinskiiInverse": Form(lambda u, v, h, rows: prandtl_ishlinskii_inverse(u, v, rows)),
+    "ZhaoTan": Form(lambda u, v, h, rows: chosen(u, v, rows, zhao_tan_branch)),
+    "ConstraintFactor": Form(lambda u, v, h, rows: chosen(u, v, rows, constraint_factor_branch(v))),
+    "ConstraintFactorInverse": Form(
+        lambda u, v, h, rows: inverted(u, v, rows, inverse_of(constraint_factor_branch(v)))
+    ),
+    "ZhaoTanInverse": Form(lambda u, v, h, rows: inverted(u, v, rows, inverse_of(zhao_tan_branch))),
+    "ZhaoTanInverseReconstructed": Form(lambda u, v, h, rows: inverted(u, v, rows, lambda d: (1 + np.exp(-d)) * d)),
+    "KrasnoselskiiPokrovskii": Form(lambda u, v, h, rows: kernels(u, v)),
+    # plain Runge-Kutta with a corner at 0
+    "BoucWen": Form(lambda u, v, h, rows: bouc_wen(u, v), fast=True, bound=1e-7),
+    "Duhem": Form(lambda u, v, h, rows: duhem(u, v), fast=True, bound=1e-7),
+    # a staircase of many loops
+    "Preisach": Form(lambda u, v, h, rows: preisach(u, rows, v), bound=1e-5),
+    "Creep": Form(lambda u, v, h, rows: creep(u, v, h), fast=True),
+}

@@ -12,24 +12,25 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 NAN = float("nan")
 RECORDING = False  # set by report.py --record alone
+REFERENCE_ROWS = 20
 REFERENCES = library.ROOT / "Resources" / "ReferenceResults"
 HEADING = f"{'model':58} {'rows':>6} {'events':>6}  {'C core':>8}  {'numpy':>8}  {'before':>8}  {'s':>5}"
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the report prints about one model; an error is nan where there is nothing to compare with."""
+    """What the report prints about one model; a bound is nan where there is nothing to compare with."""
 
     name: str
     rows: int
     events: int
     seconds: float
-    error_reference: float
-    tube: float
     error_c: float = NAN
     bound_c: float = NAN
     error_numpy: float = NAN
     bound_numpy: float = NAN
+    error_reference: float = NAN
+    tube: float = NAN
 
     @property
     def bad(self) -> list[str]:
@@ -39,14 +40,12 @@ class Outcome:
             for of, error, bound in (
                 ("the C core", self.error_c, self.bound_c),
                 ("the numpy form", self.error_numpy, self.bound_numpy),
+                ("the committed reference", self.error_reference, self.tube),
             )
-            if error > bound
+            if not (error <= bound or np.isnan(bound))
         ]
-        if not self.error_reference <= self.tube:
-            found.append(
-                f"{self.name}: {self.error_reference:.1e} from the committed reference, allowed {self.tube:.0e} "
-                "(report.py --record writes it)"
-            )
+        if np.isnan([self.bound_c, self.bound_numpy, self.tube]).all():
+            found.append(f"{self.name}: nothing to compare with; report.py --record writes its reference")
         return found
 
 
@@ -66,26 +65,30 @@ def reference_file(name: str) -> Path:
     return REFERENCES.joinpath(*name.split(".")[1:]).with_suffix(".csv")
 
 
-def against_reference(name: str, t: Array, got: Array) -> float:
-    """Largest distance to the committed reference, relative to its largest value; nan if there is none."""
+def against_reference(name: str, t: Array, got: Array, tube: float) -> tuple[float, float]:
+    """Largest distance to the committed reference, relative to its largest value, and `tube`; nan if there is none.
+
+    Only a model without a numpy form has one: where two independent oracles stand, a third says nothing more.
+    """
     file = reference_file(name)
     if RECORDING:
         record(file, t, got)
     if not file.is_file():
-        return NAN
+        return NAN, NAN
     table = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
+    assert len(table) >= REFERENCE_ROWS // 2, f"{file}: too few rows to tell a change"
     at = np.searchsorted(t, table[:, 0] + 1e-9) - 1
     assert np.abs(t[at] - table[:, 0]).max() < 1e-9, "the simulation has no row at a time of the reference"
-    return relative(got[at], table[:, 1:])
+    return relative(got[at], table[:, 1:]), tube
 
 
 def record(file: Path, t: Array, got: Array) -> None:
-    """Write the reference of a model: its outputs at about a hundred rows, if possible none at an event."""
+    """Write the reference of a model: its outputs at about twenty rows, if possible none at an event."""
     after = np.diff(t, append=t[-1] + 1) > 1e-9
     alone = np.flatnonzero((np.diff(t, prepend=-1.0) > 1e-9) & after)
     if len(alone) < 50:  # every row is a sample: its right limit
         alone = np.flatnonzero(after)
-    at = alone[:: max(len(alone) // 100, 1)]
+    at = alone[:: max(len(alone) // REFERENCE_ROWS, 1)]
     file.parent.mkdir(parents=True, exist_ok=True)
     header = ",".join(["time", *(f"output_{i + 1}" for i in range(got.shape[1]))])
     np.savetxt(file, np.column_stack([t[at], got[at]]), "%.12g", ",", header=header, comments="")
