@@ -100,7 +100,7 @@ def bound(model: library.Class, c: library.Class) -> float:
     block = twin.TWINS.get(c.short_name)
     if block is not None and block.tolerance == "integration":
         return block.rule_error
-    if block is not None and block.rate != "continuous" or "Ts" in library.parameters(c):
+    if (block is not None and block.rate != "continuous") or "Ts" in library.parameters(c):
         return ROUNDING
     return SOLVER_HELD if model.short_name in HELD else SOLVER
 

@@ -96,7 +96,8 @@ class BaseClass:
             component = "inverse" if self.package == "Inverse" else "hysteresis"
             code = f"replaceable {classes[0]} {component} constrainedby {self.path};"
             found.append(f"<b>Any realisation:</b> <code>{code}</code>")
-        found.append(f"<b>See also:</b> {', '.join(map(link, [*classes, *shown[1:]]))}.")
+        if classes:
+            found.append(f"<b>See also:</b> {', '.join(map(link, [*classes, *shown[1:]]))}.")
         return found
 
 
