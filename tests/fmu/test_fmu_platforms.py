@@ -45,7 +45,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     assert spec.loader is not None
     spec.loader.exec_module(build := importlib.util.module_from_spec(spec))
     (folder / "darwin64.dylib").write_bytes(build.universal([(folder / f"{n}.dylib").read_bytes() for n in MACHO]))
-    monkeypatch.setattr(platforms, "_PACKAGE", tmp_path)
+    monkeypatch.setattr(platforms, "PACKAGE", tmp_path)
     platforms._deflated.cache_clear()
     yield tmp_path
     platforms._deflated.cache_clear()
@@ -89,4 +89,4 @@ def test_what_is_left_out_is_said_in_one_line(package: Path, tmp_path: Path) -> 
     command = ["export", str(tmp_path / "m.model.toml"), "-o", str(tmp_path / "x.fmu"), "--platforms", "all"]
     done = CliRunner().invoke(main, command)
     assert done.exit_code == 0, done.output
-    assert "left out: no binary is installed for x86_64-windows ('make platforms' builds them)\n" in done.output
+    assert "not packed: no binary is installed for x86_64-windows ('make platforms' builds them)\n" in done.output

@@ -1,4 +1,4 @@
-"""The command line.  Every slow import happens inside the command that needs it: `hystfmu --help` stays fast."""
+"""The command line.  Slow modules are imported inside the commands that need them, so that `hystfmu --help` is fast."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["main"]
 
 
 class _Commands(click.Group):
-    """Commands in the order of the work; bad input is one line on stderr and exit status 2."""
+    """List commands in the order of the workflow; report an `InputError` as one line on stderr with exit status 2."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)
@@ -32,13 +32,13 @@ class _Commands(click.Group):
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="hystfmu")
 def main() -> None:
-    """Identify hysteresis of smart-material actuators, invert it, hand it on as FMUs.
+    """Identify the hysteresis of smart-material actuators, invert it, and export FMUs.
 
     \b
-    Example: from a measurement (columns t, u, y) to an FMU
+    Example: from measured data (columns t, u, y) to an FMU
       hystfmu fit data.csv --model prandtl_ishlinskii -o piezo.model.toml
       hystfmu export piezo.model.toml --fmi 2 -o piezo.fmu
-      hystfmu demo                       everything once, on built-in data
+      hystfmu demo                       runs the whole workflow on built-in data
     """
 
 

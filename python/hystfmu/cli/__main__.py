@@ -1,4 +1,4 @@
-"""`python -m hystfmu.cli`: the command line without its installed script."""
+"""Run the command line as `python -m hystfmu.cli`, without the installed script."""
 
 from hystfmu.cli import main
 

@@ -1,4 +1,4 @@
-"""Commands about FMUs: write one, check anybody's."""
+"""Commands for FMUs: export and validate."""
 
 from __future__ import annotations
 
@@ -15,14 +15,24 @@ from hystfmu.cli.options import FAILED, json_option
 
 @click.command()
 @click.argument("model")
-@click.option("-o", "out", metavar="X.fmu", help="The FMU to write.")
-@click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the standard.")
-@click.option("--name", metavar="NAME", help="Model name in the FMU; default: the key of the model. Package: the file.")
+@click.option("-o", "out", metavar="X.fmu", help="FMU to write.")
 @click.option(
-    "--platforms", type=click.Choice(["host", "all"]), default="host", show_default=True, help="Binaries to pack."
+    "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the FMI standard."
 )
-@click.option("--source", is_flag=True, help="Pack the C source too: one file with the data in it.")
-@click.option("--modelica", "folder", metavar="DIR", help="Write a Modelica package into this folder.")
+@click.option(
+    "--name",
+    metavar="NAME",
+    help="Name of the FMU or the Modelica package [default: FMU, the key of the model; package, the file name].",
+)
+@click.option(
+    "--platforms",
+    type=click.Choice(["host", "all"]),
+    default="host",
+    show_default=True,
+    help="Platforms whose binaries are packed.",
+)
+@click.option("--source", is_flag=True, help="Also pack the C source as one file that contains the data.")
+@click.option("--modelica", "folder", metavar="DIR", help="Folder to write a Modelica package into.")
 def export(
     model: str,
     out: str | None,
@@ -32,11 +42,12 @@ def export(
     source: bool,
     folder: str | None,
 ) -> None:
-    """Pack a model as an FMU, or as Modelica.
+    """Export a model as an FMU or a Modelica package.
 
-    The FMU has Co-Simulation and Model Exchange; no compiler is needed.
+    The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
 
-    The Modelica package holds a record of the values, a ready block and an example; it uses the library HystFMU.
+    The Modelica package contains a record of the parameter values, a block and an example.  It uses the HystFMU
+    library.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
@@ -45,7 +56,7 @@ def export(
     from hystfmu.model import Model
 
     if out is None and folder is None:
-        raise InputError("say what to write: -o X.fmu, --modelica DIR, or both")
+        raise InputError("export needs -o X.fmu, --modelica DIR, or both")
     loaded = Model.load(model)
     if folder is not None:
         from hystfmu.modelica.package import export_modelica, package_name
@@ -66,22 +77,22 @@ def export(
     path = export_fmu(loaded, out, version, name, platforms, source)
     if platforms == "all" and (left_out := missing()):
         click.echo(
-            f"left out: no binary is installed for {', '.join(left_out)} ('make platforms' builds them)", err=True
+            f"not packed: no binary is installed for {', '.join(left_out)} ('make platforms' builds them)", err=True
         )
     click.echo(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
 
 
 @click.command()
 @click.argument("fmu")
-@click.option("--seconds", default=60.0, show_default=True, help="Time limit.")
+@click.option("--seconds", default=60.0, show_default=True, help="Time limit of the check (s).")
 @json_option
 def validate(fmu: str, seconds: float, as_json: bool) -> None:
-    """Check anybody's FMU.
+    """Check an FMU of any origin.
 
-    The archive, static checks of fmpy and fmutool, and trial runs in a process of its own.
+    Checks the archive, applies the static checks of fmpy and fmutool, and runs the FMU in a child process.
 
-    Start values, equal runs, get and set without effect, reset, saved states, two instances, dependencies, directional
-    derivatives, leaks, odd folders.
+    The runs check start values, repeatability, side effects of get and set, reset, saved states, two instances,
+    dependencies, directional derivatives, memory leaks and folders with spaces.  They execute the code in the FMU.
 
     \b
     Example: hystfmu validate piezo.fmu

@@ -1,4 +1,4 @@
-"""Commands about blocks and models: what there is, fit, predict, inverse."""
+"""Commands for blocks and models: blocks, fit, predict and inverse."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import click
 
 from hystfmu.cli.options import Columns, assignments, data_options, json_option
 
-POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which `inverse` warns
+POOR = 5.0  # RMS error of inverse and model in cascade (% of span) above which `inverse` warns
 
 
 @click.command()
 @click.argument("name", required=False)
-@click.option("--markdown", is_flag=True, hidden=True, help="The table as it stands in the README.")
+@click.option("--markdown", is_flag=True, hidden=True, help="Print the tables of the README.")
 @json_option
 def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
-    """List the blocks, or show one.
+    """List all blocks, or describe one.
 
-    Ports, parameters, units, equation, source.
+    The description gives ports, parameters, units of measure, equation and source.
 
     \b
     Example: hystfmu blocks zhao_tan
@@ -46,14 +46,21 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 @click.command()
 @click.argument("data")
 @click.option(
-    "--models", is_flag=True, is_eager=True, expose_value=False, callback=_list_models, help="List the kinds of model."
+    "--models",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_list_models,
+    help="List the kinds of model and their options.",
 )
-@click.option("--model", "key", required=True, metavar="KEY", help="Kind of model; auto: chosen from the data.")
-@click.option("-o", "out", required=True, metavar="M.model.toml", help="The model file to write.")
+@click.option("--model", "key", required=True, metavar="KEY", help="Kind of model; 'auto' selects one from the data.")
+@click.option("-o", "out", required=True, metavar="M.model.toml", help="Model file to write.")
 @data_options
-@click.option("--train", metavar="A:B", help="Rows whose residuals count; the model always runs from row 0.")
-@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Option of the method (repeatable).")
-@click.option("--seed", default=0, show_default=True, help="Seed of random starts.")
+@click.option("--train", metavar="A:B", help="Rows to fit, first:end.  The model runs from row 0 in any case.")
+@click.option(
+    "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Option of the identification method; repeatable."
+)
+@click.option("--seed", default=0, show_default=True, help="Seed of the random starts.")
 @json_option
 def fit(
     data: str,
@@ -88,7 +95,7 @@ def fit(
         rated = [[k, p["auto_parameters"][k], f"{e:.4g}"] for k, e in p["auto"].items()]
         click.echo(table(["candidate", "parameters", "held-out RMS %FS"], rated))
         for name, reason in p["auto_left_out"].items():
-            click.echo(f"left out: {name}: {reason}")
+            click.echo(f"not tried: {name}: {reason}")
         click.echo(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
         click.echo(f"rate dependence: {f['rate']}\n")
     for warning in f.get("warnings", ()):
@@ -104,7 +111,7 @@ def fit(
 @click.command()
 @click.argument("model")
 @click.argument("data")
-@click.option("-o", "out", required=True, metavar="OUT.csv", help="File to write: columns t, u, y.")
+@click.option("-o", "out", required=True, metavar="OUT.csv", help="CSV file to write, with columns t, u, y.")
 @data_options
 @json_option
 def predict(
@@ -114,10 +121,11 @@ def predict(
     columns: Columns,
     as_json: bool,
 ) -> None:
-    """Run a model free on the input column of a file.
+    """Simulate a model on the input column of a file.
 
-    Row 0 is the output after initialisation with the first input; row k what an FMU gives after set u_k,
-    doStep(t_{k-1}, h), get y.  Says how many rows lie outside what a network was trained on, where its limits hold.
+    Measured outputs are not used (free run).  Row 0 is the output after initialisation with the first input.  Row k is
+    the output of an FMU after setting u_k and calling doStep(t_{k-1}, h).  Warns if rows lie outside the range that a
+    network was trained on; the network clips its inputs there.
 
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
@@ -133,8 +141,8 @@ def predict(
     share = 100 * float(outside.mean())
     if share > WARN:
         click.echo(
-            f"warning: {data}: {share:.3g} % of the rows (the first: row {int(outside.argmax())}) lie outside what "
-            f"{model} was trained on; it is limited there",
+            f"warning: {data}: {share:.3g} % of the rows, the first of them row {int(outside.argmax())}, lie outside "
+            f"the training range of {model}, which clips its inputs there",
             err=True,
         )
     if as_json:
@@ -145,10 +153,18 @@ def predict(
 
 @click.command()
 @click.argument("model")
-@click.option("-o", "out", required=True, metavar="INV.model.toml", help="The model file to write.")
-@click.option("--method", type=click.Choice(["exact", "implicit", "learned"]), default="exact", show_default=True)
+@click.option("-o", "out", required=True, metavar="INV.model.toml", help="Model file to write.")
+@click.option(
+    "--method",
+    type=click.Choice(["exact", "implicit", "learned"]),
+    default="exact",
+    show_default=True,
+    help="Closed-form inverse, one root of the model per step, or a network trained on the inverse loop.",
+)
 def inverse(model: str, out: str, method: str) -> None:
-    """Invert a model: its output becomes the input that produces it.
+    """Compute the inverse of a model.
+
+    The input of the inverse is the wanted output of the model; its output is the model input that produces it.
 
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
@@ -159,7 +175,7 @@ def inverse(model: str, out: str, method: str) -> None:
     made = invert(Model.load(model), method=method)
     made.save(out)
     rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
-    worth = "" if rms is None else f": inverse and model in cascade, RMS {rms:.2g} %, max {most:.2g} % of the span"
+    worth = "" if rms is None else f": error of inverse and model in cascade: RMS {rms:.2g} %, max {most:.2g} % of span"
     click.echo(f"wrote {out}{worth}")
     if method == "learned" and rms is not None and rms > POOR:
-        click.echo("warning: a poor inverse; --method implicit is exact where the model is static", err=True)
+        click.echo("warning: the learned inverse is inaccurate; --method implicit is exact for static models", err=True)

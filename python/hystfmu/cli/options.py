@@ -1,4 +1,4 @@
-"""What several commands share: exit statuses, options of a data file, `--set name=value`, `--json`."""
+"""Shared parts of the commands: exit status, options that describe a data file, `--set name=value`, `--json`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the re
 
 @dataclass(frozen=True)
 class Columns:
-    """What the options of `data_options` say: which columns a data file has, at which rate."""
+    """Columns and sample rate of a data file, from the options of `data_options`."""
 
     time: str
     input_: str
@@ -31,12 +31,12 @@ class Columns:
     resample: str | None
 
     def read(self, path: str, train: str | None = None, with_output: bool = True) -> Dataset:
-        """The data file at `path`.
+        """Read the data file at `path`.
 
         Raises
         ------
         InputError
-            A rate that is no number, or what `Dataset.from_csv` refuses.
+            If the rate is not a number, or the file is invalid (see `Dataset.from_csv`).
         """
         from hystfmu.data import Dataset
 
@@ -44,16 +44,16 @@ class Columns:
             to: Any = self.resample if self.resample in (None, "median") else float(self.resample)
         except ValueError:
             raise InputError(
-                f"--resample {self.resample}: write a rate in Hz, or nothing for the median step"
+                f"--resample must be a rate in Hz, or empty for the median step. Got {self.resample!r} instead."
             ) from None
         output = self.output if with_output else None
         return Dataset.from_csv(path, self.time, self.input_, output, self.rate, train, to)
 
 
 def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that say which columns of a file are time, input and output, and at which rate.
+    """Add the options that name the time, input and output columns of a file and its sample rate.
 
-    The command gets them as one argument, `columns`.
+    The command receives them as one argument, `columns`.
     """
 
     @functools.wraps(f)
@@ -66,9 +66,9 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
             is_flag=False,
             flag_value="median",
             metavar="[HZ]",
-            help="Bring uneven steps to this rate, or to the median step; gaps are refused.",
+            help="Resample uneven steps to this rate, by default the median step.  Gaps are refused.",
         ),
-        click.option("--rate", type=float, metavar="HZ", help="Sample rate, when the file has no time column."),
+        click.option("--rate", type=float, metavar="HZ", help="Sample rate of a file without a time column."),
         click.option("--output", default="y", show_default=True, help="Name of the output column."),
         click.option("--input", "input_", default="u", show_default=True, help="Name of the input column."),
         click.option("--time", default="t", show_default=True, help="Name of the time column (s)."),
@@ -78,12 +78,12 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
-    """The pairs of `--set name=value`: values are JSON where they can be, else text."""
+    """Parse pairs of `--set name=value`.  A value is read as JSON if possible, else as text."""
     values: dict[str, Any] = {}
     for pair in pairs:
         name, equals, text = pair.partition("=")
         if not equals or not name:
-            raise InputError(f"--set {pair}: write it as name=value")
+            raise InputError(f"--set must read name=value. Got {pair!r} instead.")
         try:
             values[name] = json.loads(text)
         except json.JSONDecodeError:

@@ -1,4 +1,4 @@
-"""Commands that show results: the tables of the papers, and everything once on built-in data."""
+"""Commands that show results: the tables of the papers, and a demonstration on built-in data."""
 
 from __future__ import annotations
 
@@ -13,13 +13,18 @@ from hystfmu.cli.options import FAILED, json_option
 
 @click.command()
 @click.argument("names", nargs=-1)
-@click.option("--data", metavar="DIR", help="Folder with measured data, for the data sets that need it.")
-@click.option("--full", is_flag=True, help="Everything a paper tried: shen_ma_2017 1..100 hidden neurons, 12 minutes.")
+@click.option("--data", metavar="DIR", help="Folder with the measured data sets.")
+@click.option(
+    "--full",
+    is_flag=True,
+    help="Run every variant of a paper: shen_ma_2017 takes 12 minutes (1 to 100 hidden neurons).",
+)
 @json_option
 def reproduce(names: tuple[str, ...], data: str | None, full: bool, as_json: bool) -> None:
-    """The result tables of the papers.
+    """Reproduce the result tables of the papers.
 
-    The printed number, a literal replica, and ours.  Exit status 1 if a target is missed; the line says by how much.
+    Each row gives the published number, a literal replica, and the result of HystFMU.  The exit status is 1 if a target
+    is missed; the row says by how much.
 
     \b
     Example: hystfmu reproduce zhao_tan_2008
@@ -29,9 +34,9 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, as_json: boo
     from hystfmu.papers import reproduce as reproduce_paper
     from hystfmu.report.terminal import progress
 
-    for name in names if data is None else ():  # of all tables it is one that says what it leaves out
+    for name in names if data is None else ():  # without names, the table itself says that its data is missing
         if name in NEEDS_DATA:
-            raise InputError(f"{name}: its measured data is not part of this package; give --data DIR with it")
+            raise InputError(f"{name}: the measured data is not part of this package; name its folder with --data DIR")
     reports = []
     for name in names or PAPERS:
         with progress(name) as report:
@@ -44,11 +49,11 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, as_json: boo
 
 
 @click.command()
-@click.option("-o", "out", default="demo", show_default=True, metavar="DIR", help="Directory to write into.")
+@click.option("-o", "out", default="demo", show_default=True, metavar="DIR", help="Folder to write into.")
 def demo(out: str) -> None:
-    """Everything once on built-in data.
+    """Run the whole workflow on built-in data.
 
-    Fit, compare, export, run scenarios, report.
+    Fits and compares models, exports FMUs, runs scenarios and writes a report.
 
     \b
     Example: hystfmu demo -o demo

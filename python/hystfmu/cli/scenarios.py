@@ -1,4 +1,4 @@
-"""Commands about scenarios: run them, hand them on as SSP, vary them in a study."""
+"""Commands for scenarios: run, compare, ssp and study."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from hystfmu.cli.options import FAILED, assignments, json_option
 
 @click.command()
 @click.argument("scenarios", nargs=-1)
-@click.option("--all", "everything", is_flag=True, help="Every scenario below ./scenarios.")
-@click.option("--set", "settings", multiple=True, metavar="UNIT.NAME=VALUE", help="Override a parameter (repeatable).")
+@click.option("--all", "everything", is_flag=True, help="Run every scenario in ./scenarios.")
+@click.option("--set", "settings", multiple=True, metavar="UNIT.NAME=VALUE", help="Override a parameter; repeatable.")
 @click.option(
     "--engine",
     type=click.Choice(["fmpy", "python", "native"]),
     default="fmpy",
     show_default=True,
-    help="FMUs by fmpy (the reference), Python units, or the whole loop in the C core; all give the same bits.",
+    help="fmpy simulates FMUs (reference), python simulates Python units, native runs the loop in C; same bits.",
 )
 @click.option(
     "--coupling",
     type=click.Choice(["gauss_seidel", "jacobi", "iterative"]),
-    help="How units exchange values, instead of what the scenario says.",
+    help="Coupling scheme; overrides that of the scenario.",
 )
 @click.option(
     "--timeout",
@@ -35,20 +35,20 @@ from hystfmu.cli.options import FAILED, assignments, json_option
     default=600.0,
     show_default=True,
     metavar="SECONDS",
-    help="For a case with FMUs of others, which run in a process of their own.",
+    help="Time limit of a case with foreign FMUs, which run in a child process.",
 )
-@click.option("--case", metavar="NAME", help="Run only the cases of this name.")
-@click.option("--step", type=float, metavar="SECONDS", help="Of an SSP that states none, or another one.")
-@click.option("--stop", type=float, metavar="SECONDS", help="Of an SSP that states none, or another one.")
-@click.option("-o", "--out", metavar="OUT.csv", help="Write all outputs of the one case, or of an SSP, there.")
+@click.option("--case", metavar="NAME", help="Run only the cases with this name.")
+@click.option("--step", type=float, metavar="SECONDS", help="Step of an SSP: overrides the one it states.")
+@click.option("--stop", type=float, metavar="SECONDS", help="Stop time of an SSP: overrides the one it states.")
+@click.option("-o", "--out", metavar="OUT.csv", help="CSV file for all outputs of a single case or an SSP.")
 @click.option(
     "--record",
     is_flag=True,
-    help="Write the results as the new baseline, after a table of what changes; asks on a terminal.",
+    help="Record the results as the new baseline.  Prints the changes; asks first on a terminal.",
 )
-@click.option("--yes", is_flag=True, help="With --record: write without asking, as in a pipe.")
-@click.option("--junit", metavar="FILE", help="Write the verdicts as JUnit XML.")
-@click.option("--report", "report_dir", metavar="DIR", help="Write report.html and report.json there.")
+@click.option("--yes", is_flag=True, help="With --record: do not ask.")
+@click.option("--junit", metavar="FILE", help="JUnit XML file to write the verdicts to.")
+@click.option("--report", "report_dir", metavar="DIR", help="Folder to write report.html and report.json into.")
 @json_option
 @click.pass_context
 def run(
@@ -69,11 +69,11 @@ def run(
     report_dir: str | None,
     as_json: bool,
 ) -> None:
-    """Run scenarios: closed loops of real FMUs.
+    """Run scenarios and compare them with limits and baselines.
 
-    They run by fmpy and are held against limits and baselines.
+    A scenario is a closed loop of FMUs, simulated by fmpy.
 
-    An SSP archive of anybody runs too, and is held against the reference result in it.
+    SSP archives of other tools run too and are compared with the reference result that they contain.
 
     \b
     Example: hystfmu run scenarios/sliding_mode --report out
@@ -83,21 +83,21 @@ def run(
     if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
         from hystfmu.scenario.ssp.run import run_ssp_file
 
-        _refuse(context, _NOT_OF_AN_SSP, f"{scenarios[0]}: an SSP archive is run alone and as it is")
+        _refuse(context, _NOT_OF_AN_SSP, f"{scenarios[0]}: an SSP archive runs alone and unchanged")
         lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out)
         click.echo("\n".join(lines))
         sys.exit(0 if passed else FAILED)
-    _refuse(context, ("step", "stop"), "step and stop of a scenario stand in its scenario.toml")
+    _refuse(context, ("step", "stop"), "step and stop of a scenario are set in its scenario.toml")
     from hystfmu.report.terminal import progress
     from hystfmu.scenario import Change, run_scenarios
     from hystfmu.scenario.report.junit import write_junit
     from hystfmu.scenario.report.terminal import changes, verdicts
 
     if everything == bool(scenarios):
-        raise InputError("name scenarios, or use --all (example: hystfmu run scenarios/pid)")
+        raise InputError("run needs scenarios or --all (example: hystfmu run scenarios/pid)")
     paths = sorted(p.parent for p in Path("scenarios").glob("*/scenario.toml")) if everything else scenarios
     if not paths:
-        raise InputError("no scenarios/*/scenario.toml below the current directory")
+        raise InputError("the current folder has no scenarios/*/scenario.toml")
 
     def agreed(found: list[Change]) -> bool:
         click.echo(changes(found), err=as_json)
@@ -132,7 +132,7 @@ _NOT_OF_AN_SSP = ("everything", "settings", "case", "record", "yes", "junit", "r
 
 
 def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
-    """An option that would have no effect is an error."""
+    """Refuse options that would have no effect."""
     for option in context.command.params:
         given = context.get_parameter_source(option.name or "") is click.core.ParameterSource.COMMANDLINE
         if option.name in names and given:
@@ -142,12 +142,12 @@ def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
 @click.command()
 @click.argument("before", metavar="A/report.json")
 @click.argument("after", metavar="B/report.json")
-@click.option("-o", "out", required=True, metavar="DIFF.html", help="Page with metrics and overlaid signals.")
+@click.option("-o", "out", required=True, metavar="DIFF.html", help="HTML page to write.")
 @json_option
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
-    """Two reports of `hystfmu run` side by side.
+    """Compare two reports of 'hystfmu run'.
 
-    Metrics old, new and change, signals of both in one plot.
+    The page lists old and new metrics with their change and overlays the signals.
 
     \b
     Example: hystfmu compare main/report.json branch/report.json -o diff.html
@@ -165,17 +165,30 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
 
 @click.command()
 @click.argument("scenario")
-@click.option("-o", "--out", required=True, metavar="X.ssp|X.fmu")
-@click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: its first].")
-@click.option("--ssp", "version", type=click.Choice(["1.0", "2.0"]), default="1.0", show_default=True)
-@click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="FMI version of our units.")
-@click.option("--connectors", is_flag=True, help="Outputs of the system for recorded signals; libcosim rejects them.")
+@click.option("-o", "--out", required=True, metavar="X.ssp|X.fmu", help="Archive to write.")
+@click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: the first].")
+@click.option(
+    "--ssp",
+    "version",
+    type=click.Choice(["1.0", "2.0"]),
+    default="1.0",
+    show_default=True,
+    help="Version of the SSP standard.",
+)
+@click.option(
+    "--fmi",
+    type=click.Choice(["2", "3"]),
+    default="2",
+    show_default=True,
+    help="FMI version of the units exported here.",
+)
+@click.option("--connectors", is_flag=True, help="Add system outputs for the recorded signals; libcosim rejects them.")
 def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"], fmi: str, connectors: bool) -> None:
-    """Write a scenario as an SSP archive.
+    """Export a scenario as an SSP archive or one FMU.
 
-    Other simulators run it; 'hystfmu run X.ssp' reads those of others.
+    Other simulators run the archive; 'hystfmu run X.ssp' runs archives of other tools.
 
-    With -o X.fmu the whole loop becomes one FMU, stepped in the scenario's order inside.
+    With -o X.fmu the whole loop becomes one FMU that steps its units in the order of the scenario.
 
     \b
     Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp
@@ -197,16 +210,23 @@ def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"
 
 @click.command()
 @click.argument("study")
-@click.option("-o", "--out", "folder", required=True, metavar="DIR", help="Table and report; run again to resume.")
-@click.option("-j", "--jobs", type=click.IntRange(1, 1024), help="Local processes [default: one per core].")
-@click.option("--on", metavar="dask://HOST:PORT", help="Run on the Dask cluster with this scheduler.")
+@click.option(
+    "-o",
+    "--out",
+    "folder",
+    required=True,
+    metavar="DIR",
+    help="Folder for the table and the report; an existing study resumes.",
+)
+@click.option("-j", "--jobs", type=click.IntRange(1, 1024), help="Number of local processes [default: one per core].")
+@click.option("--on", metavar="dask://HOST:PORT", help="Scheduler of a Dask cluster to run on.")
 @json_option
 def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bool) -> None:
-    """Run a scenario over many variations.
+    """Run a scenario with many parameter variations.
 
-    Writes a table (results.parquet) and a report of what matters.
+    Writes a table (results.parquet) and a report with sensitivities and worst cases.
 
-    Interrupted studies go on where they stopped.
+    An interrupted study resumes where it stopped.
 
     \b
     Example: hystfmu study scenarios/sliding_mode/mismatch.study.toml -o out -j 2
@@ -221,7 +241,8 @@ def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bo
         click.echo(json.dumps(facts | {"table": str(outcome.table), "report": str(outcome.report)}))
     else:
         click.echo(
-            f"{facts['rows']} rows, {facts['ran']} of them run now in {outcome.seconds:.1f} s, {facts['failed']} failed"
+            f"{facts['rows']} rows, {facts['ran']} of them computed now ({outcome.seconds:.1f} s), "
+            f"{facts['failed']} failed"
         )
         for row in outcome.failed[:10]:
             click.echo(f"row {row['index']} ({row['case']}): {row['status']}: {row['reason']}")
