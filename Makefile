@@ -10,7 +10,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress dev core check generate modelica platforms bench clean torture
+.PHONY: demo test contract stress dev core check generate modelica platforms bench wheel clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -58,6 +58,14 @@ platforms: build/tools
 bench: dev
 	$(BIN)/python tests/benchmarks/run.py
 
+# a wheel in dist/, and one use of it in an environment of its own, outside the repository
+wheel: build/tools
+	rm -rf dist build/wheel
+	$(BIN)/python -m pip wheel --quiet --no-build-isolation --no-deps --wheel-dir dist .
+	$(PYTHON) -m venv build/wheel
+	build/wheel/bin/python -m pip install --quiet --constraint constraints.txt dist/*.whl
+	cp tests/wheel.py build/wheel && cd build/wheel && bin/python wheel.py
+
 torture:
 	@echo "'make torture' is now 'make stress'"; exit 1
 
@@ -86,5 +94,5 @@ build/dev/build.ninja: build/tools
 		-DCMAKE_INSTALL_MESSAGE=NEVER -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DPython_EXECUTABLE=$(CURDIR)/$(BIN)/python
 
 clean:
-	rm -rf build demo .venv python/hystfmu/_platforms
+	rm -rf build demo dist .venv python/hystfmu/_platforms
 	rm -f python/hystfmu/_core.* python/hystfmu/_fmu.* python/hystfmu/_sources.c python/hystfmu/LICENSE
