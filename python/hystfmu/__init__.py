@@ -1,4 +1,4 @@
-"""HystFMU: identify hysteresis of smart-material actuators, invert it, hand it on as FMUs.
+"""HystFMU: identify the hysteresis of smart-material actuators, invert it, export it as FMUs.
 
 The names below load on first use, so that ``import hystfmu`` stays fast.
 """

@@ -1,4 +1,4 @@
-"""The Python co-simulation unit: the same ports, calls and bits as an exported FMU, without an archive.
+"""Co-simulation unit in Python: the ports, calls and bits of an exported FMU, without an archive.
 
 unit = Unit(model.graph)
 unit.initialize(t0=0.0, u=1.5)
@@ -20,12 +20,12 @@ class Unit:
     Parameters
     ----------
     graph : Graph
-        What runs; e.g. ``Model.load(path).graph``.
+        The graph to run, e.g. ``Model.load(path).graph``.
 
     Raises
     ------
     InputError
-        Unknown variable, value out of range, step that is not positive and finite.
+        The core refuses the graph.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -38,41 +38,54 @@ class Unit:
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """Scalar variable names, as in an FMI 2.0 description: `u`, `y`, `w_1`, ..."""
+        """Names of the scalar variables, as in an FMI 2.0 description: `u`, `y`, `w_1`, ..."""
         return tuple(self._names)
 
     def _find(self, name: str) -> tuple[Port, int]:
         if name not in self._names:
-            raise InputError(f"no variable {name!r}; there are {', '.join(list(self._names)[:20])}")
+            raise InputError(f"The variable must be one of {list(self._names)[:20]}. Got {name!r} instead.")
         return self._names[name]
 
     def set(self, name: str, value: float) -> None:
-        """Set the variable `name`, an input or a parameter, to `value`; a fixed parameter only before `initialize`.
+        """Set an input or a parameter; a fixed parameter only before `initialize`.
+
+        Parameters
+        ----------
+        name : str
+            Scalar name, one of `variables`.
+        value : float
+            Value in the unit of measure of the variable.
 
         Raises
         ------
         InputError
-            No such variable, an output, a fixed parameter after `initialize`, a value out of range.
+            Unknown variable, an output, a fixed parameter after `initialize`, a value out of range.
         """
         port, reference = self._find(name)
         if port.kind == "output":
-            raise InputError(f"{name!r} is an output and cannot be set")
+            raise InputError(f"The variable to set must be an input or a parameter. Got {name!r}, which is an output.")
         if port.kind == "fixed" and self._initialized:
-            raise InputError(f"{name!r} is fixed: set it before initialize()")
+            raise InputError(f"The fixed parameter {name!r} must be set before initialize(). Got it afterwards.")
         self._executor.set(reference, value)
 
     def get(self, name: str) -> float:
-        """The present value of the variable `name`.
+        """Return the present value of the scalar variable `name`, in its unit of measure.
 
         Raises
         ------
         InputError
-            No such variable.
+            Unknown variable.
         """
         return self._executor.get(self._find(name)[1])
 
     def initialize(self, t0: float = 0.0, **inputs: float) -> None:
-        """Initialise at `t0` (s) with the given inputs; the outputs are then those at `t0`."""
+        """Initialise at `t0` (s) with the given inputs and evaluate the outputs at `t0`.
+
+        Raises
+        ------
+        InputError
+            Raised as by `set`.
+        """
         for name, value in inputs.items():
             self.set(name, value)
         self._executor.start(t0)
@@ -84,39 +97,39 @@ class Unit:
         Raises
         ------
         InputError
-            Not initialised; a step that is not finite or not greater than 0; a step that the core refuses.
+            The unit is not initialised; the step is not finite and positive; the core refuses the step.
         """
         if not self._initialized:
-            raise InputError("do_step() before initialize()")
+            raise InputError("The unit must be initialized before a step. Got do_step() before initialize().")
         if not (np.isfinite(t) and np.isfinite(h) and h > 0):
-            raise InputError(f"the step must be finite and greater than 0; got t = {t}, h = {h}")
+            raise InputError(f"The step must be finite and greater than 0. Got t = {t}, h = {h} instead.")
         self._executor.step(t + h, h)
 
-    def slopes(self, t: float, du: Array) -> Array:
-        """Directional derivative of the outputs at time `t` for the present inputs: exact, one-sided at corners.
+    def tangent(self, t: float, du: Array) -> Array:
+        """Tangent (directional derivative) of the outputs at `t` for the present inputs: exact, one-sided at kinks.
 
         Parameters
         ----------
         t : float
             End of the last step (s).
-        du : array, shape (number of inputs,)
+        du : array, shape (n_inputs,)
             Seeds, in the order of the scalar inputs.
 
         Returns
         -------
-        array, shape (number of outputs,)
+        array, shape (n_outputs,)
         """
         n = sum(p.size for p in self.graph.ports if p.kind == "output")
-        return self._executor.slopes(t, du, n)
+        return self._executor.tangent_between(t, du, n)
 
     def reset(self) -> None:
-        """As new: parameters and inputs as in the model, not initialised."""
+        """Restore the parameters and inputs of the model; the unit must be initialised again."""
         self._executor.defaults()
         self._initialized = False
 
     @property
     def state(self) -> Array:
-        """A copy of all memory, flat (n,); assign it to go back to that point."""
+        """Copy of all memory, shape (n,); assignment restores that point."""
         return self._executor.state
 
     @state.setter

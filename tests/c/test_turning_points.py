@@ -244,7 +244,7 @@ def test_a_full_memory_loses_no_more_than_the_loop_it_forgets(depth: int) -> Non
 
 
 def test_too_small_a_memory_is_refused() -> None:
-    with pytest.raises(InputError, match=r"The size 'depth' of zhao_tan must be an int in \[4, 100000\]. Got 3."):
+    with pytest.raises(InputError, match=r"The 'depth' size of zhao_tan must be an int in \[4, 100000\]. Got 3 "):
         ZhaoTan(depth=3)
 
 

@@ -73,4 +73,4 @@ def test_sizes_out_of_range_are_refused(name: str) -> None:
         for n in (d.lo - 1, d.hi + 1):
             with pytest.raises(InputError) as e:
                 Node(name, name, {d.name: n})
-            assert str(e.value) == f"The size '{d.name}' of {name} must be an int in [{d.lo}, {d.hi}]. Got {n}."
+            assert str(e.value) == f"The '{d.name}' size of {name} must be an int in [{d.lo}, {d.hi}]. Got {n} instead."

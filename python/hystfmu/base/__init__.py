@@ -1,1 +1,1 @@
-"""Ground floor: errors, arrays, files that come from outside, child processes, and where the package keeps its own."""
+"""Foundations that every other room may import: errors, arrays, untrusted files, child processes, package files."""

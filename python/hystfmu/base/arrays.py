@@ -1,4 +1,4 @@
-"""The one array type of the package: float64, any shape."""
+"""The array type of the package: float64, any shape."""
 
 from __future__ import annotations
 

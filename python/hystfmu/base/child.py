@@ -1,4 +1,4 @@
-"""Child processes for foreign native code: it may crash, hang or grow without harm to this one."""
+"""Child processes for foreign native code, whose crash, hang or memory growth must not reach this process."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ MOST_LOG = 1 << 16
 
 
 def limit_memory(gigabytes: float) -> None:
-    """The address space that this process may take on top of what it has, where the system knows such a limit."""
+    """Limit the address space of this process to its present size plus `gigabytes` (GiB); disable core dumps.
+
+    Systems without such limits ignore the call.
+    """
     try:
         import resource
 
-        statm = Path("/proc/self/statm")  # a fork has what its parent has
+        statm = Path("/proc/self/statm")  # a forked process starts at the size of its parent
         have = int(statm.read_text().split()[0]) * resource.getpagesize() if statm.exists() else 0
         most = have + int(gigabytes * 2**30)
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
@@ -28,12 +31,15 @@ def limit_memory(gigabytes: float) -> None:
 
 
 def late(seconds: float) -> str:
-    """What is said of a child that `finish` had to end."""
+    """Return the message about a child that `finish` stopped after `seconds`."""
     return f"not finished after {seconds:g} s: a unit hangs, or allow more time"
 
 
 def start(*arguments: str) -> subprocess.Popen[bytes]:
-    """Python with this package on its path, in a group of its own, so that what it starts ends with it."""
+    """Start Python with this package on its path.
+
+    The child leads a process group of its own, so that `finish` also ends the processes that it starts.
+    """
     package = str(PACKAGE.parent)
     path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
     return subprocess.Popen(
@@ -47,7 +53,15 @@ def start(*arguments: str) -> subprocess.Popen[bytes]:
 
 
 def finish(child: subprocess.Popen[bytes], seconds: float) -> tuple[list[str], bool]:
-    """The last lines that a child wrote, and whether it ended in time."""
+    """Wait at most `seconds` for a child, then kill its process group.
+
+    Returns
+    -------
+    lines : list of str
+        The last 64 KiB of its output, as lines.
+    in_time : bool
+        Whether it ended by itself.
+    """
     try:
         out, in_time = child.communicate(timeout=seconds)[0], True
     except subprocess.TimeoutExpired:

@@ -1,5 +1,9 @@
-"""The one exception that means "the user's input is wrong": its text is a single line that says what to change."""
+"""The exception for wrong user input; its text is one line that says what to change."""
 
 
 class InputError(ValueError):
-    """Bad input: names the file, the row or key, the rule and the value.  The command line prints it and exits 2."""
+    """Invalid user input.
+
+    The message is one line: file and line or key, subject, rule, value.  Example: "The 'rho' parameter of sliding_mode
+    must be a float in [0, inf). Got -1 instead."  The command line prints it and exits with status 2.
+    """

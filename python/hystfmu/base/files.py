@@ -1,4 +1,4 @@
-"""Reading and writing files of strangers: size limits, one-line errors, nothing half-written."""
+"""Untrusted input files: size limits, one-line errors.  Writes are atomic."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ M = TypeVar("M", bound=pydantic.BaseModel)
 
 
 def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
-    """The content of a file.
+    """Read a file of at most `most` bytes.
 
     Raises
     ------
     InputError
-        If it cannot be read or is larger than `most` bytes.
+        The file cannot be read or is too large.
     """
     try:
         size = Path(path).stat().st_size
         if size > most:
-            raise InputError(f"{path}: larger than {most} bytes ({size})")
+            raise InputError(f"{path}: The file must have at most {most} bytes. Got {size} instead.")
         return Path(path).read_bytes()
     except OSError as e:
         raise InputError(f"{path}: {e.strerror or e}") from None
@@ -39,12 +39,12 @@ def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
 
 @contextmanager
 def written(path: str | Path) -> Iterator[IO[bytes]]:
-    """A file that is there as a whole or not at all: a temporary one beside it, then an atomic rename.
+    """Open a file for an atomic write: write a temporary file in the same folder, then rename it.
 
     Raises
     ------
     InputError
-        It cannot be written.
+        The file cannot be written.
     """
     path = Path(path)
     try:
@@ -63,57 +63,57 @@ def written(path: str | Path) -> Iterator[IO[bytes]]:
 
 
 def write_bytes(path: str | Path, content: bytes) -> None:
-    """Write a file as a whole or not at all."""
+    """Write a file atomically."""
     with written(path) as f:
         f.write(content)
 
 
 def write_text(path: str | Path, content: str) -> None:
-    """Like `write_bytes`, for text in UTF-8."""
+    """Write a UTF-8 text file atomically."""
     write_bytes(path, content.encode())
 
 
 def read_toml(path: str | Path, kind: type[M], most: int = MOST_BYTES) -> M:
-    """A TOML file checked against a pydantic model.
+    """Read a TOML file and validate it against the pydantic model `kind`.
 
     Raises
     ------
     InputError
-        One line that names the file, the key, the rule and the value; of several errors the first and their number.
+        One line with the file, the key, the rule and the value.  Of several errors it gives the first and their number.
     """
-    content = read_bytes(path, most)  # outside of `try`: an InputError is a ValueError, but no matter of the syntax
+    content = read_bytes(path, most)  # outside `try`: an InputError is a ValueError, but not a syntax error
     try:
         data = tomllib.loads(content.decode())
     except ValueError as e:  # syntax, encoding, an integer of thousands of digits
         raise InputError(f"{path}: not a TOML file: {' '.join(str(e).split())}") from None
     except RecursionError:
-        raise InputError(f"{path}: not a TOML file: arrays or tables are nested too deep") from None
+        raise InputError(f"{path}: not a TOML file: arrays or tables are nested too deeply") from None
     return check(data, kind, path)
 
 
 def check(data: dict[str, Any], kind: type[M], path: str | Path) -> M:
-    """A dictionary checked against a pydantic model.
+    """Validate a dictionary against the pydantic model `kind`.
 
     Raises
     ------
     InputError
-        In the form of `read_toml`: the file `path`, the key, the rule and the value.
+        One line as from `read_toml`: the file `path`, the key, the rule and the value.
     """
     try:
         return kind.model_validate(data)
     except pydantic.ValidationError as e:
         errors = e.errors(include_url=False)
         unknown = [error for error in errors if error["type"] == "extra_forbidden"]
-        first = (unknown or errors)[0]  # a key that is misspelt is missing too: the one that stands there says more
+        first = (unknown or errors)[0]  # a misspelt key is also reported as missing: its spelling tells more
         key = ".".join(str(k) for k in first["loc"]) or "file"
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         if unknown:
             raise InputError(f"{path}: {key}: there is no such key{more}") from None
-        value = "" if first["type"] == "missing" else f"; got {str(first['input'])[:80]!r}"
+        value = "" if first["type"] == "missing" else f". Got {str(first['input'])[:80]!r} instead."
         raise InputError(f"{path}: {key}: {first['msg']}{value}{more}") from None
 
 
 def write_toml(path: str | Path, data: dict[str, Any], heading: str = "") -> None:
-    """Write a dictionary as TOML; floats keep all their bits."""
+    """Write a dictionary as TOML, atomically; floats round-trip exactly."""
     lines = "".join(f"# {line}\n" for line in heading.splitlines())
     write_text(path, lines + tomli_w.dumps(data))

@@ -1,4 +1,4 @@
-"""Where the package keeps what the build puts beside its Python files: libraries, C source, licence, scenarios."""
+"""The folder of the package; the build puts libraries, C source, licence and scenarios into it."""
 
 from __future__ import annotations
 

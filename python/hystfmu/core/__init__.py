@@ -1,1 +1,1 @@
-"""The C core seen from Python: its library and block tables, the executor of a graph, a graph in continuous time."""
+"""Binding of the C core: library, block tables, the executor of a graph, its continuous-time form."""

@@ -1,4 +1,4 @@
-"""A graph in continuous time, as a solver of Model Exchange drives it: evaluate, derivatives, commit, sample."""
+"""Continuous-time form of a graph, as a Model Exchange solver drives it: evaluate, derivatives, commit, sample."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def _declared() -> C.CDLL:
 class ContinuousExecutor(Executor):
     """An `Executor` whose continuous states belong to the caller; see `fmu_build/core/graph/continuous.h`.
 
-    Begin with `start`.  Then set inputs and `x`, `evaluate`, and read outputs and `derivatives` as often as needed;
-    `commit` where a step is accepted, `sample` once per sample period.
+    Call `start` first.  Then set inputs and `x`, call `evaluate`, and read outputs and `derivatives`, as often as the
+    solver needs.  Call `commit` on each accepted step and `sample` once per sample period.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class ContinuousExecutor(Executor):
     Raises
     ------
     InputError
-        As `Executor`.
+        Raised as by `Executor`.
     """
 
     def __init__(self, file: bytes) -> None:
@@ -54,12 +54,12 @@ class ContinuousExecutor(Executor):
 
     @property
     def is_sampled(self) -> bool:
-        """Whether a block of it advances in samples only."""
+        """Whether the graph has a block that advances at sample times only."""
         return bool(self._lib.hyst_graph_is_sampled(self._g))
 
     @property
     def x(self) -> Array:
-        """A copy of the continuous states, shape (n,); assign to set them."""
+        """Copy of the continuous states, shape (n,); assignment sets them."""
         return np.array([place[0] for place in self._places])
 
     @x.setter
@@ -68,23 +68,23 @@ class ContinuousExecutor(Executor):
             place[0] = v
 
     def evaluate(self, t: float) -> None:
-        """Outputs at time `t` (s) for the present inputs and continuous states; no memory changes."""
+        """Evaluate the outputs at time `t` (s) for the present inputs and continuous states; memories do not change."""
         self._lib.hyst_graph_evaluate(self._g, t)
 
     def derivatives(self) -> Array:
-        """Derivatives of `x`, shape (n,), at the point of the last `evaluate`, per second."""
+        """Return the derivatives of `x` (1/s), shape (n,), at the point of the last `evaluate`."""
         dx = np.empty(len(self._places))
         self._lib.hyst_graph_derivatives(self._g, dx.ctypes.data)
         return dx
 
     def tangent(self, du: Array, dx: Array, n_outputs: int) -> tuple[Array, Array]:
-        """Directional derivatives at the point of the last `evaluate`, one-sided at corners.
+        """Tangent at the point of the last `evaluate`: exact, one-sided at kinks.
 
         Parameters
         ----------
-        du : array, shape (number of inputs,)
+        du : array, shape (n_inputs,)
             Seeds of the inputs of the graph.
-        dx : array, shape (number of continuous states,)
+        dx : array, shape (n,)
             Seeds of `x`.
         n_outputs : int
             Number of scalar outputs.
@@ -92,8 +92,9 @@ class ContinuousExecutor(Executor):
         Returns
         -------
         dy : array, shape (n_outputs,)
-        ddx : array, shape of `x`
-            Of the derivatives.
+            Tangent of the outputs.
+        ddx : array, shape (n,)
+            Tangent of the derivatives.
         """
         du, dx = np.ascontiguousarray(du, dtype=np.float64), np.ascontiguousarray(dx, dtype=np.float64)
         dy, ddx = np.empty(n_outputs), np.empty(len(self._places))
@@ -102,9 +103,9 @@ class ContinuousExecutor(Executor):
         return dy, ddx
 
     def commit(self, t: float) -> None:
-        """Evaluate at `t` (s); hysteretic memories take their inputs."""
+        """Evaluate at `t` (s) and update the hysteretic memories with their inputs."""
         self._lib.hyst_graph_commit(self._g, t)
 
     def sample(self, t: float, dt: float) -> None:
-        """Evaluate at `t` (s), advance the sampled blocks by `dt` (s), let all outputs follow."""
+        """Evaluate at `t` (s), advance the sampled blocks by `dt` (s), then evaluate all outputs."""
         self._check(self._lib.hyst_graph_sample(self._g, t, dt))

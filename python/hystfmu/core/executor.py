@@ -1,4 +1,4 @@
-"""A graph of blocks loaded into the C core: set, get, start, step, run, and its whole state."""
+"""Executor of a graph in the C core: set, get, start, step, run, tangent, state."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ def _raise(error: RawError) -> None:
 
 
 class Executor:
-    """A graph of blocks in the C core, made from the bytes of a block file; the caller's memory, no globals.
+    """A graph of blocks in the C core, opened from the bytes of a block file.
+
+    All memory belongs to this object; the core has no globals.
 
     Parameters
     ----------
@@ -32,14 +34,14 @@ class Executor:
     Raises
     ------
     InputError
-        If the file is damaged, a value is out of range, or the blocks form an algebraic loop.
+        The file is damaged, a value is out of range, or the blocks form an algebraic loop.
     """
 
     def __init__(self, file: bytes) -> None:
         lib, error, size = library(), RawError(), C.c_size_t()
         if lib.hyst_graph_measure(file, len(file), C.byref(size), C.byref(error)):
             _raise(error)
-        self._memory = (C.c_double * ((size.value + 15) // 8 + 2))()  # 16-byte alignment is not needed by doubles
+        self._memory = (C.c_double * ((size.value + 15) // 8 + 2))()  # doubles do not need 16-byte alignment
         handle = C.c_void_p()
         if lib.hyst_graph_open(
             file, len(file), C.byref(self._memory), C.sizeof(self._memory), C.byref(handle), C.byref(error)
@@ -56,42 +58,67 @@ class Executor:
 
     @property
     def handle(self) -> C.c_void_p:
-        """The graph as the functions of the core take it."""
+        """Handle of the graph for the functions of the core."""
         return self._g
 
     def error(self) -> str:
-        """What the core refused last."""
+        """Return the message of the last error of the core."""
         return _message(self._lib.hyst_graph_error(self._g).contents)
 
     def get(self, reference: int) -> float:
-        """The value behind a value reference."""
+        """Return the value of a value reference."""
         return float(self._lib.hyst_graph_value(self._g, reference)[0])
 
     def set(self, reference: int, value: float) -> None:
-        """Set a parameter or an input; refuses values out of range."""
+        """Set a parameter or an input.
+
+        Raises
+        ------
+        InputError
+            The value is out of range.
+        """
         self._check(self._lib.hyst_graph_set(self._g, reference, value))
 
     def defaults(self) -> None:
-        """Parameters and inputs as in the block file."""
+        """Restore the parameters and inputs of the block file."""
         self._lib.hyst_graph_defaults(self._g)
 
     def start(self, t: float) -> None:
-        """States from the parameters, then the outputs for the present inputs."""
+        """Initialise the states from the parameters at `t` (s), then evaluate the outputs for the present inputs."""
         self._check(self._lib.hyst_graph_start(self._g, t))
 
     def step(self, t_end: float, dt: float) -> None:
-        """One step of length `dt` to `t_end` with the present inputs."""
+        """Step by `dt` to `t_end` (s) with the present inputs."""
         self._check(self._lib.hyst_graph_step(self._g, t_end, dt))
 
     def run(self, u: Array, n_outputs: int, h: float, t0: float = 0.0) -> Array:
-        """Rows `u` (n, number of inputs), `h` seconds apart, from a fresh start; returns (n, n_outputs)."""
+        """Run over input rows from a fresh start.
+
+        Parameters
+        ----------
+        u : array, shape (n, n_inputs)
+            Inputs.
+        n_outputs : int
+            Number of scalar outputs.
+        h : float
+            Time between rows (s).
+        t0 : float
+            Time of row 0 (s).
+
+        Returns
+        -------
+        array, shape (n, n_outputs)
+        """
         u = np.ascontiguousarray(u, dtype=np.float64)
         y = np.empty((len(u), n_outputs))
         self._check(self._lib.hyst_graph_run(self._g, len(u), t0, h, u.ctypes.data, y.ctypes.data))
         return y
 
-    def slopes(self, t: float, du: Array, n_outputs: int) -> Array:
-        """Change of the outputs at `t` (s) for a change of the inputs; nothing else changes."""
+    def tangent_between(self, t: float, du: Array, n_outputs: int) -> Array:
+        """Tangent of the outputs at `t` (s) for input seeds `du` (n_inputs,), between two steps; shape (n_outputs,).
+
+        No state changes.
+        """
         n = self._lib.hyst_graph_n_continuous(self._g)
         seeds, dy, room = np.ascontiguousarray(du), np.empty(n_outputs), np.zeros(2 * n + len(self._state))
         dx, ddx, memory = room[:n], room[n : 2 * n], room[2 * n :]
@@ -101,7 +128,7 @@ class Executor:
 
     @property
     def state(self) -> Array:
-        """A copy of everything that a run changes, flat (n,); assign it to go back to that point."""
+        """Copy of everything that a run changes, shape (n,); assignment restores that point."""
         return self._state.copy()
 
     @state.setter

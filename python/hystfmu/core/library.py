@@ -1,6 +1,6 @@
-"""The C core seen from Python (ctypes): the library, and the block table read out of it.
+"""Binding of the C core (ctypes): the shared library and its block tables.
 
-Nothing here repeats a name or a default of a block: all comes from the X-macro tables in `fmu_build/core/blocks`.
+Names and defaults of blocks are not repeated here: they come from the X-macro tables in `fmu_build/core/blocks`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from hystfmu.base.package_files import PACKAGE
 KINDS = ("param", "fixed", "derived", "input", "time", "output", "cstate", "state")
 RATES = ("function", "continuous", "hysteretic", "sampled")
 STEP, IMPLICIT = 1, 2
-NO_LIMIT = 1e300  # a parameter is finite: this is "no limit", as in limit.h
+NO_LIMIT = 1e300  # parameters are finite, so this value means "no limit", as in limit.h
 
 _D = C.POINTER(C.c_double)
 _I = C.POINTER(C.c_int)
@@ -103,7 +103,25 @@ class RawError(C.Structure):
 
 @dataclass(frozen=True)
 class Var:
-    """One row of a block's table.  `size` is the expression over the block's sizes as written in C."""
+    """One row of a block's table.
+
+    Attributes
+    ----------
+    name, text : str
+        Name and meaning.
+    kind : str
+        One of `KINDS`.
+    size : str
+        Number of elements, as the C expression over the block's sizes.
+    type : str
+        ``real``, ``int``, ``bool``, or the words of an enumeration joined by ``|``.
+    unit : str
+        Unit of measure; "1" or empty without one.
+    start, lo, hi : float
+        Default and limits.
+    raw : RawVar
+        The row as the core takes it.
+    """
 
     name: str
     kind: str
@@ -118,20 +136,20 @@ class Var:
 
     @property
     def interval(self) -> str:
-        """Its legal values in words, e.g. ``"a float in [0, inf)"``."""
+        """The legal values in words, e.g. ``"a float in [0, inf)"``."""
         text = C.create_string_buffer(160)
         library().hyst_interval(C.byref(self.raw), text, len(text))
         return text.value.decode()
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """The words of an enumeration, in the order of their values; empty for other types."""
+        """Words of an enumeration in the order of their values; empty for other types."""
         return tuple(self.type.split("|")) if "|" in self.type else ()
 
 
 @dataclass(frozen=True)
 class Dim:
-    """One size of a block."""
+    """One size of a block: default and limits."""
 
     name: str
     start: int
@@ -142,24 +160,24 @@ class Dim:
 
 @dataclass(frozen=True)
 class BlockType:
-    """A block as its C file describes it; the meaning of the facts is that of `hyst_told` and `hyst_rate` in hyst.h.
+    """A block as its C file describes it; `hyst_told` and `hyst_rate` in hyst.h define the fields.
 
     Attributes
     ----------
     family : str
-        The folder of its C file: operators, inverses, networks, dynamics, controllers, sources.
+        Folder of its C file: operators, inverses, networks, dynamics, controllers, sources.
     rate : str
-        When it acts in continuous time: function, continuous, hysteretic, sampled.
+        Rate class in continuous time: function, continuous, hysteretic, sampled.
     inverts, invert_condition : str or None
-        The block that it inverts exactly (dead_zones and scaling: itself), and when it does.
+        The block that it inverts exactly (dead_zones and scaling invert themselves), and the condition.
     tolerance : str
-        How it meets its equation: rounding, iteration, integration.
+        Tolerance class of its numerical error: rounding, iteration, integration.
     rule_error, rule_step : float
-        Of a block with the tolerance integration: relative bound of the error; step (s) without visible error, or 0.
+        For the tolerance class integration: relative error bound; step (s) without visible error, or 0.
     smooth : float
-        Width around a point within which its tangent holds.
+        Distance from a point within which its tangent holds.
     hold : str
-        What its inputs are within a step where it has no parameter of that name: zoh, foh.
+        Hold of the inputs within a step, for blocks without a parameter of that name: zoh, foh.
     """
 
     name: str
@@ -182,43 +200,43 @@ class BlockType:
 
     @property
     def inverse(self) -> str | None:
-        """The block that inverts it exactly; the inverse of an inverse is the operator."""
+        """Name of the block that inverts it exactly; of an inverse, the operator."""
         return next((b.name for b in block_types().values() if b.inverts == self.name), self.inverts)
 
     @property
     def inverse_condition(self) -> str | None:
-        """When `inverse` is exact."""
+        """Condition under which `inverse` is exact."""
         if self.inverts or self.inverse is None:
             return self.invert_condition
         return block_types()[self.inverse].invert_condition
 
     @property
     def rate_independent(self) -> bool:
-        """Whether the output depends on the path of the input and not on the time."""
+        """Whether the output depends on the input path but not on time."""
         return self.rate in ("function", "hysteretic") and not self.of("time")
 
     @property
     def class_name(self) -> str:
-        """The name in CamelCase, as used by Python classes, Modelica and FMUs."""
+        """The name in CamelCase, as Python classes, Modelica classes and FMUs use it."""
         return "".join(w.capitalize() for w in self.name.split("_"))
 
     def of(self, *kinds: str) -> tuple[Var, ...]:
-        """The rows of these kinds, in the order of the table."""
+        """Rows of these kinds, in the order of the table."""
         return tuple(v for v in self.vars if v.kind in kinds)
 
     @property
     def parameters(self) -> tuple[Var, ...]:
-        """What a user sets: tunable and fixed parameters."""
+        """Tunable and fixed parameters."""
         return self.of("param", "fixed")
 
     def sizes(self, dims: Mapping[str, int]) -> dict[str, int]:
-        """Number of elements of every variable for the given sizes."""
+        """Return the number of elements of every variable for the sizes `dims`."""
         values = self.raw_dims(dims)
         return {v.name: int(self.raw.size(values, i)) for i, v in enumerate(self.vars)}
 
     def raw_dims(self, dims: Mapping[str, int]) -> C.Array[C.c_int]:
-        """The sizes as the C functions of the block take them."""
-        return (C.c_int * (len(self.dims) + 1))(*[dims[d.name] for d in self.dims])  # one more: a block may have none
+        """Return the sizes as the C functions of the block take them."""
+        return (C.c_int * (len(self.dims) + 1))(*[dims[d.name] for d in self.dims])  # + 1: a block may have no size
 
 
 def _library() -> C.CDLL:
@@ -231,7 +249,7 @@ def _library() -> C.CDLL:
 
 @functools.cache
 def library() -> C.CDLL:
-    """The compiled core with the argument types of the graph executor declared."""
+    """Load the compiled core and declare the argument types of the graph executor."""
     lib = _library()
     lib.hyst_graph_measure.argtypes = [C.c_char_p, C.c_size_t, C.POINTER(C.c_size_t), C.POINTER(RawError)]
     lib.hyst_graph_open.argtypes = [
@@ -266,7 +284,7 @@ def library() -> C.CDLL:
 
 @functools.cache
 def block_types() -> dict[str, BlockType]:
-    """Every block of the library by name, as its C table describes it."""
+    """Return every block of the library by name, as its C table describes it."""
     lib = library()
     table = (C.POINTER(_Block) * 1000).in_dll(lib, "hyst_blocks")
     types: dict[str, BlockType] = {}

@@ -1,4 +1,4 @@
-"""The block file (`resources/block.bin`): a graph as bytes, for the core; `fmu_build/README.md` has the format."""
+"""The block file (`resources/block.bin`): a graph serialised for the core.  `fmu_build/README.md` has the format."""
 
 from __future__ import annotations
 
@@ -17,18 +17,22 @@ _TOKEN = 40
 def block_file(
     step: float, nodes: Sequence[Node], links: Sequence[tuple[int, int, int, int, int]], ports: Sequence[Port]
 ) -> bytes:
-    """The bytes of a graph.
+    """Serialise a graph.
 
     Parameters
     ----------
     step : float
-        Sample period in s; 0: none is stated.
+        Sample period (s); 0 if the graph states none.
     nodes : sequence of Node
-        In the order of evaluation.
+        Blocks in evaluation order.
     links : sequence of (node, place, source or -1, place, size)
-        Sorted by node.
+        Wires, sorted by node.
     ports : sequence of Port
-        In the order of their value references.
+        Ports in the order of their value references.
+
+    Returns
+    -------
+    bytes
     """
     kinds = {"param": 0, "fixed": 1, "input": 3, "output": 5}
 
@@ -62,5 +66,5 @@ def block_file(
 
 
 def token_of(file: bytes) -> str:
-    """The token that a block file carries: a hash of all that stands behind it."""
+    """Return the token of a block file, a hash of the bytes that follow it."""
     return file[len(MAGIC) + 12 :][:_TOKEN].rstrip(b"\0").decode()

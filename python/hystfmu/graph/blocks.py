@@ -1,4 +1,4 @@
-"""Block classes made from the C tables: `PrandtlIshlinskii(r=..., w=...)(u)`; `dir(hystfmu.blocks)` lists them."""
+"""Block classes generated from the C tables, e.g. `PrandtlIshlinskii(r=..., w=...)(u)`; `dir()` lists them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hystfmu.graph.graph import Graph, Node
 
 
 class Block:
-    """A single block: `Block(**sizes_and_parameters)`; calling it runs it over input rows from a fresh start."""
+    """A single block, made by `Block(**sizes_and_parameters)`; a call runs it over input rows from a fresh start."""
 
     type: BlockType
 
@@ -20,7 +20,7 @@ class Block:
         self.graph = Graph.single(self.node)
 
     def __call__(self, u: Any, h: float = 1.0) -> Array:
-        """Outputs (n,) or (n, n_outputs) for input rows (n,) or (n, n_inputs), `h` seconds apart."""
+        """Return outputs (n,) or (n, n_outputs) for input rows (n,) or (n, n_inputs), `h` seconds apart."""
         return self.graph.run(u, h)
 
     def __repr__(self) -> str:

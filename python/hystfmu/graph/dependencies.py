@@ -1,9 +1,9 @@
-"""What every output and every derivative of a graph depends on at once; the ModelStructure of an FMU says it.
+"""Direct feed-through: what each output and each derivative of a graph depends on (FMI ModelStructure).
 
-From block to block the wires and `feedthrough()` decide.  Inside a block with continuous states its equations do: they
-run once per state with NaN in its place, and what becomes NaN depends on it, 0 times NaN too: a coefficient that is 0
-may be set to another value.  A block that only holds its output between samples counts as passing its input on, as it
-does at the sample.
+Between blocks the wires and `feedthrough()` decide.  Inside a block with continuous states its equations decide: they
+run once per state with NaN in the place of that state, and every value that becomes NaN depends on it.  0 times NaN
+counts too, because a coefficient that is 0 may be set to another value.  A block that only holds its output between
+samples counts as direct feed-through, as at the sample itself.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Link = tuple[int, int, int, int, int]
 
 @dataclass(frozen=True)
 class Knowns:
-    """Names of input ports, numbers of continuous states, and whether the time is among them."""
+    """A set of knowns: names of input ports, indices of continuous states, and whether time belongs to it."""
 
     inputs: frozenset[str] = frozenset()
     states: frozenset[int] = frozenset()
@@ -38,7 +38,7 @@ def _pointer(a: Array) -> C._Pointer[C.c_double]:
 
 
 class _Equations:
-    """Output and derivative of one node as functions of NaN: which of their elements depend on what."""
+    """Outputs and derivatives of one node, evaluated with NaN to find which elements depend on what."""
 
     def __init__(self, node: Node) -> None:
         sizes, kind = node.sizes, node.block
@@ -52,43 +52,46 @@ class _Equations:
         self.y, self.dx = np.zeros(count("output")), np.zeros(self.n_c)
 
     def _nan(self, x: Array, u: Array) -> tuple[list[int], list[int]]:
-        """Places among the outputs and among the derivatives that become NaN."""
+        """Return the indices of the outputs and of the derivatives that become NaN."""
         given = [_pointer(self.p), _pointer(x), _pointer(u)]
         self.raw.output(self.dims, *given, _pointer(self.y))
         self.raw.deriv(self.dims, *given, _pointer(self.dx))
         return np.flatnonzero(np.isnan(self.y)).tolist(), np.flatnonzero(np.isnan(self.dx)).tolist()
 
     def of_state(self, k: int) -> tuple[list[int], list[int]]:
-        """What depends on the continuous state `k`."""
+        """Return the outputs and derivatives that depend on the continuous state `k`."""
         x = self.x.copy()
         x[k] = np.nan
         return self._nan(x, self.u)
 
     def of_inputs(self) -> list[int]:
-        """Derivatives that depend on any input."""
+        """Return the derivatives that depend on any input."""
         return self._nan(self.x, np.full_like(self.u, np.nan))[1]
 
 
 def dependencies(
     nodes: Sequence[Node], links: Sequence[Link], ports: Sequence[Port]
 ) -> tuple[dict[str, Knowns], list[Knowns]]:
-    """Knowns of every output port, and of the derivative of every continuous state in the order of the graph.
+    """Find the knowns of every output port and of the derivative of every continuous state.
 
     Parameters
     ----------
     nodes : sequence of Node
+        Blocks of the graph.
     links : sequence of (node, place, source or -1, place, size)
         Wires as `Graph.links` holds them.
     ports : sequence of Port
+        Ports of the graph.
 
     Returns
     -------
     outputs : dict of str to Knowns
-        By name of the port; of an array the union over its elements.
+        By port name; for an array port, the union over its elements.
     derivatives : list of Knowns
+        In the order of the continuous states of the graph.
     """
     names = [p.name for p in ports if p.kind == "input" for _ in range(p.size)]
-    # of every node, through its own states: one for all outputs, or one for each where the block has states
+    # per node, through its own states: one entry for all outputs, or one per output if the block has states
     reach = [[Knowns(time=bool(n.block.of("time")))] for n in nodes]
     derivatives: list[Knowns] = []
     reading: list[tuple[int, int]] = []  # derivatives that read the inputs of a node
@@ -111,7 +114,7 @@ def dependencies(
         return reach[node][place : place + size] if len(reach[node]) > 1 else reach[node]
 
     def inflow(i: int) -> Knowns:
-        """What the inputs of a node carry."""
+        """Return the union of the knowns of all inputs of a node."""
         flow = Knowns()
         for d, _, s, place, size in links:
             if d != i:

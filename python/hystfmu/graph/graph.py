@@ -1,7 +1,7 @@
-"""A graph of blocks as data: nodes in the order of their evaluation, wires, inputs, outputs; written as a block file.
+"""A graph of blocks as data: nodes in evaluation order, wires, inputs, outputs.
 
-Endpoints are written as in Modelica, counting from 1: `"u"` is an input of the graph, `"net.u[2]"` the second element
-of the variable `u` of the node `net`, `"net.u"` all of it.
+Endpoints are written as in Modelica, indices count from 1: `"u"` is an input of the graph, `"net.u[2]"` the second
+element of the variable `u` of the node `net`, `"net.u"` the whole variable.
 """
 
 from __future__ import annotations
@@ -32,23 +32,25 @@ class Graph:
     Parameters
     ----------
     nodes : sequence of Node
-        In the order of evaluation, unless `sort` is set.
+        Blocks; in evaluation order if `sort` is False.
     wires : sequence of (str, str)
         Pairs (source endpoint, destination endpoint) between nodes.
     inputs : sequence of Input
+        Inputs of the graph.
     outputs : sequence of Output
+        Outputs of the graph.
     sort : bool
-        Put the nodes into an order in which every block with direct feed-through comes after its sources.  Without
-        loops the chain is evaluated from input to output, without delay.  In a loop the blocks without direct
-        feed-through come first and read the values held since the last step, as a sampled loop does.
+        Sort the nodes so that every block with direct feed-through comes after its sources.  A chain without loops is
+        evaluated from input to output without delay.  In a loop, blocks without direct feed-through come first and read
+        the values held since the last step, as in a sampled loop.
     step : float
-        Sample period (s) of the model, at which its sampled blocks advance in Model Exchange; 0: none is stated.
+        Sample period (s) at which sampled blocks advance in Model Exchange; 0 states none.
 
     Raises
     ------
     InputError
-        A bad step, unknown endpoints, sizes that differ, an input wired twice, two nodes of one name, an algebraic loop
-        (with the names along it).
+        Invalid step, unknown endpoint, sizes that differ, an input wired twice, two nodes with one name, an algebraic
+        loop (the message names its blocks).
     """
 
     def __init__(
@@ -61,7 +63,7 @@ class Graph:
         step: float = 0.0,
     ) -> None:
         if not (np.isfinite(step) and step >= 0):
-            raise InputError(f"the step of a graph must be a float in [0, inf). Got {step} instead.")
+            raise InputError(f"The step of a graph must be a float in [0, inf). Got {step} instead.")
         self.step = float(step)
         self.nodes = tuple(nodes)
         self.wires = tuple((a, b) for a, b in wires)
@@ -71,16 +73,16 @@ class Graph:
         for kind, listed in (("block", names), ("port", port_names)):
             twice = {n for n in listed if listed.count(n) > 1}
             if twice:
-                raise InputError(f"two {kind}s have the name {sorted(twice)[0]!r}")
+                raise InputError(f"The {kind}s of a graph must have different names. Got {sorted(twice)[0]!r} twice.")
         self.links = self._resolve()
-        order = self._order()  # also refuses an algebraic loop
+        order = self._order()  # also raises on an algebraic loop
         if sort:
             self.nodes = tuple(self.nodes[i] for i in order)
             self.links = self._resolve()
         self.ports = self._ports()
 
     def __getstate__(self) -> dict[str, object]:
-        """What goes to another process: rows of the C tables are looked up again there."""
+        """Leave out the ports, which hold rows of the C tables: another process looks them up again."""
         return {k: v for k, v in self.__dict__.items() if k != "ports"}
 
     def __setstate__(self, state: dict[str, object]) -> None:
@@ -89,42 +91,42 @@ class Graph:
 
     @classmethod
     def single(cls, node: Node) -> Graph:
-        """A graph of one block, `node`, whose ports are the block's own."""
+        """Make a graph of one block, `node`, with the ports of the block."""
         kind = node.block
         inputs = [Input(v.name, (f"{node.name}.{v.name}",), v.unit, v.start, v.text) for v in kind.of("input")]
         outputs = [Output(v.name, f"{node.name}.{v.name}", v.unit, v.text) for v in kind.of("output")]
         return cls([node], (), inputs, outputs)
 
     def node(self, name: str) -> Node:
-        """The node of that `name`.
+        """Return the node called `name`.
 
         Raises
         ------
         InputError
-            There is none.
+            The graph has no such node.
         """
         for n in self.nodes:
             if n.name == name:
                 return n
-        raise InputError(f"no block {name!r} in the graph; it has {[n.name for n in self.nodes]}")
+        raise InputError(f"The block must be one of {[n.name for n in self.nodes]}. Got {name!r} instead.")
 
     def replace(self, node: Node) -> Graph:
-        """The same graph with one node exchanged for another of the same name."""
+        """Return the same graph with one node replaced by another of the same name."""
         self.node(node.name)
         nodes = [node if n.name == node.name else n for n in self.nodes]
         return Graph(nodes, self.wires, self.inputs, self.outputs, sort=False, step=self.step)
 
     def with_step(self, step: float) -> Graph:
-        """The same graph with another sample period `step` (s)."""
+        """Return the same graph with another sample period `step` (s)."""
         return Graph(self.nodes, self.wires, self.inputs, self.outputs, sort=False, step=step)
 
     # ---- resolving endpoints --------------------------------------------------------------------------------------
     def _endpoint(self, text: str, kinds: tuple[str, ...]) -> tuple[int, int, int, Var]:
-        """(node, place among the variables of these kinds, number of elements, row)"""
+        """Resolve an endpoint to (node, place among the variables of these kinds, number of elements, row)."""
         m = _ENDPOINT.match(text)
         index = {n.name: i for i, n in enumerate(self.nodes)}
         if not m or not m[2] or m[1] not in index:
-            raise InputError(f"the connection end {text!r} names no block; blocks: {list(index)}")
+            raise InputError(f"The block of a connection end must be one of {list(index)}. Got {text!r} instead.")
         node = self.nodes[index[m[1]]]
         sizes, place = node.sizes, 0
         share = ("input", "time") if "input" in kinds else kinds
@@ -133,28 +135,31 @@ class Graph:
                 if m[3] is None:
                     return index[m[1]], place, sizes[v.name], v
                 if not 1 <= int(m[3]) <= sizes[v.name]:
-                    raise InputError(f"the index of {text!r} must be in 1..{sizes[v.name]}")
+                    raise InputError(f"The index of {text!r} must be in 1..{sizes[v.name]}. Got {m[3]} instead.")
                 return index[m[1]], place + int(m[3]) - 1, 1, v
             place += sizes[v.name]
         have = [v.name for v in node.block.of(*kinds)]
-        raise InputError(f"the connection end {text!r}: {node.type} has no such {kinds[0]}; it has {have}")
+        raise InputError(
+            f"The {kinds[0]} of {node.type} at a connection end must be one of {have}. Got {text!r} instead."
+        )
 
     def _resolve(self) -> list[tuple[int, int, int, int, int]]:
-        """Wires as (node, place, source or -1, place, size), sorted by node."""
+        """Resolve the wires to (node, place, source or -1, place, size), sorted by node."""
         links: list[tuple[int, int, int, int, int]] = []
         for a, b in self.wires:
             to, to_place, n, _ = self._endpoint(b, ("input",))
             source, from_place, m, _ = self._endpoint(a, ("output",))
             if n != m:
-                raise InputError(f"the connection {a!r} -> {b!r} joins {m} values to {n}")
+                raise InputError(f"The connection {a!r} -> {b!r} must join equal sizes. Got {m} and {n} instead.")
             links.append((to, to_place, source, from_place, n))
         at = 0
         for port in self.inputs:
             if not port.to:
-                raise InputError(f"the input {port.name!r} is connected to nothing")
+                raise InputError(f"The input {port.name!r} must be connected to a block. Got no connection.")
             ends = [self._endpoint(b, ("input",)) for b in port.to]
             if len({e[2] for e in ends}) != 1:
-                raise InputError(f"the input {port.name!r} is connected to inputs of different sizes")
+                sizes = [e[2] for e in ends]
+                raise InputError(f"The input {port.name!r} must be connected to inputs of one size. Got sizes {sizes}.")
             links += [(e[0], e[1], -1, at, e[2]) for e in ends]
             at += ends[0][2]
         self.n_inputs = at
@@ -162,12 +167,12 @@ class Graph:
         for to, place, _, _, n in links:
             for k in range(place, place + n):
                 if (to, k) in driven:
-                    raise InputError(f"an input of {self.nodes[to].name!r} is connected twice")
+                    raise InputError(f"An input of {self.nodes[to].name!r} must have one source. Got two connections.")
                 driven.add((to, k))
         return sorted(links)
 
     def _order(self) -> list[int]:
-        # the second input of an implicit inverse is what it tries its output for: no loop, and no source to wait for
+        # the second input of an implicit inverse returns the response to its trial output: neither a loop nor a source
         tried = [bool(n.block.flags & IMPLICIT) for n in self.nodes]
         edges = {(s, d) for d, place, s, _, _ in self.links if s >= 0 and not (tried[d] and place == 1)}
         return evaluation_order([n.name for n in self.nodes], [n.feeds_through() for n in self.nodes], edges)
@@ -204,32 +209,34 @@ class Graph:
         names = [s for p in ports for s in p.scalar_names]
         if len(set(names)) < len(names):
             twice = next(n for n in names if names.count(n) > 1)
-            raise InputError(f"two variables of the unit would have the name {twice!r}; rename a block or a port")
+            raise InputError(
+                f"The variables of a unit must have different names. Got {twice!r} twice: rename a block or a port."
+            )
         return tuple(ports)
 
     def port(self, name: str) -> Port:
-        """The variable of that `name`.
+        """Return the port called `name`.
 
         Raises
         ------
         InputError
-            There is none.
+            The graph has no such port.
         """
         for p in self.ports:
             if p.name == name:
                 return p
-        raise InputError(f"no variable {name!r}; there are {', '.join(p.name for p in self.ports[:20])}")
+        raise InputError(f"The variable must be one of {[p.name for p in self.ports[:20]]}. Got {name!r} instead.")
 
     @property
     def continuous_states(self) -> tuple[ContinuousState, ...]:
-        """The continuous states in the order of the core, one per element; none is a variable that can be set."""
+        """Continuous states in the order of the core, one per element; none is a variable that can be set."""
         taken = {s for p in self.ports for s in p.scalar_names}
         states: list[ContinuousState] = []
         for n in self.nodes:
             for v in n.block.of("cstate"):
                 name = v.name if len(self.nodes) == 1 else f"{n.name}_{v.name}"
                 for own in element_names(name, n.sizes[v.name]):
-                    while own in taken:  # names are free text: a port may have taken it
+                    while own in taken:  # port names are free text and may collide
                         own += "_"
                     taken.add(own)
                     states.append(ContinuousState(own, v.unit, v.text))
@@ -241,40 +248,40 @@ class Graph:
         return sum(p.size for p in self.ports if p.kind == "output")
 
     def dependencies(self) -> dict[str, tuple[str, ...]]:
-        """For every output port the names of the input ports that it depends on through direct feed-through."""
+        """Return, for every output port, the input ports that it depends on through direct feed-through."""
         listed = [i.name for i in self.inputs]
         outputs, _ = dependencies(self.nodes, self.links, self.ports)
         return {name: tuple(sorted(known.inputs, key=listed.index)) for name, known in outputs.items()}
 
     # ---- running --------------------------------------------------------------------------------------------------
     def to_bytes(self) -> bytes:
-        """The block file (`resources/block.bin`); the format is in `fmu_build/README.md`."""
+        """Serialise as a block file (`resources/block.bin`); `fmu_build/README.md` has the format."""
         return block_file(self.step, self.nodes, self.links, self.ports)
 
     @property
     def token(self) -> str:
-        """The token that ties the block file to its modelDescription.xml (guid, instantiationToken)."""
+        """Token that ties the block file to its modelDescription.xml (guid, instantiationToken)."""
         return token_of(self.to_bytes())
 
     def executor(self) -> Executor:
-        """The graph loaded into the C core."""
+        """Load the graph into the C core."""
         return Executor(self.to_bytes())
 
     def run(self, u: Array | Sequence[float], h: float = 1.0, t0: float = 0.0) -> Array:
-        """Outputs for input rows `u`, `h` seconds apart, from a fresh start.
+        """Run the graph over input rows from a fresh start.
 
         Parameters
         ----------
-        u : array, shape (n,) or (n, number of inputs)
-            Inputs, held over the step that ends at their row; row 0 is the initialisation.
+        u : array, shape (n,) or (n, n_inputs)
+            Inputs; each row is held over the step that ends at it.  Row 0 is the initialisation.
         h : float
-            Step in seconds.
+            Step (s).
         t0 : float
-            Time of row 0 in seconds.
+            Time of row 0 (s).
 
         Returns
         -------
-        array, shape (n,) for one output, else (n, number of outputs)
+        array, shape (n,) for one output, else (n, n_outputs)
 
         Raises
         ------
@@ -285,8 +292,9 @@ class Graph:
         if rows.ndim == 1:
             rows = rows[:, None]
         if rows.shape[1] != self.n_inputs:
-            raise InputError(f"the graph has {self.n_inputs} inputs; got rows of {rows.shape[1]}")
+            raise InputError(f"The input rows must have {self.n_inputs} values. Got {rows.shape[1]} instead.")
         if not np.isfinite(rows).all():
-            raise InputError(f"the input is not finite in row {int(np.argwhere(~np.isfinite(rows))[0][0])}")
+            row, k = np.argwhere(~np.isfinite(rows))[0]
+            raise InputError(f"The input must be finite in every row. Got {rows[row, k]} in row {row}.")
         y = self.executor().run(rows, self.n_outputs, h, t0)
         return y[:, 0] if y.shape[1] == 1 else y

@@ -1,4 +1,4 @@
-"""The blocks as text: an overview, one block in detail, JSON, and the table of the README; all from the C tables."""
+"""Blocks as text, from the C tables: overview, one block in detail, JSON, the table of the README."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hystfmu.report.terminal import table
 def _find(name: str) -> BlockType:
     types = block_types()
     if name not in types:
-        raise InputError(f"no block {name!r}; there are {', '.join(types)}")
+        raise InputError(f"The block must be one of {', '.join(types)}. Got {name!r} instead.")
     return types[name]
 
 
@@ -25,13 +25,13 @@ def _ports(t: BlockType) -> tuple[str, str]:
 
 
 def overview() -> str:
-    """All blocks, a line each."""
+    """List all blocks, one line each."""
     rows = [[t.name, *_ports(t), t.text] for t in block_types().values()]
     return table(["block", "inputs", "outputs", "what it is"], rows)
 
 
 def details(name: str) -> str:
-    """One block: equation, source, sizes, ports, parameters."""
+    """Describe one block: equation, source, sizes, ports, parameters."""
     t = _find(name)
     lines = [f"{t.name} ({t.class_name}): {t.text}", "", f"  {t.equation}", f"  source: {t.source}"]
     lines += [f"  family: {t.family}; rate: {t.rate}"]
@@ -43,7 +43,7 @@ def details(name: str) -> str:
     for title, kinds in (("input", ("input",)), ("output", ("output",)), ("parameter", ("param", "fixed"))):
         rows = [_row(v) for v in t.of(*kinds)]
         if rows:
-            lines += ["", table([title, "size", "unit", "default", "range", "meaning"], rows)]
+            lines += ["", table([title, "size", "unit of measure", "default", "range", "meaning"], rows)]
     return "\n".join(lines)
 
 
@@ -53,7 +53,7 @@ def _row(v: Var) -> list[Any]:
 
 
 def as_json(name: str | None = None) -> str:
-    """One block or all, for machines."""
+    """Describe one block or all as JSON."""
     types = [_find(name)] if name else list(block_types().values())
     return json.dumps([_data(t) for t in types], indent=1)
 
@@ -73,7 +73,7 @@ def _data(t: BlockType) -> dict[str, Any]:
 
 
 def markdown() -> str:
-    """The table of the README."""
+    """Write the table of the README."""
     lines = ["| block | inputs | outputs | what it is |", "|---|---|---|---|"]
     for t in block_types().values():
         inputs, outputs = _ports(t)

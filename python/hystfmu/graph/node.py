@@ -1,4 +1,4 @@
-"""One block of a graph: its type, sizes and parameter values, checked against the table of the block."""
+"""One block of a graph: type, sizes and parameter values, validated against the table of the block."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Node:
     name : str
         Name of the instance, unique in the graph.
     type : str
-        Key of the block, e.g. ``"prandtl_ishlinskii"``.
+        Name of the block type, e.g. ``"prandtl_ishlinskii"``.
     dims : mapping of str to int
-        Sizes; a missing one follows from the length of an array value, else from the table.
+        Sizes; a missing size follows from the length of an array value, else from the table.
     values : mapping
-        Parameter values; a missing one has the start value of the table.  Enumerations take their words.
+        Parameter values; a missing value is the default of the table.  Enumerations take their words.
 
     Raises
     ------
@@ -48,27 +48,31 @@ class Node:
 
     def __post_init__(self) -> None:
         if not _NAME.match(self.name):
-            raise InputError(f"the block name {self.name!r} must be a letter followed by letters, digits or _")
+            raise InputError(
+                f"The name of a block must be a letter followed by letters, digits or _. Got {self.name!r} instead."
+            )
         kind = self.block  # raises on an unknown type
         unknown = set(self.dims) - {d.name for d in kind.dims}
         if unknown:
-            raise InputError(f"{self.type} has no size {sorted(unknown)[0]!r}; it has {[d.name for d in kind.dims]}")
+            names = [d.name for d in kind.dims]
+            raise InputError(f"A size of {self.type} must be one of {names}. Got {sorted(unknown)[0]!r} instead.")
         unknown = set(self.values) - {v.name for v in kind.parameters}
         if unknown:
             names = [v.name for v in kind.parameters]
-            raise InputError(f"{self.type} has no parameter {sorted(unknown)[0]!r}; it has {names}")
+            raise InputError(f"A parameter of {self.type} must be one of {names}. Got {sorted(unknown)[0]!r} instead.")
         object.__setattr__(self, "dims", self._complete_dims())
         sizes = self.sizes
         if sum(sizes.values()) > _MOST_VALUES:
             raise InputError(
-                f"{self.name}: sizes {dict(self.dims)} make too many values; at most {_MOST_VALUES} fit a graph"
+                f"The sizes of {self.name} must make at most {_MOST_VALUES} values. Got too many values with "
+                f"{dict(self.dims)}."
             )
         for v in kind.parameters:
             self._flat(v, sizes[v.name])
 
     @property
     def block(self) -> BlockType:
-        """The description of the block.
+        """Description of the block.
 
         Raises
         ------
@@ -77,19 +81,23 @@ class Node:
         """
         types = block_types()
         if self.type not in types:
-            raise InputError(f"no block {self.type!r}; 'hystfmu blocks' lists them: {', '.join(types)}")
+            names = ", ".join(types)
+            raise InputError(
+                f"The type of a block must be one of {names} ('hystfmu blocks'). Got {self.type!r} instead."
+            )
         return types[self.type]
 
     def _complete_dims(self) -> dict[str, int]:
         dims = dict(self.dims)
-        for v in self.block.parameters:  # a row of size n, or n + 1, tells n by its length
+        for v in self.block.parameters:  # the length of a row of size n or n + 1 gives n
             m = _LENGTH.match(v.size)
             if m and v.name in self.values and m[1] not in dims and m[1] in {d.name for d in self.block.dims}:
                 dims[m[1]] = int(np.size(np.asarray(self.values[v.name]))) - int(m[2] or 0)
         for d in self.block.dims:
             n = dims.setdefault(d.name, d.start)
             if isinstance(n, bool) or int(n) != n or not d.lo <= n <= d.hi:
-                raise InputError(f"The size '{d.name}' of {self.name} must be an int in [{d.lo}, {d.hi}]. Got {n}.")
+                wanted = f"an int in [{d.lo}, {d.hi}]"
+                raise InputError(f"The '{d.name}' size of {self.name} must be {wanted}. Got {n} instead.")
             dims[d.name] = int(n)
         return dims
 
@@ -108,11 +116,15 @@ class Node:
         try:
             array = np.asarray(value, dtype=np.float64).ravel()
         except (TypeError, ValueError):
-            raise InputError(f"The '{v.name}' parameter of {self.name} must be numbers. Got {value!r}.") from None
+            raise InputError(
+                f"The '{v.name}' parameter of {self.name} must be a number or an array of them. Got {value!r} instead."
+            ) from None
         if array.size == 1 and size != 1:
             array = np.broadcast_to(array, (size,))
         if array.size != size:
-            raise InputError(f"The '{v.name}' parameter of {self.name} must have {size} values. Got {array.size}.")
+            raise InputError(
+                f"The '{v.name}' parameter of {self.name} must have {size} values. Got {array.size} instead."
+            )
         bad = ~(np.isfinite(array) & (array >= v.lo) & (array <= v.hi))
         if v.type != "real":
             bad |= array != np.floor(array)
@@ -122,36 +134,36 @@ class Node:
         return array
 
     def parameters(self) -> Array:
-        """All parameter values in the order of the table, flat: shape (n,)."""
+        """Return all parameter values in the order of the table, flattened to shape (n,)."""
         sizes = self.sizes
         return np.concatenate([self._flat(v, sizes[v.name]) for v in self.block.parameters] or [np.zeros(0)])
 
     def value(self, name: str) -> Array:
-        """The parameter `name` as a flat array, shape (n,).
+        """Return the parameter `name` as a flat array, shape (n,).
 
         Raises
         ------
         InputError
-            No such parameter.
+            The block has no such parameter.
         """
         rows = {v.name: v for v in self.block.parameters}
         if name not in rows:
-            raise InputError(f"{self.type} has no parameter {name!r}; it has {list(rows)}")
+            raise InputError(f"A parameter of {self.type} must be one of {list(rows)}. Got {name!r} instead.")
         return self._flat(rows[name], self.sizes[name]).copy()
 
     def with_values(self, **values: Value) -> Node:
-        """The same node with some values changed."""
+        """Return the same node with some values changed."""
         return Node(self.name, self.type, self.dims, {**self.values, **values})
 
     def feeds_through(self) -> bool:
-        """Whether an output depends on the present inputs."""
+        """Return whether an output depends on the present inputs (direct feed-through)."""
         if not self.block.raw.feedthrough:
             return True
         dims, p = self.raw_arguments()
         return bool(self.block.raw.feedthrough(dims, p.ctypes.data_as(C.POINTER(C.c_double))))
 
     def raw_arguments(self) -> tuple[C.Array[C.c_int], Array]:
-        """Sizes and parameters as the C functions of the block take them; derived values are 0."""
+        """Return sizes and parameters as the C functions of the block take them; derived values are 0."""
         sizes, kind = self.sizes, self.block
         derived = sum(sizes[v.name] for v in kind.of("derived"))
         return kind.raw_dims(self.dims), np.concatenate([self.parameters(), np.zeros(derived)])

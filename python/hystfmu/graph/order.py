@@ -1,4 +1,4 @@
-"""The order in which the blocks of a graph are evaluated, and the sentence about an algebraic loop."""
+"""Evaluation order of the blocks of a graph; detection of algebraic loops."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from hystfmu.base.errors import InputError
 
 
 def evaluation_order(names: Sequence[str], through: Sequence[bool], edges: set[tuple[int, int]]) -> list[int]:
-    """Sources before what reads them; in a loop, the blocks that only read held values first.
+    """Order blocks so that each source precedes its readers; in a loop, blocks that read held values come first.
 
     Parameters
     ----------
     names : sequence of str
-        Of the blocks, in the order that is kept where it fits already.
+        Block names; an order that is already valid is kept.
     through : sequence of bool
-        Which of them have direct feed-through.
+        Which blocks have direct feed-through.
     edges : set of (int, int)
-        (source, reader), as places in `names`.
+        Wires (source, reader), as indices into `names`.
 
     Returns
     -------
     list of int
-        Places in the order of evaluation.
+        Indices in evaluation order.
 
     Raises
     ------
     InputError
-        An algebraic loop, with the names along it.
+        An algebraic loop; the message names its blocks.
     """
     order, left = _sorted(len(names), edges)
     if not left:
@@ -35,24 +35,26 @@ def evaluation_order(names: Sequence[str], through: Sequence[bool], edges: set[t
     edges = {(s, d) for s, d in edges if through[d]}
     order, left = _sorted(len(names), edges)
     if not left:
-        # in a loop, a block that only reads held values must not read a new one: it goes first
+        # in a loop, a block without direct feed-through reads held values, so it goes before its sources are updated
         return sorted(order, key=lambda i: through[i])
     path = [left[0]]
     while path.count(path[-1]) < 2:
         path.append(next(s for s, d in sorted(edges) if d == path[-1] and s in left))
     loop = " <- ".join(names[i] for i in path[path.index(path[-1]) :])
-    raise InputError(f"algebraic loop: {loop}; put a delay or a strictly proper transfer_function into it")
+    raise InputError(
+        f"The wires must not form an algebraic loop: {loop}. Insert a delay or a strictly proper transfer_function."
+    )
 
 
 def _sorted(n: int, edges: set[tuple[int, int]]) -> tuple[list[int], list[int]]:
-    """Places in order, and those that wait for each other."""
+    """Sort topologically; return the sorted indices and those left over in cycles."""
     order: list[int] = []
     left = list(range(n))
     while left:
         free = [i for i in left if not any(s in left for s, d in edges if d == i)]
         if not free:
             break
-        # one at a time and the first in the listed order, so that an order that already fits stays as it is
+        # take only the first free block each time, so that a valid order is kept
         order.append(free[0])
         left.remove(free[0])
     return order, left

@@ -1,4 +1,4 @@
-"""What a graph shows outside: its inputs and outputs as stated, and the variables and states that an importer sees."""
+"""Interface of a graph: inputs and outputs, and the variables and states that an importer sees."""
 
 from __future__ import annotations
 
@@ -8,13 +8,27 @@ from hystfmu.core.library import Var
 
 
 def element_names(name: str, size: int) -> tuple[str, ...]:
-    """One plain name per element of a variable: `w`, or `w_1`, `w_2`, ... for an array."""
+    """Return one name per element of a variable: `w`, or `w_1`, `w_2`, ... for an array."""
     return (name,) if size == 1 else tuple(f"{name}_{i + 1}" for i in range(size))
 
 
 @dataclass(frozen=True)
 class Input:
-    """An input of a graph."""
+    """An input of a graph.
+
+    Parameters
+    ----------
+    name : str
+        Name of the port.
+    to : tuple of str
+        Endpoints that it drives.
+    unit : str
+        Unit of measure.
+    start : float
+        Start value.
+    text : str
+        Description.
+    """
 
     name: str
     to: tuple[str, ...]
@@ -25,7 +39,19 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """An output of a graph."""
+    """An output of a graph.
+
+    Parameters
+    ----------
+    name : str
+        Name of the port.
+    source : str
+        Endpoint that it reads.
+    unit : str
+        Unit of measure.
+    text : str
+        Description.
+    """
 
     name: str
     source: str
@@ -35,7 +61,25 @@ class Output:
 
 @dataclass(frozen=True)
 class Port:
-    """A variable of the finished unit, as an importer sees it: its elements have references from `reference` on."""
+    """A variable of the unit as an importer sees it; its elements have value references from `reference` on.
+
+    Attributes
+    ----------
+    name, kind, text : str
+        Name, kind (param, fixed, input, output) and description.
+    node : int
+        Index of its block in the graph.
+    var : Var
+        Row of the block's table.
+    place : int
+        Index of the first element among the inputs of the graph, or within the variable of the block.
+    reference, size : int
+        First value reference and number of elements.
+    unit : str
+        Unit of measure.
+    start : tuple of float
+        Start values, one per element.
+    """
 
     name: str
     kind: str
@@ -61,7 +105,7 @@ class Port:
 
 @dataclass(frozen=True)
 class ContinuousState:
-    """One continuous state of the finished unit, as Model Exchange names it; its derivative is `der(name)`."""
+    """One continuous state of the unit as Model Exchange names it; its derivative is `der(name)`."""
 
     name: str
     unit: str

@@ -1,4 +1,4 @@
-"""In which way the blocks of a graph advance in time: the rate classes that their tables state."""
+"""Rate classes of the blocks of a graph, as their tables state them."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from hystfmu.graph.graph import Graph
 
 
 def is_hysteretic(graph: Graph) -> bool:
-    """Whether a memory takes its input at every completed step of a solver."""
+    """Return whether a block updates its memory at every completed step of a solver."""
     return any(n.block.rate == "hysteretic" for n in graph.nodes)
 
 
 def is_sampled(graph: Graph) -> bool:
-    """Whether a block advances in samples only."""
+    """Return whether a block advances at sample times only."""
     return any(n.block.rate == "sampled" for n in graph.nodes)

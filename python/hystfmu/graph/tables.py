@@ -1,4 +1,4 @@
-"""A graph as tables of a TOML file, the same in model files and scenarios: read by pydantic, written as plain data."""
+"""TOML tables of a graph, shared by model files and scenarios: read by pydantic, written as plain data."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class OutputTable(pydantic.BaseModel):
 
 
 class GraphTable(pydantic.BaseModel):
-    """Blocks in the order of their evaluation, wires, inputs, outputs."""
+    """Blocks in evaluation order, wires, inputs, outputs."""
 
     model_config = STRICT
     blocks: list[BlockTable] = Field(min_length=1, max_length=1000)
@@ -56,12 +56,12 @@ class GraphTable(pydantic.BaseModel):
     outputs: list[OutputTable] = []
 
     def graph(self) -> Graph:
-        """The graph that the tables describe.
+        """Build the graph that the tables describe.
 
         Raises
         ------
         InputError
-            As `Graph`.
+            Raised as by `Graph`.
         """
         nodes = [Node(b.name, b.type, b.dims, b.values) for b in self.blocks]
         inputs = [Input(i.name, tuple(i.to), i.unit, i.start, i.text) for i in self.inputs]
@@ -70,7 +70,7 @@ class GraphTable(pydantic.BaseModel):
 
 
 def graph_tables(g: Graph) -> dict[str, Any]:
-    """The tables of a graph, with all its values."""
+    """Return a graph as TOML tables, with all values."""
     return {
         "wires": [list(w) for w in g.wires],
         "inputs": [

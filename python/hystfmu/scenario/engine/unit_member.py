@@ -98,7 +98,7 @@ class UnitMember:
     def slope(self, du: list[float]) -> list[float] | None:
         seeds = np.zeros(self._n_inputs)
         seeds[self._elements] = du
-        dy = self._unit.slopes(self._end, seeds)
+        dy = self._unit.tangent(self._end, seeds)
         return dy.tolist() if np.isfinite(dy).all() else None
 
     def memory(self) -> str:
