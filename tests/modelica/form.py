@@ -30,7 +30,7 @@ def place_complaints(file: Path, root: Path) -> Iterator[str]:
     within = re.search(r"^within ([\w.]+);", body, re.M)
     if (within[1] if within else "") != expected:
         yield f"{file.name} is within {within[1] if within else 'nothing'} and stands in {expected}"
-    if not re.search(rf"^end {name};\s*\Z", body, re.M):
+    if not re.search(rf"^end {name};\s*\Z|^type {name} = ", body, re.M):
         yield f"{file.name} does not end with 'end {name};'"
 
 

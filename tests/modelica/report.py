@@ -1,6 +1,6 @@
 """`make modelica`: every class of the library, every kind of exported model; exit status 1 if one is not as it should.
 
-report.py [--record]    --record writes the references of the Validation models anew
+report.py [--record]    --record writes the references of the models without a numpy form anew
 """
 
 from __future__ import annotations

@@ -18,11 +18,5 @@ def test_class_equals_the_table(name: str) -> None:
     assert list(table.differences(library.classes()[name])) == []
 
 
-# C blocks that the library has no class for, and why
-WITHOUT: dict[str, str] = {}
-
-
-def test_every_block_has_a_class_or_a_reason_for_none() -> None:
-    with_class = {table.TWINS[n.rsplit(".", 1)[-1]].name for n in table.PAIRS}
-    assert with_class | set(WITHOUT) == set(block_types())
-    assert not with_class & set(WITHOUT)
+def test_every_block_has_a_class() -> None:
+    assert {table.TWINS[n.rsplit(".", 1)[-1]].name for n in table.PAIRS} == set(block_types())

@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation;
 model BacklashSumDynamics "Ten plays and a linear term before dynamics of 500 Hz, default values"
   extends Icons.Example;

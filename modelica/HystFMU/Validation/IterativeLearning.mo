@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation;
 model IterativeLearning "Iterative learning over three periods, with lead, filter and limits"
   extends Icons.Example;

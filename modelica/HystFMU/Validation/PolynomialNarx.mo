@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation;
 model PolynomialNarx "Polynomial network of degree 2 in four variables"
   extends Icons.Example;

@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation;
 model PolynomialNfir "Polynomial network of degree 3 without lagged outputs, direct feed-through"
   extends Icons.Example;

@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation;
 model StateSpace "Lag of 0.05 s, discretised for 0.01 s"
   extends Icons.Example;

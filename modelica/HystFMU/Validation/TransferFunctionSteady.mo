@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation;
 model TransferFunctionSteady "Third-order dynamics with direct feed-through and ramps as input, from equilibrium"
   extends Icons.Example;

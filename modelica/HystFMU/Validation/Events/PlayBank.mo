@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Events;
 model PlayBank "Three plays, one of width 0, events"
   extends Icons.Example;

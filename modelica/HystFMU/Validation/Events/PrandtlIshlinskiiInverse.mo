@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Events;
 model PrandtlIshlinskiiInverse "Inverse of a Prandtl-Ishlinskii operator, events"
   extends Icons.Example;

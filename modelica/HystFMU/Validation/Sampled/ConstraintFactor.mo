@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Sampled;
 model ConstraintFactor "Constraint-factor operator with two odd powers, beyond d_max too, sampled"
   extends Icons.Example;

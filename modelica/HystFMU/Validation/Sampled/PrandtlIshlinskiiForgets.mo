@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Sampled;
 model PrandtlIshlinskiiForgets "Prandtl-Ishlinskii operator with so short a memory that it forgets, sampled"
   extends Icons.Example;

@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Sampled;
 model PreisachLow "Preisach operator from negative saturation, sampled"
   extends Icons.Example;

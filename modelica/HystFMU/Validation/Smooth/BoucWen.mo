@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Smooth;
 model BoucWen "Bouc-Wen operator in closed form, smooth"
   extends Icons.Example;

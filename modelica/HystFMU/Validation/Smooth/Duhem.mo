@@ -1,4 +1,4 @@
-// generated from the table modelica/validation.toml by `make generate` - do not edit
+// generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Smooth;
 model Duhem "Duhem operator of degrees 1 and 2, smooth"
   extends Icons.Example;

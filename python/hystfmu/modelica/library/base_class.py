@@ -37,11 +37,6 @@ class BaseClass:
         """Name of the generated class below HystFMU."""
         return f"{self.package}.BaseClasses.{self.name}"
 
-    def classes(self, shelf: Shelf) -> list[str]:
-        """The hand-written classes that extend it."""
-        single = f"{self.package}.{self.name}"
-        return [single] if single in shelf.texts else shelf.realisations(self.package, self.name)
-
     @property
     def wanted(self) -> str:
         """The file that a block's author writes."""
@@ -51,7 +46,7 @@ class BaseClass:
         """The file."""
         block = self.block
         left_out = lacks(block, self.name)
-        rated = any("usesRate" in shelf.texts[c] for c in self.classes(shelf))
+        rated = any("usesRate" in shelf.texts[c] for c in shelf.classes(self.name))
         inputs = ports(block, "input", left_out)
         declared = [
             *(dim(d) for d in block.dims if d.name not in left_out),
@@ -83,7 +78,7 @@ class BaseClass:
         return "Block" if package_of(self.block) == "Operators" else icons.get(self.package, "Block")
 
     def _paragraphs(self, shelf: Shelf) -> list[str]:
-        classes = self.classes(shelf)
+        classes = shelf.classes(self.name)
         shown = [*shelf.examples(classes), f"Validation.{classes[0].split('.', 1)[1]}"] if classes else []
         found = [
             f"<b>Equation:</b> {equation(self.block.equation)}.",

@@ -22,7 +22,7 @@ def enumerations() -> dict[str, str]:
             if package != _PACKAGE:
                 continue
             words = ", ".join(f"{w} {sentence(w)}" for w in v.choices)
-            info = information(f"{v.text}.")
+            info = information(f"{v.text.capitalize()}.")
             found[f"{package}.{name}"] = (
                 f"{mark('the C tables')}\nwithin HystFMU.{package};\n"
                 f"type {name} = enumeration({words}) {sentence(v.text)}\n"

@@ -49,9 +49,11 @@ class Shelf:
         """Name of the type of a unit of measure, e.g. ``Types.Time`` for ``s``."""
         return {unit: f"Types.{name}" for name, unit in _UNIT.findall(self.texts["Types"])}
 
-    def realisations(self, package: str, name: str) -> list[str]:
-        """Those of Sampled, Events and Smooth that hold the class `name`, each with its package."""
-        return [f"{package}.{r}.{name}" for r in REALISATIONS if f"{package}.{r}.{name}" in self.texts]
+    def classes(self, name: str) -> list[str]:
+        """The blocks and models of this name: one, or one in each realisation that it has."""
+        single = [n for n in self.texts if re.fullmatch(rf"(?!Validation|Examples|Functions)\w+\.{name}", n)]
+        realised = [f"{package}.{r}.{name}" for package in ("Operators", "Inverse") for r in REALISATIONS]
+        return single + [n for n in realised if n in self.texts]
 
     def examples(self, classes: list[str]) -> Iterator[str]:
         """The Examples that use one of these classes."""

@@ -1,47 +1,21 @@
-"""The Validation models: one component `tested` with the values of a table, on a signal that shows its memory."""
+"""The Validation models: one component `tested`, on the test signal or on inputs of its own."""
 
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from hystfmu.base.errors import InputError
-from hystfmu.core.library import BlockType
 from hystfmu.modelica.layout import placed
-from hystfmu.modelica.library.base_class import BaseClass, base_classes
+from hystfmu.modelica.library.cases import Case, cases
 from hystfmu.modelica.library.declarations import number
 from hystfmu.modelica.library.markup import information, link
-from hystfmu.modelica.library.shelf import REALISATIONS, Shelf, mark
-from hystfmu.modelica.literals import array, sentence
-from hystfmu.modelica.places import enumeration, is_sampled_class, matrix_rows
+from hystfmu.modelica.library.shelf import Shelf, mark
+from hystfmu.modelica.literals import sentence
 
 _INTERVALS = {"Events": 2e-3, "Smooth": 1e-3}  # Sampled: its sample period
 _STOP = 1.4  # of the signal
 _TOLERANCE = 1e-10
-_OMEGAS = (7, 5, 11, 13)  # of the inputs of a block that has no table
-
-
-@dataclass(frozen=True)
-class Case:
-    """A table of the file of test values."""
-
-    name: str
-    text: str
-    class_name: str
-    values: str = ""
-    amplitude: float = 1.0
-    offset: float = 0.0
-    Ts: float = 2e-3
-    realisations: tuple[str, ...] = REALISATIONS
-    inputs: Mapping[str, str] = field(default_factory=dict)
-    stop: float = 1.0
-    interval: float = 0.01
 
 
 def models(shelf: Shelf, bases: Mapping[str, str]) -> dict[str, str]:
@@ -60,20 +34,16 @@ def models(shelf: Shelf, bases: Mapping[str, str]) -> dict[str, str]:
     """
     texts = {**bases, **shelf.texts}
     found = {}
-    for case in _cases(shelf):
-        single = [
-            n for n in shelf.texts if re.fullmatch(rf"(?!Inverse\.Models|Validation|Examples)\w+\.{case.class_name}", n)
+    for case in cases(shelf):
+        classes = [
+            n for n in shelf.classes(case.class_name) if n.count(".") == 1 or n.split(".")[1] in case.realisations
         ]
-        realised = [
-            n for n in shelf.texts if re.fullmatch(rf"\w+\.({'|'.join(case.realisations)})\.{case.class_name}", n)
-        ]
-        realised = [n for n in realised if not n.startswith("Validation.")]
-        if not single and not realised:
+        if not classes:
             raise InputError(f"modelica/validation.toml: [{case.name}] is of {case.class_name}, which has no file")
-        for name in single:
-            found[f"Validation.{case.name}"] = _driven(case, name)
-        for name in realised:
-            found[f"Validation.{name.split('.')[1]}.{case.name}"] = _on_signal(case, name, texts)
+        for name in classes:
+            _, *inner = name.split(".")[:-1]
+            model = ".".join(["Validation", *inner, case.name])
+            found[model] = _on_signal(case, name, texts) if inner else _driven(case, name)
     return found
 
 
@@ -132,7 +102,7 @@ def _model(
 ) -> str:
     stop, interval = map(number, experiment)
     lines = [
-        mark("the table modelica/validation.toml"),
+        mark(case.source),
         f"within HystFMU.{within};",
         f"model {case.name} {sentence(text)}",
         "  extends Icons.Example;",
@@ -144,61 +114,3 @@ def _model(
         f"end {case.name};\n",
     ]
     return "\n".join(lines)
-
-
-def _cases(shelf: Shelf) -> list[Case]:
-    """The tables of ``modelica/validation.toml`` beside the library, and one for each class of a block without one."""
-    tables = tomllib.loads((shelf.root.parent / "validation.toml").read_text("utf-8"))
-    found = [_case(name, table) for name, table in tables.items()]
-    by_hand = {n.rsplit(".", 1)[-1] for n in shelf.texts if n.startswith("Validation.") and "BaseClasses" not in n}
-    there = {c.class_name for c in found} | by_hand
-    vectors = shelf.root.parents[1] / "tests" / "vectors"
-    return found + [_from_vectors(b, vectors) for b in base_classes() if b.name not in there and b.classes(shelf)]
-
-
-def _case(name: str, table: dict[str, Any]) -> Case:
-    given = {"class_name": name} | {{"class": "class_name"}.get(k, k): v for k, v in table.items()}
-    if "realisations" in given:
-        given["realisations"] = tuple(given["realisations"])
-    return Case(name, **given)
-
-
-def _from_vectors(base: BaseClass, vectors: Path) -> Case:
-    """The values of the first vector of a block, which the C core is known to meet."""
-    block = base.block
-    files = [vectors / kind / f"{block.name}.toml" for kind in ("published", "derived")]
-    file = next(f for f in files if f.exists())
-    case = tomllib.loads(file.read_text("utf-8"))["case"][0]
-    dims = {d.name: d.start for d in block.dims} | case.get("dims", {})
-    values = [f"{k} = {n}" for k, n in case.get("dims", {}).items()]
-    values += [f"{k} = {_literal(block, k, v, dims)}" for k, v in case.get("values", {}).items()]
-    inputs = [
-        f"{v.name}[{i + 1}]" if v.size != "1" else v.name
-        for v in block.of("input")
-        for i in range(block.sizes(dims)[v.name])
-    ]
-    largest = float(np.abs(np.asarray(case["u"], float)).max()) if inputs else 1.0
-    size = number(largest or 1.0)
-    waves = {name: f"{size}*sin({_OMEGAS[i % len(_OMEGAS)] + i // len(_OMEGAS)}*time)" for i, name in enumerate(inputs)}
-    realised = base.package in ("Operators", "Inverse") and is_sampled_class(block)
-    return Case(
-        base.name,
-        f"{block.text}, values of its first vector",
-        base.name,
-        ", ".join(values + (["Ts = 0.01"] if is_sampled_class(block) and not realised else [])),
-        amplitude=float(size),
-        inputs=waves,
-        stop=1.1,
-    )
-
-
-def _literal(block: BlockType, name: str, value: Any, dims: Mapping[str, int]) -> str:
-    v = next(v for v in block.parameters if v.name == name)
-    if v.choices:
-        word = value if isinstance(value, str) else v.choices[int(value)]
-        return f"{enumeration(block, v)}.{word}"
-    if v.size == "1":
-        return number(float(np.ravel(value)[0]))
-    values = np.asarray(value, float)
-    rows = matrix_rows(v)
-    return array(values.reshape(dims[rows], -1) if rows else values.ravel())

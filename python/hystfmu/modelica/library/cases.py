@@ -1,0 +1,97 @@
+"""Test values of the Validation models: tables of a file, and the first vector of a block that has no table."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hystfmu.core.library import BlockType
+from hystfmu.modelica.library.base_class import BaseClass, base_classes
+from hystfmu.modelica.library.declarations import number
+from hystfmu.modelica.library.shelf import REALISATIONS, Shelf
+from hystfmu.modelica.literals import array
+from hystfmu.modelica.places import enumeration, is_sampled_class, matrix_rows
+
+_OMEGAS = (7, 5, 11, 13)  # of the inputs of a block that has no table
+
+
+@dataclass(frozen=True)
+class Case:
+    """A table of the file of test values."""
+
+    name: str
+    text: str
+    class_name: str
+    values: str = ""
+    amplitude: float = 1.0
+    offset: float = 0.0
+    Ts: float = 2e-3
+    realisations: tuple[str, ...] = REALISATIONS
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    stop: float = 1.0
+    interval: float = 0.01
+    source: str = "modelica/validation.toml"
+
+
+def cases(shelf: Shelf) -> list[Case]:
+    """The tables of ``modelica/validation.toml`` beside the library, and one for each class of a block without one."""
+    tables = tomllib.loads((shelf.root.parent / "validation.toml").read_text("utf-8"))
+    found = [_case(name, table) for name, table in tables.items()]
+    by_hand = {n.rsplit(".", 1)[-1] for n in shelf.texts if n.startswith("Validation.") and "BaseClasses" not in n}
+    there = {c.class_name for c in found} | by_hand
+    vectors = shelf.root.parents[1] / "tests" / "vectors"
+    return found + [_from_vectors(b, vectors) for b in base_classes() if b.name not in there and shelf.classes(b.name)]
+
+
+def _case(name: str, table: dict[str, Any]) -> Case:
+    given = {"class_name": name} | {{"class": "class_name"}.get(k, k): v for k, v in table.items()}
+    if "realisations" in given:
+        given["realisations"] = tuple(given["realisations"])
+    return Case(name, **given)
+
+
+def _from_vectors(base: BaseClass, vectors: Path) -> Case:
+    """The values of the first vector of a block, which the C core is known to meet."""
+    block = base.block
+    files = [vectors / kind / f"{block.name}.toml" for kind in ("published", "derived")]
+    file = next(f for f in files if f.exists())
+    case = tomllib.loads(file.read_text("utf-8"))["case"][0]
+    dims = {d.name: d.start for d in block.dims} | case.get("dims", {})
+    values = [f"{k} = {n}" for k, n in case.get("dims", {}).items()]
+    values += [f"{k} = {_literal(block, k, v, dims)}" for k, v in case.get("values", {}).items()]
+    inputs = [
+        f"{v.name}[{i + 1}]" if v.size != "1" else v.name
+        for v in block.of("input")
+        for i in range(block.sizes(dims)[v.name])
+    ]
+    largest = float(np.abs(np.asarray(case["u"], float)).max()) if inputs else 1.0
+    size = number(largest or 1.0)
+    waves = {name: f"{size}*sin({_OMEGAS[i % len(_OMEGAS)] + i // len(_OMEGAS)}*time)" for i, name in enumerate(inputs)}
+    realised = base.package in ("Operators", "Inverse") and is_sampled_class(block)
+    return Case(
+        base.name,
+        f"{block.text}, values of its first vector",
+        base.name,
+        ", ".join(values + (["Ts = 0.01"] if is_sampled_class(block) and not realised else [])),
+        amplitude=float(size),
+        inputs=waves,
+        stop=1.1,
+        source=f"tests/vectors/{file.parent.name}/{file.name}",
+    )
+
+
+def _literal(block: BlockType, name: str, value: Any, dims: Mapping[str, int]) -> str:
+    v = next(v for v in block.parameters if v.name == name)
+    if v.choices:
+        word = value if isinstance(value, str) else v.choices[int(value)]
+        return f"{enumeration(block, v)}.{word}"
+    if v.size == "1":
+        return number(float(np.ravel(value)[0]))
+    values = np.asarray(value, float)
+    rows = matrix_rows(v)
+    return array(values.reshape(dims[rows], -1) if rows else values.ravel())
