@@ -1,6 +1,12 @@
 """HystFMU: identify the hysteresis of smart-material actuators, invert it, export it as FMUs.
 
-The names below load on first use, so that ``import hystfmu`` stays fast.
+>>> import hystfmu as hy
+>>> data = hy.synthetic.piezo(reversals=60, rate=1000.0)
+>>> model = hy.fit(data, "prandtl_ishlinskii")
+>>> model.inverse().export("inverse.fmu", fmi=3).name
+'inverse.fmu'
+
+Every name loads on first use, so that ``import hystfmu`` stays fast; ``dir(hystfmu)`` lists them.
 """
 
 from __future__ import annotations
@@ -9,27 +15,67 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from hystfmu import design as design
     from hystfmu.base.errors import InputError as InputError
     from hystfmu.data import Dataset as Dataset
+    from hystfmu.data import signals as signals
+    from hystfmu.data import synthetic as synthetic
+    from hystfmu.face.model import Model as Model
+    from hystfmu.face.verbs import fit as fit
+    from hystfmu.face.verbs import read_csv as read_csv
+    from hystfmu.face.verbs import validate as validate
     from hystfmu.graph import Graph as Graph
+    from hystfmu.graph import Input as Input
     from hystfmu.graph import Node as Node
-    from hystfmu.model import Model as Model
+    from hystfmu.graph import Output as Output
+    from hystfmu.graph import blocks as blocks
     from hystfmu.unit import Unit as Unit
 
 __version__ = "0.1.0"
 
-_HOME = {
-    "Dataset": "data",
-    "Graph": "graph",
-    "InputError": "base.errors",
-    "Model": "model",
-    "Node": "graph",
-    "Unit": "unit",
+_HOME = {  # where each name lives; an empty name: the module itself
+    "Dataset": "data:Dataset",
+    "Graph": "graph:Graph",
+    "Input": "graph:Input",
+    "InputError": "base.errors:InputError",
+    "Model": "face.model:Model",
+    "Node": "graph:Node",
+    "Output": "graph:Output",
+    "Unit": "unit:Unit",
+    "blocks": "graph.blocks:",
+    "design": "design:",
+    "fit": "face.verbs:fit",
+    "read_csv": "face.verbs:read_csv",
+    "signals": "data.signals:",
+    "synthetic": "data.synthetic:",
+    "validate": "face.verbs:validate",
 }
-__all__ = ["Dataset", "Graph", "InputError", "Model", "Node", "Unit"]
+__all__ = [
+    "Dataset",
+    "Graph",
+    "Input",
+    "InputError",
+    "Model",
+    "Node",
+    "Output",
+    "Unit",
+    "blocks",
+    "design",
+    "fit",
+    "read_csv",
+    "signals",
+    "synthetic",
+    "validate",
+]
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(importlib.import_module(f"hystfmu.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module, _, inner = _HOME[name].partition(":")
+    home = importlib.import_module(f"{__name__}.{module}")
+    return getattr(home, inner) if inner else home
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

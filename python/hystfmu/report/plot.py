@@ -1,4 +1,7 @@
-"""A line plot as a small inline SVG: axes with round ticks, a legend, colours from the page's style."""
+"""A line plot as a small inline SVG: axes with round ticks, a legend, colours from the page's style.
+
+A notebook shows a `Plot` or a `Figure` of several; `save` writes one as HTML or SVG.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.report.drawing import drawing, save
 
 WIDTH, HEIGHT = 480, 300
 LEFT, RIGHT, TOP, BOTTOM = 58, 10, 26, 42
@@ -26,6 +31,9 @@ class Line:
     x: Array
     y: Array
 
+    def __repr__(self) -> str:
+        return f"Line({self.name!r}, {len(self.x)} points)"
+
 
 @dataclass(frozen=True)
 class Plot:
@@ -36,6 +44,23 @@ class Plot:
     y_label: str
     lines: Sequence[Line]
     envelope: bool = False
+
+    def __repr__(self) -> str:
+        return f"Plot({self.title!r}, {', '.join(line.name for line in self.lines)})"
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it."""
+        return Figure([self])._repr_html_()
+
+    def save(self, path: str | Path) -> Path:
+        """Write the diagram to `path`, as ``*.html`` or ``*.svg``.
+
+        Raises
+        ------
+        InputError
+            Another suffix, or a file that cannot be written.
+        """
+        return Figure([self]).save(path)
 
     def svg(self) -> str:
         """The diagram as an <svg> element."""
@@ -74,6 +99,30 @@ class Plot:
         turned = f'x="12" y="{(TOP + bottom) / 2}" transform="rotate(-90 12 {(TOP + bottom) / 2})"'
         out.append(f'<text class="tick" {turned} text-anchor="middle">{escape(self.y_label)}</text></svg>')
         return "".join(out)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Diagrams side by side."""
+
+    plots: Sequence[Plot]
+
+    def __repr__(self) -> str:
+        return f"Figure({', '.join(repr(p.title) for p in self.plots)})"
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it."""
+        return drawing([(p.title, p.svg()) for p in self.plots], WIDTH, HEIGHT)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the diagrams to `path`, as ``*.html`` or ``*.svg``.
+
+        Raises
+        ------
+        InputError
+            Another suffix, or a file that cannot be written.
+        """
+        return save(path, self.plots[0].title if self.plots else "HystFMU", self._repr_html_())
 
 
 def path(x: Array, y: Array) -> str:

@@ -1,0 +1,365 @@
+"""The model of the face: the record that the rooms hand to each other, with the verbs of a user as methods."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.model import Model as Record
+from hystfmu.report.page import Table, table
+from hystfmu.report.plot import Line, Plot
+from hystfmu.unit import Unit
+
+__all__ = ["Model"]
+
+InverseMethod = Literal["auto", "exact", "implicit", "learned"]
+POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an inverse carries a warning
+MOST_SHOWN = 12  # parameters in print(model)
+
+
+class Model(Record):
+    """A model: blocks with values, where they came from, and how well they fit.
+
+    `hystfmu.fit` and `Model.load` give one; an inverse is one again.
+
+    Parameters
+    ----------
+    key : str
+        What kind of model it is, e.g. ``"zhao_tan_mlp"``.
+    graph : Graph
+        The blocks in the order of evaluation, with all values (normalisation included).
+    step : float or None
+        Sample step of the identification in seconds; None for a model that has none.
+    text : str
+        One line for a reader.
+    fit : dict
+        Numbers of the identification, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
+    provenance : dict
+        Data file, rows, options, versions.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> data = hy.synthetic.piezo(reversals=60, rate=1000.0)
+    >>> model = hy.fit(data, "prandtl_ishlinskii")
+    >>> model
+    Model('prandtl_ishlinskii', u -> y, 42 parameters, RMS 0.8 %)
+    >>> inverse = model.inverse()
+    >>> voltage = inverse.predict([0.0, 1.0, 2.0])
+    >>> [round(float(y), 6) for y in model.predict(voltage)]
+    [0.0, 1.0, 2.0]
+    """
+
+    @classmethod
+    def of(cls, record: Record) -> Model:
+        """The same model with the methods of the face.
+
+        Parameters
+        ----------
+        record : hystfmu.model.Model
+            As the rooms of the package hand it on.
+        """
+        return cls(record.key, record.graph, record.step, record.text, record.fit, record.provenance)
+
+    def score(self, other: Dataset, rows: slice | tuple[int, int] | str | None = None) -> dict[str, float]:
+        """Errors on a record: the model runs free from its row 0.
+
+        Parameters
+        ----------
+        other : Dataset
+            With a measured output.
+        rows : slice, (first, end) or "first:end", optional
+            Rows that count, from 0 on, the end excluded; default all.
+
+        Returns
+        -------
+        dict
+            ``rms`` and ``max`` in the unit of measure of y, ``rms_percent`` and ``max_percent`` of the span of y in
+            these rows.
+
+        Raises
+        ------
+        InputError
+            No measured output, or one that is constant.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> model = hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii")
+        >>> other = hy.synthetic.piezo(60, 1000.0, seed=1)
+        >>> model.score(other)["rms_percent"] < 2.0
+        True
+        """
+        from hystfmu.data.dataset import train_rows
+        from hystfmu.model.accuracy import errors
+
+        self._one_to_one("score")
+        where = other.path or other.name
+        if not other.has_output:
+            raise InputError(f"{where}: no output was measured, so there is nothing to compare with")
+        counted = train_rows(rows, len(other.t), where)
+        measured = other.y[counted]
+        span = float(np.ptp(measured))
+        if not span > 0:
+            raise InputError(f"{where}: y is constant ({measured[0]:g}): an error in percent needs a span")
+        return errors(self.predict(other.u, other.h)[counted], measured, span)
+
+    def plot(self, other: Dataset) -> Plot:
+        """The loop of a record and of the model on its input.
+
+        Parameters
+        ----------
+        other : Dataset
+            Without a measured output the model is drawn alone.
+
+        Returns
+        -------
+        Plot
+            A notebook shows it; `Plot.save` writes HTML or SVG.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> data = hy.synthetic.piezo(60, 1000.0)
+        >>> hy.fit(data, "prandtl_ishlinskii").plot(data)
+        Plot('prandtl_ishlinskii: y over u', measured, model)
+        """
+        self._one_to_one("plot")
+        lines = [Line("measured", other.u, other.y)] if other.has_output else []
+        lines.append(Line("model", other.u, self.predict(other.u, other.h)))
+        source, sink = self.graph.inputs[0], self.graph.outputs[0]
+        u, y = _with_unit("u", other.unit_u or source.unit), _with_unit("y", other.unit_y or sink.unit)
+        return Plot(f"{self.key}: y over u", u, y, lines)
+
+    def inverse(self, method: InverseMethod = "auto", seed: int = 0, **options: Any) -> Model:
+        """The inverse: a model again, whose input `u` is the wanted output and whose output `y` is the input to apply.
+
+        Parameters
+        ----------
+        method : {"auto", "exact", "implicit", "learned"}
+            exact: block by block; implicit: the root of a static model in every step; learned: a network on the
+            response of the model with input and output exchanged.  auto: the first of them that the model admits.
+        seed : int
+            Of the learned inverse.
+        **options
+            Of the implicit inverse ``lo`` and ``hi``, of the learned one those of ``play_bank_mlp``.
+
+        Returns
+        -------
+        Model
+            `fit` holds the errors of inverse and model in cascade, and a warning if they are large.
+
+        Raises
+        ------
+        InputError
+            No such inverse exists; the sentence says why and what to do.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> model = hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii")
+        >>> model.inverse().provenance["inverse"]
+        'exact'
+        """
+        from hystfmu.inverse import inverse
+
+        if method != "auto":
+            return _warned(Model.of(inverse(self, method, seed, **options)))
+        if options:
+            raise InputError(f"the option {next(iter(options))!r} belongs to one method: name it, e.g. 'implicit'")
+        for each in ("exact", "implicit"):
+            with suppress(InputError):
+                return Model.of(inverse(self, each, seed))
+        return _warned(Model.of(inverse(self, "learned", seed)))
+
+    def export(
+        self,
+        path: str | Path,
+        fmi: Literal[2, 3] = 2,
+        name: str | None = None,
+        platforms: Literal["host", "all"] = "host",
+        source: bool = False,
+    ) -> Path:
+        """Write an FMU for Co-Simulation and Model Exchange; no compiler is needed.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, usually ``*.fmu``; written as a whole or not at all.
+        fmi : {2, 3}
+            Version of the standard.
+        name : str, optional
+            Model name and identifier; by default the key of the model.
+        platforms : {"host", "all"}
+            Pack the binary of this machine, or those of all platforms that are installed.
+        source : bool
+            Pack the C source too.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            The version, the name or the platform will not do, or the file cannot be written.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii").export("piezo.fmu", fmi=3).name
+        'piezo.fmu'
+        """
+        from hystfmu.fmu.write.export import export_fmu
+
+        return export_fmu(self, path, fmi, name, platforms, source)
+
+    def export_modelica(self, folder: str | Path, source: str = "a model in memory") -> Path:
+        """Write a Modelica package: record ``Values``, block ``Model``, model ``Example``.
+
+        Parameters
+        ----------
+        folder : str or Path
+            The folder of the package; its last part names it, e.g. ``"Piezo/"``.
+        source : str
+            Where the model comes from, for the reader.
+
+        Returns
+        -------
+        Path
+            The folder.
+
+        Raises
+        ------
+        InputError
+            The name is none in Modelica, a block has no class there, or the folder holds other files.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii").export_modelica("Piezo/").name
+        'Piezo'
+        """
+        from hystfmu.modelica.package import export_modelica
+
+        target = Path(folder)
+        return export_modelica(self, target.parent, target.name, source)
+
+    def unit(self) -> Unit:
+        """A co-simulation unit: the same ports, calls and bits as the exported FMU.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> unit = hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii").unit()
+        >>> unit.initialize(0.0, u=1.5)
+        >>> unit.set("u", 2.0)
+        >>> unit.do_step(0.0, 1e-3)
+        >>> unit.get("y") == unit.graph.run([1.5, 2.0])[1]
+        True
+        """
+        return Unit(self.graph)
+
+    # ---- for people -------------------------------------------------------------------------------------------------
+    def __repr__(self) -> str:
+        """One line: kind, ports, parameters, error."""
+        parts = [repr(self.key), f"{_names(self, 'input')} -> {_names(self, 'output')}"]
+        if "parameters" in self.fit:
+            parts.append(f"{self.fit['parameters']} parameters")
+        if "cascade_rms_percent" in self.fit:
+            parts.append(f"in cascade RMS {self.fit['cascade_rms_percent']:.2g} %")
+        elif "rms_percent" in self.fit:
+            parts.append(f"RMS {self.fit['rms_percent']:.2g} %")
+        return f"Model({', '.join(parts)})"
+
+    def __str__(self) -> str:
+        """One screen: kind, ports, parameters, errors, warnings."""
+        from hystfmu.report.terminal import table as columns
+
+        lines = [f"{self.key}: {self.text}" if self.text else self.key]
+        for part in self._tables():
+            lines += ["", columns(part.head, part.rows)]
+        return "\n".join([*lines, *(f"\nwarning: {w}" for w in self.fit.get("warnings", ()))])
+
+    def _repr_html_(self) -> str:
+        """As `print`, for a notebook."""
+        warnings = "".join(f"<p><b>warning:</b> {escape(w)}</p>" for w in self.fit.get("warnings", ()))
+        title = f"<p><b>{escape(self.key)}</b>{': ' if self.text else ''}{escape(self.text)}</p>"
+        return title + "".join(map(table, self._tables())) + warnings
+
+    def _tables(self) -> list[Table]:
+        """Ports, parameters, errors."""
+        g = self.graph
+        ports = [
+            (p.kind, p.name if p.size == 1 else f"{p.name}[{p.size}]", "" if p.unit == "1" else p.unit, p.text)
+            for p in g.ports
+            if p.kind in ("input", "output")
+        ]
+        parameters = [p for p in g.ports if p.is_parameter]
+        shown: list[tuple[object, ...]] = [
+            (p.name, p.size, "" if p.unit == "1" else p.unit, _start(p.start)) for p in parameters[:MOST_SHOWN]
+        ]
+        if len(parameters) > MOST_SHOWN:
+            shown.append(("...", f"{len(parameters) - MOST_SHOWN} more", "", ""))
+        found = [Table(("port", "name", "unit of measure", "meaning"), ports)]
+        if shown:
+            found.append(Table(("parameter", "size", "unit of measure", "value"), shown))
+        errors = self._errors()
+        return [*found, Table(("errors", "RMS %", "largest %"), errors)] if errors else found
+
+    def _errors(self) -> list[tuple[str, str, str]]:
+        """Of the training rows, of rows that were held out, of the validation split, of the cascade."""
+        f, rows = self.fit, []
+        named = [("", f"training rows {self.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
+        for prefix, name in [*named, ("cascade_", "inverse and model in cascade")]:
+            if f"{prefix}rms_percent" in f:
+                rows.append((name, f"{f[f'{prefix}rms_percent']:.3g}", f"{f[f'{prefix}max_percent']:.3g}"))
+        split = self.provenance.get("auto", {}).get(self.key)
+        if split is not None:
+            rows.append(("validation split, that chose it", f"{split:.3g}", ""))
+        return rows
+
+    def _one_to_one(self, verb: str) -> None:
+        if self.graph.n_inputs != 1 or self.graph.n_outputs != 1:
+            raise InputError(f"{verb} needs a model with one input and one output; {self.key} has others")
+
+
+def held_out(model: Model, data: Dataset) -> Model:
+    """The model with its errors on the rows after the training rows, where there are enough of them."""
+    first = data.train.stop
+    if len(data.t) - first < 4 or not np.ptp(data.y[first:]) > 0:
+        return model
+    found = model.score(data, (first, len(data.t)))
+    # percent of the same span as the errors of the training rows
+    told = {f"held_out_{k}": found[k] for k in ("rms", "max")}
+    told |= {f"held_out_{k}_percent": 100 * found[k] / data.span for k in ("rms", "max")}
+    return replace(model, fit={**model.fit, **told})
+
+
+def _warned(model: Model) -> Model:
+    rms = model.fit.get("cascade_rms_percent")
+    if rms is None or rms <= POOR:
+        return model
+    line = f"a poor inverse: in cascade with its model RMS {rms:.2g} % of the span"
+    return replace(model, fit={**model.fit, "warnings": [*model.fit.get("warnings", []), line]})
+
+
+def _names(model: Record, kind: str) -> str:
+    return ", ".join(p.name if p.size == 1 else f"{p.name}[{p.size}]" for p in model.graph.ports if p.kind == kind)
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if unit not in ("", "1") else name
+
+
+def _start(values: tuple[float, ...]) -> str:
+    text = " ".join(f"{v:.4g}" for v in values[:4])
+    return f"{text} ..." if len(values) > 4 else text

@@ -1,0 +1,123 @@
+"""The verbs of the face: read, fit, run, study, validate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+from hystfmu.data import Dataset
+from hystfmu.face.model import Model, held_out
+
+__all__ = ["fit", "read_csv", "validate"]
+
+
+def read_csv(
+    path: str | Path,
+    time: str = "t",
+    input: str = "u",
+    output: str | None = "y",
+    *,
+    rate: float | None = None,
+    train: slice | tuple[int, int] | str | None = None,
+    resample: float | Literal["median"] | None = None,
+) -> Dataset:
+    """Read a measurement from a CSV file whose first line names the columns.
+
+    Columns are separated by commas, semicolons or tabs.  A name may carry its unit of measure, ``u [V]``.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    time, input, output : str
+        Names of the columns; output None: no output was measured.
+    rate : float, optional
+        Sample rate in Hz, instead of a time column.
+    train : slice, (first, end) or "first:end", optional
+        Rows that a fit counts, from 0 on, the end excluded.
+    resample : float or "median", optional
+        Rate in Hz, or one over the median step, to bring uneven steps to; without it they are refused.
+
+    Raises
+    ------
+    InputError
+        One line with file, line or column, rule and value.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> hy.synthetic.piezo(60, 1000.0).to_csv("piezo.csv")
+    >>> hy.read_csv("piezo.csv")
+    Dataset('piezo', 2601 rows, step 0.005 s)
+    """
+    return Dataset.from_csv(path, time, input, output, rate, train, resample)
+
+
+def fit(
+    data: Dataset, key: str = "auto", seed: int = 0, progress: Callable[[float], None] | None = None, **options: Any
+) -> Model:
+    """Identify a model.
+
+    Parameters
+    ----------
+    data : Dataset
+        The model runs free from row 0; the residuals of `data.train` count.
+    key : str
+        Kind of model (``hystfmu fit --models`` lists them).  ``"auto"`` tests the data for return-point memory and rate
+        dependence, discards the kinds that cannot represent it, and takes the best on the last 30 % of the training
+        rows.
+    seed : int
+        Seed of random starts; the same seed gives the same model.
+    progress : function, optional
+        Called with the fraction done, 0..1.
+    **options
+        Options of the kind of model.
+
+    Returns
+    -------
+    Model
+        Its `fit` holds errors, number of parameters and warnings; errors on the rows after the training rows too, if
+        there are any.
+
+    Raises
+    ------
+    InputError
+        Unknown kind or option, value out of range, data without output or without variation.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> data = hy.synthetic.piezo(60, 1000.0).with_train("0:2000")
+    >>> model = hy.fit(data, "prandtl_ishlinskii", N=20)
+    >>> model.fit["held_out_rms_percent"] < 2.0
+    True
+    """
+    from hystfmu.identify import fit
+
+    return held_out(Model.of(fit(data, key, seed, progress, **options)), data)
+
+
+def validate(path: str | Path, seconds: float = 60.0) -> list[str]:
+    """Check an FMU of any origin: archive, description, behaviour.
+
+    Parameters
+    ----------
+    path : str or Path
+        The FMU.  Its native code is executed, in a child process.
+    seconds : float
+        Time limit.
+
+    Returns
+    -------
+    list of str
+        Problems, a line each; empty if there are none.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is no whole zip archive.
+    """
+    from hystfmu.fmu.check.check import check_fmu
+
+    return check_fmu(path, seconds)

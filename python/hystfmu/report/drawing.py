@@ -1,0 +1,60 @@
+"""Diagrams that stand alone: several <svg> elements in one, with their style; as a file of HTML or SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import write_text
+
+ACROSS, TITLE = 2, 24  # diagrams in a row; height of a title
+_STYLE = (
+    ".hystfmu{background:#fff;font-family:system-ui,sans-serif}.hystfmu .grid{stroke:#d9e0e6;fill:none}"
+    ".hystfmu .frame{stroke:#5d6b78;fill:none}.hystfmu .tick{fill:#5d6b78;font-size:11px}"
+    ".hystfmu .title{fill:#1b2733;font-size:13px}"
+    ".hystfmu .line{vector-effect:non-scaling-stroke;fill:none;stroke-width:1.4;stroke-linejoin:round}"
+    ".hystfmu .c0{stroke:#0b63b5}.hystfmu .c1{stroke:#d1521b}.hystfmu .c2{stroke:#2a8a4a}.hystfmu .c3{stroke:#8a3fa0}"
+)
+
+
+def drawing(named: Sequence[tuple[str, str]], width: int, height: int) -> str:
+    """One <svg> element.
+
+    Parameters
+    ----------
+    named : sequence of (title, <svg> element)
+    width, height : int
+        Of each element.
+    """
+    columns = min(ACROSS, max(len(named), 1))
+    whole = columns * width, -(-len(named) // columns) * (height + TITLE)
+    parts = [
+        f'<svg class="hystfmu" xmlns="http://www.w3.org/2000/svg" width="{whole[0]}" height="{whole[1]}" '
+        f'viewBox="0 0 {whole[0]} {whole[1]}"><style>{_STYLE}</style>'
+    ]
+    for k, (title, element) in enumerate(named):
+        x, y = k % columns * width, k // columns * (height + TITLE)
+        parts.append(f'<text class="title" x="{x + 8}" y="{y + 16}">{escape(title)}</text>')
+        parts.append(element.replace("<svg ", f'<svg x="{x}" y="{y + TITLE}" width="{width}" height="{height}" ', 1))
+    return "".join([*parts, "</svg>"])
+
+
+def save(path: str | Path, title: str, svg: str) -> Path:
+    """Write a drawing to the file `path`, as a whole or not at all.
+
+    Raises
+    ------
+    InputError
+        A suffix other than .html and .svg, or a file that cannot be written.
+    """
+    path = Path(path)
+    if path.suffix == ".svg":
+        write_text(path, svg + "\n")
+    elif path.suffix == ".html":
+        head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title></head>'
+        write_text(path, f"{head}<body>\n{svg}\n</body></html>\n")
+    else:
+        raise InputError(f"{path}: the file of a plot must end in .html or .svg")
+    return path
