@@ -3,6 +3,8 @@ PYTHON ?= python3
 WORKERS ?= 2
 BIN := .venv/bin
 export TMPDIR := $(CURDIR)/build/tmp
+# the tests start hundreds of Python processes: none of them is to compile the package anew
+unexport PYTHONDONTWRITEBYTECODE
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 # without --no-build-isolation pip would build in a fresh environment; `make` compiles the core itself, below

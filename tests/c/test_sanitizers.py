@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import compiled
 import numpy as np
 import pytest
 
@@ -18,47 +18,23 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
 from excitation import configurations, node
 
 HERE = Path(__file__).parent
-CORE = HERE.parents[1] / "fmu_build" / "core"
-SOURCES = sorted(CORE.rglob("*.c"))
-STRICT = [
-    "-std=c99",
-    "-Wall",
-    "-Wextra",
-    "-Wpedantic",
-    "-Werror",
-    "-ffp-contract=off",
-    "-fno-math-errno",
-    f"-I{CORE.parent}",
-]
-SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
-
-
-def compile_all(folder: Path, sources: list[Path], flags: list[str]) -> list[Path]:
-    """One object per source, two compilers at a time; a warning is a failure."""
-
-    def one(source: Path) -> Path:
-        target = folder / f"{source.stem}.o"
-        done = subprocess.run(["cc", *flags, "-c", str(source), "-o", str(target)], capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        return target
-
-    with ThreadPoolExecutor(2) as pool:
-        return list(pool.map(one, sources))
+SOURCES = sorted(compiled.CORE.rglob("*.c"))
 
 
 # ---- what the objects contain ---------------------------------------------------------------------------------------
 @pytest.fixture(scope="module")
-def objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    return compile_all(tmp_path_factory.mktemp("objects"), SOURCES, [*STRICT, "-O2", "-fno-pic"])
+def objects() -> list[Path]:
+    return compiled.objects(SOURCES, [*compiled.STRICT, "-O2", "-fno-pic"])
 
 
 def symbols(objects: list[Path]) -> list[tuple[str, str, str]]:
     """(object, type letter, name) of every symbol."""
+    listing = subprocess.run(["nm", "-A", *map(str, objects)], capture_output=True, text=True, check=True).stdout
     found = []
-    for o in objects:
-        for line in subprocess.run(["nm", str(o)], capture_output=True, text=True, check=True).stdout.splitlines():
-            *_, letter, name = line.split()
-            found.append((o.stem, letter, name))
+    for line in listing.splitlines():
+        file, symbol = line.rsplit(":", 1)
+        *_, letter, name = symbol.split()
+        found.append((Path(file).stem, letter, name))
     return found
 
 
@@ -80,15 +56,7 @@ def test_core_has_no_variable_of_its_own(objects: list[Path]) -> None:
 # ---- sanitizers -----------------------------------------------------------------------------------------------------
 @pytest.fixture(scope="module")
 def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("sanitized")
-    probe = folder / "probe.c"
-    probe.write_text("int main(void) { return 0; }\n")
-    if subprocess.run(["cc", *SANITIZE, str(probe), "-o", str(folder / "probe")], capture_output=True).returncode:
-        pytest.skip("the compiler has no AddressSanitizer / UBSan runtime")
-    compiled = compile_all(folder, [*SOURCES, HERE / "drive_core.c"], [*STRICT, *SANITIZE])
-    program = folder / "drive_core"
-    subprocess.run(["cc", *SANITIZE, *map(str, compiled), "-o", str(program)], check=True, timeout=120)
-    return program
+    return compiled.sanitized(tmp_path_factory.mktemp("sanitized") / "drive_core", [*SOURCES, HERE / "drive_core.c"])
 
 
 def drive(driver: Path, mode: str, files: list[Path]) -> None:

@@ -11,32 +11,21 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import compiled
 import fmpy
 import pytest
+from compiled import CORE, FMI, HEADERS, STRICT
 from fmu_master import BLOCKS, H, loop, mixed, single, unpack
 
+import hystfmu
 from hystfmu.core.library import block_types
 from hystfmu.fmu import check_fmu, export_fmu
 from hystfmu.fmu.check.foreign_library import Guest
 from hystfmu.fmu.check.trials import leaks
-from hystfmu.fmu.write import export
 from hystfmu.graph import Graph, Node
 
 ROOT = Path(__file__).parents[2]
-CORE, FMI = ROOT / "fmu_build" / "core", ROOT / "fmu_build" / "fmi"
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-BINARY = Path(export.__file__).parents[1] / "_fmu.so"
-STRICT = [
-    "-std=c99",
-    "-Wall",
-    "-Wextra",
-    "-Wpedantic",
-    "-Werror",
-    "-ffp-contract=off",
-    "-fno-math-errno",
-    f"-I{CORE.parent}",
-]
-SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
+BINARY = Path(hystfmu.__file__).with_name("_fmu.so")
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="reads an ELF file with nm and readelf")
 
@@ -75,7 +64,7 @@ def test_compiles_without_a_warning(tmp_path: Path, compiler: str) -> None:
         pytest.skip(f"no {compiler}")
 
     def one(source: Path) -> str:
-        flags = [*STRICT, "-O2", f"-isystem{HEADERS}", "-c", str(source), "-o", str(tmp_path / f"{source.stem}.o")]
+        flags = [*STRICT, "-O2", "-c", str(source), "-o", str(tmp_path / f"{source.stem}.o")]
         return subprocess.run([compiler, *flags], capture_output=True, text=True).stderr
 
     with ThreadPoolExecutor(2) as pool:
@@ -87,27 +76,13 @@ def test_compiles_without_a_warning(tmp_path: Path, compiler: str) -> None:
 def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     """A program of tests/c linked with the core and the FMI layer, all of them sanitized."""
     folder = tmp_path_factory.mktemp("sanitized")
-    probe = folder / "probe.c"
-    probe.write_text("int main(void) { return 0; }\n")
-    if subprocess.run(["cc", *SANITIZE, str(probe), "-o", str(folder / "probe")], capture_output=True).returncode:
-        pytest.skip("the compiler has no AddressSanitizer / UBSan runtime")
-
-    def one(source: Path) -> str:
-        target = folder / f"{source.stem}.o"
-        flags = [*STRICT, *SANITIZE, f"-isystem{HEADERS}", "-c", str(source), "-o", str(target)]
-        done = subprocess.run(["cc", *flags], capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        return str(target)
-
-    with ThreadPoolExecutor(2) as pool:
-        compiled = list(pool.map(one, [*CORE.rglob("*.c"), *FMI.glob("*.c")]))
 
     def program(name: str) -> Path:
         made = folder / name
         if not made.exists():
-            own = one(ROOT / "tests" / "c" / f"{name}.c")
+            sources = [*CORE.rglob("*.c"), *FMI.glob("*.c"), ROOT / "tests" / "c" / f"{name}.c"]
             wrap = [f"-Wl,--wrap={f}" for f in ("malloc", "calloc", "fseek", "fread")] if name == "drive_edges" else []
-            subprocess.run(["cc", *SANITIZE, *wrap, *compiled, own, "-o", str(made)], check=True, timeout=120)
+            compiled.sanitized(made, sources, *wrap)
         return made
 
     return program
@@ -171,9 +146,10 @@ def _with_binary(tmp_path: Path, patch: str, file: str = "fmi2.c", function: str
     assert found == 1, function
     source.write_text(ours + patch)
     library = tmp_path / "patched.so"
-    flags = ["-shared", "-fPIC", "-O1", f"-I{CORE.parent}", f"-isystem{HEADERS}"]
-    sources = [*CORE.rglob("*.c"), *(f for f in FMI.glob("*.c") if f.name != file)]
-    subprocess.run(["cc", *flags, *map(str, [*sources, source]), "-o", str(library)], check=True, timeout=120)
+    flags = ["-fPIC", "-O1", f"-I{CORE.parent}", f"-isystem{HEADERS}"]
+    rest = compiled.objects([*CORE.rglob("*.c"), *(f for f in FMI.glob("*.c") if f.name != file)], flags)
+    command = ["cc", "-shared", *flags, str(source), *map(str, rest), "-o", str(library)]
+    subprocess.run(command, check=True, timeout=120)
     fmu = export_fmu(single("backlash_sum"), tmp_path / "good.fmu")
     out = tmp_path / "patched.fmu"
     with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(out, "w") as new:

@@ -15,10 +15,10 @@ import pytest
 from embedded import graphs
 from targets import CORE, CORE_SOURCES, FMI_SOURCES, MEANING, Target, fmi_headers, run
 
-from hystfmu.fmu.write import export
+import hystfmu
 
 HERE = Path(__file__).parent
-BINARY = Path(export.__file__).parents[1] / "_fmu.so"
+BINARY = Path(hystfmu.__file__).with_name("_fmu.so")
 FLAGS = [*MEANING, "-std=gnu99", "-Wall", "-Wextra", "-Werror", f"-I{CORE.parent}", f"-isystem{fmi_headers()}"]
 GCC = Target("gcc", ["gcc", "-O2"])
 Build = Callable[[str], Path]
