@@ -5,6 +5,7 @@ from pathlib import Path
 
 import tracking_table
 
+from hystfmu.base.errors import InputError
 from hystfmu.graph import listing
 from hystfmu.modelica import library
 
@@ -29,10 +30,14 @@ def main(write: bool) -> int:
         return 0
     stale = ["README.md: a generated table"] if fresh != text else []
     stale += [f"modelica/HystFMU/{file}" for file in library.stale(MODELICA)]
-    for what in stale:
-        print(f"{what} is stale; run 'make generate'")
-    return 1 if stale else 0
+    found = [*library.missing(MODELICA), *(f"{what} is stale; run 'make generate'" for what in stale)]
+    print(*found, sep="\n", end="\n" if found else "")
+    return 1 if found else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main("--write" in sys.argv))
+    try:
+        status = main("--write" in sys.argv)
+    except InputError as e:
+        status = f"{e}"
+    sys.exit(status)

@@ -4,6 +4,6 @@ A file is generated if its first line says so; every other one is written by han
 `make check` fails when one is stale.
 """
 
-from hystfmu.modelica.library.tree import generated, stale, write
+from hystfmu.modelica.library.tree import generated, missing, stale, write
 
-__all__ = ["generated", "stale", "write"]
+__all__ = ["generated", "missing", "stale", "write"]

@@ -38,9 +38,14 @@ class BaseClass:
         return f"{self.package}.BaseClasses.{self.name}"
 
     @property
+    def equations(self) -> str:
+        """Name of the class below HystFMU that a block's author writes."""
+        return f"{package_of(self.block)}.{self.name}"
+
+    @property
     def wanted(self) -> str:
-        """The file that a block's author writes."""
-        return f"modelica/HystFMU/{package_of(self.block).replace('.', '/')}/{self.name}.mo"
+        """Its file."""
+        return f"modelica/HystFMU/{self.equations.replace('.', '/')}.mo"
 
     def text(self, shelf: Shelf) -> str:
         """The file."""

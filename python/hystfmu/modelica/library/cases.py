@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hystfmu.base.errors import InputError
 from hystfmu.core.library import BlockType
 from hystfmu.modelica.library.base_class import BaseClass, base_classes
 from hystfmu.modelica.library.declarations import number
@@ -56,10 +57,18 @@ def _case(name: str, table: dict[str, Any]) -> Case:
 
 
 def _from_vectors(base: BaseClass, vectors: Path) -> Case:
-    """The values of the first vector of a block, which the C core is known to meet."""
+    """The values of the first vector of a block, which the C core is known to meet.
+
+    Raises
+    ------
+    InputError
+        The block has no vectors.
+    """
     block = base.block
     files = [vectors / kind / f"{block.name}.toml" for kind in ("published", "derived")]
-    file = next(f for f in files if f.exists())
+    file = next((f for f in files if f.exists()), None)
+    if file is None:
+        raise InputError(f"write tests/vectors/derived/{block.name}.toml or published/{block.name}.toml: its vectors")
     case = tomllib.loads(file.read_text("utf-8"))["case"][0]
     dims = {d.name: d.start for d in block.dims} | case.get("dims", {})
     values = [f"{k} = {n}" for k, n in case.get("dims", {}).items()]

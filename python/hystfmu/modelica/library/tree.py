@@ -39,6 +39,16 @@ def _on_disk(root: Path) -> dict[PurePath, str]:
     return found
 
 
+def missing(root: Path) -> list[str]:
+    """A sentence for each file with the equations of a block that nobody has written."""
+    shelf = Shelf(root)
+    return [
+        f"write {b.wanted}: the equations of the block {b.block.name}, which extend BaseClasses.{b.name}"
+        for b in base_classes()
+        if b.equations not in shelf.texts
+    ]
+
+
 def stale(root: Path) -> list[PurePath]:
     """Generated files that are missing, differ or should not be there."""
     made, there = generated(root), _on_disk(root)
