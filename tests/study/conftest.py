@@ -1,4 +1,4 @@
-"""A small study of a first-order loop whose answer is known in closed form."""
+"""A small study of a first-order system whose response is known in closed form."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ STUDY: dict[str, Any] = {
 
 @pytest.fixture
 def write(tmp_path: Path) -> Write:
-    """Writes the scenario and the study with changes; returns the study's path."""
+    """Write the scenario and the study with changes; return the path of the study."""
 
     def writer(**changes: Any) -> Path:
         folder = tmp_path / "scenarios" / "decay"

@@ -1,4 +1,4 @@
-"""A study on a local Dask cluster of two workers gives the table of local processes, and leaves nothing on them."""
+"""A study on a Dask cluster of two local workers gives the same table as local processes and leaves no files behind."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ distributed = pytest.importorskip("distributed")
 
 @pytest.fixture(scope="module")
 def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The only folder that the workers write into."""
+    """The only folder that workers write to."""
     return tmp_path_factory.mktemp("scratch")
 
 
@@ -44,7 +44,7 @@ def test_the_same_table_on_a_cluster(write: Any, tmp_path: Path, address: str) -
 def test_workers_keep_nothing_of_a_study(
     write: Any, tmp_path: Path, scratch: Path, address: str, interrupted: bool
 ) -> None:
-    """The units that fmpy unpacked are there while the study runs and gone at its end; the cluster stays."""
+    """The unpacked FMUs exist while the study runs and are removed at its end; the cluster goes on."""
     path = write(engine="fmpy", parameters={"command.step": {"range": [1.0, 2.0], "steps": 40}})
     seen = []
 
@@ -58,7 +58,7 @@ def test_workers_keep_nothing_of_a_study(
     assert max(seen) > 0
     end = time.monotonic() + 20
     while interrupted and list(scratch.rglob("hystfmu_run_*")) and time.monotonic() < end:
-        time.sleep(0.05)  # the run that a worker is in it finishes
+        time.sleep(0.05)  # a worker finishes its current run
     assert list(scratch.rglob("hystfmu_run_*")) == []
 
 

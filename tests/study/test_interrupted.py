@@ -1,4 +1,4 @@
-"""Interrupted studies: killed workers, a killed parent, a full disk; the table in the end is that of the quiet run."""
+"""Interrupted studies: killed workers, a killed parent, a full disk.  The final table is that of an undisturbed run."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ pytest.importorskip("pyarrow")
 if sys.platform == "win32":
     pytest.skip("signals and limits of POSIX", allow_module_level=True)
 
-LONG: dict[str, dict[str, Any]] = {  # slow enough to be interrupted; workers are spawned, or forks of the parent
+LONG: dict[str, dict[str, Any]] = {  # slow enough to be interrupted, with spawned and with forked workers
     "python": {"method": "sobol", "n": 96, "engine": "python"},
     "native": {"method": "sobol", "n": 96, "engine": "native", "of_scenario": {"step": 1e-5}},
 }
@@ -31,13 +31,13 @@ _QUIET: dict[str, bytes] = {}
 
 @pytest.fixture(params=LONG)
 def engine(request: pytest.FixtureRequest) -> str:
-    """How the long study runs."""
+    """The engine of the long study."""
     return str(request.param)
 
 
 @pytest.fixture
 def quiet(write: Any, tmp_path: Path, engine: str) -> bytes:
-    """The table of a run that nobody disturbs; made once for each engine."""
+    """The table of an uninterrupted run, made once for each engine."""
     if engine not in _QUIET:
         _QUIET[engine] = run_study(write(**LONG[engine]), tmp_path / "quiet", workers=2).table.read_bytes()
     return _QUIET[engine]
@@ -69,7 +69,7 @@ def wait_for(folder: Path, n: int, process: subprocess.Popen[str]) -> None:
 
 
 def children(pid: int) -> list[int]:
-    """Processes that the parent started and that do its work."""
+    """Return the worker processes of a parent."""
     found = []
     for entry in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -108,19 +108,19 @@ def test_a_killed_parent(write: Any, tmp_path: Path, engine: str, quiet: bytes) 
         assert time.monotonic() < end, "workers without a parent must end"
         time.sleep(0.05)
     outcome = run_study(path, folder, workers=2)
-    assert outcome.ran == len(outcome.rows) - kept  # nothing that was finished is repeated
+    assert outcome.ran == len(outcome.rows) - kept  # finished runs are not repeated
     assert outcome.table.read_bytes() == quiet
 
 
 def test_a_full_disk(write: Any, tmp_path: Path, engine: str, quiet: bytes) -> None:
-    """A limit on the size of files stands for the disk: the same error at the same call."""
+    """Emulate a full disk by a limit on file sizes, which raises the same error at the same call."""
     import resource
 
     folder, path = tmp_path / "out", write(**LONG[engine])
     process = start(path, folder, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)))
     assert process.wait(120) != 0
     assert process.stderr is not None
-    assert "rows are safe: make room and run it again" in process.stderr.read().splitlines()[-1]
+    assert "rows are safe: free some space and run the study again" in process.stderr.read().splitlines()[-1]
     kept = rows(folder)
     assert 0 < kept < 192
     outcome = run_study(path, folder, workers=2)
@@ -149,7 +149,7 @@ def test_full_journals_become_parts(write: Any, tmp_path: Path, monkeypatch: pyt
 
 
 def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_path: Path) -> None:
-    """A script from standard input has no file that a worker could import."""
+    """A script from standard input has no file for a worker to import."""
     path = write(engine="python")
     script = f"from hystfmu.studies import run_study\nrun_study({str(path)!r}, {str(tmp_path / 'out')!r}, workers=1)\n"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}

@@ -1,4 +1,4 @@
-"""Workers that hold many short tasks: who is to blame when one of them dies or hangs in the middle."""
+"""Workers with many short tasks: a task that kills or hangs its worker is identified."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from hystfmu.studies.pool import Pool
 from hystfmu.studies.task import Task
 
 if sys.platform != "linux":
-    pytest.skip("workers are forks, which see what a test puts in their place", allow_module_level=True)
+    pytest.skip("the test replaces the runner, which only forked workers see", allow_module_level=True)
 
 N, DEADLY, ONCE, ENDLESS = 400, {111, 112, 299}, {40, 260}, {200}
 
 
 class Dangerous:
-    """In the place of a runner: short tasks, some of which kill or hang their process."""
+    """A runner of short tasks, some of which kill or hang their process."""
 
     folder: Path
 
@@ -45,7 +45,7 @@ class Dangerous:
         """Nothing to remove."""
 
 
-def test_one_row_each_and_the_blame_on_the_right_one(
+def test_every_task_has_one_row_and_the_task_at_fault_is_identified(
     write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Dangerous.folder = tmp_path
@@ -59,4 +59,4 @@ def test_one_row_each_and_the_blame_on_the_right_one(
     assert {k for k, s in status.items() if s == "killed"} == DEADLY
     assert {k for k, s in status.items() if s == "timeout"} == ENDLESS
     assert {status[k] for k in ONCE} == {"ok"}
-    assert max(row.get("done", 0) for row in rows) > 20  # tasks came in groups, of which most were told at once
+    assert max(row.get("done", 0) for row in rows) > 20  # tasks were sent and reported in groups

@@ -1,4 +1,4 @@
-"""Studies: the table against a closed form, sampling, refusals; the same table by any engine and any workers."""
+"""Studies: closed-form results, sampling, invalid studies, and one table for all engines and numbers of workers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ pq = pytest.importorskip("pyarrow.parquet")
 
 
 def expected(row: dict[str, Any]) -> float:
-    """step b (1 - exp(-T / 0.5)), exactly: the command is there from the start and the lag is discretised exactly."""
+    """step b (1 - exp(-T / 0.5)), exactly: the step occurs at t = 0 and the lag is discretised exactly."""
     stop = {"one": 1.0, "half": 0.5}[row["case"]]
     v = row["values"]
     return float(v["command.step"] * v["lag.b"] * (1 - math.exp(-stop / 0.5)))
@@ -93,7 +93,7 @@ def test_a_study_by_fmpy_leaves_no_unpacked_units_behind(write: Any, tmp_path: P
 
 
 def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path) -> None:
-    """As small as the range allows; the way there does not depend on the number of workers."""
+    """The result is close to the lower bound and does not depend on the number of workers."""
     pytest.importorskip("optuna")
     study = {"method": "optuna", "n": 24, "seed": 1, "objective": {"metric": "last", "limits": {"peak": 3.0}}}
     outcome = run_study(write(**study), tmp_path / "a", workers=2)
@@ -105,7 +105,7 @@ def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path)
 
 
 def test_targets_weigh_the_cases() -> None:
-    """The largest or the mean of metric / target; a failed run makes it undefined."""
+    """The objective is the largest or the mean of metric / target; a failed run makes it NaN."""
     objective = {"metric": "last", "targets": {"half": 0.5}}
     rows = [{"case": "one", "metrics": {"last": 3.0}}, {"case": "half", "metrics": {"last": 2.0}}]
     assert ObjectiveSpec.model_validate(objective).score(rows) == 4.0
@@ -114,15 +114,15 @@ def test_targets_weigh_the_cases() -> None:
 
 
 def test_a_variation_that_diverges_leaves_a_report(write: Any, tmp_path: Path) -> None:
-    """Numbers that no axis can show: in the table, not in the pictures."""
+    """Numbers beyond the range of an axis stand in the table, not in the plots."""
     study = {"parameters": {"command.step": {"values": [1.0, 1e300, 1e308]}, "lag.b": {"values": [1.0, 2.0, 5.0]}}}
     outcome = run_study(write(**study), tmp_path / "out", workers=1)
     assert max(row["metrics"].get("peak", 0.0) for row in outcome.rows) == 1e308
     assert "rank correlation" in outcome.report.read_text()
 
 
-def test_the_report_shows_units_and_says_what_is_a_factor(write: Any, tmp_path: Path) -> None:
-    """Of the C table for a parameter, of the kind for a metric, of the model for a signal."""
+def test_the_report_shows_units_of_measure_and_marks_factors(write: Any, tmp_path: Path) -> None:
+    """Units of measure: of a parameter from the C table, of a metric from its kind, of a signal from the model."""
     graph = {
         "blocks": [
             {"name": "lag", "type": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"a": [0.5, 1.0]}}
@@ -173,9 +173,9 @@ def test_main_effect_against_its_closed_form() -> None:
     ("change", "message"),
     [
         ({"cases": ["two"]}, "no case 'two'; there are one, half"),
-        ({"method": "optuna"}, "objective: belongs to method 'optuna'"),
+        ({"method": "optuna"}, "objective: must be given for the method 'optuna' only"),
         ({"parameters": {"lag": {"range": [0, 1]}}}, "must read 'unit.variable'"),
-        ({"parameters": {"lag.b": {"range": [1, 0]}}}, "the range must rise"),
+        ({"parameters": {"lag.b": {"range": [1, 0]}}}, "a range must rise"),
         ({"parameters": {"lag.b": {"range": [0, 1], "log": True}}}, "must be greater than 0"),
         ({"parameters": {"lag.b": {}}}, "exactly one of range, scale, values"),
         ({"method": "optuna", "objective": {"metric": "last", "targets": {"two": 1.0}}}, "targets: no case 'two'"),
@@ -191,14 +191,14 @@ def test_bad_studies_are_one_line(write: Any, tmp_path: Path, change: dict[str, 
     assert not (tmp_path / "out").exists()
 
 
-def test_another_study_does_not_write_into_the_folder(write: Any, tmp_path: Path) -> None:
+def test_the_folder_of_another_study_is_refused(write: Any, tmp_path: Path) -> None:
     run_study(write(), tmp_path / "out", workers=1)
     path = write(parameters={"command.step": {"range": [1, 2]}})
     with pytest.raises(InputError, match="holds the table of a study with other parameters"):
         run_study(path, tmp_path / "out", workers=1)
 
 
-def test_the_command_line_prints_what_happened(write: Any, tmp_path: Path) -> None:
+def test_the_command_line_prints_the_outcome(write: Any, tmp_path: Path) -> None:
     result = CliRunner().invoke(main, ["study", str(write()), "-o", str(tmp_path / "out"), "-j", "1", "--json"])
     assert result.exit_code == 0
     facts = json.loads(result.output)

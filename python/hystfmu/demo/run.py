@@ -1,4 +1,4 @@
-"""`hystfmu demo`: the whole way once on built-in data: fit, compare on a held-out record, export, run, report."""
+"""`hystfmu demo`: fit models to built-in data, compare them on held-out data, export, run scenarios, report."""
 
 from __future__ import annotations
 
@@ -6,40 +6,45 @@ from pathlib import Path
 
 import click
 
-from hystfmu.model.accuracy import held_out_table
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
-from hystfmu.scenario.shipped import shipped_scenarios
+from hystfmu.data.signals import held_out
+from hystfmu.data.synthetic import VOLTS, displacement, piezo
 from hystfmu.fmu.check.check import check_fmu
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.identify import fit
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
+from hystfmu.model.accuracy import held_out_table
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
+from hystfmu.report.terminal import loop, progress, table
 from hystfmu.scenario import Result, run_scenarios
 from hystfmu.scenario.report.page import write_report
-from hystfmu.data.signals import held_out
-from hystfmu.data.synthetic import VOLTS, displacement, piezo
-from hystfmu.report.terminal import loop, progress, table
 from hystfmu.scenario.report.terminal import verdicts
+from hystfmu.scenario.shipped import shipped_scenarios
 
 KEYS = ("prandtl_ishlinskii", "prandtl_ishlinskii_asym", "zhao_tan_mlp", "play_bank_mlp", "bouc_wen")
 HEAD = ("model", "parameters", "nested RMS %FS", "worst RMS %FS", "worst max %FS", "seconds")
 
 
 def demo(out: Path) -> bool:
-    """Run everything and write it below `out`.
+    """Run the demonstration and write its results to `out`.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for data, models, FMUs and the report.
 
     Returns
     -------
     bool
-        True if every FMU is without problems and every scenario meets its limits.
+        True if no FMU has problems and every scenario meets its limits.
 
     Raises
     ------
     InputError
-        If nothing can be written to `out`, or the package was not installed with its scenarios.
+        If `out` cannot be written, or the package is installed without its scenarios.
     """
     scenarios = sorted(p.parent for p in shipped_scenarios().glob("*/scenario.toml"))
     train, other = piezo(seed=0), piezo(seed=1000)
@@ -51,20 +56,20 @@ def demo(out: Path) -> bool:
     models = [_fit(train, key) for key in KEYS]
     rows = [_row(m, train) for m in models]
     click.echo(
-        "\nErrors on the held-out signals, which no model has seen, in percent of the span of the training data:"
+        "\nErrors on held-out signals, in percent of the span of the training data: nested reversals, and the worst of"
     )
-    click.echo("nested reversals, and the worst of other decays, two tones, nested reversals, minor loops.\n")
+    click.echo("other decays, two tones, nested reversals and minor loops.\n")
     click.echo(table(HEAD, rows))
 
     problems, n_fmus = _export(models, out)
     results = _run(scenarios)
     click.echo("\n" + verdicts(results))
     caption = (
-        "Errors on nested reversals and the worst on the held-out signals, in percent of the span of the training data"
+        "Errors on nested reversals and worst errors on held-out signals, in percent of the span of the training data"
     )
     section = Section(
         "Identification of the built-in piezo stack",
-        "Fitted to piezo.csv; plots from piezo_held_out.csv, other random reversals.",
+        "Models are fitted to piezo.csv. The plots show piezo_held_out.csv, which has other random reversals.",
         [Table(HEAD, rows, caption)],
         _plots(models, other),
     )
@@ -87,7 +92,10 @@ def _row(m: Model, train: Dataset) -> list[str]:
 
 
 def _export(models: list[Model], out: Path) -> tuple[list[str], int]:
-    """Models, FMUs of both versions, and the exact inverse; the problems found by the checks, the number of FMUs."""
+    """Write the models, the exact inverse of the first, and their FMUs for both versions of FMI.
+
+    Returns the problems that the checks found and the number of FMUs.
+    """
     problems, written = [], 0
     for m in [*models, inverse(models[0])]:
         name = m.key if m in models else f"{models[0].key}_inverse"
@@ -103,7 +111,7 @@ def _export(models: list[Model], out: Path) -> tuple[list[str], int]:
 
 
 def _plots(models: list[Model], data: Dataset) -> list[Plot]:
-    """The loop of the true plant before and after compensation, and the errors of some models over time."""
+    """Plot the loop of the true plant before and after compensation, and the errors of three models over time."""
     compensator = inverse(models[0])
     wanted = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
     reached = displacement(compensator.predict(wanted, data.h), data.h)
@@ -115,7 +123,7 @@ def _plots(models: list[Model], data: Dataset) -> list[Plot]:
     return [
         Plot("before", "voltage (V)", "displacement (um)", [line("measured", data.u, data.y)]),
         Plot(
-            "after: inverse of prandtl_ishlinskii in front",
+            "after: with the inverse of prandtl_ishlinskii in cascade",
             "wanted (um)",
             "displacement (um)",
             [line("reached", wanted, reached)],

@@ -1,1 +1,1 @@
-"""Pages, plots and terminal output for people; knows nothing of models or scenarios."""
+"""Pages, plots and terminal output.  This package knows neither models nor scenarios."""

@@ -1,4 +1,4 @@
-"""A self-contained HTML page: tables, sections with diagrams, one style; no script and no external request."""
+"""A self-contained HTML page of tables and plots in one style, without scripts or external requests."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _PRINTED = re.compile(r"[+-]?(\d+(\.\d*)?(e[+-]?\d+)?|inf|nan|-?)")
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under a heading; cells are text or numbers."""
+    """A table: heading, rows of text or numbers, caption."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[object]]
@@ -24,7 +24,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page that is not a scenario, e.g. the identification of the models in it."""
+    """A part of a page with tables and plots."""
 
     title: str
     text: str = ""
@@ -33,7 +33,7 @@ class Section:
 
 
 def page(title: str, body: Sequence[str]) -> str:
-    """A whole page with the style of all reports."""
+    """Return a whole page as HTML; `body` holds its parts, which are HTML already."""
     return _PAGE.replace("TITLE", escape(title)).replace("BODY", "\n".join(body))
 
 
@@ -42,12 +42,12 @@ def _number(v: object) -> str:
 
 
 def _to_the_right(cells: Sequence[object]) -> bool:
-    """A column of numbers, or of numbers already printed; `-` stands for none."""
+    """Tell whether a column holds numbers or printed numbers only; `-` stands for no value."""
     return all(not isinstance(c, bool) and _PRINTED.fullmatch(str(c)) for c in cells)
 
 
 def table(t: Table) -> str:
-    """A table as HTML, columns of numbers to the right."""
+    """Return a table as HTML, with numeric columns aligned to the right."""
     right = [NUMBER if t.rows and _to_the_right(column) else "" for column in zip(*t.rows, strict=True)]
     right = right or [""] * len(t.head)
     head = "".join(f"<th{r}>{escape(h)}</th>" for h, r in zip(t.head, right, strict=True))
@@ -60,13 +60,13 @@ def table(t: Table) -> str:
 
 
 def section(s: Section) -> str:
-    """A section as HTML."""
+    """Return a section as HTML."""
     text = f"<p>{escape(s.text)}</p>" if s.text else ""
     return f"<section><h2>{escape(s.title)}</h2>{text}{''.join(map(table, s.tables))}{figures(s.plots)}</section>"
 
 
 def figures(plots: Sequence[Plot]) -> str:
-    """Diagrams side by side with their titles, as HTML."""
+    """Return plots side by side, each with its title, as HTML."""
     drawn = [f"<figure>{p.svg()}<figcaption>{escape(p.title)}</figcaption></figure>" for p in plots]
     return f'<div class="plots">{"".join(drawn)}</div>' if drawn else ""
 

@@ -1,6 +1,6 @@
-"""A line plot as a small inline SVG: axes with round ticks, a legend, colours from the page's style.
+"""A line plot as inline SVG, with round ticks and a legend.  The style sheet of the page sets the colours.
 
-A notebook shows a `Plot` or a `Figure` of several; `save` writes one as HTML or SVG.
+A notebook shows a `Plot`, or a `Figure` of several plots; `save` writes one as HTML or SVG.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hystfmu.report.drawing import drawing, save
 WIDTH, HEIGHT = 480, 300
 LEFT, RIGHT, TOP, BOTTOM = 58, 10, 26, 42
 T = TypeVar("T", float, Array)
-MOST_POINTS = 250  # of one line; more are thinned out
+MOST_POINTS = 250  # per line; longer lines are thinned
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Figure:
 
 
 def path(x: Array, y: Array) -> str:
-    """Relative steps in whole tenths of a unit: a third of the size of absolute decimals."""
+    """Return a curve as SVG path data in relative steps of a tenth of a point, a third of the size of decimals."""
     points = np.column_stack([x, y])
     tenths = np.round(10 * points).astype(int)
     steps = np.diff(tenths, axis=0)
@@ -142,7 +142,7 @@ def _thin(line: Line, envelope: bool) -> Line:
     if not envelope:
         picked = np.unique(np.linspace(0, n - 1, MOST_POINTS).round().astype(int))
         return Line(line.name, x[picked], y[picked])
-    extremes = []  # of every piece, its lowest and its highest row: ripple and peaks stay visible
+    extremes = []  # keep the lowest and highest row of every piece, so that ripple and peaks stay visible
     for piece in np.array_split(np.arange(n), MOST_POINTS // 2):
         extremes += sorted((piece[y[piece].argmin()], piece[y[piece].argmax()]))
     picked = np.array(extremes)
@@ -150,7 +150,7 @@ def _thin(line: Line, envelope: bool) -> Line:
 
 
 def _axis(values: Array) -> tuple[tuple[float, float], list[float]]:
-    """Range and round ticks (1, 2 or 5 times a power of ten)."""
+    """Return the range of an axis and its ticks at 1, 2 or 5 times a power of ten."""
     lo, hi = float(values.min()), float(values.max())
     if hi - lo < 1e-9 * max(abs(lo), abs(hi), 1e-300):
         pad = max(abs(hi), 1e-12) * 0.5

@@ -1,4 +1,4 @@
-"""What a person sees in a terminal: tables, a progress bar that stays quiet in a pipe, a loop in text."""
+"""Terminal output: tables, progress bars (none in a pipe), a hysteresis loop as text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    """Columns as wide as their content; numbers to the right."""
+    """Return a text table with columns as wide as their content and numbers aligned to the right."""
     cells = [[str(c) for c in row] for row in (head, *rows)]
     widths = [max(len(row[k]) for row in cells) for k in range(len(head))]
     right = [all(_is_number(row[k]) for row in cells[1:]) for k in range(len(head))]
@@ -35,7 +35,7 @@ def _is_number(text: str) -> bool:
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """A bar on a terminal, nothing in a pipe.  Call the yielded function with the fraction that is done, 0..1."""
+    """Show a progress bar on a terminal, nothing in a pipe.  Yields a function of the completed fraction, 0 to 1."""
     if not sys.stderr.isatty():
         yield lambda fraction: None
         return
@@ -45,7 +45,7 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def counter(label: str) -> Iterator[Callable[[int, int, float], None]]:
-    """A bar with the rate and the time left.  Call the yielded function with done, total and rate (1/s)."""
+    """Show a progress bar with rate and remaining time.  Yields a function of (done, total, rate in 1/s)."""
     if not sys.stderr.isatty():
         yield lambda done, total, rate: None
         return
@@ -59,7 +59,7 @@ def counter(label: str) -> Iterator[Callable[[int, int, float], None]]:
 
 
 def loop(u: Array, y: Array, title: str, width: int = 72, height: int = 20) -> str:
-    """A hysteresis loop, y over u, each (n,), as text of `width` by `height` characters."""
+    """Draw a hysteresis loop, y over u, each of shape (n,), as text of `width` by `height` characters."""
     import plotext as plt
 
     plt.clear_figure()

@@ -1,4 +1,4 @@
-"""Studies: a scenario over many variations, on local processes or a Dask cluster, resumed after any interruption."""
+"""Parameter studies of a scenario, on local processes or a Dask cluster.  An interrupted study can be resumed."""
 
 from hystfmu.studies.run import Outcome, run_study
 from hystfmu.studies.spec import Study

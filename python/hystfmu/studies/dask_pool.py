@@ -1,7 +1,7 @@
-"""Runs of a study on a Dask cluster: the same rows as on this machine.
+"""Run a study on a Dask cluster, with the same rows as on this machine.
 
-For a cluster with a queueing system start the workers with dask-jobqueue (`SLURMCluster(...).scale(20)`) and pass the
-address of its scheduler.  Workers need the same version of HystFMU.
+On a cluster with a queueing system, start the workers with dask-jobqueue (`SLURMCluster(...).scale(20)`) and pass the
+address of the scheduler.  The workers need the same version of HystFMU.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from hystfmu.scenario.engine.master import Engine
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.task import Runner, Task, row_of
 
-CHUNK = 16  # tasks in one submission
-_RUNNERS: dict[int, tuple[str, Runner]] = {}  # of a worker process, by thread: a runner serves one task at a time
+CHUNK = 16  # tasks per submission
+_RUNNERS: dict[int, tuple[str, Runner]] = {}  # of this worker process, by thread: a runner serves one task at a time
 
 
 def _run(
@@ -28,20 +28,20 @@ def _run(
 ) -> list[dict[str, Any]]:
     thread = threading.get_ident()
     if thread not in _RUNNERS or _RUNNERS[thread][0] != key:
-        _close(thread)  # of a study that was killed before it could
+        _close(thread)  # left by a study that was killed
         _RUNNERS[thread] = key, Runner(systems, engine, _scratch(), limits)
     mine = _RUNNERS[thread]
     rows = []
     for task in tasks:
         rows.append(mine[1](task))
-        if _RUNNERS.get(thread) is not mine:  # interrupted: the study was closed while this task ran
+        if _RUNNERS.get(thread) is not mine:  # the study was closed while this task ran
             mine[1].close()
             break
     return rows
 
 
 def _scratch() -> str:
-    """The worker's own folder: what a killed worker leaves there, Dask removes."""
+    """Return the folder of the worker.  Dask removes what a killed worker leaves in it."""
     from distributed import get_worker
 
     return str(get_worker().local_directory)
@@ -65,14 +65,15 @@ class DaskPool:
     address : str
         ``dask://HOST:PORT`` of the scheduler.
     systems, engine
-        As `Runner` takes them.
+        See `Runner`.
     timeout, memory : float
-        Longest time (s) and most memory (GB) of a run with FMUs of others; all else cannot hang, and Dask limits it.
+        Limits of time (s) and memory (GB) for a run with foreign FMUs.  Other runs cannot hang, and Dask limits their
+        memory.
 
     Raises
     ------
     InputError
-        Wrong address, no scheduler there, Dask is not installed.
+        If the address is invalid, no scheduler answers, or Dask is not installed.
     """
 
     def __init__(self, address: str, systems: list[System], engine: Engine, timeout: float, memory: float) -> None:
@@ -80,34 +81,34 @@ class DaskPool:
             import distributed
         except ImportError:
             raise InputError("--on dask:// needs the extra 'study': pip install 'hystfmu[study]'") from None
-        self._dask: Any = distributed  # it has no types
+        self._dask: Any = distributed  # Dask has no type annotations
         scheme, _, host = address.partition("://")
         if scheme != "dask" or ":" not in host:
-            raise InputError(f"--on: must read dask://HOST:PORT; got {address!r}")
+            raise InputError(f"--on must read dask://HOST:PORT. Got {address!r} instead.")
         try:
             self._client = self._dask.Client(f"tcp://{host}", timeout=10)
         except (OSError, ValueError, TimeoutError) as e:
             raise InputError(f"--on {address}: no Dask scheduler answers there ({e})") from None
         self._names = [s.case.name for s in systems]
         self._engine, self._limits = engine, (timeout, memory)
-        self._key = uuid.uuid4().hex  # by it workers know what they prepared for this study
+        self._key = uuid.uuid4().hex  # tells workers which runners belong to this study
         self._systems = self._client.scatter([systems], broadcast=True)[0]
-        self._held: dict[Any, list[Task]] = {}  # what runs, by its future
+        self._held: dict[Any, list[Task]] = {}  # running tasks by future
 
     def __enter__(self) -> DaskPool:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        with suppress(OSError):  # no scheduler any more: its workers end, and their folders with them
+        with suppress(OSError):  # the scheduler is gone; its workers end and their folders are removed
             self._client.cancel(list(self._held))
             self._client.run(_close_study, self._key, on_error="ignore")
         self._client.close()
 
     def stop(self) -> None:
-        """No more tasks will come; the workers are not ours."""
+        """Announce the end of the tasks.  The workers belong to the cluster and go on."""
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
-        """Rows as they are finished; a chunk that ends its workers is split until the one task is known."""
+        """Yield rows as they finish.  A chunk that kills its workers is split to find the task at fault."""
         source = iter(tasks)
         lanes = 2 * max(1, len(self._client.scheduler_info()["workers"]))
         running = self._dask.as_completed([])

@@ -1,14 +1,14 @@
-"""Local workers that may die, hang or eat memory without harm: one process each, watched by the parent.
+"""Run a study in local worker processes, which may crash, hang or run out of memory without harm to the study.
 
-A worker gets as many tasks as it can do in a moment and answers for several at once; it counts in shared memory what it
-has begun, so the parent always knows which task it is at.  A worker that dies is replaced, and its task tried again:
-somebody may have killed the process, and the table must not depend on that.  What it had done and not yet told is done
-again.  A task that ends its worker twice, or exceeds the time, becomes a row with the reason.  A worker whose parent is
-gone ends by itself.
+The parent watches its workers.  A worker receives several tasks at once and answers in batches, because a message costs
+as much as a short run.  It counts the tasks that it has begun in shared memory, so that the parent knows the current
+one.  A worker that dies is replaced and its task is repeated: the process may have been killed from outside, and the
+table must not depend on that.  Tasks that were finished but not yet reported are repeated too.  A task that kills its
+worker twice, or exceeds the time limit, becomes a row with the reason.  A worker ends when its parent is gone.
 
-Where the runs are in the C core alone, workers are forks: they are there at once, with all that the parent has
-imported, and use only what a fork of a process with threads may use.  All others (FMUs, foreign code, systems without a
-safe fork) are new processes.
+Workers of studies that run in the C core alone are forks: they start at once, with everything that the parent has
+imported, and use only what is safe in a fork of a process with threads.  All other workers (FMUs, foreign code,
+platforms without a safe fork) are new processes.
 """
 
 from __future__ import annotations
@@ -35,23 +35,23 @@ from hystfmu.scenario.engine.master import Engine
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.task import Runner, Task, row_of
 
-MOMENT = 0.01  # s: after as much a worker answers; a message costs as much as a short run
-MOST_AT_ONCE = 64  # tasks that a worker is given
+MOMENT = 0.01  # s: a worker reports its finished tasks after this time; a message costs as much as a short run
+MOST_AT_ONCE = 64  # tasks given to a worker in one message
 
 
 def _work(
     pipe: Any, begun: Any, parent: int, folder: str, systems: list[System], engine: Engine, memory: float
 ) -> None:
-    tempfile.tempdir = folder  # what is unpacked there the parent removes: a process that is killed cannot
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
-    gc.freeze()  # a fork would copy every page of its parent that a collection looks at
+    tempfile.tempdir = folder  # the parent removes this folder: a killed process cannot
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles the interrupt
+    gc.freeze()  # a garbage collection would copy the pages shared with the parent
     limit_memory(memory)
     runner = Runner(systems, engine)
     try:
         pipe.send([])  # ready
         while True:
             while not pipe.poll(1.0):
-                if os.getppid() != parent:  # copies of the pipe in other forks hide that it is gone
+                if os.getppid() != parent:  # other forks hold copies of the pipe, so its end is no sign
                     return
             rows, told = [], time.monotonic()
             for task in pipe.recv():
@@ -63,7 +63,7 @@ def _work(
             if rows:
                 pipe.send(rows)
     except (EOFError, BrokenPipeError, ConnectionResetError):
-        pass  # the parent is gone or has no more work
+        pass  # the parent is gone or has no more tasks
     finally:
         runner.close()
 
@@ -80,7 +80,7 @@ class _Worker:
         self._folder = tempfile.mkdtemp(prefix="hystfmu-study-")
         words = (theirs, self._begun, os.getpid(), self._folder, systems, engine, memory)
         self.process = context.Process(target=_work, args=words, daemon=True)
-        with warnings.catch_warnings():  # of threads in the parent, of which this fork needs no lock
+        with warnings.catch_warnings():  # Python warns of threads in the parent; this fork needs none of their locks
             warnings.simplefilter("ignore", DeprecationWarning)
             self.process.start()
         theirs.close()
@@ -91,17 +91,17 @@ class _Worker:
         self.share = 1
 
     def give(self, tasks: list[Task]) -> None:
-        """To be done."""
+        """Send tasks to the worker."""
         if not tasks:
             return
         if not self.tasks:
             self.since = time.monotonic()
         self.tasks.extend(tasks)
-        with suppress(BrokenPipeError, ConnectionResetError):  # died between two tasks: noticed when listening
+        with suppress(BrokenPipeError, ConnectionResetError):  # died between two tasks: `_listen` notices
             self.pipe.send(tasks)
 
     def take(self) -> list[dict[str, Any]]:
-        """Rows that it sends; from the time they took, how many tasks it can do in two moments."""
+        """Receive rows, and estimate from their duration how many tasks fit into twice `MOMENT`."""
         rows: list[dict[str, Any]] = self.pipe.recv()
         now = time.monotonic()
         if rows:
@@ -114,7 +114,7 @@ class _Worker:
         return rows
 
     def blamed(self) -> Task:
-        """The task that it is at, taken from those that it has to do."""
+        """Remove the current task from the tasks of the worker and return it."""
         at = max(self._begun.value - self.answered - 1, 0)
         task = self.tasks[at]
         del self.tasks[at]
@@ -128,41 +128,41 @@ class _Worker:
 
 
 class _Waiting:
-    """Tasks that nobody has yet: made while others run, and those that come back."""
+    """Tasks that no worker has yet: new ones, made while others run, and returned ones."""
 
     def __init__(self, source: Iterable[Task], n: int) -> None:
         self._source, self._back, self.left = iter(source), deque[Task](), n
 
     def take(self, n: int) -> list[Task]:
-        """The next n, or what there is."""
+        """Take the next n tasks, or the remaining ones."""
         taken = [self._back.popleft() for _ in range(min(n, len(self._back)))]
         taken += islice(self._source, n - len(taken))
         self.left = self.left - len(taken) if len(taken) == n else 0
         return taken
 
     def put_back(self, tasks: Iterable[Task]) -> None:
-        """To be the next."""
+        """Return tasks to the front of the queue."""
         tasks = list(tasks)
         self._back.extendleft(reversed(tasks))
         self.left += len(tasks)
 
 
 class Pool:
-    """Workers on this machine.
+    """Worker processes on this machine.
 
     Parameters
     ----------
     systems, engine
-        As `Runner` takes them.
+        See `Runner`.
     n : int
-        Number of workers; by default as many as cores that this process may use.
+        Number of workers; by default the number of cores available to this process.
     timeout : float
-        Longest time for one task (s).
+        Time limit of one task (s).
     memory : float
         Largest address space of a worker (GB).
     """
 
-    STARTUP = 60.0  # s: a new process has to import everything first
+    STARTUP = 60.0  # s: additional time for the imports of a new process
 
     def __init__(self, systems: list[System], engine: Engine, n: int | None, timeout: float, memory: float) -> None:
         self._of_worker = (systems, engine, memory)
@@ -170,11 +170,11 @@ class Pool:
         self._n = n or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1))
         self._timeout = timeout
         self._workers: list[_Worker] = []
-        self._unborn = 0  # workers in a row that died before they were ready
-        self._died: set[int] = set()  # tasks at which a worker died once
+        self._unborn = 0  # successive workers that died before they were ready
+        self._died: set[int] = set()  # indices of tasks that killed a worker once
 
     def __enter__(self) -> Pool:
-        """Start workers that have to import what they need, while the study is still being prepared."""
+        """Start workers that need time for their imports, while the study is being prepared."""
         if not _forked(*self._of_worker[:2]):
             self._workers = [_Worker(*self._of_worker) for _ in range(self._n)]
         return self
@@ -185,12 +185,12 @@ class Pool:
             w.end()
 
     def stop(self) -> None:
-        """No more tasks will come: the workers end while the parent goes on."""
+        """Announce the end of the tasks: the workers end while the parent goes on."""
         for w in self._workers:
             w.process.kill()
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
-        """Rows as they are finished, of at most n tasks."""
+        """Yield rows as they finish, of at most n tasks."""
         waiting = _Waiting(tasks, n)
         while waiting.left or any(w.tasks for w in self._workers):
             for k in range(self._n):
@@ -198,8 +198,8 @@ class Pool:
                     break
                 if k == len(self._workers):
                     self._workers.append(_Worker(*self._of_worker))
-                w, fair = self._workers[k], waiting.left // (2 * self._n)  # the last go one by one: all end together
-                if len(w.tasks) <= min(w.share, fair) // 2:  # a worker with short tasks must not wait for the parent
+                w, fair = self._workers[k], waiting.left // (2 * self._n)  # the last tasks go out singly
+                if len(w.tasks) <= min(w.share, fair) // 2:  # refill early: short tasks must not wait
                     w.give(waiting.take(max(1, min(w.share, fair))))
             yield from self._listen(waiting)
 
@@ -222,10 +222,10 @@ class Pool:
         task, status = w.blamed(), w.process.exitcode
         self._replace(w, waiting)
         self._unborn = 0 if w.ready else self._unborn + 1
-        if self._unborn > 2 * self._n:  # not the fault of a task
+        if self._unborn > 2 * self._n:  # no task is at fault
             raise InputError(
-                f"the workers of the study end with status {status} before they begin; a script that runs a study must "
-                "be a file whose main part stands under if __name__ == '__main__'"
+                f"the workers of the study exit with status {status} before they begin; a script that runs a study "
+                "must be a file with its main part under if __name__ == '__main__'"
             )
         if task.index in self._died:
             yield row_of(task, self._names[task.case], "killed", f"ended its process twice, with status {status}")

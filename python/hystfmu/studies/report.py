@@ -1,4 +1,4 @@
-"""The report of a study: which parameters matter, where the worst cases are, which runs failed and why."""
+"""The report of a study: sensitivities of the metrics, worst cases, failed runs with their reasons."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ DIVERGED = 1e100
 
 
 def write_report(study: Study, systems: Sequence[System], rows: list[dict[str, Any]], folder: Path) -> Path:
-    """Write report.html and report.json into the folder of the table; `systems` are the cases of the study."""
-    # a loop that diverged has metrics near or beyond the largest number: no axis can show them
+    """Write report.html and report.json into `folder`; `systems` are the cases of the study."""
+    # omit diverged runs: no axis can show metrics near the largest float
     good = [r for r in rows if r["status"] == "ok" and all(abs(v) < DIVERGED for v in r["metrics"].values())]
     labels = {k: _label(study, systems, k) for k in study.parameters}
     sections = [_summary(study, labels, rows)]
@@ -34,7 +34,7 @@ def write_report(study: Study, systems: Sequence[System], rows: list[dict[str, A
 
 
 def _label(study: Study, systems: Sequence[System], parameter: str) -> str:
-    """The parameter and its unit, or that its numbers are factors."""
+    """Label a parameter with its unit of measure, or as a factor."""
     if study.parameters[parameter].scale is not None:
         return f"{parameter} as a factor"
     return label(parameter, next(filter(None, (unit_of(s, parameter) for s in systems)), ""))
@@ -63,7 +63,7 @@ def _summary(study: Study, labels: dict[str, str], rows: list[dict[str, Any]]) -
 
 
 def best_variation(study: Study, rows: list[dict[str, Any]]) -> dict[str, Any] | None:
-    """A row of the variation that the objective likes most among those within its limits, or None."""
+    """Return a row of the variation with the smallest objective among those within the limits, or None."""
     objective = study.spec.objective
     if objective is None:
         return None
@@ -95,7 +95,10 @@ def _case(labels: dict[str, str], system: System, rows: list[dict[str, Any]]) ->
             text,
         )
         for measure, text in (
-            (main_effect(x, y), "share of the variance of a metric that a parameter explains alone (0 to 1)"),
+            (
+                main_effect(x, y),
+                "share of the variance of a metric that one parameter explains (0 to 1)",
+            ),
             (sensitivity(x, y), "rank correlation of parameter and metric (-1 to 1)"),
         )
     ]
@@ -116,9 +119,9 @@ def _case(labels: dict[str, str], system: System, rows: list[dict[str, Any]]) ->
 
 
 def sensitivity(x: Array, y: Array) -> Array:
-    """Spearman's rank correlation of every column of x (n, p) with every column of y (n, m): shape (p, m).
+    """Return Spearman's rank correlation of every column of x (n, p) with every column of y (n, m), shape (p, m).
 
-    Columns that do not vary have 0.
+    Constant columns have 0.
     """
     ranks = [_centred_ranks(a) for a in (x, y)]
     size = [np.sqrt((r**2).sum(axis=0)) for r in ranks]
@@ -127,11 +130,11 @@ def sensitivity(x: Array, y: Array) -> Array:
 
 
 def main_effect(x: Array, y: Array) -> Array:
-    """Correlation ratio (first-order sensitivity) of every column of y (n, m) on every column of x (n, p): (p, m).
+    """Return the correlation ratio (first-order sensitivity) of y (n, m) on every column of x (n, p), shape (p, m).
 
-    Variance of the means of y in bins of equal count along x, over the variance of y (Pearson 1905).  Sees effects that
-    go down and up again, which a rank correlation does not.  Columns that do not vary have 0; n runs without any effect
-    give about bins / n.
+    The ratio is the variance of the means of y in bins of equal count along x, over the variance of y (Pearson 1905).
+    It shows non-monotonic effects, which a rank correlation misses.  Constant columns have 0.  Without any effect the
+    expected value is about bins / n for n runs.
     """
     total = y.var(axis=0)
     shares = np.zeros((x.shape[1], y.shape[1]))
@@ -150,14 +153,14 @@ def main_effect(x: Array, y: Array) -> Array:
 
 def _centred_ranks(a: Array) -> Array:
     ranks = np.empty_like(a)
-    for k, column in enumerate(a.T):  # equal values share the mean of their ranks; scipy.stats takes long to import
+    for k, column in enumerate(a.T):  # ties share their mean rank; scipy.stats is slow to import
         _, place, count = np.unique(column, return_inverse=True, return_counts=True)
         ranks[:, k] = (np.cumsum(count) - 0.5 * (count - 1))[place]
     return np.asarray(ranks - ranks.mean(axis=0))
 
 
 def _spread(x: Array, y: Array) -> list[Line]:
-    """Median and worst of y in bins of equal count along x."""
+    """Return the median and the largest y in bins of equal count along x."""
     order = np.argsort(x, kind="stable")
     groups = np.array_split(order, min(BINS, len(order)))
     at = np.array([x[g].mean() for g in groups])

@@ -1,4 +1,4 @@
-"""A study from its file to its table and report, from the beginning or where it was interrupted."""
+"""Run a study from its file to its table and report, from the start or from where it was interrupted."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from hystfmu.studies.store import Store
 from hystfmu.studies.task import Task, fingerprint, identity
 
 Progress = Callable[[int, int, float], None]
-"""Rows that are there, rows in all, rows a second in this run."""
+"""Called with the number of finished rows, the total number, and the rate of this run (rows/s)."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a study left in its folder.
+    """Results of a study.
 
     Parameters
     ----------
     rows : list of dict
-        The table by index.
+        The table, ordered by index.
     table, report : Path
-        Of results.parquet and report.html.
+        Paths of results.parquet and report.html.
     ran : int
-        Runs of this call; the others were there.
+        Number of runs made by this call; the other rows existed before.
     seconds : float
-        Time of this call.
+        Duration of this call (s).
     """
 
     rows: list[dict[str, Any]]
@@ -46,7 +46,7 @@ class Outcome:
 
     @property
     def failed(self) -> list[dict[str, Any]]:
-        """Rows of runs that did not end well."""
+        """Rows of failed runs."""
         return [r for r in self.rows if r["status"] != "ok"]
 
 
@@ -58,24 +58,30 @@ def run_study(
     on: str | None = None,
     progress: Progress = lambda done, total, rate: None,
 ) -> Outcome:
-    """Run what is missing of a study and write `results.parquet` and `report.html`.
+    """Run the missing rows of a study and write `results.parquet` and `report.html`.
 
     Parameters
     ----------
     path : path
-        A `study.toml`.
+        Study file (`*.study.toml`).
     folder : path
-        Where the table is, or will be.
+        Folder of the table; an existing table is resumed.
     workers : int, optional
-        Local processes; by default one per core.
+        Number of local processes; by default one per core.
     on : str, optional
-        ``dask://HOST:PORT`` instead of local processes.
-    progress : callable
+        ``dask://HOST:PORT`` of a Dask scheduler, instead of local processes.
+    progress : callable, optional
+        Called after every row with (done, total, rows per second).
+
+    Returns
+    -------
+    Outcome
+        Rows, and the files written.
 
     Raises
     ------
     InputError
-        Bad study or scenario, no room on the disk, no cluster; finished rows stay.
+        If the study or its scenario is invalid, the disk is full, or the cluster is missing.  Finished rows are kept.
     """
     study = Study(path)
     systems = [build(c) for c in study.cases]
@@ -129,10 +135,10 @@ def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first:
 
 
 class _Missing:
-    """Tasks without a row, each once: a sampler may propose a variation twice.
+    """Iterate over the tasks without a row, each once: a sampler may propose a variation twice.
 
-    They are made as they are asked for, while others run.  In the end `all` holds every task, and `there` counts those
-    that had a row.
+    Tasks are created on demand, while others run.  At the end `all` holds every task, and `there` counts the tasks that
+    had a row.
     """
 
     def __init__(self, tasks: Iterator[Task], known: Mapping[str, object]) -> None:

@@ -1,4 +1,4 @@
-"""Which variations a study runs: a grid, Sobol points, a Latin hypercube, or what Optuna asks for."""
+"""Choose the variations of a study: grid, Sobol points, Latin hypercube, or Optuna."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from hystfmu.studies.spec import MOST_ROWS, Study
 
 
 class Sampler(Protocol):
-    """Proposes variations in batches; some want to know how the last batch went."""
+    """Proposes variations in batches; an adaptive sampler uses the results of the last batch."""
 
     def batches(self) -> Iterator[list[dict[str, float]]]:
-        """Variations `{"unit.parameter": value}`; the next batch is asked for when all of the last one are done."""
+        """Yield batches of variations `{"unit.parameter": value}`, each after the last one has been run."""
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
-        """The rows (one per case) of every variation of the last batch, in its order."""
+        """Report the rows (one per case) of every variation of the last batch, in the order of the batch."""
 
     @property
     def n(self) -> int:
-        """Number of variations in all."""
+        """Total number of variations."""
 
 
 class Fixed:
-    """All variations are known at once."""
+    """A fixed list of variations."""
 
     def __init__(self, variations: list[dict[str, float]]) -> None:
         self._variations = variations
 
     def batches(self) -> Iterator[list[dict[str, float]]]:
-        """One batch."""
+        """Yield all variations in one batch."""
         yield self._variations
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
-        """Nothing to learn."""
+        """Ignore the results."""
 
     @property
     def n(self) -> int:
@@ -45,10 +45,10 @@ class Fixed:
 
 
 class Asked:
-    """Optuna's sampler (TPE), seeded.  Batches have a fixed size, so that the number of workers changes nothing.
+    """Optuna's TPE sampler with a fixed seed and batch size: the result does not depend on the number of workers.
 
-    A resumed study asks the same questions and finds the answers in the table: the way is the same as without the
-    interruption.
+    A resumed study proposes the same variations and finds their rows in the table, so an interruption does not change
+    the result.
     """
 
     BATCH = 8
@@ -57,7 +57,7 @@ class Asked:
         try:
             import optuna
         except ImportError:
-            raise InputError("method 'optuna' needs the extra 'study': pip install 'hystfmu[study]'") from None
+            raise InputError("the method 'optuna' needs the extra 'study': pip install 'hystfmu[study]'") from None
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         self._study, self._optuna, self._trials = study, optuna, []  # type: ignore[var-annotated]
         objective = study.spec.objective
@@ -72,7 +72,7 @@ class Asked:
         return self._study.spec.n
 
     def batches(self) -> Iterator[list[dict[str, float]]]:
-        """Batches of at most BATCH."""
+        """Yield batches of at most `BATCH` variations."""
         left = self.n
         while left:
             self._trials = [self._asker.ask() for _ in range(min(self.BATCH, left))]
@@ -89,7 +89,7 @@ class Asked:
         return values
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
-        """A variation with a failed case is a failed trial; limits that are exceeded make it infeasible."""
+        """Report the results to Optuna: a failed case makes a failed trial, an exceeded limit an infeasible one."""
         for trial, cases in zip(self._trials, rows, strict=True):
             for m, limit in self._objective.limits.items():
                 trial.set_constraint(m, max(row["metrics"].get(m, math.inf) - limit for row in cases))
@@ -101,12 +101,12 @@ class Asked:
 
 
 def sampler(study: Study) -> Sampler:
-    """The sampler that a study asks for.
+    """Create the sampler of a study.
 
     Raises
     ------
     InputError
-        More rows than a table may have; Optuna is not installed.
+        If the table would have too many rows, or Optuna is not installed.
     """
     spec = study.spec
     if spec.method == "optuna":
@@ -118,7 +118,7 @@ def sampler(study: Study) -> Sampler:
             for p in parameters
         ]
         if math.prod(len(a) for a in axes) > MOST_ROWS:
-            raise InputError(f"{study.file}: the grid has more than {MOST_ROWS} points")
+            raise InputError(f"{study.file}: the grid must have at most {MOST_ROWS} points")
         return Fixed([dict(zip(names, point, strict=True)) for point in itertools.product(*axes)])
     from scipy.stats import qmc
 

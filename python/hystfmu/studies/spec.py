@@ -1,4 +1,4 @@
-"""What a `study.toml` may say: a scenario, its cases, parameters with their ranges, and how they are sampled."""
+"""The file format of a study: a scenario, its cases, parameters with their ranges, and a sampling method."""
 
 from __future__ import annotations
 
@@ -21,61 +21,65 @@ MOST_ROWS = 10_000_000
 
 
 class ParameterSpec(pydantic.BaseModel):
-    """The values that one `unit.parameter` takes: exactly one of `range`, `scale`, `values`."""
+    """The values of one `unit.parameter`, given by exactly one of `range`, `scale` and `values`."""
 
     model_config = STRICT
-    range: Annotated[list[Finite], Field(min_length=2, max_length=2)] | None = Field(None, description="from, to")
-    scale: Annotated[list[Finite], Field(min_length=2, max_length=2)] | None = Field(
-        None, description="factors on what the scenario says: from, to"
+    range: Annotated[list[Finite], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="lowest and highest value"
     )
-    values: list[Finite] | None = Field(None, min_length=1, max_length=100_000, description="a list of values")
-    log: bool = Field(False, description="ratios count, not differences")
-    steps: int = Field(5, ge=1, le=100_000, description="grid: how many values of a range")
+    scale: Annotated[list[Finite], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="lowest and highest factor on the value in the scenario"
+    )
+    values: list[Finite] | None = Field(None, min_length=1, max_length=100_000, description="list of values")
+    log: bool = Field(False, description="sample on a logarithmic scale")
+    steps: int = Field(5, ge=1, le=100_000, description="grid: number of values in a range")
 
     @pydantic.model_validator(mode="after")
     def _one(self) -> ParameterSpec:
         given = [k for k in ("range", "scale", "values") if getattr(self, k) is not None]
         if len(given) != 1:
-            raise ValueError(f"exactly one of range, scale, values; here: {given or 'none'}")
+            raise ValueError(
+                f"must have exactly one of range, scale, values. Got {', '.join(given) or 'none'} instead."
+            )
         if self.values is None:
             lo, hi = self.bounds
             if not lo < hi:
-                raise ValueError(f"the range must rise; here {lo} to {hi}")
+                raise ValueError(f"a range must rise. Got {lo} to {hi} instead.")
             if self.log and lo <= 0:
-                raise ValueError(f"a range by ratios must be greater than 0; here from {lo}")
+                raise ValueError(f"a logarithmic range must be greater than 0. Got {lo} instead.")
         return self
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The lowest and the highest value of a range."""
+        """Lowest and highest value of the range."""
         lo, hi = self.range if self.range is not None else self.scale or (0.0, 0.0)
         return lo, hi
 
     def at(self, fraction: float) -> float:
-        """The value at a place of the unit interval."""
+        """Map a fraction in [0, 1] to a value."""
         if self.values is not None:
             return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
         lo, hi = self.bounds
         return float(lo * (hi / lo) ** fraction) if self.log else lo + (hi - lo) * fraction
 
     def setting(self, value: float) -> float | str:
-        """The value as a scenario's `set` takes it."""
+        """Return the value in the form that `set` of a scenario takes."""
         return f"*{value!r}" if self.scale is not None else value
 
 
 class ObjectiveSpec(pydantic.BaseModel):
-    """What Optuna makes small."""
+    """The objective that Optuna minimises."""
 
     model_config = STRICT
     metric: Name
-    over_cases: Literal["max", "mean"] = Field("max", description="how the cases of a variation make one number")
+    over_cases: Literal["max", "mean"] = Field("max", description="how the values of several cases are combined")
     targets: dict[str, Annotated[float, Field(gt=0, allow_inf_nan=False)]] = Field(
-        {}, description="by case: what 1 is, so that easy and hard cases count alike; 1 by default"
+        {}, description="reference value of the metric by case, so that easy and hard cases count alike; 1 by default"
     )
-    limits: dict[Name, Finite] = Field({}, description="metrics that no case may exceed")
+    limits: dict[Name, Finite] = Field({}, description="upper limits of metrics, for every case")
 
     def score(self, rows: Sequence[dict[str, Any]]) -> float:
-        """What the rows of a variation, one per case, make of the objective; NaN where a run failed."""
+        """Return the objective of a variation from its rows, one per case; NaN if a run failed."""
         values: list[float] = [
             row["metrics"].get(self.metric, math.nan) / self.targets.get(row["case"], 1.0) for row in rows
         ]
@@ -85,35 +89,35 @@ class ObjectiveSpec(pydantic.BaseModel):
 
 
 class StudySpec(pydantic.BaseModel):
-    """The whole file."""
+    """The whole study file."""
 
     model_config = STRICT
     name: Name
     text: str = ""
-    scenario: str = Field(description="folder of the scenario, relative to the study")
+    scenario: str = Field(description="folder of the scenario, relative to the study file")
     cases: list[str] | None = Field(None, min_length=1, description="cases of the scenario; all by default")
-    engine: Literal["native", "python", "fmpy"] = Field("native", description="as in `hystfmu run`")
+    engine: Literal["native", "python", "fmpy"] = Field("native", description="engine of `hystfmu run`")
     method: Literal["grid", "sobol", "latin_hypercube", "optuna"]
-    n: int = Field(64, ge=1, le=MOST_ROWS, description="variations; a grid has the product of its steps")
+    n: int = Field(64, ge=1, le=MOST_ROWS, description="number of variations; a grid has the product of its steps")
     seed: int = Field(0, ge=0, le=2**31 - 1)
-    timeout: Annotated[float, Field(gt=0, le=1e6)] = Field(60.0, description="longest time for one run (s)")
-    memory: Annotated[float, Field(gt=0, le=1e4)] = Field(4.0, description="largest memory of a worker (GB)")
+    timeout: Annotated[float, Field(gt=0, le=1e6)] = Field(60.0, description="time limit of one run (s)")
+    memory: Annotated[float, Field(gt=0, le=1e4)] = Field(4.0, description="memory limit of a worker (GB)")
     parameters: dict[str, ParameterSpec] = Field(min_length=1, max_length=1000)
     objective: ObjectiveSpec | None = None
 
 
 class Study:
-    """A `study.toml` with the cases of its scenario.
+    """A study file with the cases of its scenario.
 
     Parameters
     ----------
     path : path
-        The file.
+        Study file (`*.study.toml`).
 
     Raises
     ------
     InputError
-        One line with the file, the key, the rule and the value.
+        If the file or its scenario is invalid: one line with file, key, rule and value.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -130,7 +134,7 @@ class Study:
             split_end(key, f"{self.file}: parameters")
         if (self.spec.method == "optuna") != (self.spec.objective is not None):
             raise InputError(
-                f"{self.file}: objective: belongs to method 'optuna'; here the method is {self.spec.method!r}"
+                f"{self.file}: objective: must be given for the method 'optuna' only. Got {self.spec.method!r} instead."
             )
         if self.spec.objective is not None:
             metrics = scenario.spec.metrics
@@ -143,9 +147,9 @@ class Study:
 
     @property
     def parameters(self) -> dict[str, ParameterSpec]:
-        """By `unit.parameter`."""
+        """Parameters by `unit.parameter`."""
         return self.spec.parameters
 
     def settings(self, values: dict[str, float]) -> dict[str, Any]:
-        """The `values` of a variation, by parameter, as a scenario's `set` takes them."""
+        """Return the values of a variation, by parameter, in the form that `set` of a scenario takes."""
         return {k: self.parameters[k].setting(v) for k, v in values.items()}

@@ -1,8 +1,8 @@
-"""The table of a study on disk: every finished run is there at once, whatever happens next.
+"""Store the table of a study on disk.  Every finished run is stored at once and survives an interruption.
 
-A row is one line of `journal.jsonl`, appended as soon as it is known; a line that was cut off by a crash or a full
-disk does not count.  Full journals become Parquet parts (atomic renames), the end is one table `results.parquet`,
-sorted by row.  Nothing in the table depends on when, where or in which order the runs happened.
+A row is one line of `journal.jsonl`, appended when its run ends.  A line cut off by a crash or a full disk is dropped.
+Full journals become Parquet parts by atomic renames.  The final table is `results.parquet`, sorted by row.  The table
+does not depend on when, where or in which order the runs were made.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ class Store:
     Parameters
     ----------
     folder : path
-        Made if it is missing.
+        Folder of the study; created if it is missing.
     parameters, metrics : sequence of str
-        Columns besides the fixed ones.
+        Columns in addition to the fixed ones.
 
     Raises
     ------
     InputError
-        The folder holds the table of another study, or cannot be written.
+        If the folder holds the table of another study or cannot be written, or the extra 'study' is not installed.
     """
 
     def __init__(self, folder: Path, parameters: Sequence[str], metrics: Sequence[str]) -> None:
@@ -59,7 +59,7 @@ class Store:
             write_bytes(path, json.dumps(mine).encode())
 
     def _mend(self) -> None:
-        """Cut off what follows the last whole line."""
+        """Truncate the journal after its last whole line."""
         with os.fdopen(os.dup(self._journal), "rb") as f:
             content = f.read()
         whole = content.rfind(b"\n") + 1
@@ -73,7 +73,7 @@ class Store:
         Raises
         ------
         InputError
-            No room: what was there before stays whole, and the study can go on later.
+            If the disk is full.  Earlier rows stay intact, and the study can be resumed.
         """
         line = (json.dumps(row, allow_nan=True) + "\n").encode()
         at = os.lseek(self._journal, 0, os.SEEK_CUR)
@@ -84,15 +84,14 @@ class Store:
         except OSError as e:
             os.ftruncate(self._journal, at)
             os.lseek(self._journal, at, os.SEEK_SET)
-            raise InputError(
-                f"{self.folder}: {e.strerror or e}; {self._in_journal} rows are safe: make room and run it again"
-            ) from None
+            safe = f"{self._in_journal} rows are safe: free some space and run the study again"
+            raise InputError(f"{self.folder}: {e.strerror or e}; {safe}") from None
         self._in_journal += 1
         if self._in_journal >= PART_ROWS:
             self._roll()
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """All rows that are there, in no particular order; one for each id."""
+        """Yield all rows, one for each id, in no particular order."""
         import pyarrow.parquet as pq
 
         seen: set[str] = set()
@@ -108,13 +107,13 @@ class Store:
                 yield row
 
     def finish(self, rows: list[dict[str, Any]]) -> Path:
-        """Write `results.parquet` with the rows of this study, by their index."""
+        """Write `results.parquet` with the given rows and return its path."""
         path = self.folder / "results.parquet"
         self._write(path, rows)
         return path
 
     def close(self) -> None:
-        """Let go of the journal."""
+        """Close the journal."""
         os.close(self._journal)
 
     def _parts(self) -> list[Path]:
@@ -123,7 +122,7 @@ class Store:
     def _roll(self) -> None:
         lines = (self.folder / "journal.jsonl").read_bytes().splitlines()
         self._write(self.folder / f"part-{len(self._parts()):06d}.parquet", [json.loads(line) for line in lines])
-        os.ftruncate(self._journal, 0)  # a crash before this line leaves rows twice; `rows` takes one of each id
+        os.ftruncate(self._journal, 0)  # a crash before this line leaves duplicates, which `rows` skips by id
         os.lseek(self._journal, 0, os.SEEK_SET)
         self._in_journal = 0
 

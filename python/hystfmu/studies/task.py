@@ -1,4 +1,4 @@
-"""One run of a study: a case with a variation, its identity, and what became of it."""
+"""One run of a study: a case with a variation, its id, and its row in the table."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hystfmu.scenario.system.system import System, build
 
 @dataclass(frozen=True)
 class Task:
-    """`index` counts rows of the table; `settings` are what a scenario's `set` takes."""
+    """A case and a variation; `index` is the row of the table, `settings` has the form of `set` of a scenario."""
 
     index: int
     variation: int
@@ -31,9 +31,9 @@ class Task:
 
 
 def fingerprint(system: System) -> str:
-    """A hash of all that the results of a case depend on: units with their values, wiring, grid, metrics, version.
+    """Hash everything that the results of a case depend on: units, values, wiring, time grid, metrics, version.
 
-    Two studies share a row only if this and the variation agree.
+    Two studies share a row only if this hash and the variation agree.
     """
     case = system.case
     content = {
@@ -48,29 +48,29 @@ def fingerprint(system: System) -> str:
 
 
 def identity(of_case: str, settings: dict[str, Any]) -> str:
-    """The id of a run: the same run has the same id on every machine."""
+    """Return the id of a run, which is the same on every machine."""
     return hashlib.sha256(json.dumps([of_case, settings], sort_keys=True).encode()).hexdigest()[:24]
 
 
 def row_of(task: Task, case: str, status: str, reason: str, metrics: dict[str, float] | None = None) -> dict[str, Any]:
-    """The row of the table that a task of the case becomes; `reason` says why it has no metrics."""
+    """Return the row of a task; `reason` says why it has no metrics."""
     row = {"index": task.index, "variation": task.variation, "id": task.id, "case": case, "values": task.values}
     return {**row, "metrics": metrics or {}, "status": status, "reason": reason}
 
 
 class Runner:
-    """Runs tasks in one process; keeps what can be used again.
+    """Run tasks in one process and reuse prepared systems.
 
     Parameters
     ----------
     systems : sequence of System
-        The cases of the study, in its order.
+        The cases of the study, in order.
     engine : {"native", "python", "fmpy"}
     folder : path, optional
-        Where units are unpacked; by default the temporary folder.
+        Folder for unpacked FMUs; by default the temporary folder.
     limits : (float, float), optional
-        Longest time (s) and most memory (GB) of a run with FMUs of others, which then has a process of its own; without
-        them it runs here, and somebody else watches this process.
+        Limits of time (s) and memory (GB) for a run with foreign FMUs, which then runs in a child process.  Without
+        limits it runs in this process, which the caller has to watch.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class Runner:
         self._store: FmuStore | None = None
 
     def __call__(self, task: Task) -> dict[str, Any]:
-        """The row of a task: a failed run is a row with its reason."""
+        """Run a task and return its row; a failed run is a row with its reason."""
         case = self._systems[task.case].case.name
         try:
             return row_of(task, case, "ok", "", self._metrics(task))
@@ -94,7 +94,7 @@ class Runner:
         except InputError as e:
             return row_of(task, case, "refused", str(e))
         except MemoryError:
-            return row_of(task, case, "memory", "the run needs more memory than a worker may have")
+            return row_of(task, case, "memory", "the run exceeds the memory limit of a worker")
 
     def _metrics(self, task: Task) -> dict[str, float]:
         system = self._systems[task.case]
@@ -111,7 +111,7 @@ class Runner:
             varied = build(replace(system.case, overrides={**system.case.overrides, **task.settings}))
             missing = [k for k in task.settings if k not in varied.overridden]
             if missing:
-                raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with that parameter")
+                raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with this parameter")
             if apart is not None:
                 blocks = blocks_isolated(varied, self._engine, *apart)
             else:
@@ -124,6 +124,6 @@ class Runner:
         return {name: m.value() for name, m in measured.items()}
 
     def close(self) -> None:
-        """Remove what was unpacked."""
+        """Remove the unpacked FMUs."""
         if self._store is not None:
             self._store.close()

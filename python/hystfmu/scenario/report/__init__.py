@@ -1,1 +1,1 @@
-"""Scenarios for people and machines: report page, comparison of two reports, JUnit, terminal."""
+"""Output of scenario results: report page, comparison of two reports, JUnit XML, terminal."""

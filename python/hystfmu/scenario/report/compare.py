@@ -1,4 +1,4 @@
-"""Two report.json of two revisions as one page: metrics old, new and change, and the signals of both in one plot."""
+"""Compare the report.json of two revisions on one page: metrics with their change, and overlaid signals."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 class _Metric(pydantic.BaseModel):
     metric: str
-    value: float  # a diverged run has 'inf' as text
+    value: float  # 'inf' as text after a diverged run
 
 
 class _Case(pydantic.BaseModel):
@@ -38,7 +38,7 @@ class _Case(pydantic.BaseModel):
     @classmethod
     def _same_length(cls, signals: dict[str, list[float]]) -> dict[str, list[float]]:
         if signals and len({"t" in signals, *map(len, signals.values())} - {True}) != 1:
-            raise ValueError("must be lists of one length with the times 't' among them")
+            raise ValueError("must be lists of equal length that include the times 't'")
         return signals
 
 
@@ -52,30 +52,30 @@ def _read(path: str | Path) -> tuple[str, dict[str, _Case]]:
         report = _Report.model_validate(json.loads(read_bytes(path, MOST_BYTES)))
     except (ValueError, RecursionError) as e:
         errors = e.errors() if isinstance(e, pydantic.ValidationError) else []
-        why = f"{'.'.join(map(str, errors[0]['loc']))}: {errors[0]['msg']}" if errors else "is not JSON"
+        why = f"{'.'.join(map(str, errors[0]['loc']))}: {errors[0]['msg']}" if errors else "not JSON"
         raise InputError(f"{path}: not a report of 'hystfmu run --report': {why}") from None
     return report.version, {f"{c.scenario}/{c.case}": c for c in report.results}
 
 
 def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
-    """Write a page that shows two reports side by side.
+    """Write a page that compares two reports.
 
     Parameters
     ----------
     before, after : path
-        report.json of both revisions.
+        The report.json of each revision.
     out : path
-        The page.
+        HTML page to write.
 
     Returns
     -------
     list of Change
-        Metrics that differ, and cases that only one report has.
+        Metrics and verdicts that differ, and cases that only one report has.
 
     Raises
     ------
     InputError
-        Not such a report.
+        If a file is not a report of ``hystfmu run --report``.
     """
     (old_version, old), (new_version, new) = _read(before), _read(after)
     found: list[Change] = []
@@ -104,7 +104,7 @@ def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> l
 
 
 def _verdict(c: _Case | None) -> str:
-    return "not there" if c is None else "ok" if c.passed else "failed"
+    return "missing" if c is None else "ok" if c.passed else "failed"
 
 
 def _cells(c: Change) -> list[object]:

@@ -1,4 +1,4 @@
-"""Results as JUnit XML, the form that continuous integration servers show: a suite per scenario, a test per case."""
+"""Write results as JUnit XML for continuous integration servers: one suite per scenario, one test per case."""
 
 from __future__ import annotations
 
@@ -17,17 +17,19 @@ _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def write_junit(results: Sequence[Result], path: str | Path) -> None:
-    """Write the results of `run_scenarios`.
+    """Write results as JUnit XML.
 
     Parameters
     ----------
     results : sequence of Result
+        Results of `run_scenarios`.
     path : path
+        XML file to write.
 
     Raises
     ------
     InputError
-        The file cannot be written.
+        If the file cannot be written.
     """
     root = ET.Element("testsuites", _counts(results))
     for name in dict.fromkeys(r.scenario for r in results):
@@ -57,5 +59,5 @@ def _counts(results: Sequence[Result]) -> dict[str, str]:
 
 
 def _text(words: str) -> str:
-    """What an FMU logs may hold characters that XML has no form for."""
+    """Replace characters that XML cannot represent; the log of an FMU may contain them."""
     return _NO_XML.sub("?", words)

@@ -1,7 +1,7 @@
-"""report.html and report.json of scenarios: one self-contained page, and the same for machines.
+"""Write report.html and report.json of scenarios: a self-contained page, and the same results as data.
 
-The page shows verdicts first, then every scenario: its order, step and delays, and for every case the loop before and
-after compensation, reference and output, and the error between samples.
+The page shows the verdicts first.  Every scenario follows with its order, step and delays, and every case with the loop
+before and after compensation, reference and output, and the tracking error, including the error between samples.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from hystfmu.scenario.system.system import System
 if TYPE_CHECKING:
     from hystfmu.scenario.verdict.result import Result
 
-MOST_ROWS = 400  # of the signals of a case in report.json
+MOST_ROWS = 400  # rows per signal in report.json
 OPEN = ' open="open"'
-METHODS = {"newton": "Newton", "relaxation": "relaxed after Aitken"}
+METHODS = {"newton": "Newton", "relaxation": "Aitken relaxation"}
 SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
 
 
@@ -46,16 +46,18 @@ def write_report(
     Parameters
     ----------
     results : sequence of Result
-        As `run_scenarios` returns them.
+        Results of `run_scenarios`.
     directory : path
-        Made if it does not exist.
+        Folder to write into; created if it does not exist.
     extra_sections : sequence of Section
-        Put before the scenarios.
+        Sections placed before the scenarios.
+    title : str
+        Title of the page.
 
     Returns
     -------
     Path
-        Of report.html.
+        Path of report.html.
     """
     directory = Path(directory)
     passed = sum(r.passed for r in results)
@@ -77,7 +79,7 @@ def write_report(
 
 
 def _plain(v: Any) -> Any:
-    """JSON knows no infinity and no NaN: text instead, as a diverged run may give."""
+    """Convert to JSON types.  Infinity and NaN, which a diverged run gives, become text."""
     if isinstance(v, dict):
         return {str(k): _plain(x) for k, x in v.items()}
     if isinstance(v, list | tuple):
@@ -97,7 +99,7 @@ def _machine(results: Sequence[Result], sections: Sequence[Section]) -> dict[str
 
 
 def _signals(r: Result) -> dict[str, Any]:
-    """Some rows of the recorded signals: enough for `hystfmu compare` to draw them."""
+    """Select rows of the recorded signals, enough for `hystfmu compare` to plot them."""
     if r.trace is None:
         return {}
     picked = np.unique(np.linspace(0, len(r.trace.t) - 1, MOST_ROWS).round().astype(int))
@@ -118,7 +120,7 @@ def _loop_facts(system: System) -> dict[str, Any]:
 
 
 def _overview(results: Sequence[Result]) -> str:
-    """What failed, then a line per scenario that opens to its metrics."""
+    """List the failures, then one line per scenario that opens to its metrics."""
     failures = "".join(f"<li>{escape(line)}</li>" for r in results for line in r.lines)
     listed = f'<ul class="bad">{failures}</ul>' if failures else ""
     groups: dict[str, list[Result]] = {}
@@ -180,7 +182,7 @@ def _scenario(results: Sequence[Result]) -> str:
         s = r.sweeps
         counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""
         plots = figures(_case_plots(r.system, r.trace)) if r.trace is not None else ""
-        other = _loop_rows(r.system) != _loop_rows(first)  # a delay case says what it adds
+        other = _loop_rows(r.system) != _loop_rows(first)  # show the delays that this case adds
         own = table(Table(("loop", "of this case"), _loop_rows(r.system))) if other else ""
         parts.append(
             f'<details{OPEN if k == 0 else ""}><summary><b class="{state}">{escape(r.case)}</b>{text}</summary>'
@@ -206,7 +208,7 @@ def _loop_rows(system: System) -> list[Sequence[object]]:
 
 
 def _delays(system: System) -> Table:
-    """The delays that the same loop has under every coupling, in steps."""
+    """Tabulate the delays of the loop under every coupling scheme, in steps."""
     budgets = []
     for scheme in SCHEMES:
         coupling = system.case.coupling.model_copy(update={"scheme": scheme})
@@ -234,11 +236,13 @@ def _case_plots(system: System, trace: Trace) -> list[Plot]:
         stroke = tracked.stroke or float(np.ptp(trace[tracked.against][window]))
         name = f"{tracked.signal} - {tracked.against}"
         line = Line(name, trace.t[window], 100 * e / stroke)
-        plots.append(Plot("Error, between samples included", "t in s", "percent of stroke", [line], envelope=True))
+        plots.append(
+            Plot("Tracking error, including between samples", "t in s", "percent of stroke", [line], envelope=True)
+        )
     return plots
 
 
 def _centred(v: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Scaled to [-1, 1], so that loops of different units share a diagram."""
+    """Scale to [-1, 1], so that loops with different units of measure share a plot."""
     lo, hi = float(v.min()), float(v.max())
     return (2 * v - lo - hi) / (hi - lo) if hi > lo else v - lo

@@ -1,4 +1,4 @@
-"""Results of scenarios in a terminal: verdicts, failures, what changed against a baseline."""
+"""Scenario results on a terminal: verdicts, failures, changes against the baseline."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hystfmu.scenario.verdict.result import Result
 
 
 def verdicts(results: Sequence[Result]) -> str:
-    """One line per case, of several scenarios one each; below notes and failures: scenario, metric, value, limit."""
+    """Return one line per case, or per scenario if there are several, followed by notes and failures."""
     groups: dict[str, list[Result]] = {}
     for r in results:
         groups.setdefault(r.scenario, []).append(r)
@@ -29,7 +29,7 @@ def verdicts(results: Sequence[Result]) -> str:
 
 
 def _shortened(failures: Sequence[str]) -> list[str]:
-    """Every limit that is exceeded, but of what changed against the baseline only the first: the rest follows."""
+    """Keep every exceeded limit, but only the first change against the baseline: the others follow from it."""
     changed = [line for line in failures if CHANGED in line]
     lines = [line for line in failures if CHANGED not in line] + changed[:1]
     if len(changed) > 1:
@@ -38,7 +38,7 @@ def _shortened(failures: Sequence[str]) -> list[str]:
 
 
 def changes(found: Sequence[Change], none: str = "the baseline does not change") -> str:
-    """What changed: old, new, and the change in percent of the old value; `none` if nothing did."""
+    """Tabulate changes: old value, new value, change in percent of the old value; return `none` without changes."""
     if not found:
         return none
 
