@@ -17,14 +17,20 @@ from hystfmu.scenario.verdict.baseline import Baseline
 
 @dataclass(frozen=True)
 class Plan:
-    """One scenario: the cases that run, and its baseline (None while one is recorded, or where there is none)."""
+    """One scenario: the cases that run, and its baseline (None while one is recorded, or where there is none).
+
+    `strict`: a missing baseline is a failure; a scenario built in Python has none, so its limits alone decide.
+    """
 
     scenario: Scenario
     systems: tuple[System, ...]
     baseline: Baseline | None
+    strict: bool
 
 
-def read(paths: Sequence[str | Path], overrides: Mapping[str, Any], coupling: Scheme | None) -> list[Scenario]:
+def read(
+    paths: Sequence[str | Path | Scenario], overrides: Mapping[str, Any], coupling: Scheme | None
+) -> list[Scenario]:
     """The scenarios, with overrides and coupling of the command line on top.
 
     Raises
@@ -34,7 +40,8 @@ def read(paths: Sequence[str | Path], overrides: Mapping[str, Any], coupling: Sc
     """
     for key in overrides:
         split_end(key, "--set")
-    return [Scenario(p, dict(overrides), coupling) for p in paths]
+    changes = dict(overrides)
+    return [p.changed(changes, coupling) if isinstance(p, Scenario) else Scenario(p, changes, coupling) for p in paths]
 
 
 def plan(scenarios: Sequence[Scenario], case: str | None, overrides: Mapping[str, Any], record: bool) -> list[Plan]:
@@ -52,13 +59,13 @@ def plan(scenarios: Sequence[Scenario], case: str | None, overrides: Mapping[str
     built = [tuple(build(c) for c in group) for group in cases]
     _check_overrides(overrides, [s for group in built for s in group])
     plans = [
-        Plan(s, systems, None if record else Baseline.load(s.folder))
+        Plan(s, systems, *((None, False) if record or s.folder is None else (Baseline.load(s.folder), True)))
         for s, systems in zip(scenarios, built, strict=True)
     ]
     for system in (x for p in plans for x in p.systems):
         if system.case.memory and system.foreign:
             raise InputError(
-                f"{system.case.file}: memory: {system.foreign[0].name} is a foreign FMU: its states are its own"
+                f"{system.case.origin}: memory: {system.foreign[0].name} is a foreign FMU: its states are its own"
             )
     return plans
 

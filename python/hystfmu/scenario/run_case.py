@@ -27,7 +27,7 @@ def run_case(
     engine: Engine,
     store: FmuStore,
     *,
-    record: bool = False,
+    strict: bool = True,
     seconds: float = 600.0,
     out: str | Path | None = None,
 ) -> tuple[Result, Record | None]:
@@ -37,8 +37,8 @@ def run_case(
     ----------
     system, baseline, engine, store
         What runs, what it is held against, who runs it, where FMUs are unpacked.
-    record : bool
-        The limits alone decide: the run becomes the baseline.
+    strict : bool
+        A missing baseline or a change against it is a failure; otherwise the limits alone decide.
     seconds : float
         Longest time for a case with foreign FMUs.
     out : path, optional
@@ -65,6 +65,6 @@ def run_case(
     except Stopped as e:
         return Result(system, (), (f"{case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes), None
     took = time.perf_counter() - begin
-    verdicts, lines = judge(case, measured, kept, baseline, strict=not record)
+    verdicts, lines = judge(case, measured, kept, baseline, strict=strict)
     found = Record({v.metric: v.value for v in verdicts}, kept.rows(), kept.trace.memory)
     return Result(system, tuple(verdicts), tuple(lines), picture.trace(), took, notes, counted), found

@@ -11,13 +11,14 @@ from hystfmu.scenario.engine.fmu_store import FmuStore
 from hystfmu.scenario.engine.master import Engine
 from hystfmu.scenario.plan import Plan, plan, read
 from hystfmu.scenario.run_case import run_case
+from hystfmu.scenario.system.case import Scenario
 from hystfmu.scenario.system.spec import Scheme
 from hystfmu.scenario.verdict.baseline import Baseline, Change, Record, changes, save_baseline
 from hystfmu.scenario.verdict.result import Result
 
 
 def run_scenarios(
-    paths: Sequence[str | Path],
+    paths: Sequence[str | Path | Scenario],
     *,
     record: bool = False,
     report_dir: str | Path | None = None,
@@ -34,8 +35,8 @@ def run_scenarios(
 
     Parameters
     ----------
-    paths : sequence of path
-        Folders that hold a scenario.toml, or the files themselves.
+    paths : sequence of path or Scenario
+        Folders that hold a scenario.toml, the files themselves, or scenarios that were read or built.
     record : bool
         Write baseline.toml and baseline.csv beside every scenario whose limits are all met.
     report_dir : path, optional
@@ -83,7 +84,7 @@ def run_scenarios(
         with FmuStore() as store:
             ran = []
             for system in p.systems:
-                ran.append(run_case(system, p.baseline, engine, store, record=record, seconds=seconds, out=out))
+                ran.append(run_case(system, p.baseline, engine, store, strict=p.strict, seconds=seconds, out=out))
                 advance(system.n_steps)
         results += [r for r, _ in ran]
         if record and all(r.passed for r, _ in ran):
@@ -110,7 +111,7 @@ def _share_done(plans: Sequence[Plan], progress: Callable[[float], None]) -> Cal
 
 def _save(recorded: Sequence[tuple[Plan, dict[str, Record]]], confirm: Callable[[list[Change]], bool]) -> None:
     """Write the new baselines, if there are any and what changes is agreed to."""
-    found = [(p.scenario, runs) for p, runs in recorded]
-    if found and confirm([c for s, runs in found for c in changes(s.spec.name, Baseline.load(s.folder), runs)]):
-        for scenario, runs in found:
-            save_baseline(scenario.folder, tuple(scenario.spec.record), runs)
+    found = [(p.scenario.folder, p.scenario.spec, runs) for p, runs in recorded if p.scenario.folder is not None]
+    if found and confirm([c for f, spec, runs in found for c in changes(spec.name, Baseline.load(f), runs)]):
+        for folder, spec, runs in found:
+            save_baseline(folder, tuple(spec.record), runs)

@@ -65,12 +65,10 @@ def write_ssp(
     """
     slow = [name for name, u in case.units.items() if u.every > 1]
     if slow:
-        raise InputError(f"{case.file}: case {case.name}: {slow[0]} runs once in several steps: SSP has one step")
+        raise InputError(f"{case.where}: {slow[0]} runs once in several steps: SSP has one step")
     own = [name for name, u in case.units.items() if u.substeps > 1 or u.hold != "zero"]
     if own:
-        raise InputError(
-            f"{case.file}: case {case.name}: {own[0]} has substeps or a hold of its own: SSP knows neither"
-        )
+        raise InputError(f"{case.where}: {own[0]} has substeps or a hold of its own: SSP knows neither")
     # nor do other importers know the events of its references
     coupling = case.coupling.model_copy(update={"events": "grid"})
     system = build(replace(case, ripple=1, coupling=coupling))

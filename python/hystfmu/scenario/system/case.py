@@ -6,12 +6,14 @@ The rest of the program sees plain, complete cases.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_toml
+from hystfmu.model import Model
 from hystfmu.scenario.system.spec import CaseSpec, CouplingSpec, MetricSpec, ScenarioSpec, Scheme, TubeSpec, UnitSpec
 
 MOST_BYTES = 2**20  # of a scenario.toml
@@ -28,7 +30,8 @@ class Case:
     about: str
     name: str
     text: str
-    folder: Path
+    folder: Path | None
+    """Where its files are; None: it was built in Python and has what `attached` holds."""
     step: float
     stop: float
     ripple: int
@@ -45,6 +48,10 @@ class Case:
     """From the command line: apply where the unit and the parameter exist."""
     tube: TubeSpec | None = None
     memory: bool = False
+    origin: str = ""
+    """What errors begin with: the file that the case comes from, or the name of a scenario built in Python."""
+    attached: Mapping[str, Model | Path] = field(default_factory=dict)
+    """What a path of a unit stands for, where that is no file of the folder."""
 
     @property
     def title(self) -> str:
@@ -52,9 +59,9 @@ class Case:
         return f"{self.scenario}/{self.name}"
 
     @property
-    def file(self) -> Path:
-        """The file that the case comes from."""
-        return self.folder / "scenario.toml"
+    def where(self) -> str:
+        """What errors begin with: file or scenario, and the case."""
+        return f"{self.origin}: case {self.name}"
 
 
 def split_end(end: str, where: str) -> tuple[str, str]:
@@ -93,11 +100,58 @@ class Scenario:
         self, path: str | Path, overrides: dict[str, Any] | None = None, coupling: Scheme | None = None
     ) -> None:
         path = Path(path)
-        self.file = path / "scenario.toml" if path.suffix != ".toml" else path
-        self.folder = self.file.parent
-        self.spec = read_toml(self.file, ScenarioSpec, MOST_BYTES)
-        self.overrides = dict(overrides or {})
-        self.coupling = coupling
+        file = path / "scenario.toml" if path.suffix != ".toml" else path
+        self.folder: Path | None = file.parent
+        self._complete(read_toml(file, ScenarioSpec, MOST_BYTES), str(file), {}, overrides, coupling)
+
+    @classmethod
+    def of(
+        cls,
+        spec: ScenarioSpec,
+        origin: str,
+        attached: Mapping[str, Model | Path],
+        folder: Path | None = None,
+        overrides: dict[str, Any] | None = None,
+        coupling: Scheme | None = None,
+    ) -> Scenario:
+        """The cases of a scenario that is no file, or one with changes.
+
+        Parameters
+        ----------
+        spec : ScenarioSpec
+        origin : str
+            What errors begin with.
+        attached : mapping of str to Model or Path
+            What a path of a unit stands for, where that is no file of the folder.
+        folder : path, optional
+            Where the other files are, and the baseline.
+        overrides, coupling
+            As `Scenario`.
+
+        Raises
+        ------
+        InputError
+            One line with the origin, the key, the rule and the value.
+        """
+        made = cls.__new__(cls)
+        made.folder = folder
+        made._complete(spec, origin, attached, overrides, coupling)
+        return made
+
+    def changed(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> Scenario:
+        """The same scenario with other `overrides` and `coupling`, as `Scenario` takes them."""
+        return Scenario.of(self.spec, self.origin, self.attached, self.folder, overrides, coupling)
+
+    def _complete(
+        self,
+        spec: ScenarioSpec,
+        origin: str,
+        attached: Mapping[str, Model | Path],
+        overrides: dict[str, Any] | None,
+        coupling: Scheme | None,
+    ) -> None:
+        self.spec, self.origin, self.attached = spec, origin, attached
+        self.overrides, self.coupling = dict(overrides or {}), coupling
         self.cases = self._cases()
 
     def _cases(self) -> tuple[Case, ...]:
@@ -105,11 +159,11 @@ class Scenario:
         names = [c.name for c in specs]
         for n in names:
             if names.count(n) > 1:
-                raise InputError(f"{self.file}: case: two cases have the name {n!r}")
+                raise InputError(f"{self.origin}: case: two cases have the name {n!r}")
         return tuple(self._case(c) for c in specs)
 
     def _case(self, c: CaseSpec) -> Case:
-        s, where = self.spec, f"{self.file}: case {c.name}"
+        s, where = self.spec, f"{self.origin}: case {c.name}"
         units = {**s.units, **c.units}
         for key, value in c.set.items():
             unit, parameter = split_end(key, f"{where}: set")
@@ -151,6 +205,8 @@ class Scenario:
             tolerance=s.tolerance,
             tube=s.tube,
             memory=s.memory,
+            origin=self.origin,
+            attached=self.attached,
             overrides=self.overrides,
         )
         self._check(case, where)

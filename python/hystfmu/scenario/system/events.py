@@ -116,7 +116,7 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
             steps.append(n)
             times.append(end)
     if len(times) + system.n_steps > MOST_STEPS:
-        raise InputError(f"{system.case.file}: case {system.case.name}: more than {MOST_STEPS} fine steps and events")
+        raise InputError(f"{system.case.where}: more than {MOST_STEPS} fine steps and events")
     return np.array(steps, dtype=np.int64), np.array(times, dtype=np.float64)
 
 
@@ -181,10 +181,7 @@ def _pieces(system: System, part: Part, node: Node, values: Values, begin: float
         levels, T = values(part, node, "levels"), float(values(part, node, "T")[0])
         return "T", np.asarray(T * (np.flatnonzero(np.diff(levels)) + 1), dtype=np.float64), "r"
     if f > 0 and 2 * f * (end - begin) > MOST_STEPS:
-        raise InputError(
-            f"{system.case.file}: case {system.case.name}: {part.name}.frequency: more than {MOST_STEPS} reversals; "
-            f"got {f:g} Hz"
-        )
+        raise InputError(f"{system.case.where}: {part.name}.frequency: more than {MOST_STEPS} reversals; got {f:g} Hz")
     if kind == "triangle" and f > 0:
         turns = float(values(part, node, "phase")[0]) / (2 * math.pi)
         first = math.ceil(2 * (turns + f * begin) - 0.5)

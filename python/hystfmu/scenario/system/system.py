@@ -215,7 +215,7 @@ def build(case: Case) -> System:
     overridden: set[str] = set()
     for name in case.order:
         spec = case.units[name]
-        where = f"{case.file}: case {case.name}: units.{name}"
+        where = f"{case.where}: units.{name}"
         try:
             graph = load_unit(case, spec, where)
             graph = with_values(graph, spec.set)
@@ -226,7 +226,7 @@ def build(case: Case) -> System:
                     overridden.add(key)
         except InputError as e:
             message = str(e)
-            raise InputError(message if message.startswith(str(case.file)) else f"{where}: {message}") from None
+            raise InputError(message if message.startswith(case.origin) else f"{where}: {message}") from None
         inputs, outputs = scalar_names(graph, "input"), scalar_names(graph, "output")
         for key in spec.inputs:
             if key not in inputs:
@@ -245,7 +245,7 @@ def build(case: Case) -> System:
     links = _links(case, parts, columns)
     system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
     _check_lines(system)
-    where = f"{case.file}: case {case.name}"
+    where = case.where
     for key, ends in signals(case):
         for end in ends:
             system.column(end, f"{where}: {key}")
@@ -255,7 +255,7 @@ def build(case: Case) -> System:
 def _check_lines(system: System) -> None:
     """A straight line needs values as often as the reader steps."""
     for link in system.links:
-        part, where = system.parts[link.to], f"{system.case.file}: case {system.case.name}"
+        part, where = system.parts[link.to], f"{system.case.where}"
         if part.hold == "zero":
             continue
         source = system.maker(link)
@@ -275,7 +275,7 @@ def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _links(case: Case, parts: list[Part], columns: dict[str, int]) -> tuple[Link, ...]:
-    where = f"{case.file}: case {case.name}: connections"
+    where = f"{case.where}: connections"
     index = {p.name: i for i, p in enumerate(parts)}
     links: list[Link] = []
     for to, source in case.connections.items():

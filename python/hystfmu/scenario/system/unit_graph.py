@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,17 +32,33 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
         A file that is bad or outside the folder, an unknown block or parameter, a value out of range.
     """
     if spec.fmu is not None:
-        return Foreign.load(inside(case.folder, spec.fmu, f"{where}.fmu"))
+        return Foreign.load(_path(case, spec.fmu, f"{where}.fmu"))
     if spec.model is not None:
-        return Model.load(inside(case.folder, spec.model, f"{where}.model")).graph
+        return _model(case, spec.model, f"{where}.model").graph
     if spec.inverse_of is not None:
         from hystfmu.inverse import invert  # the method's own imports stay out of scenarios that do not use it
 
-        return invert(Model.load(inside(case.folder, spec.inverse_of, f"{where}.inverse_of")), "exact").graph
+        return invert(_model(case, spec.inverse_of, f"{where}.inverse_of"), "exact").graph
     if spec.block is not None:
         return Graph.single(Node(spec.block, spec.block, spec.dims, spec.values))
     assert spec.graph is not None
     return spec.graph.graph()
+
+
+def _model(case: Case, relative: str, where: str) -> Model:
+    """The model that a path of the case stands for."""
+    attached = case.attached.get(relative)
+    return attached if isinstance(attached, Model) else Model.load(_path(case, relative, where))
+
+
+def _path(case: Case, relative: str, where: str) -> Path:
+    """The file that a path of the case stands for."""
+    attached = case.attached.get(relative)
+    if isinstance(attached, Path):
+        return attached
+    if case.folder is None:
+        raise InputError(f"{where}: {relative!r} is not attached to the scenario")
+    return inside(case.folder, relative, where)
 
 
 def scalar_names(graph: Graph | Foreign, kind: str) -> tuple[str, ...]:

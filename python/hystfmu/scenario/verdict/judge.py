@@ -54,7 +54,7 @@ def judge(
         try:
             value = measured[name].value()
         except InputError as e:
-            raise InputError(f"{case.file}: case {case.name}: metrics.{name}: {e}") from None
+            raise InputError(f"{case.where}: metrics.{name}: {e}") from None
         within = bool(np.isfinite(value)) and (m.limit is None or value <= m.limit)
         old = known.get(name) if known is not None else None
         same = None
