@@ -96,9 +96,9 @@ def damaged(rows, row, column, value):
     ("rows", "head", "words"),
     [
         (record(), "t,u,z", ["column", "'y'"]),
-        (damaged(record(), 17, 1, "nan"), "t,u,y", ["row 17", "u", "nan"]),
-        (damaged(record(), 30, 2, "abc"), "t,u,y", ["row 30", "abc"]),
-        (damaged(record(), 40, 0, "0.1"), "t,u,y", ["row 40", "0.1"]),
+        (damaged(record(), 17, 1, "nan"), "t,u,y", ["line 19", "u", "nan"]),
+        (damaged(record(), 30, 2, "abc"), "t,u,y", ["line 32", "abc"]),
+        (damaged(record(), 40, 0, "0.1"), "t,u,y", ["line 42", "0.1"]),
         (record()[:2], "t,u,y", ["rows"]),
         ([], "t,u,y", ["rows"]),
     ],

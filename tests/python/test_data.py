@@ -1,4 +1,4 @@
-"""Reading measured data: good files to the last bit, bad ones refused with one line: file, row, rule, value."""
+"""Reading measured data: good files to the last bit, bad ones refused with one line: file, line, rule, value."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_columns_units_separators_and_order(tmp_path):
 def test_rate_replaces_the_time_column(tmp_path):
     path = write(tmp_path / "c.csv", rows(form="{1!r},{2!r}"), "u,y")
     assert Dataset.from_csv(path, rate=200.0).h == 0.005
-    refused(path, "no column 't'", "columns: u, y", "rate")
+    refused(path, "line 1", "columns must include 't'. Got u, y instead.", "rate")
     refused(path, "rate", "-3", rate=-3.0)
 
 
@@ -68,81 +68,90 @@ def test_a_file_without_output_can_be_predicted_but_not_fitted(tmp_path):
 
 def test_missing_file_and_column(tmp_path):
     refused(tmp_path / "none.csv", "No such file")
-    refused(write(tmp_path / "e.csv", rows()), "no column 'volts'", "columns: t, u, y", input="volts")
-    refused(write(tmp_path / "f.csv", rows(), "t,u,u"), "two columns", "'u'", output="u", input="u")
+    refused(write(tmp_path / "e.csv", rows()), "columns must include 'volts'. Got t, u, y instead.", input="volts")
+    refused(write(tmp_path / "f.csv", rows(), "t,u,u"), "The column 'u' must occur once", output="u", input="u")
     refused(write(tmp_path / "g.csv", rows()[1:], rows()[0]), "first line must name the columns")
-    refused(write(tmp_path / "h.csv", [], ""), "first line must name the columns")
+    refused(write(tmp_path / "h.csv", [], ""), "first line must name the columns. Got an empty line")
 
 
 @pytest.mark.parametrize(
     ("cell", "words"),
     [
-        ("abc", ("row 5", "'u'", "not a number", "abc")),
-        ("", ("row 5", "'u'", "not a number")),
-        ("nan", ("row 5", "'u'", "finite", "nan")),
-        ("-inf", ("row 5", "'u'", "finite", "-inf")),
-        ("1e999", ("row 5", "'u'", "finite", "inf")),
-        ("1_0", ("row 5", "'u'", "not a number")),
-        ("1,5", ("row 5", "4 cells", "decimal comma")),
+        ("abc", ("line 7: The 'u' column must hold numbers, with a point. Got 'abc' instead.",)),
+        ("", ("line 7", "'u'", "must hold numbers", "Got ''")),
+        ("nan", ("line 7", "'u'", "finite", "Got nan")),
+        ("-inf", ("line 7", "'u'", "finite", "Got -inf")),
+        ("1e999", ("line 7", "'u'", "finite", "inf")),
+        ("1_0", ("line 7", "'u'", "must hold numbers")),
+        ("1,5", ("line 7", "3 cells, as line 1. Got 4 cells", "decimal comma")),
     ],
 )
-def test_a_bad_cell_is_named_by_row_and_column(tmp_path, cell, words):
+def test_a_bad_cell_is_named_by_line_and_column(tmp_path, cell, words):
     lines = rows()
     lines[5] = f"{float(T[5])!r},{cell},1.0"
     refused(write(tmp_path / "i.csv", lines), *words)
+
+
+@pytest.mark.parametrize("cell", ["abc", "nan", "0.1"])
+def test_lines_are_counted_as_an_editor_counts_them(tmp_path, cell):
+    lines = rows()
+    lines[5] = f"{cell},1.0,1.0"
+    path = write(tmp_path / "a.csv", ["", *lines[:3], "", *lines[3:]])
+    assert path.read_text().split("\n")[9 - 1] == lines[5]
+    refused(path, "a.csv: line 9: ", cell)
 
 
 def test_decimal_commas(tmp_path):
     refused(
         write(tmp_path / "j.csv", [r.replace(",", ";").replace(".", ",") for r in rows()], "t;u;y"), "decimal comma"
     )
-    refused(write(tmp_path / "k.csv", [r.replace(".", ",") for r in rows()]), "row 0", "6 cells", "decimal comma")
+    refused(write(tmp_path / "k.csv", [r.replace(".", ",") for r in rows()]), "line 2", "6 cells", "decimal comma")
 
 
 def test_units_in_brackets_and_a_time_that_is_not_in_seconds(tmp_path):
     d = Dataset.from_csv(write(tmp_path / "a.csv", rows(), "t (s),u (V),y (um)"))
     assert (d.unit_u, d.unit_y, d.h) == ("V", "um", 0.125)
     for head in ("t [ms],u,y", "t (min),u,y"):
-        refused(write(tmp_path / "b.csv", rows(), head), "column 't'", "must be in s", head[3:5])
+        refused(write(tmp_path / "b.csv", rows(), head), "The 't' column must be a time in s", head[3:5])
     assert Dataset.from_csv(write(tmp_path / "c.csv", rows(), "t [ms],u,y"), rate=8.0).h == 0.125
 
 
 def test_a_separator_at_the_end_of_the_rows_is_named(tmp_path):
-    refused(write(tmp_path / "a.csv", [f"{r}," for r in rows()]), "row 0 has 4 cells", "ends with ','")
+    refused(write(tmp_path / "a.csv", [f"{r}," for r in rows()]), "line 2", "Got 4 cells", "ends with ','")
 
 
 def test_other_column_names_are_asked_for(tmp_path):
     path = write(tmp_path / "a.csv", rows(), "Time [s],Voltage [V],Displacement [um]")
-    refused(path, "no column 't'", "Voltage [V]", "--time, --input, --output")
+    refused(path, "must include 't'", "Voltage [V]", "--time, --input, --output")
     assert Dataset.from_csv(path, "Time", "Voltage", "Displacement").unit_y == "um"
 
 
 def test_short_rows_few_rows_no_rows_binary_and_size(tmp_path):
     lines = rows()
     lines[7] = "0.875,1.0"
-    refused(write(tmp_path / "l.csv", lines), "row 7", "2 cells")
-    refused(write(tmp_path / "m.csv", rows()[:3]), "at least 4 rows", "3")
-    refused(write(tmp_path / "n.csv", []), "no data rows")
+    refused(write(tmp_path / "l.csv", lines), "line 9", "2 cells")
+    refused(write(tmp_path / "m.csv", rows()[:3]), "at least 4 rows. Got 3 instead.")
+    refused(write(tmp_path / "n.csv", []), "must have data rows")
     path = tmp_path / "o.csv"
     path.write_bytes(b"t,u,y\n\x00\x01,2\n")
-    refused(path, "not a text file")
+    refused(path, "must be UTF-8 text", "zero byte at offset 6")
     path.write_bytes(b"t,u,y\n\xff\xfe,2\n")
-    refused(path, "UTF-8")
-    refused(write(tmp_path / "p.csv", rows()), "larger than 100 bytes", most=100)
+    refused(path, "must be UTF-8 text", "offset 6")
+    refused(write(tmp_path / "p.csv", rows()), "at most 100 bytes", most=100)
 
 
 def test_time_must_increase(tmp_path):
     t = T.copy()
     t[6] = t[5]
-    refused(write(tmp_path / "q.csv", rows(t)), "row 6", "increase", "0.625")
+    refused(write(tmp_path / "q.csv", rows(t)), "line 8", "increase", "0.625")
 
 
-def test_a_missing_sample_is_found_at_its_row(tmp_path):
+def test_a_missing_sample_is_found_at_its_line(tmp_path):
     keep = np.arange(N) != 6
-    refused(write(tmp_path / "r.csv", rows(T[keep], U[keep], Y[keep])), "row 6", "equal steps", "0.25")
+    refused(write(tmp_path / "r.csv", rows(T[keep], U[keep], Y[keep])), "line 8", "equal steps", "0.25")
     # printed with digits that resolve the step, a missing sample still shows
     path = write(tmp_path / "s.csv", rows(T[keep], U[keep], Y[keep], "{:.2f},{:.3f},{:.3f}"))
-    refused(path, "row 6", "equal steps")
+    refused(path, "line 8", "equal steps")
 
 
 def test_printed_digits_are_rounding_not_jitter(tmp_path):
@@ -164,7 +173,7 @@ def test_jitter_is_refused_and_accumulated_rounding_is_not(tmp_path):
 
 @pytest.mark.parametrize("train", ["0:13", "5:5", "9:5", "x:y", "3", (-1, 5), slice(0, 10, 2), "2:4"])
 def test_train_rows_outside_the_data(tmp_path, train):
-    refused(write(tmp_path / "u.csv", rows()), "train rows", train=train)
+    refused(write(tmp_path / "u.csv", rows()), "The train rows must", "Got", train=train)
 
 
 def test_train_rows_with_open_ends():

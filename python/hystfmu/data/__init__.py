@@ -1,4 +1,4 @@
-"""Measured and made data: `Dataset`, CSV files, resampling, test signals, synthetic plants."""
+"""Measured and synthetic data: `Dataset`, CSV files, resampling, test signals, synthetic plants."""
 
 from __future__ import annotations
 

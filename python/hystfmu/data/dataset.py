@@ -1,11 +1,12 @@
-"""Measured data: time, input and output of one run, read from CSV and refused with one clear line when a row is bad."""
+"""Measured data: time, input and output of one run, validated with one-line errors."""
 
 from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -17,7 +18,7 @@ from hystfmu.data.csv_file import read_columns, write_csv
 from hystfmu.data.time_grid import check_increasing, check_time
 
 LEAST_ROWS = 4
-SECONDS = ("", "s", "sec", "second", "seconds")  # what may stand behind the name of the time column
+SECONDS = ("", "s", "sec", "second", "seconds")  # units of measure that the time column may state
 _RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
 
 
@@ -30,23 +31,23 @@ class Dataset:
     t : array, shape (n,)
         Time in s, increasing in equal steps.
     u, y : array, shape (n,)
-        Input and output of the actuator or sensor.  A y that is NaN in every row means "no output was measured": a
+        Input and output of the actuator or sensor.  A y that is NaN in every row means that no output was measured; a
         model can still predict it.
     name : str
-        A short name for tables.
+        Short name for tables.
     path : str
-        Where it was read from; empty for generated data.
+        File of origin; empty for generated data.
     train : slice, tuple (first, end) or str "first:end", optional
-        Rows whose residuals count in an identification, counted from 0, the end excluded; default all.  A model
-        always runs from row 0, because its memory needs the whole history.
+        Rows whose residuals count in an identification, from 0, end excluded; default all.  A model always runs from
+        row 0, because its memory needs the whole history.
     unit_u, unit_y : str
-        Units of input and output.
+        Units of measure of input and output.
 
     Raises
     ------
     InputError
-        Lengths that differ, fewer than 4 rows, a value that is not finite, time that does not increase in equal
-        steps, a train range outside the data.
+        Lengths that differ, fewer than 4 rows, a value that is not finite, time that does not increase in equal steps,
+        a train range outside the data.
     """
 
     t: Array
@@ -63,24 +64,28 @@ class Dataset:
         for key in ("t", "u", "y"):
             column = np.array(getattr(self, key), dtype=np.float64)  # a copy: the dataset must not change under a model
             if column.ndim != 1:
-                raise InputError(f"{where}: {key} must be one-dimensional; got shape {column.shape}")
+                raise InputError(
+                    f"{where}: The '{key}' array must be one-dimensional. Got shape {column.shape} instead."
+                )
             column.flags.writeable = False
             object.__setattr__(self, key, column)
         lengths = {len(self.t), len(self.u), len(self.y)}
         if len(lengths) > 1:
             raise InputError(
-                f"{where}: t, u, y must have equal lengths; got {len(self.t)}, {len(self.u)}, {len(self.y)}"
+                f"{where}: The arrays t, u, y must have equal lengths. "
+                f"Got {len(self.t)}, {len(self.u)}, {len(self.y)} instead."
             )
         if len(self.t) < LEAST_ROWS:
-            raise InputError(f"{where}: at least {LEAST_ROWS} rows are needed; got {len(self.t)}")
+            raise InputError(f"{where}: The data must have at least {LEAST_ROWS} rows. Got {len(self.t)} instead.")
+        place = partial(_row, where)
         for key in ("t", "u", "y") if self.has_output else ("t", "u"):
-            _check_finite(getattr(self, key), key, where)
-        check_time(self.t, where, None)
+            _check_finite(getattr(self, key), key, place)
+        check_time(self.t, place, None)
         object.__setattr__(self, "train", train_rows(self.train, len(self.t), where))
 
     @property
     def has_output(self) -> bool:
-        """Was an output measured?"""
+        """Whether an output was measured."""
         return not bool(np.isnan(self.y).all())
 
     @property
@@ -92,12 +97,12 @@ class Dataset:
 
     @property
     def sha256(self) -> str:
-        """Hash over the values of t, u, y: which data a model came from."""
+        """Hash of the values of t, u, y; a model records it as provenance."""
         return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in (self.t, self.u, self.y))).hexdigest()
 
     @property
     def span(self) -> float:
-        """Range of the output over the training rows: 100 % of full scale (%FS)."""
+        """Range of the output over the training rows, 100 % of full scale (%FS)."""
         return float(np.ptp(self.y[self.train]))
 
     @classmethod
@@ -114,40 +119,43 @@ class Dataset:
     ) -> Dataset:
         """Read a CSV file whose first line names the columns.
 
-        Columns are separated by commas, semicolons or tabs; numbers have a decimal point.  A name may carry its unit
-        in brackets, ``u [V]`` or ``u (V)``; that of the time must be s.  In messages, data rows are counted from 0:
-        row 0 is the line after the names.
+        Columns are separated by commas, semicolons or tabs; numbers have a decimal point.  A unit of measure may follow
+        a name in brackets, ``u [V]`` or ``u (V)``; that of the time must be s.  Errors count lines as an editor does,
+        so the names are line 1; `train` counts data rows from 0.
 
         Parameters
         ----------
         path : path
-            The file.
+            File to read.
         time, input, output : str
-            Names of the columns; output None: the file has no measured output.
+            Names of the columns; output None if no output was measured.
         rate : float, optional
-            Sample rate in Hz, instead of a time column.
+            Sample rate (Hz), instead of a time column.
         train : slice, (first, end) or "first:end", optional
-            Rows of the file whose residuals count.
+            Data rows whose residuals count.
         resample : float or "median", optional
-            Rate in Hz, or one over the median step, to bring uneven steps to (`hystfmu.data.resampling`); without it
-            they are refused.
+            Resample uneven steps to this rate (Hz), or to one over the median step (`hystfmu.data.resampling`).
+            Without it, uneven steps raise.
         most : int
             Largest size of the file in bytes.
 
         Raises
         ------
         InputError
-            One line with file, row or column, rule and value.
+            One line with file, line, column, rule and value.
         """
         if rate is not None and not (np.isfinite(rate) and rate > 0):
-            raise InputError(f"{path}: the rate must be a finite number of Hz greater than 0; got {rate}")
+            raise InputError(f"{path}: The rate must be a finite number of Hz greater than 0. Got {rate} instead.")
         wanted = [None if rate is not None else time, input, output]
         names = [name for name in wanted if name is not None]
-        columns, units, printed = read_columns(path, names, most, "" if rate is not None else time)
+        file = read_columns(path, names, most, "" if rate is not None else time)
+        columns, units = file.values, file.units
         for name in names:
-            _check_finite(columns[name], name, str(path))
+            _check_finite(columns[name], name, file.place)
         if units.get(time, "") not in SECONDS and rate is None:
-            raise InputError(f"{path}: column {time!r}: the time must be in s; the file says [{units[time]}]")
+            raise InputError(
+                f"{path}: line 1: The {time!r} column must be a time in s. Got the unit [{units[time]}] instead."
+            )
         n = len(columns[input])
         y: Array = np.full(n, np.nan) if output is None else columns[output]
         t: Array = columns[time] if rate is None else np.arange(n) / rate
@@ -155,23 +163,24 @@ class Dataset:
         if n >= LEAST_ROWS:
             rows = train_rows(train, n, str(path))
             if resample is not None:
-                t, u, y, rows = _resampled(t, u, y, rows, None if resample == "median" else resample, str(path))
+                to = None if resample == "median" else resample
+                t, u, y, rows = _resampled(t, u, y, rows, to, str(path), file.place)
             elif rate is None:
-                t = check_time(t, str(path), lambda: printed(time))
+                t = check_time(t, file.place, lambda: file.printed(time))
         return cls(t, u, y, Path(path).stem, str(path), rows, units[input], "" if output is None else units[output])
 
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
-        """A dataset from rows of input and output that are evenly spaced, the first at t = 0.
+        """Make a dataset from evenly sampled input and output, the first row at t = 0.
 
         Parameters
         ----------
         u, y : array, shape (n,)
             Input and output.
         h : float
-            Step in s.
+            Step (s).
         name : str
-            A short name for tables.
+            Short name for tables.
         train : slice, optional
             Rows whose residuals count; default all.
         """
@@ -179,36 +188,37 @@ class Dataset:
         return cls(t, u, y, name, train=slice(None) if train is None else train)
 
     def with_train(self, train: slice | tuple[int, int] | str | None) -> Dataset:
-        """The same data with other rows `train` counted in an identification, as `Dataset` takes them."""
+        """Return the same data with other training rows, in a form that `Dataset` takes."""
         return replace(self, train=train_rows(train, len(self.t), self.path or self.name))
 
     def resampled(self, rate: float) -> Dataset:
-        """The same run at another rate in Hz; the train rows cover the same time.
+        """Return the same run at another rate (Hz); the training rows cover the same time.
 
         Raises
         ------
         InputError
-            A rate that the rows cannot give; fewer than 4 rows left.
+            A rate out of range; fewer than 4 training rows left.
         """
-        t, u, y, rows = _resampled(self.t, self.u, self.y, self.train, rate, self.path or self.name)
+        where = self.path or self.name
+        t, u, y, rows = _resampled(self.t, self.u, self.y, self.train, rate, where, partial(_row, where))
         return replace(self, t=t, u=u, y=y, train=rows)
 
     def with_output(self, y: Array) -> Dataset:
-        """The same time and input with another output y (n,), e.g. a prediction."""
+        """Return the same time and input with another output y (n,), e.g. a prediction."""
         return replace(self, y=y)
 
     def to_csv(self, path: str | Path) -> None:
-        """Write columns t, u, y with all their digits to the file `path`."""
+        """Write the columns t, u, y to the CSV file `path`; they read back to the same bits."""
         write_csv(path, {"t": self.t, "u": self.u, "y": self.y})
 
 
 def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "data") -> slice:
-    """Rows "first:end" as a slice with both ends set and inside 0..n.
+    """Convert training rows, e.g. "first:end", to a slice with both ends inside 0..n.
 
     Raises
     ------
     InputError
-        If it is not of that form, empty, or outside the data.
+        The form is wrong, or the rows are fewer than 4 or outside the data.
     """
     if train is None:
         return slice(0, n)
@@ -216,38 +226,45 @@ def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "
     if isinstance(train, str):
         m = _RANGE.match(train)
         if not m:
-            raise InputError(f"{where}: the train rows must read first:end, e.g. 2000:4200; got {train!r}")
+            raise InputError(f"{where}: The train rows must read first:end, e.g. 2000:4200. Got {train!r} instead.")
         first, end = (int(m[1]) if m[1] else 0), (int(m[2]) if m[2] else n)
     elif isinstance(train, slice):
         shown = f"{train.start}:{train.stop}"
         if any(k is not None and not isinstance(k, (int, np.integer)) for k in (train.start, train.stop)):
-            raise InputError(f"{where}: the train rows must be integers; got {shown}")
+            raise InputError(f"{where}: The train rows must be integers. Got {shown} instead.")
         if train.step not in (None, 1):
-            raise InputError(f"{where}: the train rows must be consecutive; got step {train.step}")
+            raise InputError(f"{where}: The train rows must be consecutive. Got step {train.step} instead.")
         first = 0 if train.start is None else int(train.start)
         end = n if train.stop is None else int(train.stop)
     else:
         first, end = (int(k) for k in train)
     if not 0 <= first < end <= n or end - first < LEAST_ROWS:
-        raise InputError(f"{where}: the train rows must be at least {LEAST_ROWS} rows inside 0:{n}; got {shown}")
+        raise InputError(
+            f"{where}: The train rows must be at least {LEAST_ROWS} rows inside 0:{n}. Got {shown} instead."
+        )
     return slice(first, end)
 
 
 # ---- checks ----------------------------------------------------------------------------------------------------------
-def _check_finite(column: Array, name: str, where: str) -> None:
+def _row(where: str, row: int) -> str:
+    """Name a row for a message."""
+    return f"{where}: row {row}"
+
+
+def _check_finite(column: Array, name: str, place: Callable[[int], str]) -> None:
     bad = ~np.isfinite(column)
     if bad.any():
         n = int(np.argmax(bad))
-        raise InputError(f"{where}: row {n}, column {name!r}: must be finite; got {column[n]}")
+        raise InputError(f"{place(n)}: The {name!r} column must hold finite numbers. Got {column[n]} instead.")
 
 
 def _resampled(
-    t: Array, u: Array, y: Array, rows: slice, rate: float | None, where: str
+    t: Array, u: Array, y: Array, rows: slice, rate: float | None, where: str, place: Callable[[int], str]
 ) -> tuple[Array, Array, Array, slice]:
-    """New t, u, y, and the new rows within the time of the old ones."""
+    """Resample t, u, y; return them with the new rows that cover the time of the old ones."""
     from hystfmu.data.resampling import resample
 
-    check_increasing(t, where)
-    new, u, y = resample(t, u, y, rate, where)
+    check_increasing(t, place)
+    new, u, y = resample(t, u, y, rate, where, place)
     first, end = np.searchsorted(new, t[rows][[0, -1]] + [-1e-9, 1e-9] * np.diff(new[:2]))
     return new, u, y, train_rows((int(first), int(end)), len(new), f"{where}, resampled")

@@ -1,10 +1,10 @@
-"""Reversals of a measured input under noise: how much noise a signal holds, and which turning points are outside it.
+"""Reversals of a noisy input: noise estimate, and the turning points outside the noise.
 
-Difference-based estimate (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625-633; Hall, Kay & Titterington,
-Biometrika 77 (1990) 521-528): a k-th difference shrinks a smooth path by its step to the power k and lets white noise
-grow to sigma sqrt(C(2k, k)).  White noise shows itself in that its k-th differences change sign in a share
-arccos(-k / (k + 1)) / pi of the rows; the first order that comes near it gives sigma from the median, which is blind to
-kinks.  Trap: without the sign test, a coarsely sampled sine counts as noise.
+The estimate is difference-based (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625-633; Hall, Kay &
+Titterington, Biometrika 77 (1990) 521-528).  A k-th difference reduces a smooth path by its step to the power k and
+amplifies white noise to sigma sqrt(C(2k, k)).  The k-th differences of white noise change sign in a share
+arccos(-k / (k + 1)) / pi of the rows.  The first order k that comes near this share gives sigma from the median of the
+absolute differences, which is robust to kinks.  Trap: without the sign test, a coarsely sampled sine counts as noise.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ import numpy as np
 from hystfmu.base.arrays import Array
 
 ORDERS = range(2, 9)
-NEAR = 0.9  # share of the sign changes of white noise
-LEAST = 1e-9  # of the range: less is rounding
+NEAR = 0.9  # fraction of the sign changes of white noise that counts as white
+LEAST = 1e-9  # relative to the range: smaller values are rounding
 
 
 def noise(v: Array) -> float:
-    """RMS sigma of white noise in a sampled path.
+    """Estimate the RMS sigma of white noise in a sampled path.
 
     Parameters
     ----------
     v : array, shape (n,)
-        Evenly sampled.
+        Evenly sampled path.
 
     Returns
     -------
     float
-        In the unit of v; 0 where none is seen: a smooth path, or one that is held for most rows.
+        Sigma in the unit of measure of v; 0 for a smooth path, or one that is held for most rows.
     """
     width = float(np.ptp(v)) if len(v) else 0.0
     for k in ORDERS:
@@ -45,7 +45,7 @@ def noise(v: Array) -> float:
 
 
 def turning_points(u: Array, band: float) -> Array:
-    """Rows (m,) of the extrema of u (n,) that are followed by a way back of more than `band`; a plateau is none."""
+    """Return the rows (m,) of the extrema of u (n,) from which it moves back by more than `band`; a plateau is none."""
     found: list[int] = []
     top = bottom = direction = 0
     for k, value in enumerate(u.tolist()):
@@ -63,5 +63,5 @@ def turning_points(u: Array, band: float) -> Array:
 
 
 def reversals(u: Array) -> Array:
-    """Turning points (m,) of u (n,) outside its noise: with a way back of 6 sigma and 0.1 % of its range."""
+    """Return the turning points (m,) of u (n,) outside its noise: u moves back by 6 sigma and 0.1 % of its range."""
     return turning_points(u, max(6 * noise(u), 1e-3 * float(np.ptp(u))))

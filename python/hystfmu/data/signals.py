@@ -1,6 +1,6 @@
-"""Excitation and held-out signals: what a model is judged on is never the signal it was trained on alone.
+"""Excitation and held-out signals; a model is never scored on its training signal alone.
 
-All generators are seeded and independent of the C core; values lie in [-1, 1] times `amplitude` unless said otherwise.
+All generators are seeded and independent of the C core.  Values lie in [-1, 1] times `amplitude` unless stated.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ __all__ = ["decaying_sine", "held_out", "minor_loops", "nested_reversals", "ramp
 def decaying_sine(
     cycles: float = 10.0, decay: float = 0.1, samples: int = 200, amplitude: float = 1.0, offset: float = 0.0
 ) -> Array:
-    """offset + amplitude e^(-decay c) sin(2 pi c), c the number of cycles, with `samples` in each: shape (n,)."""
+    """Return offset + amplitude e^(-decay c) sin(2 pi c), c counting cycles of `samples` rows each; shape (n,)."""
     c = np.arange(round(cycles * samples) + 1) / samples
     return np.asarray(offset + amplitude * np.exp(-decay * c) * np.sin(2 * np.pi * c))
 
 
 def two_tones(cycles: float = 12.0, ratio: float = 3.7, share: float = 0.4, samples: int = 200) -> Array:
-    """A sine of amplitude 1 - share and one `ratio` times as fast of amplitude share: minor loops that drift.
+    """Return the sum of a sine of amplitude 1 - share and one `ratio` times as fast of amplitude share; shape (n,).
 
-    It lasts `cycles` of the slow sine, with `samples` in each.
+    Its minor loops drift.  It lasts `cycles` of the slow sine, each of `samples` rows.
     """
     c = np.arange(round(cycles * samples) + 1) / samples
     return np.asarray((1 - share) * np.sin(2 * np.pi * c) + share * np.sin(2 * np.pi * ratio * c))
 
 
 def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Array:
-    """Alternating up and down, each level drawn evenly between the last level and +-1, in ramps of about `step`.
+    """Return a path of alternating ramps, shape (n,), with steps of about `step`.
 
-    There are `count` reversals, drawn from `seed`; half of them land inside the last loop, so that loops nest.  The
-    path starts at 0.
+    Each of the `count` levels is drawn uniformly between the last level and +-1, from `seed`.  Half of the reversals
+    land inside the last loop, so that loops nest.  The path starts at 0.
     """
     rng = np.random.default_rng(seed)
     levels = [0.0]
@@ -47,7 +47,7 @@ def nested_reversals(count: int = 100, seed: int = 0, step: float = 0.01) -> Arr
 
 
 def ramps(levels: list[float], step: float = 0.01) -> Array:
-    """A path, shape (n,), through `levels` in equal steps of at most `step` on each ramp."""
+    """Return a path through `levels`, shape (n,), with equal steps of at most `step` on each ramp."""
     parts = [np.array(levels[:1])]
     for a, b in pairwise(levels):
         parts.append(np.linspace(a, b, max(2, int(np.ceil(abs(b - a) / step))) + 1)[1:])
@@ -55,9 +55,9 @@ def ramps(levels: list[float], step: float = 0.01) -> Array:
 
 
 def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> Array:
-    """Climb from 0 to -1, then at rising offsets up to +1 - amplitude three cycles of a small sine each.
+    """Return a ramp from 0 to -1, then three cycles of a small sine at each of `loops` rising offsets; shape (n,).
 
-    There are `loops` offsets; a cycle has `samples` rows.
+    The last offset is 1 - amplitude; a cycle has `samples` rows.
     """
     c = np.arange(1, 3 * samples + 1) / samples
     parts = [np.linspace(0.0, -1.0, samples)]
@@ -68,12 +68,16 @@ def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> 
 
 
 def held_out(seed: int = 1000) -> dict[str, Array]:
-    """The signals that every table uses, by name: other decay rates, two tones, random nested reversals, minor loops.
+    """Return the held-out signals of every table by name: other decay rates, two tones, nested reversals, minor loops.
 
     Parameters
     ----------
     seed : int
-        Of the random reversals; take another than the training data's.
+        Seed of the random reversals; it must differ from that of the training data.
+
+    Returns
+    -------
+    dict of str to array, shape (n,)
     """
     return {
         "slow decay": decaying_sine(14, 0.04),
@@ -85,9 +89,10 @@ def held_out(seed: int = 1000) -> dict[str, Array]:
 
 
 def training(count: int = 150, seed: int = 1, step: float = 0.01) -> Array:
-    """An input that identifies well: a full loop, then at least 60 reversals of different amplitudes, in [-1, 1].
+    """Return an informative excitation in [-1, 1], shape (n,): a full loop, then random nested reversals.
 
-    `count` reversals drawn from `seed`, in ramps of about `step` a row (`nested_reversals`).
+    There are `count` reversals (at least 60 identify well), drawn from `seed`, in ramps of about `step` a row
+    (`nested_reversals`).
     """
     full = ramps([0.0, 1.0, -1.0, 1.0, -1.0, 0.0], step)
     return np.concatenate([full, nested_reversals(count, seed, step)[1:]])

@@ -1,8 +1,8 @@
-"""Built-in data, generated on demand: a synthetic piezo stack, and the Bouc-Wen benchmark of nonlinearbenchmark.org.
+"""Synthetic data: a piezo stack, and the Bouc-Wen benchmark of nonlinearbenchmark.org.
 
-The stack is written in numpy, apart from the C core and with finer steps, so that a model identified with the core is
-held against something else.  The benchmark follows its authors: Newmark at 15 kHz, then the decimation that was used
-for each of the two official test records.
+The stack is written in numpy with finer steps, independent of the C core, so that a model identified with the core is
+compared with another implementation.  The benchmark follows its authors: Newmark integration at 15 kHz, then the
+decimation that was used for each of the two official test records.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ __all__ = [
 
 # ---- synthetic piezo stack -------------------------------------------------------------------------------------------
 WIDTHS = np.linspace(0.1, 1.0, 10)  # full dead-band widths of the ten backlash operators; half-widths are half of it
-W0 = 3.0  # weight of the linear term, 0.3 of the ten operators: w0 > 0, so that the plant has an inverse
+W0 = 3.0  # weight of the linear term, 0.3 of the ten operators; w0 > 0 makes the plant invertible
 BEND = (0.06, -0.03)  # asymmetric readout: z + 0.06 z^2 - 0.03 z^3
 CREEP = ((0.02, 0.05), (0.015, 0.5), (0.01, 5.0))  # share and time constant (s) of three lags
-F_N, ZETA = 500.0, 0.7  # Hz: the actuator's mechanics
+F_N, ZETA = 500.0, 0.7  # Hz, 1: mechanics of the actuator
 VOLTS, STROKE = 100.0, 20.0  # 0..100 V give about 2 x 20 um
 FINER = 4
 
 
 def plays(u: Array, r: Array, z: float = 0.0) -> Array:
-    """Plays of half-widths r (n,) along an input u (rows,) from rest at z, row by row in numpy: shape (rows, n)."""
+    """Return plays of half-widths r (n,) for an input u (rows,) from rest at z, in numpy; shape (rows, n)."""
     state = np.full(len(r), z)
     out = np.empty((len(u), len(r)))
     for k, value in enumerate(u):
@@ -51,10 +51,10 @@ def plays(u: Array, r: Array, z: float = 0.0) -> Array:
 
 
 def stack(x: Array, h: float) -> Array:
-    """Displacement (about [-1, 1]) of the piezo stack for an input x (n,) in [-1, 1], h seconds apart, from rest.
+    """Return the displacement (n,) of the piezo stack, about [-1, 1], for an input x (n,) in [-1, 1] from rest.
 
-    Ten backlash operators and a linear term -> asymmetric readout -> creep -> second-order mechanics; four steps inside
-    every h, between which the input runs linearly.
+    Rows are h seconds apart.  The plant is a chain: ten backlash operators and a linear term, asymmetric readout,
+    creep, second-order mechanics.  Each row takes four steps, over which the input is linear.
     """
     from scipy.signal import lfilter
 
@@ -72,12 +72,12 @@ def stack(x: Array, h: float) -> Array:
 
 
 def displacement(u: Array, h: float) -> Array:
-    """Displacement (um) of the piezo stack for a voltage u (n,) in V at steps of h seconds, without sensor noise."""
+    """Return the displacement (n,) in um of the piezo stack for a voltage u (n,) in V, h (s) apart, without noise."""
     return STROKE * stack(u / (VOLTS / 2) - 1, h)
 
 
 def _second_order(dt: float) -> tuple[Array, Array]:
-    """G0 for an input held over dt: numerator and denominator in z (closed form of the damped oscillation)."""
+    """Return numerator and denominator in z of the mechanics for an input held over dt (closed form)."""
     w = 2 * np.pi * F_N
     wd, e = w * np.sqrt(1 - ZETA**2), np.exp(-ZETA * w * dt)
     c, s = np.cos(wd * dt), np.sin(wd * dt) * ZETA * w / wd
@@ -85,20 +85,20 @@ def _second_order(dt: float) -> tuple[Array, Array]:
 
 
 def piezo(reversals: int = 100, rate: float = 1000.0, noise: float = 1e-3, seed: int = 0) -> Dataset:
-    """The built-in data: voltage and displacement of the synthetic stack.
+    """Generate voltage and displacement of the synthetic piezo stack.
 
-    A full loop, then random nested reversals, five of them a second.
+    The input is a full loop, then random nested reversals, five per second.
 
     Parameters
     ----------
     reversals : int
         Number of random reversals; at least 60 identify well.
     rate : float
-        Sample rate in Hz, at least 200.
+        Sample rate (Hz), at least 200.
     noise : float
-        RMS noise of the sensor as a fraction of the stroke's half.
+        RMS sensor noise, as a fraction of half the stroke.
     seed : int
-        Of the reversals and the noise.
+        Seed of the reversals and the noise.
 
     Returns
     -------
@@ -111,7 +111,7 @@ def piezo(reversals: int = 100, rate: float = 1000.0, noise: float = 1e-3, seed:
         A rate below 200 Hz.
     """
     if not (np.isfinite(rate) and rate >= 200):
-        raise InputError(f"the rate must be at least 200 Hz; got {rate}")
+        raise InputError(f"The rate must be at least 200 Hz. Got {rate} instead.")
     levels = [0.0, 1.0, -1.0, 1.0, -1.0, *_levels(reversals, seed)]
     per_ramp = round(rate / 5)
     blend = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, per_ramp + 1) / per_ramp)
@@ -122,21 +122,21 @@ def piezo(reversals: int = 100, rate: float = 1000.0, noise: float = 1e-3, seed:
 
 
 def _levels(count: int, seed: int) -> list[float]:
-    """The extremes of a path of random nested reversals, without its start."""
+    """Return the extrema of a path of random nested reversals, without its start."""
     path = nested_reversals(count, seed, step=1.0)
     turns = np.flatnonzero(np.diff(np.sign(np.diff(path))) != 0) + 1
     return [*path[turns].tolist(), float(path[-1])]
 
 
 # ---- Bouc-Wen benchmark ----------------------------------------------------------------------------------------------
-RATE, UPSAMPLING = 750, 20  # Hz, and steps of Newmark's method in one sample: 15 kHz
+RATE, UPSAMPLING = 750, 20  # Hz, and Newmark steps per sample: 15 kHz
 DECIMATE_MULTISINE, DECIMATE_SWEEP = (2, 2, 5), (20,)
 
 
 def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float = 50.0, seed: int = 0) -> Array:
-    """One period (n,) of the benchmark's random-phase multisine at 750 Hz, all its lines equally strong (N).
+    """Return one period (n,) of the benchmark's random-phase multisine (N) at 750 Hz, with equal amplitudes.
 
-    The lines lie from `f_lo` to `f_hi` (Hz), the whole has the root mean square `rms` (N), the phases come from `seed`.
+    Lines lie from `f_lo` to `f_hi` (Hz), the RMS is `rms` (N), the phases come from `seed`.
     """
     f = np.arange(n // 2 + 1) * RATE / n
     spectrum = np.zeros(len(f), complex)
@@ -147,16 +147,16 @@ def multisine(n: int = 8192, f_lo: float = 5.0, f_hi: float = 150.0, rms: float 
 
 
 def sweep(seconds: float = 204.0) -> Array:
-    """The force 40 sin(2 pi (18 t + t^2/12)) of the benchmark's sine sweep, `seconds` long, at 15 kHz (N)."""
+    """Return the benchmark's sine sweep 40 sin(2 pi (18 t + t^2/12)) (N) at 15 kHz, `seconds` long; shape (n,)."""
     t = np.arange(round(seconds * RATE) * UPSAMPLING) / (RATE * UPSAMPLING)
     return np.asarray(40 * np.sin(2 * np.pi * (18 * t + t**2 / 12)))
 
 
 def benchmark_multisine(u: Array, periods: int = 2) -> Array:
-    """Displacement (m) over the last of `periods` periods of a force u (n,) in N at 750 Hz, periodic."""
+    """Return the displacement (n,) in m over the last of `periods` periods of the force u (n,) in N at 750 Hz."""
     n = len(u)
     fine = np.fft.irfft(np.fft.rfft(u), n * UPSAMPLING) * UPSAMPLING
-    # one period more keeps the end of the filters' record, where they guess, out of what is returned
+    # one extra period keeps the end of the record, where the filters extrapolate, out of the result
     y = oscillator(np.tile(fine, periods + 1))
     for factor in DECIMATE_MULTISINE:
         y = decimate(y, factor)
@@ -164,7 +164,7 @@ def benchmark_multisine(u: Array, periods: int = 2) -> Array:
 
 
 def benchmark_sweep(u: Array) -> Array:
-    """Displacement (m) at 750 Hz for a force u in N at 15 kHz, from rest."""
+    """Return the displacement (m) at 750 Hz for a force u (N) at 15 kHz, from rest."""
     y = oscillator(u)
     for factor in DECIMATE_SWEEP:
         y = decimate(y, factor)
@@ -172,16 +172,16 @@ def benchmark_sweep(u: Array) -> Array:
 
 
 def oscillator(u: Array) -> Array:
-    """Displacement (m) of the benchmark's oscillator for a force u (n,) at 15 kHz (N), from rest: the C block."""
+    """Return the displacement (n,) in m of the benchmark's oscillator (C block) for a force u (n,) in N at 15 kHz."""
     plant = Graph.single(Node("plant", "bouc_wen_oscillator"))
     return np.asarray(plant.run(u, 1 / (RATE * UPSAMPLING))[:, 0])
 
 
 def decimate(y: Array, factor: int, order: int = 30) -> Array:
-    """Low-pass by a linear-phase FIR filter (Hamming window, cut-off at the new Nyquist rate) and keep every factor-th.
+    """Low-pass y and keep every factor-th row, as MATLAB's ``decimate(y, factor, 'fir')``.
 
-    As MATLAB's ``decimate(y, factor, 'fir')``: the record is extended by point reflection at its ends, and the delay of
-    the filter, half its `order`, is taken out.
+    The filter is a linear-phase FIR with a Hamming window of the given `order`, cut off at the new Nyquist frequency.
+    The record is extended by point reflection at its ends, and the delay of order / 2 rows is removed.
     """
     k = np.arange(order + 1) - order / 2
     b = np.sinc(k / factor) * np.hamming(order + 1)

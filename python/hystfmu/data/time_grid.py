@@ -1,4 +1,4 @@
-"""Time in equal steps: what rounding of printed times is forgiven, and the sentence about a row that is not."""
+"""Equal time steps: tolerance for rounded printed times, and the error about the first row that violates it."""
 
 from __future__ import annotations
 
@@ -12,34 +12,41 @@ from hystfmu.base.errors import InputError
 STEP_TOLERANCE = 1e-6  # relative to the step
 
 
-def check_increasing(t: Array, where: str) -> None:
-    """Refuse times (n,) that do not increase, with the row.
-
-    Raises
-    ------
-    InputError
-        The first row whose time is not after that of the row before.
-    """
-    back = np.diff(t) <= 0
-    if back.any():
-        n = int(np.argmax(back)) + 1
-        raise InputError(f"{where}: row {n}: time must increase; got {t[n]:.12g} after {t[n - 1]:.12g}")
-
-
-def check_time(t: Array, where: str, printed: Callable[[], list[str]] | None) -> Array:
-    """Time in equal steps; with the printed cells, times rounded to their digits are put back on the grid.
-
-    Steps may differ by 1e-6 of the step.  Printed times may instead lie off the even grid by half a unit of their last
-    digit, as long as that unit is at most a quarter of the step: coarser digits could hide a missing sample.
+def check_increasing(t: Array, place: Callable[[int], str]) -> None:
+    """Check that the times (n,) increase.
 
     Parameters
     ----------
     t : array, shape (n,)
-        Times in s.
-    where : str
-        Name of the data, for messages.
+        Times (s).
+    place : function
+        Name of a row, for messages.
+
+    Raises
+    ------
+    InputError
+        The time of a row is not after that of the row before.
+    """
+    back = np.diff(t) <= 0
+    if back.any():
+        n = int(np.argmax(back)) + 1
+        raise InputError(f"{place(n)}: The time must increase. Got {t[n]:.12g} after {t[n - 1]:.12g} instead.")
+
+
+def check_time(t: Array, place: Callable[[int], str], printed: Callable[[], list[str]] | None) -> Array:
+    """Check that the time has equal steps; put rounded printed times back on the even grid.
+
+    Steps may differ by 1e-6 of the step.  Printed times may instead differ from the even grid by half a count of their
+    last digit, if that count is at most a quarter of the step: coarser digits could hide a missing sample.
+
+    Parameters
+    ----------
+    t : array, shape (n,)
+        Times (s).
+    place : function
+        Name of a row, for messages.
     printed : function, optional
-        The times as the file prints them, asked for only where their digits matter.
+        Returns the times as the file prints them; called only if their digits matter.
 
     Returns
     -------
@@ -51,7 +58,7 @@ def check_time(t: Array, where: str, printed: Callable[[], list[str]] | None) ->
     InputError
         Times that do not increase, or not in equal steps.
     """
-    check_increasing(t, where)
+    check_increasing(t, place)
     h, error = _step_error(t)
     if (error <= STEP_TOLERANCE * h + 4 * np.spacing(np.abs(t).max())).all():
         return t
@@ -63,13 +70,13 @@ def check_time(t: Array, where: str, printed: Callable[[], list[str]] | None) ->
             return grid
     n = int(np.argmax(error)) + 1
     raise InputError(
-        f"{where}: row {n}: time must increase in equal steps (to 1e-6 of the step, or to the digits printed); "
-        f"got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s; resample on request (--resample)"
+        f"{place(n)}: The time must increase in equal steps (to 1e-6 of the step, or to the digits printed). "
+        f"Got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s: resample on request (--resample)."
     )
 
 
 def _last_digit(text: str) -> float:
-    """The value of one unit in the last printed digit."""
+    """Return the value of one count in the last printed digit."""
     mantissa, _, exponent = text.strip().lower().partition("e")
     return 10.0 ** ((int(exponent) if exponent else 0) - len(mantissa.partition(".")[2]))
 
