@@ -1,8 +1,8 @@
 /* blocks.c - the registry: one word per block.  CMake compiles every file below blocks/; a block that is not named
  * here is not part of the library (a test compares the two lists). */
-#include <string.h>
+#include "core/blocks.h"
 
-#include "core/hyst.h"
+#include <string.h>
 
 #ifndef HYST_BLOCKS /* a source FMU has only those of its graph */
 #define HYST_BLOCKS(B)          \

@@ -120,9 +120,6 @@ typedef struct hyst_block {
   HYST_TOLD(hyst_told told;)
 } hyst_block;
 
-extern const hyst_block *const hyst_blocks[]; /* ends with NULL */
-const hyst_block *hyst_find(const char *name);
-
 /* ---- one list per block, read several times: descriptor rows, sizes, and the locals of every function -----------
  *   #define DIMS(D) D(n, start, lo, hi, "text")
  *   #define VARS(V) V(name, KIND, size, "type", "unit", start, lo, hi, "text")

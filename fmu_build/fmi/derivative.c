@@ -3,10 +3,13 @@
  * They belong to the memory as it stands and are exact, one-sided at corners, in the direction of the seed
  * (core/graph/tangent.c).  Where the answer contains more than that, a start or a sample that is being tried, they are
  * the difference quotient of the answer.  The adjoint is made of one direction per known. */
+#include "fmi/derivative.h"
+
 #include <string.h>
 
 #include "core/graph/continuous.h"
-#include "fmi/instance.h"
+#include "core/graph/tangent.h"
+#include "fmi/event.h"
 
 /* the work space of the instance */
 typedef struct {

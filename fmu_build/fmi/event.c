@@ -4,10 +4,17 @@
  * blocks advance at events: in Model Exchange every hyst_graph.step seconds from the start time, in Co-Simulation at
  * every communication point.  In Event Mode inputs and outputs may be set and read in turn until they fit together.
  * So the event is tried from the same memory each time, and only update_discrete lets it happen. */
+#include "fmi/event.h"
+
 #include <string.h>
 
 #include "core/graph/continuous.h"
-#include "fmi/instance.h"
+#include "core/graph/message.h"
+#include "core/graph/run.h"
+
+/* Importers compute t as i*h, as t += h, or in integer nanoseconds: a thousandth of a step and some rounding of t are
+ * theirs.  A real mismatch is a step or more. */
+double fmi_slack(double t, double h) { return 1e-3 * h + 16 * 2.220446049250313e-16 * (t < 0 ? -t : t); }
 
 /* ---- Event Mode ------------------------------------------------------------------------------------------------- */
 static size_t memory_size(const instance *i) { /* the inputs stay as they were set */
@@ -76,6 +83,17 @@ fmi_status fmi_leave_event(instance *i) {
   fmi_undo_event(i);
   i->run.phase = i->run.interface == MODEL_EXCHANGE ? CONTINUOUS : STEPPING;
   return FMI_OK;
+}
+
+static fmi_status initialize(instance *i) {
+  if (hyst_graph_start(i->graph, i->run.t)) return fmi_refuse_graph(i, hyst_graph_error(i->graph));
+  i->run.stale = 0;
+  return FMI_OK;
+}
+
+fmi_status fmi_refresh(instance *i) {
+  if (i->run.phase == INITIALIZATION) return initialize(i);
+  return i->run.phase == EVENT ? fmi_try_event(i) : fmi_evaluate(i);
 }
 
 /* ---- Continuous-Time Mode ---------------------------------------------------------------------------------------- */

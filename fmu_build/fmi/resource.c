@@ -1,9 +1,10 @@
 /* resource.c - from the importer's resource location (file URI or plain path) to the bytes of block.bin. */
+#include "fmi/resource.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi/instance.h"
 #include "fmi/open_file.h"
 
 static int hex(char c) {

@@ -3,11 +3,13 @@
  * Bytes: magic, version, length, checksum of all that follows, token of the block file, fmi_run, parameters, state of
  * the graph; little-endian.  A pointer is compared with the list before it is followed, so that one which was freed or
  * belongs to another instance is refused, not used. */
+#include "fmi/state.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/elementary/crc.h"
-#include "fmi/instance.h"
+#include "fmi/event.h"
 
 static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'S', 'T', 'A', 'T'};
 enum { VERSION = 3 };

@@ -1,7 +1,9 @@
 /* values.c - variables by value reference: which one, of what type, may it have this value now? */
+#include "fmi/values.h"
+
 #include "core/graph/continuous.h"
 #include "core/graph/error.h"
-#include "fmi/instance.h"
+#include "core/graph/run.h"
 
 /* of the variables behind those of the graph */
 static int is_derivative(const instance *i, const hyst_port *p) { return p >= i->continuous + i->n_continuous; }
@@ -22,6 +24,11 @@ const hyst_port *fmi_seek_port(const instance *i, const fmi_call *call, uint32_t
     fmi_refuse(i, "%s: '%s' is of type %s.", call->name, p->name, type_words(p->type)), p = NULL;
   else if (is_derivative(i, p)) /* fmi_port() has found all others */ hyst_graph_derivatives(i->graph, i->derivatives);
   return p;
+}
+
+fmi_status fmi_prepare(instance *i) {
+  hyst_graph *g = i->graph;
+  return g->changed && hyst_graph_prepare(g, g->dt) ? fmi_refuse_graph(i, hyst_graph_error(g)) : FMI_OK;
 }
 
 static fmi_status refuse_value(const instance *i, const hyst_port *p, double value) {

@@ -1,4 +1,4 @@
-/* master.c - the three couplings of master.h. */
+/* master.c - the three couplings of system.h. */
 #include "master/master.h"
 
 #include <string.h>
@@ -15,13 +15,13 @@
   }
 
 static int gauss_seidel(master *m, const span *s) {
-  EACH(copy(u, s, m->values) || advance(m, u, s) || take(u, m->values))
+  EACH(copy(u, s, m->values) || advance_unit(m, u, s) || take(u, m->values))
   return 0;
 }
 
 static int jacobi(master *m, const span *s) {
   EACH(copy(u, s, m->values))
-  EACH(advance(m, u, s))
+  EACH(advance_unit(m, u, s))
   EACH(take(u, m->values))
   return 0;
 }

@@ -5,7 +5,9 @@
 #include <string.h>
 
 #include "core/graph/continuous.h"
-#include "master/master.h"
+#include "core/graph/run.h"
+#include "core/graph/tangent.h"
+#include "master/system.h"
 
 typedef int (*fmi2_set)(void *, const uint32_t *, size_t, const double *);
 typedef int (*fmi2_get)(void *, const uint32_t *, size_t, double *);
@@ -17,8 +19,8 @@ typedef int (*fmi3_step)(void *, double, double, unsigned char, unsigned char *,
 typedef int (*fmi2_slope)(void *, const uint32_t *, size_t, const uint32_t *, size_t, const double *, double *);
 typedef int (*fmi3_slope)(void *, const uint32_t *, size_t, const uint32_t *, size_t, const double *, size_t, double *,
                           size_t);
-typedef int (*fmi_save)(void *, void **);
-typedef int (*fmi_restore)(void *, void *);
+typedef int (*fmu_save)(void *, void **);
+typedef int (*fmu_restore)(void *, void *);
 enum { WARNING = 1 }; /* the worst status with which a run goes on */
 
 /* where the inputs and outputs of a graph stand: looked up once */
@@ -85,7 +87,7 @@ static inline int copy(master_unit *u, const span *s, const double *values) {
   return 0;
 }
 
-static inline int step(master_unit *u, double t, double h) {
+static inline int step_unit(master_unit *u, double t, double h) {
   unsigned char event, end, early;
   double reached;
   u->t = t + h;
@@ -94,7 +96,7 @@ static inline int step(master_unit *u, double t, double h) {
   return ((fmi3_step)u->step)(u->self, t, h, !u->rollback, &event, &end, &early, &reached) > WARNING;
 }
 
-static inline int advance(const master *m, master_unit *u, const span *s) {
+static inline int advance_unit(const master *m, master_unit *u, const span *s) {
   const double t = begins(m, u, s), h = pieces(u, s) ? (s->to - s->from) / (double)u->substeps : u->h;
   for (int64_t i = 0; i < u->substeps; i++) {
     if (u->ahead) {
@@ -103,7 +105,7 @@ static inline int advance(const master *m, master_unit *u, const span *s) {
       for (int64_t k = 0; k < u->n_in; k++) at[k] = now[k] + (now[k] - before[k]) * (end - u->ahead[k]);
       if (put(u, at, NULL)) return 1;
     }
-    if (step(u, t + (double)i * h, h)) return 1;
+    if (step_unit(u, t + (double)i * h, h)) return 1;
   }
   return 0;
 }
@@ -121,7 +123,7 @@ static inline int take(master_unit *u, double *values) {
 
 static inline int save(master_unit *u) {
   if (u->ahead) memcpy(u->line + 3 * u->n_in, u->line, (size_t)(2 * u->n_in) * sizeof *u->line);
-  if (u->kind != MASTER_GRAPH) return ((fmi_save)u->save)(u->self, &u->state) > WARNING;
+  if (u->kind != MASTER_GRAPH) return ((fmu_save)u->save)(u->self, &u->state) > WARNING;
   int64_t n;
   const double *state = hyst_graph_state(u->self, &n);
   memcpy(u->saved, state, (size_t)n * sizeof *state);
@@ -130,7 +132,7 @@ static inline int save(master_unit *u) {
 
 static inline int restore(master_unit *u) {
   if (u->ahead) memcpy(u->line, u->line + 3 * u->n_in, (size_t)(2 * u->n_in) * sizeof *u->line);
-  if (u->kind != MASTER_GRAPH) return ((fmi_restore)u->restore)(u->self, u->state) > WARNING;
+  if (u->kind != MASTER_GRAPH) return ((fmu_restore)u->restore)(u->self, u->state) > WARNING;
   int64_t n;
   double *state = hyst_graph_state(u->self, &n);
   memcpy(state, u->saved, (size_t)n * sizeof *state);

@@ -205,7 +205,7 @@ class Amalgamation:
 def source_files(root: Path) -> list[Path]:
     """Everything that is compiled into an FMU, blocks first."""
     blocks = sorted(root.glob("core/blocks/*/*.c"))
-    return [*blocks, *sorted(set(root.glob("core/**/*.c")) - set(blocks)), *sorted(root.glob("fmi/*.c"))]
+    return [*blocks, *sorted(set(root.glob("core/**/*.c")) - set(blocks)), *sorted(root.glob("fmi/**/*.c"))]
 
 
 def main() -> None:

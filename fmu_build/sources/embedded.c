@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi/instance.h"
+#include "fmi/resource.h"
 
 /* a copy, since the caller frees what it gets */
 unsigned char *fmi_read_block_file(const char *location, size_t *length, char *why, size_t size) {

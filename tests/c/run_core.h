@@ -5,10 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/block_file/graph_open.h"
 #include "core/elementary/crc.h"
 #include "core/elementary/random.h"
 #include "core/graph/continuous.h"
 #include "core/graph/graph.h"
+#include "core/graph/message.h"
+#include "core/graph/run.h"
+#include "core/graph/tangent.h"
 
 static uint64_t drawn;
 static uint64_t draw(void) { return hyst_random_bits(1, drawn++); }

@@ -68,7 +68,7 @@ def test_compiles_without_a_warning(tmp_path: Path, compiler: str) -> None:
         return subprocess.run([compiler, *flags], capture_output=True, text=True).stderr
 
     with ThreadPoolExecutor(2) as pool:
-        assert list(pool.map(one, sorted(FMI.glob("*.c")))) == [""] * len(list(FMI.glob("*.c")))
+        assert list(pool.map(one, sorted(FMI.rglob("*.c")))) == [""] * len(list(FMI.rglob("*.c")))
 
 
 # ---- sanitizers ----------------------------------------------------------------------------------------------------
@@ -80,7 +80,7 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]
     def program(name: str) -> Path:
         made = folder / name
         if not made.exists():
-            sources = [*CORE.rglob("*.c"), *FMI.glob("*.c"), ROOT / "tests" / "c" / f"{name}.c"]
+            sources = [*CORE.rglob("*.c"), *FMI.rglob("*.c"), ROOT / "tests" / "c" / f"{name}.c"]
             wrap = [f"-Wl,--wrap={f}" for f in ("malloc", "calloc", "fseek", "fread")] if name == "drive_edges" else []
             compiled.sanitized(made, sources, *wrap)
         return made
@@ -138,8 +138,8 @@ def test_many_forged_states(sanitized: Callable[[str], Path], tmp_path: Path, na
 def _with_binary(tmp_path: Path, patch: str, file: str = "fmi2.c", function: str = "DoStep") -> Path:
     """A good FMU whose binary is replaced by the FMI layer with one function taken over by `patch`."""
     source = tmp_path / "patched.c"
-    shared = (FMI / "model_exchange.h").read_text()
-    ours = (FMI / file).read_text().replace('#include "fmi/model_exchange.h"', shared)
+    shared = (FMI / "standards" / "model_exchange.h").read_text()
+    ours = (FMI / "standards" / file).read_text().replace('#include "fmi/standards/model_exchange.h"', shared)
     ours, found = re.subn(
         rf"(fmi2Status fmi2{function}|STATUS NAME\({function}\))\(", "static fmi2Status theirs(", ours
     )
@@ -147,7 +147,7 @@ def _with_binary(tmp_path: Path, patch: str, file: str = "fmi2.c", function: str
     source.write_text(ours + patch)
     library = tmp_path / "patched.so"
     flags = ["-fPIC", "-O1", f"-I{CORE.parent}", f"-isystem{HEADERS}"]
-    rest = compiled.objects([*CORE.rglob("*.c"), *(f for f in FMI.glob("*.c") if f.name != file)], flags)
+    rest = compiled.objects([*CORE.rglob("*.c"), *(f for f in FMI.rglob("*.c") if f.name != file)], flags)
     command = ["cc", "-shared", *flags, str(source), *map(str, rest), "-o", str(library)]
     subprocess.run(command, check=True, timeout=120)
     fmu = export_fmu(single("backlash_sum"), tmp_path / "good.fmu")

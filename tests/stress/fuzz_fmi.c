@@ -1,6 +1,7 @@
 /* libFuzzer target: the first byte chooses a graph, the others are the choices of a random sequence of FMI calls. */
 #define _POSIX_C_SOURCE 200809L /* fmemopen */
 #include "../c/random_calls.h"
+#include "core/block_file/graph_open.h"
 #include "core/graph/graph.h"
 #include "embedded.h"
 #include "fmi/open_file.h"

@@ -4,8 +4,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "core/block_file/graph_open.h"
 #include "core/elementary/random.h"
 #include "core/graph/continuous.h"
+#include "core/graph/run.h"
+#include "core/graph/tangent.h"
 #include "embedded.h"
 
 static uint64_t hash; /* FNV-1a, fed with the bytes of a double from the lowest: the same on every byte order */

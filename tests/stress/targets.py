@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 CORE, FMI = ROOT / "fmu_build" / "core", ROOT / "fmu_build" / "fmi"
 CORE_SOURCES = sorted(CORE.rglob("*.c"))
-FMI_SOURCES = sorted(FMI.glob("*.c"))
+FMI_SOURCES = sorted(FMI.rglob("*.c"))
 # the flags of CMakeLists.txt, which decide over the bits
 MEANING = ["-std=c99", "-ffp-contract=off", "-fno-math-errno"]
 ZIG = [sys.executable, "-m", "ziglang", "cc"]

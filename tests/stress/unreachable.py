@@ -12,7 +12,7 @@ UNREACHABLE: dict[tuple[str, str, str], str] = {
     ("core/elementary/root.h", "condition 1 of 2", "i < MOST && more"): GUARD,
     ("core/graph/continuous.c", "never true", "n->time >= 0 ? n->u[n->time] : 0"): NO_TIME,
     ("core/graph/continuous.c", "never true", "if (n->time >= 0)"): NO_TIME,
-    ("core/graph/graph_file.c", "never true", "switch (b->vars[v].kind)"): "the cases are all kinds",
+    ("core/block_file/graph_file.c", "never true", "switch (b->vars[v].kind)"): "the cases are all kinds",
     ("core/graph/layout.h", "condition 2 of 2", "own <= HYST_TIME"): "in no table an input stands behind the time",
     ("core/memory/piecewise.h", "condition 1 of 2", "if (invert && !(w0 > 0))"): CONSTANT,
     ("core/memory/piecewise.h", "condition 1 of 4", "if (invert && !(segment"): CONSTANT,

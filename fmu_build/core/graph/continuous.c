@@ -4,6 +4,7 @@
 #include "core/graph/error.h"
 #include "core/graph/implicit.h"
 #include "core/graph/node.h"
+#include "core/graph/run.h"
 
 int64_t hyst_graph_n_continuous(const hyst_graph *g) {
   int64_t sum = 0;

@@ -1,8 +1,8 @@
-/* message.c - one sentence for every error, the same for FMU logs and for Python. */
+/* message.c - the words of errors, numbers and ranges. */
+#include "core/graph/message.h"
+
 #include <stdio.h>
 #include <string.h>
-
-#include "core/graph/graph.h"
 
 #define E(id, text) text,
 static const char *const TEXTS[] = {HYST_ERRORS(E)};

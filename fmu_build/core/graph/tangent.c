@@ -1,4 +1,6 @@
 /* tangent.c - directional derivatives of a graph: the tangents of its blocks, chained along the wires. */
+#include "core/graph/tangent.h"
+
 #include "core/graph/continuous.h"
 #include "core/graph/implicit.h"
 #include "core/graph/node.h"

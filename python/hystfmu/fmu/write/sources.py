@@ -33,7 +33,7 @@ def _wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
     if folder.startswith("core/blocks/") and file.endswith(".c"):
         return file.removesuffix(".c") in blocks
     other = "fmi3" if fmi == 2 else "fmi2"
-    return not (folder == "fmi" and file.startswith(other))
+    return not (folder == "fmi/standards" and file.startswith(other))
 
 
 def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:

@@ -29,11 +29,11 @@ from hystfmu.scenario.system.fused import segments
 from hystfmu.scenario.system.system import Part, System
 from hystfmu.scenario.system.unit_graph import changed
 
-_SCHEMES = ("gauss_seidel", "jacobi", "iterative")  # as in master.h
+_SCHEMES = ("gauss_seidel", "jacobi", "iterative")  # as in system.h
 
 
 class _Master(C.Structure):
-    """`master` of master.h."""
+    """`master` of system.h."""
 
     _fields_ = (
         ("scheme", C.c_int32),

@@ -17,11 +17,11 @@ from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.fused import fuse
 from hystfmu.scenario.system.system import System
 
-_GRAPH, _FMI2, _FMI3 = 0, 1, 2  # as in master.h
+_GRAPH, _FMI2, _FMI3 = 0, 1, 2  # as in system.h
 
 
 class Unit(C.Structure):
-    """`master_unit` of master.h."""
+    """`master_unit` of system.h."""
 
     _fields_ = (
         ("kind", C.c_int32),

@@ -1,10 +1,14 @@
 /* graph_open.c - one allocation for a graph: how much a block file needs, and where everything lies in it. */
+#include "core/block_file/graph_open.h"
+
 #include <string.h>
 
+#include "core/block_file/graph_file.h"
+#include "core/block_file/graph_order.h"
 #include "core/graph/error.h"
-#include "core/graph/graph_file.h"
 #include "core/graph/implicit.h"
 #include "core/graph/node.h"
+#include "core/graph/run.h"
 
 static size_t align(size_t n) { return (n + 15) / 16 * 16; }
 

@@ -1,5 +1,5 @@
-/* graph.c - the executor of graph.h: values by reference, start, step, run. */
-#include "core/graph/graph.h"
+/* run.c - the executor of a graph. */
+#include "core/graph/run.h"
 
 #include <string.h>
 

@@ -1,6 +1,7 @@
 /* fmi3_me.c - FMI 3.0 for Model Exchange: the standard's names and types around event.c.
  * FMI Specification 3.0.1, sections 2.3 (common states), 3.2 (Model Exchange).  What it shares with Co-Simulation in
  * Event Mode is in fmi3.c. */
+#include "fmi/event.h"
 #include "fmi3Functions.h"
 #define FMI "fmi3"
 #define REFUSED fmi3Error
@@ -17,11 +18,11 @@
   C(GetNominalsOfContinuousStates, MODEL_EXCHANGE, READ) \
   C(GetNumberOfEventIndicators, MODEL_EXCHANGE, ANY)     \
   C(GetNumberOfContinuousStates, MODEL_EXCHANGE, ANY)
-#include "fmi/calls.h"
+#include "fmi/standards/calls.h"
 #define STATUS fmi3Status
 #define FLAG fmi3Boolean
 #define NAME(name) fmi3##name
-#include "fmi/model_exchange.h"
+#include "fmi/standards/model_exchange.h"
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 dx[], size_t n) {
   BEGIN(GetContinuousStateDerivatives)

@@ -3,7 +3,7 @@
  * the names; REFUSED, the status Error of the standard. */
 #ifndef FMI_CALLS_H
 #define FMI_CALLS_H
-#include "fmi/instance.h"
+#include "fmi/messages.h"
 
 #define FMI_CALL_ID(name, interfaces, phases) CALL_##name,
 #define FMI_CALL_ROW(name, interfaces, phases) {FMI #name, interfaces, phases},

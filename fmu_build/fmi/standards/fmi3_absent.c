@@ -1,6 +1,6 @@
 /* fmi3_absent.c - the functions of FMI 3.0 that these units do not have: a message and Error.
  * modelDescription.xml declares none of them. */
-#include "fmi/instance.h"
+#include "fmi/messages.h"
 #include "fmi3Functions.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"

@@ -1,6 +1,7 @@
 /* graph_order.c - the topological order of direct feed-through; refuses algebraic loops with the names along them. */
+#include "core/block_file/graph_order.h"
+
 #include "core/graph/error.h"
-#include "core/graph/graph.h"
 #include "core/graph/implicit.h"
 
 static int feeds_through(const hyst_node *n) { return !n->block->feedthrough || n->block->feedthrough(n->dim, n->p); }

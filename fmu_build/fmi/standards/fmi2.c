@@ -1,5 +1,9 @@
-/* fmi2.c - FMI 2.0, what its two interfaces have in common and Co-Simulation: names and types around instance.h.
+/* fmi2.c - FMI 2.0, what its two interfaces have in common and Co-Simulation: names and types around the layers below.
  * FMI Specification 2.0.4, sections 2.1 (common functions), 3.2.3 and 4.2.4 (tables of allowed calls). */
+#include "fmi/derivative.h"
+#include "fmi/event.h"
+#include "fmi/life.h"
+#include "fmi/state.h"
 #include "fmi2Functions.h"
 #define FMI "fmi2"
 #define REFUSED fmi2Error
@@ -36,7 +40,7 @@
   C(GetIntegerStatus, CO_SIMULATION, STEPPING | TERMINATED) \
   C(GetBooleanStatus, CO_SIMULATION, STEPPING | TERMINATED) \
   C(GetStringStatus, CO_SIMULATION, STEPPING | TERMINATED)
-#include "fmi/calls.h"
+#include "fmi/standards/calls.h"
 
 /* The message is the format: "%" is doubled because importers may print it.  No further arguments follow. */
 static void send(const fmi_logger *to, const char *name, fmi_status status, const char *category, const char *text) {

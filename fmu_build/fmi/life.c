@@ -1,84 +1,19 @@
-/* instance.c - life of one FMU: instantiate, log, check every call and value, initialise, step. */
-#include "fmi/instance.h"
+/* life.c - life of one FMU: instantiate, initialise, step, terminate. */
+#include "fmi/life.h"
 
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/block_file/graph_open.h"
 #include "core/graph/continuous.h"
+#include "core/graph/message.h"
+#include "core/graph/run.h"
+#include "fmi/derivative.h"
+#include "fmi/event.h"
+#include "fmi/messages.h"
+#include "fmi/resource.h"
+#include "fmi/state.h"
 
-/* ---- messages ------------------------------------------------------------------------------------------------- */
-#define NAME(id, name) name,
-static const char *const CATEGORIES[] = {FMI_CATEGORIES(NAME)};
-#undef NAME
-
-static void log_list(const instance *i, fmi_status status, int category, const char *format, va_list list) {
-  char text[768];
-  if (!(i->categories & 1u << category) || !i->logger.callback) return;
-  vsnprintf(text, sizeof text, format, list);
-  i->logger.send(&i->logger, i->name, status, CATEGORIES[category], text);
-}
-
-void fmi_log(const instance *i, fmi_status status, int category, const char *format, ...) {
-  va_list list;
-  va_start(list, format);
-  log_list(i, status, category, format, list);
-  va_end(list);
-}
-
-fmi_status fmi_refuse(const instance *i, const char *format, ...) {
-  va_list list;
-  va_start(list, format);
-  log_list(i, FMI_ERROR, FMI_LOG_ERROR, format, list);
-  va_end(list);
-  return FMI_ERROR;
-}
-
-fmi_status fmi_refuse_graph(const instance *i, const hyst_error *e) {
-  char text[512];
-  hyst_message(e, text, sizeof text);
-  return fmi_refuse(i, "%s", text);
-}
-
-fmi_status fmi_set_logging(instance *i, const fmi_call *call, int on, size_t n, const char *const names[]) {
-  unsigned bits = n ? 0 : (1u << FMI_N_CATEGORIES) - 1;
-  for (size_t k = 0; k < n; k++) {
-    int c = 0;
-    if (names && names[k] && !strcmp(names[k], "logAll")) {
-      bits = (1u << FMI_N_CATEGORIES) - 1;
-      continue;
-    }
-    while (c < FMI_N_CATEGORIES && names && names[k] && strcmp(names[k], CATEGORIES[c]) != 0) c++;
-    if (c == FMI_N_CATEGORIES || !names || !names[k])
-      return fmi_refuse(i, "%s: no log category '%s'.", call->name, names && names[k] ? names[k] : "");
-    bits |= 1u << c;
-  }
-  i->categories = on ? bits : i->categories & ~bits;
-  return FMI_OK;
-}
-
-static const char *phase_name(int phase) {
-  return phase == INSTANTIATED     ? "Instantiated"
-         : phase == INITIALIZATION ? "Initialization Mode"
-         : phase == EVENT          ? "Event Mode"
-         : phase == STEPPING       ? "Step Mode"
-         : phase == CONTINUOUS     ? "Continuous-Time Mode"
-                                   : "Terminated";
-}
-
-int fmi_refuse_phase(const instance *i, const fmi_call *call) {
-  if (!i) return 0;
-  fmi_refuse(i, "%s is not allowed in the state '%s' of %s.", call->name, phase_name(i->run.phase),
-             i->run.interface == CO_SIMULATION ? "Co-Simulation" : "Model Exchange");
-  return 0;
-}
-
-fmi_status fmi_absent(const instance *i, const char *name, const char *why) {
-  return i ? fmi_refuse(i, "%s is not available: %s.", name, why) : FMI_ERROR;
-}
-
-/* ---- life ------------------------------------------------------------------------------------------------------- */
 static void fresh_run(instance *i) {
   memset(&i->run, 0, sizeof i->run);
   i->run.interface = i->kind.interface;
@@ -199,17 +134,6 @@ fmi_status fmi_enter_initialization(instance *i) {
   return FMI_OK;
 }
 
-static fmi_status initialize(instance *i) {
-  if (hyst_graph_start(i->graph, i->run.t)) return fmi_refuse_graph(i, hyst_graph_error(i->graph));
-  i->run.stale = 0;
-  return FMI_OK;
-}
-
-fmi_status fmi_refresh(instance *i) {
-  if (i->run.phase == INITIALIZATION) return initialize(i);
-  return i->run.phase == EVENT ? fmi_try_event(i) : fmi_evaluate(i);
-}
-
 fmi_status fmi_exit_initialization(instance *i) {
   const fmi_status s = fmi_fresh(i);
   if (s) return s;
@@ -222,15 +146,6 @@ fmi_status fmi_terminate(instance *i) {
   i->run.phase = TERMINATED;
   return FMI_OK;
 }
-
-fmi_status fmi_prepare(instance *i) {
-  hyst_graph *g = i->graph;
-  return g->changed && hyst_graph_prepare(g, g->dt) ? fmi_refuse_graph(i, hyst_graph_error(g)) : FMI_OK;
-}
-
-/* Importers compute t as i*h, as t += h, or in integer nanoseconds: a thousandth of a step and some rounding of t are
- * theirs.  A real mismatch is a step or more. */
-double fmi_slack(double t, double h) { return 1e-3 * h + 16 * 2.220446049250313e-16 * (t < 0 ? -t : t); }
 
 static const double LEAST_STEP = 1e-12; /* seconds */
 

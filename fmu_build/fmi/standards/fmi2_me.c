@@ -1,5 +1,6 @@
 /* fmi2_me.c - FMI 2.0 for Model Exchange: the standard's names and types around event.c.
  * FMI Specification 2.0.4, section 3.2 (table of allowed calls 3.2.3). */
+#include "fmi/event.h"
 #include "fmi2Functions.h"
 #define FMI "fmi2"
 #define REFUSED fmi2Error
@@ -17,11 +18,11 @@
   C(GetContinuousStates, MODEL_EXCHANGE, READ)           \
   C(GetDerivatives, MODEL_EXCHANGE, READ)                \
   C(GetNominalsOfContinuousStates, MODEL_EXCHANGE, READ | INSTANTIATED)
-#include "fmi/calls.h"
+#include "fmi/standards/calls.h"
 #define STATUS fmi2Status
 #define FLAG fmi2Boolean
 #define NAME(name) fmi2##name
-#include "fmi/model_exchange.h"
+#include "fmi/standards/model_exchange.h"
 
 fmi2Status fmi2EnterEventMode(fmi2Component c) {
   BEGIN(EnterEventMode)

@@ -1,6 +1,10 @@
-/* fmi3.c - FMI 3.0, what its interfaces have in common and Co-Simulation: names and types around instance.h.
+/* fmi3.c - FMI 3.0, what its interfaces have in common and Co-Simulation: names and types around the layers below.
  * FMI Specification 3.0.1, sections 2.2, 2.3 (common functions and states), 4.2 (co-simulation).
  * Arrays are native: a variable has one value reference and as many values as it has elements. */
+#include "fmi/derivative.h"
+#include "fmi/event.h"
+#include "fmi/life.h"
+#include "fmi/state.h"
 #include "fmi3Functions.h"
 #define FMI "fmi3"
 #define REFUSED fmi3Error
@@ -34,7 +38,7 @@
   C(DeserializeFMUState, BOTH, ANY)                                                              \
   C(EnterStepMode, CO_SIMULATION, EVENT)                                                         \
   C(DoStep, CO_SIMULATION, STEPPING)
-#include "fmi/calls.h"
+#include "fmi/standards/calls.h"
 
 static void send(const fmi_logger *to, const char *name, fmi_status status, const char *category, const char *text) {
   (void)name; /* the environment pointer tells the importer who speaks */

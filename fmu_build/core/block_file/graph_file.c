@@ -1,8 +1,9 @@
 /* graph_file.c - reads a block file, a stranger's file: refuses what does not fit. */
-#include "core/graph/graph_file.h"
+#include "core/block_file/graph_file.h"
 
 #include <string.h>
 
+#include "core/blocks.h"
 #include "core/elementary/crc.h"
 #include "core/graph/error.h"
 #include "core/graph/layout.h"

@@ -1,0 +1,9 @@
+/* resource.h - the block file of an FMU. */
+#ifndef FMI_RESOURCE_H
+#define FMI_RESOURCE_H
+
+#include <stddef.h>
+
+/* the whole of <location>/block.bin, or NULL and what went wrong in `why` */
+unsigned char *fmi_read_block_file(const char *location, size_t *length, char *why, size_t size);
+#endif
