@@ -22,7 +22,7 @@ test: dev
 
 # what the author of a block waits for: the contract of every block, its vectors, its rows in generated texts
 contract: dev
-	$(PYTEST) -x tests/contract
+	$(PYTEST) $(SPREAD) --no-header --tb=short tests/contract
 	$(BIN)/python tests/generated.py
 
 # long runs: a million fuzzed sequences, every compiler and processor at hand, threads, coverage, mutated files
