@@ -4,6 +4,8 @@ package Conventions "Conventions"
   annotation (Documentation(info = "<html>
 <p><b>Names.</b> A class with a twin among the HystFMU units carries its names, units, ranges and defaults. A quantity of dimension one, or one in
 units of your own choice, is a plain Real; times, frequencies and physical ports have SI units.</p>
+<p><b>Base classes.</b> Such a class extends the class of its name in BaseClasses, which has parameters, ports, equation and source
+from the table of the unit. The class itself has equations and limitations.</p>
 <p><b>Order.</b> A loop needs a block without direct feed-through: a transfer function whose numerator has a lower degree than its
 denominator, or a delay.</p>
 <p><b>Linear dynamics</b> are continuous here and discretised exactly in the unit; their values just before the next sample are those of the unit for

@@ -71,7 +71,7 @@ def block(model: Model, name: str, within: str, record_name: str, history: str =
 
 
 def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]]:
-    """Names of the ports and of the components in the block, by those of the graph.
+    """Names of the ports and components in the block, by their names in the graph.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]
 
 
 def _port(kind: str, p: Input | Output, declared: str, i: int, n: int) -> str:
-    text = f"{p.text or kind}{f' ({p.unit})' if p.unit else ''}"  # a unit of the user's own choice is no Modelica unit
+    text = f"{p.text or kind}{f' ({p.unit})' if p.unit else ''}"  # a user's unit of measure need not be one of Modelica
     where = port_placed(kind == "Input", i, n)
     return f"  HystFMU.Interfaces.Real{kind} {declared} {sentence(text)} annotation ({where});"
 
@@ -117,7 +117,7 @@ def _row(graph: Graph, end: str) -> tuple[Node, Var, str | None]:
 
 
 def _end(graph: Graph, end: str, parts: dict[str, str]) -> str:
-    """An end of a wire; a vector of one element is joined by that element, since the other end may be a scalar."""
+    """An end of a wire. A vector of one element is connected by that element, since the other end may be a scalar."""
     node, v, index = _row(graph, end)
     if index is None and v.size != "1" and node.sizes[v.name] == 1:
         index = "1"
@@ -139,7 +139,7 @@ def _shape(graph: Graph, end: str) -> str:
 
 
 def _unconnected(graph: Graph, nodes: list[Node], parts: dict[str, str]) -> list[str]:
-    """Inputs of blocks that nothing is wired to keep their start value."""
+    """Equations that hold unconnected inputs at their start values."""
     driven = {b for _, b in graph.wires} | {b for p in graph.inputs for b in p.to}
     found = []
     for node in nodes:
@@ -154,7 +154,7 @@ def _unconnected(graph: Graph, nodes: list[Node], parts: dict[str, str]) -> list
 
 
 def _refuse_loops(graph: Graph, wires: list[tuple[str, str]]) -> None:
-    """A wire to an earlier block hands over the value of the last step: no block of the library says that."""
+    """Refuse a wire to an earlier block: it delays by one step, which no class of the library does."""
     order = [n.name for n in graph.nodes]
     for a, b in wires:
         if order.index(a.split(".")[0]) >= order.index(b.split(".")[0]):
@@ -191,7 +191,7 @@ def _documentation(model: Model, sampled: bool, tied: bool, history: str) -> str
 
 
 def _links(nodes: list[Node], within: str) -> str:
-    """The Example of the package, and the classes that the block is made of."""
+    """Links to the Example of the package and to the classes of the components."""
     made_of = {f"{within}.{network.names(n)[1]}" if classes.is_large(n) else classes.class_of(n) for n in nodes}
     example, *see = (f'<a href="modelica://{c}">{c}</a>' for c in (f"{within}.Example", *sorted(made_of)))
     return f"<p><b>Example:</b> {example}.</p><p><b>See also:</b> {', '.join(see)}.</p>"

@@ -1,4 +1,4 @@
-"""Which class of the library HystFMU stands for a block of a graph, and what it is given."""
+"""The class of the library HystFMU for a block of a graph, and its modifiers."""
 
 from __future__ import annotations
 

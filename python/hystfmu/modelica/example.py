@@ -1,4 +1,4 @@
-"""A model that can be simulated at once: the ready block on a decaying sine over the range of its data."""
+"""A model ready to simulate: the block, driven by a decaying sine over the range of the identification data."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def example(model: Model, name: str, within: str, block_name: str, record_name: 
 
 
 def _inputs(graph: Graph, taken: set[str]) -> list[str]:
-    """Every scalar input of the block."""
+    """Names of the scalar inputs of the block."""
     ports, _ = names(graph, taken)
     sizes = {p.name: p.size for p in graph.ports if p.kind == "input"}
     found = []
@@ -67,7 +67,7 @@ def _inputs(graph: Graph, taken: set[str]) -> list[str]:
 
 
 def _range(model: Model) -> tuple[float, float]:
-    """Range of the input in the identification data; [-1, 1] when nothing is known about it."""
+    """Range of the input in the identification data; [-1, 1] if it is unknown."""
     span = model.provenance.get("span_u")
     if (
         isinstance(span, list)

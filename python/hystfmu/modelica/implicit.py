@@ -15,7 +15,7 @@ _WORDS = ("u", "state", "values", "state_new")  # of the function
 
 @dataclass(frozen=True)
 class Tried:
-    """What hangs on an implicit inverse.
+    """The model that an implicit inverse inverts, as Modelica.
 
     Attributes
     ----------
@@ -44,13 +44,13 @@ def package_of(node: Node) -> str:
 
 
 def wires(graph: Graph) -> list[tuple[str, str]]:
-    """The wires without those into h of an implicit inverse: they are no connections, but what its package computes."""
+    """The wires, without those into h of an implicit inverse: its package computes them."""
     ends = {f"{n.name}.h" for n in inverses(graph)}
     return [(a, b) for a, b in graph.wires if b.split("[")[0] not in ends]
 
 
 def hidden(graph: Graph) -> set[str]:
-    """Blocks that only an implicit inverse needs: they stand in its package and nowhere else."""
+    """Blocks that only the package of an implicit inverse uses."""
     tried = {n.name for i in inverses(graph) for n in between(graph, i)}
     needed = {o.source.split(".")[0] for o in graph.outputs} | {n.name for n in graph.nodes} - tried
     new = needed
@@ -109,7 +109,7 @@ def tried(graph: Graph, inverse: Node, within: str) -> Tried:
     stated.append(f"state_new := {_joined([f'{{{output}}}', *kept])}")
     package = package_of(inverse)
     values = _joined([text for f in forms for text, _ in f.values.values()] or ["{0}"])
-    state0 = _joined(["{0}", *(v for f in forms for v in f.state0)])  # nothing reads the output before the first input
+    state0 = _joined(["{0}", *(v for f in forms for v in f.state0)])  # the output before the first input is never read
     text = f"""within {within};
 package {package} "What hangs on {inverse.name}, as a static model"
   extends HystFMU.Inverse.BaseClasses.StaticModel;
@@ -137,7 +137,7 @@ def _joined(parts: list[str]) -> str:
 
 
 def _source(graph: Graph, node: Node, place: int, inverse: Node, names: dict[str, str]) -> str:
-    """What feeds element `place` of the inputs of a block."""
+    """The source of element `place` of the inputs of a block."""
     at = graph.nodes.index(node)
     for d, first, s, from_place, n in graph.links:
         if d == at and first <= place < first + n:

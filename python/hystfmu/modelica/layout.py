@@ -1,4 +1,4 @@
-"""Where components and ports stand in the diagram of a ready block: what feeds a block stands left of it."""
+"""Placement of components and ports in the diagram: sources stand left of their sinks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers, names and texts as Modelica takes them: numbers keep their bits, names are legal, strings are escaped."""
+"""Numbers, names and strings in Modelica: numbers keep their bits, names are legal, strings are escaped."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def class_name(text: str) -> str:
 
 
 def unique(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
-    """A legal name for each: itself where it can, else with as many ``_`` after it as it takes.
+    """A legal and unique name for each: the name itself, or with ``_`` appended.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The package of an identified model on disk: record, ready block, example, networks; as a whole or not at all."""
+"""The package of an identified model on disk: record, ready block, example, networks. The write is atomic."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CLASSES = ("Values", "Model", "Example")  # in every package
 
 
 def package_name(text: str) -> str:
-    """Name of a package out of any text; not one that would hide a class that it uses."""
+    """Make a package name out of any text; it hides no class that the package uses."""
     name = class_name(text)
     return unique([name], {*CLASSES, "HystFMU", "Modelica"})[name]
 
@@ -103,7 +103,7 @@ end {name};
 
 
 def _write(folder: Path, name: str, files: dict[str, str]) -> Path:
-    """Into a new folder beside the old one, then exchanged by renaming."""
+    """Write to a new folder beside the old one, then swap the two by renaming."""
     target = folder / name
     try:
         _refuse_foreign(target)
@@ -127,7 +127,7 @@ def _write(folder: Path, name: str, files: dict[str, str]) -> Path:
 
 
 def _refuse_foreign(target: Path) -> None:
-    """What an earlier export wrote may be replaced, nothing else."""
+    """Refuse to replace a file that no export wrote."""
     if not target.exists() and not target.is_symlink():
         return
     if target.is_symlink() or not target.is_dir():

@@ -12,12 +12,12 @@ from hystfmu.modelica.state_space import TEXTS, state_space
 
 
 def mark(source: str) -> str:
-    """First line of every generated file: `is_ours` knows it again."""
+    """First line of every exported file; `is_ours` recognises it."""
     return f"// generated from {' '.join(source.split())} by hystfmu export --modelica - do not edit"
 
 
 def is_ours(text: str) -> bool:
-    """Whether a file begins as `mark` says."""
+    """Whether a file begins with the line of `mark`."""
     first = text.partition("\n")[0]
     return first.startswith("// generated from ") and first.endswith(" by hystfmu export --modelica - do not edit")
 

@@ -32,7 +32,7 @@ _INNER = {"mlp": "Hidden layer", "duhem": "State after the input"}  # values of 
 
 @dataclass(frozen=True)
 class StaticForm:
-    """What a block takes, as expressions of the record ``values``.
+    """A block as expressions of its values, its state and its inputs.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ def _call(node: Node, x: list[str], z: str, state: str, at: dict[str, tuple[int,
 
 
 def _inner(node: Node, x: list[str], before: int, at: dict[str, tuple[int, int]]) -> str:
-    """What a block computes on the way to its output; its state stands after `before` other elements."""
+    """The inner vector of a block, from which its output follows; `before` elements precede its state."""
     v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
     one = {k: f"values[{a}]" for k, (a, _) in at.items()}
     if node.type == "mlp":
