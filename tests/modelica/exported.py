@@ -24,9 +24,6 @@ from hystfmu.modelica.package import package_name
 Array = simulate.Array
 KEYS = tuple(k for k in METHODS if k != "auto")  # auto chooses one of the others
 ROUNDING = 1e-12  # |Modelica - predict| / span of predict
-BOUNDS = {
-    "bouc_wen_oscillator": 1e-5,  # continuous: the solver, and Newmark steps of a hundredth of the sample period
-}
 QUICK: dict[str, Any] = {"starts": 1, "iterations": 10, "hidden": 3}
 OPTIONS: dict[str, dict[str, Any]] = {
     "prandtl_ishlinskii": {"N": 8},
@@ -117,7 +114,12 @@ def compare(model: Model, name: str, folder: Path) -> Outcome:
     assert np.ptp(expected) > 0, "an output that does not move tests nothing"
     error = float(np.abs(y - expected).max() / np.ptp(expected))
     values = sum(n.parameters().size for n in model.graph.nodes)
-    return Outcome(name, values, len(u), error, BOUNDS.get(model.key, ROUNDING), seconds)
+    return Outcome(name, values, len(u), error, bound(model), seconds)
+
+
+def bound(model: Model) -> float:
+    """What |Modelica - predict| / span of predict may be: rounding, or the error of the rule of a continuous block."""
+    return max([ROUNDING, *(n.block.rule_error for n in model.graph.nodes if n.block.rate == "continuous")])
 
 
 def fine(model: Model, t: Array, times: int = 100) -> Array:

@@ -58,7 +58,7 @@ def block(model: Model, name: str, within: str, record_name: str, history: str =
     body += [f"  connect({_end(graph, o.source, parts)}, {ports[o.name]});" for o in graph.outputs]
     body += _unconnected(graph, nodes, parts)
     sampled = any(classes.is_sampled(n) for n in graph.nodes)
-    tied = any(n.type == "transfer_function" for n in graph.nodes)
+    tied = any(classes.is_discretised(n) for n in graph.nodes)
     head = [
         f"within {within};",
         f"block {name} {sentence(model.text or model.key)}",
@@ -96,7 +96,7 @@ def _port(kind: str, p: Input | Output, declared: str, i: int, n: int) -> str:
 def _declaration(graph: Graph, node: Node, name: str, inverse: implicit.Tried | None) -> str:
     if classes.is_large(node):
         return f"{network.names(node)[1]} {name}"
-    discrete = node.type == "transfer_function"
+    discrete = classes.is_discretised(node)
     keys = ["n", *TEXTS] if discrete else [*classes.dims(node), *classes.values(node)]
     given = [f"{k} = values.{field(graph, node, k)}" for k in keys]
     if inverse is not None:
@@ -176,8 +176,12 @@ def _documentation(model: Model, sampled: bool, tied: bool, history: str) -> str
     ]
     if tied:
         limits.append("the linear dynamics are discretised for this Ts, which is final")
-    if any(n.type == "bouc_wen_oscillator" for n in model.graph.nodes):
-        limits.append("the oscillator is continuous: the accuracy is the solver's, and the unit takes Newmark steps")
+    continuous = [
+        n.name for n in model.graph.nodes if n.block.rate == "continuous" and n.block.tolerance == "integration"
+    ]
+    if continuous:
+        whose = "the accuracy is the solver's, and the unit integrates by a rule of its own"
+        limits.append(f"continuous ({', '.join(continuous)}): {whose}")
     deep = [f"{n.name}: {n.dims['depth']}" for n in model.graph.nodes if n.dims.get("depth", 0) > classes.DEPTH]
     if deep:
         limits.append(

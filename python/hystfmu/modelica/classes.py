@@ -6,7 +6,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import Var
 from hystfmu.graph import Node
-from hystfmu.modelica.places import camel, enumeration, is_sampled_class, lacks, matrix_rows, package_of
+from hystfmu.modelica.places import camel, enumeration, has_shapes, is_sampled_class, lacks, matrix_rows, package_of
 
 DEPTH = 32  # extrema that an exported operator remembers: a step takes time in proportion; 32 nested loops are rare
 MOST_DEGREE = 3  # of Networks.PolynomialNarx
@@ -37,8 +37,12 @@ def place(node: Node) -> tuple[str, bool]:
             f"block {node.name!r}: the class PolynomialNarx of the Modelica library takes a degree q up to "
             f"{MOST_DEGREE}; got {node.dims['q']}"
         )
-    discretised = node.type == "transfer_function"  # see class_of
-    return package_of(node.block), discretised or is_sampled_class(node.block)
+    return package_of(node.block), is_discretised(node) or is_sampled_class(node.block)
+
+
+def is_discretised(node: Node) -> bool:
+    """Whether it becomes a StateSpace, discretised for the step as in the unit, instead of its continuous class."""
+    return node.type == "transfer_function"
 
 
 def class_of(node: Node) -> str:
@@ -50,9 +54,9 @@ def class_of(node: Node) -> str:
         As `place`.
     """
     package = place(node)[0]
-    if node.type == "transfer_function":
-        return "HystFMU.Dynamics.StateSpace"  # discretised for the step, as in the unit
-    if node.type == "reference":
+    if is_discretised(node):
+        return "HystFMU.Dynamics.StateSpace"
+    if has_shapes(node.block):
         return f"HystFMU.{package}.{camel(word(node, 'shape'))}"
     return f"HystFMU.{package}.{node.block.class_name}"
 
@@ -87,4 +91,4 @@ def choices(node: Node) -> dict[str, str]:
 
 
 def _of_other_shapes(node: Node) -> frozenset[str]:
-    return lacks(node.block, camel(word(node, "shape"))) if node.type == "reference" else frozenset()
+    return lacks(node.block, camel(word(node, "shape"))) if has_shapes(node.block) else frozenset()

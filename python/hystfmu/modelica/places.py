@@ -82,14 +82,19 @@ def matrix_rows(v: Var) -> str:
     return product[1] if product else ""
 
 
+def has_shapes(block: BlockType) -> bool:
+    """Whether each shape of the block is a class."""
+    return block.name == "reference"
+
+
 def class_names(block: BlockType) -> list[str]:
-    """Names of its classes: one, or one for each shape of ``reference``."""
-    return [camel(s) for s in SHAPES] if block.name == "reference" else [block.class_name]
+    """Names of its classes: one, or one for each shape."""
+    return [camel(s) for s in SHAPES] if has_shapes(block) else [block.class_name]
 
 
 def lacks(block: BlockType, class_name: str) -> frozenset[str]:
     """Parameters, sizes and ports of a block that a class of it has not."""
-    if block.name == "reference":
+    if has_shapes(block):
         own = next(rows for shape, rows in SHAPES.items() if camel(shape) == class_name)
         return frozenset({"shape", *set.union(*SHAPES.values())} - own)
     return frozenset(_LACKS.get(block.name, ()))

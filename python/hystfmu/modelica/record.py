@@ -93,7 +93,7 @@ def _fields(model: Model, node: Node) -> dict[str, str]:
         return {}
     found = {}
     sizes = {d.name: d.text for d in node.block.dims}
-    if node.type == "transfer_function":
+    if classes.is_discretised(node):
         matrices = state_space(node, step(model))
         found[field(graph, node, "n")] = ("Integer", "", str(node.dims["na"]), "order")
         for key, value in matrices.items():

@@ -8,6 +8,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica import classes, network
 from hystfmu.modelica.literals import sentence
+from hystfmu.modelica.places import matrix_rows
 from hystfmu.modelica.record import field
 
 # what `step` of a package in HystFMU.Inverse.Models, or the text below, takes of a block, in this order
@@ -108,9 +109,8 @@ def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
             found[key] = _preisach(graph, node, key)
         elif rows[key].choices:
             found[key] = f"{{{int(node.value(key)[0])}}}", 1
-        elif key in ("W1", "W2"):
-            count = node.dims["n_hidden" if key == "W1" else "n_out"]
-            found[key] = ", ".join(f"{ref}[{k + 1}, :]" for k in range(count)), node.value(key).size
+        elif count := matrix_rows(rows[key]):
+            found[key] = ", ".join(f"{ref}[{k + 1}, :]" for k in range(node.dims[count])), node.value(key).size
         else:
             found[key] = f"{{{ref}}}" if rows[key].size == "1" else ref, node.value(key).size
     return found
