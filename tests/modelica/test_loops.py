@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ import simulate
 
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
+from hystfmu.scenario import Scenario
 from hystfmu.unit import Unit
 
 SCENARIOS = library.ROOT.parents[1] / "scenarios"
@@ -90,7 +90,7 @@ def closed_loop(plant: Any, rest: Unit, rows: int, h: float) -> simulate.Array:
 
 def scenario_parts(name: str) -> tuple[dict[str, Any], Graph]:
     """Units of a scenario, and the graph of the model that its inverse inverts."""
-    units = tomllib.loads((SCENARIOS / name / "scenario.toml").read_text())["units"]
+    units = Scenario(SCENARIOS / name).spec.model_dump()["units"]
     return units, Model.load(SCENARIOS / name / units["inverse"]["inverse_of"]).graph
 
 
@@ -128,7 +128,7 @@ def test_example_agrees_with_the_units_of_the_scenario(
     example: str, scenario_name: str, chain: tuple[str, ...], limit: float, settled: float, tmp_path: Path
 ) -> None:
     folder = SCENARIOS / scenario_name
-    scenario = tomllib.loads((folder / "scenario.toml").read_text())
+    scenario = Scenario(folder).spec.model_dump()
     h, units = scenario["step"], scenario["units"]
     order = scenario["order"]
     assert [u for u in order if u in ("plant", "reference")] == ["plant", "reference"]

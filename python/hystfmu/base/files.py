@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any, TypeVar
@@ -18,6 +18,7 @@ from hystfmu.base.errors import InputError
 MOST_BYTES = 256 * 2**20
 
 M = TypeVar("M", bound=pydantic.BaseModel)
+Key = tuple[str | int, ...]
 
 
 def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
@@ -81,23 +82,41 @@ def read_toml(path: str | Path, kind: type[M], most: int = MOST_BYTES) -> M:
     InputError
         One line with the file, the key, the rule and the value.  Of several errors it gives the first and their number.
     """
-    content = read_bytes(path, most)  # outside `try`: an InputError is a ValueError, but not a syntax error
-    try:
-        data = tomllib.loads(content.decode())
-    except ValueError as e:  # syntax, encoding, an integer of thousands of digits
-        raise InputError(f"{path}: not a TOML file: {' '.join(str(e).split())}") from None
-    except RecursionError:
-        raise InputError(f"{path}: not a TOML file: arrays or tables are nested too deeply") from None
-    return check(data, kind, path)
+    return check(load_toml(path, most), kind, path)
 
 
-def check(data: dict[str, Any], kind: type[M], path: str | Path) -> M:
-    """Validate a dictionary against the pydantic model `kind`.
+def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
+    """Read the tables of a TOML file without validation.
 
     Raises
     ------
     InputError
-        One line as from `read_toml`: the file `path`, the key, the rule and the value.
+        One line with the file: it cannot be read, is too large or is not TOML.
+    """
+    content = read_bytes(path, most)  # outside `try`: an InputError is a ValueError, but not a syntax error
+    try:
+        return tomllib.loads(content.decode())
+    except ValueError as e:  # syntax, encoding, an integer of thousands of digits
+        raise InputError(f"{path}: not a TOML file: {' '.join(str(e).split())}") from None
+    except RecursionError:
+        raise InputError(f"{path}: not a TOML file: arrays or tables are nested too deeply") from None
+
+
+def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key], Path]) -> M:
+    """Validate a dictionary against the pydantic model `kind`.
+
+    Parameters
+    ----------
+    data : dict
+    kind : type
+        The pydantic model.
+    path : path or callable
+        The file that holds the data, or which file states a key.
+
+    Raises
+    ------
+    InputError
+        One line as from `read_toml`: the file, the key, the rule and the value.
     """
     try:
         return kind.model_validate(data)
@@ -105,6 +124,8 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path) -> M:
         errors = e.errors(include_url=False)
         unknown = [error for error in errors if error["type"] == "extra_forbidden"]
         first = (unknown or errors)[0]  # a misspelt key is also reported as missing: its spelling tells more
+        if callable(path):
+            path = path(first["loc"])
         key = ".".join(str(k) for k in first["loc"]) or "file"
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         if unknown:

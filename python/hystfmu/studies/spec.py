@@ -14,7 +14,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_toml
 from hystfmu.graph.tables import STRICT, Name
 from hystfmu.scenario import Scenario
-from hystfmu.scenario.system.case import MOST_BYTES, Case, split_end
+from hystfmu.scenario.system.case import Case, split_end
+from hystfmu.scenario.system.extends import MOST_BYTES
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 MOST_ROWS = 10_000_000

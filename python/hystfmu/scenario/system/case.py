@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_toml
 from hystfmu.model import Model
+from hystfmu.scenario.system.extends import read_scenario
 from hystfmu.scenario.system.spec import CaseSpec, CouplingSpec, MetricSpec, ScenarioSpec, Scheme, TubeSpec, UnitSpec
 
-MOST_BYTES = 2**20  # of a scenario.toml
 MOST_STEPS = 20_000_000  # of the finest unit in one case
 NAME = r"[A-Za-z][A-Za-z0-9_]*"
 _END = re.compile(rf"({NAME})\.({NAME})\Z")
@@ -102,7 +101,7 @@ class Scenario:
         path = Path(path)
         file = path / "scenario.toml" if path.suffix != ".toml" else path
         self.folder: Path | None = file.parent
-        self._complete(read_toml(file, ScenarioSpec, MOST_BYTES), str(file), {}, overrides, coupling)
+        self._complete(read_scenario(file), str(file), {}, overrides, coupling)
 
     @classmethod
     def of(
@@ -194,7 +193,7 @@ class Scenario:
             step=s.step,
             stop=c.stop if c.stop is not None else s.stop,
             ripple=s.ripple,
-            order=tuple(c.order if c.order is not None else s.order),
+            order=tuple(c.order if c.order is not None else [*s.order, *(u for u in c.units if u not in s.units)]),
             coupling=coupling,
             units=units,
             connections={**s.connections, **c.connections},
@@ -228,20 +227,3 @@ class Scenario:
         for name, m in case.metrics.items():
             if m.after >= case.stop:
                 raise InputError(f"{where}: metrics.{name}.after: must be below stop {case.stop:g} s; got {m.after:g}")
-
-
-def inside(folder: Path, relative: str, where: str) -> Path:
-    """A path of a scenario, which may not leave the folder of all scenarios (the parent of the scenario's own).
-
-    Raises
-    ------
-    InputError
-        Absolute path, or a path that leads out (also through a symbolic link).
-    """
-    if Path(relative).is_absolute() or "\\" in relative or ":" in relative:
-        raise InputError(f"{where}: must be a path relative to the scenario, with '/'; got {relative!r}")
-    root = folder.resolve().parent
-    path = (folder.resolve() / relative).resolve()
-    if not path.is_relative_to(root):
-        raise InputError(f"{where}: must stay within the folder of the scenarios; got {relative!r}")
-    return path

@@ -13,6 +13,7 @@ from pydantic import Field
 from hystfmu.graph.tables import STRICT, GraphTable, Name, Number, Value
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+SOURCES = {"model", "block", "graph", "inverse_of", "fmu"}  # keys that say what a unit is
 
 
 class UnitSpec(pydantic.BaseModel):
@@ -42,7 +43,7 @@ class UnitSpec(pydantic.BaseModel):
 
     @pydantic.model_validator(mode="after")
     def _one_source(self) -> UnitSpec:
-        given = [k for k in ("model", "block", "graph", "inverse_of", "fmu") if getattr(self, k) is not None]
+        given = sorted(k for k in SOURCES if getattr(self, k) is not None)
         if len(given) != 1:
             raise ValueError(f"a unit has exactly one of model, block, graph, inverse_of, fmu; here: {given or 'none'}")
         if self.block is None and (self.dims or self.values):
@@ -115,7 +116,9 @@ class CaseSpec(pydantic.BaseModel):
     after: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(None, description="`after` of all metrics")
     set: dict[str, Value] = Field({}, description="'unit.parameter' = value, or '*1.2' to scale it")
     units: dict[Name, UnitSpec] = Field({}, description="units that are added or replaced as a whole")
-    order: list[Name] | None = Field(None, description="order of evaluation, when it differs")
+    order: list[Name] | None = Field(
+        None, description="order of evaluation; default: as in the scenario, then the units that the case adds"
+    )
     coupling: CouplingSpec | None = Field(None, description="coupling, when it differs")
     connections: dict[str, str] = Field({}, description="connections that are added or replaced")
     limits: dict[Name, Annotated[float, Field(ge=0, allow_inf_nan=False)]] = Field(

@@ -10,8 +10,9 @@ import numpy as np
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node, Port, Value
 from hystfmu.model import Model
-from hystfmu.scenario.system.case import Case, inside
+from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.inside import inside
 from hystfmu.scenario.system.spec import UnitSpec
 
 

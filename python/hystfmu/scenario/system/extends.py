@@ -1,0 +1,145 @@
+"""`extends` in a scenario.toml: the file states only what differs from another one.
+
+Tables merge key by key; numbers, texts and lists replace.  Two rules keep the result readable:
+
+- A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole.
+- A case states what differs from the case of the same name below.  A file that lists cases runs these, in its order;
+  one that lists none runs those of the file that it extends.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import check, load_toml
+from hystfmu.scenario.system.inside import inside, is_relative
+from hystfmu.scenario.system.spec import SOURCES, ScenarioSpec
+
+MOST_BYTES = 2**20  # of each file
+MOST_FILES = 8  # of a chain
+_FILES = ("model", "inverse_of", "fmu")  # keys of a unit that name a file
+
+Table = dict[str, Any]
+
+
+def read_scenario(file: Path) -> ScenarioSpec:
+    """A scenario.toml on top of the files that it extends, checked as one.
+
+    Raises
+    ------
+    InputError
+        One line with the file that states the wrong key, the key, the rule and the value; a chain that is too long,
+        returns to a file or leaves the folder of the scenarios.
+    """
+    layers = _chain(file)
+    try:
+        merged = layers[-1][1]
+        for path, own in reversed(layers[:-1]):
+            _names_once(merged.get("case"), path)
+            merged = _merge(merged, own)
+        listed = next((own["case"] for _, own in layers if "case" in own), None)
+        if isinstance(listed, list):
+            merged["case"] = merged["case"][: len(listed)]  # those that only give what others state come after
+    except RecursionError:
+        raise InputError(f"{file}: tables are nested too deep") from None
+    return check(merged, ScenarioSpec, lambda key: _origin(layers, merged, key))
+
+
+def _chain(file: Path) -> list[tuple[Path, Table]]:
+    """The file and those that it extends, with their tables; paths in them are relative to the first one."""
+    layers: list[tuple[Path, Table]] = []
+    path, seen = file, [file.resolve()]
+    while True:
+        try:
+            table = load_toml(path, MOST_BYTES)
+        except InputError as e:
+            raise InputError(f"{layers[-1][0]}: extends: {e}" if layers else str(e)) from None
+        below = table.pop("extends", None)
+        layers.append((path, _rebased(table, path.parent, file.parent)))
+        if below is None:
+            return layers
+        where = f"{path}: extends"
+        if not isinstance(below, str):
+            raise InputError(f"{where}: must be the path of a scenario file; got {str(below)[:80]!r}")
+        target = inside(path.parent, below, where, file.parent)
+        if target in seen:
+            raise InputError(f"{where}: returns to {below!r}: files must not extend each other")
+        if len(layers) == MOST_FILES:
+            raise InputError(f"{where}: at most {MOST_FILES} files may extend each other")
+        seen.append(target)
+        path = target
+
+
+def _merge(below: Table, own: Mapping[str, Any]) -> Table:
+    """`own` on top of `below`, by the rules of this module."""
+    merged = dict(below)
+    for key, value in own.items():
+        was = below.get(key)
+        if key == "case" and isinstance(value, list) and isinstance(was, list):
+            merged[key] = _merge_cases(was, value)
+        elif isinstance(value, dict) and isinstance(was, dict) and not value.keys() & SOURCES:
+            merged[key] = _merge(was, value)
+        else:
+            merged[key] = value
+    return merged
+
+
+def _merge_cases(below: list[Any], own: list[Any]) -> list[Any]:
+    """The cases of `own`, each on top of the one of the same name, then the others of `below`."""
+    base = {c["name"]: c for c in below if _is_named(c)}
+    names = [c["name"] for c in own if _is_named(c)]
+    merged = [_merge(base.get(c["name"], {}), c) if _is_named(c) else c for c in own]
+    return merged + [c for name, c in base.items() if name not in names]
+
+
+def _is_named(case: Any) -> bool:
+    return isinstance(case, dict) and isinstance(case.get("name"), str)
+
+
+def _names_once(cases: Any, path: Path) -> None:
+    names = [c["name"] for c in cases if _is_named(c)] if isinstance(cases, list) else []
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{path}: extends: two cases have the name {name!r}")
+
+
+def _rebased(table: Table, home: Path, folder: Path) -> Table:
+    """The table with its paths relative to `folder` instead of the `home` of its file."""
+    if home == folder:
+        return table
+    way = os.path.relpath(home.resolve(), folder.resolve())
+    cases = table.get("case")
+    for owner in (table, *(cases if isinstance(cases, list) else ())):
+        units = owner.get("units") if isinstance(owner, dict) else None
+        for unit in units.values() if isinstance(units, dict) else ():
+            for key in _FILES:
+                name = unit.get(key) if isinstance(unit, dict) else None
+                if isinstance(name, str) and is_relative(name):
+                    unit[key] = Path(os.path.normpath(f"{way}/{name}")).as_posix()
+    return table
+
+
+def _origin(layers: Sequence[tuple[Path, Table]], merged: Table, key: Sequence[str | int]) -> Path:
+    """The file that states a key of the merged table; the first one for a key that none states."""
+
+    def known(table: Any) -> int:
+        """How many parts of the key a file states."""
+        for depth, part in enumerate(key):
+            if depth == 1 and key[0] == "case" and isinstance(table, list):
+                table = {i: own for i, case in enumerate(merged["case"]) for own in table if _are_same(own, case)}
+            try:
+                table = table[part]
+            except (LookupError, TypeError):
+                return depth
+        return len(key)
+
+    return max(layers, key=lambda layer: known(layer[1]))[0]
+
+
+def _are_same(own: Any, case: Any) -> bool:
+    """Whether a case of a file has become this one of the merged table."""
+    return own is case or (_is_named(own) and _is_named(case) and own["name"] == case["name"])

@@ -1,0 +1,170 @@
+"""`extends`: what a scenario takes from another file, and one line that names file and key where that fails."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hystfmu.base.errors import InputError
+from hystfmu.model import Model
+from hystfmu.scenario import Scenario, build
+from hystfmu.scenario.system.extends import MOST_FILES
+
+ROOT = Path(__file__).parents[2] / "scenarios"
+BASE = "../loop/scenario.toml"
+
+
+def child(write: Any, folder: str = "child", **more: Any) -> Scenario:
+    """A scenario beside `loop` that extends it."""
+    return Scenario(write({"extends": BASE, **more}, folder))
+
+
+def test_a_file_that_states_nothing_else_is_the_other_one(loop: Any, write: Any) -> None:
+    assert Scenario(write(loop)).spec == child(write).spec
+
+
+def test_tables_merge_by_key_and_everything_else_replaces(loop: Any, write: Any) -> None:
+    write(loop)
+    spec = child(
+        write,
+        step=2e-4,
+        record=["pid.u"],
+        units={"pid": {"values": {"Kp": 3.0}}},
+        metrics={"tracking": {"limit": 1.0}, "last": {"kind": "final", "signal": "plant.y"}},
+        connections={"pid.u_ff": "reference.r"},
+    ).spec
+    assert (spec.step, spec.stop, spec.record) == (2e-4, loop["stop"], ["pid.u"])
+    assert spec.units["pid"].values == {"Kp": 3.0, "Ki": 2000.0, "Kd": 2e-4}
+    assert spec.units["plant"] == Scenario(write(loop)).spec.units["plant"]
+    assert (spec.metrics["tracking"].limit, spec.metrics["tracking"].stroke) == (1.0, 2.0)
+    assert list(spec.metrics) == ["tracking", "last"]
+    assert spec.connections == loop["connections"] | {"pid.u_ff": "reference.r"}
+
+
+def test_a_unit_that_names_its_source_replaces_the_other_as_a_whole(loop: Any, write: Any) -> None:
+    write(loop)
+    unit = child(write, units={"pid": {"block": "lead_lag", "dims": {"n": 2}}}).spec.units["pid"]
+    assert (unit.block, unit.dims, unit.values, unit.inputs) == ("lead_lag", {"n": 2}, {}, {})
+
+
+def test_a_case_states_what_differs_from_the_one_of_its_name(loop: Any, write: Any) -> None:
+    loop["case"] = [
+        {"name": "a", "stop": 0.02, "set": {"pid.Kp": 2.0, "pid.Ki": 1.0}, "limits": {"tracking": 5.0}},
+        {"name": "b", "stop": 0.04},
+        {"name": "c"},
+    ]
+    write(loop)
+    assert [c.name for c in child(write).cases] == ["a", "b", "c"]
+    chosen = child(write, case=[{"name": "new"}, {"name": "b"}, {"name": "a", "set": {"pid.Kp": 3.0}}]).cases
+    assert [(c.name, c.stop) for c in chosen] == [("new", 0.03), ("b", 0.04), ("a", 0.02)]
+    assert chosen[2].units["pid"].set == {"Kp": 3.0, "Ki": 1.0}
+    assert chosen[2].metrics["tracking"].limit == 5.0
+
+
+def test_cases_add_up_along_a_chain_and_the_nearest_list_chooses(loop: Any, write: Any) -> None:
+    write(loop | {"case": [{"name": "a", "stop": 0.02}]})
+    write({"extends": BASE, "case": [{"name": "b", "stop": 0.04}]}, "middle")
+    cases = child(write, extends="../middle/scenario.toml", case=[{"name": "a"}, {"name": "b"}]).cases
+    assert [(c.name, c.stop) for c in cases] == [("a", 0.02), ("b", 0.04)]
+    other = Scenario(write({"extends": "../middle/scenario.toml"}, "other"))
+    assert [c.name for c in other.cases] == ["b"]
+
+
+def test_paths_are_relative_to_the_file_that_states_them(loop: Any, write: Any, tmp_path: Path) -> None:
+    model = ROOT / "models" / "backlash_plant.model.toml"
+    path = tmp_path / "scenarios" / "parts" / "here" / "x.model.toml"
+    path.parent.mkdir(parents=True)
+    path.write_bytes(model.read_bytes())
+    case = {"name": "a", "units": {"plant": {"model": "x.model.toml"}}, "connections": {"plant.d": "plant.y"}}
+    write(loop | {"case": [case]}, "parts/here")
+    (system,) = map(build, child(write, extends="../parts/here/scenario.toml").cases)
+    assert system.parts[0].own.to_bytes() == Model.load(model).graph.to_bytes()
+
+
+def test_units_that_a_case_adds_step_last_unless_it_states_an_order(loop: Any, write: Any) -> None:
+    late = {"late": {"block": "delay"}}
+    wires = {"late.u": "pid.u", "plant.u": "late.y"}
+    loop["case"] = [
+        {"name": "a", "units": late, "connections": wires},
+        {"name": "b", "units": late, "connections": wires, "order": ["late", *loop["order"]]},
+    ]
+    a, b = (build(c) for c in Scenario(write(loop)).cases)
+    assert [p.name for p in a.parts] == [*loop["order"], "late"]
+    assert [p.name for p in b.parts] == ["late", *loop["order"]]
+
+
+@pytest.mark.parametrize(
+    ("own", "words"),
+    [
+        ({"extends": 3}, ["child/scenario.toml: extends: must be the path", "3"]),
+        ({"extends": "../../x.toml"}, ["child/scenario.toml: extends: must stay within the folder of the scenarios"]),
+        ({"extends": "/etc/passwd"}, ["child/scenario.toml: extends: must be a path relative", "/etc/passwd"]),
+        ({"extends": "a\0b"}, ["child/scenario.toml: extends:", "null byte"]),
+        ({"extends": "gone.toml"}, ["child/scenario.toml: extends: ", "gone.toml: No such file"]),
+        ({"extends": "."}, ["child/scenario.toml: extends: ", "Is a directory"]),
+        ({"extends": "scenario.toml"}, ["child/scenario.toml: extends: returns to 'scenario.toml'"]),
+        ({"stop": -1.0}, ["child/scenario.toml: stop: ", "greater than 0"]),
+        ({"units": {"pid": {"values": {"Kp": {}}}}}, ["child/scenario.toml: units.pid.values.Kp"]),
+        ({"metrics": {"tracking": {"stroke": -2.0}}}, ["child/scenario.toml: metrics.tracking.stroke"]),
+        ({"case": [{"name": "b", "stop": -1.0}]}, ["child/scenario.toml: case.0.stop"]),
+        ({"case": [{"name": "a", "text": "x"}]}, ["loop/scenario.toml: case.0.after"]),
+        ({"case": [{"text": "x"}]}, ["child/scenario.toml: case.0.name: Field required"]),
+        ({"case": 3}, ["child/scenario.toml: case: ", "list"]),
+        ({"units": 3}, ["child/scenario.toml: units: ", "dict"]),
+    ],
+)
+def test_an_error_names_the_file_and_its_key(loop: Any, write: Any, own: Any, words: list[str]) -> None:
+    write(loop | {"case": [{"name": "a", "after": -1.0}]})
+    with pytest.raises(InputError) as caught:
+        child(write, **own)
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message, message
+
+
+def test_an_error_below_names_the_file_below(loop: Any, write: Any) -> None:
+    folder = write(loop | {"stopp": 3.0})
+    with pytest.raises(InputError, match=r"loop/scenario\.toml: stopp: there is no such key"):
+        child(write)
+    (folder / "scenario.toml").write_text("x = ")
+    with pytest.raises(InputError, match=r"child/scenario\.toml: extends: .*loop/scenario\.toml: not a TOML file"):
+        child(write)
+    write(loop | {"case": [{"name": "a"}, {"name": "a"}]})
+    with pytest.raises(InputError, match=r"two cases have the name 'a'"):
+        child(write)
+
+
+def test_files_that_extend_each_other_are_refused(loop: Any, write: Any) -> None:
+    write(loop | {"extends": "../child/scenario.toml"})
+    with pytest.raises(InputError, match=r"loop/scenario\.toml: extends: returns to"):
+        child(write)
+
+
+def test_a_chain_is_not_longer_than_it_may_be(loop: Any, write: Any) -> None:
+    write(loop, "link_1")
+    for k in range(2, MOST_FILES + 2):
+        write({"extends": f"../link_{k - 1}/scenario.toml"}, f"link_{k}")
+    assert Scenario(write({}, "x").parent / f"link_{MOST_FILES}").spec.name == "loop"
+    with pytest.raises(InputError, match=f"at most {MOST_FILES} files"):
+        Scenario(write({"extends": f"../link_{MOST_FILES}/scenario.toml"}, "link_9"))
+
+
+def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Path) -> None:
+    outside = tmp_path / "secret.toml"
+    outside.write_text("name = 'secret'\n")
+    folder = write({"extends": "link.toml"}, "child")
+    (folder / "link.toml").symlink_to(outside)
+    with pytest.raises(InputError, match="must stay within the folder of the scenarios"):
+        Scenario(folder)
+
+
+def test_deep_tables_are_refused(loop: Any, write: Any) -> None:
+    deep = "units" + ".a" * 5000 + " = 1\n"
+    for folder in ("loop", "child"):
+        path = write(loop, folder) / "scenario.toml"
+        path.write_text((f'extends = "{BASE}"\n' if folder == "child" else "") + deep)
+    with pytest.raises(InputError, match="nested too deep"):
+        Scenario(path)
