@@ -1,4 +1,4 @@
-"""`export_fmu` writes the same small file every time; `check_fmu` finds what is wrong with files of strangers."""
+"""`export_fmu` writes small, reproducible files; `check_fmu` finds defects of untrusted files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> dict[int, bytes]:
 def _rewrite(
     content: bytes, change: Callable[[str, bytes], bytes | None], more: dict[str, bytes] | None = None
 ) -> bytes:
-    """The archive with entries changed, left out (None) or added."""
+    """Rewrite an archive with entries changed, removed (None) or added."""
     out = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
         for e in old.infolist():
@@ -80,7 +80,7 @@ def test_export_refuses_names(tmp_path: Path, name: str) -> None:
 
 
 def test_export_refuses_versions_and_places(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="the FMI version must be 2 or 3; got 1"):
+    with pytest.raises(InputError, match=r"The FMI version must be 2 or 3\. Got 1 instead\."):
         export_fmu(single("sum"), tmp_path / "x.fmu", 1)  # type: ignore[arg-type]
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
@@ -89,7 +89,7 @@ def test_export_refuses_versions_and_places(tmp_path: Path) -> None:
 
 # ---- description ---------------------------------------------------------------------------------------------------
 def test_dependencies_are_explicit(tmp_path: Path, fmi: int) -> None:
-    """A block with direct feed-through names its input, a strictly proper one names none."""
+    """A block with direct feed-through depends on its input, a strictly proper one does not."""
     for name, depends in (("prandtl_ishlinskii", True), ("delay", False)):
         graph = single(name)
         root = ET.fromstring(zipfile.ZipFile(export_fmu(graph, tmp_path / "x.fmu", fmi)).read(XML))  # type: ignore[arg-type]
@@ -141,7 +141,7 @@ def test_good_ones_have_no_problems(tmp_path: Path, good: dict[int, bytes], fmi:
 def test_cut_off(tmp_path: Path, good: dict[int, bytes], keep: int) -> None:
     path = tmp_path / "x.fmu"
     path.write_bytes(good[2][:keep])
-    with pytest.raises(InputError, match=r"x\.fmu: not a zip archive, or cut off") as e:
+    with pytest.raises(InputError, match=r"x\.fmu: not a ZIP archive, or truncated") as e:
         check_fmu(path)
     assert "\n" not in str(e.value)
 
@@ -180,20 +180,20 @@ def test_symbolic_link(tmp_path: Path, good: dict[int, bytes]) -> None:
 @pytest.mark.filterwarnings("ignore:Duplicate name")
 def test_description_twice_or_never(tmp_path: Path, good: dict[int, bytes]) -> None:
     twice = _rewrite(good[2], _same, {XML: b"<a/>"})
-    assert _problems(tmp_path, twice) == [f"{XML!r} is in the archive more than once"]
+    assert _problems(tmp_path, twice) == [f"{XML!r} occurs in the archive more than once"]
     never = _rewrite(good[2], lambda n, b: None if n == XML else b)
     assert _problems(tmp_path, never) == [f"the archive has no {XML}"]
 
 
 def test_bomb(tmp_path: Path, good: dict[int, bytes]) -> None:
-    """An entry that says it unpacks to 3 GiB: refused by what it says; one that lies is cut at what it says."""
+    """An entry with a declared size of 3 GiB is refused; a larger entry than declared is cut at its declared size."""
     out = bytearray(_rewrite(good[2], _same, {"resources/zeros": bytes(1 << 20)}))
     size = struct.pack("<I", 1 << 20)
     central = out.rindex(b"PK\x01\x02")
     at = out.index(size, central)
     out[at : at + 4] = struct.pack("<I", 3 << 30)
     (problem,) = _problems(tmp_path, bytes(out))
-    assert problem.startswith("the archive unpacks to ")
+    assert problem.startswith("the archive must unpack to at most ")
     out[at : at + 4] = struct.pack("<I", 100)
     (problem,) = _problems(tmp_path, bytes(out))
     assert problem.startswith("'resources/zeros' cannot be unpacked")
@@ -211,7 +211,7 @@ def test_entities(tmp_path: Path, good: dict[int, bytes]) -> None:
         text = b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]><fmiModelDescription'
         return b.replace(b"<fmiModelDescription", text) if name == XML else b
 
-    assert _problems(tmp_path, _rewrite(good[2], entity)) == [f"{XML} declares a document type; entities are refused"]
+    assert _problems(tmp_path, _rewrite(good[2], entity)) == [f"{XML} must not declare a document type or entities"]
 
 
 def _xml(old: bytes, new: bytes) -> Callable[[str, bytes], bytes]:

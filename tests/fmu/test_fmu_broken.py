@@ -1,6 +1,6 @@
-"""The table of broken FMUs: each is caught by `hystfmu validate` with a message that names the defect; good ones pass.
+"""`hystfmu validate` finds every defect of a table of broken FMUs and names it; a correct FMU passes.
 
-The units come from broken.c, compiled here with one defect each; the archives from one good unit, damaged here.
+broken.c is compiled once for each defect of a binary.  Defects of an archive are made from the correct FMU.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ Entries = dict[str, bytes]
 
 
 def _swap(old: str, new: str) -> Callable[[Entries], Entries]:
-    """The description with one piece of text exchanged."""
+    """Replace one piece of text in the model description."""
     assert old in GOOD
     return lambda e: {**e, XML: e[XML].replace(old.encode(), new.encode(), 1)}
 
@@ -63,7 +63,7 @@ def _drop(name: str) -> Callable[[Entries], Entries]:
     return lambda e: {k: v for k, v in e.items() if k != name}
 
 
-# defect: how the archive differs, and a piece of the message that names it
+# defect: change of the archive, part of the message
 ARCHIVES: dict[str, tuple[Callable[[Entries], Entries], str]] = {
     "no description": (_drop(XML), "the archive has no modelDescription.xml"),
     "zip slip": (_add("../evil.txt"), "'../evil.txt' would be written outside the folder"),
@@ -71,7 +71,7 @@ ARCHIVES: dict[str, tuple[Callable[[Entries], Entries], str]] = {
     "not XML": (_add(XML, b"<fmiModelDescription"), "XML"),
     "external entity": (
         lambda e: {**e, XML: e[XML].replace(b"<fmi", b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]><fmi', 1)},
-        "declares a document type",
+        "must not declare a document type",
     ),
     "external entity in UTF-16": (
         lambda e: {**e, XML: GOOD.replace("UTF-8", "UTF-16").replace("<fmi", "<!DOCTYPE x><fmi", 1).encode("utf-16")},
@@ -100,7 +100,7 @@ ARCHIVES: dict[str, tuple[Callable[[Entries], Entries], str]] = {
     "false dependency": (_swap('index="2" dependencies="1"', 'index="2" dependencies=""'), "y depends on u at once"),
 }
 
-# number in broken.c, and a piece of the message
+# defect: number in broken.c, part of the message
 UNITS: dict[str, tuple[int, str]] = {
     "state advances on get": (1, "reading the outputs changes them: y is"),
     "state advances on set": (2, "setting an input to another value and back changes the run: y is"),
@@ -113,14 +113,14 @@ UNITS: dict[str, tuple[int, str]] = {
     "doStep hangs": (9, "did not finish within 3 s while making 100 steps"),
     "doStep crashes": (10, "the FMU crashed (SIGABRT) while making 100 steps"),
     "NaN": (11, "y is nan after step 7"),
-    "wrong derivative": (12, "the derivative of y with respect to u is -1, differences give 1"),
+    "wrong derivative": (12, "the directional derivative of y with respect to u is -1, but differences give 1"),
     "input is ignored": (13, "u: set to"),
     "doStep refuses": (14, "step 21: fmi2DoStep failed with status 3 (error)"),
     "not repeatable": (15, "the same run in a second instance differs: y is"),
     "folder with odd letters": (16, "in a folder with a space and non-ASCII letters: the FMU cannot be instantiated"),
     "ends the process": (17, "the FMU ended its process with status 3 while making 100 steps"),
     "takes all memory": (18, "while making 100 steps"),
-    "serialized state loses bytes": (19, "after restoring a state from its bytes the run differs: y is"),
+    "serialized state loses bytes": (19, "after restoring a deserialized state the run differs: y is"),
     "a parameter of another value": (20, "k: the start value is 2.0, but the binary has 2.5"),
 }
 
@@ -165,7 +165,7 @@ def _problems(tmp_path: Path, content: bytes, seconds: float = 30) -> list[str]:
 
 
 def test_the_good_one_passes(tmp_path: Path, good: Entries) -> None:
-    """Otherwise the table below would show nothing."""
+    """Without this test the tables below would show nothing."""
     assert _problems(tmp_path, _pack(good)) == []
 
 
@@ -194,7 +194,7 @@ def test_entry_twice(tmp_path: Path, good: Entries) -> None:
     with zipfile.ZipFile(out, "a") as archive, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         archive.writestr(XML, GOOD)
-    assert _problems(tmp_path, out.getvalue()) == [f"{XML!r} is in the archive more than once"]
+    assert _problems(tmp_path, out.getvalue()) == [f"{XML!r} occurs in the archive more than once"]
 
 
 def test_symbolic_link(tmp_path: Path, good: Entries) -> None:
@@ -206,9 +206,9 @@ def test_symbolic_link(tmp_path: Path, good: Entries) -> None:
     assert _problems(tmp_path, out.getvalue()) == ["'resources/link' is a symbolic link"]
 
 
-@pytest.mark.parametrize(("size", "message"), [(3 << 30, "the archive unpacks to "), (100, "cannot be unpacked")])
+@pytest.mark.parametrize(("size", "message"), [(3 << 30, "the archive must unpack to"), (100, "cannot be unpacked")])
 def test_bomb(tmp_path: Path, good: Entries, size: int, message: str) -> None:
-    """An entry that says that it unpacks to 3 GiB, and one that unpacks to more than it says."""
+    """An entry with a declared size of 3 GiB, and one that is larger than declared."""
     out = bytearray(_pack({**good, "resources/zeros": bytes(1 << 20)}))
     at = out.index(struct.pack("<I", 1 << 20), out.rindex(b"PK\x01\x02"))
     out[at : at + 4] = struct.pack("<I", size)
@@ -224,5 +224,5 @@ def test_damaged_entry(tmp_path: Path, good: Entries) -> None:
 
 
 def test_cut_off(tmp_path: Path, good: Entries) -> None:
-    with pytest.raises(InputError, match="not a zip archive, or cut off"):
+    with pytest.raises(InputError, match="not a ZIP archive, or truncated"):
         _problems(tmp_path, _pack(good)[:-30])

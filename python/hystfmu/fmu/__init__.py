@@ -1,4 +1,4 @@
-"""FMUs: `export_fmu` writes one, `check_fmu` looks for problems in one."""
+"""FMUs: `export_fmu` writes one, `check_fmu` checks one of any origin."""
 
 from __future__ import annotations
 

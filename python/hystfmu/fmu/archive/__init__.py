@@ -1,1 +1,1 @@
-"""FMU archives: unpack untrusted ones within limits, write zip and XML files reproducibly."""
+"""FMU archives: unpack untrusted files within limits, write ZIP and XML files reproducibly."""

@@ -1,7 +1,7 @@
-"""Unpacked FMUs and SSPs, by the hash of their archive: each is unpacked once, however many runs and processes use it.
+"""Cache of unpacked FMUs and SSPs, keyed by the hash of the archive: all runs and processes share one copy.
 
-A folder appears under its name as a whole (atomic rename): two processes that unpack the same archive do not see each
-other's half.  It may be deleted at any time between runs.
+A folder gets its name by an atomic rename, so that two processes that unpack the same archive never see a partial copy.
+The cache may be deleted between runs.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hystfmu.fmu.archive.unpack import MOST_UNPACKED, XML, archive_problems, unp
 
 
 def cache_folder() -> Path:
-    """`$HYSTFMU_CACHE`, else `hystfmu` in the user's folder for caches."""
+    """Return `$HYSTFMU_CACHE`, or `hystfmu` in the cache folder of the user."""
     if "HYSTFMU_CACHE" in os.environ:
         return Path(os.environ["HYSTFMU_CACHE"])
     if os.name == "nt":
@@ -28,12 +28,26 @@ def cache_folder() -> Path:
 
 
 def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
-    """The folder of an unpacked archive, and its SHA-256; `needs` is the file that makes it what it should be.
+    """Unpack an archive, or find its unpacked copy.
+
+    Parameters
+    ----------
+    path : str or Path
+        The archive, an untrusted file.
+    needs : str, optional
+        File that the archive must contain.
+
+    Returns
+    -------
+    folder : Path
+        Folder of the unpacked archive.
+    digest : str
+        SHA-256 of the archive.
 
     Raises
     ------
     InputError
-        Not an archive, unsafe, too large, or no room for it.
+        If the file is not an archive, is unsafe or too large, or cannot be unpacked.
     """
     digest = hashlib.sha256(read_bytes(path, MOST_UNPACKED)).hexdigest()
     folder = cache_folder() / digest
@@ -55,7 +69,7 @@ def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
         finally:
             shutil.rmtree(made, ignore_errors=True)
     except zipfile.BadZipFile as e:
-        raise InputError(f"{path}: not a zip archive, or cut off ({e})") from None
+        raise InputError(f"{path}: not a ZIP archive, or truncated ({e})") from None
     except OSError as e:
         raise InputError(f"{path}: cannot be unpacked: {e.strerror or e}") from None
     return folder, digest

@@ -1,4 +1,4 @@
-"""Archives of strangers: what must not be unpacked, and how the rest is."""
+"""Unpack untrusted archives: refuse unsafe entries, limit number and size of files, verify checksums."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ XML = "modelDescription.xml"
 
 
 def _unsafe(entry: zipfile.ZipInfo) -> str:
-    """Why this entry must not be unpacked, or an empty string."""
+    """Return why an entry is unsafe, or an empty string."""
     name = entry.orig_filename
     if "\\" in name or "\0" in name:
-        return "has a backslash or a zero byte in its name"
+        return "has a backslash or a null byte in its name"
     if name.startswith("/") or ":" in name.split("/")[0] or ".." in name.split("/"):
         return "would be written outside the folder"
     if stat.S_ISLNK(entry.external_attr >> 16):
@@ -28,16 +28,16 @@ def _unsafe(entry: zipfile.ZipInfo) -> str:
 
 
 def archive_problems(archive: zipfile.ZipFile, needs: str = XML) -> list[str]:
-    """Why an archive must not be unpacked; nothing is written.  `needs` is the file without which it is of no use."""
+    """Return why an archive must not be unpacked, one line each.  `needs` is a file that it must contain."""
     entries = archive.infolist()
     if len(entries) > MOST_ENTRIES:
-        return [f"the archive has {len(entries)} files; the limit is {MOST_ENTRIES}"]
+        return [f"the archive must have at most {MOST_ENTRIES} files. Got {len(entries)} instead."]
     size = sum(e.file_size for e in entries)
     if size > MOST_UNPACKED:
-        return [f"the archive unpacks to {size} bytes; the limit is {MOST_UNPACKED}"]
+        return [f"the archive must unpack to at most {MOST_UNPACKED} bytes. Got {size} instead."]
     problems = [f"{e.filename!r} {why}" for e in entries if (why := _unsafe(e))]
     twice = [name for name, n in Counter(e.filename for e in entries).items() if n > 1]
-    problems += [f"{name!r} is in the archive more than once" for name in twice]
+    problems += [f"{name!r} occurs in the archive more than once" for name in twice]
     names = {e.filename for e in entries}
     if needs not in names:
         problems.append(f"the archive has no {needs}")
@@ -47,10 +47,10 @@ def archive_problems(archive: zipfile.ZipFile, needs: str = XML) -> list[str]:
 
 
 def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
-    """Write the entries of an archive that was found safe; the names of damaged ones.
+    """Write the entries of an archive without `archive_problems` to a folder; return the problems found, one line each.
 
-    Piece by piece: an entry never needs memory for all of it, yields no more than its declared size, and its checksum
-    is compared at the end.
+    Entries are copied in pieces to bound memory.  An entry yields at most its declared size, and its checksum is
+    verified.
     """
     problems = []
     for entry in archive.infolist():
@@ -69,12 +69,12 @@ def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
 
 
 def xml_problems(folder: Path) -> list[str]:
-    """XML files that could make a parser read other files or grow without limit."""
+    """Return which XML files could make a parser read other files or expand without limit, one line each."""
     problems = []
     for file in sorted(folder.rglob("*.xml")):
         content, name = file.read_bytes(), file.relative_to(folder).as_posix()
         if b"\0" in content:
-            problems.append(f"{name} is not encoded in UTF-8")  # in UTF-16 the words below would not be found
+            problems.append(f"{name} is not encoded in UTF-8")  # the search below would miss words in UTF-16
         elif b"<!DOCTYPE" in content or b"<!ENTITY" in content:
-            problems.append(f"{name} declares a document type; entities are refused")
+            problems.append(f"{name} must not declare a document type or entities")
     return problems

@@ -1,4 +1,4 @@
-"""How every XML file of an FMU is written: UTF-8, indented, ends with a newline."""
+"""Write the XML files of an FMU: UTF-8, indented, with a final newline."""
 
 from __future__ import annotations
 
@@ -6,6 +6,6 @@ import xml.etree.ElementTree as ET
 
 
 def xml_file(root: ET.Element) -> bytes:
-    """The bytes of a whole file."""
+    """Return the bytes of an XML file."""
     ET.indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'.encode()

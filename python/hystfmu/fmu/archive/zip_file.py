@@ -1,4 +1,4 @@
-"""Writes ZIP archives whose members may come deflated already: Python's zipfile only takes what it deflates itself."""
+"""Write ZIP archives with members that are deflated already, which `zipfile` of Python cannot."""
 
 from __future__ import annotations
 
@@ -10,38 +10,38 @@ from dataclasses import dataclass
 _VERSION = 20  # 2.0: deflate
 _UNIX = 3
 _DEFLATE = 8
-_DATE = 1 << 5 | 1  # 1980-01-01, no clock: the same content gives the same file
+_DATE = 1 << 5 | 1  # 1980-01-01, so that equal content gives equal files
 _FILE = 0o100000
 
 
 @dataclass(frozen=True)
 class Deflated:
-    """A member: its content, and the raw deflate stream of it (RFC 1951)."""
+    """A member: its content and its raw deflate stream (RFC 1951)."""
 
     content: bytes
     stream: bytes
 
     @classmethod
     def of(cls, content: bytes, level: int = 6) -> Deflated:
-        """Deflate it now."""
+        """Deflate the content."""
         maker = zlib.compressobj(level, zlib.DEFLATED, -zlib.MAX_WBITS, 9)
         return cls(content, maker.compress(content) + maker.flush())
 
 
 def zip_file(members: Mapping[str, bytes | Deflated], executable: str = "") -> bytes:
-    """The archive, members in the given order (PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12 and 4.3.16).
+    """Return an archive with its members in the given order (PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12 and 4.3.16).
 
     Parameters
     ----------
     members : mapping
         Content by name; names are ASCII, all sizes below 4 GB.
     executable : str, optional
-        Members below this folder are executable, where that means something.
+        Folder whose members get the executable mode of Unix.
 
     Returns
     -------
     bytes
-        The same for the same members, whenever it is made.
+        Equal for equal members, at any time.
     """
     body, directory = b"", b""
     for name, given in members.items():

@@ -1,1 +1,1 @@
-"""Checking any FMU: the archive, static checks, and trial runs in a process of their own."""
+"""Check an FMU of any origin: archive, static checks, and trial runs in a child process."""

@@ -1,4 +1,4 @@
-"""Looks for problems in an FMU of anybody: the archive, then static checks and trial runs in child processes."""
+"""Find problems in an FMU of any origin: in its archive, by static checks, and by trial runs in child processes."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from hystfmu.fmu.archive.unpack import archive_problems, unpack, xml_problems
 
 
 def _run_problems(process: subprocess.Popen[bytes], result: Path, seconds: float) -> list[str]:
-    """What the child found, and during what it crashed or hung."""
+    """Return the findings of the child process, including the trial in which it crashed or hung."""
     lines, in_time = child.finish(process, seconds)
     if not result.exists():
-        return [f"the check itself failed: {lines[-1] if lines else process.returncode}"]
+        return [f"the check failed: {lines[-1] if lines else process.returncode}"]
     notes = json.loads(result.read_text())
     problems = [str(p) for p in notes["problems"]]
     if not in_time:
@@ -30,12 +30,12 @@ def _run_problems(process: subprocess.Popen[bytes], result: Path, seconds: float
     elif not notes["done"]:
         problems.append(f"the FMU ended its process with status {process.returncode} while {notes['doing']}")
     if problems and lines and re.search("cannot be instantiated|failed with status", problems[0]):
-        problems[0] += f" ({lines[-1]})"  # what the FMU logged says more
+        problems[0] += f" ({lines[-1]})"  # append the log message of the FMU
     return problems
 
 
 def _fmutool_problems(process: subprocess.Popen[bytes] | None, seconds: float) -> list[str]:
-    """Errors that fmutool reports; nothing where it is not installed (it comes with the extra `dev`)."""
+    """Return the errors that fmutool reports.  It is optional (extra `dev`)."""
     if process is None:
         return []
     lines, _ = child.finish(process, seconds)
@@ -45,31 +45,32 @@ def _fmutool_problems(process: subprocess.Popen[bytes] | None, seconds: float) -
 
 
 def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
-    """Problems of an FMU of any origin: archive, description, behaviour.
+    """Check archive, model description and behaviour of an FMU of any origin.
 
-    First the archive is looked at without unpacking it. Then fmpy's and, where installed, fmutool's checks run, all
-    of `hystfmu.fmu.check.trials` on Co-Simulation: start values read back, equal runs from new instances, no effect of
-    get and set, reset, saved states, two instances, dependencies, directional derivatives, leaks, loading and
-    unloading, odd folders; and those of `hystfmu.fmu.check.exchange_trials` on Model Exchange: equal runs, no effect of
-    steps that are not accepted, dependencies and derivatives after steps. Everything but the first step happens in
-    child processes with limits of time and memory.
+    The archive is inspected before it is unpacked.  Then the static checks of fmpy and, if installed, of fmutool are
+    applied.  The trials of `hystfmu.fmu.check.trials` run the FMU in Co-Simulation and check start values,
+    repeatability, side effects of get and set, reset, saved states, two instances, dependencies, directional
+    derivatives, memory leaks, repeated loading, and folders with spaces and non-ASCII letters.  The trials of
+    `hystfmu.fmu.check.exchange_trials` run it in Model Exchange and check repeatability, effects of rejected steps,
+    dependencies and directional derivatives.  All but the inspection of the archive runs in child processes with
+    limits of time and memory.
 
     Parameters
     ----------
     path : str or Path
-        The FMU.  Its binary is executed (in a child process).
+        The FMU.  Its native code is executed in a child process.
     seconds : float
-        Time limit.
+        Time limit of the checks (s).
 
     Returns
     -------
     list of str
-        One line each; empty if there are none.  Archive problems end the check before anything is unpacked.
+        Problems, one line each; empty if none is found.  A problem of the archive ends the check before unpacking.
 
     Raises
     ------
     InputError
-        If the file cannot be read or is not a whole zip archive.
+        If the file cannot be read or is not a complete ZIP archive.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -79,9 +80,9 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
             with tempfile.TemporaryDirectory(prefix="hystfmu-check-") as folder:
                 return unpack(archive, Path(folder, "fmu")) or _content_problems(Path(path), Path(folder), seconds)
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as e:
-        raise InputError(f"{path}: not a zip archive, or cut off ({e})") from None
+        raise InputError(f"{path}: not a ZIP archive, or truncated ({e})") from None
     except OSError as e:
-        raise InputError(f"{path}: {e.strerror or f'not a zip archive, or cut off ({e})'}") from None
+        raise InputError(f"{path}: {e.strerror or f'not a ZIP archive, or truncated ({e})'}") from None
 
 
 def _content_problems(path: Path, folder: Path, seconds: float) -> list[str]:

@@ -1,7 +1,7 @@
-"""Model Exchange of somebody's FMU, tried out: a small solver drives it and looks at what a solver relies on.
+"""Trials of a foreign FMU in Model Exchange: a simple solver checks the properties that solvers rely on.
 
-Forward Euler is enough for that, since nothing is compared with an exact solution; a run that grows without bound is
-ended, for that may be the method's fault.
+Forward Euler is sufficient, because no result is compared with an exact solution.  A run that grows without bound is
+ended, because the method may be unstable.
 """
 
 from __future__ import annotations
@@ -11,21 +11,21 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from hystfmu.fmu.check.foreign_library import Guest, Instance, Values, slope_differs
+from hystfmu.fmu.check.foreign_library import ForeignFmu, Instance, Values, tangent_differs
 
-_STEPS, _PARTS = 40, 8  # steps of the default experiment; parts of each where there are continuous states
+_STEPS, _PARTS = 40, 8  # steps of the default experiment; substeps of each if there are continuous states
 _TOO_LARGE = 1e12
 _MOST_EVENTS, _MOST_PAIRS = 100, 64
-_MOVES = 1e-9  # of a value: less may come from the iterations of a solver inside
+_MOVES = 1e-9  # relative change; a smaller one may come from an iterative solver in the FMU
 
 
 class _Unit:
     """An instance in Continuous-Time Mode."""
 
-    def __init__(self, guest: Guest, made: Instance) -> None:
-        self.guest, self.made, self.next = guest, made, math.inf
-        self.n = int(guest.description.numberOfContinuousStates or 0)
-        self.signs = int(guest.description.numberOfEventIndicators or 0)
+    def __init__(self, fmu: ForeignFmu, made: Instance) -> None:
+        self.fmu, self.made, self.next = fmu, made, math.inf
+        self.n = int(fmu.description.numberOfContinuousStates or 0)
+        self.signs = int(fmu.description.numberOfEventIndicators or 0)
         made.call("leaving Initialization Mode", "exitInitializationMode")
         self._update()
         self.x, self.z = self._vector("getContinuousStates", self.n), self.indicators()
@@ -37,7 +37,7 @@ class _Unit:
         return list(values)
 
     def _update(self) -> None:
-        """The event happens, until all is settled."""
+        """Update the discrete states until the event iteration ends, and enter Continuous-Time Mode."""
         name = "newDiscreteStates" if self.made.fmi2 else "updateDiscreteStates"
         for _ in range(_MOST_EVENTS):
             again, _, _, _, defined, at = self.made.call("updating the discrete states", name)
@@ -53,15 +53,15 @@ class _Unit:
         return self._vector("getDerivatives" if self.made.fmi2 else "getContinuousStateDerivatives", self.n)
 
     def put(self, t: float, k: int, x: list[float]) -> None:
-        """Time, row k of the inputs, continuous states."""
+        """Set the time, row k of the inputs and the continuous states."""
         self.made.call(f"setting the time {t:g} s", "setTime", t)
-        for v in self.guest.inputs:
-            self.made.set(v, self.guest.excitation(v, k))
+        for v in self.fmu.inputs:
+            self.made.set(v, self.fmu.excitation(v, k))
         if self.n:
             self.made.call("setting the continuous states", "setContinuousStates", (C.c_double * self.n)(*x), self.n)
 
     def accept(self, t: float, close: float) -> None:
-        """The step that ends at t is accepted; then the event, if one is due."""
+        """Accept the step that ends at t, and handle an event if one is due."""
         asked, _ = self.made.call("accepting a step", "completedIntegratorStep")
         z = self.indicators()
         if asked or t >= self.next - close or any((a > 0) != (b > 0) for a, b in zip(self.z, z, strict=True)):
@@ -71,19 +71,22 @@ class _Unit:
         self.z = self.indicators()
 
     def step(self, k: int, rejected: bool) -> bool:
-        """Step k; with `rejected` every part of it is first tried with other inputs, and not accepted."""
-        t, h = self.guest.t0 + k * self.guest.h, self.guest.h
+        """Make step k; with `rejected`, try every substep with other inputs first and reject it.
+
+        Returns False if a state grows without bound.
+        """
+        t, h = self.fmu.t0 + k * self.fmu.h, self.fmu.h
         parts = _PARTS if self.n else 1
         for part in range(parts):
             now, end = t + part * h / parts, t + h if part == parts - 1 else t + (part + 1) * h / parts
             self.put(now, k, self.x)
-            slopes = self.derivatives()
+            rates = self.derivatives()
             if rejected:
-                self.put(end, k + 5, [x + h * d / 2 for x, d in zip(self.x, slopes, strict=True)])
+                self.put(end, k + 5, [x + h * d / 2 for x, d in zip(self.x, rates, strict=True)])
                 self.derivatives()
-                self.guest.read(self.made)
+                self.fmu.read(self.made)
                 self.put(now, k, self.x)
-            self.x = [x + (end - now) * d for x, d in zip(self.x, slopes, strict=True)]
+            self.x = [x + (end - now) * d for x, d in zip(self.x, rates, strict=True)]
             if not all(abs(x) < _TOO_LARGE for x in self.x):
                 return False
             self.put(end, k, self.x)
@@ -91,66 +94,66 @@ class _Unit:
         return True
 
 
-def _run(guest: Guest, rejected: bool = False, at_end: Callable[[_Unit], None] | None = None) -> list[Values]:
-    """Outputs after each step."""
+def _run(fmu: ForeignFmu, rejected: bool = False, at_end: Callable[[_Unit], None] | None = None) -> list[Values]:
+    """Return the outputs after each step."""
     out: list[Values] = []
-    with guest.instance(exchange=True) as made:
-        unit = _Unit(guest, made)
+    with fmu.instance(exchange=True) as made:
+        unit = _Unit(fmu, made)
         for k in range(_STEPS):
             if not unit.step(k, rejected):
                 return out
-            out.append(guest.read(made))
+            out.append(fmu.read(made))
         if at_end:
             at_end(unit)
     return out
 
 
-def model_exchange(guest: Guest) -> Iterator[str]:
-    """A run can be repeated, steps that were not accepted leave no trace; ours is that of Co-Simulation."""
-    want = _run(guest)
-    if where := guest.difference(want, _run(guest)):
+def model_exchange(fmu: ForeignFmu) -> Iterator[str]:
+    """Runs are repeatable and rejected steps have no effect; an FMU of HystFMU agrees with its Co-Simulation."""
+    want = _run(fmu)
+    if where := fmu.difference(want, _run(fmu)):
         yield f"the same run in a new instance differs in Model Exchange: {where}"
         return
-    if where := guest.difference(want, _run(guest, rejected=True)):
-        yield f"steps that were tried and not accepted change the run in Model Exchange: {where}"
-    ours = str(guest.description.generationTool or "").startswith("HystFMU")
-    if ours and not guest.description.numberOfContinuousStates and guest.description.coSimulation:
-        with guest.running() as made:
-            if where := guest.difference(guest.run(made, range(_STEPS)), want):
+    if where := fmu.difference(want, _run(fmu, rejected=True)):
+        yield f"rejected steps change the run in Model Exchange: {where}"
+    ours = str(fmu.description.generationTool or "").startswith("HystFMU")
+    if ours and not fmu.description.numberOfContinuousStates and fmu.description.coSimulation:
+        with fmu.running() as made:
+            if where := fmu.difference(fmu.run(made, range(_STEPS)), want):
                 yield f"Model Exchange differs from Co-Simulation: {where}"
 
 
 class _Point:
-    """Outputs and derivatives where a run stands, as functions of one input or continuous state."""
+    """Outputs and derivatives at the end of a run, as functions of one input or continuous state."""
 
     def __init__(self, unit: _Unit) -> None:
-        self.unit, self.guest = unit, unit.guest
-        self.t = self.guest.t0 + _STEPS * self.guest.h
-        listed = [u.variable for u in self.guest.description.derivatives]
-        self.rates = listed if len(listed) == unit.n else []  # states that are arrays: not looked at
+        self.unit, self.fmu = unit, unit.fmu
+        self.t = self.fmu.t0 + _STEPS * self.fmu.h
+        listed = [u.variable for u in self.fmu.description.derivatives]
+        self.rates = listed if len(listed) == unit.n else []  # states that are arrays are not checked
         self.states = [v.derivative for v in self.rates]
-        self.knowns = [*self.guest.inputs, *self.states]
-        self.unknowns = [v for v in self.guest.outputs if v.type in ("Real", "Float64")] + self.rates
+        self.knowns = [*self.fmu.inputs, *self.states]
+        self.unknowns = [v for v in self.fmu.outputs if v.type in ("Real", "Float64")] + self.rates
 
     def size(self, known: Any) -> float:
-        """Of a known."""
-        x = self.unit.x[self.states.index(known)] if known in self.states else self.guest.excitation(known, _STEPS)[0]
+        """Return the magnitude of a known, at least 1."""
+        x = self.unit.x[self.states.index(known)] if known in self.states else self.fmu.excitation(known, _STEPS)[0]
         return max(1.0, abs(x))
 
     def values(self, known: Any, off: float) -> list[Values]:
-        """Of all unknowns, with one known moved by `off`."""
+        """Read all unknowns with one known shifted by `off`."""
         x = list(self.unit.x)
         if known in self.states:
             x[self.states.index(known)] += off
         self.unit.put(self.t, _STEPS, x)
         if known not in self.states:
-            self.unit.made.set(known, self.guest.excitation(known, _STEPS, off))
+            self.unit.made.set(known, self.fmu.excitation(known, _STEPS, off))
         return [self.unit.made.get(v) for v in self.unknowns]
 
 
-def exchange_dependencies(guest: Guest) -> Iterator[str]:
-    """What moves at once with an input or a continuous state says so in its dependencies; in Event Mode too."""
-    structure = [*guest.description.outputs, *guest.description.derivatives]
+def exchange_dependencies(fmu: ForeignFmu) -> Iterator[str]:
+    """Direct dependencies on inputs and continuous states are declared, in Event Mode too."""
+    structure = [*fmu.description.outputs, *fmu.description.derivatives]
     declared = {u.variable.name: {v.name for v in u.dependencies} for u in structure if u.dependencies is not None}
     found: list[str] = []
 
@@ -169,20 +172,20 @@ def exchange_dependencies(guest: Guest) -> Iterator[str]:
                 compare(point, known, point.values(known, 0.0), point.values(known, off * point.size(known)))
         unit.put(unit.next if math.isfinite(unit.next) else point.t, _STEPS, unit.x)
         unit.made.call("entering Event Mode", "enterEventMode")
-        for v in guest.inputs[:_MOST_PAIRS]:
+        for v in fmu.inputs[:_MOST_PAIRS]:
             values = []
             for off in (0.3, 0.0):
-                unit.made.set(v, guest.excitation(v, _STEPS, off))
+                unit.made.set(v, fmu.excitation(v, _STEPS, off))
                 values.append([unit.made.get(y) for y in point.unknowns])
             compare(point, v, *values)
 
-    _run(guest, at_end=look)
+    _run(fmu, at_end=look)
     yield from dict.fromkeys(found)
 
 
-def exchange_derivatives(guest: Guest) -> Iterator[str]:
-    """Directional derivatives after the steps agree with differences, where inputs and states act at once."""
-    if "ModelExchange" not in guest.with_derivatives:
+def exchange_derivatives(fmu: ForeignFmu) -> Iterator[str]:
+    """Directional derivatives at the end of a run agree with finite differences."""
+    if "ModelExchange" not in fmu.with_derivatives:
         return
     found: list[str] = []
 
@@ -197,16 +200,18 @@ def exchange_derivatives(guest: Guest) -> Iterator[str]:
 
                 value(0.0)
                 got = unit.made.derivative(unknown, known)
-                if slope := slope_differs(got, value, 1e-6 * point.size(known)):
+                if other := tangent_differs(got, value, 1e-6 * point.size(known)):
                     pair = f"{unknown.name} with respect to {known.name}"
-                    found.append(f"the derivative of {pair} is {got:.6g} after steps, differences give {slope}")
+                    found.append(
+                        f"the directional derivative of {pair} is {got:.6g} after steps, but differences give {other}"
+                    )
 
-    _run(guest, at_end=look)
+    _run(fmu, at_end=look)
     yield from found
 
 
-EXCHANGE_TRIALS: dict[str, Callable[[Guest], Iterator[str]]] = {
+EXCHANGE_TRIALS: dict[str, Callable[[ForeignFmu], Iterator[str]]] = {
     "running Model Exchange": model_exchange,
-    "trying the dependencies in Model Exchange": exchange_dependencies,
-    "comparing derivatives with differences in Model Exchange": exchange_derivatives,
+    "checking the dependencies in Model Exchange": exchange_dependencies,
+    "comparing directional derivatives with differences in Model Exchange": exchange_derivatives,
 }

@@ -1,6 +1,6 @@
-"""Somebody's FMU: its description, instances of it, and runs of Co-Simulation with moving inputs (fmpy).
+"""A foreign FMU: model description, instances, and runs in Co-Simulation with varying inputs (by fmpy).
 
-Only the child process of `check_fmu` uses this: the FMU is foreign native code.
+Only the child process of `check_fmu` uses this module, because the FMU executes foreign native code.
 """
 
 from __future__ import annotations
@@ -14,35 +14,35 @@ from pathlib import Path
 from typing import Any
 
 Values = tuple[float, ...]
-_NEAR = 1e-4  # of a slope
-_ROUNDING = 2**-50  # four units in the last place of a value
+_NEAR = 1e-4  # relative tolerance of a directional derivative
+_ROUNDING = 2**-50  # four units in the last place
 
 
 class Finding(Exception):
-    """What is wrong, as a sentence; ends the trial that found it."""
+    """A finding as a sentence; ends its trial."""
 
 
 def _count(v: Any) -> int:
     return math.prod(v.shape) if v.shape else 1
 
 
-def slope_differs(got: float, value: Callable[[float], float], e: float) -> str:
-    """The slope through value(-e), value(0) and value(e), if a derivative is not near it.
+def tangent_differs(got: float, value: Callable[[float], float], e: float) -> str:
+    """Compare a derivative with finite differences of step e; return the central difference if they disagree, else "".
 
-    At a corner the slope of one side will do, at a jump any: there is none.  Values of 1e12 are rounded to 1e-4: no
-    slope shows through them better than that by e.
+    At a kink the difference of either side is accepted.  At a discontinuity every value is accepted, as no derivative
+    exists.  The tolerance includes rounding: values of 1e12 have a spacing of 1e-4.
     """
     low, here, high = (value(off) for off in (-e, 0.0, e))
-    slopes = (high - low) / (2 * e), (high - here) / e, (here - low) / e
+    quotients = (high - low) / (2 * e), (high - here) / e, (here - low) / e
     rounding = _ROUNDING * max(abs(low), abs(here), abs(high)) / e
-    if any(abs(got - s) <= _NEAR * max(1.0, abs(s)) + rounding for s in slopes):
+    if any(abs(got - s) <= _NEAR * max(1.0, abs(s)) + rounding for s in quotients):
         return ""
     jumps = abs(value(e / 8) - value(-e / 8)) > abs(high - low) / 2
-    return "" if jumps else f"{slopes[0]:.6g}"
+    return "" if jumps else f"{quotients[0]:.6g}"
 
 
 class Instance:
-    """One instance behind the few calls that the trials need; a failing call is a `Finding` that names the variable."""
+    """One instance with the calls that the trials need; a failing call raises a `Finding` that names the variable."""
 
     def __init__(self, folder: Path, description: Any, exchange: bool) -> None:
         from fmpy.fmi2 import FMU2Model, FMU2Slave
@@ -66,7 +66,7 @@ class Instance:
             raise Finding(f"the FMU cannot be instantiated: {e}") from None
 
     def call(self, what: str, name: str, *args: Any, **more: Any) -> Any:
-        """One call of fmpy's wrapper; `what` says for whom it was made."""
+        """Call a method of the fmpy instance; `what` describes the call in a finding."""
         try:
             return getattr(self.unit, name)(*args, **more)
         except Finding:
@@ -75,7 +75,7 @@ class Instance:
             raise Finding(f"{what}: {e}") from None
 
     def initialize(self, t: float) -> None:
-        """Into Initialization Mode."""
+        """Enter Initialization Mode at time t (s)."""
         if self.fmi2:
             self.call("setting up the experiment", "setupExperiment", startTime=t)
             self.call("entering Initialization Mode", "enterInitializationMode")
@@ -86,7 +86,7 @@ class Instance:
         return ("Integer" if self.fmi2 else "Int64") if v.type == "Enumeration" else str(v.type)
 
     def get(self, v: Any) -> Values:
-        """All elements of a variable."""
+        """Read all elements of a variable."""
         what = f"{v.name} (value reference {v.valueReference}) cannot be read"
         more = {} if self.fmi2 else {"nValues": _count(v)}
         return tuple(map(float, self.call(what, f"get{self._type(v)}", [v.valueReference], **more)))
@@ -97,21 +97,21 @@ class Instance:
         self.call(what, f"set{self._type(v)}", [v.valueReference], list(values))
 
     def derivative(self, unknown: Any, known: Any) -> float:
-        """One element of the matrix of directional derivatives."""
+        """Read one directional derivative, with seed 1."""
         what = f"the directional derivative of {unknown.name} with respect to {known.name} cannot be read"
         references = [unknown.valueReference], [known.valueReference], [1.0]
         return float(self.call(what, "getDirectionalDerivative", *references)[0])
 
 
-class Guest:
-    """An unpacked FMU.
+class ForeignFmu:
+    """An unpacked foreign FMU.
 
     Parameters
     ----------
     folder : Path
-        Where it lies unpacked.
+        Folder of the unpacked FMU.
     description : ModelDescription
-        As fmpy reads it.
+        Model description read by fmpy.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class Guest:
         self.inputs = [v for v in self.variables if v.causality == "input" and v.type in ("Real", "Float64")]
         flag = "providesDirectionalDerivative" + ("" if description.fmiVersion.startswith("2") else "s")
         root = ET.parse(folder / "modelDescription.xml").getroot()
-        # fmpy looks for the first name in both standards
+        # fmpy reads the attribute name of FMI 2.0 in both standards
         self.with_derivatives = {e.tag for e in root if e.get(flag) in ("true", "1")}
         experiment = description.defaultExperiment
         self.t0 = float(experiment.startTime or 0) if experiment else 0.0
@@ -134,7 +134,7 @@ class Guest:
 
     @contextmanager
     def instance(self, exchange: bool = False) -> Iterator[Instance]:
-        """A new instance in Initialization Mode; freed at the end, also after a finding."""
+        """Create an instance in Initialization Mode; it is freed at the end, also after a finding."""
         made = Instance(self.folder, self.description, exchange)
         try:
             made.initialize(self.t0)
@@ -144,20 +144,20 @@ class Guest:
 
     @contextmanager
     def running(self) -> Iterator[Instance]:
-        """A new instance after Initialization Mode."""
+        """Create an instance and leave Initialization Mode."""
         with self.instance() as made:
             made.call("leaving Initialization Mode", "exitInitializationMode")
             yield made
 
     def start(self, v: Any) -> Values:
-        """The start value in the description, one number per element."""
+        """Return the start value in the model description, one number per element."""
         values = [float({"true": 1, "false": 0}.get(w, w)) for w in str(v.start).split()]
         return tuple(values * _count(v) if len(values) == 1 else values)
 
     def excitation(self, v: Any, k: int, off: float = 0.0) -> Values:
-        """Row k of an input, moved by `off`: inside its range it swings back and forth, more and less.
+        """Return row k of the excitation of an input, shifted by `off`: a modulated oscillation within its range.
 
-        Every input goes its own way: two that are alike would hide what depends on their difference.
+        Every input has its own phase, because equal inputs would hide a dependency on their difference.
         """
         phase = 2.4 * self.inputs.index(v)
         low = float(v.min) if v.min is not None else -math.inf
@@ -170,7 +170,7 @@ class Guest:
         return tuple(inside(inside(x + swing) + off) for x in self.start(v))
 
     def read(self, made: Instance) -> Values:
-        """All outputs, one after the other."""
+        """Read all elements of all outputs."""
         return tuple(x for v in self.outputs for x in made.get(v))
 
     def step(self, made: Instance, k: int, row: int | None = None, h: float | None = None) -> Values:
@@ -183,7 +183,7 @@ class Guest:
     def run(
         self, made: Instance, rows: Sequence[int], between: Callable[[Instance, Values], None] | None = None
     ) -> list[Values]:
-        """Outputs of the steps `rows`; `between` is called after every step with the outputs just read."""
+        """Run the steps `rows` and return their outputs; `between` is called after every step with its outputs."""
         out = []
         for k in rows:
             out.append(self.step(made, k))
@@ -192,7 +192,7 @@ class Guest:
         return out
 
     def difference(self, want: Sequence[Values], got: Sequence[Values], first: int = 0) -> str:
-        """The first step with other bits, in words; "" if there is none."""
+        """Describe the first output that differs in its bits; "" if all are equal."""
         names = [v.name for v in self.outputs for _ in range(_count(v))]
         for k, (a, b) in enumerate(zip(want, got, strict=True)):
             for name, x, y in zip(names, a, b, strict=True):

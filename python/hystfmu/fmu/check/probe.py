@@ -1,6 +1,6 @@
-"""The child process of `check_fmu`: static checks of fmpy, then all trials, with limits; writes what it found as JSON.
+"""The child process of `check_fmu`: run the static checks of fmpy and all trials, and write the findings as JSON.
 
-Before every trial it notes what it is about to do, so that the parent can say during what the FMU crashed or hung.
+It records every trial before it begins, so that the parent can name the trial in which the FMU crashed or hung.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 
 from hystfmu.base.child import limit_memory
 from hystfmu.fmu.check.exchange_trials import EXCHANGE_TRIALS
-from hystfmu.fmu.check.foreign_library import Finding, Guest
+from hystfmu.fmu.check.foreign_library import Finding, ForeignFmu
 from hystfmu.fmu.check.trials import TRIALS, Trial
 
 MOST_GIGABYTES = 4.0
@@ -21,7 +21,7 @@ FIRST = list(TRIALS)[:2]
 
 
 class Notes:
-    """The problems so far and the work at hand, on disk at any time: the next call may be the last one."""
+    """Findings and current activity, always up to date on disk: any call may end the process."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.doing = path, "reading modelDescription.xml"
@@ -29,52 +29,52 @@ class Notes:
         self.save(False)
 
     def save(self, done: bool) -> None:
-        """Write the file as a whole."""
+        """Write the file atomically."""
         part = self.path.with_suffix(".part")
         part.write_text(json.dumps({"done": done, "doing": self.doing, "problems": self.problems}))
         part.replace(self.path)
 
     def begin(self, doing: str) -> None:
-        """From now on a crash belongs to this."""
+        """Record an activity; a crash from now on is attributed to it."""
         self.doing = doing
         self.save(False)
 
 
-def _try(guest: Guest, trials: dict[str, Trial], notes: Notes) -> None:
-    """All trials; the first finding of a kind that ends a trial does not end the others."""
+def _try(fmu: ForeignFmu, trials: dict[str, Trial], notes: Notes) -> None:
+    """Run all trials.  A finding that ends one trial does not end the others."""
     for title, trial in trials.items():
         notes.begin(title)
         try:
-            found = list(trial(guest))
+            found = list(trial(fmu))
         except Finding as e:
             found = [f"{e} (while {title})"]
-        except Exception as e:  # whatever a foreign FMU provokes is a finding
+        except Exception as e:  # any failure of a foreign FMU is a finding
             found = [f"{title}: {type(e).__name__}: {e}"]
         lines = [" ".join(p.split()) for p in found]
         notes.problems += [p for p in lines if p not in notes.problems]
         if found and title in FIRST:
-            return  # it does not even run: what follows would say the same in other words
+            return  # the FMU does not run: further trials would repeat the finding
 
 
 def _try_odd_folder(folder: Path, description: Any, notes: Notes) -> None:
-    """Some importers unpack below folders with spaces and letters beyond ASCII."""
+    """Run from a folder with a space and non-ASCII letters, as some importers do."""
     notes.begin("loading from a folder with a space and non-ASCII letters")
     odd = folder.parent / ODD_FOLDER
     folder.rename(odd)
-    guest = Guest(odd, description)
+    fmu = ForeignFmu(odd, description)
     try:
         if description.coSimulation:
-            with guest.running() as made:
-                guest.run(made, range(3))
+            with fmu.running() as made:
+                fmu.run(made, range(3))
         else:
-            with guest.instance(exchange=True):
+            with fmu.instance(exchange=True):
                 pass
     except Finding as e:
         notes.problems.append(f"in a folder with a space and non-ASCII letters: {e}")
 
 
 def probe(folder: Path, notes: Notes) -> None:
-    """Fill `notes` with what is wrong with the FMU unpacked in `folder`."""
+    """Check the FMU unpacked in `folder` and add the findings to `notes`."""
     from fmpy import platform, platform_tuple, read_model_description
     from fmpy.validation import validate_fmu
 
@@ -89,17 +89,17 @@ def probe(folder: Path, notes: Notes) -> None:
     if not (folder / "binaries" / host).is_dir():
         notes.problems.append(f"the FMU has no binary for this platform ({host}): it was not run")
         return
-    guest = Guest(folder, description)
+    fmu = ForeignFmu(folder, description)
     if description.coSimulation:
-        _try(guest, TRIALS, notes)
+        _try(fmu, TRIALS, notes)
     if description.modelExchange and not notes.problems:
-        _try(guest, EXCHANGE_TRIALS, notes)
+        _try(fmu, EXCHANGE_TRIALS, notes)
     if not notes.problems:
         _try_odd_folder(folder, description, notes)
 
 
 def main() -> None:
-    """``python -m hystfmu.fmu.check.probe FOLDER RESULT``."""
+    """Run ``python -m hystfmu.fmu.check.probe FOLDER RESULT``."""
     folder, result = map(Path, sys.argv[1:])
     limit_memory(MOST_GIGABYTES)
     notes = Notes(result)

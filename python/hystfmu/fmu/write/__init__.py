@@ -1,1 +1,1 @@
-"""Making FMUs: model description, documentation, terminals, reference experiment, binaries, source."""
+"""Export of FMUs: model description, documentation, terminals, reference experiment, binaries, source."""

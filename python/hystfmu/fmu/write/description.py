@@ -1,7 +1,7 @@
-"""modelDescription.xml for FMI 2.0 and 3.0, made from a graph: nothing in it is written by hand for a model.
+"""Write modelDescription.xml for FMI 2.0 and 3.0 from a graph.
 
-FMI Specification 2.0.4, section 2.2; FMI Specification 3.0.1, section 2.4.  What is declared is what the binary does:
-a capability that it does not have is not mentioned.
+Sources: FMI Specification 2.0.4, section 2.2; FMI Specification 3.0.1, section 2.4.  Only capabilities that the binary
+has are declared.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Fmi = Literal[2, 3]
 
 
 def variable_type(v: Var) -> str:
-    """`"real"`, `"int"`, `"bool"` or `"enumeration"`."""
+    """Return the type of a variable: `"real"`, `"int"`, `"bool"` or `"enumeration"`."""
     return "enumeration" if v.choices else v.type
 
 
@@ -34,7 +34,7 @@ def _number(v: Var, x: float) -> str:
 
 
 def _type_name(graph: Graph, p: Port) -> str:
-    """Name of the type of an enumeration: with a dot, so that no variable can have it."""
+    """Return the name of an enumeration type.  Its dot keeps it distinct from variable names."""
     return f"{graph.nodes[p.node].block.class_name}.{p.var.name}"
 
 
@@ -52,7 +52,7 @@ def _causality(p: Port) -> dict[str, str]:
 
 
 def _types(graph: Graph, fmi: Fmi) -> ET.Element | None:
-    """The enumerations; their item values are the core's: 0, 1, ..."""
+    """Define the enumerations; the values of their items are 0, 1, ..., as in the C core."""
     found = {_type_name(graph, p): p.var.choices for p in graph.ports if p.var.choices}
     if not found:
         return None
@@ -70,9 +70,9 @@ def _types(graph: Graph, fmi: Fmi) -> ET.Element | None:
 def _log_categories() -> ET.Element:
     categories = ET.Element("LogCategories")
     for name, text in (
-        ("logEvents", "what the unit does"),
+        ("logEvents", "activity of the instance"),
         ("logStatusWarning", "an input has no finite value"),
-        ("logStatusError", "a call was refused, and why"),
+        ("logStatusError", "a call was refused, with the reason"),
     ):
         ET.SubElement(categories, "Category", name=name, description=text)
     return categories
@@ -85,9 +85,9 @@ def _scalars(graph: Graph) -> Iterator[tuple[Port, int, str]]:
 
 
 def _continuous(graph: Graph) -> Iterator[tuple[dict[str, str], str, int | None]]:
-    """Attributes, unit, and, for a derivative, the number of its state: first all states, then all derivatives.
+    """Yield attributes, unit of measure and, for a derivative, the index of its state: all states, then derivatives.
 
-    The binary has them under the value references that follow the one of the time.
+    Their value references follow that of the time.
     """
     states, first = graph.continuous_states, sum(p.size for p in graph.ports) + 1
     local = {"causality": "local", "variability": "continuous", "initial": "calculated"}
@@ -142,7 +142,7 @@ def _variables3(graph: Graph) -> ET.Element:
     name, taken = "time", {p.name for p in graph.ports} | {x.name for x in graph.continuous_states}
     while name in taken:
         name += "_"
-    reference = sum(p.size for p in graph.ports)  # the binary gives the time under the first free reference
+    reference = sum(p.size for p in graph.ports)  # the binary has the time under the first free reference
     time = {"name": name, "valueReference": str(reference), "causality": "independent", "variability": "continuous"}
     ET.SubElement(variables, "Float64", {**time, "unit": "s", "description": "simulation time"})
     for attributes, unit, of in _continuous(graph):
@@ -152,9 +152,9 @@ def _variables3(graph: Graph) -> ET.Element:
 
 
 def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
-    """Outputs and derivatives with what they depend on at once; without it importers suspect an algebraic loop.
+    """Declare direct feed-through of outputs and derivatives; without it importers assume algebraic loops.
 
-    At the initialisation they may depend on every parameter and input (`dependencies` is left out: all).
+    Initial unknowns have no `dependencies` attribute, which means that they may depend on every parameter and input.
     """
     outputs, derivatives = dependencies(graph.nodes, graph.links, graph.ports)
     n_states, total = len(derivatives), sum(p.size for p in graph.ports)
@@ -179,7 +179,7 @@ def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
     for k, (p, _, _) in enumerate(_scalars(graph)):
         index.setdefault(p.name, []).append(k + 1)
 
-    def known2(known: Knowns) -> str:  # the time is not a variable in FMI 2.0
+    def known2(known: Knowns) -> str:  # FMI 2.0 has no variable for the time
         listed = {k for name in known.inputs for k in index[name]} | {total + 1 + k for k in known.states}
         return " ".join(map(str, sorted(listed)))
 
@@ -198,9 +198,9 @@ def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
 
 
 def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
-    """ModelExchange and CoSimulation with their capabilities.
+    """Declare ModelExchange and CoSimulation with their capabilities.
 
-    A graph with sampled blocks and no sample period has no Model Exchange.
+    A graph with sampled blocks but without a sample period has no Model Exchange.
     """
     spelling = "state" if fmi == 2 else "State"
     common = {
@@ -210,7 +210,7 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
         f"canSerializeFMU{spelling}": "true",
     }
     if fmi == 2:
-        common["canNotUseMemoryManagementFunctions"] = "true"  # the importer's allocator is not used
+        common["canNotUseMemoryManagementFunctions"] = "true"  # the binary does not use the allocator of the importer
     steps = is_hysteretic(graph)
     exchange = (
         {"completedIntegratorStepNotNeeded": str(not steps)}
@@ -226,7 +226,7 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
     )
     derivatives = dict.fromkeys(flags, "true")
     exchange |= derivatives
-    simulation |= {} if is_sampled(graph) else derivatives  # samples answer in steps
+    simulation |= {} if is_sampled(graph) else derivatives  # sampled blocks respond in steps only
     listed = [ET.Element("CoSimulation", {**common, **simulation})]
     if graph.step > 0 or not is_sampled(graph):
         listed.insert(0, ET.Element("ModelExchange", {**common, **exchange}))
@@ -236,12 +236,12 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
 def model_description(
     graph: Graph, fmi: Fmi, name: str, text: str = "", step: float | None = None, sources: Sequence[str] = ()
 ) -> bytes:
-    """The XML of an FMU.
+    """Write modelDescription.xml.
 
     Parameters
     ----------
     graph : Graph
-        What runs in the FMU.
+        Content of the FMU.
     fmi : {2, 3}
         Version of the standard.
     name : str
@@ -249,14 +249,14 @@ def model_description(
     text : str
         Description.
     step : float or None
-        Step (s) of the default experiment; None writes no default experiment.
+        Step (s) of the default experiment; None for no default experiment.
     sources : sequence of str
-        Files of the sources directory; listed here in FMI 2.0 only (FMI 3.0 has buildDescription.xml).
+        Files of the sources directory, listed in FMI 2.0 only (FMI 3.0 has buildDescription.xml).
 
     Returns
     -------
     bytes
-        UTF-8, ends with a newline.
+        The file in UTF-8, with a final newline.
     """
     head = {"fmiVersion": "2.0" if fmi == 2 else "3.0", "modelName": name}
     head["guid" if fmi == 2 else "instantiationToken"] = graph.token
@@ -264,7 +264,7 @@ def model_description(
         head["description"] = text
     head |= {"generationTool": f"HystFMU {hystfmu.__version__}", "variableNamingConvention": "flat"}
     if fmi == 2:
-        head["numberOfEventIndicators"] = "0"  # reversals need none: see fmu_build/README.md
+        head["numberOfEventIndicators"] = "0"  # reversals need no event indicators, see fmu_build/README.md
     root = ET.Element("fmiModelDescription", head)
     root.extend(_interfaces(graph, fmi, name))
     for interface in root if fmi == 2 and sources else ():

@@ -1,7 +1,7 @@
-"""documentation/index.html of an FMU: one page made from the graph, the C tables and the model's history.
+"""Write documentation/index.html of an FMU from the graph, the C tables and the provenance of the model.
 
-It answers what a receiver asks: what is inside (equations, sources), what can be set, how good the fit is, what a step
-means, how to check the import, and under which licence.
+The page states the equations and their sources, the parameters, the quality of the fit, the meaning of a step, how to
+check the import, and the licence.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hystfmu.graph import Graph, Port
 from hystfmu.model import Model
 from hystfmu.report.plot import Line, Plot
 
-_MOST_VALUES = 6  # of an array in the table; the others stand in modelDescription.xml
+_MOST_VALUES = 6  # of an array in the table; modelDescription.xml has all
 _STYLE = """
 body{max-width:60rem;margin:0 auto;padding:1rem;font:16px/1.5 system-ui,sans-serif;color:#1b2733;background:#fff}
 h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem;border-bottom:1px solid #d9e0e6}
@@ -38,7 +38,7 @@ _HISTORY = {
     "data": "data",
     "sha256": "SHA-256 of the data",
     "rows": "rows",
-    "train": "rows whose residuals counted",
+    "train": "fitted rows",
     "span_u": "range of the input",
     "span_y": "range of the output",
     "seed": "seed",
@@ -48,14 +48,14 @@ _HISTORY = {
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table; the cells are HTML already."""
+    """Return a table as HTML; the cells are HTML already."""
     top = "".join(f"<th>{h}</th>" for h in head)
     body = "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>\n" for row in rows)
     return f'<div class="wide"><table><tr>{top}</tr>\n{body}</table></div>\n'
 
 
 def _text(value: Any) -> str:
-    """Any value of a model file as HTML."""
+    """Return a value of a model file as HTML."""
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, dict):
@@ -89,13 +89,13 @@ def _picture(reference: Reference) -> str:
     x, y = reference.curve
     x_label = label(inputs[0]) if inputs else "t (s)"
     plot = Plot(f"{label(outputs[0])} over {x_label}", x_label, label(outputs[0]), [Line(outputs[0].name, x, y)])
-    return f"<figure>{plot.svg()}<figcaption>The reference experiment (below).</figcaption></figure>\n"
+    return f"<figure>{plot.svg()}<figcaption>Reference experiment (see below).</figcaption></figure>\n"
 
 
 def history(model: Model | None) -> str:
-    """Fit quality and provenance of a model as an HTML table."""
+    """Return fit quality and provenance of a model as an HTML table."""
     if model is None or not (model.fit or model.provenance):
-        return "<p>The values were set by hand: there is no identification to report.</p>\n"
+        return "<p>The values were set by hand, without identification.</p>\n"
     fit = [(title, _text(model.fit[key])) for key, title in _FIT.items() if key in model.fit]
     rest = [(title, _text(model.provenance[key])) for key, title in _HISTORY.items() if key in model.provenance]
     step = [("sample step (s)", _text(model.step))] if model.step else []
@@ -115,27 +115,27 @@ def _equations(graph: Graph) -> str:
     wires = [f"<code>{escape(a)}</code> &rarr; <code>{escape(b)}</code>" for a, b in graph.wires]
     wires += [f"<code>{escape(i.name)}</code> &rarr; <code>{escape(b)}</code>" for i in graph.inputs for b in i.to]
     wires += [f"<code>{escape(o.source)}</code> &rarr; <code>{escape(o.name)}</code>" for o in graph.outputs]
-    head = ["block", "what it is", "equation", "source"]
-    return f"{_table(head, rows)}<p>Evaluated in this order. Connections: {'; '.join(wires)}.</p>\n"
+    head = ["block", "description", "equation", "source"]
+    return f"{_table(head, rows)}<p>The blocks are evaluated in this order. Connections: {'; '.join(wires)}.</p>\n"
 
 
 def _dependencies(graph: Graph) -> str:
     lines = []
     for name, inputs in graph.dependencies().items():
         names = ", ".join(f"<code>{escape(i)}</code>" for i in inputs)
-        lines.append(f"<code>{escape(name)}</code> depends at once on {names or 'no input'}.")
+        lines.append(f"<code>{escape(name)}</code> depends directly on {names or 'no input'}.")
     return " ".join(lines)
 
 
 def documentation(
     graph: Graph, fmi: Fmi, name: str, text: str, reference: Reference, model: Model | None = None, source: bool = False
 ) -> bytes:
-    """The page.
+    """Write the page.
 
     Parameters
     ----------
     graph : Graph
-        What runs in the FMU.
+        Content of the FMU.
     fmi : {2, 3}
         Version of the standard.
     name, text : str
@@ -143,34 +143,40 @@ def documentation(
     reference : Reference
         The reference experiment; its curve is the plot.
     model : Model, optional
-        Where fit and provenance come from.
+        Source of fit and provenance.
     source : bool
         Whether the archive has a sources directory.
+
+    Returns
+    -------
+    bytes
+        The page as HTML in UTF-8.
     """
     variables = _table(
         ["variable", "kind", "unit", "start", "legal values", "meaning", "block"],
         (_variable(graph, p, fmi) for p in graph.ports),
     )
-    sources = "<li><code>sources</code>: one C99 file with the data as constants.</li>" if source else ""
+    sources = "<li><code>sources</code>: one C99 file that contains the data as constants.</li>" if source else ""
     body = f"""<h1>{escape(name)}</h1>
 <p>{escape(text)}</p>
 <p class="soft">FMI {fmi}.0, written by HystFMU {__version__}, token <code>{graph.token}</code>.</p>
 {_picture(reference)}<h2>Variables</h2>
 {variables}<h2>Equations</h2>
-{_equations(graph)}<h2>Where the values come from</h2>
-{history(model)}<h2>What a step means</h2>
+{_equations(graph)}<h2>Provenance of the values</h2>
+{history(model)}<h2>Meaning of a step</h2>
 <p>After a step from t to t + h the outputs are those at t + h for the inputs held at the end of the step: static
-operators with memory have direct feed-through. {_dependencies(graph)} Memory advances in a step only; set and get
-have no side effects. Linear parts are discretised exactly for the step in use. An input that is not finite is
+operators with memory have direct feed-through. {_dependencies(graph)} The memory advances in steps only; set and get
+have no side effects. Linear parts are discretised exactly for the current step size. An input that is not finite is
 refused with one warning, and the memory keeps its value.</p>
 <h2>Check the import</h2>
 <ul><li><code>{FOLDER}</code>: stimulus and recorded outputs; step {reference.h:g} s, {len(reference.y)} rows.
 The inputs of a row are set at its time, before the step to the next row. The binary does not use the
-mathematics library of the platform: expect every recorded digit, up to the rounding of the time in sources.</li>
-<li><code>resources/block.bin</code>: blocks, wiring and values; the binary knows no model.</li>{sources}</ul>
+mathematics library of the platform, so all recorded digits are reproduced; the outputs of source blocks also depend on
+the rounding of the time.</li>
+<li><code>resources/block.bin</code>: blocks, wiring, values; the binary is the same for all models.</li>{sources}</ul>
 <h2>Licence</h2>
 <p>The binary and the sources are HystFMU, BSD-3-Clause: <a href="licenses/license.txt">licenses/license.txt</a>. They
-need the C library only. The values of the model belong to its author.</p>
+need only the C library. The values of the model belong to its author.</p>
 """
     return (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(name)}</title>'

@@ -1,4 +1,4 @@
-"""Writes an FMU: description, prebuilt binary, block file, documentation.  No compiler, the same bytes every time."""
+"""Write an FMU from a prebuilt binary, without a compiler.  Equal models give equal bytes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _licence() -> bytes:
 
 
 def _identifier(text: str) -> str:
-    """A model identifier out of a name."""
+    """Turn a name into a model identifier."""
     cleaned = re.sub(r"[^A-Za-z0-9_]", "_", text)
     return cleaned if _IDENTIFIER.match(cleaned) else f"_{cleaned}"
 
@@ -41,7 +41,7 @@ def _identifier(text: str) -> str:
 def _entries(
     model: Model | None, graph: Graph, fmi: Fmi, name: str, text: str, source: bool, binaries: dict[str, Deflated]
 ) -> dict[str, bytes | Deflated]:
-    """Everything in the archive, by name."""
+    """Return the members of the archive by name."""
     reference = Reference.of(graph, model)
     files = [f"{name}.c"] if source else []
     entries: dict[str, bytes | Deflated] = {
@@ -77,37 +77,37 @@ def export_fmu(
     Parameters
     ----------
     model : Model or Graph
-        What runs in it; a model also gives the step of the default experiment, the description, the fit and the data
-        range of the documentation.
+        Content of the FMU.  A model also gives the step of the default experiment, the description, and fit and data
+        range for the documentation.
     path : str or Path
-        The file, usually ``*.fmu``; written as a whole or not at all.
+        FMU to write, usually ``*.fmu``; written atomically.
     fmi : {2, 3}
         Version of the standard.
     name : str, optional
         Model name and identifier; by default the key of the model or the name of its only block.
     platforms : {"host", "all"}
-        Pack the binary of this machine, or those of all platforms that are installed.
+        Pack the binary of this machine, or the installed binaries of all platforms.
     source : bool
-        Pack the sources too: one C file that needs no other file.
+        Also pack the source: one self-contained C file.
 
     Returns
     -------
     Path
-        The file.
+        Path of the FMU.
 
     Raises
     ------
     InputError
-        If the version, the name or the platform will not do, or the file cannot be written.
+        If the version or the name is invalid, FMI defines no folder for this platform, or the file cannot be written.
     """
     if fmi not in (2, 3):
-        raise InputError(f"the FMI version must be 2 or 3; got {fmi}")
+        raise InputError(f"The FMI version must be 2 or 3. Got {fmi} instead.")
     whole, graph = (model, model.graph) if isinstance(model, Model) else (None, model)
     single = graph.nodes[0] if len(graph.nodes) == 1 else None
     if name is None:
         name = _identifier(whole.key if whole else single.name if single else "graph")
     if not _IDENTIFIER.match(name):
-        raise InputError(f"the FMU name {name!r} must be a letter or _ followed by letters, digits or _")
+        raise InputError(f"The FMU name must be a letter or _ followed by letters, digits or _. Got {name!r} instead.")
     text = whole.text if whole else single.block.text if single else ""
     packed = binaries(fmi, name, platforms)
     write_bytes(path, zip_file(_entries(whole, graph, fmi, name, text, source, packed), executable="binaries/"))

@@ -1,6 +1,6 @@
-"""The icon of an FMU: the model's own loop, as a PNG of 128 x 128 points and as an SVG.
+"""Draw the icon of an FMU: the loop of the model, as PNG of 128 x 128 pixels and as SVG.
 
-Neither needs a drawing library: a point of the PNG is as dark as its distance to the curve says.
+No drawing library is needed: the shade of a pixel follows from its distance to the curve.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from hystfmu.report.plot import path
 
 SIZE, MARGIN, FRAME = 128, 22, 5
 INK, PAPER, EDGE = (31, 95, 168), (247, 249, 252), (185, 200, 218)
-_STROKE, _REACH = 1.7, 4  # half the width of the line; no point further away is touched by it
+_STROKE, _REACH = 1.7, 4  # half the line width; distance up to which the line shades a pixel
 
 
 def _points(curve: tuple[Array, Array]) -> Array:
-    """The curve in points of the picture, shape (n, 2), y downwards; a constant becomes a line in the middle."""
+    """Return the curve in pixels, shape (n, 2), with y downwards; a constant signal becomes a line in the middle."""
     room = SIZE - 2 * MARGIN
     columns = []
     for values, turned in zip(curve, (False, True), strict=True):
@@ -30,7 +30,7 @@ def _points(curve: tuple[Array, Array]) -> Array:
 
 
 def _shades(points: Array) -> Array:
-    """How much of every point of the picture the line covers, shape (SIZE, SIZE), 0 to 1."""
+    """Return the coverage of every pixel by the line, shape (SIZE, SIZE), 0 to 1."""
     steps = np.maximum(1, np.ceil(2 * np.hypot(*np.diff(points, axis=0).T)).astype(int))
     places = np.concatenate([[0.0], np.cumsum(steps)])
     dense = np.column_stack([np.interp(np.arange(places[-1] + 1), places, column) for column in points.T])
@@ -44,7 +44,7 @@ def _shades(points: Array) -> Array:
 
 
 def png(curve: tuple[Array, Array]) -> bytes:
-    """The icon as PNG (8-bit RGB); `curve` is (x, y), each of shape (n,)."""
+    """Return the icon as PNG (8-bit RGB); `curve` is (x, y), each of shape (n,)."""
     inside = np.full((SIZE, SIZE, 1), 0.0)
     inside[FRAME:-FRAME, FRAME:-FRAME] = 1.0
     core = np.full((SIZE, SIZE, 1), 0.0)
@@ -53,7 +53,7 @@ def png(curve: tuple[Array, Array]) -> bytes:
     shade = _shades(_points(curve))[..., None]
     picture = picture * (1 - shade) + np.array(INK) * shade
     lines = picture.round().astype(np.uint8).reshape(SIZE, -1)
-    raw = np.column_stack([np.zeros(SIZE, np.uint8), lines]).tobytes()  # every line begins with "no filter"
+    raw = np.column_stack([np.zeros(SIZE, np.uint8), lines]).tobytes()  # each line begins with the filter type 0 (none)
 
     def chunk(kind: bytes, content: bytes) -> bytes:
         return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
@@ -63,7 +63,7 @@ def png(curve: tuple[Array, Array]) -> bytes:
 
 
 def svg(curve: tuple[Array, Array]) -> bytes:
-    """The same picture as SVG."""
+    """Return the icon as SVG; `curve` is (x, y), each of shape (n,)."""
     points = _points(curve)
     ink, paper, edge = ("#{:02x}{:02x}{:02x}".format(*c) for c in (INK, PAPER, EDGE))
     side = SIZE - 2 * FRAME

@@ -1,4 +1,4 @@
-"""UnitDefinitions of modelDescription.xml: every unit in use, by its exponents of the SI base units."""
+"""UnitDefinitions of modelDescription.xml: each unit of measure with its exponents of the SI base units."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 
 from hystfmu.graph import Graph
 
-# unit: exponents of the SI base units, factor to SI
+# unit of measure: exponents of the SI base units, factor to SI
 _UNITS: dict[str, tuple[dict[str, int], float]] = {
     "1": ({}, 1.0),
     "%": ({}, 0.01),
@@ -43,13 +43,13 @@ _UNITS: dict[str, tuple[dict[str, int], float]] = {
 
 
 def rate_unit(unit: str) -> str:
-    """The unit of a time derivative."""
+    """Return the unit of measure of a time derivative."""
     known = {"1": "1/s", "s": "1", "m/s": "m/s2", "1/s": "1/s2"}
     return known.get(unit, f"{unit}/s")
 
 
 def unit_definitions(graph: Graph) -> ET.Element:
-    """The units of all real variables, of the continuous states and of their derivatives."""
+    """Define the units of measure of all real variables, continuous states and derivatives."""
     states = graph.continuous_states
     units = {p.unit for p in graph.ports if p.unit and p.var.type == "real"} | {"s"} | {x.unit for x in states}
     rates = {rate_unit(x.unit): x.unit for x in states}

@@ -1,4 +1,4 @@
-"""Where the prebuilt binaries lie, and how the two standards call their folders."""
+"""Find the prebuilt binaries and their folders in FMI 2.0 and 3.0."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from hystfmu.fmu.write.description import Fmi
 
 @dataclass(frozen=True)
 class Platform:
-    """One platform: its FMI 3.0 tuple, the folder in FMI 2.0, the suffix of a shared library."""
+    """A platform: its FMI 3.0 tuple, its folder in FMI 2.0, the suffix of its shared libraries."""
 
     tuple3: str
     folder2: str
     suffix: str
 
     def folder(self, fmi: Fmi) -> str:
-        """The folder below `binaries`."""
+        """Return the folder in `binaries`."""
         return self.folder2 if fmi == 2 else self.tuple3
 
 
-# FMI 2.0.4 section 2.3 names win64, linux64 and darwin64 without a processor: macOS takes one binary for both of its
-# processors there, the others have a folder of their own
+# FMI 2.0.4, section 2.3, names win64, linux64 and darwin64 without a processor: darwin64 holds one universal binary for
+# both processors of macOS, other processors have their own folders
 PLATFORMS = {
     p.tuple3: p
     for p in (
@@ -51,12 +51,12 @@ _HOSTS = {
 
 
 def host() -> Platform:
-    """The platform this process runs on.
+    """Return the platform of this process.
 
     Raises
     ------
     InputError
-        If FMI has no folder for it that we know.
+        If no folder is defined for it.
     """
     key = (sys.platform, platform.machine())
     if key not in _HOSTS:
@@ -65,14 +65,14 @@ def host() -> Platform:
 
 
 def _installed(file: str) -> Path:
-    """Where `make platforms` and the installation put a binary."""
+    """Return the path of a binary installed by `make platforms`."""
     return PACKAGE / "_platforms" / file
 
 
 def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
-    """The prebuilt binary, the same one in every FMU; None if it is not installed.
+    """Return the prebuilt binary of a platform, which is the same in every FMU; None if it is not installed.
 
-    An FMU for all platforms goes to other machines: it rather takes the binary that needs an old C library only.
+    An FMU for all platforms prefers the cross-compiled binary, which runs with older C libraries.
     """
     own, crossed = PACKAGE / f"_fmu.{p.suffix}", _installed(f"{p.tuple3}.{p.suffix}")
     order = (crossed,) if p != host() else (own, crossed) if which == "host" else (crossed, own)
@@ -81,35 +81,35 @@ def _path(p: Platform, which: Literal["host", "all"]) -> Path | None:
 
 @functools.cache
 def _deflated(path: Path) -> Deflated:
-    """A binary as it stands in an archive.  `make platforms` deflates it better than an export has time for."""
+    """Return a deflated binary.  `make platforms` provides a smaller stream than an export can afford to make."""
     content = path.read_bytes()
     made = path.with_name(f"{path.name}.deflate")
     if made.exists():
         stream = made.read_bytes()
-        if zlib.decompress(stream, -zlib.MAX_WBITS) == content:  # not of another build
+        if zlib.decompress(stream, -zlib.MAX_WBITS) == content:  # the stream belongs to this build
             return Deflated(content, stream)
     return Deflated.of(content)
 
 
 def missing() -> list[str]:
-    """The platforms whose binary is not installed."""
+    """Return the platforms whose binaries are not installed."""
     return [p.tuple3 for p in PLATFORMS.values() if _path(p, "all") is None]
 
 
 def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, Deflated]:
-    """The binaries of an FMU by their places below `binaries`.
+    """Return the binaries of an FMU by their paths in `binaries`.
 
     Raises
     ------
     ImportError
-        If not even the binary of this machine is installed.
+        If the binary of this machine is not installed.
     """
     if _path(host(), which) is None:
         raise ImportError("the compiled FMU binary is missing: install the package with 'pip install .'")
     found = {}
     for p in PLATFORMS.values() if which == "all" else [host()]:
         path = _path(p, which)
-        both = _installed(f"{p.folder2}.{p.suffix}")  # for all processors of a folder
+        both = _installed(f"{p.folder2}.{p.suffix}")  # universal binary of the folder
         if which == "all" and fmi == 2 and both.exists():
             path = both
         if path is not None:

@@ -1,7 +1,7 @@
-"""The reference experiment of an FMU: a stimulus with nested loops and what the model answers, as CSV and XML files.
+"""The reference experiment of an FMU: a stimulus with nested loops and the response of the model, as CSV and XML files.
 
-An importer repeats it and compares: FMI Layered Standard for References (fmi-ls-ref 1.0.0-beta.1), with the experiment
-in the format that it refers to (MA-HS-Experiments).  It also draws the loop of the documentation and the icon.
+Importers can repeat the experiment and compare.  The formats are the FMI Layered Standard for References (fmi-ls-ref
+1.0.0-beta.1) and, for the experiment, MA-HS-Experiments.  The documentation and the icon show the same loop.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from hystfmu.model import Model
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
-# one major loop, then minor loops that close inside it; straight ramps: the same bits on every machine
+# a major loop, then minor loops that close inside it; linear ramps give the same bits on every machine
 _PEAKS = (0.0, 1.0, -1.0, 1.0, -0.5, 0.5, -0.25, 0.75, -1.0)
-_ROWS = 25  # of one ramp
-DEFAULT_STEP = 1e-3  # s, for graphs that were not identified at some sample time
+_ROWS = 25  # per ramp
+DEFAULT_STEP = 1e-3  # s, for graphs without the sample time of an identification
 
 
 def _path() -> Array:
-    """The stimulus in [-1, 1]."""
+    """Return the stimulus in [-1, 1]."""
     places = np.arange(_ROWS * (len(_PEAKS) - 1) + 1) / _ROWS
     return np.interp(places, np.arange(len(_PEAKS)), _PEAKS)
 
 
 def _span(port: Port, model: Model | None) -> tuple[float, float]:
-    """Range of the stimulus: that of the data which the model was identified from, else one unit around the start."""
+    """Return the range of the stimulus: that of the identification data, else the start value plus and minus 1."""
     span = model.provenance.get("span_u") if model else None
     if isinstance(span, Sequence) and len(span) == 2 and math.isfinite(span[1] - span[0]) and port.size == 1:
         return float(span[0]), float(span[1])
@@ -47,10 +47,10 @@ def _span(port: Port, model: Model | None) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Reference:
-    """Inputs and outputs of a graph, row by row: u (rows, scalar inputs), y (rows, scalar outputs), h (s) apart.
+    """Inputs u (rows, scalar inputs) and outputs y (rows, scalar outputs) of a graph, with a step of h (s).
 
-    Row 0 is the initialisation.  In row k the outputs are those after the inputs of row k - 1 were set and a step to
-    the time of row k was made: what a master does that sets the inputs at the beginning of every step.
+    Row 0 is the initialisation.  Row k holds the outputs after setting the inputs of row k - 1 and stepping to the time
+    of row k, as with a master that sets the inputs at the beginning of every step.
     """
 
     graph: Graph
@@ -60,7 +60,7 @@ class Reference:
 
     @classmethod
     def of(cls, graph: Graph, model: Model | None = None) -> Reference:
-        """Run the stimulus through the graph; `model` knows the step and the range of its data."""
+        """Simulate the response of a graph to the stimulus; `model` gives the step and the range of the data."""
         h = model.step if model and model.step else DEFAULT_STEP
         columns = []
         for port in graph.ports:
@@ -74,9 +74,9 @@ class Reference:
 
     @cached_property
     def curve(self) -> tuple[Array, Array]:
-        """What a picture shows: first output over first input, both at the same instant; without inputs over time.
+        """The curve for plots: first output over first input at equal times, or over time without inputs.
 
-        A model may overflow; a picture has to have a span.
+        Values are finite, even if the model overflows.
         """
         y = np.clip(np.nan_to_num(self.y[:, 0]), -1e150, 1e150)
         if self.u.shape[1]:
@@ -84,7 +84,7 @@ class Reference:
         return np.asarray(self.h * np.arange(len(y)), dtype=np.float64), y
 
     def _csv(self, kind: str, values: Array, fmi: Fmi) -> bytes:
-        """Columns time and one per variable; an array is one column of words (FMI 3.0) or a column per element."""
+        """Return a CSV file: the time, then one column per variable, or per element of an array in FMI 2.0."""
         ports = [p for p in self.graph.ports if p.kind == kind]
         names = [n for p in ports for n in (p.scalar_names if fmi == 2 else (p.name,))]
         widths = [w for p in ports for w in ([1] * p.size if fmi == 2 else [p.size])]
@@ -96,7 +96,7 @@ class Reference:
         return ("\n".join(lines) + "\n").encode()
 
     def files(self, fmi: Fmi) -> dict[str, bytes]:
-        """The files of the layered standard by their names in the archive."""
+        """Return the files of the layered standard by their names in the archive."""
         files = {"result.csv": self._csv("output", self.y, fmi)}
         if self.u.shape[1]:
             files["input.csv"] = self._csv("input", self.u, fmi)

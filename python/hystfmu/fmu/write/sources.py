@@ -1,7 +1,7 @@
-"""The `sources` directory of an FMU: one C99 (and C++20) file without file access, and how to build it.
+"""Write the `sources` directory of an FMU: one C99 (and C++20) file without file access, and its build description.
 
-The text of the core comes joined and ready with the package (`fmu_build/sources/amalgamate.py`); here the sections
-that a graph needs are taken, with its block file as a constant in front.
+The package contains the amalgamated text of the core (`fmu_build/sources/amalgamate.py`).  The C file holds the block
+file as a constant, then the sections of that text that the graph needs.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ def _wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
 
 
 def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:
-    """The C file: licence, data, the sections of the core for the blocks in use, the functions of one standard.
+    """Return the C file: licence, data, the sections of the core for the blocks in use, the functions of one standard.
 
-    Everything that is seen by a linker begins with ``name``; the functions of the standard do where
-    FMI2_FUNCTION_PREFIX (FMI3_FUNCTION_PREFIX) is defined as ``name_`` by the build.
+    Every public symbol begins with ``name``.  The functions of the standard do so if the build defines
+    FMI2_FUNCTION_PREFIX (FMI3_FUNCTION_PREFIX) as ``name_``.
     """
     blocks = {n.type for n in graph.nodes}
     content = graph.to_bytes()
@@ -48,8 +48,8 @@ def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:
     sections = {k: v for k, v in _sections().items() if _wanted(k, blocks, fmi)}
     head = [
         sections.pop("licence"),
-        f"/* The FMU {name} for FMI {fmi}.0: build it with {OPTIONS}; it needs the C library only. */\n",
-        # a graph does not need every function of a header
+        f"/* The FMU {name} for FMI {fmi}.0: build it with {OPTIONS}; it needs only the C library. */\n",
+        # a graph does not use every function of a header
         '#if defined(__clang__)\n#pragma clang diagnostic ignored "-Wunused-function"\n#endif\n',
         f"#define HYST_PREFIX {name}_\n",
         "#define HYST_BLOCKS(B) " + " ".join(f"B({b})" for b in sorted(blocks)) + "\n",
@@ -59,7 +59,7 @@ def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:
 
 
 def build_description(name: str) -> bytes:
-    """buildDescription.xml (FMI Specification 3.0.1, section 2.5.1.3): any compiler for C99, and the options above."""
+    """Write buildDescription.xml (FMI Specification 3.0.1, section 2.5.1.3): a C99 compiler with the options above."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=name, description="C library only")
     for compiler in ("gcc", "clang"):

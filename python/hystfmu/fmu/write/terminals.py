@@ -1,4 +1,4 @@
-"""terminalsAndIcons.xml (FMI Specification 3.0.1, section 2.4.9): inputs and outputs as groups, and the icon's place.
+"""Write terminalsAndIcons.xml (FMI Specification 3.0.1, section 2.4.9): inputs and outputs as terminals, and the icon.
 
 FMI 2.0 has no such file; its icon is model.png.
 """
@@ -14,7 +14,7 @@ _SQUARE = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
 
 
 def terminals_and_icons(graph: Graph) -> bytes:
-    """The file for a graph: matching by names ("bus"), so that two units connect where their names agree."""
+    """Write the file of a graph.  Terminals match by name ("bus"): two units connect where names agree."""
     root = ET.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     picture = ET.SubElement(root, "GraphicalRepresentation")
     ET.SubElement(picture, "CoordinateSystem", {**_SQUARE, "suggestedScalingFactorTo_mm": "0.1"})
