@@ -21,8 +21,11 @@ if TYPE_CHECKING:
     from hystfmu.data import signals as signals
     from hystfmu.data import synthetic as synthetic
     from hystfmu.face.model import Model as Model
+    from hystfmu.face.scenario import Scenario as Scenario
+    from hystfmu.face.scenario import run as run
     from hystfmu.face.verbs import fit as fit
     from hystfmu.face.verbs import read_csv as read_csv
+    from hystfmu.face.verbs import study as study
     from hystfmu.face.verbs import validate as validate
     from hystfmu.graph import Graph as Graph
     from hystfmu.graph import Input as Input
@@ -41,12 +44,15 @@ _HOME = {  # where each name lives; an empty name: the module itself
     "Model": "face.model:Model",
     "Node": "graph:Node",
     "Output": "graph:Output",
+    "Scenario": "face.scenario:Scenario",
     "Unit": "unit:Unit",
     "blocks": "graph.blocks:",
     "design": "design:",
     "fit": "face.verbs:fit",
     "read_csv": "face.verbs:read_csv",
+    "run": "face.scenario:run",
     "signals": "data.signals:",
+    "study": "face.verbs:study",
     "synthetic": "data.synthetic:",
     "validate": "face.verbs:validate",
 }
@@ -58,12 +64,15 @@ __all__ = [
     "Model",
     "Node",
     "Output",
+    "Scenario",
     "Unit",
     "blocks",
     "design",
     "fit",
     "read_csv",
+    "run",
     "signals",
+    "study",
     "synthetic",
     "validate",
 ]

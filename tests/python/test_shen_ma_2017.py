@@ -209,7 +209,9 @@ def test_table(monkeypatch):
     fractions = []
     report = reproduce("shen_ma_2017", progress=fractions.append)
     rows = {r.quantity: r for r in report.rows}
-    timed = [r for r in report.rows if r.quantity.endswith((", s", "ns per step"))]  # their targets hold on an idle machine
+    timed = [
+        r for r in report.rows if r.quantity.endswith((", s", "ns per step"))
+    ]  # their targets hold on an idle machine
     assert [r.quantity for r in report.rows if r.met is False and r not in timed] == []
     assert all(r.ours > 0 for r in timed)
     assert rows["MSE, 2-5-1 network, second half"].printed == 0.0611

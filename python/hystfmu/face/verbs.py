@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model, held_out
 
-__all__ = ["fit", "read_csv", "validate"]
+if TYPE_CHECKING:
+    from hystfmu.studies.run import Outcome
+
+__all__ = ["fit", "read_csv", "study", "validate"]
 
 
 def read_csv(
@@ -96,6 +99,45 @@ def fit(
     from hystfmu.identify import fit
 
     return held_out(Model.of(fit(data, key, seed, progress, **options)), data)
+
+
+def study(
+    path: str | Path,
+    folder: str | Path | None = None,
+    *,
+    workers: int | None = None,
+    on: str | None = None,
+    progress: Callable[[int, int, float], None] = lambda done, total, rate: None,
+) -> Outcome:
+    """Run a scenario over many variations; an interrupted study goes on where it stopped.
+
+    Parameters
+    ----------
+    path : str or Path
+        A ``*.study.toml``.
+    folder : str or Path, optional
+        For the table and the report; by default named after the file, in the current folder.
+    workers : int, optional
+        Local processes; by default one per core.
+    on : str, optional
+        ``dask://HOST:PORT`` instead of local processes.
+    progress : function, optional
+        Called with rows done, rows in all, rows a second.
+
+    Returns
+    -------
+    Outcome
+        `rows`, and the files `table` and `report`.
+
+    Raises
+    ------
+    InputError
+        Bad study or scenario, no room on the disk, no cluster; finished rows stay.
+    """
+    from hystfmu.studies import run_study
+
+    into = Path(Path(path).name.removesuffix(".toml").removesuffix(".study")) if folder is None else folder
+    return run_study(path, into, workers=workers, on=on, progress=progress)
 
 
 def validate(path: str | Path, seconds: float = 60.0) -> list[str]:

@@ -101,5 +101,9 @@ class Trace:
         assert whole is not None  # a run has a row
         return whole
 
+    def __repr__(self) -> str:
+        names = [*list(self.columns)[:4], *(["..."] if len(self.columns) > 4 else [])]
+        return f"Trace({len(self.t)} rows to t = {self.t[-1]:g} s, {', '.join(names)})"
+
     def __getitem__(self, end: str) -> Array:
         return self.values[:, self.columns[end]]

@@ -18,12 +18,9 @@ import numpy as np
 from hystfmu import __version__
 from hystfmu.base.files import write_text
 from hystfmu.report.page import NUMBER, Section, Table, figures, page, section, table
-from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario.outcome.excerpt import drawn
-from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.outcome.plots import case_plots
 from hystfmu.scenario.system.delay_budget import delay_budget
 from hystfmu.scenario.system.events import missed
-from hystfmu.scenario.system.measures import label, unit_of
 from hystfmu.scenario.system.system import System
 
 if TYPE_CHECKING:
@@ -181,7 +178,7 @@ def _scenario(results: Sequence[Result]) -> str:
         text = f" - {escape(r.system.case.text)}" if r.system.case.text else ""
         s = r.sweeps
         counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""
-        plots = figures(_case_plots(r.system, r.trace)) if r.trace is not None else ""
+        plots = figures(case_plots(r.system, r.trace)) if r.trace is not None else ""
         other = _loop_rows(r.system) != _loop_rows(first)  # show the delays that this case adds
         own = table(Table(("loop", "of this case"), _loop_rows(r.system))) if other else ""
         parts.append(
@@ -216,33 +213,3 @@ def _delays(system: System) -> Table:
         budgets.append({d.where: d.steps for d in delay_budget(other)})
     rows = [[w, *(b.get(w, 0.0) for b in budgets)] for w in dict.fromkeys(w for b in budgets for w in b)]
     return Table(("delay in steps", *SCHEMES.values()), rows)
-
-
-def _case_plots(system: System, trace: Trace) -> list[Plot]:
-    case = system.case
-    after = min((m.after for m in case.metrics.values()), default=0.0)
-    window = trace.t >= after
-    plots = []
-    if case.loops:
-        lines = [Line(f"{b} over {a}", _centred(trace[a][window]), _centred(trace[b][window])) for a, b in case.loops]
-        plots.append(Plot("Loops, each scaled to its range", "input, scaled", "output, scaled", lines))
-    if case.record:
-        lines = [Line(s, trace.t, trace[s]) for s in case.record]
-        units = {unit_of(system, s) for s in case.record}
-        plots.append(Plot("Signals", "t in s", label("value", units.pop() if len(units) == 1 else ""), lines))
-    tracked = drawn(case)
-    if tracked is not None and tracked.against is not None:
-        e = (trace[tracked.signal] - trace[tracked.against])[window]
-        stroke = tracked.stroke or float(np.ptp(trace[tracked.against][window]))
-        name = f"{tracked.signal} - {tracked.against}"
-        line = Line(name, trace.t[window], 100 * e / stroke)
-        plots.append(
-            Plot("Tracking error, including between samples", "t in s", "percent of stroke", [line], envelope=True)
-        )
-    return plots
-
-
-def _centred(v: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Scale to [-1, 1], so that loops with different units of measure share a plot."""
-    lo, hi = float(v.min()), float(v.max())
-    return (2 * v - lo - hi) / (hi - lo) if hi > lo else v - lo

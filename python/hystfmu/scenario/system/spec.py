@@ -53,13 +53,16 @@ class UnitSpec(pydantic.BaseModel):
         return self
 
 
+MetricKind = Literal[
+    "rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "peak", "final", "loop_area_percent"
+]
+
+
 class MetricSpec(pydantic.BaseModel):
     """A number computed from signals, and the limit that it must not exceed."""
 
     model_config = STRICT
-    kind: Literal[
-        "rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "peak", "final", "loop_area_percent"
-    ] = Field(description="what is computed: see hystfmu.scenario.outcome.metrics")
+    kind: MetricKind = Field(description="what is computed: see hystfmu.scenario.outcome.metrics")
     signal: str = Field(description="unit.output")
     against: str | None = Field(None, description="unit.output that the signal is compared with")
     stroke: Positive | None = Field(None, description="what 100 percent is; default: span of `against` in the window")

@@ -9,6 +9,8 @@ from hystfmu.scenario.outcome.trace import Sweeps, Trace
 from hystfmu.scenario.system.system import System
 from hystfmu.scenario.verdict.judge import Verdict
 
+MOST_SAID = 3  # metrics in the repr
+
 
 @dataclass(frozen=True)
 class Result:
@@ -39,6 +41,22 @@ class Result:
     seconds: float
     notes: tuple[str, ...] = ()
     counted: Sweeps = field(default_factory=Sweeps)
+
+    def __repr__(self) -> str:
+        if not self.verdicts:
+            return f"Result({self.system.case.title!r}, stopped: {self.lines[0]})"
+        return (
+            f"Result({', '.join([repr(self.system.case.title), 'passed' if self.passed else 'failed', *self._said()])})"
+        )
+
+    def _said(self) -> list[str]:
+        """The first metrics with their limits."""
+        said = []
+        for v in self.verdicts[:MOST_SAID]:
+            percent = " %" if v.kind.endswith("_percent") else ""
+            limit = "" if v.limit is None else f" {'<=' if v.within else '>'} {v.limit:g}"
+            said.append(f"{v.metric} = {v.value:.4g}{percent}{limit}")
+        return [*said, "..."] if len(self.verdicts) > MOST_SAID else said
 
     @property
     def scenario(self) -> str:

@@ -1,0 +1,93 @@
+"""What a run of a scenario gives: verdicts, signals, diagrams, a report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields
+from html import escape
+from pathlib import Path
+
+from hystfmu.base.errors import InputError
+from hystfmu.report.page import Table, table
+from hystfmu.report.plot import Figure
+from hystfmu.scenario import Result as Record
+
+__all__ = ["Result", "Results"]
+
+
+class Result(Record):
+    """One case of a scenario after its run.
+
+    `trace` holds its signals (``result.trace["plant.y"]``), `verdicts` its metrics, `passed` whether all limits are met
+    and nothing changed against the baseline, `failures()` a line for each that is not.
+    """
+
+    @classmethod
+    def of(cls, record: Record) -> Result:
+        """The same result with the methods of the face."""
+        return cls(**{f.name: getattr(record, f.name) for f in fields(record)})
+
+    def plot(self) -> Figure:
+        """Loops, recorded signals, the error between samples.
+
+        Raises
+        ------
+        InputError
+            A unit refused to go on: there are no signals.
+        """
+        from hystfmu.scenario.outcome.plots import case_plots
+
+        if self.trace is None:
+            raise InputError(self.lines[0])
+        return Figure(case_plots(self.system, self.trace))
+
+    def report(self, folder: str | Path) -> Path:
+        """Write report.html and report.json; the path of the first."""
+        return Results([self]).report(folder)
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it."""
+        return Results([self])._repr_html_()
+
+
+class Results(list[Result]):
+    """Results of several cases, in their order."""
+
+    @property
+    def passed(self) -> bool:
+        """All of them."""
+        return all(r.passed for r in self)
+
+    @classmethod
+    def of(cls, records: Iterable[Record]) -> Results:
+        """The same results with the methods of the face."""
+        return cls(Result.of(r) for r in records)
+
+    def report(self, folder: str | Path) -> Path:
+        """Write report.html and report.json; the path of the first."""
+        from hystfmu.scenario.report.page import write_report
+
+        return write_report(self, folder)
+
+    def __repr__(self) -> str:
+        if len(self) <= 1:
+            return f"Results([{', '.join(map(repr, self))}])"
+        bad = [r.system.case.title for r in self if not r.passed]
+        failed = f"; failed: {', '.join(bad[:3])}{', ...' if len(bad) > 3 else ''}" if bad else ""
+        return f"Results({len(self)} cases, {len(self) - len(bad)} passed{failed})"
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it."""
+        rows = [
+            (r.scenario, r.case, v.metric, f"{v.value:.4g}", "" if v.limit is None else f"{v.limit:.4g}", _word(r))
+            for r in self
+            for v in r.verdicts
+        ]
+        rows += [(r.scenario, r.case, "", "", "", "stopped") for r in self if not r.verdicts]
+        lines = "".join(f"<li>{escape(line)}</li>" for r in self for line in r.lines)
+        head = ("scenario", "case", "metric", "value", "limit", "verdict")
+        return table(Table(head, rows)) + (f"<ul>{lines}</ul>" if lines else "")
+
+
+def _word(r: Record) -> str:
+    return "passed" if r.passed else "failed"

@@ -1,0 +1,494 @@
+"""A scenario: the same object whether it was read from a scenario.toml or built in Python."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import check
+from hystfmu.face.defaults import completed
+from hystfmu.face.parts import What, described, files
+from hystfmu.face.result import Result, Results
+from hystfmu.face.saved import save
+from hystfmu.model import Model
+from hystfmu.scenario import Change, Engine, run_scenarios
+from hystfmu.scenario import Scenario as Cases
+from hystfmu.scenario.system.case import NAME, split_end
+from hystfmu.scenario.system.inside import inside
+from hystfmu.scenario.system.spec import MetricKind, ScenarioSpec, Scheme, UnitSpec
+
+__all__ = ["Scenario", "run"]
+
+
+class Scenario:
+    """A closed loop of units: what runs, how it is connected, what is measured, in which cases.
+
+    Units run in the order in which they were added (`order` states another one), each with the newest values there
+    are: the plant first moves on under the command held since the last step, then the others see its new output.
+
+    Parameters
+    ----------
+    name : str
+        A letter followed by letters, digits or _.
+    step : float
+        Step of the units (s).
+    stop : float, optional
+        End of the run (s); by default three periods of the slowest reference, and metrics count from the second on.
+    ripple : int
+        Steps of the units that are `fine` in each step.
+    text : str
+        One line for a reader.
+    coupling : {"gauss_seidel", "jacobi", "iterative"}
+        How units that step at the same time exchange values.
+
+    Notes
+    -----
+    Where connections or metrics name the unit ``reference`` and none was added, a sine over 80 % of the plant's stroke
+    is: `r`, and `r_lead` one step ahead for an inverse.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> plant = hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii")
+    >>> loop = hy.Scenario("tracking", step=1e-4)
+    >>> loop = loop.add("plant", plant, fine=True).add("inverse", plant.inverse())
+    >>> loop = loop.connect("reference.r_lead", "inverse.u").connect("inverse.y", "plant.u")
+    >>> loop = loop.metric("tracking", "rms_percent", "plant.y", against="reference.r", limit=0.05)
+    >>> loop
+    Scenario('tracking', 2 units, 1 metric, 1 case)
+    >>> loop.run()
+    Result('tracking/nominal', passed, tracking = 0 % <= 0.05)
+    >>> loop.save("mine").name
+    'mine'
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        step: float,
+        stop: float | None = None,
+        ripple: int = 1,
+        text: str = "",
+        coupling: Scheme = "gauss_seidel",
+    ) -> None:
+        self._origin = f"scenario {name!r}"
+        self._folder: Path | None = None
+        self._attached: dict[str, Model | Path] = {}
+        if not (np.isfinite(step) and step > 0):
+            raise InputError(f"{self._origin}: The step must be a float in (0, inf). Got {step} instead.")
+        self._spec: dict[str, Any] = {"name": name, "step": _number(step)}
+        self._spec |= {"text": text} if text else {}
+        self._spec |= {"stop": _number(stop)} if stop is not None else {}
+        self._spec |= {"ripple": ripple} if ripple != 1 else {}
+        if coupling != "gauss_seidel":
+            self._spec["coupling"] = {"scheme": coupling}
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scenario:
+        """Read a scenario.toml.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, or the folder that holds it.
+
+        Raises
+        ------
+        InputError
+            One line with the file, the key, the rule and the value.
+        """
+        read = Cases(path)
+        made = cls(read.spec.name, step=read.spec.step)
+        made._origin, made._folder = read.origin, read.folder
+        made._spec = read.spec.model_dump(by_alias=True, exclude_unset=True)
+        return made
+
+    # ---- what a scenario says ---------------------------------------------------------------------------------------
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return str(self._spec["name"])
+
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """Names of the cases; without any there is one, ``nominal``."""
+        return tuple(c["name"] for c in self._spec.get("case", ())) or ("nominal",)
+
+    def add(
+        self,
+        name: str,
+        what: What,
+        *,
+        fine: bool = False,
+        every: int = 1,
+        substeps: int = 1,
+        hold: Literal["zero", "first"] = "zero",
+        runs_as: Literal["fmu2", "fmu3", "python"] = "fmu2",
+        inputs: Mapping[str, float] | None = None,
+        set: Mapping[str, Any] | None = None,
+        text: str = "",
+    ) -> Scenario:
+        """Add a unit.
+
+        Parameters
+        ----------
+        name : str
+            Its ports are then ``name.port``.
+        what : Model, block, Node, Graph, or path
+            A path is that of an FMU of any origin or of a ``*.model.toml``.
+        fine : bool
+            Runs `ripple` times per step: plants, and what is measured between samples.
+        every : int
+            Runs once in so many steps.
+        substeps : int
+            Steps of the unit in each of its periods.
+        hold : {"zero", "first"}
+            Its connected inputs during a period: held, or on the straight line through the last two values.
+        runs_as : {"fmu2", "fmu3", "python"}
+            Version of the FMU that the unit runs as, or Python.
+        inputs : mapping of str to float, optional
+            Constant values of inputs that nothing is connected to.
+        set : mapping, optional
+            Parameters by name; a string ``"*1.2"`` scales.
+        text : str
+            One line for a reader.
+
+        Returns
+        -------
+        Scenario
+            This one.
+
+        Raises
+        ------
+        InputError
+            A second unit of that name, something that is no unit.
+        """
+        where = f"{self._origin}: units.{name}"
+        if not re.fullmatch(NAME, name):
+            raise InputError(f"{where}: the name of a unit must be a letter followed by letters, digits or _")
+        if name in self._spec.get("units", {}):
+            raise InputError(f"{where}: there is a unit of this name already")
+        table, attached = described(what, name, where)
+        said = {"fine": fine, "every": every, "substeps": substeps, "hold": hold, "as": runs_as, "text": text}
+        usual = {"fine": False, "every": 1, "substeps": 1, "hold": "zero", "as": "fmu2", "text": ""}
+        table |= {k: v for k, v in said.items() if v != usual[k]}
+        table |= {"inputs": {k: _number(v) for k, v in inputs.items()}} if inputs else {}
+        table |= {"set": dict(set)} if set else {}
+        check(table, UnitSpec, where)
+        self._edit()
+        self._spec.setdefault("units", {})[name] = table
+        if "order" in self._spec:
+            self._spec["order"].append(name)
+        self._attached |= attached
+        return self
+
+    def connect(self, source: str, target: str) -> Scenario:
+        """Connect the output `source` to the input `target`, each ``unit.port``.
+
+        Raises
+        ------
+        InputError
+            An end that is not of that form, an input that is connected already.
+        """
+        for end in (source, target):
+            split_end(end, f"{self._origin}: connect({source!r}, {target!r})")
+        known = self._spec.get("connections", {}).get(target)
+        if known is not None:
+            raise InputError(f"{self._origin}: connect({source!r}, {target!r}): {known!r} is connected there already")
+        self._edit()
+        self._spec.setdefault("connections", {})[target] = source
+        return self
+
+    def metric(
+        self,
+        name: str,
+        kind: MetricKind,
+        signal: str,
+        against: str | None = None,
+        limit: float | None = None,
+        *,
+        stroke: float | None = None,
+        after: float | None = None,
+        text: str = "",
+    ) -> Scenario:
+        """Measure something, and judge it if it has a limit.
+
+        Parameters
+        ----------
+        name : str
+        kind : {"rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "peak", "final", \
+"loop_area_percent"}
+            What is computed: `hystfmu.scenario.outcome.metrics`.
+        signal, against : str
+            ``unit.output``; most kinds compare two.
+        limit : float, optional
+            Largest value that passes.
+        stroke : float, optional
+            What 100 percent is; default: the span of `against`.
+        after : float, optional
+            Rows at or after this time (s) count.
+        text : str
+            One line for a reader.
+
+        Returns
+        -------
+        Scenario
+            This one.
+        """
+        numbers = {"limit": limit, "stroke": stroke, "after": after}
+        self._edit()
+        self._spec.setdefault("metrics", {})[name] = (
+            {"kind": kind, "signal": signal}
+            | ({"against": against} if against is not None else {})
+            | {k: _number(v) for k, v in numbers.items() if v is not None}
+            | ({"text": text} if text else {})
+        )
+        return self
+
+    def case(
+        self,
+        name: str,
+        text: str = "",
+        *,
+        stop: float | None = None,
+        after: float | None = None,
+        set: Mapping[str, Any] | None = None,
+        limits: Mapping[str, float] | None = None,
+        units: Mapping[str, What] | None = None,
+        order: Sequence[str] | None = None,
+        connections: Mapping[str, str] | None = None,
+    ) -> Scenario:
+        """Add a case: what differs from the scenario.
+
+        Parameters
+        ----------
+        name : str
+        text : str
+            One line for a reader.
+        stop, after : float, optional
+            End of the run, and first time that metrics count (s).
+        set : mapping, optional
+            ``{"unit.parameter": value}``; a string ``"*1.2"`` scales.
+        limits : mapping, optional
+            Limits of metrics by name.
+        units : mapping, optional
+            Units that are added, or replaced as a whole (they keep how they run).
+        order : sequence of str, optional
+            Order of the units, when it differs.
+        connections : mapping, optional
+            ``{"unit.input": "unit.output"}``, added or replaced.
+
+        Returns
+        -------
+        Scenario
+            This one.
+        """
+        table: dict[str, Any] = {"name": name}
+        table |= {"text": text} if text else {}
+        table |= {k: _number(v) for k, v in (("stop", stop), ("after", after)) if v is not None}
+        table |= {k: dict(v) for k, v in (("set", set), ("connections", connections)) if v}
+        table |= {"limits": {k: _number(v) for k, v in limits.items()}} if limits else {}
+        table |= {"order": list(order)} if order is not None else {}
+        self._edit()
+        for unit, what in (units or {}).items():
+            made, attached = described(what, f"{name}_{unit}", f"{self._origin}: case {name}: units.{unit}")
+            kept = ("fine", "every", "substeps", "hold", "as", "inputs")
+            old = {k: v for k, v in self._spec.get("units", {}).get(unit, {}).items() if k in kept}
+            table.setdefault("units", {})[unit] = old | made
+            self._attached |= attached
+        self._spec.setdefault("case", []).append(table)
+        return self
+
+    def order(self, *names: str) -> Scenario:
+        """State the order in which the units run; all of them, once each."""
+        self._edit()
+        self._spec["order"] = list(names)
+        return self
+
+    def record(self, *signals: str) -> Scenario:
+        """State the outputs that a baseline keeps and a report shows; by default those of the metrics."""
+        self._edit()
+        self._spec["record"] = list(signals)
+        return self
+
+    def loop(self, abscissa: str, ordinate: str) -> Scenario:
+        """Add a pair of outputs that a report draws as a loop."""
+        self._edit()
+        self._spec.setdefault("loops", []).append([abscissa, ordinate])
+        return self
+
+    # ---- what is done with it ---------------------------------------------------------------------------------------
+    def run(
+        self,
+        case: str | None = None,
+        *,
+        engine: Engine = "fmpy",
+        set: Mapping[str, Any] | None = None,
+        coupling: Scheme | None = None,
+        seconds: float = 600.0,
+        out: str | Path | None = None,
+    ) -> Result:
+        """Run one case; `hystfmu.run(scenario)` runs all.
+
+        Parameters
+        ----------
+        case : str, optional
+            Needed where there are several.
+        engine : {"fmpy", "python", "native"}
+            FMUs by fmpy (the reference), Python units, or the whole loop in the C core; all give the same bits.
+        set : mapping, optional
+            ``{"unit.parameter": value}`` for this run.
+        coupling : str, optional
+            Scheme for this run.
+        seconds : float
+            Longest time of a run with foreign FMUs.
+        out : path, optional
+            Write all outputs there, as CSV.
+
+        Returns
+        -------
+        Result
+            Held against the limits; a scenario that was read from a file and not changed, against its baseline too.
+
+        Raises
+        ------
+        InputError
+            A key, a unit or a connection that does not fit; the sentence names it.
+        """
+        if case is None and len(self.cases) > 1:
+            raise InputError(f"{self._origin}: run: name one case of {', '.join(self.cases)}; hystfmu.run() runs all")
+        found = run_scenarios(
+            [self.ready()], case=case, engine=engine, overrides=set, coupling=coupling, seconds=seconds, out=out
+        )
+        return Result.of(found[0])
+
+    def save(self, folder: str | Path) -> Path:
+        """Write `folder`/scenario.toml, with the models and FMUs of its units beside it.
+
+        ``hystfmu run folder`` runs it with the same bits; the first time with ``--record``, which makes its baseline.
+
+        Returns
+        -------
+        Path
+            The folder.
+
+        Raises
+        ------
+        InputError
+            A scenario that is not complete, or a file that cannot be written.
+        """
+        whole = copy.deepcopy(self)
+        whole._edit()
+        spec = completed(whole._spec, whole._attached, whole._origin)
+        whole.ready()  # what is written can be read
+        return save(spec, whole._attached, Path(folder))
+
+    def ready(self) -> Cases:
+        """The complete cases, as `hystfmu.scenario` runs them.
+
+        Raises
+        ------
+        InputError
+            As `run`.
+        """
+        spec = completed(self._spec, self._attached, self._origin)
+        return Cases.of(check(spec, ScenarioSpec, self._origin), self._origin, self._attached, self._folder)
+
+    def __repr__(self) -> str:
+        counts = [(len(self._spec.get(key, ())), word) for key, word in (("units", "unit"), ("metrics", "metric"))]
+        shown = [f"{n} {word}{'' if n == 1 else 's'}" for n, word in [*counts, (len(self.cases), "case")]]
+        return f"Scenario({', '.join([repr(self.name), *shown])})"
+
+    def _edit(self) -> None:
+        """From now on it is no longer what its file says: no baseline, and its files are attached."""
+        if self._folder is None:
+            return
+        for unit, key in files(self._spec):
+            self._attached.setdefault(unit[key], inside(self._folder, unit[key], f"{self._origin}: {key}"))
+        self._folder, self._origin = None, f"scenario {self.name!r}"
+
+
+def run(
+    scenarios: str | Path | Scenario | Sequence[str | Path | Scenario],
+    *,
+    case: str | None = None,
+    engine: Engine = "fmpy",
+    set: Mapping[str, Any] | None = None,
+    coupling: Scheme | None = None,
+    seconds: float = 600.0,
+    report: str | Path | None = None,
+    record: bool = False,
+    confirm: Callable[[list[Change]], bool] = lambda changes: True,
+    progress: Callable[[float], None] = lambda fraction: None,
+    out: str | Path | None = None,
+) -> Results:
+    """Run scenarios with all their cases, and hold them against limits and baselines.
+
+    Parameters
+    ----------
+    scenarios : path, Scenario, or several
+        A path is that of a scenario.toml or of the folder that holds it.
+    case : str, optional
+        Run only the cases of this name.
+    engine : {"fmpy", "python", "native"}
+        FMUs by fmpy (the reference), Python units, or the whole loop in the C core; all give the same bits.
+    set : mapping, optional
+        ``{"unit.parameter": value}`` in every case that has the unit; a string ``"*1.2"`` scales.
+    coupling : str, optional
+        Scheme for all cases instead of their own.
+    seconds : float
+        Longest time of a case with foreign FMUs.
+    report : path, optional
+        Write report.html and report.json into this folder.
+    record : bool
+        Write baselines for the scenarios whose limits are all met.
+    confirm : function, optional
+        With `record`: asked once, with what would change, before anything is written.
+    progress : function, optional
+        Called with the fraction done, 0..1.
+    out : path, optional
+        Write all outputs of the one case that runs there, as CSV.
+
+    Raises
+    ------
+    InputError
+        Bad scenario, model or override; before anything runs.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> loop = hy.Scenario("sine", step=1e-4, stop=0.01)
+    >>> loop = loop.add("source", hy.blocks.Reference(frequency=100.0)).metric("peak", "peak", "source.r")
+    >>> hy.run(loop.case("once").case("twice", set={"source.amplitude": 2.0}), engine="native")
+    Results(2 cases, 2 passed)
+    """
+    several = [scenarios] if isinstance(scenarios, (str, Path, Scenario)) else scenarios
+    return Results.of(
+        run_scenarios(
+            [s.ready() if isinstance(s, Scenario) else s for s in several],
+            record=record,
+            report_dir=report,
+            overrides=set,
+            progress=progress,
+            engine=engine,
+            coupling=coupling,
+            seconds=seconds,
+            confirm=confirm,
+            case=case,
+            out=out,
+        )
+    )
+
+
+def _number(value: Any) -> Any:
+    """A number of any kind as TOML and the checks of the file take it; what is none is refused there."""
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        return value
+    return float(value)
