@@ -1,18 +1,33 @@
-"""The command line as a user meets it: whole processes, exit status, one line for bad input, nothing half-written."""
+"""The command line as a user meets it: exit status, one line for bad input, nothing half-written."""
 
+import contextlib
 import json
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
+
+from hystfmu.cli import main
 
 ROOT = Path(__file__).parent.parent.parent
 
 
-def hystfmu(*arguments, cwd=None):
+def hystfmu(*arguments, cwd="."):
+    """A command in this process, which has imported the package: the same code, exit status and streams."""
+    with contextlib.chdir(cwd):
+        done = CliRunner().invoke(main, [str(a) for a in arguments], prog_name="hystfmu")
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return SimpleNamespace(returncode=done.exit_code, stdout=done.stdout, stderr=done.stderr)
+
+
+def process(*arguments, cwd=None):
+    """A command as a process of its own, which also shows warnings and what a pipe gets."""
     return subprocess.run(
         [sys.executable, "-m", "hystfmu.cli", *map(str, arguments)],
         capture_output=True,
@@ -43,7 +58,7 @@ def fitted(tmp_path_factory):
     """A CSV, a model fitted to it, and what the command printed."""
     folder = tmp_path_factory.mktemp("fitted")
     write(folder / "data.csv", record())
-    done = hystfmu("fit", folder / "data.csv", "--model", "prandtl_ishlinskii", "-o", folder / "m.model.toml")
+    done = process("fit", folder / "data.csv", "--model", "prandtl_ishlinskii", "-o", folder / "m.model.toml")
     assert done.returncode == 0, done.stderr
     return folder, done.stdout
 
@@ -71,7 +86,7 @@ def test_fit_as_json(fitted):
 def test_predict_export_validate_inverse(fitted, tmp_path):
     folder, _ = fitted
     model = folder / "m.model.toml"
-    done = hystfmu("predict", model, folder / "data.csv", "-o", tmp_path / "out.csv")
+    done = process("predict", model, folder / "data.csv", "-o", tmp_path / "out.csv")
     assert done.returncode == 0, done.stderr
     out = np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1)
     measured = np.loadtxt(folder / "data.csv", delimiter=",", skiprows=1)
@@ -125,7 +140,7 @@ def one_line(done, words):
 )
 def test_values_whose_squares_overflow_or_vanish_are_refused(tmp_path, scale, words):
     path = write(tmp_path / "a.csv", [[t, u + scale, y + scale] for t, u, y in record(80)])
-    done = hystfmu("fit", path, "--model", "prandtl_ishlinskii", "-o", tmp_path / "m.toml")
+    done = process("fit", path, "--model", "prandtl_ishlinskii", "-o", tmp_path / "m.toml")
     assert done.returncode == 2, done.stderr
     assert all(w in done.stderr for w in words), done.stderr
     assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]
@@ -237,4 +252,4 @@ def test_help_does_not_import_what_is_slow():
 
 
 def test_version():
-    assert "0.1.0" in hystfmu("--version").stdout
+    assert "0.1.0" in process("--version").stdout
