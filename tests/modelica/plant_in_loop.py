@@ -46,7 +46,7 @@ class Plant:
 
     def do_step(self, t: float, h: float) -> None:
         self.commands.append(self.u)
-        config = rumoca.SimConfig(solver="rk-like", rtol=1e-10, atol=1e-10, max_wall_seconds=10.0)
+        config = rumoca.SimConfig(solver="rk-like", rtol=1e-10, atol=1e-10, max_wall_seconds=900.0)
         given = dict(zip(COMMANDS, self.commands, strict=False))
         result = self.model.simulate(t=(0.0, t + h), dt=h, config=config, params=given)
         self.y = float(np.asarray(result["plant.y"])[-1])

@@ -53,7 +53,7 @@ def simulate(libraries: str, file: str, model: str, stop: str, step: str, tolera
     own = len(roots) == 1 and Path(file).is_relative_to(roots[0])
     compiled = (session(roots[0]) if own else rumoca.Session(roots=roots)).load(file, model=model)
     rtol = float(tolerance)
-    config = rumoca.SimConfig(solver="rk-like", rtol=rtol, atol=rtol, max_wall_seconds=60.0)
+    config = rumoca.SimConfig(solver="rk-like", rtol=rtol, atol=rtol, max_wall_seconds=900.0)
     result = compiled.simulate(t=(0.0, float(stop)), dt=float(step), config=config)
     np.savez(out, allow_pickle=False, time=np.asarray(result.time), **{n: np.asarray(result[n]) for n in result.names})
 

@@ -51,11 +51,11 @@ def test_embedded_c_agrees_with_the_c_core(block: str, tmp_path: Path) -> None:
     (tmp_path / "main.c").write_text(DRIVER.format(header=header.name, name=found[1], output=RENDERED[block]))
     program = tmp_path / "program"
     sources = sorted(str(f) for f in tmp_path.glob("*.c"))
-    subprocess.run(["cc", "-std=c99", "-O1", "-o", str(program), *sources, "-lm"], check=True, timeout=60)
+    subprocess.run(["cc", "-std=c99", "-O1", "-o", str(program), *sources, "-lm"], check=True, timeout=900)
 
     u = validation_signal.signal_form(np.arange(0, 1.4, 1e-3))
     lines = "\n".join(repr(float(x)) for x in u)
-    done = subprocess.run([str(program)], input=lines, capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run([str(program)], input=lines, capture_output=True, text=True, timeout=900, check=True)
     got = np.array([[float(x) for x in row.split()] for row in done.stdout.splitlines()])
     node = Node("block", twin.twin_of(block).name)
     expected = Graph.single(node).run(u).reshape(len(u), -1)
