@@ -52,5 +52,5 @@ def test_vector(name: str, case: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("file", FILES, ids=lambda f: f"{f.parent.name}-{f.stem}")
 def test_file_names_a_block(file: Path) -> None:
-    assert file.stem in block_types()
+    assert file.stem in block_types(), f"no block {file.stem}: rename {file.name}, or write the block"
     assert file.parent.name in ("published", "derived")
