@@ -81,10 +81,7 @@ typedef enum {
   HYST_SAMPLED     /* update() is a sample; the output holds until the next one */
 } hyst_rate;
 
-enum {
-  HYST_STEP = 1,    /* prepare() uses dt */
-  HYST_IMPLICIT = 2 /* the graph finds the output: implicit.h */
-};
+enum { HYST_STEP = 1 /* prepare() uses dt */ };
 
 typedef struct {
   const char *text, *equation, *source;
@@ -100,7 +97,9 @@ typedef struct {
 
 typedef struct hyst_block {
   const char *name;
-  unsigned flags;
+  unsigned short flags;
+  unsigned short trial; /* k: the graph finds the output, by trial, at which input k (from 1) equals the first one; 0:
+                         * output() gives it.  A wire into input k closes no loop: core/graph/implicit.h */
   int n_dims;
   const hyst_dim *dims;
   hyst_rate rate;

@@ -115,7 +115,7 @@ class Amalgamation:
         for path in sources:
             self.collect(path)
         self.fields = fields((root / "core" / "hyst.h").read_text())
-        data = {"name", "flags", "n_dims", "dims", "rate", "n_vars", "vars", "size"}
+        data = {"name", "flags", "trial", "n_dims", "dims", "rate", "n_vars", "vars", "size"}
         self.functions = set(self.fields) - data
         shared = "".join(p.read_text() for p in self.headers)
         blocks = {f"hyst_{p.stem}" for p in root.glob("core/blocks/*/*.c")}
@@ -190,7 +190,7 @@ class Amalgamation:
         at = text.index("HYST_BLOCK(")
         found, end = arguments(text, at + len("HYST_BLOCK"))
         given = dict(re.match(r"\.(\w+)\s*=\s*(.*)", a, re.S).groups() for a in found[2:])
-        numbers = {"flags": "0", "rate": "HYST_FUNCTION"}
+        numbers = {"flags": "0", "trial": "0", "rate": "HYST_FUNCTION"}
         values = [found[0], *(given.get(f, numbers.get(f, "NULL")) for f in self.given)]
         return f"{text[:at]}HYST_BLOCK({', '.join(values)}){text[end:]}"
 

@@ -100,6 +100,22 @@ def test_every_row_is_complete(name: str) -> None:
 
 
 @every_block
+def test_trials_have_the_places_that_the_graph_expects(name: str) -> None:
+    """`core/graph/implicit.h` names them: limits, wanted value, output, root and what it was found for."""
+    block = block_types()[name]
+    if not block.trial:
+        assert block.tried is None
+        return
+    assert block.rate == "hysteretic"
+    assert [v.name for v in block.of("param", "fixed", "derived")][:2] == ["lo", "hi"]
+    inputs, outputs = block.of("input", "time"), block.of("output")
+    assert {v.size for v in (*inputs, *outputs)} == {"1"}
+    assert block.tried == inputs[block.trial - 1].name != inputs[0].name
+    assert len(outputs) == 1
+    assert [v.size for v in block.of("cstate", "state")] == ["1", "4"]
+
+
+@every_block
 def test_rate_agrees_with_the_functions(name: str) -> None:
     block = block_types()[name]
     has_update, has_deriv = bool(block.raw.update), bool(block.raw.deriv)

@@ -2,8 +2,8 @@
 #include "core/graph/continuous.h"
 
 #include "core/graph/error.h"
-#include "core/graph/implicit.h"
 #include "core/graph/node.h"
+#include "core/graph/pass.h"
 #include "core/graph/run.h"
 
 int64_t hyst_graph_n_continuous(const hyst_graph *g) {
@@ -38,16 +38,10 @@ int hyst_graph_is_sampled(const hyst_graph *g) {
   return 0;
 }
 
-static void output(const hyst_graph *g, const hyst_node *n, double t) {
-  hyst_gather(g, n, t);
-  if (n->block->flags & HYST_IMPLICIT) hyst_implicit_solve(g, n, t, 0);
-  else n->block->output(n->dim, n->p, n->x, n->u, n->y);
-}
-
 void hyst_graph_evaluate(hyst_graph *g, double t) {
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + g->order[i];
-    if (n->block->rate != HYST_SAMPLED) output(g, n, t);
+    if (n->block->rate != HYST_SAMPLED) hyst_evaluate_node(g, n, t);
   }
 }
 
@@ -67,10 +61,7 @@ void hyst_graph_commit(hyst_graph *g, double t) {
   hyst_graph_evaluate(g, t);
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
-    if (n->block->rate != HYST_HYSTERETIC) continue;
-    hyst_gather(g, n, t);
-    if (n->block->flags & HYST_IMPLICIT) hyst_implicit_take(n, n->u[HYST_IMPLICIT_MODEL] - n->u[HYST_IMPLICIT_WANTED]);
-    else n->block->update(n->dim, n->p, n->x, n->u, 1); /* no such block looks at the length of a step */
+    if (n->block->rate == HYST_HYSTERETIC) hyst_commit_node(g, n, t);
   }
 }
 
@@ -98,7 +89,7 @@ hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt) {
       n->block->update(n->dim, n->p, n->x, n->u, dt);
       n->block->output(n->dim, n->p, n->x, n->u, n->y);
     } else {
-      output(g, n, t);
+      hyst_evaluate_node(g, n, t);
     }
   }
   hyst_graph_evaluate(g, t); /* blocks that stand before a sampled one in the file */

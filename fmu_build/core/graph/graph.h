@@ -32,7 +32,7 @@ typedef struct {
   int64_t n_c;                 /* its continuous states: the first of x */
   int64_t time;                /* place of the time among u, or -1 */
   int64_t first_wire, n_wires; /* its wires, gathered into u before update() */
-  int tried_by;                /* the implicit_inverse whose model it belongs to, or -1 */
+  int tried_by;                /* the block with trials whose model it belongs to, or -1 */
 } hyst_node;
 
 typedef struct {

@@ -1,4 +1,4 @@
-/* implicit.c - what hangs on an implicit_inverse, and the trials that find its output. */
+/* implicit.c - what hangs on a block with trials, and the trials that find its output. */
 #include "core/graph/implicit.h"
 
 #include "core/elementary/root.h"
@@ -7,7 +7,7 @@
 
 /* why a block cannot be tried, or NULL */
 static const char *unfit(const hyst_node *n) {
-  if (n->block->flags & HYST_IMPLICIT) return "an implicit inverse cannot stand between u and h of another one";
+  if (n->block->trial) return "an implicit inverse cannot stand between u and h of another one";
   if (n->block->deriv) return "it has dynamics; between u and h of an implicit inverse all blocks must be static";
   if (n->time >= 0) return "it follows the time; between u and h of an implicit inverse all must follow u";
   if (n->block->rate == HYST_SAMPLED)
@@ -37,7 +37,7 @@ static hyst_status mark(hyst_graph *g, int i, int k) {
 hyst_status hyst_implicit_check(hyst_graph *g) {
   for (int i = 0; i < g->n_nodes; i++) g->nodes[i].tried_by = -1;
   for (int i = 0; i < g->n_nodes; i++)
-    if (g->nodes[i].block->flags & HYST_IMPLICIT) {
+    if (g->nodes[i].block->trial) {
       hyst_status s = mark(g, i, i);
       for (int k = g->n_nodes - 1; k > i && !s; k--) /* sources stand before what they feed: one way back is enough */
         if (g->nodes[k].tried_by == i) s = mark(g, i, k);
@@ -67,7 +67,7 @@ static double residual(void *ctx, double u) {
     m->block->output(m->dim, m->p, m->x, m->u, m->y);
   }
   hyst_gather(c->g, c->n, c->t);
-  return c->n->u[HYST_IMPLICIT_MODEL] - c->n->u[HYST_IMPLICIT_WANTED];
+  return hyst_implicit_off(c->n);
 }
 
 double hyst_implicit_solve(const hyst_graph *g, const hyst_node *n, double t, int starting) {

@@ -1,4 +1,5 @@
-/* implicit.h - the one block whose output the graph has to find: implicit_inverse tries values of u on other blocks.
+/* implicit.h - blocks whose output the graph has to find (hyst_block.trial), as implicit_inverse: it tries values of u
+ * on other blocks, until their output, its input h, is the wanted one, its first input.
  *
  * Its model is every block that its input h depends on.  They must depend on its output u alone, be static (functions
  * and hysteretic blocks) and follow it in the file in topological order: hyst_implicit_check() refuses all else.
@@ -14,14 +15,18 @@
 #include "core/graph/graph.h"
 #include "core/graph/node.h"
 
-/* places in the arrays of the block */
-enum { HYST_IMPLICIT_LO, HYST_IMPLICIT_HI };        /* p */
-enum { HYST_IMPLICIT_WANTED, HYST_IMPLICIT_MODEL }; /* u */
-enum { HYST_IMPLICIT_ROOT, HYST_IMPLICIT_ASKED };   /* x; asked: y, lo, hi, h - y */
+/* places in the arrays of such a block */
+enum { HYST_IMPLICIT_LO, HYST_IMPLICIT_HI };      /* p */
+enum { HYST_IMPLICIT_WANTED };                    /* u; input k stands at k - 1 */
+enum { HYST_IMPLICIT_ROOT, HYST_IMPLICIT_ASKED }; /* x; asked: y, lo, hi, h - y */
 
 /* is this wire what the block tries its output for? */
 static inline int hyst_closes_implicit(const hyst_node *n, const hyst_wire *w) {
-  return n->block->flags & HYST_IMPLICIT && w->to == n->u + HYST_IMPLICIT_MODEL;
+  return n->block->trial && w->to == n->u + n->block->trial - 1;
+}
+/* h - y for the inputs that were gathered */
+static inline double hyst_implicit_off(const hyst_node *n) {
+  return n->u[n->block->trial - 1] - n->u[HYST_IMPLICIT_WANTED];
 }
 
 hyst_status hyst_implicit_check(hyst_graph *g); /* fills tried_by of all nodes */
@@ -34,17 +39,5 @@ static inline void hyst_implicit_take(const hyst_node *n, double off) {
   const double asked[] = {n->u[HYST_IMPLICIT_WANTED], n->p[HYST_IMPLICIT_LO], n->p[HYST_IMPLICIT_HI], off};
   n->x[HYST_IMPLICIT_ROOT] = n->y[0];
   memcpy(n->x + HYST_IMPLICIT_ASKED, asked, sizeof asked);
-}
-
-/* one node of a step that ends at t: inputs, memory, outputs; dt = 0: the start of a run */
-static inline void hyst_advance_node(const hyst_graph *g, const hyst_node *n, double t, double dt) {
-  const hyst_block *const b = n->block;
-  hyst_gather(g, n, t);
-  if (b->flags & HYST_IMPLICIT) {
-    hyst_implicit_take(n, hyst_implicit_solve(g, n, t, dt == 0));
-    return;
-  }
-  if (b->update) b->update(n->dim, n->p, n->x, n->u, dt);
-  b->output(n->dim, n->p, n->x, n->u, n->y);
 }
 #endif

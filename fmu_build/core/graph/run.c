@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "core/graph/error.h"
-#include "core/graph/implicit.h"
 #include "core/graph/node.h"
+#include "core/graph/pass.h"
 
 double *hyst_graph_value(hyst_graph *g, int64_t reference) {
   const hyst_port *p = hyst_graph_port(g, reference);

@@ -15,8 +15,8 @@ static void gather(const hyst_graph *g, const hyst_node *n, const double *d_exte
   }
 }
 
-/* dy of the node, ddx (n_c numbers) where it has continuous states */
-static void tangent(const hyst_node *n, const double *dx, double *ddx) {
+/* dy of the node by its block, ddx (n_c numbers) where it has continuous states */
+static void tangent_of_block(const hyst_node *n, const double *dx, double *ddx) {
   if (n->block->tangent) {
     n->block->tangent(n->dim, n->p, n->x, n->u, n->du, dx, n->dy, ddx);
     return;
@@ -31,7 +31,7 @@ static double tried(const hyst_graph *g, const hyst_node *n, double du) {
   for (const hyst_node *m = n + 1, *end = g->nodes + g->n_nodes; m < end; m++) {
     if (m->tried_by != (int)(n - g->nodes)) continue;
     gather(g, m, NULL); /* no input of the graph reaches it but through u */
-    tangent(m, NULL, NULL);
+    tangent_of_block(m, NULL, NULL);
   }
   double change = 0;
   for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
@@ -42,9 +42,9 @@ static double tried(const hyst_graph *g, const hyst_node *n, double du) {
   return change;
 }
 
-/* du / dy of an implicit inverse: upwards or downwards, whichever way makes h go where y goes; 0 at a limit */
-static void implicit(const hyst_graph *g, const hyst_node *n) {
-  const double wanted = n->du[HYST_IMPLICIT_WANTED], off = n->u[HYST_IMPLICIT_MODEL] - n->u[HYST_IMPLICIT_WANTED];
+/* du / dy of a block with trials: upwards or downwards, whichever way makes h go where y goes; 0 at a limit */
+static void tangent_by_trial(const hyst_graph *g, const hyst_node *n) {
+  const double wanted = n->du[HYST_IMPLICIT_WANTED], off = hyst_implicit_off(n);
   const double size = n->u[HYST_IMPLICIT_WANTED] < 0 ? -n->u[HYST_IMPLICIT_WANTED] : n->u[HYST_IMPLICIT_WANTED];
   const int reached = (off < 0 ? -off : off) <= 1e-12 * (1 + size);
   double du = 0;
@@ -56,6 +56,11 @@ static void implicit(const hyst_graph *g, const hyst_node *n) {
     break;
   }
   n->dy[0] = du;
+}
+
+static void tangent(const hyst_graph *g, const hyst_node *n, const double *dx, double *ddx) {
+  if (n->block->trial) tangent_by_trial(g, n);
+  else tangent_of_block(n, dx, ddx);
 }
 
 void hyst_graph_tangent(hyst_graph *g, const double *d_external, const double *d_continuous, double *d_outputs,
@@ -72,8 +77,7 @@ void hyst_graph_tangent(hyst_graph *g, const double *d_external, const double *d
       int64_t first = 0;
       for (const hyst_node *m = g->nodes; n->n_c > 0 && m < n; m++) first += m->n_c;
       gather(g, n, d_external);
-      if (n->block->flags & HYST_IMPLICIT) implicit(g, n);
-      else tangent(n, d_continuous + first, d_derivatives + first);
+      tangent(g, n, d_continuous + first, d_derivatives + first);
     }
   for (const hyst_port *p = g->ports + g->first_output, *end = g->ports + g->end_output; p < end; p++)
     if (p->kind == HYST_OUTPUT) {

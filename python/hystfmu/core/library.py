@@ -15,7 +15,7 @@ from hystfmu.base.package_files import PACKAGE
 
 KINDS = ("param", "fixed", "derived", "input", "time", "output", "cstate", "state")
 RATES = ("function", "continuous", "hysteretic", "sampled")
-STEP, IMPLICIT = 1, 2
+STEP = 1
 NO_LIMIT = 1e300  # parameters are finite, so this value means "no limit", as in limit.h
 
 _D = C.POINTER(C.c_double)
@@ -70,7 +70,8 @@ _OUTPUT = C.CFUNCTYPE(None, _I, _D, _D, _D, _D)
 class _Block(C.Structure):
     _fields_ = [
         ("name", C.c_char_p),
-        ("flags", C.c_uint),
+        ("flags", C.c_ushort),
+        ("trial", C.c_ushort),
         ("n_dims", C.c_int),
         ("dims", C.POINTER(_Dim)),
         ("rate", C.c_int),
@@ -176,6 +177,8 @@ class BlockType:
         For the tolerance class integration: relative error bound; step (s) without visible error, or 0.
     smooth : float
         Distance from a point within which its tangent holds.
+    trial : int
+        Not 0: the graph finds the output by trial, so that input number `trial` (from 1) equals the first input.
     hold : str
         Hold of the inputs within a step, for blocks without a parameter of that name: zoh, foh.
     """
@@ -194,6 +197,7 @@ class BlockType:
     smooth: float
     hold: str
     flags: int
+    trial: int
     dims: tuple[Dim, ...]
     vars: tuple[Var, ...]
     raw: _Block
@@ -209,6 +213,11 @@ class BlockType:
         if self.inverts or self.inverse is None:
             return self.invert_condition
         return block_types()[self.inverse].invert_condition
+
+    @property
+    def tried(self) -> str | None:
+        """The input that trials of the output make equal to the first one: a wire into it closes no loop."""
+        return self.of("input")[self.trial - 1].name if self.trial else None
 
     @property
     def rate_independent(self) -> bool:
@@ -325,6 +334,7 @@ def block_types() -> dict[str, BlockType]:
             smooth=told.smooth or 1e-5,
             hold=(told.hold or b"zoh").decode(),
             flags=b.flags,
+            trial=b.trial,
             dims=dims,
             vars=rows,
             raw=b,

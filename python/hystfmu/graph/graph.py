@@ -14,7 +14,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.executor import Executor
-from hystfmu.core.library import IMPLICIT, Var
+from hystfmu.core.library import Var
 from hystfmu.graph.block_file import block_file, token_of
 from hystfmu.graph.dependencies import dependencies
 from hystfmu.graph.node import Node, Value
@@ -172,9 +172,8 @@ class Graph:
         return sorted(links)
 
     def _order(self) -> list[int]:
-        # the second input of an implicit inverse returns the response to its trial output: neither a loop nor a source
-        tried = [bool(n.block.flags & IMPLICIT) for n in self.nodes]
-        edges = {(s, d) for d, place, s, _, _ in self.links if s >= 0 and not (tried[d] and place == 1)}
+        # the input that a block tries its output for waits for no source
+        edges = {(s, d) for d, place, s, _, _ in self.links if s >= 0 and place != self.nodes[d].block.trial - 1}
         return evaluation_order([n.name for n in self.nodes], [n.feeds_through() for n in self.nodes], edges)
 
     # ---- what an importer sees ------------------------------------------------------------------------------------

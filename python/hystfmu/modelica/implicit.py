@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hystfmu.base.errors import InputError
-from hystfmu.core.library import IMPLICIT
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica.literals import class_name, number, unique
 from hystfmu.modelica.static_form import static_form
@@ -35,7 +34,7 @@ class Tried:
 
 def inverses(graph: Graph) -> list[Node]:
     """The implicit inverses of a graph."""
-    return [n for n in graph.nodes if n.block.flags & IMPLICIT]
+    return [n for n in graph.nodes if n.block.trial]
 
 
 def package_of(node: Node) -> str:
@@ -45,7 +44,7 @@ def package_of(node: Node) -> str:
 
 def wires(graph: Graph) -> list[tuple[str, str]]:
     """The wires, without those into h of an implicit inverse: its package computes them."""
-    ends = {f"{n.name}.h" for n in inverses(graph)}
+    ends = {f"{n.name}.{n.block.tried}" for n in inverses(graph)}
     return [(a, b) for a, b in graph.wires if b.split("[")[0] not in ends]
 
 
@@ -69,7 +68,10 @@ def between(graph: Graph, inverse: Node) -> tuple[Node, ...]:
         There are none, or one of them is not static.
     """
     at = graph.nodes.index(inverse)
-    found, new = set(), {s for d, place, s, _, _ in graph.links if d == at and place == 1 and s >= 0}
+    found, new = (
+        set(),
+        {s for d, place, s, _, _ in graph.links if d == at and place == inverse.block.trial - 1 and s >= 0},
+    )
     while new:
         found |= new
         new = {s for d, _, s, _, _ in graph.links if d in new and s >= 0} - found - {at}
@@ -104,7 +106,7 @@ def tried(graph: Graph, inverse: Node, within: str) -> Tried:
         stated += more[1]
         n_values += sum(n for _, n in f.values.values())
         n_state += f.size
-    output = _source(graph, inverse, 1, inverse, names)
+    output = _source(graph, inverse, inverse.block.trial - 1, inverse, names)
     kept = [names[f.node.name] for f in forms if f.size]
     stated.append(f"state_new := {_joined([f'{{{output}}}', *kept])}")
     package = package_of(inverse)

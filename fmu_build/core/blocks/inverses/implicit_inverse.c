@@ -42,4 +42,4 @@ HYST_BLOCK(implicit_inverse,
            (.text = "Implicit inverse: the input at which a static model has the wanted output",
             .equation = "u in [lo, hi] such that h(u) = y, h the output of the model between u and h",
             .source = "bracketed root finding: Chandrupatla 1997", .family = "inverses", .tolerance = "iteration"),
-           .rate = HYST_HYSTERETIC, .flags = HYST_IMPLICIT, .prepare = prepare, .output = output, .update = update)
+           .rate = HYST_HYSTERETIC, .trial = 2, .prepare = prepare, .output = output, .update = update)
