@@ -42,7 +42,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
 NO_CHAIN, PAST = ("no exact inverse", "learned"), ("past inputs only", "feedforward")
 REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     **{("exact", key): NO_CHAIN for key in METHODS if key not in ("prandtl_ishlinskii", "auto")},
-    **{(way, key): PAST for way in WAYS for key in ("g0_prandtl_ishlinskii", "bouc_wen_oscillator")},
+    **{(way, key): PAST for way in WAYS for key in ("g0_prandtl_ishlinskii", "g0_bouc_wen", "bouc_wen_oscillator")},
     **{("implicit", key): ("at creep", "dynamics") for key in ("prandtl_ishlinskii_asym", "prandtl_ishlinskii_rate")},
     ("implicit", "rate_mlp"): ("at rate", "time between samples"),
     ("implicit", "polynomial_narx"): ("at network", "time between samples"),

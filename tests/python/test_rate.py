@@ -12,7 +12,7 @@ from hystfmu.design import sliding_bound
 from hystfmu.fmu import export_fmu
 from hystfmu.fmu.check.check import check_fmu
 from hystfmu.identify import errors, fit
-from hystfmu.identify.methods.g0_prandtl_ishlinskii import Dynamics, hysteresis, polynomials
+from hystfmu.identify.features.dynamics import Dynamics, hysteresis, polynomials
 from hystfmu.inverse import inverse
 from hystfmu.model import accuracy
 from hystfmu.papers.rate_plant import RATE, actuator, excitation
@@ -100,7 +100,7 @@ def test_the_static_part_has_the_exact_inverse():
     np.testing.assert_allclose(static.predict(inverse(static).predict(wanted)), wanted, atol=1e-12 * d.span)
     with pytest.raises(InputError, match=r"past inputs only.*no causal inverse.*feedforward"):
         inverse(m)
-    with pytest.raises(InputError, match="g0_prandtl_ishlinskii"):
+    with pytest.raises(InputError, match="prandtl_ishlinskii"):
         hysteresis(static)
 
 

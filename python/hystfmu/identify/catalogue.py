@@ -25,6 +25,7 @@ METHODS: dict[str, str] = {
     "duhem": "polynomial slopes for rising and falling input, least squares, refined on the free run",
     "rate_mlp": "network on the input, its rate and a bank of plays",
     "g0_prandtl_ishlinskii": "weighted plays, then G0(s) with delay, variable projection",
+    "g0_bouc_wen": "Bouc-Wen hysteresis, then G0(s) with delay, variable projection",
     "bouc_wen_oscillator": "oscillator with a Bouc-Wen force, grey box, least squares",
     AUTO: "of those that suit the memory in the data, the best on the last 30 % of the training rows",
 }

@@ -43,11 +43,12 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     with threadpool_limits(1):
         behind = dead_band.behind(data, band)
         graph, parameters, *more = module.build(behind, chosen, seed, progress)
+    found = dict(more[0]) if more else {}
     graph = dead_band.in_front(graph, band)
     seconds = time.perf_counter() - started
     y = graph.run(data.u, data.h)
     rows = data.train.stop - data.train.start
-    warned = drift.warnings((data.y - y)[data.train], data.span)
+    warned = [*found.pop("warnings", ()), *drift.warnings((data.y - y)[data.train], data.span)]
     if parameters >= rows:
         warned.append(
             f"{parameters} parameters from {rows} train rows: the error on these rows says nothing about others"
@@ -57,7 +58,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
         **errors(y[data.train], data.y[data.train], data.span),
         "parameters": int(parameters),
         **({} if covered is None else {"coverage_percent": covered}),
-        **(more[0] if more else {}),
+        **found,
         **({"warnings": warned} if warned else {}),
     }
     return Model(

@@ -21,7 +21,7 @@ from hystfmu.data import Dataset, signals
 from hystfmu.design import sliding_bound
 from hystfmu.graph import Graph
 from hystfmu.identify import errors, fit
-from hystfmu.identify.methods.g0_prandtl_ishlinskii import hysteresis
+from hystfmu.identify.features.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from hystfmu.papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation

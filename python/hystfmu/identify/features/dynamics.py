@@ -1,0 +1,197 @@
+"""Linear dynamics behind a hysteresis: G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1) with a delay; their search.
+
+The delay is a whole number of samples in a delay block and the rest of it as a Pade approximant of e^(-s tau) of order
+2 inside the transfer function: its phase is off by (omega tau)^5/720, 5e-9 rad at a fiftieth of the sample rate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import OptimizeResult, least_squares
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.features.identifiable import standard_errors
+from hystfmu.identify.options import Option
+from hystfmu.model import Model
+
+TRIALS = 11  # of f_n, over four decades at most, that begin the search
+MOST_EVALUATIONS = 40  # of the residuals and their Jacobian, for each of the starts that go on
+DIFFERENCE = 1e-5  # step of the Jacobian in ln f_n, ln zeta and samples of delay
+LEAST_REST = 1e-6  # a shorter rest of the delay, in samples, is dropped
+KNOWN, KNOWN_PHASE = 0.02, 0.05  # standard error of ln f_n and ln zeta; phase at f_n by that of the delay (rad)
+
+DYNAMICS_OPTIONS = (
+    Option("hold", "foh", choices=("foh", "zoh"), text="input between rows: a ramp, or held (at the new value)"),
+    Option("delay_max", 10.0, 0.0, 1e5, text="longest delay tried, in samples"),
+    Option("zeta_max", 5.0, 0.01, 1e3, text="largest damping ratio tried"),
+)
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """G0 and the delay: natural frequency (Hz), damping ratio, delay (s)."""
+
+    f_n: float
+    zeta: float
+    delay: float
+
+    @classmethod
+    def at(cls, p: Sequence[float] | Array, h: float) -> Dynamics:
+        """The dynamics at the point (ln f_n, ln zeta, delay in samples) of a search, for the step h (s)."""
+        return cls(float(np.exp(p[0])), float(np.exp(p[1])), float(p[2]) * h)
+
+    def point(self, h: float) -> Array:
+        """Where a search has them: the inverse of `at`."""
+        return np.array([np.log(self.f_n), np.log(self.zeta), self.delay / h])
+
+    def nodes(self, h: float, hold: str) -> list[Node]:
+        """Blocks in a chain for the step h (s): ``g0`` (transfer_function), and ``delay`` if it is a sample or more."""
+        whole = math.floor(self.delay / h + LEAST_REST)
+        b, a = polynomials(self, max(self.delay - whole * h, 0.0) if self.delay / h - whole > LEAST_REST else 0.0)
+        g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})
+        return [g0, Node("delay", "delay", {"n": whole})] if whole else [g0]
+
+    def filter(self, columns: Array, h: float, hold: str) -> Array:
+        """Columns (rows, n) after G0 and the delay, each from its steady state, run by the C core."""
+        g0, *delays = self.nodes(h, hold)
+        graph = Graph.single(g0)
+        out = np.column_stack([graph.run(c, h) for c in columns.T])
+        if not delays:
+            return out
+        n = min(delays[0].dims["n"], len(out))
+        return np.vstack([np.repeat(out[:1], n, axis=0), out[: len(out) - n]])
+
+
+def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
+    """Numerator and denominator of G0(s) times Pade(2, 2) of e^(-s rest), highest power of s first."""
+    w = 2 * np.pi * g.f_n
+    b, a = np.array([w * w]), np.array([1.0, 2 * g.zeta * w, w * w])
+    if rest == 0:
+        return b, a
+    pade = np.array([1.0, 6 / rest, 12 / rest**2])
+    return np.polymul(b, pade * [1, -1, 1]), np.polymul(a, pade)
+
+
+def bounds(data: Dataset, options: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Of (ln f_n, ln zeta, delay in samples): one cycle in the record to the Nyquist frequency, 0.01 to zeta_max."""
+    n = data.train.stop - data.train.start
+    lo = np.array([np.log(1 / (n * data.h)), np.log(0.01), 0.0])
+    return lo, np.array([np.log(0.5 / data.h), np.log(options["zeta_max"]), max(options["delay_max"], 1e-9)])
+
+
+def search(
+    residuals: Callable[[Dynamics], Array],
+    data: Dataset,
+    options: Mapping[str, Any],
+    progress: Callable[[float], None],
+    near: Dynamics | None = None,
+) -> Dynamics:
+    """The dynamics with the smallest residuals: trust-region steps from `near`, or the best two on a grid of f_n."""
+    h = data.h
+    lo, hi = bounds(data, options)
+
+    def inside(p: Sequence[float] | Array) -> Array:
+        return np.clip(p, lo + 1e-9 * (hi - lo), hi - 1e-9 * (hi - lo))
+
+    scale = data.span * np.sqrt(data.train.stop - data.train.start)
+
+    def error(p: Array) -> Array:
+        return np.asarray(residuals(Dynamics.at(p, h)) / scale)
+
+    def jacobian(p: Array) -> Array:
+        return _jacobian(error, p, hi)
+
+    def refine(p: Array) -> OptimizeResult:
+        return least_squares(
+            error, p, jacobian, (lo, hi), x_scale=np.ones(3), ftol=1e-10, xtol=1e-9, max_nfev=MOST_EVALUATIONS
+        )
+
+    if near is not None:
+        return Dynamics.at(refine(inside(near.point(h))).x, h)
+    grid = np.linspace(hi[0], max(lo[0], hi[0] + np.log(1e-4)), TRIALS)
+    trials = []
+    for i, ln_f in enumerate(grid):
+        for delay in (0.0, 2.0):
+            p = inside([ln_f, np.log(0.7), delay])
+            e = error(p)
+            trials.append((float(e @ e), p))
+        progress(0.3 * (i + 1) / len(grid))
+    found = []
+    for i, (_, p) in enumerate(sorted(trials, key=lambda t: t[0])[:2]):
+        found.append(refine(p))
+        progress(0.3 + 0.35 * (i + 1))
+    return Dynamics.at(min(found, key=lambda f: f.cost).x, h)
+
+
+def _jacobian(error: Callable[[Array], Array], p: Array, hi: Array) -> Array:
+    here = error(p)
+    steps = DIFFERENCE * np.where(p + DIFFERENCE > hi, -1, 1)
+    return np.column_stack([(error(p + s * e) - here) / s for s, e in zip(steps, np.eye(len(p)), strict=True)])
+
+
+def uncertainty(
+    residuals: Callable[[Dynamics], Array], g: Dynamics, data: Dataset, options: Mapping[str, Any]
+) -> Array:
+    """Standard errors of ln f_n, ln zeta and the delay (samples), shape (3,), for the dynamics `g` that were found."""
+    lo, hi = bounds(data, options)
+    p = g.point(data.h)
+    free = (p > lo + 1e-6 * (hi - lo)) & (p < hi - 1e-6 * (hi - lo))
+    jacobian = _jacobian(lambda p: residuals(Dynamics.at(p, data.h)), np.clip(p, lo, hi), hi)
+    return standard_errors(residuals(g), jacobian, free)
+
+
+def unknown(g: Dynamics, spread: Array, data: Dataset, options: Mapping[str, Any]) -> list[str]:
+    """A warning for each of f_n, zeta and the delay that the record does not tell.
+
+    Parameters
+    ----------
+    g : Dynamics
+        As found.
+    spread : array, shape (3,)
+        Standard errors of ln f_n, ln zeta and the delay (samples).
+    data, options
+        Of the fit: the bounds of the search.
+    """
+    lo, hi = bounds(data, options)
+    p, room = g.point(data.h), 1e-3
+    found: list[str] = []
+    if not lo[0] + room < p[0] < hi[0] - room:
+        found.append(f"f_n = {g.f_n:.4g} Hz is a bound of the search: the record shows no such dynamics")
+    elif spread[0] > KNOWN:
+        found.append(
+            f"f_n = {g.f_n:.4g} Hz is known to {100 * spread[0]:.2g} % only (standard error): excite up to about f_n"
+        )
+    if spread[1] > KNOWN:
+        found.append(f"zeta = {g.zeta:.3g} is known to {100 * spread[1]:.2g} % only (standard error)")
+    if 2 * np.pi * g.f_n * spread[2] * data.h > KNOWN_PHASE:
+        found.append(f"the delay {g.delay:.3g} s is known to {spread[2] * data.h:.2g} s only (standard error)")
+    return found
+
+
+def hysteresis(model: Model) -> Model:
+    """The model without G0 and delay: the static part, which `hystfmu.inverse.inverse` inverts.
+
+    In front of that inverse belongs a ``feedforward`` block with ``f_n`` and ``zeta`` of ``model.fit``, which needs the
+    reference with two derivatives, taken ``delay`` seconds ahead.
+
+    Raises
+    ------
+    InputError
+        A model without the blocks ``g0`` and ``readout`` of this kind.
+    """
+    g = model.graph
+    if not model.key.startswith("g0_"):
+        raise InputError(f"hysteresis() takes a model of hysteresis and G0, of a key g0_...; got {model.key!r}")
+    (source,) = (a for a, b in g.wires if b == "g0.u")
+    nodes = [n for n in g.nodes if n.name not in ("g0", "delay")]
+    wires = [(a, b) for a, b in g.wires if not {a.split(".")[0], b.split(".")[0]} & {"g0", "delay"}]
+    static = Graph(nodes, [*wires, (source, "readout.u")], g.inputs, g.outputs)
+    return replace(model, key=model.key.removeprefix("g0_"), graph=static, fit={})
