@@ -25,13 +25,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def fitted() -> dict[str, Model]:
-    """The models of all keys, each fitted once."""
+    """Fitted models by key, shared by the tests of a session."""
     return {}
 
 
 @pytest.fixture
 def make(folder: Path, fmi: int) -> Iterator[Callable[[Graph], Master]]:
-    """Instances of a graph, freed at the end of the test."""
+    """Make instances of a graph; they are freed at the end of the test."""
     made: list[Master] = []
 
     def new(graph: Graph | None = None, interface: str = "cs") -> Master:

@@ -1,4 +1,4 @@
-"""A master for the interfaces with Event Mode: Model Exchange with solvers of our own, Co-Simulation with events."""
+"""A master for the interfaces with Event Mode: Model Exchange with simple solvers, Co-Simulation with events."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from fmu_master import OK, Array, Master
 from scipy.integrate import solve_ivp
 
-Slope = Callable[[float, Array], Array]
-Solver = Callable[[Slope, float, float, Array], Array]
+Rate = Callable[[float, Array], Array]
+Solver = Callable[[Rate, float, float, Array], Array]
 
 
 def euler(steps: int) -> Solver:
-    """Forward Euler, `steps` of them in an interval."""
+    """Forward Euler with `steps` steps per interval."""
 
-    def solve(f: Slope, t: float, end: float, x: Array) -> Array:
+    def solve(f: Rate, t: float, end: float, x: Array) -> Array:
         h = (end - t) / steps
         for k in range(steps):
             x = x + h * f(t + k * h, x)
@@ -26,9 +26,9 @@ def euler(steps: int) -> Solver:
 
 
 def runge_kutta(steps: int) -> Solver:
-    """The classical Runge-Kutta method of order 4."""
+    """The classical Runge-Kutta method of order 4, `steps` steps per interval."""
 
-    def solve(f: Slope, t: float, end: float, x: Array) -> Array:
+    def solve(f: Rate, t: float, end: float, x: Array) -> Array:
         h = (end - t) / steps
         for k in range(steps):
             s = t + k * h
@@ -41,8 +41,8 @@ def runge_kutta(steps: int) -> Solver:
     return solve
 
 
-def adaptive(f: Slope, t: float, end: float, x: Array) -> Array:
-    """scipy's Dormand-Prince method of order 8; it never looks past the end of the interval."""
+def adaptive(f: Rate, t: float, end: float, x: Array) -> Array:
+    """The Dormand-Prince method of order 8 of scipy; it never evaluates beyond the end of the interval."""
     return np.asarray(solve_ivp(f, (t, end), x, method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1])
 
 
@@ -66,7 +66,7 @@ class Events(Master):
 
     # ---- one call each -----------------------------------------------------------------------------------------------
     def update(self) -> int:
-        """The event happens; the status."""
+        """Update the discrete states and return the status."""
         if self.fmi == 2:
             info = EventInfo()
             status = self.call("NewDiscreteStates", C.byref(info))
@@ -77,12 +77,12 @@ class Events(Master):
             status = self.call("UpdateDiscreteStates", *map(C.byref, words), C.byref(time))
             flags, defined, at = [w.value for w in words[:4]], words[4].value, time.value
         if status == OK:
-            assert not any(flags), "one event is enough, and states never jump"
+            assert not any(flags), "one update is sufficient, and states are continuous"
             self.next = at if defined else None
         return status
 
     def vector(self, name: str, n: int | None = None) -> tuple[int, Array]:
-        """Status and result of a call that fills an array; as long as there are states by default."""
+        """Call a function that fills an array, by default one number per state; return status and array."""
         values = (C.c_double * (self.n_states if n is None else n))()
         status = self.call(name, values, C.c_size_t(len(values)))
         return status, np.array(values)
@@ -100,21 +100,21 @@ class Events(Master):
         return x
 
     def set_x(self, x: Array) -> int:
-        """Status of setting them."""
+        """Set the continuous states and return the status."""
         return self.call("SetContinuousStates", (C.c_double * len(x))(*x), C.c_size_t(len(x)))
 
     def derivatives(self) -> Array:
-        """What they are at the present time, inputs and states."""
+        """Read the derivatives at the current time, inputs and states."""
         status, dx = self.vector("GetDerivatives" if self.fmi == 2 else "GetContinuousStateDerivatives")
         assert status == OK, self.messages[-1:]
         return dx
 
     def set_time(self, t: float) -> int:
-        """Status of a new time."""
+        """Set the time and return the status."""
         return self.call("SetTime", C.c_double(t))
 
     def completed(self) -> int:
-        """The step is accepted; the status."""
+        """Accept the step and return the status."""
         flag = C.c_int if self.fmi == 2 else C.c_bool
         event, terminate = flag(1), flag(1)
         status = self.call("CompletedIntegratorStep", flag(1), C.byref(event), C.byref(terminate))
@@ -122,13 +122,13 @@ class Events(Master):
         return status
 
     def leave(self) -> None:
-        """Out of Event Mode."""
+        """Leave Event Mode."""
         name = "EnterContinuousTimeMode" if self.interface == "me" else "EnterStepMode"
         assert self.call(name) == OK
 
     # ---- runs --------------------------------------------------------------------------------------------------------
     def put(self, row: Array) -> None:
-        """All inputs."""
+        """Set all inputs."""
         at = 0
         for p in self.graph.ports:
             if p.kind == "input":
@@ -136,11 +136,11 @@ class Events(Master):
                 at += p.size
 
     def outputs(self) -> list[float]:
-        """All outputs, element by element."""
+        """Read all elements of all outputs."""
         return [x for p in self.graph.ports if p.kind == "output" for x in np.atleast_1d(self.get(p.name))]
 
     def event(self, row: Array) -> list[float]:
-        """An event at which the inputs take new values; the outputs."""
+        """Handle an event with new inputs and return the outputs."""
         assert self.call("EnterEventMode") == OK
         self.put(row)
         assert self.update() == OK
@@ -149,7 +149,7 @@ class Events(Master):
         return y
 
     def begin(self, row: Array, t: float = 0.0) -> list[float]:
-        """Initialisation with these inputs and the event after it; the outputs."""
+        """Initialise with the given inputs, handle the initial event, and return the outputs."""
         assert self.enter(t) == OK
         self.put(row)
         assert self.call("ExitInitializationMode") == OK
@@ -159,16 +159,16 @@ class Events(Master):
         return y
 
     def integrate(self, u: Array, h: float, solver: Solver, hold: str = "end", reject: bool = False) -> Array:
-        """Model Exchange over the rows of `u`, `h` apart: outputs, a row each.
+        """Run Model Exchange over the rows of `u` with step `h` and return the outputs, one row each.
 
-        `hold`: what the inputs are between two rows.  "end": the next row, as in Co-Simulation; "ramp": a line;
-        "events": the last row, changed by an event.  `reject`: every step is tried first with other inputs.
+        `hold` says how inputs vary between rows: "end" holds the next row, as Co-Simulation does; "ramp" interpolates;
+        "events" holds the last row and changes it by an event.  `reject` tries and rejects every step first.
         """
         y, x = [self.begin(u[0])], self.x
         for k in range(1, len(u)):
             t, end = (k - 1) * h, (k - 1) * h + h
 
-            def slope(s: float, x: Array, k: int = k, t: float = t) -> Array:
+            def rate(s: float, x: Array, k: int = k, t: float = t) -> Array:
                 share = (s - t) / h
                 row = {"end": u[k], "ramp": u[k - 1] + share * (u[k] - u[k - 1]), "events": u[k - 1]}[hold]
                 assert self.set_time(s) == OK
@@ -180,7 +180,7 @@ class Events(Master):
                 self.put(-3 * u[k])
                 self.set_time(end)
                 self.outputs()
-            x = solver(slope, t, end, x) if self.n_states else x
+            x = solver(rate, t, end, x) if self.n_states else x
             assert self.set_time(end) == OK
             self.put(u[k - 1] if hold == "events" else u[k])
             assert self.set_x(x) == OK

@@ -1,4 +1,4 @@
-"""What the FMU tests share: graphs that move, unpacked FMUs, a master that sees every status (ctypes)."""
+"""Shared parts of the FMU tests: graphs, unpacked FMUs, and a master that returns every status (ctypes)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OK, WARNING, DISCARD, ERROR = range(4)
 H = 1e-3
 BLOCKS = sorted(block_types())
 
-# defaults under which a block would stand still or show nothing
+# values for blocks whose defaults give a constant output
 _R, _W = np.linspace(0.0, 0.9, 10), np.linspace(1.0, 0.1, 10)
 _LIVE: dict[str, dict[str, Any]] = {
     "prandtl_ishlinskii": {"w0": 0.3, "r": _R, "w": _W},
@@ -34,12 +34,12 @@ _DIMS = {"mlp": {"n_in": 2}, "scaling": {"n": 3}}
 
 
 def single(name: str) -> Graph:
-    """A graph of one block with values under which its output moves."""
+    """Return a graph of one block, with values for which its output varies."""
     return Graph.single(Node(name, name, _DIMS.get(name, {}), _LIVE.get(name, {}))).with_step(H)
 
 
 def loop() -> Graph:
-    """A closed loop: reference, PID, hysteresis, second-order dynamics; the disturbance comes from outside."""
+    """Return a closed loop: reference, PID, hysteresis, second-order dynamics; the disturbance is an input."""
     nodes = [
         Node("ref", "reference", {}, {"amplitude": 0.8, "frequency": 7.0}),
         Node("ctl", "pid", {}, {"Kp": 0.4, "Ki": 60.0}),
@@ -59,7 +59,7 @@ def loop() -> Graph:
 
 
 def mixed() -> Graph:
-    """One block of every class: hysteresis, then continuous dynamics, then a sampled derivative and a function."""
+    """Return a graph of all rate classes: hysteresis, continuous dynamics, sampled derivative, function."""
     nodes = [
         Node("op", "prandtl_ishlinskii", {}, _LIVE["prandtl_ishlinskii"]),
         Node("dyn", "transfer_function", {"nb": 1, "na": 2}, {"b": [2e-3, 1.0], "a": [1e-5, 4e-3, 1.0]}),
@@ -72,7 +72,7 @@ def mixed() -> Graph:
 
 
 def rows(graph: Graph, n: int = 300, seed: int = 3) -> Array:
-    """Inputs with nested reversals, one column per scalar input, inside the declared ranges."""
+    """Return inputs with nested reversals within the declared ranges, one column per scalar input."""
     rng = np.random.default_rng(seed)
     inputs = [p for p in graph.ports if p.kind == "input" for _ in range(p.size)]
     columns = []
@@ -83,14 +83,14 @@ def rows(graph: Graph, n: int = 300, seed: int = 3) -> Array:
 
 
 def unpack(fmu: Path, folder: Path) -> Path:
-    """The FMU as a folder."""
+    """Unpack an FMU into a folder."""
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
     return folder
 
 
 class Master:
-    """One FMU instance called through ctypes; `messages` holds what it logged as (status, category, text).
+    """One FMU instance called by ctypes; `messages` holds its log as (status, category, text).
 
     `interface` is "cs", "me", or, in FMI 3.0, "event": Co-Simulation with Event Mode.
     """
@@ -148,7 +148,7 @@ class Master:
         )
 
     def call(self, name: str, *arguments: Any) -> int:
-        """fmi2<name> or fmi3<name> of this instance; the status."""
+        """Call fmi2<name> or fmi3<name> of the instance and return the status."""
         return int(getattr(self.lib, self.prefix + name)(self.c, *arguments))
 
     # ---- values ---------------------------------------------------------------------------------------------------
@@ -173,17 +173,17 @@ class Master:
         return status, [float(x) for x in buffer]
 
     def set(self, name: str, *values: float) -> int:
-        """Status of setting all elements of a variable."""
+        """Set all elements of a variable and return the status."""
         return self._access("Set", name, list(values))[0]
 
     def get(self, name: str) -> Any:
-        """A variable: a float, or a list for an array."""
+        """Read a variable: a float, or a list for an array."""
         status, values = self._access("Get", name, None)
         assert status == OK, self.messages[-1:]
         return values[0] if len(values) == 1 else values
 
-    def slopes(self, unknowns: list[int], knowns: list[int], seed: Array, n: int, name: str = "Directional") -> Any:
-        """Status and n numbers: (d unknowns / d knowns) seed, or the transposed product of the adjoint."""
+    def tangent(self, unknowns: list[int], knowns: list[int], seed: Array, n: int, name: str = "Directional") -> Any:
+        """Return status and n numbers: (d unknowns / d knowns) seed, or the transposed product of the adjoint."""
         lists = [((C.c_uint * len(r))(*r), C.c_size_t(len(r))) for r in (unknowns, knowns)]
         given, got = (C.c_double * len(seed))(*seed), (C.c_double * n)()
         sizes = [()] * 2 if self.fmi == 2 else [(C.c_size_t(len(seed)),), (C.c_size_t(n),)]
@@ -192,19 +192,19 @@ class Master:
 
     # ---- life -----------------------------------------------------------------------------------------------------
     def enter(self, t: float = 0.0, stop: float | None = None) -> int:
-        """Into Initialization Mode."""
+        """Enter Initialization Mode and return the status."""
         times = (C.c_double(0), C.c_double(t), C.c_int(stop is not None), C.c_double(stop or 0))
         if self.fmi == 3:
             return self.call("EnterInitializationMode", C.c_int(0), *times)
         return self.call("SetupExperiment", C.c_int(0), *times) or self.call("EnterInitializationMode")
 
     def initialize(self, t: float = 0.0, stop: float | None = None) -> None:
-        """Past the initialisation: into Step Mode, or into Event Mode of the other interfaces."""
+        """Initialise; the instance is then in Step Mode, or in Event Mode of the other interfaces."""
         assert self.enter(t, stop) == OK
         assert self.call("ExitInitializationMode") == OK
 
     def step(self, t: float, h: float = H) -> int:
-        """Status of a step."""
+        """Make a step and return the status."""
         if self.fmi == 2:
             return self.call("DoStep", C.c_double(t), C.c_double(h), C.c_int(1))
         flags = [C.byref(C.c_bool()) for _ in range(3)]
@@ -212,7 +212,7 @@ class Master:
         return self.call("DoStep", C.c_double(t), C.c_double(h), C.c_bool(True), *flags, C.byref(self.last_time))
 
     def run(self, u: Array, first: int = 0) -> list[float]:
-        """Steps with the rows of the only input `u`; the first output after each."""
+        """Step with the rows of the single input `u` and return the output `y` after each step."""
         y = []
         for k, value in enumerate(u, first):
             assert self.set("u", float(value)) == OK
@@ -225,13 +225,13 @@ class Master:
         return name.replace("State", "state").replace("Deserialize", "DeSerialize") if self.fmi == 2 else name
 
     def save(self) -> C.c_void_p:
-        """A new saved state."""
+        """Save the state."""
         state = C.c_void_p()
         assert self.call(self._state("GetFMUState"), C.byref(state)) == OK
         return state
 
     def restore(self, state: C.c_void_p) -> int:
-        """Status of going back."""
+        """Restore a state and return the status."""
         return self.call(self._state("SetFMUState"), state)
 
     def forget(self, state: C.c_void_p) -> int:
@@ -247,18 +247,18 @@ class Master:
         return buffer.raw
 
     def deserialize(self, content: bytes) -> tuple[int, C.c_void_p]:
-        """Status, and the state made of the bytes."""
+        """Deserialize a state; return the status and the state."""
         state = C.c_void_p()
         status = self.call(self._state("DeserializeFMUState"), content, C.c_size_t(len(content)), C.byref(state))
         return status, state
 
     def memory(self) -> bytes:
-        """All that the instance holds, as bytes: to see that a call changed nothing."""
+        """Return the whole state as bytes, to show that a call changed nothing."""
         state = self.save()
         content = self.serialize(state)
         assert self.forget(state) == OK
         return content
 
     def free(self) -> None:
-        """End of the instance."""
+        """Free the instance."""
         getattr(self.lib, self.prefix + "FreeInstance")(self.c)

@@ -1,4 +1,4 @@
-"""The ways to run a graph that must agree to the last bit: fmpy, libcosim, a container of the FMU, the Python unit."""
+"""Run a graph by fmpy, libcosim, a container FMU and the Python unit, which must agree to the last bit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hystfmu.unit import Unit
 
 
 def run_by_fmpy(fmu: Path, folder: Path, u: Array, h: float) -> Array:
-    """Rows of outputs: row 0 after the initialisation with u[0], row k after set u[k], doStep((k - 1) h, h)."""
+    """Return rows of outputs: row 0 after initialisation with u[0], row k after set u[k] and doStep((k - 1) h, h)."""
     unpack(fmu, folder)
     description = read_model_description(str(folder))
     fmi = int(description.fmiVersion[0])
@@ -63,7 +63,7 @@ def run_by_fmpy(fmu: Path, folder: Path, u: Array, h: float) -> Array:
 
 
 def run_by_unit(graph: Graph, u: Array, h: float = 0.0, times: list[float] | None = None) -> Array:
-    """The same by the Python unit; with `times` row k belongs to the step from times[k] to times[k + 1]."""
+    """Run the Python unit in the same way; with `times`, row k belongs to the step from times[k] to times[k + 1]."""
     unit = Unit(graph)
     inputs = [s for p in graph.ports if p.kind == "input" for s in p.scalar_names]
     outputs = [s for p in graph.ports if p.kind == "output" for s in p.scalar_names]
@@ -81,12 +81,12 @@ NANOSECONDS = 1_000_000
 
 
 def clock(n: int) -> list[float]:
-    """The times of libcosim, which counts nanoseconds: their differences are not all the same."""
+    """Return the times of libcosim, which counts nanoseconds, so that step sizes differ by rounding."""
     return [k * NANOSECONDS / 1e9 for k in range(n + 1)]
 
 
 def run_by_libcosim(graph: Graph, fmu: Path, u: Array) -> Array:
-    """Rows of outputs: row k after override u[k], step k; there is no row of the initialisation."""
+    """Return rows of outputs: row k after override u[k] and step k, without a row for the initialisation."""
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimManipulator import CosimManipulator
     from libcosimpy.CosimObserver import CosimObserver
@@ -108,7 +108,7 @@ def run_by_libcosim(graph: Graph, fmu: Path, u: Array) -> Array:
 
 
 def run_in_container(fmu: Path, folder: Path, u: Array, h: float) -> Array:
-    """As run_by_fmpy, of a container that fmu-manipulation-toolbox makes around the FMU."""
+    """Run a container of the FMU, made by fmu-manipulation-toolbox, as `run_by_fmpy` does."""
     folder.mkdir()
     shutil.copy(fmu, folder / "m.fmu")
     (folder / "box.json").write_text(json.dumps({"name": "box.fmu", "fmu": ["m.fmu"], "step_size": h}))
@@ -121,7 +121,7 @@ def run_in_container(fmu: Path, folder: Path, u: Array, h: float) -> Array:
 
 
 def exchange_by_fmpy(path: Path, graph: Graph, u: Array, solver: str, h: float) -> Array:
-    """Model Exchange by fmpy.simulate_fmu with the inputs as a table; rows of outputs."""
+    """Run Model Exchange by fmpy.simulate_fmu with a table of inputs and return rows of outputs."""
     names = [s for p in graph.ports if p.kind == "input" for s in p.scalar_names]
     assert all(p.size == 1 for p in graph.ports if p.kind in ("input", "output"))
     table = np.array([(k * h, *row) for k, row in enumerate(u)], dtype=[(n, "f8") for n in ("time", *names)])

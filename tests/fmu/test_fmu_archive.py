@@ -46,7 +46,7 @@ def _same(_: str, b: bytes) -> bytes:
     return b
 
 
-# ---- export --------------------------------------------------------------------------------------------------------
+# ---- export ---------------------------------------------------------------------------------------------------------
 def test_export_is_fast_small_and_repeatable(tmp_path: Path) -> None:
     graph = loop()
     first = export_fmu(graph, tmp_path / "a.fmu").read_bytes()
@@ -87,7 +87,7 @@ def test_export_refuses_versions_and_places(tmp_path: Path) -> None:
         export_fmu(single("sum"), tmp_path / "file" / "x.fmu")
 
 
-# ---- description ---------------------------------------------------------------------------------------------------
+# ---- description ----------------------------------------------------------------------------------------------------
 def test_dependencies_are_explicit(tmp_path: Path, fmi: int) -> None:
     """A block with direct feed-through depends on its input, a strictly proper one does not."""
     for name, depends in (("prandtl_ishlinskii", True), ("delay", False)):
@@ -130,7 +130,7 @@ def test_arrays_are_native_in_fmi3(tmp_path: Path) -> None:
     assert [float(x) for x in str(r.get("start")).split()] == list(graph.port("r").start)
 
 
-# ---- check ---------------------------------------------------------------------------------------------------------
+# ---- check ----------------------------------------------------------------------------------------------------------
 def test_good_ones_have_no_problems(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
     path = tmp_path / "Größe 1.fmu"
     path.write_bytes(good[fmi])

@@ -1,4 +1,4 @@
-"""The binary: its symbols, the FMI layer under AddressSanitizer and UBSan, foreign binaries that misbehave."""
+"""The binary: symbols, the FMI layer under AddressSanitizer and UBSan, and faulty foreign binaries."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_compiles_without_a_warning(tmp_path: Path, compiler: str) -> None:
         assert list(pool.map(one, sorted(FMI.rglob("*.c")))) == [""] * len(list(FMI.rglob("*.c")))
 
 
-# ---- sanitizers ----------------------------------------------------------------------------------------------------
+# ---- sanitizers -----------------------------------------------------------------------------------------------------
 @pytest.fixture(scope="module")
 def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     """A program of tests/c linked with the core and the FMI layer, all of them sanitized."""
@@ -97,7 +97,7 @@ def drive(program: Path, graph: Graph, folder: Path, calls: int, seed: int) -> N
 
 
 @linux
-def test_memory_that_runs_out_and_pointers_that_are_null(sanitized: Callable[[str], Path], tmp_path: Path) -> None:
+def test_out_of_memory_and_null_pointers(sanitized: Callable[[str], Path], tmp_path: Path) -> None:
     graph = mixed()
     (tmp_path / "block.bin").write_bytes(graph.to_bytes())
     command = [str(sanitized("drive_edges")), str(tmp_path), graph.token]
@@ -115,7 +115,7 @@ def test_random_sequences_of_calls(sanitized: Callable[[str], Path], tmp_path: P
 
 
 def small(name: str) -> Graph:
-    """The block with a short memory, so that a forged number often falls on a count or a place."""
+    """Return a block with a short memory, so that a forged number often hits a count or an index."""
     node, block = single(name).nodes[0], block_types()[name]
     short = {d.name: 4 for d in block.dims if d.name == "depth"} | ({"n": 3} if name == "delay" else {})
     return Graph.single(Node(name, name, {**node.dims, **short}, node.values)).with_step(H) if short else single(name)
@@ -123,7 +123,7 @@ def small(name: str) -> Graph:
 
 @pytest.mark.parametrize("name", [*BLOCKS, "loop"])
 def test_forged_states(sanitized: Callable[[str], Path], tmp_path: Path, name: str) -> None:
-    """Counts, places and derived values in the bytes of a state may be any number."""
+    """Counts, indices and derived values in the bytes of a state may be any number."""
     drive(sanitized("drive_states"), loop() if name == "loop" else small(name), tmp_path, 400, 1)
 
 
@@ -134,9 +134,9 @@ def test_many_forged_states(sanitized: Callable[[str], Path], tmp_path: Path, na
         drive(sanitized("drive_states"), loop() if name == "loop" else small(name), tmp_path, 10000, seed)
 
 
-# ---- foreign binaries ----------------------------------------------------------------------------------------------
+# ---- foreign binaries -----------------------------------------------------------------------------------------------
 def _with_binary(tmp_path: Path, patch: str, file: str = "fmi2.c", function: str = "DoStep") -> Path:
-    """A good FMU whose binary is replaced by the FMI layer with one function taken over by `patch`."""
+    """Make an FMU whose binary is the FMI layer with one function replaced by `patch`."""
     source = tmp_path / "patched.c"
     shared = (FMI / "standards" / "model_exchange.h").read_text()
     ours = (FMI / "standards" / file).read_text().replace('#include "fmi/standards/model_exchange.h"', shared)
@@ -221,7 +221,7 @@ DERIVATIVE = (
     ],
     ids=["memory not committed", "memory of rejected steps", "derivative after steps"],
 )
-def test_check_sees_what_a_solver_would_suffer_from(
+def test_check_finds_defects_of_model_exchange(
     tmp_path: Path, file: str, function: str, patch: str, expected: str
 ) -> None:
     problems = check_fmu(_with_binary(tmp_path, patch + "\n", file, function))

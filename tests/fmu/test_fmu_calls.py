@@ -1,4 +1,4 @@
-"""Bad steps, bad values, parameters, reset, instances: what is refused changes nothing, and says why."""
+"""Invalid steps and values, parameters, reset, instances: a refused call changes nothing and gives the reason."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Make = Callable[..., Master]
 U = rows(single("prandtl_ishlinskii"))[:, 0]
 
 
-# ---- steps ---------------------------------------------------------------------------------------------------------
+# ---- steps ----------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("h", [0.0, -1e-3, math.nan, math.inf, -math.inf, 1e-300, 1e300])
 def test_bad_step_size(make: Make, h: float) -> None:
     m = make()
@@ -44,7 +44,7 @@ def test_step_from_another_time(make: Make, t: float) -> None:
 @pytest.mark.parametrize("h", [1e-3, 1 / 60, 1 / 44100, 0.1])
 @pytest.mark.parametrize("t0", [0.0, 1e6])
 def test_rounding_of_time_is_accepted(make: Make, h: float, t0: float) -> None:
-    """Importers that multiply and importers that add, at the end of a long run (the times of the last 200 steps)."""
+    """Importers compute times by products or by sums; the test covers the last 200 steps of a long run."""
     m = make(Graph.single(Node("delay", "delay", {"n": 2}, {})))
     n = 10**7
     m.initialize(t0 + (n - 200) * h)
@@ -56,7 +56,7 @@ def test_rounding_of_time_is_accepted(make: Make, h: float, t0: float) -> None:
         added += h
 
 
-def test_step_behind_the_stop_time(make: Make) -> None:
+def test_step_beyond_the_stop_time(make: Make) -> None:
     m = make()
     m.initialize(stop=3 * H)
     for k in range(3):
@@ -72,7 +72,7 @@ def test_bad_start_and_stop_time(make: Make) -> None:
         assert m.enter(0.0, 1.0) == OK
 
 
-# ---- inputs without a value ----------------------------------------------------------------------------------------
+# ---- inputs without a value -----------------------------------------------------------------------------------------
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_input_without_finite_value(make: Make, bad: float) -> None:
     want, m = make(), make()
@@ -84,7 +84,7 @@ def test_input_without_finite_value(make: Make, bad: float) -> None:
     for _ in range(3):
         assert m.set("u", bad) == DISCARD
         assert m.step(20 * H) == DISCARD
-    assert m.memory() == before, "the memory advanced on a bad input"
+    assert m.memory() == before, "the memory advanced with an invalid input"
     word = "NaN" if math.isnan(bad) else "infinite"
     text = f"The input 'u' is {word}: no step is made until it has a finite value again."
     assert m.messages == [(WARNING, "logStatusWarning", text)], "one warning"
@@ -94,7 +94,7 @@ def test_input_without_finite_value(make: Make, bad: float) -> None:
     assert len(m.messages) == 2, "a new episode warns again"
 
 
-# ---- values --------------------------------------------------------------------------------------------------------
+# ---- values ---------------------------------------------------------------------------------------------------------
 def test_out_of_range(make: Make) -> None:
     m = make()
     before = m.memory()
@@ -110,7 +110,7 @@ def test_out_of_range(make: Make) -> None:
 
 
 def test_types(make: Make) -> None:
-    """An int is no real, an enumeration has as many values as words."""
+    """Types are checked, and an enumeration has only its items as values."""
     m = make(single("reference"))
     last = len(m.ports["shape"].var.choices) - 1
     assert m.set("shape", last) == OK
@@ -186,7 +186,7 @@ def test_fixed_and_tunable(make: Make) -> None:
 
 
 def test_parameters_that_do_not_fit_together(make: Make) -> None:
-    """Each value is legal, the set is not: the initialisation says so and can be repeated with better ones."""
+    """Each value is valid but their combination is not: the initialisation fails and can be repeated."""
     m = make()
     assert m.set("r", *np.linspace(0.9, 0.0, 10)) == OK
     assert m.enter() == OK
@@ -196,7 +196,7 @@ def test_parameters_that_do_not_fit_together(make: Make) -> None:
     assert m.call("ExitInitializationMode") == OK
 
 
-# ---- initialisation ------------------------------------------------------------------------------------------------
+# ---- initialisation -------------------------------------------------------------------------------------------------
 def test_outputs_follow_inputs_in_initialization_mode(make: Make) -> None:
     m = make()
     assert m.enter() == OK
@@ -204,7 +204,7 @@ def test_outputs_follow_inputs_in_initialization_mode(make: Make) -> None:
     for u in (0.0, 2.0, -1.0, 2.0):
         assert m.set("u", u) == OK
         seen.append((m.get("y"), m.get("y")))
-    assert seen[1] == seen[3], "the memory starts afresh for every guess"
+    assert seen[1] == seen[3], "the memory is initialised anew for every guess"
     assert [a == b for a, b in seen] == [True] * 4
     assert seen[1][0] == m.graph.run([2.0, 2.0])[0]
 
@@ -224,8 +224,8 @@ def test_get_and_set_have_no_side_effects(make: Make) -> None:
     assert got == want
 
 
-# ---- instances -----------------------------------------------------------------------------------------------------
-def test_reset_is_a_new_instance(make: Make) -> None:
+# ---- instances ------------------------------------------------------------------------------------------------------
+def test_reset_gives_a_new_instance(make: Make) -> None:
     new, used = make(), make()
     used.set("u0", 0.3)
     used.set("w0", 2.0)
@@ -268,7 +268,7 @@ def test_two_different_fmus_in_one_process(make: Make) -> None:
     assert [v for _, v in y] == [(b2.step(k * H), b2.get("y"))[1] for k in range(20)]
 
 
-# ---- where the block file lies -------------------------------------------------------------------------------------
+# ---- location of the block file -------------------------------------------------------------------------------------
 def _spellings(resources: Path, fmi: int) -> list[str]:
     uri = resources.as_uri()
     return [
@@ -341,7 +341,7 @@ def test_damaged_block_file(tmp_path: Path, fmi: int, damage: str) -> None:
     assert expected in m.messages[0][2]
 
 
-# ---- messages ------------------------------------------------------------------------------------------------------
+# ---- messages -------------------------------------------------------------------------------------------------------
 def test_log_categories(make: Make) -> None:
     m = make()
 

@@ -1,4 +1,4 @@
-"""What else stands in the archive: documentation, icon, terminals, the reference experiment, the licence."""
+"""Further contents of an FMU: documentation, icon, terminals, reference experiment, licence."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def model() -> Model:
     return Model("prandtl_ishlinskii", graph, 2e-4, "a & b", {"rms_percent": 0.25, "parameters": 11}, history)
 
 
-# ---- the reference experiment ----------------------------------------------------------------------------------------
+# ---- the reference experiment ---------------------------------------------------------------------------------------
 @pytest.mark.parametrize("name", list(GRAPHS))
 def test_an_importer_repeats_the_reference_experiment(tmp_path: Path, fmi: int, name: str) -> None:
-    """fmpy reads the experiment as it stands in the archive and gets the recorded outputs, every digit."""
+    """fmpy repeats the experiment of the archive and reproduces every recorded digit."""
     path = export_fmu(GRAPHS[name](), tmp_path / "x.fmu", fmi)  # type: ignore[arg-type]
     entries = _entries(path)
     for csv in ("input.csv", "result.csv"):
@@ -66,7 +66,7 @@ def test_an_importer_repeats_the_reference_experiment(tmp_path: Path, fmi: int, 
     for column in want.dtype.names or ():
         if column == "time":
             np.testing.assert_allclose(got["time"], want["time"], rtol=0, atol=1e-9)
-        elif name in ("loop", "reference"):  # a source sees the time itself, which fmpy counts up in another way
+        elif name in ("loop", "reference"):  # a source depends on the time, which fmpy accumulates differently
             np.testing.assert_allclose(got[column], want[column], rtol=1e-9, atol=1e-12)
         else:
             np.testing.assert_array_equal(got[column], want[column])
@@ -80,7 +80,7 @@ def test_reference_experiment_spans_the_data(tmp_path: Path, model: Model, fmi: 
 
 
 def test_manifest_names_every_file_with_its_checksum(tmp_path: Path, fmi: int) -> None:
-    """fmi-ls-ref 1.0.0-beta.1: attributes with their namespace, one <Related> for every file beside the manifest."""
+    """fmi-ls-ref 1.0.0-beta.1: attributes in the namespace, one <Related> for every file but the manifest."""
     entries = _entries(export_fmu(single("pid"), tmp_path / "x.fmu", fmi))  # type: ignore[arg-type]
     root = ET.fromstring(entries[f"{REF}/fmi-ls-manifest.xml"])
     assert root.tag == "fmiReferences"
@@ -92,9 +92,9 @@ def test_manifest_names_every_file_with_its_checksum(tmp_path: Path, fmi: int) -
         assert related.get("checksum") == hashlib.sha256(content).hexdigest()
 
 
-# ---- pictures --------------------------------------------------------------------------------------------------------
+# ---- pictures -------------------------------------------------------------------------------------------------------
 def _pixels(png: bytes) -> np.ndarray:
-    """Our PNGs decoded without the code that wrote them: RGB, no filter; every checksum is compared."""
+    """Decode a PNG (RGB, no filter) independently of the writer and verify every checksum."""
     assert png[:8] == b"\x89PNG\r\n\x1a\n"
     at, data, size = 8, b"", (0, 0)
     while at < len(png):
@@ -116,7 +116,7 @@ def _pixels(png: bytes) -> np.ndarray:
 def test_icon_shows_the_loop(tmp_path: Path, fmi: int, name: str) -> None:
     entries = _entries(export_fmu(single(name), tmp_path / "x.fmu", fmi))  # type: ignore[arg-type]
     picture = _pixels(entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"])
-    assert picture.shape == (128, 128, 3), "the standard asks for at least 100 x 100"
+    assert picture.shape == (128, 128, 3), "the standard requires at least 100 x 100 pixels"
     ink = np.argwhere(picture[:, :, 0] < 100)
     assert 150 < len(ink) < 8000
     assert ink.min() > 10
@@ -125,7 +125,7 @@ def test_icon_shows_the_loop(tmp_path: Path, fmi: int, name: str) -> None:
         assert ET.fromstring(entries["terminalsAndIcons/icon.svg"]).tag.endswith("svg")
 
 
-# ---- terminals -------------------------------------------------------------------------------------------------------
+# ---- terminals ------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("name", BLOCKS)
 def test_terminals_follow_the_schema(tmp_path: Path, name: str) -> None:
     graph = single(name)
@@ -136,9 +136,9 @@ def test_terminals_follow_the_schema(tmp_path: Path, name: str) -> None:
     assert members == {p.name for p in graph.ports if p.kind in ("input", "output")}
 
 
-# ---- documentation ---------------------------------------------------------------------------------------------------
+# ---- documentation --------------------------------------------------------------------------------------------------
 class _Page(HTMLParser):
-    """Collects the text and insists that every tag is closed."""
+    """Collect the text and require that every tag is closed."""
 
     def __init__(self, content: str) -> None:
         super().__init__()
@@ -165,7 +165,7 @@ class _Page(HTMLParser):
 
 
 @pytest.mark.parametrize("name", BLOCKS)
-def test_documentation_says_what_is_inside(tmp_path: Path, fmi: int, name: str) -> None:
+def test_documentation_describes_the_content(tmp_path: Path, fmi: int, name: str) -> None:
     graph = single(name)
     entries = _entries(export_fmu(graph, tmp_path / "x.fmu", fmi))  # type: ignore[arg-type]
     page = _Page(entries["documentation/index.html"].decode())

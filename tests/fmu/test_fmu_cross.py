@@ -1,6 +1,6 @@
-"""`make platforms` to its end: what each binary exports and needs, and that it steps with the bits of this machine.
+"""Binaries of `make platforms`: their exports, their dependencies, and the same bits as on this machine.
 
-win64 runs under wine, aarch64-linux under qemu-user; macOS binaries are looked at, not run.
+win64 runs under wine, aarch64-linux under qemu-user; macOS binaries are inspected, not run.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 HOST = Path(__file__).with_name("step_host.c")
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")  # Debian's libc6-arm64-cross
-# how a binary for another machine runs here: zig's target for the host program, the command before it
+# target of zig for the host program, and the emulator command
 RUNNERS = {
     "x86_64-linux": ("x86_64-linux-gnu.2.17", []),
     "x86_64-windows": ("x86_64-windows-gnu", ["wine"]),
@@ -79,12 +79,12 @@ def test_it_exports_the_functions_of_the_standards_only(crossed: Path, name: str
         symbols = [line.split()[-1] for line in lines if line]
     own = [s for s in symbols if re.fullmatch(r"fmi[23][A-Z]\w+", s)]
     assert {"fmi2DoStep", "fmi3DoStep", "fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives"} <= set(own)
-    image = {"_mh_dylib_header", "__dso_handle"}  # where it begins: zig's linker for macOS exports that always
+    image = {"_mh_dylib_header", "__dso_handle"}  # symbols that the linker of zig for macOS always exports
     assert set(symbols) - set(own) <= (image if name.endswith("darwin") else set())
 
 
 def test_the_universal_binary_holds_both_processors(crossed: Path) -> None:
-    """As llvm reads what FMI 2.0 puts into darwin64: each part exports what it does alone."""
+    """In the universal binary of darwin64, each part exports the same functions as its own binary."""
     names, path = [n for n in PLATFORMS if n.endswith("darwin")], crossed / "darwin64.dylib"
     for name, arch in zip(names, ("x86_64", "arm64"), strict=True):
         assert name.startswith(arch.replace("arm64", "aarch64"))
@@ -106,7 +106,7 @@ def test_it_needs_no_newer_c_library(crossed: Path, name: str) -> None:
 
 
 def steps(tmp_path: Path, program: Path, before: list[str], library: Path, graph: Graph) -> str:
-    """Hash of a step loop."""
+    """Return the hash of a run."""
     (tmp_path / "block.bin").write_bytes(graph.to_bytes())
     references = [next(p.reference for p in graph.ports if p.kind == k) for k in ("input", "output")]
     location = ("file:///Z:" if before[:1] == ["wine"] else "file://") + str(tmp_path)
@@ -114,7 +114,7 @@ def steps(tmp_path: Path, program: Path, before: list[str], library: Path, graph
 
 
 @pytest.mark.parametrize("name", list(RUNNERS))
-def test_it_steps_with_the_bits_of_this_machine(
+def test_it_gives_the_bits_of_this_machine(
     crossed: Path, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     target, before = RUNNERS[name]
@@ -127,7 +127,7 @@ def test_it_steps_with_the_bits_of_this_machine(
     monkeypatch.setenv("WINEDEBUG", "-all")
     monkeypatch.setenv("WINEPREFIX", str(tmp_path / "wine"))
     zig = [sys.executable, "-m", "ziglang", "cc"]
-    flags = ["-std=c99", "-O1", "-ffp-contract=off", "-Wall", f"-I{HEADERS}", str(HOST)]  # the input too is the same
+    flags = ["-std=c99", "-O1", "-ffp-contract=off", "-Wall", f"-I{HEADERS}", str(HOST)]  # the input is the same too
     program = tmp_path / ("host.exe" if "windows" in name else "host")
     run(*zig, "-target", target, *flags, *([] if "windows" in name else ["-ldl"]), "-o", program)
     own = tmp_path / "own"

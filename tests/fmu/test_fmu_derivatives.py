@@ -1,4 +1,4 @@
-"""Directional and adjoint derivatives against differences, one-sided at corners, without a trace in the memory."""
+"""Directional and adjoint derivatives agree with one-sided differences and leave the memory unchanged."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ PLAYS = Graph.single(Node("p", "prandtl_ishlinskii", {}, {"w0": 0.3, "r": [0.1, 
 
 
 def references(graph: Graph, kind: str) -> list[int]:
-    """Of all elements of all inputs or outputs."""
+    """Return the references of all elements of all inputs or outputs."""
     return [p.reference + k for p in graph.ports if p.kind == kind for k in range(p.size)]
 
 
 def unknowns(graph: Graph) -> list[int]:
-    """Outputs, then derivatives."""
+    """Return the references of outputs, then derivatives."""
     n, first = len(graph.continuous_states), sum(p.size for p in graph.ports) + 1
     return references(graph, "output") + list(range(first + n, first + 2 * n))
 
 
 def knowns(graph: Graph) -> list[int]:
-    """Inputs, then states."""
+    """Return the references of inputs, then states."""
     first = sum(p.size for p in graph.ports) + 1
     return references(graph, "input") + list(range(first, first + len(graph.continuous_states)))
 
 
 def answer(m: Events, point: Array) -> Array:
-    """Outputs and derivatives in Continuous-Time Mode for these inputs and states."""
+    """Return outputs and derivatives in Continuous-Time Mode for the given inputs and states."""
     n = m.n_states
     m.put(point[: len(point) - n])
     assert m.set_x(point[len(point) - n :]) == OK
@@ -44,7 +44,7 @@ def answer(m: Events, point: Array) -> Array:
 
 @pytest.mark.parametrize("fmi", [2], indirect=True)
 @pytest.mark.parametrize("name", list(GRAPHS))
-def test_they_are_slopes_to_the_side_of_the_seed(make: Make, name: str) -> None:
+def test_the_sign_of_the_seed_selects_the_side(make: Make, name: str) -> None:
     graph = GRAPHS[name]()
     m = make(graph, "me")
     u = rows(graph, 9)
@@ -52,17 +52,17 @@ def test_they_are_slopes_to_the_side_of_the_seed(make: Make, name: str) -> None:
     assert np.isfinite(y).all()
     known, unknown = knowns(graph), unknowns(graph)
     x, moved = m.x, 0
-    for row in (u[6], u[8], -u[8]):  # where the memory stands, and on the way to somewhere else
+    for row in (u[6], u[8], -u[8]):  # at the last input, and away from it
         point = np.concatenate([row, x])
         for j, reference in enumerate(known):
             for side in (1.0, -1.0):
                 base = answer(m, point)
-                status, slope = m.slopes(unknown, [reference], np.array([side]), len(unknown))
+                status, slope = m.tangent(unknown, [reference], np.array([side]), len(unknown))
                 e = 1e-6 * max(1.0, abs(point[j]))
                 there = point.copy()
                 there[j] += side * e
                 difference = (answer(m, there) - base) / e
-                if status == DISCARD:  # a branch that begins with an infinite slope: the inverse of a flat one
+                if status == DISCARD:  # the inverse of a flat branch has an infinite slope
                     assert m.messages[-1][2] == "fmi2GetDirectionalDerivative: the slope is not finite here."
                     assert np.abs(difference).max() > 100
                     continue
@@ -71,12 +71,12 @@ def test_they_are_slopes_to_the_side_of_the_seed(make: Make, name: str) -> None:
                 moved += np.abs(slope).max() > 1e-3
     if (
         known and name != "implicit_inverse" and (name in ("loop", "mixed") or not is_sampled(graph))
-    ):  # it tries a model
-        assert moved, "samples hold in Continuous-Time Mode, everything else answers"
+    ):  # it needs a model
+        assert moved, "all but sampled blocks respond in Continuous-Time Mode"
 
 
-def test_a_corner_has_two_sides(make: Make) -> None:
-    """At the top of a rise: on the way up all plays go along, on the way down none."""
+def test_a_kink_has_two_derivatives(make: Make) -> None:
+    """At a maximum of the input all plays follow an increase, none follows a decrease."""
     for interface in ("me", "cs"):
         m = make(PLAYS, interface)
         if interface == "me":
@@ -88,13 +88,13 @@ def test_a_corner_has_two_sides(make: Make) -> None:
             assert m.set("u", 1.0) == OK
             assert m.step(0.0) == OK
         for seed, slope in ((1.0, 1.0), (2.0, 2.0), (-1.0, -0.3), (0.0, 0.0)):
-            status, got = m.slopes([1], [0], np.array([seed]), 1)
+            status, got = m.tangent([1], [0], np.array([seed]), 1)
             assert status == OK
             assert got[0] == pytest.approx(slope, rel=1e-15)
 
 
 def test_both_standards_and_the_adjoint_agree(make: Make, fmi: int) -> None:
-    """The adjoint is the transposed matrix: with the same directions, the same numbers."""
+    """The adjoint is the transposed matrix, evaluated in the same directions."""
     if fmi == 2:
         pytest.skip("FMI 2.0 has no adjoint")
     for graph in (mixed(), single("bouc_wen_oscillator"), single("mlp"), single("scaling")):
@@ -107,18 +107,18 @@ def test_both_standards_and_the_adjoint_agree(make: Make, fmi: int) -> None:
         known = [p.reference for p in graph.ports if p.kind == "input"]  # arrays have one reference
         unknown += range(first + m.n_states, first + 2 * m.n_states)
         known += range(first, first + m.n_states)
-        columns = [m.slopes(unknown, known, np.eye(n_u)[k], n_y)[1] for k in range(n_u)]
+        columns = [m.tangent(unknown, known, np.eye(n_u)[k], n_y)[1] for k in range(n_u)]
         weights = np.cos(np.arange(n_y))
-        status, got = m.slopes(unknown, known, weights, n_u, "Adjoint")
+        status, got = m.tangent(unknown, known, weights, n_u, "Adjoint")
         assert status == OK
         np.testing.assert_allclose(got, np.array(columns) @ weights, rtol=1e-14, atol=1e-14)
-        assert m.slopes(unknown, known, weights, n_u + 1, "Adjoint")[0] == ERROR
-        assert m.slopes(unknown, known, np.ones(n_u + 1), n_y)[0] == ERROR
+        assert m.tangent(unknown, known, weights, n_u + 1, "Adjoint")[0] == ERROR
+        assert m.tangent(unknown, known, np.ones(n_u + 1), n_y)[0] == ERROR
         assert "the variables have" in m.messages[-1][2]
 
 
 @pytest.mark.parametrize("name", ["prandtl_ishlinskii", "creep", "mlp", "bouc_wen"])
-def test_co_simulation_gives_those_of_the_next_instant_and_keeps_its_outputs(make: Make, name: str) -> None:
+def test_co_simulation_gives_derivatives_of_the_next_step_and_keeps_its_outputs(make: Make, name: str) -> None:
     graph = single(name)
     u, unknown, known = rows(graph, 3), unknowns(graph), knowns(graph)
     m, exchange = make(graph), make(graph, "me")
@@ -134,19 +134,19 @@ def test_co_simulation_gives_those_of_the_next_instant_and_keeps_its_outputs(mak
     assert m.step(0.0) == OK
     before = m.memory()
     seed = np.ones(len(known) if m.fmi == 2 else graph.n_inputs)
-    status, got = m.slopes(unknown, known, seed, len(unknown))
+    status, got = m.tangent(unknown, known, seed, len(unknown))
     assert status == OK
     assert m.memory() == before
     assert np.isfinite(got).all()
     if name != "creep":
         exchange.put(u[1])
         assert exchange.completed() == OK
-        np.testing.assert_array_equal(exchange.slopes(unknown, known, seed, len(unknown))[1], got)
+        np.testing.assert_array_equal(exchange.tangent(unknown, known, seed, len(unknown))[1], got)
 
 
 @pytest.mark.parametrize("name", ["prandtl_ishlinskii", "pid", "creep", "bouc_wen", "loop"])
 def test_initialization_mode(make: Make, name: str) -> None:
-    """The slope of the whole start, as differences show it."""
+    """The derivative includes the whole initialisation, as differences show."""
     graph = GRAPHS[name]()
     m = make(graph, "me")
     assert m.enter() == OK
@@ -164,7 +164,7 @@ def test_initialization_mode(make: Make, name: str) -> None:
         want = (start(row + e) - base) / 1e-6
         start(row)
         before = m.memory()
-        status, got = m.slopes(unknown, [reference], np.array([1.0]), len(unknown))
+        status, got = m.tangent(unknown, [reference], np.array([1.0]), len(unknown))
         assert status == OK
         np.testing.assert_allclose(got, want, rtol=1e-4, atol=1e-5 * (1 + np.abs(base).max()))
         m.outputs()
@@ -172,24 +172,24 @@ def test_initialization_mode(make: Make, name: str) -> None:
 
 
 def test_a_sample_in_event_mode(make: Make) -> None:
-    """A controller that takes a sample answers at once: with its proportional gain, and the integral of one period."""
+    """A controller responds to a sample with its proportional gain plus the integral over one period."""
     graph = Graph.single(Node("c", "pid", {}, {"Kp": 0.4, "Ki": 60.0})).with_step(H)
     m = make(graph, "me")
     m.begin(np.zeros(3))
     y_d, u = graph.port("y_d").reference, graph.port("u").reference
-    assert m.slopes([u], [y_d], np.ones(1), 1)[1][0] == 0, "between samples it holds"
+    assert m.tangent([u], [y_d], np.ones(1), 1)[1][0] == 0, "the output is held between samples"
     assert m.set_time(H) == OK
     assert m.call("EnterEventMode") == OK
     assert m.set("y_d", 0.5) == OK
     y = m.get("u")
-    status, slope = m.slopes([u], [y_d], np.ones(1), 1)
+    status, slope = m.tangent([u], [y_d], np.ones(1), 1)
     assert (status, m.get("u")) == (OK, y)
     assert slope[0] == pytest.approx(0.4 + 60.0 * H, rel=1e-6)
     assert m.update() == OK
     assert m.get("u") == y
 
 
-def test_what_has_no_derivative_says_so(make: Make) -> None:
+def test_missing_derivatives_are_refused(make: Make) -> None:
     m = make(mixed(), "me")
     m.begin(np.array([0.2]))
     u, y = m.ports["u"].reference, m.ports["y"].reference
@@ -200,11 +200,11 @@ def test_what_has_no_derivative_says_so(make: Make) -> None:
         (u, u, "'u' is not an output or derivative here."),
         (y, 10**6, "no variable has the value reference 1000000."),
     ):
-        assert m.slopes([unknown], [known], one, 1)[0] == ERROR
+        assert m.tangent([unknown], [known], one, 1)[0] == ERROR
         assert m.messages[-1][2] == f"fmi{m.fmi}GetDirectionalDerivative: {text}"
     simulation = make(mixed())
     simulation.initialize()
-    assert simulation.slopes([y], [u], one, 1)[0] == ERROR
+    assert simulation.tangent([y], [u], one, 1)[0] == ERROR
     end = "GetDirectionalDerivative is not available: sampled blocks answer in steps, not in derivatives."
     assert simulation.messages[-1][2] == f"fmi{m.fmi}{end}"
     assert m.memory() == before

@@ -1,4 +1,4 @@
-"""Event Mode: what is tried has not happened, what happens does so once, and nothing arrives a step late."""
+"""Event Mode: trials have no effect, an update takes effect once, and no output is delayed by a step."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ only_fmi3 = pytest.mark.parametrize("fmi", [3], indirect=True)
 
 
 def stepped(m: Events, u: Array, h: float = H) -> Array:
-    """Co-Simulation with Event Mode: the inputs of a row are set in the event at its time."""
+    """Run Co-Simulation with Event Mode; the inputs of a row are set in the event at its time."""
     y = [m.begin(u[0])]
     for k in range(1, len(u)):
         assert m.step((k - 1) * h, h) == OK
@@ -25,11 +25,11 @@ def stepped(m: Events, u: Array, h: float = H) -> Array:
     return np.array(y)
 
 
-# ---- Co-Simulation with Event Mode -----------------------------------------------------------------------------------
+# ---- Co-Simulation with Event Mode ----------------------------------------------------------------------------------
 @only_fmi3
 @pytest.mark.parametrize("name", BLOCKS)
-def test_no_block_answers_a_step_late(make: Make, name: str) -> None:
-    """Blocks without continuous states answer in the event as they do after a step with the new input."""
+def test_no_block_adds_a_delay(make: Make, name: str) -> None:
+    """Without continuous states, the output in an event equals that after a step with the new input."""
     graph = single(name)
     u = rows(graph, 80)
     want = graph.executor().run(u, graph.n_outputs, H)
@@ -45,7 +45,7 @@ PLANT = Node("p", "prandtl_ishlinskii", {}, {"w0": 0.3, "r": [0.1, 0.4], "w": [0
 
 @pytest.mark.parametrize("interface", ["event", "me"])
 def test_two_units_one_after_the_other_without_delay(make: Make, fmi: int, interface: str) -> None:
-    """A sampled controller and a plant in FMUs of their own, coupled in Event Mode: the bits of both in one FMU."""
+    """A controller FMU and a plant FMU coupled in Event Mode give the same bits as both in one FMU."""
     if (fmi, interface) == (2, "event"):
         pytest.skip("FMI 2.0 has Event Mode in Model Exchange only")
     both = Graph(
@@ -79,7 +79,7 @@ def test_two_units_one_after_the_other_without_delay(make: Make, fmi: int, inter
 
 
 @only_fmi3
-def test_a_step_asks_for_event_mode_if_samples_wait(make: Make) -> None:
+def test_a_step_requests_event_mode_if_a_sample_is_due(make: Make) -> None:
     for graph, waits in ((single("pid"), True), (single("prandtl_ishlinskii"), False)):
         m = make(graph, "event")
         m.begin(rows(graph, 1)[0])
@@ -90,13 +90,13 @@ def test_a_step_asks_for_event_mode_if_samples_wait(make: Make) -> None:
         assert last.value == H
 
 
-# ---- what is tried has not happened ----------------------------------------------------------------------------------
+# ---- trials ---------------------------------------------------------------------------------------------------------
 INTERFACES = [(2, "me"), (3, "me"), (3, "event")]
 each = pytest.mark.parametrize(("fmi", "interface"), INTERFACES, indirect=["fmi"], ids=lambda v: str(v))
 
 
 def at_event(m: Events) -> None:
-    """In Event Mode at t = H, where sampled blocks have a sample to take."""
+    """Enter Event Mode at t = H, where a sample is due."""
     if m.interface == "me":
         assert m.set_time(H) == OK
         assert m.completed() == OK
@@ -106,7 +106,7 @@ def at_event(m: Events) -> None:
 
 
 @each
-def test_trials_leave_no_trace(make: Make, interface: str) -> None:
+def test_trials_have_no_effect(make: Make, interface: str) -> None:
     graph = mixed()
     plain, busy = make(graph, interface), make(graph, interface)
     for m in (plain, busy):
@@ -124,7 +124,7 @@ def test_trials_leave_no_trace(make: Make, interface: str) -> None:
 
 
 @each
-def test_an_event_that_is_left_without_an_update_did_not_happen(make: Make, interface: str) -> None:
+def test_an_event_without_an_update_has_no_effect(make: Make, interface: str) -> None:
     m = make(single("delay"), interface)
     m.begin(np.array([0.2]))
     at_event(m)
@@ -150,7 +150,7 @@ def test_the_second_update_changes_nothing(make: Make, interface: str) -> None:
     assert (m.memory(), m.outputs()) == (once, y)
 
 
-# ---- saved states ----------------------------------------------------------------------------------------------------
+# ---- saved states ---------------------------------------------------------------------------------------------------
 @each
 def test_restore_in_every_mode(make: Make, interface: str) -> None:
     """In Event Mode with a trial pending, and between events; in another instance from bytes."""
@@ -202,7 +202,7 @@ def test_a_state_belongs_to_its_interface(make: Make, fmi: int) -> None:
 
 
 @each
-def test_reset_is_a_new_instance(make: Make, interface: str) -> None:
+def test_reset_gives_a_new_instance(make: Make, interface: str) -> None:
     new, used = make(mixed(), interface), make(mixed(), interface)
     used.begin(np.array([0.7]), t=3.0)
     assert used.call("EnterEventMode") == OK

@@ -1,4 +1,4 @@
-"""Model Exchange: with our own solvers it leads where Co-Simulation leads, bit for bit where no solver is at work."""
+"""Model Exchange with simple solvers agrees with Co-Simulation, bit for bit without continuous states."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def exchange(make: Make, graph: Graph) -> Events:
 
 @pytest.mark.parametrize("name", STATELESS)
 def test_without_continuous_states_it_is_co_simulation_bit_for_bit(make: Make, name: str) -> None:
-    """Memories take notice of accepted steps only; sampled blocks advance at their time events."""
+    """Memories advance with accepted steps only, sampled blocks at their time events."""
     graph = single(name)
     u = rows(graph, 200)
     want = graph.executor().run(u, graph.n_outputs, H)
@@ -34,7 +34,7 @@ def test_without_continuous_states_it_is_co_simulation_bit_for_bit(make: Make, n
 
 
 def delayed_loop(first: str, op: Node) -> Graph:
-    """Two sampled blocks stand before what they read; one of them closes a loop."""
+    """Two sampled blocks precede their sources in the order; one of them closes a loop."""
     nodes = {
         "wait": Node("wait", "delay", {"n": 2}),
         "add": Node("add", "sum", {"n": 2}, {"k": [1.0, -0.9]}),
@@ -47,7 +47,7 @@ def delayed_loop(first: str, op: Node) -> Graph:
     return Graph([nodes[n] for n in order], wires, [Input("d", ("add.u[1]",))], outputs, step=H)
 
 
-# an input that changes before the event is a reversal more for a memory: with it, they change in the event
+# an input that changes before the event adds a reversal to a memory, so its inputs change in the event
 THROUGH = {
     "end": Node("op", "dead_zones", {"n": 1}, {"w0": 0.6, "w": 0.3, "r": 0.2}),
     "events": Node("op", "prandtl_ishlinskii", {"n": 2}, {"w0": 0.5, "r": [0.1, 0.3], "w": [0.2, 0.1]}),
@@ -56,19 +56,19 @@ THROUGH = {
 
 @pytest.mark.parametrize("hold", list(THROUGH))
 @pytest.mark.parametrize("first", ["wait", "rate"])
-def test_a_sampled_block_sees_what_stands_behind_it_not_too_early(make: Make, first: str, hold: str) -> None:
-    """In a step it reads what that had after the last step: so it must here, where inputs change before the event."""
+def test_a_sampled_block_reads_later_blocks_with_a_delay(make: Make, first: str, hold: str) -> None:
+    """It reads the values after the last step, also in Model Exchange, where inputs change before the event."""
     graph = delayed_loop(first, THROUGH[hold])
     assert [n.name for n in graph.nodes].index("wait") < [n.name for n in graph.nodes].index("add")
     u = rows(graph, 100)
     want = graph.executor().run(u, graph.n_outputs, H)
     wait, add, op = want[:, 0], want[:, 1], want[:, 2]
-    np.testing.assert_array_equal(wait[3:], op[:-3])  # the delay of two steps, and one for its place
+    np.testing.assert_array_equal(wait[3:], op[:-3])  # the delay of two steps, and one step from the order
     np.testing.assert_allclose(add, u[:, 0] - 0.9 * wait, rtol=0, atol=1e-15)
     assert exchange(make, graph).integrate(u, H, euler(1), hold).tobytes() == want.tobytes()
 
 
-# ---- continuous states: the standards differ in names only, so that the solvers run in one of them -----------------
+# ---- continuous states: the standards differ in names only, so solvers run one of them ------------------------------
 LINEAR = {
     "first order": Node("g", "transfer_function", {}, {"b": [2.0], "a": [5e-3, 1.0]}),
     "resonance": Node("g", "transfer_function", {"nb": 1, "na": 2}, {"b": [1e-3, 1.0], "a": [1e-5, 1e-3, 1.0]}),
@@ -100,8 +100,8 @@ def test_both_standards_give_the_same_bits(folder: Path, name: str) -> None:
 
 @only_fmi2
 @pytest.mark.parametrize("name", list(DYNAMIC))
-def test_adaptive_solver_leads_to_the_exact_discretisation(make: Make, name: str) -> None:
-    """Co-Simulation solves linear parts exactly for held inputs: all that is left is the tolerance of the solver."""
+def test_adaptive_solver_agrees_with_the_exact_discretisation(make: Make, name: str) -> None:
+    """Co-Simulation is exact for linear parts with held inputs, so the error is the tolerance of the solver."""
     assert error(make, DYNAMIC[name], adaptive) < 1e-9
 
 
@@ -141,7 +141,7 @@ def test_bouc_wen_oscillator(make: Make) -> None:
 
 @only_fmi2
 def test_closed_loop_of_all_classes(make: Make) -> None:
-    """Controller sampled by time events, hysteresis, dynamics by a solver: the loop of Co-Simulation."""
+    """A sampled controller, hysteresis and continuous dynamics agree with Co-Simulation."""
     graph = loop()
     u = rows(graph, 150)
     want = graph.executor().run(u, graph.n_outputs, H)
@@ -149,13 +149,13 @@ def test_closed_loop_of_all_classes(make: Make) -> None:
     assert np.abs(got - want).max() < 1e-9
 
 
-# ---- fmpy ------------------------------------------------------------------------------------------------------------
+# ---- fmpy -----------------------------------------------------------------------------------------------------------
 SCALAR = [name for name in BLOCKS if all(p.size == 1 for p in single(name).ports if p.kind in ("input", "output"))]
 
 
 @pytest.mark.parametrize("name", SCALAR)
 def test_fmpy_runs_it(tmp_path: Path, fmi: int, name: str) -> None:
-    """Without continuous states the same bits as Co-Simulation; sources see the time, which fmpy counts in its way."""
+    """Without continuous states the bits equal Co-Simulation, except for sources, whose time fmpy accumulates."""
     graph = single(name)
     u = rows(graph, 40)
     got = exchange_by_fmpy(export_fmu(graph, tmp_path / "x.fmu", fmi), graph, u, "Euler", H)  # type: ignore[arg-type]
@@ -168,7 +168,7 @@ def test_fmpy_runs_it(tmp_path: Path, fmi: int, name: str) -> None:
 
 
 def test_fmpy_with_cvode(tmp_path: Path, fmi: int) -> None:
-    """fmpy sets the inputs between the steps of CVode, not inside: with a constant input nothing is lost by that."""
+    """fmpy sets the inputs only between the steps of CVode, so the test uses a constant input."""
     graph = mixed()
     u = np.full((60, 1), 0.7)
     got = exchange_by_fmpy(export_fmu(graph, tmp_path / "x.fmu", fmi), graph, u, "CVode", H)  # type: ignore[arg-type]

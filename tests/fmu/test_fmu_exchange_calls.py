@@ -1,4 +1,4 @@
-"""Calls of Model Exchange: time events, bad times and states, inputs without a value, states as variables."""
+"""Calls of Model Exchange: time events, invalid times and states, non-finite inputs, states as variables."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Make = Callable[..., Events]
 
 
 def continuous() -> Graph:
-    """One lag of 5 ms: q' = (u - q) / T, y = 2 q."""
+    """Return a first-order lag: q' = (u - q) / T, y = 2 q, T = 5 ms."""
     return Graph.single(Node("g", "creep", {}, {"w": [2.0], "T": [5e-3]}))
 
 
@@ -44,8 +44,8 @@ def test_blocks_without_samples_have_no_time_events(make: Make) -> None:
         assert m.next is None
 
 
-def test_samples_that_were_passed_over_are_one_long_sample(make: Make) -> None:
-    """As Co-Simulation with steps of that length."""
+def test_skipped_samples_are_one_long_sample(make: Make) -> None:
+    """The result equals Co-Simulation with steps of that length."""
     graph = single("pid")
     u = rows(graph, 9)
     want = graph.executor().run(u, 1, 3 * H)
@@ -76,7 +76,7 @@ def test_bad_time(make: Make, t: float) -> None:
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_states_without_finite_value(make: Make, bad: float) -> None:
-    """A solver that went astray is told to try a shorter step."""
+    """A diverging solver is told to try a shorter step."""
     m = make(continuous(), "me")
     m.begin(np.array([0.5]))
     assert m.set_x(np.array([0.25])) == OK
@@ -94,7 +94,7 @@ def test_states_without_finite_value(make: Make, bad: float) -> None:
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_input_without_finite_value(make: Make, bad: float) -> None:
-    """No derivative, no accepted step, no event until it has one; then all is as if nothing had been."""
+    """Derivatives, accepted steps and events wait for a finite input; the invalid input leaves no effect."""
     u = rows(mixed(), 30)
     want, m = make(mixed(), "me"), make(mixed(), "me")
     expected = want.integrate(u, H, euler(2))
@@ -148,7 +148,7 @@ def test_tunable_parameters_are_set_in_event_mode(make: Make) -> None:
     np.testing.assert_allclose(m.derivatives(), [90.0, 4.0])
 
 
-# ---- states and derivatives as variables -----------------------------------------------------------------------------
+# ---- states and derivatives as variables ----------------------------------------------------------------------------
 def scalar(m: Events, what: str, reference: int, value: float = 0.0) -> tuple[int, float]:
     buffer, one = (C.c_double * 1)(value), (C.c_uint * 1)(reference)
     extra = () if m.fmi == 2 else (C.c_size_t(1),)
@@ -160,7 +160,7 @@ def scalar(m: Events, what: str, reference: int, value: float = 0.0) -> tuple[in
 def test_states_and_derivatives_are_variables(make: Make, interface: str) -> None:
     graph = continuous()
     m = make(graph, interface)
-    first = sum(p.size for p in graph.ports) + 1  # behind the time
+    first = sum(p.size for p in graph.ports) + 1  # after the time
     if interface == "me":
         m.begin(np.array([0.5]))
         assert scalar(m, "Set", first, 0.125) == (OK, 0.125)
@@ -183,7 +183,7 @@ def test_states_and_derivatives_are_variables(make: Make, interface: str) -> Non
     assert m.memory() == before
 
 
-def test_events_between_samples_are_no_samples(make: Make) -> None:
+def test_events_between_samples_take_no_sample(make: Make) -> None:
     graph = loop()
     m, plain = make(graph, "me"), make(graph, "me")
     for k in (m, plain):

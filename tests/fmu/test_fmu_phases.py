@@ -1,4 +1,4 @@
-"""Every function of the two standards in every state: allowed ones work, the others say their name and the state.
+"""Every function of FMI 2.0 and 3.0 in every state: allowed calls work, others are refused with name and state.
 
 The tables are those of FMI 2.0.4, sections 3.2.3 (Model Exchange) and 4.2.4 (Co-Simulation; stepInProgress and
 stepCanceled cannot occur, stepFailed is Step Mode: a discarded step leaves the unit as it was), and of FMI 3.0.1,
@@ -80,7 +80,7 @@ def _event3(m: Master) -> int:
 
 
 def _fill(name: str) -> Call:
-    """A call that fills an array with one number per state."""
+    """Return a call that fills an array with one number per state."""
     return lambda m: m.call(name, (C.c_double * 2)(), C.c_size_t(2))
 
 
@@ -92,8 +92,8 @@ def _completed(m: Master) -> int:
     return m.call("CompletedIntegratorStep", 1, C.byref(C.c_int()), C.byref(C.c_int()))
 
 
-def _slope(name: str) -> Call:
-    """dy / du, in the order of the arguments: y is variable 1, u is variable 0."""
+def _tangent(name: str) -> Call:
+    """Return a call for dy / du; y is variable 1, u is variable 0."""
 
     def call(m: Master) -> int:
         one = [C.byref(C.c_uint(1)), C.c_size_t(1), C.byref(C.c_uint(0)), C.c_size_t(1)]
@@ -122,7 +122,7 @@ FMI2: Table = {
     "SetInteger": ("INS", "INE", _plain("SetInteger", NONE, ZERO, NONE)),
     "SetBoolean": ("INS", "INE", _plain("SetBoolean", NONE, ZERO, NONE)),
     "SetString": ("INS", "INE", _plain("SetString", NONE, ZERO, NONE)),
-    "GetDirectionalDerivative": (READ2, READ2, _slope("GetDirectionalDerivative")),
+    "GetDirectionalDerivative": (READ2, READ2, _tangent("GetDirectionalDerivative")),
     "GetFMUstate": (ANY, ANY, _get_state),
     "SetFMUstate": (ANY, ANY, _state("SetFMUstate")),
     "FreeFMUstate": (ANY, ANY, _state("FreeFMUstate")),
@@ -158,8 +158,8 @@ FMI3: Table = {
     "SetInt32": ("INES", "INE", _plain("SetInt32", NONE, ZERO, NONE, ZERO)),
     "SetInt64": ("INES", "INE", _plain("SetInt64", NONE, ZERO, NONE, ZERO)),
     "SetBoolean": ("INES", "INE", _plain("SetBoolean", NONE, ZERO, NONE, ZERO)),
-    "GetDirectionalDerivative": ("NEST", "NECT", _slope("GetDirectionalDerivative")),
-    "GetAdjointDerivative": ("NEST", "NECT", _slope("GetAdjointDerivative")),
+    "GetDirectionalDerivative": ("NEST", "NECT", _tangent("GetDirectionalDerivative")),
+    "GetAdjointDerivative": ("NEST", "NECT", _tangent("GetAdjointDerivative")),
     "GetFMUState": (ANY, ANY, _get_state),
     "SetFMUState": (ANY, ANY, _state("SetFMUState")),
     "FreeFMUState": (ANY, ANY, _state("FreeFMUState")),
@@ -187,7 +187,7 @@ def _words(text: str) -> list[str]:
     return text.split()
 
 
-# what modelDescription.xml does not declare: an error in every state, and the name in the message
+# not declared in modelDescription.xml: an error in every state, with the name in the message
 ABSENT2 = _words("SetRealInputDerivatives GetRealOutputDerivatives CancelStep")
 ABSENT3 = _words(
     """
@@ -199,7 +199,7 @@ ABSENT3 = _words(
     EvaluateDiscreteStates GetOutputDerivatives ActivateModelPartition
     """
 )
-# these answer Discard in Step Mode: nothing is ever pending
+# these return Discard in Step Mode, because nothing is ever pending
 PENDING2 = {"GetStatus": 0, "GetIntegerStatus": 0, "GetStringStatus": 1}
 
 
@@ -219,7 +219,7 @@ def _bring(m: Master, state: str) -> None:
 def test_matrix(make: Callable[..., Master], fmi: int, interface: str, state: str) -> None:
     place = f"'{STATES[state]}' of {'Model Exchange' if interface == 'me' else 'Co-Simulation'}"
     for name, (simulation, exchange, call) in (FMI2 if fmi == 2 else FMI3).items():
-        # samples have no derivatives in Co-Simulation
+        # sampled blocks have no derivatives in Co-Simulation
         m = make(
             single("prandtl_ishlinskii") if name.endswith("alDerivative") or "Adjoint" in name else mixed(), interface
         )
@@ -234,7 +234,7 @@ def test_matrix(make: Callable[..., Master], fmi: int, interface: str, state: st
             assert status == ERROR, name
             assert [x[:2] for x in m.messages] == [(ERROR, "logStatusError")]
             assert m.messages[0][2].startswith(f"fmi{fmi}{name} is not allowed in the state {place}")
-            assert m.memory() == before, f"{name} was refused and yet changed something"
+            assert m.memory() == before, f"{name} was refused but changed the state"
 
 
 @pytest.mark.parametrize(("fmi", "interface", "state"), CASES, indirect=["fmi"])
@@ -251,7 +251,7 @@ def test_absent(make: Callable[..., Master], fmi: int, interface: str, state: st
 
 
 def test_tables_are_complete(make: Callable[..., Master], fmi: int) -> None:
-    """Every exported function stands in a table of this file."""
+    """Every exported function is in a table of this file."""
     m = make()
     life = ["Instantiate", "FreeInstance"]
     if fmi == 3:
@@ -286,8 +286,8 @@ def test_null_instance(make: Callable[..., Master], fmi: int) -> None:
     m.c = c
 
 
-def test_interfaces_that_are_not_there(make: Callable[..., Master], folder: Path, fmi: int) -> None:
-    """Scheduled Execution; Model Exchange of sampled blocks whose sample period nobody stated."""
+def test_missing_interfaces(make: Callable[..., Master], folder: Path, fmi: int) -> None:
+    """Scheduled Execution, and Model Exchange of sampled blocks without a sample period, are refused."""
     if fmi == 3:
         m = make()
         m.lib.fmi3InstantiateScheduledExecution.restype = C.c_void_p

@@ -1,4 +1,4 @@
-"""Binaries of all platforms in one FMU: the folders of both standards, macOS for two processors, what is left out."""
+"""Binaries of all platforms in one FMU: folders of both standards, the universal macOS binary, missing platforms."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hystfmu.fmu import export_fmu
 from hystfmu.fmu.write import platforms
 from hystfmu.model import Model
 
-MACHO = {"x86_64-darwin": 0x01000007, "aarch64-darwin": 0x0100000C}  # processors of mach/machine.h
+MACHO = {"x86_64-darwin": 0x01000007, "aarch64-darwin": 0x0100000C}  # CPU types of mach/machine.h
 BUILD = Path(__file__).parents[2] / "fmu_build" / "platforms" / "build.py"
 FOLDERS = {
     2: {"win64/m.dll", "linux64/m.so", "aarch64-linux/m.so", "darwin64/m.dylib"},
@@ -34,7 +34,7 @@ FOLDERS = {
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A package with a stand-in for every binary; that for macOS joined as `make platforms` does."""
+    """Make a package with a placeholder for every binary, and a universal macOS binary as of `make platforms`."""
     folder = tmp_path / "_platforms"
     folder.mkdir()
     for p in platforms.PLATFORMS.values():
@@ -56,7 +56,7 @@ def test_folders(package: Path, tmp_path: Path, fmi: int) -> None:
     with zipfile.ZipFile(path) as archive:
         found = {n.removeprefix("binaries/"): archive.read(n) for n in archive.namelist() if n.startswith("binaries/")}
     assert set(found) == FOLDERS[fmi]
-    if fmi == 2:  # one file for both processors: header, then each part where the header says
+    if fmi == 2:  # one file for both processors: a header, then the parts at the offsets of the header
         universal = found["darwin64/m.dylib"]
         magic, n = struct.unpack(">II", universal[:8])
         assert (magic, n) == (0xCAFEBABE, 2)
@@ -68,11 +68,9 @@ def test_folders(package: Path, tmp_path: Path, fmi: int) -> None:
 
 
 @pytest.mark.parametrize("stale", [False, True])
-def test_a_stream_of_the_build_is_taken_as_it_is_unless_it_is_of_another_binary(
-    package: Path, tmp_path: Path, stale: bool
-) -> None:
+def test_a_prepared_stream_is_used_only_for_its_binary(package: Path, tmp_path: Path, stale: bool) -> None:
     binary = package / "_platforms" / "x86_64-windows.dll"
-    maker = zlib.compressobj(0, zlib.DEFLATED, -15)  # stored: no exporter would come upon that
+    maker = zlib.compressobj(0, zlib.DEFLATED, -15)  # stored, which an export would never choose
     stream = maker.compress(binary.read_bytes() + b"older" * stale) + maker.flush()
     binary.with_name("x86_64-windows.dll.deflate").write_bytes(stream)
     path = export_fmu(single("sum"), tmp_path / "x.fmu", 3, "m", "all")
@@ -83,7 +81,7 @@ def test_a_stream_of_the_build_is_taken_as_it_is_unless_it_is_of_another_binary(
         assert (entry.compress_size == len(stream)) is not stale
 
 
-def test_what_is_left_out_is_said_in_one_line(package: Path, tmp_path: Path) -> None:
+def test_missing_platforms_are_reported_in_one_line(package: Path, tmp_path: Path) -> None:
     (package / "_platforms" / "x86_64-windows.dll").unlink()
     Model("sum", single("sum")).save(tmp_path / "m.model.toml")
     command = ["export", str(tmp_path / "m.model.toml"), "-o", str(tmp_path / "x.fmu"), "--platforms", "all"]

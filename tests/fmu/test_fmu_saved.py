@@ -1,4 +1,4 @@
-"""Saved states: bit-exact, across instances as bytes; freed, foreign, cut and damaged ones are refused, never used."""
+"""Saved states are bit-exact, also in other instances; freed, foreign, truncated and damaged states are refused."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_restore_is_bit_exact(make: Make, name: str) -> None:
     assert steps(other, 60, 120) == want, "in another instance"
 
 
-def test_parameters_and_phase_are_part_of_it(make: Make) -> None:
+def test_parameters_and_phase_are_part_of_a_state(make: Make) -> None:
     m = make(single("backlash_sum"))
     new = m.save()
     m.set("w0", 2.0)
@@ -54,7 +54,7 @@ def test_parameters_and_phase_are_part_of_it(make: Make) -> None:
     m.run(U[:10])
     running = m.save()
     assert m.restore(new) == OK
-    assert m.step(0.0) == ERROR, "back in the state Instantiated"
+    assert m.step(0.0) == ERROR, "the state is Instantiated again"
     m.initialize()
     assert m.get("w0") == 0.0
     assert m.restore(running) == OK
@@ -131,7 +131,7 @@ def test_bytes_of_another_model(make: Make) -> None:
     assert m.messages[-1][2] == "The serialized state cannot be read: it was saved by another model."
 
 
-def test_room_for_the_bytes(make: Make) -> None:
+def test_buffer_size(make: Make) -> None:
     m = make()
     state = m.save()
     name = "SerializeFMUstate" if m.fmi == 2 else "SerializeFMUState"
@@ -139,7 +139,7 @@ def test_room_for_the_bytes(make: Make) -> None:
     assert m.messages[-1][2].endswith("Got room for 10.")
 
 
-def test_states_may_outlive_a_reset_and_many_of_them(make: Make) -> None:
+def test_many_states_survive_a_reset(make: Make) -> None:
     m = make()
     m.initialize()
     states = []

@@ -1,4 +1,4 @@
-"""Source FMUs: one file that every compiler takes without a warning, needs no other file, and gives the same bits."""
+"""Source FMUs: one self-contained file that compiles without a warning and gives the same bits."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LANGUAGES = {
 
 
 def every_block() -> Graph:
-    """All blocks side by side: the whole core in one file."""
+    """Return a graph of all blocks, which needs the whole core in one file."""
     nodes = [Node(b, b) for b in BLOCKS]
     inputs = [Input(f"{n.name}_{v.name}", (f"{n.name}.{v.name}",)) for n in nodes for v in n.block.of("input")]
     outputs = [Output(f"{n.name}_{v.name}_out", f"{n.name}.{v.name}") for n in nodes for v in n.block.of("output")]
@@ -39,7 +39,7 @@ def every_block() -> Graph:
 
 
 def _source(graph: Graph, folder: Path, fmi: int, name: str = "m") -> Path:
-    """The unpacked FMU; its C file is sources/<name>.c."""
+    """Export and unpack an FMU and return its C file, sources/<name>.c."""
     path = export_fmu(graph, folder / f"{name}.fmu", fmi, name, source=True)  # type: ignore[arg-type]
     return unpack(path, folder / name)
 
@@ -54,7 +54,7 @@ def _compile(compiler: str, source: Path, out: Path, *options: str) -> None:
 
 @pytest.mark.parametrize("compiler", list(LANGUAGES))
 def test_compiles_without_a_warning(tmp_path: Path, fmi: int, compiler: str) -> None:
-    """All blocks, and a graph of one block, of which most functions of the headers are not needed."""
+    """Compile all blocks, and one block, which leaves most functions of the headers unused."""
     for graph, name in ((every_block(), "every"), (single("sum"), "one")):
         folder = _source(graph, tmp_path, fmi, name)
         _compile(compiler, folder / "sources" / f"{name}.c", tmp_path / "x.o", "-c", "-O0")
@@ -67,7 +67,7 @@ def _symbols(objects: Path, *options: str) -> set[str]:
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_core_is_freestanding(tmp_path: Path, compiler: str) -> None:
-    """Blocks and graph need the four functions that compilers themselves call, and two comparisons of strings."""
+    """Blocks and graph need only the four functions that compilers call themselves, and string functions."""
     source = (_source(every_block(), tmp_path, 2) / "sources" / "m.c").read_text()
     above = r"/\* ==== (?:core/graph/message\.c|fmi/\S*|sources/\S*) ==== \*/.*?(?=/\* ====|\Z)"
     core = re.sub(above, "", source, flags=re.S)
@@ -87,7 +87,7 @@ def test_only_the_standard_and_own_names_are_public(tmp_path: Path, fmi: int) ->
     assert all(n.startswith((f"fmi{fmi}", "m_hyst_", "m_fmi_")) for n in public), public
 
 
-# ---- the same bits ---------------------------------------------------------------------------------------------------
+# ---- the same bits --------------------------------------------------------------------------------------------------
 def _run(graph: Graph, folder: Path, fmi: int, library: Path) -> np.ndarray:
     """A run of the unpacked FMU with another binary; without resources: nothing is read from a file."""
     own = folder / f"unpacked{fmi}"
@@ -139,7 +139,7 @@ def test_fmpy_builds_it(tmp_path: Path, fmi: int) -> None:
 
 
 def test_build_description(tmp_path: Path) -> None:
-    """FMI 3.0: by the schema, with the options that keep the bits; FMI 2.0: the files are listed in each interface."""
+    """FMI 3.0: the file is valid and has the options for equal bits; FMI 2.0: each interface lists the files."""
     three = _source(single("creep"), tmp_path, 3, "three")
     root = etree.parse(three / "sources" / "buildDescription.xml")
     etree.XMLSchema(file=str(PACKAGE / "schema" / "fmi3" / "fmi3BuildDescription.xsd")).assertValid(root)
@@ -157,8 +157,8 @@ def test_build_description(tmp_path: Path) -> None:
 
 
 def test_two_of_them_in_one_program(tmp_path: Path) -> None:
-    """Linked together, with the prefix that FMI 2.0 and FMI 3.0 provide for it."""
-    official = tmp_path / "headers"  # fmpy's copy for FMI 2.0 ignores the prefix; this is the standard's own macro
+    """Two source FMUs link together with the function prefixes of FMI 2.0 and FMI 3.0."""
+    official = tmp_path / "headers"  # restore the macro of the standard, which the copy of fmpy lacks
     shutil.copytree(HEADERS, official)
     header = official / "fmi2Functions.h"
     prefixed = (

@@ -1,4 +1,4 @@
-"""ModelStructure is true: an output or derivative moves with what its dependencies name, and with nothing else."""
+"""ModelStructure is correct: outputs and derivatives depend on what their dependencies list, and on nothing else."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def described(graph: Graph, path: Path, fmi: int) -> Any:
 
 
 @pytest.mark.parametrize("name", list(GRAPHS))
-def test_what_is_not_named_has_no_effect(folder: Path, fmi: int, name: str) -> None:
-    """In Event Mode at a sample, every input and every state is moved by itself."""
+def test_undeclared_dependencies_have_no_effect(folder: Path, fmi: int, name: str) -> None:
+    """In Event Mode at a sample, each input and each state is changed separately."""
     graph = GRAPHS[name]()
     k, u = 6, rows(graph, 7)
     description = described(graph, folder / "x.fmu", fmi)
@@ -60,13 +60,13 @@ def test_what_is_not_named_has_no_effect(folder: Path, fmi: int, name: str) -> N
                 moved.add((unknown.variable.name, known))
             at += width
     named = {(x.variable.name, v.name) for x in unknowns for v in x.dependencies or () if v.causality != "independent"}
-    assert moved <= named, f"not named: {sorted(moved - named)}"
+    assert moved <= named, f"not declared: {sorted(moved - named)}"
     if name in ("creep", "bouc_wen_oscillator", "prandtl_ishlinskii", "delay"):
-        assert moved == named, f"named in vain: {sorted(named - moved)}"
+        assert moved == named, f"declared without effect: {sorted(named - moved)}"
 
 
 def test_sources_depend_on_the_time(tmp_path: Path) -> None:
-    """FMI 3.0 has a variable for it."""
+    """FMI 3.0 has a variable for the time."""
     for name, depends in (("reference", True), ("disturbance", True), ("noise", False), ("sum", False)):
         for unknown in described(single(name), tmp_path / "x.fmu", 3).outputs:
             assert ("time" in [v.name for v in unknown.dependencies]) == depends, name
@@ -83,7 +83,7 @@ def test_names_and_order_of_states_and_derivatives(tmp_path: Path, fmi: int) -> 
     assert [u.variable.unit for u in description.derivatives] == ["1/s", "1/s"]
 
 
-def test_units_of_derivatives(tmp_path: Path, fmi: int) -> None:
+def test_units_of_measure_of_derivatives(tmp_path: Path, fmi: int) -> None:
     description = described(single("bouc_wen_oscillator"), tmp_path / "x.fmu", fmi)
     assert [u.variable.unit for u in description.derivatives] == ["m/s", "m/s2", "N/s"]
     rate = next(u for u in description.unitDefinitions if u.name == "N/s").baseUnit
@@ -91,7 +91,7 @@ def test_units_of_derivatives(tmp_path: Path, fmi: int) -> None:
 
 
 def test_capabilities(tmp_path: Path, fmi: int) -> None:
-    """What a graph needs, and what it offers."""
+    """Requirements and capabilities of a graph are declared."""
     for name, steps in (("prandtl_ishlinskii", True), ("transfer_function", False), ("pid", False), ("bouc_wen", True)):
         description = described(single(name), tmp_path / "x.fmu", fmi)
         assert description.modelExchange.needsCompletedIntegratorStep == steps
@@ -102,13 +102,13 @@ def test_capabilities(tmp_path: Path, fmi: int) -> None:
     assert described(single("delay").with_step(0), tmp_path / "x.fmu", fmi).modelExchange is None
 
 
-def test_elements_of_an_array_go_their_own_way() -> None:
-    """Two states of one block feed two outputs through a block with several inputs: no element is mixed up."""
+def test_elements_of_an_array_are_distinguished() -> None:
+    """States of one block reach different outputs through a block with several inputs."""
     nodes = [Node("a", "creep"), Node("b", "creep"), Node("s", "sum", {"n": 2}), Node("o", "bouc_wen_oscillator")]
     wires = [("a.y", "s.u[1]"), ("b.y", "s.u[2]"), ("s.y", "o.u")]
     inputs = [Input("p", ("a.u",)), Input("q", ("b.u",))]
     graph = Graph(nodes, wires, inputs, [Output("y", "o.y"), Output("z", "o.z"), Output("w", "s.y")])
-    outputs, rates = dependencies(graph)
+    outputs, rates = dependencies(graph.nodes, graph.links, graph.ports)
     states = [x.name for x in graph.continuous_states]
     assert states == ["a_q", "b_q", "o_q", "o_v", "o_f"]
     named = {n: {states[k] for k in known.states} | known.inputs for n, known in outputs.items()}

@@ -1,7 +1,8 @@
-"""Every key of METHODS and every inverse of it, as FMI 2.0 and FMI 3.0 FMU, in every importer that runs here.
+"""Every key of METHODS and each of its inverses, as FMI 2.0 and FMI 3.0 FMU, in every importer available.
 
-For each: the schemas, fmpy's and fmutool's static checks, `hystfmu validate`; fmpy in both interfaces, libcosim and a
-container of fmu-manipulation-toolbox with the same bits; Model Exchange by Euler's method and by an adaptive solver.
+Each FMU must pass the schemas, the static checks of fmpy and fmutool, and `hystfmu validate`.  fmpy, libcosim and a
+container of fmu-manipulation-toolbox must give the same bits.  Model Exchange runs with Euler's method and an adaptive
+solver.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def model_of(key: str, way: str, fitted: dict[str, Model]) -> Model:
     if not way:
         return model
     if (way, model.key) in REFUSED:
-        pytest.skip(f"{model.key} has no {way} inverse, and says so")
+        pytest.skip(f"{model.key} has no {way} inverse")
     return inverse(model, way, **(LEARNED if way == "learned" else {}))
 
 
@@ -62,7 +63,7 @@ def signal(model: Model, n: int) -> Array:
 
 def valid(fmu: Path, fmi: int) -> None:
     etree = pytest.importorskip("lxml.etree")
-    pytest.importorskip("fmu_manipulation_toolbox")  # `hystfmu validate` runs its check where it is installed
+    pytest.importorskip("fmu_manipulation_toolbox")  # `hystfmu validate` runs its check if it is installed
     with zipfile.ZipFile(fmu) as archive:
         for name, schema in FILES[fmi].items():
             etree.XMLSchema(file=str(SCHEMAS / schema)).assertValid(etree.fromstring(archive.read(name)))
@@ -70,7 +71,7 @@ def valid(fmu: Path, fmi: int) -> None:
 
 
 def co_simulation(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
-    """The same bits in fmpy, in a container, and (FMI 2.0) in libcosim, whose clock is its own."""
+    """Require the same bits in fmpy, in a container and, for FMI 2.0, in libcosim with its own clock."""
     u = signal(model, 200)
     y = model.graph.executor().run(u, model.graph.n_outputs, H)
     assert np.ptp(y) > 0
@@ -82,7 +83,7 @@ def co_simulation(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
 
 
 def model_exchange(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
-    """The bits of Co-Simulation without continuous states; with them Euler's order, and an adaptive solver's end."""
+    """Require the bits of Co-Simulation without continuous states, else the order of Euler and the adaptive result."""
     graph, u = model.graph, signal(model, 100)
     want = graph.executor().run(u, graph.n_outputs, H)
     moves = np.ptp(want)
@@ -102,7 +103,7 @@ def model_exchange(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
     coarse, fine = (np.abs(run(euler(n), u[:20]) - exact).max() for n in (256, 512))
     assert np.log2(coarse / fine) == pytest.approx(1, abs=0.2), (coarse, fine)
     unit.free()
-    held = np.full_like(u, u.max())  # fmpy changes inputs between the steps of CVode, not inside
+    held = np.full_like(u, u.max())  # fmpy changes inputs only between the steps of CVode
     got = exchange_by_fmpy(fmu, graph, held, "CVode", H)
     want = graph.executor().run(held, graph.n_outputs, H)
     assert np.abs(got - want).max() <= (FREE if ramps(graph) else 1e-5) * (np.ptp(want) or moves)

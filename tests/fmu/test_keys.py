@@ -1,6 +1,6 @@
-"""Every key of METHODS, from data to the FMU of its inverse: fit, file, every way to run, inverse or why there is none.
+"""Every key of METHODS from data to the FMU of its inverse: fit, file, run, inverse or the reason why none exists.
 
-Each way gives the same bits: native run of the saved model, Python unit, FMI 2.0 and FMI 3.0 FMU run by fmpy.
+The native run of the saved model, the Python unit, and the FMI 2.0 and 3.0 FMUs in fmpy give the same bits.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "krasnoselskii_pokrovskii": {"levels": 12},
     "g0_prandtl_ishlinskii": {"N": 10},
 }
-# why a key has no inverse of that kind: words of the error
+# words of the error for keys without an inverse of that kind
 NO_CHAIN, PAST = ("no exact inverse", "learned"), ("past inputs only", "feedforward")
 REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     **{("exact", key): NO_CHAIN for key in METHODS if key not in ("prandtl_ishlinskii", "auto")},
@@ -56,7 +56,7 @@ LEARNED: dict[str, Any] = {"starts": 1, "iterations": 30, "N": 8, "hidden": 6}
 
 
 def plant(u: Array) -> Array:
-    """A linear term and six plays by their definition."""
+    """Return a linear term plus six plays, from their definition."""
     r, z, out = np.array([0.07, 0.15, 0.22, 0.31, 0.42, 0.58]), np.zeros(6), np.empty(len(u))
     for k, v in enumerate(u):
         z = np.maximum(v - r, np.minimum(v + r, z))
@@ -65,7 +65,7 @@ def plant(u: Array) -> Array:
 
 
 def oscillator(u: Array) -> Array:
-    """The Bouc-Wen oscillator by scipy's Runge-Kutta, the force a line between the rows."""
+    """Integrate the Bouc-Wen oscillator by scipy, with the force linear between rows."""
     t = H * np.arange(len(u))
 
     def rate(at: float, x: Array) -> list[float]:
@@ -81,7 +81,7 @@ def every_option(key: str) -> dict[str, Any]:
 
 
 def ramps(graph: Graph) -> bool:
-    """Is an input of continuous dynamics a line between two steps in Co-Simulation?"""
+    """Tell whether an input of continuous dynamics is linear between two steps in Co-Simulation."""
     return any(n.values.get("hold", n.block.hold) == "foh" for n in graph.nodes)
 
 
@@ -98,7 +98,7 @@ def data_for(key: str) -> Dataset:
 
 @pytest.fixture
 def model(request: pytest.FixtureRequest, fitted: dict[str, Model]) -> Model:
-    """Fitted once per session."""
+    """Return a model, fitted once per session."""
     key = request.param
     if key not in fitted:
         fitted[key] = fit(data_for(key), key, seed=1, **every_option(key))
@@ -109,7 +109,7 @@ every_key = pytest.mark.parametrize("model", list(METHODS), indirect=True)
 
 
 def same_bits(model: Model, u: Array, folder: Path) -> Array:
-    """The response to u, after the same bits came out of every way to run the model."""
+    """Return the response to u after checking that all ways to run the model give the same bits."""
     model.save(folder / "m.model.toml")
     loaded = Model.load(folder / "m.model.toml")
     assert loaded.graph.to_bytes() == model.graph.to_bytes()
@@ -127,7 +127,7 @@ def same_bits(model: Model, u: Array, folder: Path) -> Array:
 
 
 def in_model_exchange(model: Model, u: Array, y: Array, folder: Path) -> None:
-    """The response of a solver that drives the FMU: the same bits without continuous states, else its tolerance."""
+    """Run the FMU in Model Exchange: equal bits without continuous states, else within the solver tolerance."""
     for fmi in (2, 3):
         m = Events(model.graph, folder, fmi, interface="me")
         hold = "ramp" if ramps(model.graph) else "end"
@@ -153,7 +153,7 @@ def test_a_key_gives_the_same_bits_everywhere(model: Model, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("way", WAYS)
 @every_key
-def test_a_key_has_an_inverse_or_says_why_not(model: Model, way: str, tmp_path: Path) -> None:
+def test_a_key_has_an_inverse_or_a_reason(model: Model, way: str, tmp_path: Path) -> None:
     options = LEARNED if way == "learned" else {}
     words = REFUSED.get((way, model.key))
     if words:
@@ -181,7 +181,7 @@ def test_a_dead_band_is_part_of_the_model(tmp_path: Path) -> None:
     same_bits(model, u[:400], tmp_path)
 
 
-def test_what_has_no_inverse_says_so() -> None:
+def test_missing_inverses_are_refused() -> None:
     data = data_for("")
     lagged = fit(data, "polynomial_narx", n_u=2, n_f=2, n_k=1)
     for way in WAYS:

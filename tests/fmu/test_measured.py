@@ -1,4 +1,4 @@
-"""Measured piezo data from the CSV to the FMU: the figures of protocol P1, and the same bits by every way of running.
+"""Measured piezo data from the CSV file to the FMU: the errors of protocol P1, and equal bits in every engine.
 
 Protocol P1 (Aye & Ang 2018, PICMA P-885.91, 200 Hz): u[k] = column 1 of row k, y[k] = column 5 of row k + 1; the model
 runs free from row 0, residuals of rows 2000:4200 are fitted, rows 3000:13800 are the result.
@@ -50,7 +50,7 @@ def test_measured_data_to_fmu(csv: Path, tmp_path: Path, key: str) -> None:
     u = measured[:4000, 1]
     m = Model.load(model)
     native = m.predict(u)
-    assert native.tobytes() == predicted[:4000, 2].tobytes(), "predict writes every bit"
+    assert native.tobytes() == predicted[:4000, 2].tobytes(), "predict must write every digit"
     assert run_by_unit(m.graph, u[:, None], H).tobytes() == native.tobytes()
     for fmi in ("2", "3"):
         fmu = tmp_path / f"x{fmi}.fmu"
