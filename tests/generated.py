@@ -1,4 +1,4 @@
-"""Fails when a generated text is stale: the README's block table and tracking tables, files of the Modelica library."""
+"""Fails when a generated text is stale: tables of the README, signatures of blocks, files of the Modelica library."""
 
 import sys
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import tracking_table
 
 from hystfmu.base.errors import InputError
-from hystfmu.graph import listing
+from hystfmu.graph import listing, stubs
 from hystfmu.modelica import library
 
 README = Path(__file__).parent.parent / "README.md"
@@ -14,6 +14,7 @@ PARTS = (
     ("from the C tables", listing.markdown),
     ("from the baselines of the scenarios", tracking_table.markdown),
 )
+STUB = README.parent / "python" / "hystfmu" / "graph" / "blocks.pyi"
 MODELICA = README.parent / "modelica" / "HystFMU"
 END = "<!-- end of the generated table -->"
 
@@ -26,9 +27,11 @@ def main(write: bool) -> int:
         fresh = head + begin + make() + "\n" + END + rest.split(END, 1)[1]
     if write:
         README.write_text(fresh)
+        STUB.write_text(stubs.stub())
         library.write(MODELICA)
         return 0
     stale = ["README.md: a generated table"] if fresh != text else []
+    stale += [] if STUB.read_text() == stubs.stub() else ["python/hystfmu/graph/blocks.pyi"]
     stale += [f"modelica/HystFMU/{file}" for file in library.stale(MODELICA)]
     found = [*library.missing(MODELICA), *(f"{what} is stale; run 'make generate'" for what in stale)]
     print(*found, sep="\n", end="\n" if found else "")
