@@ -36,6 +36,10 @@ class Unit:
         }
         self._initialized = False
 
+    def __repr__(self) -> str:
+        sides = (", ".join(p.name for p in self.graph.ports if p.kind == kind) for kind in ("input", "output"))
+        return f"Unit({' -> '.join(sides)}, {'' if self._initialized else 'not '}initialized)"
+
     @property
     def variables(self) -> tuple[str, ...]:
         """Names of the scalar variables, as in an FMI 2.0 description: `u`, `y`, `w_1`, ..."""

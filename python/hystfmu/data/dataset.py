@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
@@ -22,15 +23,15 @@ SECONDS = ("", "s", "sec", "second", "seconds")  # units of measure that the tim
 _RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Dataset:
     """One run of an experiment, evenly sampled.
 
     Parameters
     ----------
-    t : array, shape (n,)
+    t : array, list or column of a data frame, shape (n,)
         Time in s, increasing in equal steps.
-    u, y : array, shape (n,)
+    u, y : array, list or column of a data frame, shape (n,)
         Input and output of the actuator or sensor.  A y that is NaN in every row means that no output was measured; a
         model can still predict it.
     name : str
@@ -48,21 +49,43 @@ class Dataset:
     InputError
         Lengths that differ, fewer than 4 rows, a value that is not finite, time that does not increase in equal steps,
         a train range outside the data.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> hy.Dataset(t=[0.0, 0.1, 0.2, 0.3], u=[0.0, 1.0, 2.0, 1.0], y=[0.0, 0.5, 1.5, 1.2], unit_u="V", unit_y="um")
+    Dataset('data', 4 rows, step 0.1 s, u in V, y in um)
     """
 
     t: Array
     u: Array
     y: Array
-    name: str = "data"
-    path: str = ""
-    train: slice = field(default_factory=lambda: slice(None))
-    unit_u: str = ""
-    unit_y: str = ""
+    name: str
+    path: str
+    train: slice
+    unit_u: str
+    unit_y: str
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        t: ArrayLike,
+        u: ArrayLike,
+        y: ArrayLike,
+        name: str = "data",
+        path: str = "",
+        train: slice | Sequence[int] | str | None = None,
+        unit_u: str = "",
+        unit_y: str = "",
+    ) -> None:
+        texts = {"name": name, "path": path, "unit_u": unit_u, "unit_y": unit_y}
+        for text, value in texts.items():
+            object.__setattr__(self, text, value)
         where = self.path or self.name
-        for key in ("t", "u", "y"):
-            column = np.array(getattr(self, key), dtype=np.float64)  # a copy: the dataset must not change under a model
+        for key, given in (("t", t), ("u", u), ("y", y)):
+            try:
+                column = np.array(given, dtype=np.float64)  # a copy: the dataset must not change under a model
+            except (TypeError, ValueError) as e:
+                raise InputError(f"{where}: The '{key}' array must hold numbers. {_one_line(e)}") from None
             if column.ndim != 1:
                 raise InputError(
                     f"{where}: The '{key}' array must be one-dimensional. Got shape {column.shape} instead."
@@ -81,7 +104,24 @@ class Dataset:
         for key in ("t", "u", "y") if self.has_output else ("t", "u"):
             _check_finite(getattr(self, key), key, place)
         check_time(self.t, place, None)
-        object.__setattr__(self, "train", train_rows(self.train, len(self.t), where))
+        object.__setattr__(self, "train", train_rows(train, len(self.t), where))
+
+    def __repr__(self) -> str:
+        n, rows = len(self.t), self.train
+        parts = [repr(self.name), f"{n} rows", f"step {self.h:g} s"]
+        parts += [f"{k} in {unit}" for k, unit in (("u", self.unit_u), ("y", self.unit_y)) if unit]
+        parts += [] if self.has_output else ["no output"]
+        parts += [] if (rows.start, rows.stop) == (0, n) else [f"train {rows.start}:{rows.stop}"]
+        return f"Dataset({', '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        """The loop, as a notebook shows it."""
+        from hystfmu.report.plot import Line, Plot
+
+        u, y = (f"{k} ({unit})" if unit else k for k, unit in (("u", self.unit_u), ("y", self.unit_y)))
+        if not self.has_output:
+            return Plot(repr(self), "t (s)", u, [Line("input", self.t, self.u)])._repr_html_()
+        return Plot(repr(self), u, y, [Line("measured", self.u, self.y)])._repr_html_()
 
     @property
     def has_output(self) -> bool:
@@ -243,6 +283,11 @@ def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "
             f"{where}: The train rows must be at least {LEAST_ROWS} rows inside 0:{n}. Got {shown} instead."
         )
     return slice(first, end)
+
+
+def _one_line(e: Exception) -> str:
+    text = " ".join(str(e).split())
+    return f"{text[:1].upper()}{text[1:].rstrip(chr(46))}."
 
 
 # ---- checks ----------------------------------------------------------------------------------------------------------

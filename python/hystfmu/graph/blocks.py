@@ -7,6 +7,7 @@ from typing import Any
 from hystfmu.base.arrays import Array
 from hystfmu.core.library import BlockType, block_types
 from hystfmu.graph.graph import Graph, Node
+from hystfmu.graph.node import short
 
 
 class Block:
@@ -24,7 +25,9 @@ class Block:
         return self.graph.run(u, h)
 
     def __repr__(self) -> str:
-        inner = ", ".join(f"{k}={v}" for k, v in {**self.node.dims, **self.node.values}.items())
+        usual = {d.name: d.start for d in self.type.dims}
+        given = {k: v for k, v in self.node.dims.items() if v != usual[k]}
+        inner = ", ".join(f"{k}={short(v)}" for k, v in {**given, **self.node.values}.items())
         return f"{self.type.class_name}({inner})"
 
 

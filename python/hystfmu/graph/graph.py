@@ -23,6 +23,7 @@ from hystfmu.graph.ports import ContinuousState, Input, Output, Port, element_na
 
 __all__ = ["ContinuousState", "Graph", "Input", "Node", "Output", "Port", "Value"]
 
+MOST_SHOWN = 6  # blocks in a repr
 _ENDPOINT = re.compile(r"([A-Za-z][A-Za-z0-9_]*)(?:\.([A-Za-z][A-Za-z0-9_]*))?(?:\[(\d+)\])?\Z")
 
 
@@ -80,6 +81,11 @@ class Graph:
             self.nodes = tuple(self.nodes[i] for i in order)
             self.links = self._resolve()
         self.ports = self._ports()
+
+    def __repr__(self) -> str:
+        sides = (", ".join(p.name for p in ports) for ports in (self.inputs, self.outputs))
+        shown = [n.name for n in self.nodes[:MOST_SHOWN]] + (["..."] if len(self.nodes) > MOST_SHOWN else [])
+        return f"Graph({' -> '.join(sides)}; {', '.join(shown)})"
 
     def __getstate__(self) -> dict[str, object]:
         """Leave out the ports, which hold rows of the C tables: another process looks them up again."""

@@ -6,6 +6,7 @@ import ctypes as C
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,17 @@ Value = float | int | bool | str | Sequence[float] | Array
 _MOST_VALUES = 1 << 24  # as in graph_file.c
 _LENGTH = re.compile(r"(\w+)(?: \+ (\d+))?\Z")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+
+
+MOST_SHOWN = 4  # elements of an array in a repr
+
+
+def short(value: Any) -> str:
+    """A value in a repr: of a long array its first elements and its length."""
+    if not np.ndim(value):
+        return repr(value.item() if isinstance(value, np.generic) else value)
+    flat = [repr(v) for v in np.ravel(value)[:MOST_SHOWN].tolist()]
+    return f"[{', '.join(flat)}{f', ... {np.size(value)} values' if np.size(value) > MOST_SHOWN else ''}]"
 
 
 @dataclass(frozen=True)
@@ -69,6 +81,14 @@ class Node:
             )
         for v in kind.parameters:
             self._flat(v, sizes[v.name])
+
+    def __repr__(self) -> str:
+        parts = [
+            repr(self.name),
+            repr(self.type),
+            *(f"{k}={short(v)}" for k, v in {**self.dims, **self.values}.items()),
+        ]
+        return f"Node({', '.join(parts)})"
 
     @property
     def block(self) -> BlockType:

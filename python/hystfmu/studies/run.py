@@ -44,6 +44,9 @@ class Outcome:
     ran: int
     seconds: float
 
+    def __repr__(self) -> str:
+        return f"Outcome({len(self.rows)} rows, {len(self.failed)} failed, {str(self.table)!r})"
+
     @property
     def failed(self) -> list[dict[str, Any]]:
         """Rows of failed runs."""

@@ -78,7 +78,7 @@ class Baseline:
         table = folder / "baseline.csv"
         header, separator, body = read_header(table, MOST_BYTES)
         if header[:2] != ["case", "t"]:
-            raise InputError(f"{table}: row 1: must begin with case,t; record the baseline again with --record")
+            raise InputError(f"{table}: line 1: must begin with case,t; record the baseline again with --record")
         for i, line in enumerate(body.splitlines(), 2):
             name, *cells = line.split(separator)
             try:
@@ -86,7 +86,7 @@ class Baseline:
             except ValueError:
                 numbers = []
             if len(numbers) != len(header) - 1 or not np.isfinite(numbers).all():  # no value differs from NaN
-                raise InputError(f"{table}: row {i}: must have {len(header) - 1} numbers; got {cells}")
+                raise InputError(f"{table}: line {i}: must have {len(header) - 1} numbers; got {cells}")
             rows.setdefault(name, []).append(numbers)
         metrics, memory = {n: c.metrics for n, c in cases.items()}, {n: c.memory for n, c in cases.items()}
         return cls(metrics, {n: np.array(r) for n, r in rows.items()}, tuple(header[2:]), memory)
