@@ -228,7 +228,7 @@ class Dataset:
         return cls(t, u, y, name, train=slice(None) if train is None else train)
 
     def with_train(self, train: slice | tuple[int, int] | str | None) -> Dataset:
-        """Return the same data with other training rows, in a form that `Dataset` takes."""
+        """Return the same data with other training rows `train`, in a form that `Dataset` takes."""
         return replace(self, train=train_rows(train, len(self.t), self.path or self.name))
 
     def resampled(self, rate: float) -> Dataset:

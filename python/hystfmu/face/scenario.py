@@ -47,6 +47,11 @@ class Scenario:
     coupling : {"gauss_seidel", "jacobi", "iterative"}
         How units that step at the same time exchange values.
 
+    Raises
+    ------
+    InputError
+        A step that is not greater than 0.
+
     Notes
     -----
     Where connections or metrics name the unit ``reference`` and none was added, a sine over 80 % of the plant's stroke
@@ -223,9 +228,9 @@ class Scenario:
         Parameters
         ----------
         name : str
-        kind : {"rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "peak", "final", \
-"loop_area_percent"}
-            What is computed: `hystfmu.scenario.outcome.metrics`.
+        kind : str
+            What is computed: rms_percent, max_percent, between_samples_percent (all of `signal` - `against`),
+            variation_ratio, peak, final, loop_area_percent; `hystfmu.scenario.outcome.metrics` defines them.
         signal, against : str
             ``unit.output``; most kinds compare two.
         limit : float, optional
@@ -307,19 +312,19 @@ class Scenario:
         return self
 
     def order(self, *names: str) -> Scenario:
-        """State the order in which the units run; all of them, once each."""
+        """State the order in which the units run: the `names` of all, once each."""
         self._edit()
         self._spec["order"] = list(names)
         return self
 
     def record(self, *signals: str) -> Scenario:
-        """State the outputs that a baseline keeps and a report shows; by default those of the metrics."""
+        """State the `signals` that a baseline keeps and a report shows; by default those of the metrics."""
         self._edit()
         self._spec["record"] = list(signals)
         return self
 
     def loop(self, abscissa: str, ordinate: str) -> Scenario:
-        """Add a pair of outputs that a report draws as a loop."""
+        """Add a pair of outputs, `abscissa` and `ordinate`, that a report draws as a loop."""
         self._edit()
         self._spec.setdefault("loops", []).append([abscissa, ordinate])
         return self
