@@ -279,7 +279,7 @@ stroke = 1.0
 def test_in_a_scenario_all_engines_give_the_same_bits(tmp_path):
     inverse(fitted("play_bank_mlp", iterations=10, starts=1), "implicit").save(tmp_path / "inverse.model.toml")
     traces = []
-    for kind in ("python", "fmu2", "fmu3"):
+    for kind in ("fmu2", "fmu3"):
         folder = tmp_path / kind
         folder.mkdir()
         (folder / "scenario.toml").write_text(SCENARIO.replace("KIND", kind))

@@ -60,7 +60,7 @@ def rich(loop: dict[str, Any]) -> dict[str, Any]:
     return loop
 
 
-@pytest.mark.parametrize("engine", ["fmpy", "python", "native"])
+@pytest.mark.parametrize("engine", ["fmpy", "native"])
 @pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
 def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: Any, scheme: str) -> None:
     rich(loop)["coupling"] = {"scheme": scheme}
@@ -124,7 +124,7 @@ def test_metrics_do_not_see_the_division(kind: str, ripple: int) -> None:
 
 def test_verdicts_and_baselines_do_not_see_the_division(loop: Any, write: Any, divide: Divide) -> None:
     folder = write(rich(loop) | {"tube": {"time": 1e-3, "value": 1e-6}})
-    for engine in ("native", "python"):
+    for engine in ("native", "fmpy"):
         (first,) = run_scenarios([folder], engine=engine, record=True)
         stored = [(folder / f"baseline.{kind}").read_bytes() for kind in ("toml", "csv")]
         divide(32)

@@ -10,7 +10,7 @@ import pytest
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
-ENGINES = ("fmpy", "python", "native")
+ENGINES = ("fmpy", "native")
 
 
 def gains(k1: float, k2: float, coupling: dict[str, Any]) -> dict[str, Any]:

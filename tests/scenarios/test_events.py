@@ -16,7 +16,7 @@ from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.events import cuts
 
-ENGINES = ("fmpy", "python", "native")
+ENGINES = ("fmpy", "native")
 H, TAU = 1e-3, 5e-3
 STEP = {"block": "disturbance", "values": {"step": 1.0, "t_step": 0.12345, "amplitude": 0.0}}
 

@@ -20,7 +20,7 @@ from hystfmu.scenario import Scenario, build, simulate
 from hystfmu.scenario.engine.master import blocks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
-ENGINES = ("fmpy", "python", "native")
+ENGINES = ("fmpy", "native")
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 
@@ -43,7 +43,7 @@ def test_a_foreign_fmu_gives_the_bits_of_our_unit(loop: Any, write: Any, fmi: in
     loop["coupling"] = {"scheme": scheme}
     loop["stop"] = 0.01
     loop["metrics"]["tracking"]["after"] = 0.0
-    ours = simulate(build(Scenario(write(loop)).cases[0]), "python")
+    ours = simulate(build(Scenario(write(loop)).cases[0]), "native")
     add(loop, write, fmi)
     loop["units"]["pid"] = {"fmu": "pid.fmu", "inputs": {"u_ff": 0.125}}
     system = build(Scenario(write(loop)).cases[0])
@@ -58,7 +58,7 @@ def test_a_foreign_fmu_gives_the_bits_of_our_unit(loop: Any, write: Any, fmi: in
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int) -> None:
     loop["units"]["pid"]["set"] = {"Kp": "*1.5", "Ki": 1000.0}
-    ours = simulate(build(Scenario(write(loop)).cases[0]), "python")
+    ours = simulate(build(Scenario(write(loop)).cases[0]), "native")
     add(loop, write, fmi)
     loop["units"]["pid"] = {"fmu": "pid.fmu", "inputs": {"u_ff": 0.125}, "set": {"Kp": "*1.5", "Ki": 1000}}
     system = build(Scenario(write(loop)).cases[0])

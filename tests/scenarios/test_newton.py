@@ -14,7 +14,7 @@ from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate
 from hystfmu.scenario.outcome.trace import Trace
 
-ENGINES = ("fmpy", "python", "native")
+ENGINES = ("fmpy", "native")
 H = 1e-3
 SINE = {"block": "reference", "values": {"shape": "sine", "amplitude": 1.0, "frequency": 40.0, "phase": 0.3}}
 

@@ -70,14 +70,14 @@ def test_without_a_tube_the_comparison_is_strict(loop: Any, write: Any) -> None:
 
 def test_a_run_within_its_tube_passes(loop: Any, write: Any) -> None:
     folder = write(loop)
-    run_scenarios([folder], record=True, engine="python")
+    run_scenarios([folder], record=True, engine="native")
     text = (folder / "baseline.csv").read_text().splitlines()
     name, t, r, y = text[12].split(",")
     text[12] = f"{name},{t},{r},{float(y) + 0.004}"
     (folder / "baseline.csv").write_text("\n".join(text) + "\n")
-    assert not run_scenarios([folder], engine="python")[0].passed
+    assert not run_scenarios([folder], engine="native")[0].passed
     loop["tube"] = {"time": 1e-4, "value": 0.01}
-    assert run_scenarios([write(loop)], engine="python")[0].passed
+    assert run_scenarios([write(loop)], engine="native")[0].passed
 
 
 # ---- loop area ------------------------------------------------------------------------------------------------------
@@ -107,7 +107,7 @@ def test_final_memories_are_the_same_in_every_engine(loop: Any, write: Any) -> N
         for unit in loop["units"].values():
             unit["as"] = kind
         system = build(Scenario(write(loop)).cases[0])
-        marks += [simulate(system, e).memory for e in ("fmpy", "python", "native")]  # type: ignore[arg-type]
+        marks += [simulate(system, e).memory for e in ("fmpy", "native")]  # type: ignore[arg-type]
     assert all(m == marks[0] for m in marks)
     assert set(marks[0]) == {"plant", "reference", "pid"}
     assert len(set(marks[0].values())) == 3
@@ -137,22 +137,22 @@ def test_a_record_says_what_it_changes_and_asks(loop: Any, write: Any) -> None:
         seen[:] = found
         return False
 
-    run_scenarios([folder], record=True, engine="python", confirm=refuse)
+    run_scenarios([folder], record=True, engine="native", confirm=refuse)
     assert not (folder / "baseline.toml").exists()
     assert [(c.title, c.what, c.old) for c in seen] == [("loop/nominal", "tracking", None)]
-    run_scenarios([folder], record=True, engine="python")
+    run_scenarios([folder], record=True, engine="native")
     old = Baseline.load(folder)
     loop["units"]["pid"]["values"]["Kp"] = 1.1
-    run_scenarios([write(loop)], record=True, engine="python", confirm=refuse)
+    run_scenarios([write(loop)], record=True, engine="native", confirm=refuse)
     assert [c.what.split()[0] for c in seen] == ["tracking", "plant.y"]
     change = seen[0]
     assert change.old == old.metrics["nominal"]["tracking"]  # type: ignore[union-attr]
     assert isinstance(change.new, float)
     assert change.relative == pytest.approx(change.new / change.old - 1)
     before = (folder / "baseline.toml").read_bytes()
-    run_scenarios([folder], record=True, engine="python")
+    run_scenarios([folder], record=True, engine="native")
     assert (folder / "baseline.toml").read_bytes() != before
-    run_scenarios([folder], record=True, engine="python", confirm=refuse)
+    run_scenarios([folder], record=True, engine="native", confirm=refuse)
     assert seen == []
 
 

@@ -23,7 +23,7 @@ from hystfmu.scenario.system.delay_budget import delay_budget
 def page(loop: Any, write: Any, tmp_path: Path) -> str:
     loop["text"] = "a <loop> & its friends"
     loop["case"] = [{"name": "good"}, {"name": "bad", "limits": {"tracking": 1e-6}}]
-    results = run_scenarios([write(loop)], engine="python")
+    results = run_scenarios([write(loop)], engine="native")
     section = Section(
         "Identification",
         "how it went",
@@ -36,7 +36,7 @@ def page(loop: Any, write: Any, tmp_path: Path) -> str:
 def test_signals_that_share_a_unit_are_drawn_over_it(loop: Any, write: Any, tmp_path: Path) -> None:
     for record, said in ((["plant.y"], ">value in um</text>"), (["plant.y", "pid.u"], ">value</text>")):
         loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
-        results = run_scenarios([write(loop | {"record": record})], engine="python")
+        results = run_scenarios([write(loop | {"record": record})], engine="native")
         assert said in write_report(results, tmp_path / "out").read_text()
 
 

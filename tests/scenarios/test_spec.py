@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 from hystfmu.base.errors import InputError
+from hystfmu.cli import main
 from hystfmu.scenario import Scenario, build, run_scenarios
 
 
@@ -54,6 +56,7 @@ def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
         ("units/pid/model", "a.model.toml", ["exactly one of model, block, graph, inverse_of"]),
         ("units/pid", {}, ["exactly one of model"]),
         ("units/pid/as", "fmu1", ["as", "fmu1"]),
+        ("units/pid/as", "python", ["units.pid.as", "'fmu2' or 'fmu3'", "'python'"]),
         ("units/pid/every", 0, ["every", "0"]),
         ("units/plant", {"model": "../../../secret.model.toml"}, ["must stay within the folder of the scenarios"]),
         ("units/plant", {"model": "/etc/passwd"}, ["relative to the scenario", "/etc/passwd"]),
@@ -103,7 +106,7 @@ def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Any)
 def test_a_metric_that_needs_a_partner_says_so(loop: Any, write: Any) -> None:
     del loop["metrics"]["tracking"]["against"]
     with pytest.raises(InputError, match=r"metrics\.tracking: .*rms_percent needs 'against'"):
-        run_scenarios([write(loop)], engine="python")
+        run_scenarios([write(loop)], engine="native")
 
 
 def test_overrides_reach_scalars_elements_and_arrays(loop: Any, write: Any) -> None:
@@ -120,14 +123,22 @@ def test_overrides_reach_scalars_elements_and_arrays(loop: Any, write: Any) -> N
 def test_an_override_that_fits_nothing_is_refused(loop: Any, write: Any) -> None:
     folder = write(loop)
     with pytest.raises(InputError, match=r"--set plant\.ghost: none of the scenarios"):
-        run_scenarios([folder], overrides={"plant.ghost": 1.0}, engine="python")
+        run_scenarios([folder], overrides={"plant.ghost": 1.0}, engine="native")
     with pytest.raises(InputError, match=r"did you mean plant\.hysteresis_w"):
-        run_scenarios([folder], overrides={"plnt.hysteresis_w": 1.0}, engine="python")
+        run_scenarios([folder], overrides={"plnt.hysteresis_w": 1.0}, engine="native")
     with pytest.raises(InputError, match=r"^--set: must read 'unit\.variable'"):
-        run_scenarios([folder], overrides={"ghost": 1.0}, engine="python")
+        run_scenarios([folder], overrides={"ghost": 1.0}, engine="native")
+
+
+def test_an_engine_that_does_not_exist_is_refused_with_those_that_do(loop: Any, write: Any) -> None:
+    with pytest.raises(InputError, match=r"^engine: must be one of fmpy, native\. Got 'python' instead\."):
+        run_scenarios([write(loop)], engine="python")  # type: ignore[arg-type]
+    result = CliRunner().invoke(main, ["run", str(write(loop)), "--engine", "python"])
+    assert result.exit_code == 2
+    assert result.output.splitlines()[-1].endswith("'python' is not one of 'fmpy', 'native'.")
 
 
 def test_a_misspelt_key_is_named_and_not_the_one_that_it_leaves_out(loop: Any, write: Any) -> None:
     loop["stopp"] = loop.pop("stop")
     with pytest.raises(InputError, match=r"scenario\.toml: stopp: there is no such key"):
-        run_scenarios([write(loop)], engine="python")
+        run_scenarios([write(loop)], engine="native")

@@ -15,7 +15,7 @@ from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report.terminal import verdicts
 from hystfmu.scenario.system.delay_budget import delay_budget
 
-ENGINES = ("fmpy", "python", "native")
+ENGINES = ("fmpy", "native")
 H, TAU = 1e-3, 5e-3
 
 

@@ -14,7 +14,7 @@ from hystfmu.scenario.report import terminal
 
 
 def run(folder: Path, **more: Any) -> Result:
-    (result,) = run_scenarios([folder], engine="python", **more)
+    (result,) = run_scenarios([folder], engine="native", **more)
     return result
 
 
@@ -156,7 +156,7 @@ def test_a_changed_system_is_never_recorded(loop: Any, write: Any) -> None:
 def test_progress_reaches_one(loop: Any, write: Any) -> None:
     seen: list[float] = []
     loop["case"] = [{"name": "a"}, {"name": "b", "stop": 0.01, "after": 0.0}]
-    run_scenarios([write(loop)], engine="python", progress=seen.append)
+    run_scenarios([write(loop)], engine="native", progress=seen.append)
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
     assert len(seen) == 2

@@ -19,34 +19,33 @@ pytest.importorskip("pyarrow")
 if sys.platform == "win32":
     pytest.skip("signals and limits of POSIX", allow_module_level=True)
 
-LONG: dict[str, dict[str, Any]] = {  # slow enough to be interrupted, with spawned and with forked workers
-    "python": {"method": "sobol", "n": 96, "engine": "python"},
-    "native": {"method": "sobol", "n": 96, "engine": "native", "of_scenario": {"step": 1e-5}},
-}
+# slow enough to be interrupted
+LONG: dict[str, Any] = {"method": "sobol", "n": 96, "engine": "native", "of_scenario": {"step": 1e-5}}
 RUN = "import sys; from hystfmu.studies import run_study; run_study(sys.argv[1], sys.argv[2], workers=2)"
+SPAWNED = "from hystfmu.studies import pool; pool._forked = lambda systems, engine: False; "
 
 
-_QUIET: dict[str, bytes] = {}
+_QUIET: list[bytes] = []
 
 
-@pytest.fixture(params=LONG)
-def engine(request: pytest.FixtureRequest) -> str:
-    """The engine of the long study."""
-    return str(request.param)
+@pytest.fixture(params=["forked", "spawned"])
+def program(request: pytest.FixtureRequest) -> str:
+    """Runs the long study with workers of one kind."""
+    return RUN if request.param == "forked" else SPAWNED + RUN
 
 
 @pytest.fixture
-def quiet(write: Any, tmp_path: Path, engine: str) -> bytes:
-    """The table of an uninterrupted run, made once for each engine."""
-    if engine not in _QUIET:
-        _QUIET[engine] = run_study(write(**LONG[engine]), tmp_path / "quiet", workers=2).table.read_bytes()
-    return _QUIET[engine]
+def quiet(write: Any, tmp_path: Path) -> bytes:
+    """The table of an uninterrupted run, made once."""
+    if not _QUIET:
+        _QUIET.append(run_study(write(**LONG), tmp_path / "quiet", workers=2).table.read_bytes())
+    return _QUIET[0]
 
 
-def start(path: Path, folder: Path, **more: Any) -> subprocess.Popen[str]:
+def start(program: str, path: Path, folder: Path, **more: Any) -> subprocess.Popen[str]:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     return subprocess.Popen(
-        [sys.executable, "-c", RUN, str(path), str(folder)],
+        [sys.executable, "-c", program, str(path), str(folder)],
         env=environment,
         stderr=subprocess.PIPE,
         text=True,
@@ -83,9 +82,9 @@ def children(pid: int) -> list[int]:
 
 
 @pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
-def test_killed_workers(write: Any, tmp_path: Path, engine: str, quiet: bytes) -> None:
+def test_killed_workers(write: Any, tmp_path: Path, program: str, quiet: bytes) -> None:
     folder = tmp_path / "out"
-    process = start(write(**LONG[engine]), folder)
+    process = start(program, write(**LONG), folder)
     for n in (5, 50, 100):
         wait_for(folder, n, process)
         os.kill(children(process.pid)[0], signal.SIGKILL)
@@ -94,10 +93,10 @@ def test_killed_workers(write: Any, tmp_path: Path, engine: str, quiet: bytes) -
 
 
 @pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
-def test_a_killed_parent(write: Any, tmp_path: Path, engine: str, quiet: bytes) -> None:
+def test_a_killed_parent(write: Any, tmp_path: Path, program: str, quiet: bytes) -> None:
     folder = tmp_path / "out"
-    path = write(**LONG[engine])
-    process = start(path, folder)
+    path = write(**LONG)
+    process = start(program, path, folder)
     wait_for(folder, 40, process)
     workers = children(process.pid)
     process.kill()
@@ -112,12 +111,14 @@ def test_a_killed_parent(write: Any, tmp_path: Path, engine: str, quiet: bytes) 
     assert outcome.table.read_bytes() == quiet
 
 
-def test_a_full_disk(write: Any, tmp_path: Path, engine: str, quiet: bytes) -> None:
+def test_a_full_disk(write: Any, tmp_path: Path, program: str, quiet: bytes) -> None:
     """Emulate a full disk by a limit on file sizes, which raises the same error at the same call."""
     import resource
 
-    folder, path = tmp_path / "out", write(**LONG[engine])
-    process = start(path, folder, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)))
+    folder, path = tmp_path / "out", write(**LONG)
+    process = start(
+        program, path, folder, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+    )
     assert process.wait(120) != 0
     assert process.stderr is not None
     assert "rows are safe: free some space and run the study again" in process.stderr.read().splitlines()[-1]
@@ -150,7 +151,7 @@ def test_full_journals_become_parts(write: Any, tmp_path: Path, monkeypatch: pyt
 
 def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_path: Path) -> None:
     """A script from standard input has no file for a worker to import."""
-    path = write(engine="python")
+    path = write(engine="fmpy")
     script = f"from hystfmu.studies import run_study\nrun_study({str(path)!r}, {str(tmp_path / 'out')!r}, workers=1)\n"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(

@@ -46,7 +46,7 @@ def test_grid_against_the_closed_form(write: Any, tmp_path: Path) -> None:
 def test_the_table_does_not_depend_on_workers_or_engine(write: Any, tmp_path: Path) -> None:
     tables = [
         run_study(write(engine=engine), tmp_path / f"{engine}{n}", workers=n).table.read_bytes()
-        for engine, n in (("native", 1), ("native", 2), ("python", 1))
+        for engine, n in (("native", 1), ("native", 2), ("fmpy", 1))
     ]
     assert tables[0] == tables[1] == tables[2]
 

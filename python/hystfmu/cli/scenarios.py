@@ -19,10 +19,10 @@ from hystfmu.cli.options import FAILED, assignments, json_option
 @click.option("--set", "settings", multiple=True, metavar="UNIT.NAME=VALUE", help="Override a parameter; repeatable.")
 @click.option(
     "--engine",
-    type=click.Choice(["fmpy", "python", "native"]),
+    type=click.Choice(["fmpy", "native"]),
     default="fmpy",
     show_default=True,
-    help="fmpy simulates FMUs (reference), python simulates Python units, native runs the loop in C; same bits.",
+    help="fmpy simulates FMUs (reference), native runs the whole loop in the C core; same bits.",
 )
 @click.option(
     "--coupling",
@@ -56,7 +56,7 @@ def run(
     scenarios: tuple[str, ...],
     everything: bool,
     settings: tuple[str, ...],
-    engine: Literal["fmpy", "python", "native"],
+    engine: Literal["fmpy", "native"],
     coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
     timeout: float,
     case: str | None,

@@ -45,7 +45,7 @@ def run_scenarios(
         ``{"unit.parameter": value}``, in every case that has the unit; a string ``"*1.2"`` scales.
     progress : callable
         Called with the fraction that is done, 0..1.
-    engine : {"fmpy", "python", "native"}
+    engine : {"fmpy", "native"}
         See `simulate`; FMUs by fmpy are the reference.
     coupling : {"gauss_seidel", "jacobi", "iterative"}, optional
         Scheme for all cases instead of their own.

@@ -97,7 +97,7 @@ class StudySpec(pydantic.BaseModel):
     text: str = ""
     scenario: str = Field(description="folder of the scenario, relative to the study file")
     cases: list[str] | None = Field(None, min_length=1, description="cases of the scenario; all by default")
-    engine: Literal["native", "python", "fmpy"] = Field("native", description="engine of `hystfmu run`")
+    engine: Literal["native", "fmpy"] = Field("native", description="engine of `hystfmu run`")
     method: Literal["grid", "sobol", "latin_hypercube", "optuna"]
     n: int = Field(64, ge=1, le=MOST_ROWS, description="number of variations; a grid has the product of its steps")
     seed: int = Field(0, ge=0, le=2**31 - 1)

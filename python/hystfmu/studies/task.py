@@ -65,7 +65,7 @@ class Runner:
     ----------
     systems : sequence of System
         The cases of the study, in order.
-    engine : {"native", "python", "fmpy"}
+    engine : {"native", "fmpy"}
     folder : path, optional
         Folder for unpacked FMUs; by default the temporary folder.
     limits : (float, float), optional

@@ -1,1 +1,1 @@
-"""Who runs it: the master loop over FMUs and Python units, the native engine, foreign FMUs in their own process."""
+"""Who runs it: the master loop over FMUs, the native engine, foreign FMUs in their own process."""

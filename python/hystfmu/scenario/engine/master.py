@@ -1,7 +1,7 @@
-"""Running a case: the master loop, on real FMUs (fmpy), Python units, or wholly in the C core.
+"""Run a case: the master loop over FMUs by fmpy, or the whole loop in the C core.
 
-All engines step the same grid with the same coupling and the same values, so their results have the same bits (a test
-says so); the FMUs are the reference.
+Both engines step the same grid with the same coupling and the same values, so their results have the same bits, which
+tests compare.  The FMUs are the reference.
 """
 
 from __future__ import annotations
@@ -11,22 +11,22 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
 from hystfmu.scenario.engine.fmu_member import FmuMember
 from hystfmu.scenario.engine.fmu_store import FmuStore
 from hystfmu.scenario.engine.member import Member
 from hystfmu.scenario.engine.newton import Newton
-from hystfmu.scenario.engine.unit_member import UnitMember
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.system.events import cuts
-from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import System
 
-Engine = Literal["fmpy", "python", "native"]
+Engine = Literal["fmpy", "native"]
+ENGINES: tuple[Engine, ...] = get_args(Engine)
 
 
 def blocks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Iterator[Trace]:
@@ -35,7 +35,7 @@ def blocks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None 
     Parameters
     ----------
     system : System
-    engine : {"fmpy", "python", "native"}
+    engine : {"fmpy", "native"}
         As `hystfmu.scenario.simulate`.
     store : FmuStore, optional
         Where FMUs are unpacked; a temporary one by default.
@@ -45,12 +45,14 @@ def blocks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None 
     Stopped
         A unit refused an input or a step, or the sweeps of an iterative coupling do not agree.
     """
+    if engine not in ENGINES:
+        raise InputError(f"engine: must be one of {', '.join(ENGINES)}. Got {engine!r} instead.")
     if engine == "native":
         from hystfmu.scenario.engine.native import Native
 
         yield from Native(system).blocks()
         return
-    if engine == "fmpy" and store is None:
+    if store is None:
         with FmuStore() as own:
             yield from blocks_here(system, engine, own)
         return
@@ -62,12 +64,8 @@ def blocks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None 
     clocks = {(p.period, p.any_step): C.c_double() for p in system.parts}
     try:
         for k, part in enumerate(system.parts):
-            if not isinstance(part.graph, Foreign) and (engine == "python" or part.runs_as == "python"):
-                members.append(UnitMember(system, part, sources.get(k, ()), values, clocks[part.period, part.any_step]))
-            else:
-                members.append(
-                    FmuMember(system, part, sources.get(k, ()), values, store, clocks[part.period, part.any_step])
-                )
+            clock = clocks[part.period, part.any_step]
+            members.append(FmuMember(system, part, sources.get(k, ()), values, store, clock))
         yield from _loop(system, members, values, clocks)
     finally:
         for m in members:

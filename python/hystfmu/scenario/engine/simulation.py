@@ -31,9 +31,9 @@ def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = N
     Parameters
     ----------
     system : System
-    engine : {"fmpy", "python", "native"}
-        "fmpy": every unit as its `as` says (the reference); "python": all of ours as Python units; "native": the whole
-        loop in the C core.  All give the same bits.
+    engine : {"fmpy", "native"}
+        "fmpy" simulates FMUs of the units (the reference), "native" the whole loop in the C core.  Both give the same
+        bits.
     store : FmuStore, optional
         Where FMUs are unpacked; a temporary one by default.
     seconds : float

@@ -27,9 +27,7 @@ class UnitSpec(pydantic.BaseModel):
     fmu: str | None = Field(None, description="path of an FMU of any origin, relative to the scenario's folder")
     graph: GraphTable | None = Field(None, description="blocks, wires, inputs, outputs, as in a model file")
     inverse_of: str | None = Field(None, description="path of a *.model.toml whose exact inverse runs")
-    runs_as: Literal["fmu2", "fmu3", "python"] = Field(
-        "fmu2", alias="as", description="FMI 2.0, FMI 3.0 or Python unit"
-    )
+    runs_as: Literal["fmu2", "fmu3"] = Field("fmu2", alias="as", description="version of FMI, for the engine fmpy")
     every: int = Field(1, ge=1, le=1_000_000, description="runs once in so many steps")
     fine: bool = Field(False, description="runs `ripple` times per step: plants and what is measured between samples")
     substeps: int = Field(1, ge=1, le=10_000, description="steps of the unit in each of its periods")

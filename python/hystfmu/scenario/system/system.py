@@ -32,7 +32,7 @@ class Part:
 
     name: str
     graph: Graph | Foreign
-    runs_as: Literal["fmu2", "fmu3", "python"]
+    runs_as: Literal["fmu2", "fmu3"]
     period: int
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
