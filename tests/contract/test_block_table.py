@@ -12,8 +12,8 @@ from excitation import default, every_block, perturbed, rows, run, some
 from raw import Raw
 
 from hystfmu.core.library import STEP, block_types
+from hystfmu.graph.listing import FAMILIES
 
-FAMILIES = ("operators", "inverses", "networks", "dynamics", "controllers", "sources")
 ROOT = Path(__file__).parents[2]
 C_WORDS = set(
     re.findall(

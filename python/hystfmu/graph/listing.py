@@ -9,6 +9,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.library import BlockType, Var, block_types
 from hystfmu.report.terminal import table
 
+FAMILIES = ("operators", "inverses", "networks", "dynamics", "controllers", "sources")
+
 
 def _find(name: str) -> BlockType:
     types = block_types()
@@ -73,9 +75,13 @@ def _data(t: BlockType) -> dict[str, Any]:
 
 
 def markdown() -> str:
-    """Write the table of the README."""
-    lines = ["| block | inputs | outputs | what it is |", "|---|---|---|---|"]
-    for t in block_types().values():
-        inputs, outputs = _ports(t)
-        lines.append(f"| `{t.name}` | {inputs} | {outputs} | {t.text} |")
-    return "\n".join(lines)
+    """Write the tables of the README, one for each family."""
+    sections = []
+    for family in FAMILIES:
+        lines = [f"### {family.capitalize()}", "", "| block | inputs | outputs | what it is |", "|---|---|---|---|"]
+        for t in block_types().values():
+            if t.family == family:
+                inputs, outputs = _ports(t)
+                lines.append(f"| `{t.name}` | {inputs} | {outputs} | {t.text} |")
+        sections.append("\n".join(lines))
+    return "\n\n".join(sections)
