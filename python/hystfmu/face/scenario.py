@@ -135,7 +135,7 @@ class Scenario:
         every: int = 1,
         substeps: int = 1,
         hold: Literal["zero", "first"] = "zero",
-        runs_as: Literal["fmu2", "fmu3", "python"] = "fmu2",
+        runs_as: Literal["fmu2", "fmu3"] = "fmu2",
         inputs: Mapping[str, float] | None = None,
         set: Mapping[str, Any] | None = None,
         text: str = "",
@@ -156,8 +156,8 @@ class Scenario:
             Steps of the unit in each of its periods.
         hold : {"zero", "first"}
             Its connected inputs during a period: held, or on the straight line through the last two values.
-        runs_as : {"fmu2", "fmu3", "python"}
-            Version of the FMU that the unit runs as, or Python.
+        runs_as : {"fmu2", "fmu3"}
+            Version of FMI of the unit, for the engine "fmpy".
         inputs : mapping of str to float, optional
             Constant values of inputs that nothing is connected to.
         set : mapping, optional
@@ -346,8 +346,8 @@ class Scenario:
         ----------
         case : str, optional
             Needed where there are several.
-        engine : {"fmpy", "python", "native"}
-            FMUs by fmpy (the reference), Python units, or the whole loop in the C core; all give the same bits.
+        engine : {"fmpy", "native"}
+            FMUs by fmpy (the reference), or the whole loop in the C core; both give the same bits.
         set : mapping, optional
             ``{"unit.parameter": value}`` for this run.
         coupling : str, optional
@@ -442,8 +442,8 @@ def run(
         A path is that of a scenario.toml or of the folder that holds it.
     case : str, optional
         Run only the cases of this name.
-    engine : {"fmpy", "python", "native"}
-        FMUs by fmpy (the reference), Python units, or the whole loop in the C core; all give the same bits.
+    engine : {"fmpy", "native"}
+        FMUs by fmpy (the reference), or the whole loop in the C core; both give the same bits.
     set : mapping, optional
         ``{"unit.parameter": value}`` in every case that has the unit; a string ``"*1.2"`` scales.
     coupling : str, optional
