@@ -1,8 +1,8 @@
-"""P1, P5: one setReal(2) + doStep + getReal of a 2-12-1 net, and what its export costs, against other ways to an FMU.
+"""P1, P5: time of setReal(2) + doStep + getReal for a 2-12-1 net and cost of its export, compared with other tools.
 
-One C master (`fmu_step_master.c`) drives all FMUs in turns, so that a rival has the machine that we have; the measure
-is the bare C function with libm.  Rivals from PyPI are installed once into a virtual environment of their own under
-build/, and are skipped with a message where that, or their own build, fails.
+One C master (`fmu_step_master.c`) drives all FMUs in turns under equal conditions; the reference is the bare C function
+with libm.  Other tools from PyPI are installed once into a virtual environment in build/.  They are skipped with a
+message if their installation or build fails.
 """
 
 import itertools
@@ -32,7 +32,7 @@ RIVALS = HERE.parents[1] / "build" / "rivals"
 STEPS, REPEATS = 4000, 1500
 HEADERS = ["-isystem", str(Path(fmpy.__file__).parent / "c-code")]
 
-# writes net.onnx, the same function in float32 (what these tools take), and the variables that onnx2fmu wants named
+# writes net.onnx, the same function in float32 as these tools require, and the variables for onnx2fmu
 ONNX = """
 import json, sys
 import numpy as np
@@ -66,7 +66,7 @@ class Net(Fmi2Slave):
         self.y = y
         return True
 """
-# the master runs inside a Python process, whose symbols the library of pythonfmu needs
+# the master runs inside a Python process, because the library of pythonfmu needs its symbols
 RUN = """
 import ctypes, sys
 a = [x.encode() for x in sys.argv[1:]]
@@ -75,11 +75,11 @@ ctypes.CDLL(a[0]).main(len(a), (ctypes.c_char_p * len(a))(*a))
 
 
 class Skipped(Exception):
-    """Why a rival has no figure."""
+    """The reason why a tool has no result."""
 
 
 def command(*words, makes=None, seconds=600, **options):
-    """Run it; the last error that it names is the reason why it failed or did not write `makes`."""
+    """Run a command; if it fails or does not write `makes`, raise `Skipped` with its errors."""
     try:
         done = subprocess.run([*map(str, words)], capture_output=True, text=True, timeout=seconds, **options)
     except (OSError, subprocess.TimeoutExpired) as e:
@@ -112,7 +112,7 @@ def compiled(folder, source, *flags):
 
 
 class Fmu:
-    """An unpacked FMU 2.0: what the master wants to know of it."""
+    """An unpacked FMU 2.0 and the arguments that the master needs."""
 
     def __init__(self, path, folder):
         with zipfile.ZipFile(path) as archive:
@@ -129,7 +129,7 @@ class Fmu:
 
 
 def rival_python(*packages):
-    """The interpreter of build/rivals with the packages in it."""
+    """Return the interpreter of build/rivals with the packages installed."""
     python = RIVALS / packages[0] / "bin" / "python"
     if not python.exists():
         command(sys.executable, "-m", "venv", python.parents[1])
@@ -178,7 +178,7 @@ def mlfmu(folder, net):
 
 
 def steps(activation, rivals, folder):
-    """Rows of one table: name, ns, times the bare function, largest difference, seconds and bytes of the export."""
+    """Return rows: name, ns per step, ratio to the bare function, largest difference, time and size of the export."""
     rng = np.random.default_rng(0)
     net = {"W1": rng.normal(size=(12, 2)), "b1": rng.normal(size=12), "W2": rng.normal(size=(1, 12)), "b2": [0.1]}
     graph = Mlp(n_in=2, n_hidden=12, n_out=1, activation=activation, **net).graph
@@ -221,7 +221,7 @@ def steps(activation, rivals, folder):
 
 
 def export_rows(folder):
-    """P5: what the export of an identified model costs, binaries read anew each time, least of ten."""
+    """P5: cost of the export of an identified model, minimum of ten, reading the binaries anew each time."""
     u = signals.training(150, 1)
     model = fit(Dataset.from_signal(u, u + 0.1 * u**2), "prandtl_ishlinskii")
     rows = []

@@ -1,6 +1,7 @@
-"""S1-S4, S6, S11: identification against its targets, on held-out signals; plants are plain numpy, off every grid.
+"""S1-S4, S6, S11: errors of identification on held-out signals against their targets.
 
-One core; times are of fit() itself.  The measured piezo stack (protocol P1) appears when its data is found.
+Plants are plain numpy with parameters off every grid.  Times are those of fit() on one core.  The measured piezo stack
+(protocol P1) is included if its data is found.
 """
 
 import os
@@ -73,11 +74,11 @@ def s2():
         for signal, e in bank.items():
             add(f"{name}: bank + net, {signal}, RMS", 0.1 if signal == nested else 0.2, e["rms_percent"], "%FS")
             add(f"{name}: bank + net, {signal}, max", 0.5 if signal == nested else 0.8, e["max_percent"], "%FS")
-    show("S2  nested loops and other held-out signals; the plants that the defaults were tuned on")
+    show("S2  nested loops and other held-out signals; plants used to tune the defaults")
 
 
 def s2_fresh():
-    """The same limits on plants, training reversals and held-out reversals that no default was tuned on."""
+    """Apply the same limits to plants, training and held-out reversals that were not used to tune defaults."""
     met = {"operator + net, nested <= 1 %FS": [], "10x better than memory = last": []}
     met |= {"bank + net, nested <= 0.1 %FS, max <= 0.5 %": [], "bank + net, others <= 0.2 %FS, max <= 0.8 %": []}
     for seed in range(101, 107):
@@ -109,7 +110,7 @@ def s2_fresh():
     for name, results in met.items():
         verdict = "met" if all(results) else "MISSED"
         rows.append([name, f"{len(results)} of {len(results)}", f"{sum(results)} plants", verdict])
-    show("S2  the same limits on fresh plants that no default was tuned on")
+    show("S2  the same limits on plants not used to tune the defaults")
 
 
 def s3():
@@ -128,7 +129,8 @@ def s4():
         plant = {
             "ten plays off the grid": plants.prandtl_ishlinskii(u),
             "N random weights on the grid": u + columns @ w,
-            "the same, half of them 0": u + columns @ (w * rng.integers(0, 2, n)),  # no target: no solution is inside
+            "the same, half of them 0": u
+            + columns @ (w * rng.integers(0, 2, n)),  # no target: solution on the boundary
         }
         for name, y in plant.items():
             fits = [fit(Dataset.from_signal(u, y), "prandtl_ishlinskii", N=n).fit for _ in range(3)]
@@ -183,7 +185,7 @@ def s11():
         else:
             add(f"{key}, {m.fit['seconds']:.2f} s", target, rms, "um")
     show("S11  measured piezo stack, protocol P1, RMS in um of 41.4 um stroke, default options")
-    print("The defaults were tuned with these rows in view; the ridge of the asymmetric model decides its verdict:")
+    print("The defaults were tuned on these data; the verdict on the asymmetric model depends on its ridge:")
     for ridge in (0.0, 0.003, 0.03):
         e = (fit(data, "prandtl_ishlinskii_asym", ridge=ridge).predict(data.u) - data.y)[3000:13800]
         add(f"prandtl_ishlinskii_asym, ridge = {ridge:g}", 0.203, float(np.sqrt(np.mean(e**2))), "um")

@@ -1,7 +1,7 @@
-"""S5, S6, P3: Prandtl-Ishlinskii by turning points against the plain loop and its numpy form, and its exact inverse.
+"""S5, S6, P3: the Prandtl-Ishlinskii operator by turning points, compared with a plain loop and numpy; its inverse.
 
-The rivals run in the same process: the plain loop is the block `backlash_sum` (the same C core, one state per play),
-the vectorised one is numpy.  Figures are the least of several repeats; the graph around the block is part of them.
+All run in the same process.  The plain loop is the block `backlash_sum` (same C core, one state per play).  Figures are
+minima of several repeats and include the graph around the block.
 """
 
 import time
@@ -42,7 +42,7 @@ def main():
     for n in (10, 100, 1000, 5000):
         for kind in ("uniform", "random"):
             r = np.linspace(0, 0.95, n) if kind == "uniform" else np.sort(rng.uniform(0, 0.95, n))
-            w = rng.normal(size=n) / n  # signed
+            w = rng.normal(size=n) / n  # weights of both signs
             values = {"r": r, "w": w, "w0": 0.3}
             fast, plain = PrandtlIshlinskii(**values).graph, BacklashSum(**values).graph
             for name, u in signals(rng).items():

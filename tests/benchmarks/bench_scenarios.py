@@ -1,8 +1,8 @@
-"""P2, P6, P8: a closed loop of two units and studies of it, against other ways to run the same two FMUs.
+"""P2, P6, P8: a closed loop of two units and studies of it, compared with other ways to run the same two FMUs.
 
-P controller and first-order plant, 10 000 steps of 1 ms.  P2 is processor time and the least of its repeats, in turns,
-so that other programs on the machine take least from it; a study is whole seconds on one core and on two, in turns, and
-the load is printed with it: two workers need two free cores.
+The loop has a P controller and a first-order plant and runs 10 000 steps of 1 ms.  P2 is the minimal processor time of
+repeats in turns, which reduces the influence of other programs.  A study is measured in wall time on one core and on
+two, in turns; the load is printed too, because two workers need two free cores.
 """
 
 import contextlib
@@ -54,12 +54,12 @@ LOOP = {
 
 
 def least(run, repeats):
-    """Of some calls."""
+    """Return the minimal processor time of repeated calls (s)."""
     return min(timed(run) for _ in range(repeats))
 
 
 def timed(run):
-    """Seconds of the processor."""
+    """Return the processor time of a call (s)."""
     begin = time.process_time()
     run()
     return time.process_time() - begin
@@ -72,7 +72,7 @@ def system(folder, data, coupling=None):
 
 
 class Rivals:
-    """The two exported FMUs for masters that are not ours; each run returns seconds and y at every step."""
+    """Other masters for the two exported FMUs; each run returns its time (s) and y at every step."""
 
     def __init__(self, of, folder):
         self.folder, self.paths = folder, {}
@@ -96,7 +96,7 @@ class Rivals:
         return self.c.bare(STEPS, a, k, y.ctypes.data_as(ctypes.c_void_p)), y
 
     def by_hand(self, n=STEPS):
-        """The loop that everybody writes with fmpy."""
+        """Run the loop as usually written by hand with fmpy."""
         units = {}
         for name, d in self.descriptions.items():
             units[name] = FMU2Slave(
@@ -129,7 +129,7 @@ class Rivals:
         return seconds, np.array(y)
 
     def container(self):
-        """Made once by fmu-manipulation-toolbox, with its sequential order."""
+        """Run a container of fmu-manipulation-toolbox with its sequential order, built once."""
         archive = self.folder / "loop.fmu"
         if not archive.exists():
             units = {"fmu": ["plant.fmu", "controller.fmu"], "step_size": H, "name": "loop.fmu", "sequential": True}
@@ -157,7 +157,7 @@ class Rivals:
         return seconds, y
 
     def libcosim(self):
-        """Its fixed-step algorithm, all steps in one call."""
+        """Run the fixed-step algorithm of libcosim with all steps in one call."""
         from libcosimpy.CosimExecution import CosimExecution
         from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
         from libcosimpy.CosimObserver import CosimObserver
@@ -182,7 +182,7 @@ class Rivals:
 
 
 def engines(folder):
-    """Rows of P2."""
+    """Measure and print P2."""
     loop, jacobi = system(folder / "loop", LOOP), system(folder / "jacobi", LOOP, "jacobi")
     rivals = Rivals(loop, folder)
     native = Native(loop, ["plant.y"])
@@ -206,7 +206,7 @@ def engines(folder):
                     continue
                 try:
                     done = [run() for _ in range(times)]
-                except Exception as e:  # a rival that is not installed or does not run is no reason to end
+                except Exception as e:  # a tool that is missing or fails is skipped
                     why[name] = f"{name}: skipped ({type(e).__name__}: {' '.join(str(e).split())[:80]})"
                 else:
                     seconds[name] = min(seconds[name], *(d[0] for d in done))
@@ -228,10 +228,9 @@ def engines(folder):
 
 
 def studies(folder, rivals):
-    """P6: 1000 variations of the loop, the whole program held on one core and on two.
+    """P6: 1000 variations of the loop on one core and on two.
 
-    A run of a study is whole seconds: on a machine with other work the processor time says more, and what of it two
-    cores cannot share.
+    Wall and processor time are printed: on a machine with other load, the processor time is more reliable.
     """
     n, cores = 1000, sorted(os.sched_getaffinity(0))
     text = {"name": "p6", "scenario": "../p2", "method": "sobol", "n": n}
@@ -270,17 +269,17 @@ def studies(folder, rivals):
         (one, _), (two, _) = best[1], best[2]
         pairs = sorted(a[0] / b[0] for a, b in zip(done[1], done[2], strict=True))
         print(f"2 cores / 1: {one / two:.2f} x by the best of each, {pairs[0]:.2f} to {pairs[-1]:.2f} x in turns")
-    print(f"load before the studies {load:.1f} on {os.cpu_count()} cores: two workers need two free ones")
+    print(f"load before the studies {load:.1f} on {os.cpu_count()} cores; two workers need two free cores")
 
 
 def used():
-    """Seconds of the processor in this process and in those that it waited for."""
+    """Return the processor time of this process and its finished children (s)."""
     own, children = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     return own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
 
 
 def chain(n_units):
-    """Lags of first order, one after the other."""
+    """Return a scenario of first-order lags in series."""
     lag = {"block": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"b": [1.0], "a": [LAG, 1.0]}}
     names = [f"lag_{k}" for k in range(n_units)]
     wires = {f"{b}.u": f"{a}.y" for a, b in itertools.pairwise(names)}
@@ -297,14 +296,14 @@ from hystfmu.scenario import run_scenarios
 begin = time.process_time()
 run_scenarios([sys.argv[1]], engine="native", report_dir=sys.argv[2])
 seconds = time.process_time() - begin
-# not ru_maxrss: that begins with the memory of the process that started this one
+# ru_maxrss would include the memory of the parent process
 lines = Path("/proc/self/status").read_text().splitlines() if Path("/proc").exists() else []
 print(seconds, *(int(line.split()[1]) / 1024 for line in lines if line.startswith("VmHWM")))
 """
 
 
 def whole_run(folder, data):
-    """Seconds of the processor and largest memory (MB) of a process that runs a scenario with metrics and report."""
+    """Return processor time (s) and peak memory (MB) of a process that runs a scenario with metrics and report."""
     system(folder, data)
     words = [sys.executable, "-c", RUN, str(folder), str(folder / "report")]
     done = subprocess.run(words, check=True, capture_output=True, text=True)
@@ -313,7 +312,7 @@ def whole_run(folder, data):
 
 
 def growth(folder):
-    """P8: ns per step, per unit and step, per variation; memory of a whole run."""
+    """P8: time per step, per unit and step, and per variation; memory of a whole run."""
     rows = []
     for steps in (10_000, 100_000, 1_000_000, 10_000_000):
         data = {**LOOP, "stop": steps * H}
@@ -337,8 +336,8 @@ def growth(folder):
                 native.run()
 
         rows.append([f"{n} variations of the loop", f"{1e3 * least(vary, 3) / n:.3f} ms a variation", "", ""])
-    print("\nP8: cost in the native engine; must not rise down the rows of a group")
-    print(table(["", "engine", "`run` with report", "its largest memory"], rows))
+    print("\nP8: cost in the native engine; must not grow within a group of rows")
+    print(table(["", "engine", "`run` with report", "peak memory"], rows))
 
 
 def main():

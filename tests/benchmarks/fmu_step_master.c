@@ -1,6 +1,6 @@
-/* fmu_step_master.c - times one setReal(2) + doStep + getReal of FMUs 2.0 against the bare function, in turns.
+/* fmu_step_master.c - times setReal(2) + doStep + getReal of FMI 2.0 FMUs against the bare function, in turns.
  *   main STEPS REPEATS {LIBRARY GUID RESOURCES u_1 u_2 y}...
- * Prints for each, the bare function first: the least nanoseconds of a step, and the largest difference of y. */
+ * Prints, for the bare function and each FMU, the least time of a step (ns) and the largest difference of y. */
 #include <dlfcn.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -33,7 +33,7 @@ static void *find(void *library, const char *name) {
 }
 
 static fmu load(char **a) {
-  void *l = dlopen(a[0], RTLD_NOW | RTLD_GLOBAL); /* a Python interpreter inside wants its symbols seen */
+  void *l = dlopen(a[0], RTLD_NOW | RTLD_GLOBAL); /* an embedded Python interpreter needs global symbols */
   fmi2InstantiateTYPE *instantiate = (fmi2InstantiateTYPE *)find(l, "fmi2Instantiate");
   fmu f = {instantiate("unit", fmi2CoSimulation, a[1], a[2], &CALLBACKS, fmi2False, fmi2False),
            (fmi2SetRealTYPE *)find(l, "fmi2SetReal"),
@@ -55,7 +55,7 @@ static double now(void) {
   return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
 }
 
-/* the same function behind a pointer that the compiler does not see through: it may not be computed ahead */
+/* a volatile pointer to the function prevents that the compiler computes results in advance */
 static double (*volatile bare)(const double *) = net;
 
 static void run(fmu *f, int n, const double *u, double *y) {

@@ -1,4 +1,4 @@
-/* fmu_step_minimal.c - the least FMU 2.0 around the net: no states, no checks, no messages.  A rival, not a model. */
+/* fmu_step_minimal.c - the smallest FMI 2.0 FMU of the net: no states, checks or messages; for comparison only. */
 #include <stdlib.h>
 
 #include "fmi2Functions.h"

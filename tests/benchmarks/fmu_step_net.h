@@ -1,5 +1,5 @@
-/* fmu_step_net.h - the net that bench_fmu_step.py times, as a person writes it in C with libm; the benchmark generates
- * fmu_step_weights.h (W1, b1, W2, b2, TANH) beside it. */
+/* fmu_step_net.h - the net of bench_fmu.py in plain C with libm; the benchmark generates fmu_step_weights.h
+ * (W1, b1, W2, b2, TANH). */
 #include <math.h>
 
 #include "fmu_step_weights.h"

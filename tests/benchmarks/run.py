@@ -1,4 +1,4 @@
-"""All benchmarks, one after the other, each with its own table: `make bench`."""
+"""Run all benchmarks in turn and print their tables: `make bench`."""
 
 import runpy
 from pathlib import Path

@@ -1,4 +1,4 @@
-/* scenario_master.c - P2 in bare C, and a container FMU 2.0 stepped from C: what the native engine is measured against.
+/* scenario_master.c - P2 in plain C, and a container FMU 2.0 stepped from C, as references for the native engine.
  *
  * Two units, each a function with its state behind a pointer: a first-order plant y(t+h) = a y + (1 - a) u, and a P
  * controller u = K (r - y), Gauss-Seidel in this order. */
@@ -25,7 +25,7 @@ static void controller_step(void *unit) {
   controller *c = unit;
   c->u = c->k * c->r - c->k * c->y;
 }
-/* behind pointers that the compiler does not see through: a master knows its units at run time only */
+/* volatile pointers: a master knows its units at run time only */
 static void (*volatile steps[])(void *) = {plant_step, controller_step};
 
 static double now(void) {
@@ -34,7 +34,7 @@ static double now(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* n steps; y: n + 1 values of the plant; seconds */
+/* makes n steps, writes n + 1 values of the plant to y, returns seconds */
 double bare(int n, double a, double k, double *y) {
   plant p = {a, 0, 0};
   controller c = {k, 1, 0, 0};
@@ -52,14 +52,14 @@ double bare(int n, double a, double k, double *y) {
   return now() - begin;
 }
 
-/* a container logs its progress as if it were an error: what fails is seen by the status */
+/* ignores the log of the container, which reports progress as errors; failures show in the status */
 static void say(fmi2ComponentEnvironment e, fmi2String name, fmi2Status status, fmi2String category, fmi2String text,
                 ...) {
   (void)e, (void)name, (void)status, (void)category, (void)text;
 }
 static const fmi2CallbackFunctions CALLBACKS = {say, calloc, free, NULL, NULL};
 
-/* n steps of h of a container with one output; seconds, or below zero */
+/* makes n steps of h of a container with one output; returns seconds, or a negative value on failure */
 double container(const char *library, const char *guid, const char *resources, unsigned reference, int n, double h,
                  double *y) {
   void *l = dlopen(library, RTLD_NOW);

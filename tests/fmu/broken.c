@@ -1,4 +1,4 @@
-/* broken.c - a small FMI 2.0 unit for Co-Simulation, x' = u and y = k x + u, that is broken on purpose: -DDEFECT=n. */
+/* broken.c - a small FMI 2.0 unit for Co-Simulation, x' = u and y = k x + u, with a selected defect: -DDEFECT=n. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,7 +35,7 @@ typedef struct {
 
 static int instances, made;
 static double shared;
-static void *volatile lost; /* volatile: an allocation that nobody sees may be left out */
+static void *volatile lost; /* volatile: the compiler may remove an unused allocation */
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
@@ -175,7 +175,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 }
 
 #ifdef NO_STEP
-#define fmi2DoStep doStep /* the binary then lacks the function */
+#define fmi2DoStep doStep /* the binary lacks the function */
 fmi2Status doStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set);
 #undef FMI2_Export
 #endif

@@ -1,5 +1,5 @@
-/* Loads an FMI 2.0 binary and steps it: step_host LIBRARY RESOURCES TOKEN INPUT OUTPUT; prints a hash of the outputs.
- * Small enough to be built for any platform; the input comes from whole numbers, so that it is the same on all. */
+/* Loads and steps an FMI 2.0 binary and prints a hash of the outputs: step_host LIBRARY RESOURCES TOKEN INPUT OUTPUT.
+ * It can be built for any platform; the input is computed from integers, so that it is the same on all. */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>

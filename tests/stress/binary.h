@@ -1,4 +1,4 @@
-/* binary.h - the binary of an FMU loaded by its path, and models run by it as an importer does, FMI 2.0 and 3.0. */
+/* binary.h - loads the binary of an FMU and runs models with it as an importer does, FMI 2.0 and 3.0. */
 #ifndef BINARY_H
 #define BINARY_H
 #include <dlfcn.h>
@@ -10,7 +10,7 @@
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
 
-/* clang-format off: it does not come to rest on this list */
+/* clang-format off: its result for this list is not stable */
 #define FUNCTIONS(F)             \
   F(fmi2Instantiate)             \
   F(fmi2FreeInstance)            \
@@ -36,7 +36,7 @@ typedef struct {
 #undef FIELD
 } binary;
 
-/* a message on stderr and exit: the caller shows it */
+/* prints a message to stderr and exits */
 #define DEMAND(condition)                                                              \
   do {                                                                                 \
     if (!(condition)) fprintf(stderr, "line %d: %s\n", __LINE__, #condition), exit(1); \
@@ -52,7 +52,7 @@ static binary load(const char *path) {
   return b;
 }
 
-/* what an importer takes from modelDescription.xml: ports as (first reference, elements) */
+/* the ports of modelDescription.xml as (first reference, elements) */
 enum { MOST_PORTS = 64, MOST_VALUES = 256 };
 typedef struct {
   char location[1000], token[80];
@@ -62,7 +62,7 @@ typedef struct {
   } input[MOST_PORTS], output[MOST_PORTS];
 } model;
 
-/* one model per line: location, token, number of inputs, reference and size of each, the same of the outputs */
+/* one model per line: location, token, number of inputs, reference and size of each, then the same for outputs */
 static int read_models(const char *path, model *to, int most) {
   FILE *f = fopen(path, "r");
   int n = 0;
@@ -109,7 +109,7 @@ static inline void stop(const binary *b, void *c, int fmi) {
   else b->fmi3FreeInstance(c);
 }
 
-/* Inputs, step k, outputs; 0 if all was well.  Outputs are mixed into the hash.  Calls nothing but the unit. */
+/* Sets inputs, makes step k, reads outputs into the hash; 0 on success.  Calls only functions of the FMU. */
 static int advance(const binary *b, const model *m, void *c, int fmi, int k, uint64_t *hash) {
   fmi2ValueReference vr[MOST_VALUES];
   double v[MOST_VALUES];

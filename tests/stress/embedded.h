@@ -1,4 +1,4 @@
-/* embedded.h - block files inside a program (made by embedded.py): no file is opened, whatever the platform. */
+/* embedded.h - block files inside a program (made by embedded.py), so that no platform has to open files. */
 #ifndef EMBEDDED_H
 #define EMBEDDED_H
 #include <stddef.h>
@@ -9,5 +9,5 @@ typedef struct {
   size_t length;
 } embedded_file;
 
-extern const embedded_file embedded_files[]; /* ends with a name that is NULL */
+extern const embedded_file embedded_files[]; /* the last entry has a null name */
 #endif

@@ -1,5 +1,8 @@
-"""Block files as one C source, so that a program for any platform carries them and opens no file: every block in every
-configuration of the contract tests, and graphs with wires, loops and an implicit inverse."""
+"""Block files as one C source, so that programs for any platform need not open files.
+
+The files hold every block in every configuration of the contract tests, and graphs with wires, loops and an implicit
+inverse.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ from fmu_master import loop, mixed, single
 
 
 def lively(n: Node) -> Node:
-    """The node with arrays that differ from element to element: equal weights or radii would hide half of a block."""
+    """Return the node with arrays of different elements: equal weights or radii would hide errors."""
     spread: dict[str, Any] = {}
     for v in n.block.parameters:
         if v.type == "real" and v.size != "1" and v.name not in n.values:
@@ -34,7 +37,7 @@ def lively(n: Node) -> Node:
 
 
 def sampled_implicit() -> Graph:
-    """An implicit inverse beside a sampled block: Event Mode steps it without samples."""
+    """Return an implicit inverse with a sampled block: Event Mode steps the inverse without samples."""
     nodes = [
         Node("inverse", "implicit_inverse", {}, {"lo": -5.0, "hi": 5.0}),
         Node("model", "prandtl_ishlinskii", {"n": 2}, {"w0": 1.5, "r": [0.1, 0.4], "w": [0.5, 0.3]}),
@@ -48,7 +51,7 @@ def sampled_implicit() -> Graph:
 
 @functools.cache
 def graphs() -> dict[str, Graph]:
-    """Name -> graph; sampled blocks have a step."""
+    """Return the graphs by name; sampled blocks have a step."""
     made = {}
     for name, block in block_types().items():
         for i, values in enumerate(configurations(block)):
@@ -65,7 +68,7 @@ def graphs() -> dict[str, Graph]:
 
 
 def write_source(target: Path) -> Path:
-    """The graphs as `embedded_files[]` of embedded.h."""
+    """Write the graphs as `embedded_files[]` of embedded.h."""
     lines = ['#include "embedded.h"']
     for i, (name, graph) in enumerate(graphs().items()):
         lines.append(f"static const unsigned char file{i}[] = {{{','.join(map(str, graph.to_bytes()))}}}; /* {name} */")
@@ -75,7 +78,7 @@ def write_source(target: Path) -> Path:
 
 
 def write_corpus(folder: Path) -> Path:
-    """The graphs as files of a folder."""
+    """Write the graphs as files into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, graph in graphs().items():
         (folder / f"{name}.bin").write_bytes(graph.to_bytes())

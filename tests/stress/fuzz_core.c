@@ -1,8 +1,8 @@
-/* libFuzzer target: bytes as a block file, read, and run if it opens.  Length and checksum are made right, or chance
- * would never get past them. */
+/* libFuzzer target: opens and runs a random block file.  Length and checksum are corrected, because random bytes would
+ * never pass them. */
 #include "../c/run_core.h"
 
-enum { LARGE = 1 << 20 }; /* bytes of memory that a file may ask for: what is larger takes time and shows nothing new */
+enum { LARGE = 1 << 20 }; /* largest memory of a file (bytes); larger ones only take time */
 
 int LLVMFuzzerTestOneInput(const unsigned char *data, size_t length);
 int LLVMFuzzerTestOneInput(const unsigned char *data, size_t length) {

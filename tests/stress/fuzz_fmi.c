@@ -1,4 +1,4 @@
-/* libFuzzer target: the first byte chooses a graph, the others are the choices of a random sequence of FMI calls. */
+/* libFuzzer target: the first byte selects a graph, the others a sequence of FMI calls. */
 #define _POSIX_C_SOURCE 200809L /* fmemopen */
 #include "../c/random_calls.h"
 #include "core/block_file/graph_open.h"
@@ -8,7 +8,7 @@
 
 static const unsigned char *at, *end;
 
-/* one byte where that suffices; nothing left: 0 */
+/* one byte if sufficient; 0 at the end of the input */
 static uint64_t draw(uint64_t n) {
   uint64_t v = 0;
   for (uint64_t room = 1; room < n && at < end; room <<= 8) v = v << 8 | *at++;
@@ -17,13 +17,13 @@ static uint64_t draw(uint64_t n) {
 
 static const embedded_file *chosen;
 
-/* in the place of fmi/open_file.c: every path leads to the chosen graph */
+/* replaces fmi/open_file.c: every path opens the selected graph */
 FILE *fmi_open_file(const char *path) {
   (void)path;
-  return fmemopen((void *)chosen->bytes, chosen->length, "rb"); /* for reading: the bytes stay as they are */
+  return fmemopen((void *)chosen->bytes, chosen->length, "rb"); /* read only: the bytes stay unchanged */
 }
 
-/* what an importer takes from modelDescription.xml */
+/* data of modelDescription.xml */
 static uint32_t references(char *token) {
   size_t bytes;
   hyst_error e;
@@ -43,7 +43,7 @@ int LLVMFuzzerTestOneInput(const unsigned char *data, size_t length) {
   static struct {
     uint32_t references;
     char token[HYST_TOKEN];
-  } known[MOST]; /* opening a graph for this alone would cost as much as the calls */
+  } known[MOST]; /* cached: opening a graph costs as much as the calls */
   size_t n = 0;
   while (embedded_files[n].name && n < MOST) n++;
   if (length == 0) return 0;

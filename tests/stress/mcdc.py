@@ -1,4 +1,4 @@
-"""Condition coverage of C files (MC/DC: every condition shown to decide alone) out of what llvm-cov exports."""
+"""MC/DC of C files from llvm-cov: each condition is shown to affect its decision independently."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Place = tuple[int, int, int, int]  # first line and column, last line and column
 
 @dataclass
 class FileCoverage:
-    """Of one file, joined over all programs and all copies of inline functions."""
+    """Coverage of one file, merged over all programs and all copies of inline functions."""
 
     conditions: dict[Place, tuple[bool, bool]] = field(default_factory=dict)  # was true, was false
-    decisions: dict[Place, list[bool]] = field(default_factory=dict)  # of several conditions: which were shown
+    decisions: dict[Place, list[bool]] = field(default_factory=dict)  # with several conditions: which are covered
 
     def singles(self) -> dict[Place, tuple[bool, bool]]:
-        """Decisions of one condition: those that stand in no larger one."""
+        """Return decisions with one condition, which are not part of a larger one."""
         large = list(self.decisions)
         return {c: v for c, v in self.conditions.items() if not any(d[:2] <= c[:2] and c[2:] <= d[2:] for d in large)}
 
@@ -30,7 +30,7 @@ class FileCoverage:
         return sum(map(len, self.decisions.values())) + len(self.singles())
 
     def missing(self) -> list[tuple[int, str]]:
-        """(line, what was never shown)."""
+        """Return (line, uncovered condition), sorted."""
         found = [
             (at[0], f"never {'false' if seen[0] else 'true' if seen[1] else 'reached'}")
             for at, seen in self.singles().items()
@@ -42,7 +42,7 @@ class FileCoverage:
 
 
 def clang() -> str | None:
-    """A clang that knows -fcoverage-mcdc (18 or newer), or None."""
+    """Return a clang with -fcoverage-mcdc (18 or newer), or None."""
     for name in ("clang", *(f"clang-{v}" for v in range(30, 17, -1))):
         if shutil.which(name):
             m = re.search(r"version (\d+)", run([name, "--version"], 20))
@@ -52,12 +52,12 @@ def clang() -> str | None:
 
 
 def tool(compiler: str, name: str) -> str | None:
-    """The LLVM tool of the same version."""
+    """Return the LLVM tool of the same version."""
     return shutil.which(compiler.replace("clang", name))
 
 
 def read(compiler: str, programs: list[Path], profiles: list[Path], folder: Path) -> dict[Path, FileCoverage]:
-    """Coverage of the files in `folder`."""
+    """Return the coverage of the files in `folder`."""
     merged = profiles[0].parent / "all.profdata"
     profdata, cov = tool(compiler, "llvm-profdata"), tool(compiler, "llvm-cov")
     assert profdata

@@ -1,4 +1,4 @@
-/* What a unit must not do to the process that it lives in.
+/* Checks that an FMU has no side effects on its process.
  *   process steps|instances|reload|endurance|neighbours|environment BINARY MODELS [BINARY OF THE NEIGHBOUR] */
 #include <fenv.h>
 #include <locale.h>
@@ -11,7 +11,7 @@ enum { MOST = 200 };
 static model models[MOST];
 static int n_models;
 
-/* times as importers compute them: t = start + i h and t += h, both long */
+/* times as importers compute them, t = start + i h and t += h, in long runs */
 static void steps(const binary *b) {
   static const double sizes[] = {1e-3, 1.0 / 60, 1.0 / 44100, 0.1}, starts[] = {0, 1e6};
   const long n = getenv("STEPS") ? strtol(getenv("STEPS"), NULL, 10) : 10000;
@@ -27,13 +27,13 @@ static void steps(const binary *b) {
       DEMAND(b->fmi2DoStep(c, t, h, 1) == fmi2OK);
       if (summed) t += h;
     }
-    DEMAND(b->fmi2DoStep(c, t + 0.5 * h, h, 1) == fmi2Error); /* what is no rounding is refused, here too */
+    DEMAND(b->fmi2DoStep(c, t + 0.5 * h, h, 1) == fmi2Error); /* an error beyond rounding is refused at any time */
     b->fmi2FreeInstance(c);
     printf("%ld steps of %.17g s from %g s, t %s: none refused\n", n, h, from, summed ? "+= h" : "= i h");
   }
 }
 
-/* in turns: each gives what it gives alone */
+/* steps instances in turns: each gives the same result as alone */
 static void instances(const binary *b) {
   enum { N = 1000, STEPS = 20 };
   static void *c[N];
@@ -51,7 +51,7 @@ static void instances(const binary *b) {
     }
 }
 
-/* What is held: bytes of the heap and mapped ranges.  Both are exact; resident pages are counted in lots. */
+/* memory in use: heap bytes and mapped ranges.  Both are exact, while the kernel counts resident pages in batches. */
 typedef struct {
   size_t bytes;
   int ranges;
@@ -89,7 +89,7 @@ static void reload(const char *path) {
   DEMAND(after.bytes == before.bytes && after.ranges == before.ranges);
 }
 
-/* every model in both standards: from the first steps to the last one nothing is held that was not held before */
+/* every model in both standards: memory in use does not change after the first steps */
 static void endurance(const binary *b) {
   const int n = getenv("STEPS") ? (int)strtol(getenv("STEPS"), NULL, 10) : 10000;
   for (int k = 0; k < n_models; k++)
@@ -111,7 +111,7 @@ static void endurance(const binary *b) {
     }
 }
 
-/* two FMUs at once, each with its own binary, model by model: as if alone */
+/* two FMUs with their own binaries at once give the same results as alone */
 static void neighbours(const binary *a, const binary *b) {
   DEMAND(a->handle != b->handle && a->fmi2DoStep != b->fmi2DoStep);
   for (int k = 0; k < n_models; k++) {
@@ -133,7 +133,7 @@ static unsigned control_words(void) {
   unsigned sse;
   __asm__ volatile("fnstcw %0" : "=m"(x87));
   __asm__ volatile("stmxcsr %0" : "=m"(sse));
-  return (unsigned)x87 << 16 | (sse & 0xffc0); /* without the flags: what was inexact may be known */
+  return (unsigned)x87 << 16 | (sse & 0xffc0); /* without the exception flags, which may be set */
 #else
   return (unsigned)fegetround();
 #endif
@@ -144,7 +144,7 @@ static void tell(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2
   printf("%s\n", text);
 }
 
-/* rounding, masks and the locale of the importer: as they were, whatever they were */
+/* rounding mode, exception masks and locale of the importer stay unchanged */
 static void environment(const binary *b) {
   static const int modes[] = {FE_TONEAREST, FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO};
   const fmi2CallbackFunctions callbacks = {tell, NULL, NULL, NULL, NULL};

@@ -1,5 +1,5 @@
-/* Set, step and get of every model while the kernel kills the process at any system call but exit, and while every call
- * of the allocator or of a lock is counted.    quiet_step BINARY MODELS */
+/* Runs set, step and get of every model while the kernel kills the process at any system call but exit, and counts all
+ * calls of the allocator and of locks.    quiet_step BINARY MODELS */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <linux/filter.h>
@@ -12,7 +12,7 @@
 
 #include "binary.h"
 
-/* the program's own definitions come before those of libc, for the loaded binary too */
+/* these definitions replace those of libc, for the loaded binary too */
 static long calls;
 void *__libc_malloc(size_t n);
 void *__libc_calloc(size_t n, size_t size);
@@ -22,7 +22,7 @@ void *malloc(size_t n) { return calls++, __libc_malloc(n); }
 void *calloc(size_t n, size_t size) { return calls++, __libc_calloc(n, size); }
 void *realloc(void *p, size_t n) { return calls++, __libc_realloc(p, n); }
 void free(void *p) { calls++, __libc_free(p); }
-int pthread_mutex_lock(pthread_mutex_t *m) { return calls++, (void)m, 0; } /* one thread: nobody to wait for */
+int pthread_mutex_lock(pthread_mutex_t *m) { return calls++, (void)m, 0; } /* one thread: no lock is ever held */
 
 static void forbid_system_calls(void) {
   struct sock_filter rules[] = {
@@ -45,10 +45,10 @@ int main(int argc, char **argv) {
   const int n = read_models(argv[2], models, MOST);
   for (int k = 0; k < n; k++)
     for (int v = 0; v < 2; v++) c[v][k] = start(&b, models + k, 2 + v);
-  DEMAND(n > 0 && calls > 0); /* the counter counts */
+  DEMAND(n > 0 && calls > 0); /* checks the counter itself */
   forbid_system_calls();
   calls = 0;
-  if (argc > 3) free(malloc(1)); /* to see that the test can fail: with a further argument it has to */
+  if (argc > 3) free(malloc(1)); /* with a further argument the test must fail */
   if (argc > 4) (void)getppid();
   for (int k = 0; k < n; k++)
     for (int v = 0; v < 2; v++)

@@ -1,4 +1,4 @@
-"""Runs a WASI program by wasmtime: run_wasm.py PROGRAM ARGUMENT..."""
+"""Run a WASI program by wasmtime: run_wasm.py PROGRAM ARGUMENT..."""
 
 import sys
 

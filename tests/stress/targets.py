@@ -1,4 +1,4 @@
-"""Compilers and processors that this machine has: how to build a C program for each, and how to run it."""
+"""Compilers and processors available on this machine: how to build and run a C program for each."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ ROOT = Path(__file__).parents[2]
 CORE, FMI = ROOT / "fmu_build" / "core", ROOT / "fmu_build" / "fmi"
 CORE_SOURCES = sorted(CORE.rglob("*.c"))
 FMI_SOURCES = sorted(FMI.rglob("*.c"))
-# the flags of CMakeLists.txt, which decide over the bits
+# flags of CMakeLists.txt that determine the bits
 MEANING = ["-std=c99", "-ffp-contract=off", "-fno-math-errno"]
 ZIG = [sys.executable, "-m", "ziglang", "cc"]
 
 
 def fmi_headers() -> Path:
-    """The folder of the official headers, which come with fmpy."""
+    """Return the folder of the official FMI headers, which fmpy contains."""
     spec = importlib.util.find_spec("fmpy")
     assert spec is not None
     assert spec.origin is not None
@@ -30,7 +30,7 @@ def fmi_headers() -> Path:
 
 @dataclass(frozen=True)
 class Target:
-    """A compiler with its flags, and what runs the result."""
+    """A compiler with its flags and the command that runs its programs."""
 
     name: str
     compiler: list[str]
@@ -38,7 +38,7 @@ class Target:
     suffix: str = ""
 
     def missing(self) -> str | None:
-        """The first tool that this machine has not got."""
+        """Return the first missing tool, or None."""
         if self.compiler[:3] == ZIG[:3] and importlib.util.find_spec("ziglang") is None:
             return "no ziglang (pip install ziglang)"
         for tool in [self.compiler[0], *self.runner[:1]]:
@@ -49,7 +49,7 @@ class Target:
         return None
 
     def build(self, program: Path, sources: list[Path], flags: list[str]) -> Path:
-        """Compiles file by file, two at a time, and links; programs of one folder share their objects."""
+        """Compile two files at a time and link; programs in one folder share their objects."""
         objects = program.parent / "objects"
         objects.mkdir(parents=True, exist_ok=True)
 
@@ -62,16 +62,16 @@ class Target:
         with ThreadPoolExecutor(2) as pool:
             made = list(pool.map(one, sources))
         target = program.with_suffix(self.suffix)
-        run([*self.compiler, *made, *flags, "-o", str(target)], 300)  # libraries behind what needs them
+        run([*self.compiler, *made, *flags, "-o", str(target)], 300)  # libraries after the objects that need them
         return target
 
     def run(self, program: Path, *arguments: str, seconds: float = 600) -> str:
-        """What the program prints."""
+        """Run a program and return its output."""
         return run([*self.runner, str(program), *arguments], seconds, cwd=program.parent).replace("\r", "")
 
 
 def run(command: list[str], seconds: float, cwd: Path | None = None, **environment: str) -> str:
-    """Standard output of a command that has to succeed."""
+    """Run a command that must succeed and return its standard output."""
     done = subprocess.run(
         command,
         capture_output=True,
@@ -87,12 +87,12 @@ def run(command: list[str], seconds: float, cwd: Path | None = None, **environme
 
 
 def zig(triple: str, *flags: str) -> list[str]:
-    """Compiler command of zig for another platform; its sanitizer would stop at what the sanitizer tests look for."""
+    """Return the compiler command of zig for a platform, without its own sanitizer."""
     return [*ZIG, "-target", triple, *(flags or ("-O2",)), "-fno-sanitize=all"]
 
 
 def wine() -> str:
-    """The program that runs 64-bit Windows binaries, where distributions put it."""
+    """Return the command that runs 64-bit Windows binaries."""
     return shutil.which("wine64") or next(iter(map(str, Path("/usr/lib/wine").glob("wine64"))), "wine64")
 
 

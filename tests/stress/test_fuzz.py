@@ -1,4 +1,4 @@
-"""libFuzzer with AddressSanitizer and UBSan: bytes as a block file, and bytes as sequences of FMI 2.0 and 3.0 calls."""
+"""libFuzzer with AddressSanitizer and UBSan: random block files, and random sequences of FMI 2.0 and 3.0 calls."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from targets import CORE, CORE_SOURCES, FMI_SOURCES, MEANING, Target, fmi_header
 HERE = Path(__file__).parent
 SANITIZE = "-fsanitize=fuzzer,address,undefined,float-cast-overflow"
 CLANG = Target("clang, libFuzzer", ["clang", "-g", "-O1", SANITIZE, "-fno-sanitize-recover=all"])
-RUNS = int(os.environ.get("HYSTFMU_FUZZ_RUNS", "1000000"))  # of each target in `make stress`
+RUNS = int(os.environ.get("HYSTFMU_FUZZ_RUNS", "1000000"))  # per target in `make stress`
 
 
 @pytest.fixture(scope="session")
 def fuzzer(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
-    """Program by name: fuzz_core or fuzz_fmi."""
+    """Build a program by name: fuzz_core or fuzz_fmi."""
     folder = tmp_path_factory.mktemp("fuzz")
     probe = folder / "probe.c"
     probe.write_text("int LLVMFuzzerTestOneInput(const unsigned char *d, unsigned long n) { return d && n ? 0 : 0; }\n")
@@ -36,7 +36,7 @@ def fuzzer(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
         if not (folder / name).exists():
             sources = [HERE / f"{name}.c", *CORE_SOURCES]
             if name == "fuzz_fmi":
-                own = [s for s in FMI_SOURCES if s.name != "open_file.c"]  # replaced: no file is opened
+                own = [s for s in FMI_SOURCES if s.name != "open_file.c"]  # replaced, so that no file is opened
                 sources += [*own, write_source(folder / "files.c")]
             flags = [*MEANING, "-Wall", "-Wextra", f"-I{CORE.parent}", f"-I{HERE}", f"-isystem{fmi_headers()}"]
             CLANG.build(folder / name, sources, flags)
@@ -46,7 +46,7 @@ def fuzzer(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
 
 
 def fuzz(program: Path, folder: Path, seconds: float, *options: str, seed: int = 1) -> str:
-    """Runs it from the block files as first inputs; its report.  An input that crashes, hangs or leaks is shown."""
+    """Fuzz a program with block files as initial corpus and return the report; inputs that fail are printed."""
     corpus = folder / "corpus"
     corpus.mkdir(parents=True)
     seeds = write_corpus(folder / "seeds")

@@ -1,4 +1,4 @@
-"""Readers under mutated files: each succeeds or raises InputError with one line, in bounded time and memory."""
+"""Untrusted files: every reader accepts a mutated file or raises a one-line InputError, in bounded time and memory."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from hystfmu.scenario.verdict.baseline import Baseline
 from hystfmu.studies.spec import Study
 
 ROOT = Path(__file__).parents[2]
-SECONDS, WAITING = 1.0, 10.0  # of one file: processor time, whatever else runs here; by the clock, if it only waits
-MEGABYTES = 200  # of a whole run of one reader
+SECONDS, WAITING = 1.0, 10.0  # limits per file: processor time, and wall time for waiting
+MEGABYTES = 200  # limit for a whole run of one reader
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs signals and resource limits")
 
@@ -78,7 +78,7 @@ XML_WORDS = [
 
 
 def mutate(content: bytes, rng: random.Random, words: list[bytes]) -> bytes:
-    """One to four changes."""
+    """Apply one to four random changes."""
     data = bytearray(content)
     for _ in range(rng.randint(1, 4)):
         at, other = (rng.randrange(len(data) + 1) for _ in range(2))
@@ -96,7 +96,7 @@ def mutate(content: bytes, rng: random.Random, words: list[bytes]) -> bytes:
             data[at:at] = data[other : other + n]
         elif kind == 5:
             del data[at:]
-        else:  # a line twice, or elsewhere
+        else:  # duplicate a line elsewhere
             lines = bytes(data).split(b"\n")
             lines.insert(rng.randrange(len(lines) + 1), rng.choice(lines))
             data = bytearray(b"\n".join(lines))
@@ -104,7 +104,7 @@ def mutate(content: bytes, rng: random.Random, words: list[bytes]) -> bytes:
 
 
 def mutate_archive(content: bytes, rng: random.Random) -> bytes:
-    """The bytes of the archive, or the files in it, or their names."""
+    """Change the bytes of an archive, a file in it, or the name of a file."""
     if rng.random() < 0.3:
         return mutate(content, rng, [b"PK\x05\x06", b"\xff" * 8, b"\x00" * 8])
     out = io.BytesIO()
@@ -127,7 +127,7 @@ def mutate_archive(content: bytes, rng: random.Random) -> bytes:
     return out.getvalue()
 
 
-# ---- readers: a file that is good, and what reads it ----------------------------------------------------------------
+# ---- readers: a valid file, and the function that reads it ---------------------------------------------------------
 def csv_file(folder: Path) -> Path:
     t = np.arange(60) * 0.01
     lines = ["t [s];u [V];y [um]", *(f"{a:.17g};{np.sin(9 * a):.17g};{np.cos(7 * a):.17g}" for a in t)]
@@ -141,9 +141,14 @@ def model_file(folder: Path) -> Path:
 
 
 def scenario_file(folder: Path) -> Path:
-    for name in ("pid", "sliding_mode", "models"):
+    for name in ("loops", "pid", "sliding_mode", "models"):
         shutil.copytree(ROOT / "scenarios" / name, folder / name)
     return folder / "pid" / "scenario.toml"
+
+
+def extended_file(folder: Path) -> Path:
+    scenario_file(folder)
+    return folder / "loops" / "feedback.toml"
 
 
 def baseline_file(folder: Path) -> Path:
@@ -176,6 +181,7 @@ READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
     "csv": (csv_file, lambda p: Dataset.from_csv(p)),
     "model": (model_file, Model.load),
     "scenario": (scenario_file, read_scenario),
+    "extended": (extended_file, lambda p: read_scenario(p.parents[1] / "pid")),
     "baseline": (baseline_file, lambda p: Baseline.load(p.parent)),
     "study": (study_file, Study),
     "fmu": (fmu_file, Foreign.load),
@@ -189,7 +195,7 @@ class TooLong(Exception):
 
 
 def verdict(read: Callable[[Path], object], path: Path) -> str:
-    """ "": good; "refused": one line; else what is wrong with the reader."""
+    """Return "" for an accepted file, "refused" for a one-line error, else the defect of the reader."""
 
     def stop(_signal: int, _frame: FrameType | None) -> None:
         raise TooLong
@@ -202,7 +208,7 @@ def verdict(read: Callable[[Path], object], path: Path) -> str:
         read(path)
         return ""
     except InputError as e:
-        return "refused" if str(e).strip() and "\n" not in str(e) else f"a message of no or several lines: {str(e)!r}"
+        return "refused" if str(e).strip() and "\n" not in str(e) else f"the message is not one line: {str(e)!r}"
     except TooLong:
         return f"more than {SECONDS} s of work, or {WAITING} s of waiting"
     except Exception as e:
@@ -213,7 +219,7 @@ def verdict(read: Callable[[Path], object], path: Path) -> str:
 
 
 def peak(reset: bool = False) -> float:
-    """The most memory that this process has held (MB), on Linux since it was last reset."""
+    """Return the peak memory of this process (MB), on Linux since the last reset."""
     marks = Path("/proc/self/clear_refs")
     if not marks.exists():
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
@@ -224,7 +230,7 @@ def peak(reset: bool = False) -> float:
 
 
 def run(name: str, folder: Path, times: int, monkeypatch: pytest.MonkeyPatch) -> tuple[int, float, float]:
-    """How many of the mutated files were refused, the longest time (s of work), and the memory (MB) of the run."""
+    """Return the number of refused files, the longest processor time (s) and the memory growth (MB)."""
     make, read = READERS[name]
     inside = folder / "inside"
     inside.mkdir()
@@ -282,7 +288,7 @@ def test_many_mutated_files(
         ("baseline.csv", b"case,t,u\na,0,\xff\n"),
     ],
 )
-def test_what_the_long_run_has_found(name: str, content: bytes, tmp_path: Path) -> None:
+def test_findings_of_the_stress_test(name: str, content: bytes, tmp_path: Path) -> None:
     (tmp_path / "baseline.toml").write_text("")
     (tmp_path / name).write_bytes(content)
     read = {"data.csv": Dataset.from_csv, "m.model.toml": Model.load, "baseline.csv": READERS["baseline"][1]}[name]
@@ -290,7 +296,7 @@ def test_what_the_long_run_has_found(name: str, content: bytes, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("encoding", ["UF-8", "utf-32", "shift_jis", "cp65001", "idna"])
-def test_xml_in_an_encoding_that_nobody_reads(encoding: str, tmp_path: Path) -> None:
+def test_xml_in_an_unsupported_encoding(encoding: str, tmp_path: Path) -> None:
     path = tmp_path / "a.ssp"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("SystemStructure.ssd", f'<?xml version="1.0" encoding="{encoding}"?>\n<a/>')

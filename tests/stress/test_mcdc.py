@@ -1,7 +1,8 @@
 """Condition coverage (MC/DC) of the C core and the FMI layer by the tests that call them: contract, drivers, FMUs.
 
-Both are compiled once more with counters.  Python gets a copy of the package with those libraries; what tests compile
-themselves gets the counters by a `cc` of ours that stands first on the path."""
+Both are compiled with counters.  Python uses a copy of the package with these libraries.  Programs that tests compile
+get the counters from a `cc` script that comes first on the path.
+"""
 
 from __future__ import annotations
 
@@ -31,11 +32,11 @@ SUITES = [
     *(f"python/test_{n}.py" for n in [*OPERATORS.split(), "slopes_and_lags", "sources", "tangent"]),
     *(f"fmu/test_fmu_{n}.py" for n in LAYER.split()),
 ]
-NOT_WITH_COUNTERS = ["outside_symbol", "exports_the_standard", "needs_libc_only"]  # they look into a library
+NOT_WITH_COUNTERS = ["outside_symbol", "exports_the_standard", "needs_libc_only"]  # they inspect a library
 
 
 def test_the_suites_are_there() -> None:
-    """Whoever renames one finds out here and not in the long run."""
+    """Detect a renamed suite here rather than in the long run."""
     assert [s for s in SUITES if not (ROOT / "tests" / s).exists()] == []
 
 
@@ -84,7 +85,7 @@ def test_conditions_of_the_core(tmp_path: Path, capsys: pytest.CaptureFixture[st
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=1800)
     assert done.returncode == 0, done.stdout[-3000:]
 
-    copies = {made.read_bytes() for made in libraries}  # FMUs carry them
+    copies = {made.read_bytes() for made in libraries}  # FMUs contain them
     built = [p for p in (tmp_path / "run").rglob("*") if p.suffix == ".so" or (p.name[:6] == "drive_" and not p.suffix)]
     drivers = list({c: p for p in built if p.is_file() and (c := p.read_bytes()) not in copies}.values())
     profiles = sorted((tmp_path / "profiles").glob("*"))
@@ -94,12 +95,12 @@ def test_conditions_of_the_core(tmp_path: Path, capsys: pytest.CaptureFixture[st
         lines, wrong = judge(found, folder)
         problems += wrong
         with capsys.disabled():
-            print(f"\nMC/DC of the {title}: conditions shown to decide alone\n" + "\n".join(lines))
+            print(f"\nMC/DC of the {title}: conditions shown to decide independently\n" + "\n".join(lines))
     assert problems == []
 
 
 def judge(found: dict[Path, FileCoverage], folder: Path) -> tuple[list[str], list[str]]:
-    """The report by lines; conditions without a reason, and reasons without a condition."""
+    """Return the lines of the report, and conditions without a reason and reasons without a condition."""
     lines, wrong, used = [], [], set()
     total = missing = 0
     for path, coverage in sorted(found.items()):
@@ -115,12 +116,12 @@ def judge(found: dict[Path, FileCoverage], folder: Path) -> tuple[list[str], lis
             lines += [f"    {place}", *(f"         {UNREACHABLE[k]}" for k in keys)]
             wrong += [] if keys else [place]
     wrong += [
-        f"{' '.join(k)}: not there, or shown by now"
+        f"{' '.join(k)}: not found, or covered"
         for k in UNREACHABLE
         if k[0].split("/")[0] == folder.name and k not in used
     ]
     percent = 100 * (total - missing) / total
     lines.append(
-        f"{total - missing} of {total} conditions: {percent:.1f} %; the other {missing}: {len(wrong)} without a reason"
+        f"{total - missing} of {total} conditions: {percent:.1f} %; of the other {missing}, {len(wrong)} lack a reason"
     )
     return lines, wrong

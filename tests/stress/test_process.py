@@ -1,5 +1,8 @@
-"""What the binary of an FMU must not do to its process: allocate or call the system in a step, refuse steps for their
-rounding, grow, change the floating-point environment or the locale, share anything between threads or neighbours."""
+"""Effects that the binary of an FMU must not have on its process.
+
+A step makes no allocation and no system call and is not refused for rounding of the time.  Memory does not grow.  The
+floating-point environment and the locale stay unchanged.  Threads, instances and FMUs share nothing.
+"""
 
 from __future__ import annotations
 
@@ -23,12 +26,12 @@ FLAGS = [*MEANING, "-std=gnu99", "-Wall", "-Wextra", "-Werror", f"-I{CORE.parent
 GCC = Target("gcc", ["gcc", "-O2"])
 Build = Callable[[str], Path]
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks into a Linux process")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="inspects a Linux process")
 
 
 @pytest.fixture(scope="session")
 def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The list of models that the programs read, beside resource folders."""
+    """Write resource folders and the list of models that the programs read."""
     folder = tmp_path_factory.mktemp("models")
     lines = []
     for name, graph in graphs().items():
@@ -45,7 +48,7 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
-    """Program by name, linked with nothing but libc."""
+    """Build a program by name, linked with libc only."""
     if why := GCC.missing():
         pytest.skip(why)
     folder = tmp_path_factory.mktemp("programs")
@@ -72,13 +75,13 @@ def test_no_allocation_lock_or_system_call_in_a_step(build: Build, models: Path)
     assert status(program, BINARY, models, "allocate", "call the system") == -31  # SIGSYS
 
 
-def test_steps_are_not_refused_for_their_rounding(build: Build, models: Path) -> None:
+def test_steps_are_not_refused_for_rounding(build: Build, models: Path) -> None:
     out = run([str(build("process")), "steps", str(BINARY), str(models)], 60, STEPS="20000")
     assert out.count("none refused") == 16
 
 
 @pytest.mark.stress
-def test_ten_million_steps_are_not_refused_for_their_rounding(build: Build, models: Path) -> None:
+def test_ten_million_steps_are_not_refused_for_rounding(build: Build, models: Path) -> None:
     out = run([str(build("process")), "steps", str(BINARY), str(models)], 600, STEPS="10000000")
     assert out.count("10000000 steps") == 16
 
@@ -91,33 +94,33 @@ def test_two_fmus_in_one_process(build: Build, models: Path, tmp_path: Path) -> 
 
 def test_a_thousand_instances_and_loads(build: Build, models: Path) -> None:
     run([str(build("process")), "instances", str(BINARY), str(models)], 60)
-    exact = "glibc.malloc.tcache_count=0"  # what lies in the cache of a thread would count as held
+    exact = "glibc.malloc.tcache_count=0"  # the cache of a thread would count as held memory
     run([str(build("process")), "reload", str(BINARY), str(models)], 60, GLIBC_TUNABLES=exact)
 
 
 def hold_still(build: Build, models: Path, steps: int, seconds: float) -> None:
-    """Every graph in both standards over many steps."""
+    """Run every graph in both standards over many steps and compare the memory in use."""
     exact = "glibc.malloc.tcache_count=0"
     command = [str(build("process")), "endurance", str(BINARY), str(models)]
     out = run(command, seconds, STEPS=str(steps), GLIBC_TUNABLES=exact)
     assert out.count(f": {steps} steps, ") == 2 * len(graphs())
 
 
-def test_nothing_is_held_from_step_to_step(build: Build, models: Path) -> None:
+def test_steps_hold_no_memory(build: Build, models: Path) -> None:
     hold_still(build, models, 200, 60)
 
 
 @pytest.mark.stress
-def test_a_million_steps_of_every_graph_hold_nothing(
+def test_a_million_steps_of_every_graph_hold_no_memory(
     build: Build, models: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     hold_still(build, models, 1_000_000, 1200)
     with capsys.disabled():
-        print(f"\n1e6 steps of {len(graphs())} graphs in both standards: nothing more is held at the end")
+        print(f"\n1e6 steps of {len(graphs())} graphs in both standards: memory in use is constant")
 
 
-def test_rounding_mode_and_locale_stay_as_they_are(build: Build, models: Path, tmp_path: Path) -> None:
-    """In a locale with a decimal comma where one can be made; messages keep the point."""
+def test_rounding_mode_and_locale_are_unchanged(build: Build, models: Path, tmp_path: Path) -> None:
+    """Use a locale with a decimal comma if available; messages keep the decimal point."""
     made = tmp_path / "de_DE.UTF-8"
     localedef = shutil.which("localedef")
     if localedef and Path("/usr/share/i18n/locales/de_DE").exists():
@@ -135,9 +138,9 @@ def test_rounding_mode_and_locale_stay_as_they_are(build: Build, models: Path, t
     assert all(re.search(r"t = 0\.25 s, but the unit is at t = 0 s", m) for m in messages)
 
 
-# ---- other eyes -----------------------------------------------------------------------------------------------------
+# ---- sanitizers -----------------------------------------------------------------------------------------------------
 def instrumented(compiler: list[str], folder: Path, source: Path) -> Path:
-    """A program with core and FMI layer linked in."""
+    """Build a program that contains the core and the FMI layer."""
     target = Target(" ".join(compiler), compiler)
     if why := target.missing():
         pytest.skip(why)

@@ -1,5 +1,7 @@
-"""The same bits from every compiler, optimisation, processor and operating system: one hash per block over its outputs,
-slopes and memory, for every target that this machine can build and run."""
+"""Every compiler, optimisation level, processor and operating system gives the same bits.
+
+Each block has one hash over its outputs, tangents and memory, for every target that this machine can build and run.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,7 @@ FLAGS = [f"-I{CORE.parent}", f"-I{HERE}"]
 
 
 def hashes(target: Target, folder: Path, steps: int, meaning: list[str] = MEANING) -> dict[str, str]:
-    """Name of the graph -> hash."""
+    """Return the hash of every graph by name."""
     folder.mkdir(parents=True, exist_ok=True)
     sources = [*CORE_SOURCES, HERE / "hash_outputs.c", write_source(folder / "files.c")]
     program = target.build(folder / "hash_outputs", sources, [*meaning, *FLAGS])
@@ -31,14 +33,14 @@ def differences(a: dict[str, str], b: dict[str, str]) -> list[str]:
 
 
 def test_two_compilers_give_the_same_bits(tmp_path: Path) -> None:
-    """The two that differ most among the quick ones; `make stress` runs all."""
+    """Compare two fast targets that differ most; `make stress` compares all."""
     first, second = (next(t for t in TARGETS if t.name == name) for name in ("gcc -O0", "clang -O3 -march=native"))
     for t in (first, second):
         if why := t.missing():
             pytest.skip(f"{t.name}: {why}")
     a, b = hashes(first, tmp_path / "a", 4000), hashes(second, tmp_path / "b", 4000)
     assert differences(a, b) == []
-    assert len(set(a.values())) > 0.7 * len(a)  # the hash sees the outputs: few graphs show the same numbers
+    assert len(set(a.values())) > 0.7 * len(a)  # the hash includes the outputs: few graphs have equal ones
 
 
 @pytest.mark.stress
@@ -53,7 +55,7 @@ def test_every_target_gives_the_same_bits(tmp_path: Path, capsys: pytest.Capture
         seconds[t.name] = time.monotonic() - begin
         return made
 
-    with ThreadPoolExecutor(2) as pool:  # many wait for one processor of the two
+    with ThreadPoolExecutor(2) as pool:  # most targets use one of the two processors
         found = dict(zip([t.name for t in there], pool.map(one, there), strict=True))
     reference = found[next(iter(found))]
     with capsys.disabled():
@@ -68,8 +70,8 @@ def test_every_target_gives_the_same_bits(tmp_path: Path, capsys: pytest.Capture
 
 
 @pytest.mark.stress
-def test_the_hash_would_show_fused_operations(tmp_path: Path) -> None:
-    """What CMakeLists.txt forbids and the compiler would do on its own: this test of a test must see it."""
+def test_the_hash_detects_fused_operations(tmp_path: Path) -> None:
+    """Check the test itself: fused multiply-add, which CMakeLists.txt forbids, changes the hashes."""
     target = next(t for t in TARGETS if t.name == "gcc -O3 -march=native")
     if (why := target.missing()) or "fma" not in Path("/proc/cpuinfo").read_text():
         pytest.skip(why or "the processor has no fused multiply-add")

@@ -1,6 +1,5 @@
-/* Eight threads, each with instances of its own of every model in both standards, made, run and freed while the others
- * do the same.  All get the same numbers; the thread sanitizer, with which the FMI layer is linked in, sees what they
- * share. threads MODELS */
+/* Eight threads make, run and free their own instances of every model in both standards at the same time.  All must get
+ * the same numbers; the thread sanitizer reports data that they share.    threads MODELS */
 #include <pthread.h>
 
 #include "binary.h"
@@ -10,7 +9,7 @@ static model models[MOST];
 static int n_models;
 
 static void *work(void *result) {
-  const binary b = load(NULL); /* this program */
+  const binary b = load(NULL); /* the FMI layer is linked into this program */
   uint64_t hash = 0;
   for (int k = 0; k < n_models; k++)
     for (int fmi = 2; fmi <= 3; fmi++) {
