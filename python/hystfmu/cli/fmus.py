@@ -53,28 +53,27 @@ def export(
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
              hystfmu export piezo.model.toml --modelica .      writes ./Piezo
     """
-    from hystfmu.model import Model
+    import hystfmu as hy
 
     if out is None and folder is None:
         raise InputError("export needs -o X.fmu, --modelica DIR, or both")
-    loaded = Model.load(model)
+    loaded = hy.Model.load(model)
     if folder is not None:
-        from hystfmu.modelica.package import export_modelica, package_name
+        from hystfmu.modelica.package import package_name
 
         file = Path(model).name
         package = name or package_name(file.removesuffix(".toml").removesuffix(".model"))
         try:
-            written = export_modelica(loaded, folder, package, file)
+            written = loaded.export_modelica(Path(folder) / package, file)
         except InputError as e:
             raise InputError(f"{model}: {e}") from None
         click.echo(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
     if out is None:
         return
-    from hystfmu.fmu.write.export import export_fmu
     from hystfmu.fmu.write.platforms import missing
 
     version: Literal[2, 3] = 2 if fmi == "2" else 3
-    path = export_fmu(loaded, out, version, name, platforms, source)
+    path = loaded.export(out, version, name, platforms, source)
     if platforms == "all" and (left_out := missing()):
         click.echo(
             f"not packed: no binary is installed for {', '.join(left_out)} ('make platforms' builds them)", err=True
@@ -97,9 +96,9 @@ def validate(fmu: str, seconds: float, as_json: bool) -> None:
     \b
     Example: hystfmu validate piezo.fmu
     """
-    from hystfmu.fmu.check.check import check_fmu
+    import hystfmu as hy
 
-    problems = check_fmu(fmu, seconds)
+    problems = hy.validate(fmu, seconds)
     if as_json:
         click.echo(json.dumps({"file": fmu, "problems": problems}))
     else:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
+from typing import Literal
 
 import click
 
 from hystfmu.cli.options import Columns, assignments, data_options, json_option
-
-POOR = 5.0  # RMS error of inverse and model in cascade (% of span) above which `inverse` warns
 
 
 @click.command()
@@ -34,11 +33,17 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
 def _list_models(context: click.Context, option: click.Parameter, asked: bool) -> None:
     if not asked:
         return
+    from hystfmu.base.extras import MissingExtra
     from hystfmu.identify import METHODS, options
 
     for key, text in METHODS.items():
         click.echo(f"{key}: {text}")
-        if names := ", ".join(o.name for o in options(key)):
+        try:
+            names = ", ".join(o.name for o in options(key))
+        except MissingExtra as e:
+            click.echo(f"    {e}")
+            continue
+        if names:
             click.echo(f"    --set {names}")
     context.exit()
 
@@ -53,7 +58,14 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     callback=_list_models,
     help="List the kinds of model and their options.",
 )
-@click.option("--model", "key", required=True, metavar="KEY", help="Kind of model; 'auto' selects one from the data.")
+@click.option(
+    "--model",
+    "key",
+    default="auto",
+    show_default=True,
+    metavar="KEY",
+    help="Kind of model; 'auto' selects one from the data.",
+)
 @click.option("-o", "out", required=True, metavar="M.model.toml", help="Model file to write.")
 @data_options
 @click.option("--train", metavar="A:B", help="Rows to fit, first:end.  The model runs from row 0 in any case.")
@@ -78,13 +90,13 @@ def fit(
     Example: hystfmu fit piezo.csv --model zhao_tan_mlp --train 2000:4200 -o piezo.model.toml
              hystfmu fit --models
     """
-    from hystfmu.identify import fit as fit_model
+    import hystfmu as hy
     from hystfmu.report.terminal import progress, table
 
     options = assignments(settings)
     measured = columns.read(data, train)
     with progress(f"fitting {key}") as report:
-        model = fit_model(measured, key, seed=seed, progress=report, **options)
+        model = hy.fit(measured, key, seed=seed, progress=report, **options)
     model.save(out)
     f = model.fit
     if as_json:
@@ -102,6 +114,9 @@ def fit(
         click.echo(f"warning: {warning}", err=True)
     row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
     head = ["model", "parameters", "RMS %FS", "max %FS", "seconds"]
+    if "held_out_rms_percent" in f:
+        held = (f"{f[f'held_out_{k}_percent']:.4g}" for k in ("rms", "max"))
+        head, row = [*head, "held-out RMS %FS", "held-out max %FS"], [*row, *held]
     if "coverage_percent" in f:
         head, row = [*head, "coverage %"], [*row, f"{f['coverage_percent']:.0f}"]
     click.echo(table(head, [row]))
@@ -130,10 +145,10 @@ def predict(
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
     """
-    from hystfmu.model import Model
+    import hystfmu as hy
     from hystfmu.model.coverage import WARN, clamped
 
-    m = Model.load(model)
+    m = hy.Model.load(model)
     measured = columns.read(data, with_output=False)
     y = m.predict(measured.u, measured.h)
     measured.with_output(y).to_csv(out)
@@ -156,12 +171,13 @@ def predict(
 @click.option("-o", "out", required=True, metavar="INV.model.toml", help="Model file to write.")
 @click.option(
     "--method",
-    type=click.Choice(["exact", "implicit", "learned"]),
-    default="exact",
+    type=click.Choice(["auto", "exact", "implicit", "learned"]),
+    default="auto",
     show_default=True,
-    help="Closed-form inverse, one root of the model per step, or a network trained on the inverse loop.",
+    help="Closed-form inverse, one root of the model per step, or a network trained on the inverse loop; auto: the "
+    "first that the model admits.",
 )
-def inverse(model: str, out: str, method: str) -> None:
+def inverse(model: str, out: str, method: Literal["auto", "exact", "implicit", "learned"]) -> None:
     """Compute the inverse of a model.
 
     The input of the inverse is the wanted output of the model; its output is the model input that produces it.
@@ -169,13 +185,13 @@ def inverse(model: str, out: str, method: str) -> None:
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
     """
-    from hystfmu.inverse import inverse as invert
-    from hystfmu.model import Model
+    import hystfmu as hy
+    from hystfmu.face.model import POOR
 
-    made = invert(Model.load(model), method=method)
+    made = hy.Model.load(model).inverse(method)
     made.save(out)
     rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
     worth = "" if rms is None else f": error of inverse and model in cascade: RMS {rms:.2g} %, max {most:.2g} % of span"
-    click.echo(f"wrote {out}{worth}")
-    if method == "learned" and rms is not None and rms > POOR:
-        click.echo("warning: the learned inverse is inaccurate; --method implicit is exact for static models", err=True)
+    click.echo(f"wrote {out}, {made.provenance['inverse']} inverse{worth}")
+    if rms is not None and rms > POOR:
+        click.echo("warning: the inverse is inaccurate; --method implicit is exact for static models", err=True)

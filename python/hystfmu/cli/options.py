@@ -38,7 +38,7 @@ class Columns:
         InputError
             If the rate is not a number, or the file is invalid (see `Dataset.from_csv`).
         """
-        from hystfmu.data import Dataset
+        import hystfmu as hy
 
         try:
             to: Any = self.resample if self.resample in (None, "median") else float(self.resample)
@@ -47,7 +47,7 @@ class Columns:
                 f"--resample must be a rate in Hz, or empty for the median step. Got {self.resample!r} instead."
             ) from None
         output = self.output if with_output else None
-        return Dataset.from_csv(path, self.time, self.input_, output, self.rate, train, to)
+        return hy.read_csv(path, self.time, self.input_, output, rate=self.rate, train=train, resample=to)
 
 
 def data_options(f: Callable[..., Any]) -> Callable[..., Any]:

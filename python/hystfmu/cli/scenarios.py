@@ -88,8 +88,9 @@ def run(
         click.echo("\n".join(lines))
         sys.exit(0 if passed else FAILED)
     _refuse(context, ("step", "stop"), "step and stop of a scenario are set in its scenario.toml")
+    import hystfmu as hy
     from hystfmu.report.terminal import progress
-    from hystfmu.scenario import Change, run_scenarios
+    from hystfmu.scenario import Change
     from hystfmu.scenario.report.junit import write_junit
     from hystfmu.scenario.report.terminal import changes, verdicts
 
@@ -106,11 +107,11 @@ def run(
         return agrees
 
     with progress("running") as report:
-        results = run_scenarios(
-            [Path(p) for p in paths],
+        results = hy.run(
+            paths,
             record=record,
-            report_dir=Path(report_dir) if report_dir else None,
-            overrides=assignments(settings),
+            report=report_dir,
+            set=assignments(settings),
             progress=report,
             engine=engine,
             coupling=coupling,
@@ -125,7 +126,7 @@ def run(
         click.echo(json.dumps([r.summary() for r in results]))
     else:
         click.echo(verdicts(results))
-    sys.exit(0 if all(r.passed for r in results) else FAILED)
+    sys.exit(0 if results.passed else FAILED)
 
 
 _NOT_OF_AN_SSP = ("everything", "settings", "case", "record", "yes", "junit", "report_dir", "as_json")
@@ -231,11 +232,11 @@ def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bo
     \b
     Example: hystfmu study scenarios/sliding_mode/mismatch.study.toml -o out -j 2
     """
+    import hystfmu as hy
     from hystfmu.report.terminal import counter
-    from hystfmu.studies import run_study
 
     with counter("running") as report:
-        outcome = run_study(study, folder, workers=jobs, on=on, progress=report)
+        outcome = hy.study(study, folder, workers=jobs, on=on, progress=report)
     facts = {"rows": len(outcome.rows), "ran": outcome.ran, "failed": len(outcome.failed)}
     if as_json:
         click.echo(json.dumps(facts | {"table": str(outcome.table), "report": str(outcome.report)}))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.base.extras import extras
 from hystfmu.core.continuous import ContinuousExecutor
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
@@ -96,10 +97,8 @@ def linearise(graph: Graph) -> tuple[Array, Array, Array, Array]:
 
 def python_control() -> Any:
     """python-control takes seconds to import: only here."""
-    try:
+    with extras("the design of loops"):
         return importlib.import_module("control")
-    except ImportError:
-        raise InputError("to_control needs the extra 'control': pip install 'hystfmu[control]'") from None
 
 
 # ---- sampled blocks, as their C files step them ---------------------------------------------------------------------

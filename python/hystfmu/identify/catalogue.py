@@ -6,6 +6,7 @@ import importlib
 from types import ModuleType
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.extras import extras
 from hystfmu.identify.options import Option
 
 AUTO = "auto"
@@ -41,7 +42,8 @@ def method(key: str) -> ModuleType:
     """
     if key not in METHODS:
         raise InputError(f"no model {key!r}; there are: {', '.join(METHODS)}")
-    return importlib.import_module(f"hystfmu.identify.methods.{key}")
+    with extras(f"the model {key}"):
+        return importlib.import_module(f"hystfmu.identify.methods.{key}")
 
 
 def options(key: str) -> tuple[Option, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
@@ -73,7 +73,7 @@ class Model:
         write_toml(path, data, f"HystFMU model '{self.key}': blocks in the order of their evaluation.")
 
     @classmethod
-    def load(cls, path: str | Path) -> Model:
+    def load(cls, path: str | Path) -> Self:
         """Read ``*.model.toml`` from `path`.
 
         Raises

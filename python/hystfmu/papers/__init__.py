@@ -12,6 +12,7 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.extras import extras
 from hystfmu.papers.table import Report, Row
 
 __all__ = ["PAPERS", "Report", "Row", "reproduce"]
@@ -54,8 +55,8 @@ def reproduce(
     """
     if name not in PAPERS:
         raise InputError(f"nothing to reproduce called {name!r}; there are: {', '.join(PAPERS)}")
-    module = importlib.import_module(f"hystfmu.papers.{name}")
-    with threadpool_limits(1):  # see hystfmu.identify.fit
+    with extras(name), threadpool_limits(1):  # see hystfmu.identify.fit
+        module = importlib.import_module(f"hystfmu.papers.{name}")
         more = getattr(module, "FULL", {}) if full else {}
         report: Report = module.table(None if data is None else Path(data), progress, **more)
     return report

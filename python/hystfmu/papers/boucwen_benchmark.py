@@ -19,6 +19,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.base.extras import extras
 from hystfmu.data import Dataset, synthetic
 from hystfmu.data.synthetic import DECIMATE_MULTISINE, DECIMATE_SWEEP, RATE, UPSAMPLING, benchmark_multisine, decimate
 from hystfmu.model.accuracy import rms
@@ -63,10 +64,8 @@ def records(data: Path | None) -> Records:
     path = next((p for p in places if p.is_file()), None)
     if path is None:
         raise InputError(f"{data}: no boucwen_benchmark/test.h5 and no test.h5 there")
-    try:
+    with extras(f"{path}: reading it"):
         import h5py
-    except ImportError:
-        raise InputError(f"{path}: reading it needs the package h5py: pip install h5py") from None
     try:
         with h5py.File(path) as f:
             pairs = [(np.ravel(f[k]["u"]), np.ravel(f[k]["y"])) for k in ("multisine", "sinesweep")]

@@ -15,6 +15,7 @@ from itertools import islice
 from typing import Any
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.extras import extras
 from hystfmu.scenario.engine.master import Engine
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.task import Runner, Task, row_of
@@ -77,10 +78,8 @@ class DaskPool:
     """
 
     def __init__(self, address: str, systems: list[System], engine: Engine, timeout: float, memory: float) -> None:
-        try:
+        with extras("a study on a cluster (--on)"):
             import distributed
-        except ImportError:
-            raise InputError("--on dask:// needs the extra 'study': pip install 'hystfmu[study]'") from None
         self._dask: Any = distributed  # Dask has no type annotations
         scheme, _, host = address.partition("://")
         if scheme != "dask" or ":" not in host:

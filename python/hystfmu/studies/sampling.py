@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.extras import extras
 from hystfmu.studies.spec import MOST_ROWS, Study
 
 
@@ -54,10 +55,8 @@ class Asked:
     BATCH = 8
 
     def __init__(self, study: Study) -> None:
-        try:
+        with extras("the method 'optuna'"):
             import optuna
-        except ImportError:
-            raise InputError("the method 'optuna' needs the extra 'study': pip install 'hystfmu[study]'") from None
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         self._study, self._optuna, self._trials = study, optuna, []  # type: ignore[var-annotated]
         objective = study.spec.objective

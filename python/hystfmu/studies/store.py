@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.extras import extras
 from hystfmu.base.files import write_bytes
 
 PART_ROWS = 20_000
@@ -37,10 +38,8 @@ class Store:
     """
 
     def __init__(self, folder: Path, parameters: Sequence[str], metrics: Sequence[str]) -> None:
-        try:
+        with extras("a study"):
             import pyarrow  # noqa: F401
-        except ImportError:
-            raise InputError("a study needs the extra 'study': pip install 'hystfmu[study]'") from None
         self.folder, self._parameters, self._metrics = folder, list(parameters), list(metrics)
         try:
             folder.mkdir(parents=True, exist_ok=True)
