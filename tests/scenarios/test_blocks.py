@@ -45,8 +45,8 @@ def divide(monkeypatch: pytest.MonkeyPatch) -> Divide:
 
 
 def rich(loop: dict[str, Any]) -> dict[str, Any]:
-    """Several rates, lines between samples, events between steps, final memories, all metrics."""
-    loop |= {"ripple": 5, "memory": True, "order": ["plant", "reference", "slow", "pid"]}
+    """Several rates, lines between samples, events between steps, final states, all metrics."""
+    loop |= {"ripple": 5, "final_states": True, "order": ["plant", "reference", "slow", "pid"]}
     loop["units"]["plant"] |= {"fine": True, "substeps": 2}
     loop["units"]["reference"] |= {
         "values": {"shape": "triangle", "amplitude": 1.0, "frequency": 53.0},
@@ -74,7 +74,7 @@ def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: 
     assert [p.first for p in pieces] == list(range(0, system.n_steps + 1, 64))
     assert np.concatenate([p.t for p in pieces]).tobytes() == whole.t.tobytes()
     assert np.concatenate([p.values for p in pieces]).tobytes() == whole.values.tobytes()
-    assert (pieces[-1].memory, pieces[0].memory) == (whole.memory, {})
+    assert (pieces[-1].final_states, pieces[0].final_states) == (whole.final_states, {})
     assert simulate(system, engine).values.tobytes() == whole.values.tobytes()
 
 

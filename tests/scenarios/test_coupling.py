@@ -58,7 +58,7 @@ def test_gauss_seidel_is_one_step_late_and_jacobi_two(write: Any) -> None:
 
 def test_sweeps_that_do_not_agree_are_a_failure_that_says_so(write: Any) -> None:
     """Two sweeps are not enough without derivatives: the second one sees the first residual."""
-    data = gains(0.5, 0.5, {"scheme": "iterative", "most_sweeps": 2})
+    data = gains(0.5, 0.5, {"scheme": "iterative", "max_sweeps": 2})
     data["units"]["z"] = {
         "block": "pid",
         "values": {"Kp": 0.5, "Ki": 0.0, "Kd": 0.0},

@@ -1,4 +1,4 @@
-"""Regression comfort: tubes, loop area, final memories, JUnit, what a record would change, two reports side by side."""
+"""Regression comfort: tubes, loop area, final states, JUnit, what a record would change, two reports side by side."""
 
 from __future__ import annotations
 
@@ -99,23 +99,23 @@ def test_loop_area_of_known_figures() -> None:
     assert area(np.zeros(5), y) == 0
 
 
-# ---- memories -------------------------------------------------------------------------------------------------------
-def test_final_memories_are_the_same_in_every_engine(loop: Any, write: Any) -> None:
-    loop["memory"] = True
-    marks = []
+# ---- final states ---------------------------------------------------------------------------------------------------
+def test_final_states_are_the_same_in_every_engine(loop: Any, write: Any) -> None:
+    loop["final_states"] = True
+    hashes = []
     for kind in ("fmu2", "fmu3"):
         for unit in loop["units"].values():
             unit["as"] = kind
         system = build(Scenario(write(loop)).cases[0])
-        marks += [simulate(system, e).memory for e in ("fmpy", "native")]  # type: ignore[arg-type]
-    assert all(m == marks[0] for m in marks)
-    assert set(marks[0]) == {"plant", "reference", "pid"}
-    assert len(set(marks[0].values())) == 3
+        hashes += [simulate(system, e).final_states for e in ("fmpy", "native")]  # type: ignore[arg-type]
+    assert all(m == hashes[0] for m in hashes)
+    assert set(hashes[0]) == {"plant", "reference", "pid"}
+    assert len(set(hashes[0].values())) == 3
 
 
-def test_another_memory_with_the_same_outputs_is_found(loop: Any, write: Any) -> None:
+def test_another_state_with_the_same_outputs_is_found(loop: Any, write: Any) -> None:
     """A play without weight is not seen by any signal."""
-    loop["memory"] = True
+    loop["final_states"] = True
     loop["units"]["plant"]["graph"]["blocks"][0]["values"]["w"] = [0.3, 0.2, 0.0]
     folder = write(loop)
     run_scenarios([folder], record=True, engine="native")
@@ -123,8 +123,8 @@ def test_another_memory_with_the_same_outputs_is_found(loop: Any, write: Any) ->
     loop["units"]["plant"]["graph"]["blocks"][0]["values"]["r"] = [0.1, 0.2, 0.4]
     (result,) = run_scenarios([write(loop)], engine="native")
     (line,) = result.failures()
-    assert line.startswith("loop/nominal: the final memory of plant (")
-    del loop["memory"]
+    assert line.startswith("loop/nominal: the final states of plant (")
+    del loop["final_states"]
     assert run_scenarios([write(loop)], engine="native")[0].passed
 
 

@@ -63,9 +63,9 @@ def plan(scenarios: Sequence[Scenario], case: str | None, overrides: Mapping[str
         for s, systems in zip(scenarios, built, strict=True)
     ]
     for system in (x for p in plans for x in p.systems):
-        if system.case.memory and system.foreign:
+        if system.case.final_states and system.foreign:
             raise InputError(
-                f"{system.case.origin}: memory: {system.foreign[0].name} is a foreign FMU: its states are its own"
+                f"{system.case.origin}: final_states: {system.foreign[0].name} is a foreign FMU, whose states are not known"
             )
     return plans
 

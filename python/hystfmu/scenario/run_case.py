@@ -66,5 +66,5 @@ def run_case(
         return Result(system, (), (f"{case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes), None
     took = time.perf_counter() - begin
     verdicts, lines = judge(case, measured, kept, baseline, strict=strict)
-    found = Record({v.metric: v.value for v in verdicts}, kept.rows(), kept.trace.memory)
+    found = Record({v.metric: v.value for v in verdicts}, kept.rows(), kept.trace.final_states)
     return Result(system, tuple(verdicts), tuple(lines), picture.trace(), took, notes, counted), found

@@ -15,10 +15,10 @@ from typing import Any, Literal
 import numpy as np
 
 from hystfmu.graph.ports import Port
+from hystfmu.scenario.engine.final_states import n_saved, state_hash
 from hystfmu.scenario.engine.fmu_store import FmuStore
 from hystfmu.scenario.engine.hold import Lines, weights
 from hystfmu.scenario.engine.member import whole_turn
-from hystfmu.scenario.engine.memory import mark, n_state
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.foreign import Foreign, ForeignPort
 from hystfmu.scenario.system.system import Part, System
@@ -284,13 +284,13 @@ class FmuMember:
             self._lines.restore()
         self._fmu.setFMUState(self._state)
 
-    def memory(self) -> str:
+    def state_hash(self) -> str:
         assert not isinstance(self._graph, Foreign)
         self.save()
         serialize = self._fmu.serializeFMUstate if self._fmi == 2 else self._fmu.serializeFMUState
         # the bytes of ours end with the state of the core
-        state = np.frombuffer(serialize(self._state)[-8 * n_state(self._graph) :])
-        return mark(self._graph, state)
+        state = np.frombuffer(serialize(self._state)[-8 * n_saved(self._graph) :])
+        return state_hash(self._graph, state)
 
     def stopped(self) -> Stopped:
         why = self._said[-1] if self._said else f"inputs {list(self._u)}"

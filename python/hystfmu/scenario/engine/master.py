@@ -130,8 +130,9 @@ def _loop(
         if not np.isfinite(record).all():
             row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])
             raise Stopped(f"values that are not finite at t = {t[lead + row]:g} s")
-        memory = {m.name: m.memory() for m in members} if system.case.memory and last > system.n_steps else {}
-        yield Trace(times[lead:], record, system.columns, system.case.ripple, memory, first, replace(sweeps))
+        is_last = last > system.n_steps
+        hashes = {m.name: m.state_hash() for m in members} if system.case.final_states and is_last else {}
+        yield Trace(times[lead:], record, system.columns, system.case.ripple, hashes, first, replace(sweeps))
         sweeps.all = sweeps.most = sweeps.steps = 0
 
 
@@ -172,7 +173,7 @@ def _coupling(system: System, values: Array, sweeps: Sweeps) -> Callable[[Sequen
                 m.save()
             begin, guess, relax = values.copy(), values[early], 1.0
             last, steep = guess, False
-            for k in range(spec.most_sweeps):
+            for k in range(spec.max_sweeps):
                 if k > 0:
                     for m in due:
                         m.restore()
@@ -192,7 +193,7 @@ def _coupling(system: System, values: Array, sweeps: Sweeps) -> Callable[[Sequen
                     relax = _relaxation(relax, last, residual)
                 change = newton.step(residual) if steep and newton is not None else relax * residual
                 guess, last = guess + change, residual
-            raise Stopped(f"{spec.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
+            raise Stopped(f"{spec.max_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
 
         return run
 

@@ -31,7 +31,7 @@ class Member(Protocol):
         """All units are initialised."""
 
     def stretch(self, h: float | None) -> None:
-        """The next step takes `h` seconds, the others as well until the next call; None: as ever."""
+        """The next step takes `h` seconds, the others as well until the next call; None restores the nominal step."""
 
     def copy(self) -> None:
         """Take the inputs from the values of the system."""
@@ -51,8 +51,8 @@ class Member(Protocol):
     def slope(self, du: list[float]) -> list[float] | None:
         """Change of its outputs for a change of its inputs (those of `sources`), after a step; None: not finite."""
 
-    def memory(self) -> str:
-        """Fingerprint of the present states of a unit of ours."""
+    def state_hash(self) -> str:
+        """Return the hash of the present states; not of a foreign FMU."""
 
     def close(self) -> None:
         """Free what the unit holds."""

@@ -213,7 +213,7 @@ class Native:
         newton, makers = np.empty(2 * system.n_values + widest + n * (2 * n + 3)), system.makers()
         master = _Master(
             scheme=_SCHEMES.index(coupling.scheme),
-            most_sweeps=coupling.most_sweeps,
+            most_sweeps=coupling.max_sweeps,
             tolerance=coupling.tolerance,
             n_units=len(units),
             units=C.addressof(units),
@@ -241,13 +241,13 @@ class Native:
                 record = np.empty((end - first, len(self._columns)))
                 if run(C.byref(master), end - first, record.ctypes.data):
                     raise self._stopped(master, members)
-                memory: dict[str, str] = {}
-                if system.case.memory and end > system.n_steps:
+                hashes: dict[str, str] = {}
+                if system.case.final_states and end > system.n_steps:
                     for member in self._members.values():
-                        memory |= member.memory()
+                        hashes |= member.state_hashes()
                 sweeps = Sweeps(master.sweeps, master.most_in_step, master.steps)
                 master.sweeps = master.most_in_step = master.steps = 0
-                yield Trace(system.times(first, end), record, places, system.case.ripple, memory, first, sweeps)
+                yield Trace(system.times(first, end), record, places, system.case.ripple, hashes, first, sweeps)
         finally:
             for m, unit in zip(members, units, strict=True):
                 m.forget(unit)

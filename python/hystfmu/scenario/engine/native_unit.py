@@ -10,9 +10,9 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.executor import Executor
+from hystfmu.scenario.engine.final_states import n_states, state_hash
 from hystfmu.scenario.engine.fmu_member import FmuMember
 from hystfmu.scenario.engine.hold import weights
-from hystfmu.scenario.engine.memory import mark, n_memory
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.fused import fuse
 from hystfmu.scenario.system.system import System
@@ -120,12 +120,12 @@ class GraphUnit:
             keep += _straight(unit, self.source.tolist(), self._ahead, values)
         return unit, keep
 
-    def memory(self) -> dict[str, str]:
-        """Fingerprint of the present states of every unit in the graph."""
+    def state_hashes(self) -> dict[str, str]:
+        """Return the hash of the present states of every unit in the graph."""
         found, skip, state = dict[str, str](), 0, self.executor.state
         for name, graph in self._parts.items():
-            found[name] = mark(graph, state, skip)
-            skip += n_memory(graph)
+            found[name] = state_hash(graph, state, skip)
+            skip += n_states(graph)
         return found
 
     def forget(self, unit: Unit) -> None:

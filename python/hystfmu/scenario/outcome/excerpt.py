@@ -37,7 +37,7 @@ class Excerpt:
         columns = [block.columns[e] for e in self._ends]
         values = block.values[places[:, None], columns]
         names = {e: k for k, e in enumerate(self._ends)}
-        self._pieces.append(Trace(block.t[places], values, names, block.ripple, block.memory, block.first))
+        self._pieces.append(Trace(block.t[places], values, names, block.ripple, block.final_states, block.first))
 
     def _places(self, block: Trace) -> Rows:
         begin, end = np.searchsorted(self._rows, [block.first, block.first + len(block.t)]).tolist()
@@ -48,7 +48,7 @@ class Excerpt:
         if len(self._pieces) > 1:
             t, values = (np.concatenate([getattr(p, of) for p in self._pieces]) for of in ("t", "values"))
             last = self._pieces[-1]
-            self._pieces = [Trace(t, values, last.columns, last.ripple, last.memory)]
+            self._pieces = [Trace(t, values, last.columns, last.ripple, last.final_states)]
         return self._pieces[0]
 
 

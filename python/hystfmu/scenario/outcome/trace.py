@@ -58,8 +58,8 @@ class Trace:
         Place of every output `unit.output` among the values.
     ripple : int
         Fine steps in a step.
-    memory : dict of str to str
-        Fingerprint of the final states of every unit, where the case asks for it; of a block: in the last one.
+    final_states : dict of str to str
+        Hashes of the final states of every unit, where the case asks for them; in the last chunk of a run.
     first : int
         Fine step of the first row: above 0 in a block of a run.
     sweeps : Sweeps
@@ -70,7 +70,7 @@ class Trace:
     values: Array
     columns: dict[str, int]
     ripple: int
-    memory: dict[str, str] = field(default_factory=dict)
+    final_states: dict[str, str] = field(default_factory=dict)
     first: int = 0
     sweeps: Sweeps = field(default_factory=Sweeps)
 
@@ -96,7 +96,7 @@ class Trace:
                 whole = cls(np.empty(n_rows), np.empty((n_rows, width)), block.columns, block.ripple)
             rows = slice(block.first, block.first + len(block.t))
             whole.t[rows], whole.values[rows] = block.t, block.values
-            whole.memory.update(block.memory)
+            whole.final_states.update(block.final_states)
             whole.sweeps.add(block.sweeps)
         assert whole is not None  # a run has a row
         return whole

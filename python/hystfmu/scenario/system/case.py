@@ -46,7 +46,7 @@ class Case:
     overrides: dict[str, Any]
     """From the command line: apply where the unit and the parameter exist."""
     tube: TubeSpec | None = None
-    memory: bool = False
+    final_states: bool = False
     origin: str = ""
     """What errors begin with: the file that the case comes from, or the name of a scenario built in Python."""
     attached: Mapping[str, Model | Path] = field(default_factory=dict)
@@ -203,7 +203,7 @@ class Scenario:
             delay=s.delay,
             tolerance=s.tolerance,
             tube=s.tube,
-            memory=s.memory,
+            final_states=s.final_states,
             origin=self.origin,
             attached=self.attached,
             overrides=self.overrides,

@@ -1,6 +1,6 @@
 """Events of references and disturbances: jumps, corners and reversals that the program knows before the run.
 
-One that falls between two fine steps cuts the step there (`events = "hit"`).  Who cannot be cut holds until its own
+One that falls between two fine steps cuts the step there (`events = "located"`).  Who cannot be cut holds until its own
 grid point; a source that cannot sees its own event there, and `missed` says so.  A jump needs two cuts, one right
 before it: whoever reads a value of the end of its step would feel it from the beginning of the step otherwise.
 """
@@ -60,7 +60,7 @@ def missed(system: System) -> list[str]:
     lines = []
     for event in _events(system, in_file):
         part = event.part
-        if not event.jump or event.shift or (system.case.coupling.events == "hit" and part.any_step):
+        if not event.jump or event.shift or (system.case.coupling.events == "located" and part.any_step):
             continue
         h = system.length(part) / part.substeps
         off = event.times / h
@@ -89,7 +89,7 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
     times : array, shape (n,)
         Increasing (s), all inside their steps.
     """
-    found = [e for e in _events(system, values) if e.part.any_step] if system.case.coupling.events == "hit" else []
+    found = [e for e in _events(system, values) if e.part.any_step] if system.case.coupling.events == "located" else []
     if not found:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
     spans: list[tuple[float, float, float]] = []

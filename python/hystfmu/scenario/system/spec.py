@@ -9,10 +9,22 @@ from typing import Annotated, Literal
 
 import pydantic
 from pydantic import Field
+from pydantic_core import PydanticCustomError
 
 from hystfmu.graph.tables import STRICT, GraphTable, Name, Number, Value
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+def _renamed(new: str) -> pydantic.BeforeValidator:
+    """Refuse a key of an earlier version and name the new one."""
+
+    def refuse(value: object) -> None:
+        raise PydanticCustomError("renamed", "The key is now {new}", {"new": repr(new)})
+
+    return pydantic.BeforeValidator(refuse)
+
+
 SOURCES = {"model", "block", "graph", "inverse_of", "fmu"}  # keys that say what a unit is
 
 
@@ -90,13 +102,15 @@ class CouplingSpec(pydantic.BaseModel):
         "last step; iterative: sweeps from the same saved states until what was read early agrees with what came out, "
         "by Newton's method if all units in loops have directional derivatives",
     )
-    events: Literal["hit", "grid"] = Field(
-        "hit",
-        description="jumps, corners and reversals of references between two steps; hit: the step is cut there, for "
-        "units that run at the finest rate and have no sampled block; grid: they take effect at the next step",
+    events: Literal["located", "grid"] = Field(
+        "located",
+        description="discontinuities, kinks and reversals of references between two communication points; located: a "
+        "step ends on each, for units that run at the finest rate and have no sampled block; grid: they take effect at "
+        "the next step",
     )
     tolerance: Positive = Field(1e-12, description="iterative: largest disagreement, relative to 1 + |value|")
-    most_sweeps: int = Field(50, ge=2, le=10_000, description="iterative: sweeps before the run is given up")
+    max_sweeps: int = Field(50, ge=2, le=10_000, description="iterative: sweeps in a step before the run stops")
+    most_sweeps: Annotated[None, _renamed("max_sweeps")] = Field(None, exclude=True, repr=False)
 
 
 class TubeSpec(pydantic.BaseModel):
@@ -152,5 +166,6 @@ class ScenarioSpec(pydantic.BaseModel):
         1e-6, description="largest change of a metric or a recorded signal against the baseline, relative"
     )
     tube: TubeSpec | None = Field(None, description="room for recorded signals instead of `tolerance`")
-    memory: bool = Field(False, description="the states of all units at the end must equal those of the baseline")
+    final_states: bool = Field(False, description="the final states of all units must have the bits of the baseline")
+    memory: Annotated[None, _renamed("final_states")] = Field(None, exclude=True, repr=False)
     case: list[CaseSpec] = Field([], max_length=200, description="variants; without any there is one, 'nominal'")

@@ -32,7 +32,7 @@ BASELINE_ROWS = 24  # of every case in baseline.csv
 class _BaselineCase(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", strict=True)
     metrics: dict[str, float]
-    memory: dict[str, str] = {}
+    final_states: dict[str, str] = {}
 
 
 class _BaselineFile(pydantic.BaseModel):
@@ -44,22 +44,22 @@ class _BaselineFile(pydantic.BaseModel):
 class Record:
     """What a baseline keeps of one case.
 
-    metrics : by name;  rows : shape (n, 1 + signals), time first;  memory : fingerprint of the final states, by unit.
+    metrics : by name;  rows : shape (n, 1 + signals), time first;  final_states : hash, by unit.
     """
 
     metrics: dict[str, float]
     rows: Array
-    memory: dict[str, str]
+    final_states: dict[str, str]
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """What an earlier run gave: metrics per case, some rows of the recorded signals, fingerprints of final memories."""
+    """What an earlier run gave: metrics per case, some rows of the recorded signals, hashes of the final states."""
 
     metrics: dict[str, dict[str, float]]
     rows: dict[str, Array]
     signals: tuple[str, ...]
-    memory: dict[str, dict[str, str]]
+    final_states: dict[str, dict[str, str]]
 
     @classmethod
     def load(cls, folder: Path) -> Baseline | None:
@@ -88,8 +88,8 @@ class Baseline:
             if len(numbers) != len(header) - 1 or not np.isfinite(numbers).all():  # no value differs from NaN
                 raise InputError(f"{table}: line {i}: must have {len(header) - 1} numbers; got {cells}")
             rows.setdefault(name, []).append(numbers)
-        metrics, memory = {n: c.metrics for n, c in cases.items()}, {n: c.memory for n, c in cases.items()}
-        return cls(metrics, {n: np.array(r) for n, r in rows.items()}, tuple(header[2:]), memory)
+        metrics, states = {n: c.metrics for n, c in cases.items()}, {n: c.final_states for n, c in cases.items()}
+        return cls(metrics, {n: np.array(r) for n, r in rows.items()}, tuple(header[2:]), states)
 
 
 class Kept:
@@ -133,7 +133,7 @@ def save_baseline(folder: Path, signals: tuple[str, ...], runs: dict[str, Record
     data: dict[str, Any] = {"case": {}}
     lines = [",".join(["case", "t", *signals])]
     for name, r in runs.items():
-        data["case"][name] = {"metrics": r.metrics} | ({"memory": r.memory} if r.memory else {})
+        data["case"][name] = {"metrics": r.metrics} | ({"final_states": r.final_states} if r.final_states else {})
         lines += [",".join([name, *[repr(float(v)) for v in row]]) for row in r.rows]
     write_text(folder / "baseline.csv", "\n".join(lines) + "\n")
     write_toml(folder / "baseline.toml", data, heading)
@@ -150,7 +150,7 @@ class Change:
     what : str
         The metric, or the signal and time of the row.
     old, new : float or str, optional
-        None where there is none; text for the fingerprint of a memory.
+        None where there is none; text for a hash of final states.
     """
 
     title: str
@@ -167,7 +167,7 @@ class Change:
 
 
 def changes(scenario: str, old: Baseline | None, runs: dict[str, Record]) -> list[Change]:
-    """What a record would change: metrics, of every signal the row that changes most, memories, cases that go."""
+    """What a record would change: metrics, of every signal the row that changes most, final states, cases that go."""
     if old is None:
         old = Baseline({}, {}, (), {})
     found = []
@@ -182,17 +182,17 @@ def changes(scenario: str, old: Baseline | None, runs: dict[str, Record]) -> lis
                 a, b = float(before[worst, k]), float(r.rows[worst, k])
                 if a != b:
                     found.append(Change(title, f"{signal} at {before[worst, 0]:g} s", a, b))
-        marks = old.memory.get(case, {})
+        hashes = old.final_states.get(case, {})
         found += [
-            Change(title, f"memory of {unit}", marks.get(unit), r.memory.get(unit))
-            for unit in {**marks, **r.memory}
-            if marks.get(unit) != r.memory.get(unit)
+            Change(title, f"final states of {unit}", hashes.get(unit), r.final_states.get(unit))
+            for unit in {**hashes, **r.final_states}
+            if hashes.get(unit) != r.final_states.get(unit)
         ]
     return found
 
 
 def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
-    """What of the recorded signals and final memories changed: one line each."""
+    """What of the recorded signals and final states changed: one line each."""
     old, trace, rows = baseline.rows.get(case.name), kept.trace, kept.rows()
     if old is None or old.shape != rows.shape or baseline.signals != case.record:
         return [f"{case.title}: baseline.csv has other rows or signals than the scenario: run with --record"]
@@ -209,12 +209,12 @@ def compare(case: Case, kept: Kept, baseline: Baseline) -> list[str]:
             t, was = old[int(gap.argmax()), [0, k]]
             now = float(np.interp(t, trace.t, trace[signal]))
             lines.append(f"{case.title}: {signal} = {now:.9g} at t = {t:g} s {CHANGED} {was:.9g} ({allowed})")
-    known = baseline.memory.get(case.name, {})
-    for unit, mark in trace.memory.items():
+    known = baseline.final_states.get(case.name, {})
+    for unit, found in trace.final_states.items():
         if unit not in known:
-            lines.append(f"{case.title}: no baseline of the final memory of {unit}: run with --record")
-        elif mark != known[unit]:
-            lines.append(f"{case.title}: the final memory of {unit} ({mark}) {CHANGED} {known[unit]}")
+            lines.append(f"{case.title}: no baseline of the final states of {unit}: run with --record")
+        elif found != known[unit]:
+            lines.append(f"{case.title}: the final states of {unit} ({found}) {CHANGED} {known[unit]}")
     return lines
 
 
