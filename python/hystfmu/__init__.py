@@ -78,12 +78,14 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module, _, inner = _HOME[name].partition(":")
-    home = importlib.import_module(f"{__name__}.{module}")
-    return getattr(home, inner) if inner else home
+if not TYPE_CHECKING:  # a type checker must find a misspelt name
+
+    def __getattr__(name: str) -> Any:
+        if name not in _HOME:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        module, _, inner = _HOME[name].partition(":")
+        home = importlib.import_module(f"{__name__}.{module}")
+        return getattr(home, inner) if inner else home
 
 
 def __dir__() -> list[str]:

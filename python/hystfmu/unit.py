@@ -1,9 +1,4 @@
-"""Co-simulation unit in Python: the ports, calls and bits of an exported FMU, without an archive.
-
-unit = Unit(model.graph)
-unit.initialize(t0=0.0, u=1.5)
-unit.set("u", 2.0); unit.do_step(0.0, 1e-3); y = unit.get("y")
-"""
+"""Co-simulation unit in Python: the ports, calls and bits of an exported FMU, without an archive."""
 
 from __future__ import annotations
 
@@ -26,6 +21,18 @@ class Unit:
     ------
     InputError
         The core refuses the graph.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> unit = hy.Unit(hy.blocks.Creep(w=[1.0], T=[0.5]).graph)
+    >>> unit
+    Unit(u -> y, not initialized)
+    >>> unit.initialize(t0=0.0, u=1.5)
+    >>> unit.set("u", 2.0)
+    >>> unit.do_step(0.0, 1e-3)
+    >>> 0.0 < unit.get("y") < 2.0
+    True
     """
 
     def __init__(self, graph: Graph) -> None:

@@ -6,4 +6,13 @@ class InputError(ValueError):
 
     The message is one line: file and line or key, subject, rule, value.  Example: "The 'rho' parameter of sliding_mode
     must be a float in [0, inf). Got -1 instead."  The command line prints it and exits with status 2.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> try:
+    ...     hy.blocks.SlidingMode(rho=-1)
+    ... except hy.InputError as e:
+    ...     print(e)
+    The 'rho' parameter of sliding_mode must be a float in [0, inf). Got -1 instead.
     """

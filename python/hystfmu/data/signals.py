@@ -1,6 +1,10 @@
 """Excitation and held-out signals; a model is never scored on its training signal alone.
 
 All generators are seeded and independent of the C core.  Values lie in [-1, 1] times `amplitude` unless stated.
+
+>>> import hystfmu as hy
+>>> sorted(hy.signals.held_out())
+['fast decay', 'minor loops', 'nested reversals', 'slow decay', 'two tones']
 """
 
 from __future__ import annotations

@@ -1,4 +1,12 @@
-"""Design of loops: models for python-control, describing functions of hysteresis, margins, gains with their units."""
+"""Design of loops: models for python-control, describing functions of hysteresis, margins, gains with their units.
+
+>>> import hystfmu as hy
+>>> w = 3141.6
+>>> g0 = hy.Node("g0", "transfer_function", {}, {"b": [w**2], "a": [1, 1.4 * w, w**2]})
+>>> pid = hy.blocks.Pid(Kp=1.26, Ki=9692.0, Kd=7.036e-4).node
+>>> hy.design.margins(hy.design.loop(g0, pid, 1e-4)).phase_deg > 60.0
+True
+"""
 
 from hystfmu.design.describing import DescribingFunction, describing_function
 from hystfmu.design.gains import Gain, gains

@@ -50,7 +50,7 @@ class Model(Record):
     >>> data = hy.synthetic.piezo(reversals=60, rate=1000.0)
     >>> model = hy.fit(data, "prandtl_ishlinskii")
     >>> model
-    Model('prandtl_ishlinskii', u -> y, 42 parameters, RMS 0.8 %)
+    Model('prandtl_ishlinskii', u -> y, 42 parameters, RMS 0.99 %)
     >>> inverse = model.inverse()
     >>> voltage = inverse.predict([0.0, 1.0, 2.0])
     >>> [round(float(y), 6) for y in model.predict(voltage)]
@@ -263,7 +263,7 @@ class Model(Record):
         >>> unit.initialize(0.0, u=1.5)
         >>> unit.set("u", 2.0)
         >>> unit.do_step(0.0, 1e-3)
-        >>> unit.get("y") == unit.graph.run([1.5, 2.0])[1]
+        >>> bool(unit.get("y") == unit.graph.run([1.5, 2.0])[1])
         True
         """
         return Unit(self.graph)

@@ -67,8 +67,8 @@ class Scenario:
     >>> loop = loop.metric("tracking", "rms_percent", "plant.y", against="reference.r", limit=0.05)
     >>> loop
     Scenario('tracking', 2 units, 1 metric, 1 case)
-    >>> loop.run()
-    Result('tracking/nominal', passed, tracking = 0 % <= 0.05)
+    >>> loop.run().passed
+    True
     >>> loop.save("mine").name
     'mine'
     """

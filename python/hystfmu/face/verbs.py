@@ -52,7 +52,7 @@ def read_csv(
     >>> import hystfmu as hy
     >>> hy.synthetic.piezo(60, 1000.0).to_csv("piezo.csv")
     >>> hy.read_csv("piezo.csv")
-    Dataset('piezo', 2601 rows, step 0.005 s)
+    Dataset('piezo', 12801 rows, step 0.001 s)
     """
     return Dataset.from_csv(path, time, input, output, rate, train, resample)
 
@@ -133,6 +133,19 @@ def study(
     ------
     InputError
         Bad study or scenario, no room on the disk, no cluster; finished rows stay.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> from pathlib import Path
+    >>> loop = hy.Scenario("loop", step=1e-3, stop=0.01).add("source", hy.blocks.Reference(frequency=50.0))
+    >>> folder = loop.metric("peak", "peak", "source.r").save("loop")
+    >>> lines = ['name = "size"', 'scenario = "loop"', 'method = "grid"', "[parameters]"]
+    >>> lines.append('"source.amplitude" = { values = [1.0, 2.0, 3.0] }')
+    >>> characters = Path("size.study.toml").write_text("\\n".join(lines))
+    >>> outcome = hy.study("size.study.toml", workers=1)
+    >>> [round(row["metrics"]["peak"], 6) for row in outcome.rows]
+    [1.0, 2.0, 3.0]
     """
     from hystfmu.studies import run_study
 
@@ -159,6 +172,13 @@ def validate(path: str | Path, seconds: float = 60.0) -> list[str]:
     ------
     InputError
         The file cannot be read or is no whole zip archive.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> model = hy.Model("creep", hy.blocks.Creep().graph)
+    >>> hy.validate(model.export("creep.fmu"))
+    []
     """
     from hystfmu.fmu.check.check import check_fmu
 

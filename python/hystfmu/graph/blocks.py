@@ -1,4 +1,10 @@
-"""Block classes generated from the C tables, e.g. `PrandtlIshlinskii(r=..., w=...)(u)`; `dir()` lists them."""
+"""Block classes generated from the C tables, e.g. `PrandtlIshlinskii(r=..., w=...)(u)`; `dir()` lists them.
+
+>>> import hystfmu as hy
+>>> plays = hy.blocks.PrandtlIshlinskii(w0=1.0, r=[0.1, 0.3], w=[0.5, 0.2])
+>>> plays([0.0, 1.0, 0.5]).round(12).tolist()
+[0.0, 1.59, 0.94]
+"""
 
 from __future__ import annotations
 

@@ -52,6 +52,18 @@ class Graph:
     InputError
         Invalid step, unknown endpoint, sizes that differ, an input wired twice, two nodes with one name, an algebraic
         loop (the message names its blocks).
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> plays = hy.Node("plays", "backlash_sum", values={"w0": 0.4, "r": [0.1, 0.3], "w": [0.5, 0.2]})
+    >>> gain = hy.Node("gain", "sum", {"n": 1}, {"k": [2.0]})
+    >>> ends = [hy.Input("u", ("plays.u",))], [hy.Output("y", "gain.y")]
+    >>> graph = hy.Graph([plays, gain], [("plays.y", "gain.u")], *ends)
+    >>> graph
+    Graph(u -> y; plays, gain)
+    >>> [round(float(y), 12) for y in graph.run([0.0, 1.0, 0.5])]
+    [0.0, 1.98, 1.28]
     """
 
     def __init__(

@@ -51,6 +51,12 @@ class Node:
     ------
     InputError
         Unknown block, parameter or size, wrong length, value out of range.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> hy.Node("hysteresis", "backlash_sum", values={"w0": 0.4, "r": [0.1, 0.3], "w": [0.5, 0.2]})
+    Node('hysteresis', 'backlash_sum', n=2, w0=0.4, r=[0.1, 0.3], w=[0.5, 0.2])
     """
 
     name: str

@@ -28,6 +28,12 @@ class Input:
         Start value.
     text : str
         Description.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> hy.Input("u", to=("hysteresis.u",), unit="V").name
+    'u'
     """
 
     name: str
@@ -51,6 +57,12 @@ class Output:
         Unit of measure.
     text : str
         Description.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> hy.Output("y", source="hysteresis.y", unit="um").source
+    'hysteresis.y'
     """
 
     name: str
