@@ -119,6 +119,14 @@ def test_links_paths_and_targets_of_a_page_exist(page):
     assert made(text) <= TARGETS, page.name
 
 
+def test_every_room_is_on_the_map_of_contributing():
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    inside = {Path("python/hystfmu"): 3, Path("fmu_build/core"): 3, Path("fmu_build"): 2, Path("scenarios"): 1}
+    rooms = {Path(*p.parts[:n]) for p in TRACKED for top, n in inside.items() if top in p.parents and len(p.parts) > n}
+    assert len(rooms) > 20
+    assert sorted(r.as_posix() for r in rooms if f"`{r.as_posix()}" not in text) == []
+
+
 def test_the_test_of_pages_finds_a_target_that_is_not_there():
     assert made("`make nonsense` and\n```\nmake demo  # all\n```\n") == {"nonsense", "demo"}
 
