@@ -1,10 +1,10 @@
-/* blocks.c - the registry: one word per block.  CMake compiles every file below blocks/; a block that is not named
- * here is not part of the library (a test compares the two lists). */
+/* blocks.c - the registry: one word per block.  CMake compiles every file in blocks/; a block that is not listed here
+ * is not part of the library (a test compares the two lists). */
 #include "core/blocks.h"
 
 #include <string.h>
 
-#ifndef HYST_BLOCKS /* a source FMU has only those of its graph */
+#ifndef HYST_BLOCKS /* a source FMU contains only the blocks of its graph */
 #define HYST_BLOCKS(B)          \
   B(backlash_sum)               \
   B(bouc_wen)                   \

@@ -1,13 +1,14 @@
-/* hyst.h - the whole contract of a block, on one page.
+/* hyst.h - the contract of a block.
  *
- * A block is a table of variables and a few functions over flat arrays that the caller owns:
+ * A block is a table of variables and a few functions on flat arrays owned by the caller:
  *   dim[]  sizes, chosen when a model is exported     p[]  parameters, then values that prepare() derives from them
- *   u[]    inputs (and the time, where asked for)     y[]  outputs          x[]  states, continuous ones first
- * Rules.  Parameters are constant while a block runs.  output() and deriv() are pure.  update() is the only commit:
- *   update(dt > 0)  the input u was held (or ran up to u, see `hold`) over the last dt; x becomes the state at its end
- *   update(dt = 0)  initialisation: the memory takes notice of the first input, no time passes
- *   init()          x from the parameters alone; prepare() is called before it and whenever p (or, if STEP, dt)
- * changed. No globals, no allocation, no libm.  Save, reset, threads and equal bits everywhere follow from this page.
+ *   u[]    inputs (and the time, if the table has it) y[]  outputs          x[]  states, continuous ones first
+ * Rules.  Parameters are constant during a run.  output() and deriv() are pure.  Only update() changes the state:
+ *   update(dt > 0)  the input u was held (or a ramp up to u, see `hold`) over the last dt; x becomes the final state
+ *   update(dt = 0)  initialisation: the memory takes the first input, no time passes
+ *   init()          sets x from the parameters alone; prepare() is called before it and after each change of p (or, if
+ *                   STEP, of dt)
+ * No globals, no allocation, no libm.  Saved states, reset, threads and equal bits on all platforms follow from this.
  */
 #ifndef HYST_H
 #define HYST_H
@@ -36,20 +37,20 @@ typedef enum { HYST_ERRORS(E) HYST_N_ERRORS } hyst_status;
 /* ---- the table ------------------------------------------------------------------------------------------------- */
 typedef enum {
   HYST_PARAM,   /* may change at any communication point (tunable) */
-  HYST_FIXED,   /* may change before the run only: the memory was built with it */
-  HYST_DERIVED, /* written by prepare() alone, never seen from outside */
+  HYST_FIXED,   /* may change before the run only: the memory depends on it */
+  HYST_DERIVED, /* written by prepare() only, not visible outside */
   HYST_INPUT,
-  HYST_TIME, /* an input that is the simulation time, wired by the graph */
+  HYST_TIME, /* an input that the graph connects to the simulation time */
   HYST_OUTPUT,
   HYST_CSTATE, /* continuous state: deriv() gives its derivative */
-  HYST_STATE   /* memory: changed by update() alone */
+  HYST_STATE   /* memory: changed by update() only */
 } hyst_kind;
 
 #define HYST_INF HUGE_VAL                     /* no bound */
-#define HYST_POSITIVE 2.2250738585072014e-308 /* a lower bound that stands for "greater than 0" */
+#define HYST_POSITIVE 2.2250738585072014e-308 /* lower bound for "greater than 0" */
 
-/* What only people and Python read: not in an FMU, which has its texts in modelDescription.xml.  Names stand in the
- * rows there, for every pointer of a table costs a relocation, too. */
+/* Texts and facts for people and Python.  The binary of an FMU omits them, as modelDescription.xml has the texts; there
+ * the rows contain their names, because every pointer in a table costs a relocation. */
 #ifdef HYST_UNDOCUMENTED
 #define HYST_TOLD(...)
 #define HYST_ROW_NAME char name[16]
@@ -63,7 +64,7 @@ typedef struct {
   hyst_kind kind;
   const char *type; /* "real", "int", "bool", or the choices of an enumeration: "zoh|foh" (value 0, 1, ...) */
   double start, lo, hi;
-  HYST_TOLD(const char *size, *unit, *text;) /* the size as written in the table; block->size() evaluates it */
+  HYST_TOLD(const char *size, *unit, *text;) /* the expression of the size; block->size() evaluates it */
 } hyst_var;
 
 typedef struct {
@@ -72,58 +73,58 @@ typedef struct {
   HYST_TOLD(const char *text;)
 } hyst_dim;
 
-/* When a block acts in continuous time: see continuous.h.  A function without a time and a hysteretic block are rate
- * independent: their output depends on the path of the input, not on dt. */
+/* Rate class in continuous time, see continuous.h.  Functions without the time and hysteretic blocks are
+ * rate-independent: their output depends on the path of the input, not on dt. */
 typedef enum {
   HYST_FUNCTION,   /* no memory: no update() */
   HYST_CONTINUOUS, /* states of a solver: deriv() */
-  HYST_HYSTERETIC, /* update() takes the path of the input and does not look at dt */
-  HYST_SAMPLED     /* update() is a sample; the output holds until the next one */
+  HYST_HYSTERETIC, /* update() follows the path of the input and ignores dt */
+  HYST_SAMPLED     /* update() takes a sample; the output is held until the next one */
 } hyst_rate;
 
 enum { HYST_STEP = 1 /* prepare() uses dt */ };
 
 typedef struct {
   const char *text, *equation, *source;
-  const char *family;                     /* the folder of its file */
-  const char *inverts, *invert_condition; /* the block that it inverts exactly, and when it does; or NULL */
-  const char *tolerance; /* how update() and output() meet the equation: "rounding"; "iteration" of a root to rounding;
+  const char *family;                     /* the folder of the file */
+  const char *inverts, *invert_condition; /* the block that it inverts exactly, and the condition; or NULL */
+  const char *tolerance; /* accuracy of update() and output(): "rounding"; "iteration" of a root to rounding;
                           * "integration" by a rule */
-  const char *hold;      /* without a parameter of that name, and other than "zoh": what an input is within a step */
-  double rule_error;     /* "integration": bound of its error, relative to the output */
-  double rule_step;      /* "integration" in time, s: in such a step update() agrees with deriv() to 1e-6 */
-  double smooth;         /* of inputs and states: so near to a point the tangent holds; 0: 1e-5 */
+  const char *hold;      /* the input within a step, if it is not "zoh" and no parameter of this name states it */
+  double rule_error;     /* "integration": bound of the error relative to the output */
+  double rule_step;      /* "integration" in time (s): step at which update() agrees with deriv() to 1e-6 */
+  double smooth;         /* distance in inputs and states within which the tangent is accurate; 0: 1e-5 */
 } hyst_told;
 
 typedef struct hyst_block {
   const char *name;
   unsigned short flags;
-  unsigned short trial; /* k: the graph finds the output, by trial, at which input k (from 1) equals the first one; 0:
-                         * output() gives it.  A wire into input k closes no loop: core/graph/implicit.h */
+  unsigned short trial; /* k > 0: the graph finds the output by trial, so that input k (from 1) equals the first input;
+                         * 0: output() gives it.  A wire into input k closes no loop, see core/graph/implicit.h */
   int n_dims;
   const hyst_dim *dims;
   hyst_rate rate;
   int n_vars;
   const hyst_var *vars;
   int64_t (*size)(const int *dim, int var);                     /* elements of a variable */
-  const char *(*prepare)(const int *dim, double *p, double dt); /* NULL, or what is wrong with the parameters */
+  const char *(*prepare)(const int *dim, double *p, double dt); /* NULL, or an error of the parameters */
   void (*init)(const int *dim, const double *p, double *x);     /* or NULL: the start values of the table */
   void (*output)(const int *dim, const double *p, const double *x, const double *u, double *y);
   void (*deriv)(const int *dim, const double *p, const double *x, const double *u, double *dx);
   void (*update)(const int *dim, const double *p, double *x, const double *u, double dt);
-  int (*feedthrough)(const int *dim, const double *p); /* does y depend on the present u?  NULL: yes */
-  /* Directional derivative: du of the inputs and dx of the CSTATEs -> dy of output(), ddx of deriv(), exact, the memory
-   * as it stands; at a corner that of the side to which the seed points.  NULL: all zero. */
+  int (*feedthrough)(const int *dim, const double *p); /* does y depend on the current u?  NULL: yes */
+  /* Tangent (directional derivative): du of the inputs and dx of the CSTATEs -> dy of output(), ddx of deriv(); exact
+   * for the current memory; at a kink one-sided, in the direction of the seed.  NULL: all zero. */
   void (*tangent)(const int *dim, const double *p, const double *x, const double *u, const double *du, const double *dx,
                   double *dy, double *ddx);
   HYST_TOLD(hyst_told told;)
 } hyst_block;
 
-/* ---- one list per block, read several times: descriptor rows, sizes, and the locals of every function -----------
+/* ---- one list per block, expanded several times: descriptor rows, sizes, and the locals of every function -------
  *   #define DIMS(D) D(n, start, lo, hi, "text")
  *   #define VARS(V) V(name, KIND, size, "type", "unit", start, lo, hi, "text")
- * A function begins with HYST_OPEN(FUNCTION): every variable it may see is then a local pointer of that name, and
- * every size a local int.  Arguments end in _ so that a variable may be called u, x, y or p. */
+ * A function begins with HYST_OPEN_<FUNCTION>: every variable that it may use is then a local pointer of that name,
+ * and every size a local int.  Arguments end in _ so that a variable may be called u, x, y or p. */
 #define HYST_ROW(name, kind, size, type, unit, start, lo, hi, text) \
   {#name, HYST_##kind, type, start, lo, hi, HYST_TOLD(#size, unit, text)},
 #define HYST_DIM_ROW(name, start, lo, hi, text) {#name, start, lo, hi, HYST_TOLD(text)},
@@ -218,7 +219,7 @@ typedef struct hyst_block {
   HYST_X(name, size) HYST_LOCAL(const double, dx_, s_##name, size) HYST_LOCAL(double, ddx_, t_##name, size)
 #define HYST_TANGENT_STATE HYST_X
 
-/* run between steps only, in a binary that goes into every FMU: small code rather than fast */
+/* functions that run between steps only are compiled for size, because every FMU contains the binary */
 #if defined(__clang__)
 #define HYST_COLD __attribute__((cold, minsize))
 #elif defined(__GNUC__)
@@ -227,7 +228,7 @@ typedef struct hyst_block {
 #define HYST_COLD
 #endif
 
-/* signatures; the last (void)s keep -Wextra quiet when a block has no variable of a kind */
+/* signatures; the (void)s avoid warnings if a block has no variable of a kind */
 #define HYST_OUTPUT_FN(f) \
   static void f(const int *dim_, const double *p_, const double *x_, const double *u_, double *y_)
 #define HYST_DERIV_FN(f) \
@@ -249,7 +250,7 @@ typedef struct hyst_block {
   DIMS(HYST_DIM_LOCAL)    \
   VARS(HYST_IN_TANGENT)(void) dim_, (void)p_, (void)x_, (void)u_, (void)du_, (void)dx_, (void)dy_, (void)ddx_;
 
-/* The last line of a block file: HYST_BLOCK(name, (.text = ..., .family = ...), .rate = ..., .output = ...). */
+/* The end of a block file: HYST_BLOCK(name, (.text = ..., .family = ...), .rate = ..., .output = ...). */
 #define HYST_BRACED(...) {__VA_ARGS__}
 #define HYST_BLOCK(id, facts, ...)                                                                        \
   static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                                   \

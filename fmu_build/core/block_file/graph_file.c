@@ -1,4 +1,4 @@
-/* graph_file.c - reads a block file, a stranger's file: refuses what does not fit. */
+/* graph_file.c - reads a block file, which is an untrusted file, and refuses invalid content. */
 #include "core/block_file/graph_file.h"
 
 #include <string.h>
@@ -13,7 +13,7 @@
 enum { HEADER = 8 + 4 + 4 + 4 + HYST_TOKEN + 8 }; /* magic, version, length, checksum, token, step */
 static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'F', 'M', 'U', '\n'};
 enum { VERSION = 2 };
-static const int64_t MOST_VALUES = 1 << 24; /* doubles in one graph: 128 MiB; a stranger's file must not ask for more */
+static const int64_t MOST_VALUES = 1 << 24; /* doubles in one graph: 128 MiB, the limit for an untrusted file */
 enum { MOST_NODES = HYST_MOST_NODES, MOST_WIRES = 100000, MOST_NAME = 255 };
 
 static uint32_t get_u32(hyst_cursor *c) {
@@ -30,7 +30,7 @@ static double get_f64(hyst_cursor *c) {
   return v;
 }
 
-/* a name: length, bytes; copied to `to` with a 0 at the end when `to` is not NULL.  Returns the bytes needed. */
+/* reads a name: length, bytes; copies it zero-terminated to `to` unless NULL.  Returns the bytes needed. */
 static size_t get_name(hyst_cursor *c, char *to) {
   const uint32_t n = get_u32(c);
   if (c->bad || n == 0 || n > MOST_NAME || (size_t)(c->end - c->at) < n || memchr(c->at, 0, n)) return c->bad = 1, 0;
@@ -108,7 +108,7 @@ hyst_status hyst_read_nodes(hyst_cursor *c, hyst_totals *n, hyst_graph *g, hyst_
     n->values += k.p_file;
     if (b->rate == HYST_SAMPLED) n->kept += k.u;
     n->dims += b->n_dims;
-    if (get_u32(c) != (uint64_t)k.p_file || (c->end - c->at) / 8 < k.p_file) /* past the end: 0, and bad for good */
+    if (get_u32(c) != (uint64_t)k.p_file || (c->end - c->at) / 8 < k.p_file) /* past the end: 0, marks it as bad */
       return hyst_fail(e, HYST_E_FILE, b->name, NULL, "number of values");
     if (!g) {
       c->at += 8 * k.p_file;
@@ -133,7 +133,7 @@ hyst_status hyst_read_nodes(hyst_cursor *c, hyst_totals *n, hyst_graph *g, hyst_
 }
 
 /* inputs of the graph: number, start values.
- * wires: node, place among its u, source (-1: inputs of the graph), place among its y, number of elements; by node */
+ * wires, sorted by node: node, index in its u, source (-1: inputs of the graph), index in its y, number of elements */
 hyst_status hyst_read_wires(hyst_cursor *c, hyst_totals *n, hyst_graph *g, hyst_error *e) {
   const uint32_t n_external = get_u32(c);
   if (c->bad || (size_t)(c->end - c->at) / 8 < n_external)
@@ -195,7 +195,7 @@ hyst_status hyst_read_ports(hyst_cursor *c, hyst_totals *n, hyst_graph *g, hyst_
     p->type = hyst_type(row), p->reference = reference, p->size = size;
     for (int64_t k = 0; k < size; k++) g->port_of[reference + k] = i;
     if (row->kind != (hyst_kind)kind) return hyst_fail(e, HYST_E_WIRING, name, NULL, "");
-    if (kind == HYST_INPUT) { /* row: the input of the first block that reads it; at: place among the graph's inputs */
+    if (kind == HYST_INPUT) { /* row: input of the first block that reads it; at: index among the inputs of the graph */
       if ((int64_t)at + size > g->n_external) return hyst_fail(e, HYST_E_WIRING, name, NULL, "");
       p->value = g->external + at;
     } else if ((hyst_is_parameter((hyst_kind)kind) || kind == HYST_OUTPUT) && (int64_t)at + size <= own) {

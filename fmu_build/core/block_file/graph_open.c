@@ -1,4 +1,4 @@
-/* graph_open.c - one allocation for a graph: how much a block file needs, and where everything lies in it. */
+/* graph_open.c - computes the memory that a graph needs and its layout in one allocation. */
 #include "core/block_file/graph_open.h"
 
 #include <string.h>
@@ -12,13 +12,12 @@
 
 static size_t align(size_t n) { return (n + 15) / 16 * 16; }
 
-/* parameters and what the file has for them, seeds of tangents, the inputs, and the state: the last step and all that
- * stands behind it */
+/* parameters and their values in the file, seeds of tangents, inputs, and the state, which begins with the last step */
 static size_t doubles(const hyst_totals *n) {
   return (size_t)(1 + 2 * n->p + 2 * n->u + n->x + 2 * n->y + 2 * n->external);
 }
 
-/* memory in the order: graph, nodes, wires, ports, doubles, sizes, order, names, references */
+/* layout: graph, nodes, wires, ports, doubles, sizes, order, names, references */
 static size_t measure(const hyst_totals *n) {
   return align(sizeof(hyst_graph)) + align((size_t)n->nodes * sizeof(hyst_node)) +
          align((size_t)n->wires * sizeof(hyst_wire)) + align((size_t)n->ports * sizeof(hyst_port)) +
@@ -60,7 +59,8 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   g->external_file = d, d += n.external;
   double *u = d;
   d += n.u - n.kept;
-  g->state = d; /* step, states, outputs, kept inputs, inputs of the graph: one run, saved and restored at once */
+  /* step, states, outputs, stored inputs and inputs of the graph are contiguous: saved and restored at once */
+  g->state = d;
   d++;
   double *x = d, *y = d + n.x, *kept = y + n.y;
   g->external = kept + n.kept;
@@ -72,7 +72,7 @@ hyst_status hyst_graph_open(const unsigned char *file, size_t length, void *memo
   g->port_of = (uint32_t *)take(&at, (size_t)n.references * sizeof(uint32_t));
   hyst_cursor c;
   memset(&n, 0, sizeof n);
-  hyst_read_header(&c, file, length, g->token, &g->step, e); /* good: hyst_count_file() has read it */
+  hyst_read_header(&c, file, length, g->token, &g->step, e); /* valid: hyst_count_file() has read it */
   s = hyst_read_nodes(&c, &n, g, e);
   if (s) return s;
   for (int i = 0; i < g->n_nodes; i++) {

@@ -1,4 +1,4 @@
-/* graph_open.h - from a block file to a graph in the caller's memory: how much it needs, and laid out in it. */
+/* graph_open.h - opens a block file as a graph in memory of the caller. */
 #ifndef HYST_GRAPH_OPEN_H
 #define HYST_GRAPH_OPEN_H
 #include "core/graph/graph.h"

@@ -1,4 +1,4 @@
-/* graph_order.c - the topological order of direct feed-through; refuses algebraic loops with the names along them. */
+/* graph_order.c - finds the topological order of direct feed-through; refuses algebraic loops with their names. */
 #include "core/block_file/graph_order.h"
 
 #include "core/graph/error.h"
@@ -6,7 +6,7 @@
 
 static int feeds_through(const hyst_node *n) { return !n->block->feedthrough || n->block->feedthrough(n->dim, n->p); }
 
-/* the wires into a node that matter for a loop: sources that are nodes, and only if the node feeds through */
+/* returns a source that must precede node i and is not ordered yet, or -1 */
 static int blocked(const hyst_graph *g, const char *done, int i) {
   const hyst_node *n = g->nodes + i;
   if (!feeds_through(n)) return -1;
@@ -15,7 +15,8 @@ static int blocked(const hyst_graph *g, const char *done, int i) {
   return -1;
 }
 
-/* A loop of blocks that all feed through has no order in which it could be evaluated: refuse it with its names. */
+/* Orders the nodes.  A loop of blocks with direct feed-through has no order of evaluation: it is refused with its
+ * names. */
 hyst_status hyst_graph_order(hyst_graph *g) {
   char done[HYST_MOST_NODES] = {0};
   int n_done = 0;
@@ -27,7 +28,7 @@ hyst_status hyst_graph_order(hyst_graph *g) {
   int i = 0;
   while (i < g->n_nodes && done[i]) i++;
   if (i == g->n_nodes) return HYST_E_OK;
-  for (int k = 0; k < g->n_nodes; k++) i = blocked(g, done, i); /* into the loop itself */
+  for (int k = 0; k < g->n_nodes; k++) i = blocked(g, done, i); /* goes back until the loop is reached */
   const int first = i;
   hyst_error *e = &g->error;
   hyst_fail(e, HYST_E_LOOP, NULL, NULL, g->nodes[first].name);

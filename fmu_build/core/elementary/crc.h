@@ -1,4 +1,4 @@
-/* crc.h - CRC-32 (ISO 3309, as in zip): block files and saved states carry one, so that damage is seen before use. */
+/* crc.h - CRC-32 (ISO 3309, as in ZIP) of block files and saved states, which detects damage before use. */
 #ifndef HYST_CRC_H
 #define HYST_CRC_H
 #include <stddef.h>

@@ -1,4 +1,4 @@
-/* double_double.h - about 32 digits from pairs of doubles, for the few places where rounding errors would add up.
+/* double_double.h - about 32 digits from pairs of doubles, for computations in which rounding errors would accumulate.
  * Dekker, Numer. Math. 18 (1971) 224-242; Hida, Li & Bailey, ARITH-15 (2001). */
 #ifndef HYST_DOUBLE_DOUBLE_H
 #define HYST_DOUBLE_DOUBLE_H

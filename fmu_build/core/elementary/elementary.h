@@ -1,9 +1,9 @@
-/* Elementary functions in float64 without libm: the same bits from every conforming compiler.
+/* Elementary functions in float64 without libm, with the same bits from every conforming compiler.
  *
- * Only + - * / and integer work on bit patterns, in round-to-nearest, without FMA contraction (compile with
- * -ffp-contract=off), so a result does not depend on the platform. Freestanding, pure, no globals but const tables.
- * Every invalid operation and every NaN argument gives the one quiet NaN 0x7ff8000000000000; no errno.
- * Error bounds in the comments are the largest seen against mpmath, in units in the last place (ulp). */
+ * They use only + - * / and integer operations on bit patterns, in round-to-nearest, without FMA contraction (compile
+ * with -ffp-contract=off), so results do not depend on the platform.  Freestanding, pure, no globals but const tables.
+ * Every invalid operation and every NaN argument gives the quiet NaN 0x7ff8000000000000; no errno.
+ * Error bounds in the comments are the largest errors found against mpmath, in units in the last place (ulp). */
 #ifndef HYST_ELEMENTARY_H
 #define HYST_ELEMENTARY_H
 
@@ -25,7 +25,7 @@ typedef union {
 #define HYST_INF_BITS 0x7ff0000000000000u
 #define HYST_NAN_BITS 0x7ff8000000000000u
 #define HYST_HIGH_26_BITS 0xfffffffff8000000u /* keeps 26 significant bits: products of two such are exact */
-#define HYST_ROUNDER 6755399441055744.0       /* 1.5 * 2^52: t + it rounds t to an integer, held in the low bits */
+#define HYST_ROUNDER 6755399441055744.0       /* 1.5 * 2^52: adding it rounds to an integer, in the low bits */
 
 static inline uint64_t hyst_to_bits(double x) {
   hyst_double_bits u;
@@ -49,7 +49,7 @@ static inline double hyst_two_sum(double a, double b, double *error) {
   return sum;
 }
 
-#if defined(__GNUC__) /* always inline bit operations, without a detour through the integer registers */
+#if defined(__GNUC__) /* always inline bit operations, without moves to integer registers */
 static inline double hyst_fabs(double x) { return __builtin_fabs(x); }
 static inline double hyst_copysign(double x, double sign) { return __builtin_copysign(x, sign); }
 #else
@@ -65,7 +65,7 @@ static inline int hyst_isfinite(double x) { return (hyst_to_bits(x) & HYST_INF_B
 static inline double hyst_floor(double x) {
   double whole;
   if (x != x) return hyst_from_bits(HYST_NAN_BITS);
-  if (hyst_fabs(x) >= 4503599627370496.0) return x; /* 2^52: all integers from here on */
+  if (hyst_fabs(x) >= 4503599627370496.0) return x; /* 2^52: all larger numbers are integers */
   whole = (double)(int64_t)x;
   return hyst_copysign(whole > x ? whole - 1.0 : whole, x);
 }
@@ -77,12 +77,12 @@ static inline double hyst_sqrt_digits(double x) {
   uint64_t radicand = (bits & 0x000fffffffffffffu) | 0x0010000000000000u;
   uint64_t exponent = (bits >> 52) + 1; /* biased by 1024 */
   radicand <<= exponent & 1;
-  for (digit = 0; digit < 54; digit++) { /* 53 digits and one to round by; a tie cannot occur */
+  for (digit = 0; digit < 54; digit++) { /* 53 digits and one for rounding; a tie cannot occur */
     uint64_t pair = digit < 27 ? (radicand >> (52 - 2 * digit)) & 3 : 0;
     uint64_t trial = (root << 2) | 1, take;
     remainder = (remainder << 2) | pair;
     root <<= 1;
-    take = (uint64_t)0 - (remainder >= trial); /* a mask: the digits of a root are no pattern to predict */
+    take = (uint64_t)0 - (remainder >= trial); /* a mask, because the digits of a root are unpredictable for branches */
     remainder -= trial & take;
     root |= take & 1;
   }
@@ -90,9 +90,9 @@ static inline double hyst_sqrt_digits(double x) {
   return hyst_from_bits(((exponent / 2 + (subnormal ? 483 : 510)) << 52) + root);
 }
 
-/* Square root, correctly rounded (0.5 ulp). The instruction where the compiler is sure to inline it, else digits. */
+/* Square root, correctly rounded (0.5 ulp): the instruction if the compiler surely inlines it, else by digits. */
 static inline double hyst_sqrt(double x) {
-  /* -0, negative, NaN; an integer test, since compilers take sqrt(x) for any NaN where they see !(x >= 0) */
+  /* -0, negative, NaN; an integer test, because compilers assume any NaN for sqrt(x) after !(x >= 0) */
   if (hyst_to_bits(x) > HYST_INF_BITS) return x == 0.0 ? x : hyst_from_bits(HYST_NAN_BITS);
 #if defined(__NO_MATH_ERRNO__) && (defined(__SSE2_MATH__) || defined(__aarch64__))
   return __builtin_sqrt(x);
@@ -203,7 +203,7 @@ static const uint8_t hyst_log2_table[128] = {
 /* clang-format on */
 
 /* ln x = returned + *low to about 2^-66 relative, for 0 < x < inf. With x = 2^k m and i = 64 log2 m rounded,
- * ln x = (64 k + i) ln2/64 + ln(m / 2^(i/64)): the table of exp serves once more, and 1 / 2^(i/64) is its row -i. */
+ * ln x = (64 k + i) ln2/64 + ln(m / 2^(i/64)); the table is that of exp, with 1 / 2^(i/64) in row -i. */
 static inline double hyst_log_sum(double x, double *low) {
   uint64_t bits = hyst_to_bits(x), m_bits, i;
   int64_t k = -1023;
@@ -231,7 +231,7 @@ static inline double hyst_log_sum(double x, double *low) {
           r2 * ((0.20000000000000584 - r * 0.16666666605261532) +
                 r2 * ((0.14285714229891339 - r * 0.12501466052875762) + r2 * 0.11112443888241949));
   j_ln2 = j * HYST_LN2_OVER_64_HIGH;
-  sum1 = j_ln2 + r_high; /* each sum's first term is 0 or the larger, so that the errors come exactly */
+  sum1 = j_ln2 + r_high; /* the first term of each sum is 0 or the larger one, so that the errors are exact */
   sum = sum1 - square;
   rest = ((r2 * r * cubic + (r_low - r_low * (r_high + 0.5 * r_low))) +
           (j * HYST_LN2_OVER_64_LOW - hyst_from_bits(hyst_exp2_table[2 * (i & 63)]))) +
@@ -258,7 +258,7 @@ static inline double hyst_pow(double x, double y) {
   if (y == 0.0 || x == 1.0) return 1.0;
   if (!(x >= 0.0) || y != y) return hyst_from_bits(HYST_NAN_BITS);
   if (x == 0.0 || !hyst_isfinite(x)) return (x == 0.0) == (y > 0.0) ? 0.0 : hyst_from_bits(HYST_INF_BITS);
-  if (y > 1e19) y = 1e19; /* overflows or vanishes already: |ln x| >= 2^-53 */
+  if (y > 1e19) y = 1e19; /* overflow or underflow already: |ln x| >= 2^-53 */
   if (y < -1e19) y = -1e19;
   log_high = hyst_log_sum(x, &log_low);
   log_short = hyst_high_part(log_high);

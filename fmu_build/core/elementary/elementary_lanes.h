@@ -1,6 +1,6 @@
-/* elementary_lanes.h - two doubles at once: in the registers of every x86-64, aarch64 or wasm machine two numbers take
- * the time of one.  Each goes through the operations, and so gets the bits, that it has alone in elementary.h.
- * The vectors are those of gcc and clang; with other compilers there is one lane, and the same bits again. */
+/* elementary_lanes.h - two doubles at once: x86-64, aarch64 and wasm process two numbers in the time of one.  Each
+ * number passes the same operations as in elementary.h and has the same bits.  Uses the vectors of gcc and clang; with
+ * other compilers there is one lane, with the same bits. */
 #ifndef HYST_ELEMENTARY_LANES_H
 #define HYST_ELEMENTARY_LANES_H
 #include "core/elementary/elementary.h"
@@ -56,9 +56,9 @@ static inline hyst_lanes hyst_lanes_copysign(hyst_lanes x, hyst_lanes sign) {
 #define HYST_BITS hyst_lanes_bits
 #include "core/elementary/exp_formulas.h"
 
-/* a[i] = f(a[i]) for n elements of at most HYST_LANES_MOST: one stage for all, then the next, since a single one would
- * wait for itself most of the time; one by one if the formula does not hold for all of them. */
-enum { HYST_LANES_MOST = 64 / HYST_LANES }; /* at a bound of 8 gcc writes every loop out 8 times, and is slower */
+/* a[i] = f(a[i]) for n elements, at most HYST_LANES_MOST: each stage for all elements before the next, because a single
+ * element would mostly wait for its own latency; one by one if the formula does not hold for all. */
+enum { HYST_LANES_MOST = 64 / HYST_LANES }; /* with a bound of 8 gcc unrolls every loop and is slower */
 #define HYST_LANES_FUNCTION(f, REDUCED)                                                                \
   static inline void hyst_lanes_##f(hyst_lanes *a, int n) {                                            \
     hyst_lanes_exp_parts e[HYST_LANES_MOST];                                                           \

@@ -17,7 +17,7 @@ static inline unsigned hyst_reduce_pi_2(double x, double *r, double *r_low) {
     } else {
       q = hyst_from_bits(hyst_to_bits(q) & 0xfffffffe00000000u);
     }
-    if (hyst_fabs(q) < 4503599627370496.0) quadrant += (unsigned)((int64_t)q & 3); /* else a multiple of 4 */
+    if (hyst_fabs(q) < 4503599627370496.0) quadrant += (unsigned)((int64_t)q & 3); /* otherwise a multiple of 4 */
     high -= q * 1.5707963267341256;
     high = hyst_two_sum(high, -(q * 6.077100506303966e-11), &error1);
     high = hyst_two_sum(high, -(q * 2.0222662487111665e-21), &error2);
@@ -59,7 +59,7 @@ static inline double hyst_sin_turned(double x, unsigned turns) {
 }
 
 /* Sine and cosine: 0.85 ulp up to |x| = 1.6e6, absolute error below 2^-52 up to 2^60; beyond, where neighbouring
- * doubles are many turns apart, some number in [-1, 1] that is the same on every platform. */
+ * doubles are many turns apart, a number in [-1, 1] that is the same on every platform. */
 static inline double hyst_sin(double x) { return x == 0.0 ? x : hyst_sin_turned(x, 0); }
 static inline double hyst_cos(double x) { return hyst_sin_turned(x, 1); }
 #endif

@@ -1,9 +1,9 @@
-/* exp_formulas.h - the parts of e^x, the logistic function and tanh, once for every number of lanes: elementary.h
- * includes it for one double, elementary_lanes.h for two that go through the same instructions.  It has no guard.
- *   HYST_OF(name)   the name of a function with the prefix of its lanes
- *   HYST_T, HYST_BITS   the double or doubles, and the uint64_t of as many lanes */
+/* exp_formulas.h - parts of e^x, the logistic function and tanh for any number of lanes: elementary.h includes it for
+ * one double, elementary_lanes.h for two with the same instructions.  It has no include guard. HYST_OF(name)   the name
+ * of a function with the prefix of its lanes HYST_T, HYST_BITS   the double or doubles, and the uint64_t of as many
+ * lanes */
 
-/* exp(x) = scale (1 + tail) exp(r_high - r_low), |r| <= ln2/128; scale as bits, for it may be out of range. */
+/* exp(x) = scale (1 + tail) exp(r_high - r_low), |r| <= ln2/128; scale as bits, because it may be out of range. */
 typedef struct {
   HYST_BITS scale_bits;
   HYST_T tail, r_high, r_low;
@@ -37,19 +37,19 @@ static inline HYST_T HYST_OF(exp_remainder)(HYST_OF(exp_parts) e) {
   return e.r_high + (curve + (e.tail - e.r_low));
 }
 
-/* Logistic function 1 / (1 + E), E = e^-x, where ordinary; e: parts of -x. */
+/* Logistic function 1 / (1 + E), E = e^-x, for ordinary x; e: parts of -x. */
 static inline HYST_BITS HYST_OF(sigmoid_is_ordinary)(HYST_T x) { return (HYST_BITS)(HYST_OF(fabs)(x) < 36.0); }
 static inline HYST_T HYST_OF(sigmoid_ordinary)(HYST_OF(exp_parts) e, HYST_T x) {
   (void)x;
   HYST_T scale = HYST_OF(from_bits)(e.scale_bits);
-  HYST_T one_plus = 1.0 + scale; /* exact with the error below, since scale < 2^52 */
+  HYST_T one_plus = 1.0 + scale; /* exact with the error below, because scale < 2^52 */
   HYST_T small = (scale - (one_plus - 1.0)) + scale * HYST_OF(exp_series)(e.tail, e.r_high - e.r_low);
   return 1.0 / (one_plus + small);
 }
 
 /* With E = e^(2|x|) - 1: tanh|x| = E/2 - (E^2/2) / (E + 2) up to |x| = ln(2)/2, where the quotient is a correction,
- * E / (E + 2) up to ln(4)/2, and 1 - 2 / (E + 2) above.  Chosen by values, not by branches, for speed.  Where
- * ordinary; e: parts of 2|x|. */
+ * E / (E + 2) up to ln(4)/2, and 1 - 2 / (E + 2) above.  Selected without branches, for speed.  For ordinary x; e:
+ * parts of 2|x|. */
 static inline HYST_BITS HYST_OF(tanh_is_ordinary)(HYST_T x) {
   HYST_T a = HYST_OF(fabs)(x);
   return (HYST_BITS)(a > 3.7252902984619141e-9) & (HYST_BITS)(a < 20.0); /* 2^-28 */

@@ -1,16 +1,16 @@
-/* limit.h - a signal between two bounds. */
+/* limit.h - limits of a signal. */
 #ifndef HYST_LIMIT_H
 #define HYST_LIMIT_H
 
-#define HYST_NO_LIMIT 1e300 /* a parameter is finite: this is "no limit" */
+#define HYST_NO_LIMIT 1e300 /* "no limit", since parameters must be finite */
 
-/* lo <= hi.  One bound after the other: a minimum and a maximum without a jump, which a nested condition is not. */
+/* lo <= hi.  One bound after the other compiles to minimum and maximum without branches, unlike nested conditions. */
 static inline double hyst_clamp(double u, double lo, double hi) {
   const double above = u < lo ? lo : u;
   return above > hi ? hi : above;
 }
 
-/* the change of hyst_clamp() for a change `seed` of u */
+/* tangent of hyst_clamp() for the seed of u */
 static inline double hyst_clamp_tangent(double u, double lo, double hi, double seed) {
   return u < lo || u > hi || (u == lo && seed < 0) || (u == hi && seed > 0) ? 0 : seed;
 }

@@ -1,9 +1,9 @@
 /* matrix_exponential.h - e^M by scaling and squaring, in double-double.
  *
- * M is halved s times until its norm is at most 1/8, its Taylor series of degree 18 has then a remainder below 1e-34,
- * and the result is squared s times.  Squaring doubles a relative error each time; in double that costs 2^s digits on
- * stiff systems (Moler & Van Loan, SIAM Review 45 (2003) 3-49, section 3), in double-double it leaves the result
- * accurate to the last place of a double, without a linear solve. */
+ * M is halved s times until its norm is at most 1/8, where its Taylor series of degree 18 has a remainder below 1e-34.
+ * The result is squared s times.  Each squaring doubles the relative error: in double, stiff systems lose s bits (Moler
+ * & Van Loan, SIAM Review 45 (2003) 3-49, section 3); in double-double, the result is accurate to the last place of a
+ * double, without a linear solve. */
 #ifndef HYST_MATRIX_EXPONENTIAL_H
 #define HYST_MATRIX_EXPONENTIAL_H
 #include "core/elementary/double_double.h"
@@ -12,7 +12,7 @@
 /* doubles of workspace for an n by n matrix: M, the result, a product */
 #define HYST_EXPM_WORK(n) (6 * (n) * (n))
 
-/* C = A B / divisor; zeros of A cost nothing, and companion matrices have many */
+/* C = A B / divisor; skips zeros of A, which companion matrices have many of */
 static inline void hyst_dd_matmul(int n, const hyst_dd *A, const hyst_dd *B, double divisor, hyst_dd *C) {
   for (int i = 0; i < n; i++) {
     for (int j = 0; j < n; j++) C[i * n + j] = hyst_dd_of(0);
@@ -24,7 +24,7 @@ static inline void hyst_dd_matmul(int n, const hyst_dd *A, const hyst_dd *B, dou
   }
 }
 
-/* In: M in the first n n pairs of work.  Returns the n by n result (pairs, in work), or NULL where it is not finite. */
+/* Input: M in the first n n pairs of work.  Returns the n by n result (pairs in work), or NULL if it is not finite. */
 static inline const hyst_dd *hyst_expm(int n, double *work) {
   hyst_dd *M = (hyst_dd *)work, *E = M + n * n, *product = E + n * n;
   double norm = 0;

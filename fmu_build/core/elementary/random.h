@@ -1,5 +1,5 @@
-/* random.h - numbers drawn by counter: the k-th number of a seed is a function of (seed, k), so nothing has to be
- * stored, any number can be had at any time, and all platforms draw the same bits.
+/* random.h - counter-based random numbers: the k-th number of a seed is a function of (seed, k).  No state is stored,
+ * any number can be drawn at any time, and all platforms give the same bits.
  *
  * The generator is SplitMix64 (Steele, Lea & Flood, OOPSLA 2014, figure 16), whose k-th output is a hash of
  * seed + (k + 1) gamma. */

@@ -1,14 +1,14 @@
-/* root.h - the u in [lo, hi] at which an output has its wanted value: bracketed, bounded, deterministic.
+/* root.h - finds the u in [lo, hi] at which an output has its wanted value: bracketed, bounded, deterministic.
  *
- * The rule.  Rings around the last u, their radius doubling from 1/1024 of the range, are searched for a change of sign
- * of output - wanted: in each ring first on the side to which an increasing output comes nearer, then on the other; the
- * first one found holds the root.  So of several roots (an output that is not monotone) the nearest is taken, up to the
- * width of its ring; two roots within one ring can be missed.  Where no sign changes, the bound is taken whose output
- * comes closer - upwards where the output is too low and both are equal - or a searched point that comes closer still:
- * an extremum of the output, searched around again until no ring comes closer.
+ * Bracketing.  Rings around the last u, with radii doubling from 1/1024 of the range, are searched for a sign change of
+ * output - wanted, in each ring first on the side where an increasing output would approach the wanted value; the first
+ * sign change brackets the root.  So among several roots (of an output that is not monotone) the nearest is found, up
+ * to the width of its ring; two roots within one ring may be missed.  Without a sign change the result is the bound
+ * with the closer output (for equal distances, the upper one if the output is too low), or a searched point that is
+ * closer still: an extremum of the output, around which the search is repeated until no ring comes closer.
  *
- * Within the bracket: Chandrupatla, Advances in Engineering Software 28 (1997) 145-149: inverse quadratic interpolation
- * where it is safe, else bisection.  Piecewise linear operators need 3 to 8 evaluations. */
+ * Iteration: Chandrupatla, Advances in Engineering Software 28 (1997) 145-149: inverse quadratic interpolation where it
+ * is safe, else bisection.  Piecewise linear operators need 3 to 8 evaluations. */
 #ifndef HYST_ROOT_H
 #define HYST_ROOT_H
 #include "core/elementary/elementary.h"
@@ -18,22 +18,22 @@ typedef double (*hyst_residual)(void *ctx, double u); /* output - wanted */
 
 static inline int hyst_opposite(double f, double g) { return (f < 0 && g > 0) || (f > 0 && g < 0); }
 
-/* a and b enclose a root; fine: the absolute part of the tolerance; *off: output - wanted there */
+/* a and b enclose a root; fine: absolute tolerance; *off: output - wanted at the result */
 static inline double hyst_root_between(hyst_residual f, void *ctx, double a, double fa, double b, double fb,
                                        double fine, double *off) {
-  enum { MOST = 120 }; /* twice the halvings from any range to its last place */
+  enum { MOST = 120 }; /* twice the bisections from any range to its last place */
   double t = fa / (fa - fb), x = a;
   for (int i = 0; i < MOST; i++) {
-    if (!(t > 0 && t < 1)) t = 0.5; /* infinite or undefined outputs */
+    if (!(t > 0 && t < 1)) t = 0.5; /* infinite or NaN outputs */
     const double at = a + t * (b - a), f_at = f(ctx, at);
-    double c = b, fc = fb; /* the point that leaves the bracket */
+    double c = b, fc = fb; /* the point dropped from the bracket */
     if (hyst_opposite(f_at, fa)) b = a, fb = fa;
     else c = a, fc = fa;
     a = at, fa = f_at;
     const int nearer_a = hyst_fabs(fa) < hyst_fabs(fb);
     x = nearer_a ? a : b;
     *off = nearer_a ? fa : fb;
-    const double least = (4.5e-16 * hyst_fabs(x) + fine) / hyst_fabs(b - a); /* of the bracket, that a step may go */
+    const double least = (4.5e-16 * hyst_fabs(x) + fine) / hyst_fabs(b - a); /* of the bracket, for a step */
     if (*off == 0 || !(least < 0.5)) break;
     const double xi = (a - b) / (c - b), phi = (fa - fb) / (fc - fb);
     t = 0.5;
@@ -44,12 +44,13 @@ static inline double hyst_root_between(hyst_residual f, void *ctx, double a, dou
   return x;
 }
 
-/* one search around centre, from its *off to that of the answer; *more: a point between the bounds that is no root */
+/* one search around centre; *off: from that at centre to that at the result; *more: the result is an inner point that
+ * is no root */
 static inline double hyst_root_around(hyst_residual f, void *ctx, double lo, double hi, double centre, double *off,
                                       int *more) {
-  const double range = hi - lo, rise = *off < 0 ? 1 : -1; /* the side of an increasing output */
+  const double range = hi - lo, rise = *off < 0 ? 1 : -1; /* the side on which an increasing output approaches */
   double at[2] = {centre, centre}, f_at[2] = {*off, *off}, best = centre;
-  double radius = range / 1024; /* counted: in the smallest range there is it would be 0 for ever */
+  double radius = range / 1024; /* counted, because in a tiny range the radius would stay 0 */
   *more = 0;
   for (int ring = 0; ring <= 10 && *off != 0; ring++, radius *= 2)
     for (int other = 0; other < 2; other++) {
@@ -64,14 +65,14 @@ static inline double hyst_root_around(hyst_residual f, void *ctx, double lo, dou
       f_at[other] = f_next;
     }
   if (*off == 0) return centre;
-  const int end = hyst_fabs(f_at[1]) < hyst_fabs(f_at[0]); /* both are bounds now */
+  const int end = hyst_fabs(f_at[1]) < hyst_fabs(f_at[0]); /* both bounds are reached */
   if (hyst_fabs(*off) < hyst_fabs(f_at[end])) return *more = best != centre, best;
   return *off = f_at[end], at[end];
 }
 
-/* *off: output - wanted at last, which is in [lo, hi]; then at the answer */
+/* *off: output - wanted at `last`, which is in [lo, hi]; on return at the result */
 static inline double hyst_root(hyst_residual f, void *ctx, double lo, double hi, double last, double *off) {
-  enum { MOST = 8 }; /* each search leaves a third of the distance: to a ring of the smallest radius from anywhere */
+  enum { MOST = 8 }; /* each search leaves a third of the distance: enough to reach the smallest ring */
   int more = 1;
   for (int i = 0; i < MOST && more; i++) last = hyst_root_around(f, ctx, lo, hi, last, off, &more);
   return last;

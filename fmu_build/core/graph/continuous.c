@@ -1,4 +1,4 @@
-/* continuous.c - the passes of continuous.h.  One state behind all of them: x and y of the nodes. */
+/* continuous.c - the passes of continuous.h.  All work on the same state: x and y of the nodes. */
 #include "core/graph/continuous.h"
 
 #include "core/graph/error.h"
@@ -49,8 +49,8 @@ void hyst_graph_derivatives(hyst_graph *g, double *dx) {
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
     if (!n->block->deriv) continue;
-    /* a block without feed-through may stand before its sources in the order: only now are its inputs complete.  The
-     * time, if it asks for it, is still that of evaluate. */
+    /* a block without feed-through may precede its sources in the order, so its inputs are complete only now.  Its
+     * time is still that of evaluate */
     hyst_gather(g, n, n->time >= 0 ? n->u[n->time] : 0);
     n->block->deriv(n->dim, n->p, n->x, n->u, dx);
     dx += n->n_c;
@@ -65,7 +65,7 @@ void hyst_graph_commit(hyst_graph *g, double t) {
   }
 }
 
-/* sampled blocks whose derived values belong to the step; the others keep those of graph->dt */
+/* updates the derived values of sampled blocks that depend on the step; the others keep those of graph->dt */
 static hyst_status prepare(hyst_graph *g, double dt) {
   const hyst_status s = g->changed ? hyst_graph_prepare(g, g->dt) : HYST_E_OK;
   for (int i = 0; i < g->n_nodes && !s; i++) {
@@ -92,7 +92,7 @@ hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt) {
       hyst_evaluate_node(g, n, t);
     }
   }
-  hyst_graph_evaluate(g, t); /* blocks that stand before a sampled one in the file */
+  hyst_graph_evaluate(g, t); /* blocks that precede a sampled one in the file */
   hyst_look_behind(g);
   return HYST_E_OK;
 }

@@ -1,4 +1,4 @@
-/* error.c - errors of the core, and the check of one value against its row of the table. */
+/* error.c - errors of the core, and the check of a value against its row of the table. */
 #include "core/graph/error.h"
 
 #include <string.h>
@@ -38,7 +38,7 @@ hyst_status hyst_check(const hyst_var *row, double value) {
   const int type = hyst_type(row);
   if (type == HYST_REAL) return HYST_E_OK;
   if (value > 2147483647.0 || value < -2147483648.0 || value != (double)(int32_t)value) return HYST_E_VALUE;
-  double choices = type == HYST_BOOL ? 2 : 1; /* of an enumeration: the bars plus one */
+  double choices = type == HYST_BOOL ? 2 : 1; /* number of choices of an enumeration: bars plus one */
   for (const char *s = row->type; *s; s++) choices += *s == '|';
   return type != HYST_INT && (value < 0 || value >= choices) ? HYST_E_VALUE : HYST_E_OK;
 }

@@ -1,11 +1,11 @@
-/* implicit.c - what hangs on a block with trials, and the trials that find its output. */
+/* implicit.c - finds the model of a block with trials, and its output by trials. */
 #include "core/graph/implicit.h"
 
 #include "core/elementary/root.h"
 #include "core/graph/error.h"
 #include "core/graph/node.h"
 
-/* why a block cannot be tried, or NULL */
+/* reason why a block cannot be part of a model, or NULL */
 static const char *unfit(const hyst_node *n) {
   if (n->block->trial) return "an implicit inverse cannot stand between u and h of another one";
   if (n->block->deriv) return "it has dynamics; between u and h of an implicit inverse all blocks must be static";
@@ -15,7 +15,7 @@ static const char *unfit(const hyst_node *n) {
   return NULL;
 }
 
-/* marks the sources of node k as the model of i: those of its h if it is i itself, else all */
+/* marks the sources of node k as the model of i: those of input h if k is i, else all */
 static hyst_status mark(hyst_graph *g, int i, int k) {
   const hyst_node *n = g->nodes + k;
   for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++) {
@@ -39,7 +39,7 @@ hyst_status hyst_implicit_check(hyst_graph *g) {
   for (int i = 0; i < g->n_nodes; i++)
     if (g->nodes[i].block->trial) {
       hyst_status s = mark(g, i, i);
-      for (int k = g->n_nodes - 1; k > i && !s; k--) /* sources stand before what they feed: one way back is enough */
+      for (int k = g->n_nodes - 1; k > i && !s; k--) /* sources precede readers: one backward pass suffices */
         if (g->nodes[k].tried_by == i) s = mark(g, i, k);
       if (s) return s;
     }

@@ -1,4 +1,4 @@
-/* message.c - the words of errors, numbers and ranges. */
+/* message.c - texts of errors, numbers and ranges. */
 #include "core/graph/message.h"
 
 #include <stdio.h>
@@ -8,7 +8,7 @@
 static const char *const TEXTS[] = {HYST_ERRORS(E)};
 #undef E
 
-/* a number as a person writes it; printf may use a decimal comma, which would read as two numbers */
+/* formats a number with a decimal point; printf may use a decimal comma, which would read as two numbers */
 const char *hyst_number(char *to, size_t size, double v) {
   if (v == HYST_INF || v == -HYST_INF) snprintf(to, size, v > 0 ? "inf" : "-inf");
   else if (v != v) snprintf(to, size, "nan");

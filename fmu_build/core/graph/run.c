@@ -31,7 +31,7 @@ const hyst_error *hyst_graph_error(const hyst_graph *g) { return &g->error; }
 
 /* ---- running ------------------------------------------------------------------------------------------------------
  */
-/* no step yet; inputs (those without a wire keep it), outputs and states as in the table */
+/* before the first step: inputs (unconnected ones keep these values), outputs and states of the table */
 static void start_values(hyst_graph *g) {
   g->state[0] = 0;
   for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_fill(n, HYST_INPUT);
@@ -73,7 +73,7 @@ hyst_status hyst_graph_start(hyst_graph *g, double t) {
 }
 
 static inline hyst_status step(hyst_graph *g, double t_end, double dt) {
-  double *last = g->state; /* part of the state: a restored run goes on with the same bits */
+  double *last = g->state; /* part of the state, so that a restored run continues with the same bits */
   if (dt != *last) dt = hyst_same_step(dt, *last, t_end);
   if (dt != g->dt || g->changed) {
     const hyst_status s = prepare(g, dt, g->changed ? 0 : HYST_STEP);
@@ -91,7 +91,7 @@ hyst_status hyst_graph_run(hyst_graph *g, int64_t n, double t0, double h, const 
   const int64_t n_external = g->n_external;
   for (int64_t i = 0; i < n; i++) {
     if (n_external > 0) hyst_copy(g->external, u, n_external), u += n_external;
-    /* t + h, not t0 + i h: a master that calls doStep(t, h) must get the same bits */
+    /* t + h, not t0 + i h, to get the same bits as a master that calls doStep(t, h) */
     const hyst_status s = i == 0 ? hyst_graph_start(g, t0) : step(g, t0 + (double)(i - 1) * h + h, h);
     if (s) return s;
     for (const hyst_port *p = first; p < end; p++)

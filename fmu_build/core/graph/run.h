@@ -1,4 +1,4 @@
-/* run.h - values by reference, start, step, run.  All return HYST_E_OK or the status; details are in graph->error. */
+/* run.h - values by reference, start, step, run.  All return a status, HYST_E_OK on success; graph->error says more. */
 #ifndef HYST_RUN_H
 #define HYST_RUN_H
 #include "core/graph/graph.h"
@@ -7,10 +7,10 @@ hyst_status hyst_graph_set(hyst_graph *g, int64_t reference, double value); /* c
 double *hyst_graph_value(hyst_graph *g, int64_t reference);                 /* or NULL */
 double *hyst_graph_state(hyst_graph *g, int64_t *n);
 const hyst_error *hyst_graph_error(const hyst_graph *g);
-void hyst_graph_defaults(hyst_graph *g);                  /* all values as in the file and the tables */
+void hyst_graph_defaults(hyst_graph *g);                  /* resets all values to those of the file and the tables */
 hyst_status hyst_graph_prepare(hyst_graph *g, double dt); /* after parameters changed */
 hyst_status hyst_graph_start(hyst_graph *g, double t);    /* states from the parameters, then the first outputs */
 hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt);
-/* n rows, h apart, with n_external inputs each; row 0 is the start; outputs in the order of the ports. */
+/* Runs n rows with step h and n_external inputs each; row 0 is the start; outputs in the order of the ports. */
 hyst_status hyst_graph_run(hyst_graph *g, int64_t n, double t0, double h, const double *u, double *y);
 #endif

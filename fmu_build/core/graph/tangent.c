@@ -1,11 +1,11 @@
-/* tangent.c - directional derivatives of a graph: the tangents of its blocks, chained along the wires. */
+/* tangent.c - directional derivatives of a graph: chains the tangents of its blocks along the wires. */
 #include "core/graph/tangent.h"
 
 #include "core/graph/continuous.h"
 #include "core/graph/implicit.h"
 #include "core/graph/node.h"
 
-/* values and seeds of the inputs of a node; its time stays that of the last evaluate */
+/* gathers values and seeds of the inputs of a node; its time is that of the last evaluate */
 static void gather(const hyst_graph *g, const hyst_node *n, const double *d_external) {
   hyst_gather(g, n, n->time >= 0 ? n->u[n->time] : 0);
   for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++) {
@@ -15,7 +15,7 @@ static void gather(const hyst_graph *g, const hyst_node *n, const double *d_exte
   }
 }
 
-/* dy of the node by its block, ddx (n_c numbers) where it has continuous states */
+/* computes dy of a node, and ddx (n_c numbers) if it has continuous states */
 static void tangent_of_block(const hyst_node *n, const double *dx, double *ddx) {
   if (n->block->tangent) {
     n->block->tangent(n->dim, n->p, n->x, n->u, n->du, dx, n->dy, ddx);
@@ -25,12 +25,12 @@ static void tangent_of_block(const hyst_node *n, const double *dx, double *ddx) 
   for (int64_t k = 0; k < n->n_c; k++) ddx[k] = 0;
 }
 
-/* the change of the model's output h for the change du of its input */
+/* tangent of the model output h for the seed du of its input */
 static double tried(const hyst_graph *g, const hyst_node *n, double du) {
   n->dy[0] = du;
   for (const hyst_node *m = n + 1, *end = g->nodes + g->n_nodes; m < end; m++) {
     if (m->tried_by != (int)(n - g->nodes)) continue;
-    gather(g, m, NULL); /* no input of the graph reaches it but through u */
+    gather(g, m, NULL); /* inputs of the graph reach the model only through u */
     tangent_of_block(m, NULL, NULL);
   }
   double change = 0;
@@ -42,7 +42,7 @@ static double tried(const hyst_graph *g, const hyst_node *n, double du) {
   return change;
 }
 
-/* du / dy of a block with trials: upwards or downwards, whichever way makes h go where y goes; 0 at a limit */
+/* du / dy of a block with trials, in the direction of u for which h follows y; 0 at a limit */
 static void tangent_by_trial(const hyst_graph *g, const hyst_node *n) {
   const double wanted = n->du[HYST_IMPLICIT_WANTED], off = hyst_implicit_off(n);
   const double size = n->u[HYST_IMPLICIT_WANTED] < 0 ? -n->u[HYST_IMPLICIT_WANTED] : n->u[HYST_IMPLICIT_WANTED];
@@ -50,7 +50,7 @@ static void tangent_by_trial(const hyst_graph *g, const hyst_node *n) {
   double du = 0;
   for (int side = 1; side >= -1 && wanted != 0 && reached; side -= 2) {
     const double beyond = side > 0 ? n->p[HYST_IMPLICIT_HI] : n->p[HYST_IMPLICIT_LO];
-    const double steps = wanted / tried(g, n, side); /* infinite where the output stands still */
+    const double steps = wanted / tried(g, n, side); /* infinite if the output is stationary */
     if (n->y[0] == beyond || !(steps >= 0 && steps < HYST_INF)) continue;
     du = side * steps;
     break;
@@ -65,12 +65,12 @@ static void tangent(const hyst_graph *g, const hyst_node *n, const double *dx, d
 
 void hyst_graph_tangent(hyst_graph *g, const double *d_external, const double *d_continuous, double *d_outputs,
                         double *d_derivatives) {
-  /* twice: a block without direct feed-through may stand before its sources; then only its derivatives need them */
+  /* two passes: a block without direct feed-through may precede its sources, which only its derivatives need */
   for (int pass = 0; pass < 2; pass++)
     for (int i = 0; i < g->n_nodes; i++) {
       const hyst_node *n = g->nodes + g->order[i];
       if (pass == 1 && n->n_c == 0) continue;
-      if (n->block->rate == HYST_SAMPLED) { /* it holds its output, and inputs of the last sample */
+      if (n->block->rate == HYST_SAMPLED) { /* holds its output and the inputs of the last sample */
         for (int64_t k = 0; k < n->n_y; k++) n->dy[k] = 0;
         continue;
       }

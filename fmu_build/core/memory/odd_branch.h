@@ -1,9 +1,9 @@
 /* odd_branch.h - the branch of the constraint-factor operator, g(d) = (1 - e^-d) (a0 + sum_{j=1..m} a_j
- * d^(2j-1)), its slope, the check that it rises, its sizes and rows: what the operator and its exact inverse share.
+ * d^(2j-1)), its slope, the check that it increases, its sizes and rows: shared by the operator and its exact inverse.
  *
- * prepare() looks at g' in 4097 even places of [0, d_max]: between them the branch can fall by less than
- * (d_max / 4096)^3 max|g'''| / 12.  Beyond d_max it goes on with its slope there, since a polynomial of degree 2m - 1
- * says nothing outside its data. */
+ * prepare() checks g' at 4097 equidistant points of [0, d_max]; between them the branch can decrease by less than
+ * (d_max / 4096)^3 max|g'''| / 12.  Beyond d_max the branch is a straight line, because a polynomial of degree 2m - 1
+ * is meaningless outside its data. */
 #ifndef HYST_ODD_BRANCH_H
 #define HYST_ODD_BRANCH_H
 #include "core/elementary/elementary.h"
@@ -51,33 +51,33 @@ static inline double hyst_odd_slope(const hyst_odd *l, double d) {
   return (1 + m) * (l->a0 + odd * d) - m * d_odd;
 }
 
-/* as a hyst_branch_slope; beyond d_max the branch goes on as straight as it is there */
+/* a hyst_branch_slope; beyond d_max the branch is a straight line */
 static inline double hyst_odd_branch_slope(const void *ctx, double d, int grows) {
   const hyst_odd *l = (const hyst_odd *)ctx;
   (void)grows;
   return d > l->d_max ? l->edge[1] : hyst_odd_slope(l, d);
 }
 
-/* Fill the edge row. */
+/* Fills the edge row. */
 static inline void hyst_odd_prepare(const hyst_odd *l, double *edge) {
   edge[0] = hyst_odd_branch(l, l->d_max);
   edge[1] = hyst_odd_slope(l, l->d_max);
 }
 
-/* The least slope in the even places from number `first` on. */
+/* Returns the least slope at the equidistant points from number `first` on. */
 static inline double hyst_odd_least_slope(const hyst_odd *l, int first) {
   double least = HYST_INF;
   for (int i = first; i <= HYST_ODD_CELLS; i++) {
     const double s = hyst_odd_slope(l, l->d_max * i / HYST_ODD_CELLS);
-    if (!(s >= least)) least = s; /* also where it is no number */
+    if (!(s >= least)) least = s; /* also for NaN */
   }
   return least;
 }
 
-/* g^-1(v), v >= 0, of a rising branch: Newton's method inside a bracket that halves whenever a step would leave it or
- * gain too little.  Trap: with a0 = 0 the slope at 0 is 0 and g is about d^2 there, with m = 9 it grows like d^18 at
- * the far end; Newton alone crawls in both places.  The last step is below 1e-9 d, its error of the order of its
- * square. */
+/* g^-1(v), v >= 0, of an increasing branch: Newton's method inside a bracket, with bisection if a step would leave the
+ * bracket or gain too little.  Trap: with a0 = 0 the slope at 0 is 0 and g is about d^2 there; with m = 9 it grows like
+ * d^18 at the far end.  Newton's method alone is slow in both places.  The last step is below 1e-9 d, and its error of
+ * the order of its square. */
 static inline double hyst_odd_inverse(const void *ctx, double v) {
   const hyst_odd *l = (const hyst_odd *)ctx;
   if (!(v > 0)) return 0;
@@ -89,12 +89,13 @@ static inline double hyst_odd_inverse(const void *ctx, double v) {
     if (e < 0) lo = d;
     else hi = d;
     double step = newton;
-    /* comparisons that fail for a slope that is 0 or no number */
+    /* the comparisons fail for a slope of 0 or NaN */
     if (!(d - newton >= lo && d - newton <= hi && hyst_fabs(newton) <= 0.5 * before)) step = d - (lo + 0.5 * (hi - lo));
     before = hyst_fabs(step);
     d -= step;
     if (before <= 1e-9 * d && step == newton) break;
-    if (before <= 1e-16 * d) break; /* the bracket has closed: its ends never meet, for g < v at the lower one alone */
+    if (before <= 1e-16 * d)
+      break; /* the bracket has closed; its ends never meet, because g < v only at the lower end */
   }
   return d;
 }

@@ -1,8 +1,8 @@
 /* piecewise.h - the initial loading curve of a sum of plays, phi(q) = w0 q + sum_{r_i < q} w_i (q - r_i), and its
  * inverse, by prefix sums: phi(q) = W_j q - R_j with j the number of thresholds below q.
  *
- * j comes from a table of n buckets over the thresholds and a binary search over as many thresholds as the fullest
- * bucket holds: 1 or 2 for even thresholds, at most n.  Every search has the same number of steps and no branch to
+ * j follows from a table of n buckets over the thresholds and a binary search over the thresholds of the fullest
+ * bucket: 1 or 2 for equidistant thresholds, at most n.  All searches have the same number of steps and no branch to
  * mispredict. Source: Krejci & Kuhnen 2001, eq. 10-14 (loading curve and inverse). */
 #ifndef HYST_PIECEWISE_H
 #define HYST_PIECEWISE_H
@@ -16,12 +16,12 @@ typedef struct {
   int n;
 } hyst_piecewise;
 
-/* (W_j, R_j) of the segment that holds q > 0: j is the number of knots below q */
+/* (W_j, R_j) of the segment that contains q > 0; j is the number of knots below q */
 static inline const double *hyst_piecewise_at(const hyst_piecewise *f, double q) {
   const int n = f->n;
   const double *segment = f->row + n, *bucket = f->row + 3 * n + 2, *last = f->row + 4 * n + 2;
   const double place = q * last[0]; /* the scale: buckets per unit of q */
-  /* q < 0 comes from a memory that was not ours */
+  /* q < 0 only with an invalid saved memory */
   const double *knot = f->row + (int)bucket[place >= n ? n - 1 : place >= 0 ? (int)place : 0];
   int left = (int)last[1]; /* knots in the fullest bucket */
   while (left > 1) {
@@ -42,17 +42,17 @@ static inline double hyst_piecewise_inverse(const hyst_piecewise *f, double v) {
   return (v + s[1]) / s[0];
 }
 
-/* W_j of the segment that q >= 0 goes on along when it grows, or shrinks */
+/* W_j of the segment at q >= 0 for increasing, or decreasing, q */
 static inline double hyst_piecewise_slope_at(const hyst_piecewise *f, double q, int grows) {
   const double *s = hyst_piecewise_at(f, q);
   for (int j = (int)(s - f->row - f->n) / 2; grows && j < f->n && f->row[j] <= q; j++) s += 2;
   return *s;
 }
 
-/* slope of the whole curve: the output at rest is this times the input */
+/* slope of the whole curve; the steady output is this times the input */
 static inline double hyst_piecewise_slope(const hyst_piecewise *f) { return f->row[3 * f->n]; }
 
-/* The branches of the operator and of its inverse: the curve at twice the scale (Masing). */
+/* The branches of the operator and its inverse: the curve scaled by two (Masing). */
 static inline double hyst_piecewise_branch(const void *f, double d) {
   return 2 * hyst_piecewise_forward((const hyst_piecewise *)f, 0.5 * d);
 }
@@ -67,7 +67,7 @@ static inline double hyst_piecewise_inverse_branch_slope(const void *f, double d
   return 1 / hyst_piecewise_slope_at((const hyst_piecewise *)f, 0.5 * d, grows);
 }
 
-/* running sum that keeps its rounding error (Neumaier), because signed weights cancel */
+/* running sum with compensated rounding error (Neumaier), because signed weights cancel */
 typedef struct {
   double sum, lost;
 } hyst_exact_sum;
@@ -79,8 +79,8 @@ static inline void hyst_exact_add(hyst_exact_sum *s, double v) {
   s->sum = t;
 }
 
-/* Fill the row from thresholds r (>= 0, not decreasing) and weights; invert: the knots become the outputs at the
- * thresholds.  Returns NULL, or what is wrong. */
+/* Fills the row from thresholds r (>= 0, not decreasing) and weights; invert: the knots become the outputs at the
+ * thresholds.  Returns NULL or an error. */
 static inline const char *hyst_piecewise_build(double *row, int n, double w0, const double *r, const double *w,
                                                int invert) {
   double *knots = row, *segment = row + n, *bucket = row + 3 * n + 2;
@@ -103,8 +103,7 @@ static inline const char *hyst_piecewise_build(double *row, int n, double w0, co
     if (invert && !(segment[2 * i + 2] > 0) && (i == n - 1 || r[i + 1] > r[i]))
       return "w0 + w_1 + ... + w_i must be greater than 0 for every i: the loading curve must increase";
   }
-  /* bucket[b]: the first knot whose place is b or more; moved down at the end so that every search stays in the table
-   */
+  /* bucket[b]: the first knot in bucket b or later; the last ones are lowered so that searches stay in the table */
   const double top = knots[n - 1];
   const double scale = top > 0 ? n / top : 0;
   int most = 1;

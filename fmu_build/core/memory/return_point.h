@@ -1,6 +1,6 @@
-/* return_point.h - a block that is the turning-point machine and nothing else: init(), output() and update() from
- *   memory   the row of the table that holds the extrema      out    the output
- *   input    what they are extrema of                         TURN   the hyst_turn to the present input
+/* return_point.h - init(), output() and update() of a block that consists of the turning-point machine only, from
+ *   memory   the row of the table with the extrema            out    the output
+ *   input    the signal of the extrema                        TURN   the hyst_turn to the current input
  *   ...      input and output at which the memory starts
  * written with the names of the block's table. */
 #ifndef HYST_RETURN_POINT_H

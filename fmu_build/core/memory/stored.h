@@ -1,9 +1,9 @@
-/* stored.h - counts and places that a block keeps in its memory.  A saved state may come from anywhere: whatever number
- * stands there, it never leads outside. */
+/* stored.h - counts and indices in the memory of a block.  A saved state is untrusted: no number in it leads outside of
+ * an array. */
 #ifndef HYST_STORED_H
 #define HYST_STORED_H
 
-/* the whole number 0..most; another one, or none: 0 */
+/* the integer if it is in 0..most, else 0 */
 static inline int hyst_stored(double value, int most) { return value >= 0 && value <= most ? (int)value : 0; }
 
 #endif

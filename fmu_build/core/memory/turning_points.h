@@ -1,19 +1,20 @@
-/* turning_points.h - the one machine behind every operator with return-point (Madelung, "wiping-out") memory.
+/* turning_points.h - the turning-point machine, shared by all operators with return-point memory (Madelung,
+ * wiping-out).
  *
- * The memory is the list of dominant extrema of the input, outermost first, and the output at each.  From the last one,
- * (x_p, h_p), the output follows a branch  h = h_p + sgn(x - x_p) g(|x - x_p|).  When x passes an older extremum, that
- * loop is closed: the pair is wiped out and the older branch goes on.  Before the first reversal the virgin branch of
- * Masing's rule holds,  h = h0 + sgn(x - x0) g(2 |x - x0|) / 2.  Zhao-Tan, Ma, Prandtl-Ishlinskii, their inverses and
- * Preisach differ in g alone.  Cost per step: one evaluation of g, whatever the number of elementary operators.
+ * The memory is the list of dominant extrema of the input, outermost first, with the output at each.  From the last
+ * one, (x_p, h_p), the output follows a branch  h = h_p + sgn(x - x_p) g(|x - x_p|).  When x passes an older extremum,
+ * the loop closes: the pair is wiped out and the older branch continues.  Before the first reversal the virgin branch
+ * follows Masing's rule,  h = h0 + sgn(x - x0) g(2 |x - x0|) / 2.  Zhao-Tan, Ma, Prandtl-Ishlinskii, their inverses and
+ * Preisach differ only in g.  A step costs one evaluation of g, whatever the number of elementary operators.
  *
- * The last input stands in the list after the stored extrema: on a reversal it becomes one by being counted.
+ * The last input follows the stored extrema in the list; a reversal makes it an extremum by increasing the count.
  *
- * The list has room for `depth` extrema (at least 4).  When it is full, the smallest stored loop - dominant extrema are
- * nested, so it is the last pair - is forgotten as if it had closed, and the newest extremum, from which the current
- * branch starts, takes its place.  What is lost is bounded by that loop; the outermost extrema stay.
+ * The list has room for `depth` extrema (at least 4).  When it is full, the smallest stored loop is dropped as if it
+ * had closed (it is the last pair, because dominant extrema are nested), and the newest extremum, the start of the
+ * current branch, takes its place.  The error is bounded by that loop; the outermost extrema stay.
  *
- * Trap: the last extremum instead of this list leaves the operator unbounded under noise and nested loops (Zhao & Tan
- * 2008 say "dominant").  It exists as hyst_turn_last() for literal replicas only. */
+ * Trap: with the last extremum instead of this list the operator is unbounded under noise and nested loops (Zhao & Tan
+ * 2008 say "dominant").  hyst_turn_last() exists for literal replicas only. */
 #ifndef HYST_TURNING_POINTS_H
 #define HYST_TURNING_POINTS_H
 #include "core/elementary/elementary.h"
@@ -26,23 +27,23 @@ enum { HYST_TP_COUNT, HYST_TP_DIRECTION, HYST_TP_X, HYST_TP_H, HYST_TP_LIST };
 
 typedef double (*hyst_branch)(const void *g, double d); /* g(d), d >= 0, g(0) = 0, increasing */
 
-/* Where a new input x finds its branch, without touching the memory. */
+/* The branch of a new input x, found without changing the memory. */
 typedef struct {
   double direction, h;
-  int count; /* extrema now; the branch starts from the newest of them, or from the origin */
+  int count; /* number of extrema; the branch starts from the newest one, or from the origin */
 } hyst_turn;
 
-/* Wiping-out alone: direction and count of the branch to x among dominant extrema; its output is not known yet.
- * m: the memory row, x0: origin of the virgin branch.  Reversals of a measured signal are unpredictable, so only the
- * loop has a branch that depends on them. */
+/* Wiping-out: direction and count of the branch to x among dominant extrema, without the output.  m: the memory row;
+ * x0: origin of the virgin branch.  Only the loop has a conditional jump that depends on reversals, because reversals
+ * of a measured signal are unpredictable. */
 static inline hyst_turn hyst_turn_wipe_out(const double *m, int depth, double x, double x0) {
   const double *xs = m + HYST_TP_LIST;
   hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], hyst_stored(m[HYST_TP_COUNT], depth)};
   if (x == m[HYST_TP_X]) return t; /* a plateau is not a reversal */
   const double s = hyst_copysign(1, x - m[HYST_TP_X]);
-  int n = t.count + (t.direction * s < 0); /* the last input, already in the list, is an extremum after a reversal */
+  int n = t.count + (t.direction * s < 0); /* after a reversal the last input, already in the list, is an extremum */
   while (n >= 2 && s * x >= s * xs[n - 2]) n -= 2; /* x passed the extremum before the newest one */
-  /* the outermost extremum closes on the virgin branch of the other side */
+  /* the outermost extremum closes on the opposite virgin branch */
   if (n == 1 && (x - x0) * s >= (x0 - xs[0]) * s) n = 0;
   t.direction = s;
   t.count = n;
@@ -62,7 +63,7 @@ static inline hyst_turn hyst_turn_dominant(const double *m, int depth, double x,
   return t;
 }
 
-/* The last extremum only, whether it was passed or not; no virgin rule.  The literal reading, for replicas.  Older ones
+/* Uses the last extremum only, passed or not, without a virgin rule: the literal reading, for replicas.  Older extrema
  * stay in the list without effect. */
 static inline hyst_turn hyst_turn_last(const double *m, int depth, double x, double x0, double h0, hyst_branch g,
                                        const void *ctx) {
@@ -78,10 +79,10 @@ static inline hyst_turn hyst_turn_last(const double *m, int depth, double x, dou
 }
 
 /* ---- slopes, for directional derivatives ------------------------------------------------------------------------ */
-typedef double (*hyst_branch_slope)(const void *g, double d, int grows); /* g'(d) to the side of growing or smaller d */
+typedef double (*hyst_branch_slope)(const void *g, double d, int grows); /* g'(d) for increasing or decreasing d */
 
-/* Direction and count as hyst_turn_wipe_out(), for an input that goes on from x to the side of the seed: that decides
- * where x is an extremum, and whether a loop that closes at x is left behind. */
+/* Direction and count as in hyst_turn_wipe_out(), for an input that continues from x in the direction of the seed,
+ * which decides whether x is an extremum and whether a loop that closes at x is wiped out. */
 static inline hyst_turn hyst_turn_toward(const double *m, int depth, double x, double x0, double seed) {
   const double *xs = m + HYST_TP_LIST;
   const double s = hyst_copysign(1, x == m[HYST_TP_X] ? seed : x - m[HYST_TP_X]);
@@ -93,8 +94,7 @@ static inline hyst_turn hyst_turn_toward(const double *m, int depth, double x, d
   return t;
 }
 
-/* change of the output for a change `seed` of the input: slope of a branch from `origin`, at twice the scale if virgin
- */
+/* tangent of the output for the seed of the input: slope of a branch from `origin`, scaled by two if virgin */
 static inline double hyst_turn_slope_from(double origin, int virgin, double x, double seed, hyst_branch_slope slope,
                                           const void *ctx) {
   const double d = hyst_fabs(x - origin);
@@ -116,7 +116,7 @@ static inline double hyst_turn_last_slope(const double *m, int depth, double x, 
   return hyst_turn_slope_from(n > 0 ? m[HYST_TP_LIST + n - 1] : x0, 0, x, seed, slope, ctx);
 }
 
-/* By a row V(memory, FIXED, 1, "dominant|last", ...) of a block's table. */
+/* Selected by a row V(memory, FIXED, 1, "dominant|last", ...) of the table. */
 enum { HYST_DOMINANT, HYST_LAST };
 static inline hyst_turn hyst_turn_chosen(double memory, const double *m, int depth, double x, double x0, double h0,
                                          hyst_branch g, const void *ctx) {
@@ -130,10 +130,10 @@ static inline double hyst_turn_chosen_slope(double memory, const double *m, int 
                              : hyst_turn_dominant_slope(m, depth, x, x0, seed, slope, ctx);
 }
 
-/* Commit what hyst_turn_...() found. */
+/* Stores the result of hyst_turn_...() in the memory. */
 static inline void hyst_tp_commit(double *m, int depth, double x, hyst_turn t) {
   double *xs = m + HYST_TP_LIST, *hs = xs + depth + 1;
-  if (t.count > depth) { /* full: forget the smallest stored loop, the newest extremum takes its place */
+  if (t.count > depth) { /* full: drops the smallest stored loop; the newest extremum takes its place */
     t.count = depth - 1;
     xs[depth - 2] = xs[depth];
     hs[depth - 2] = hs[depth];
