@@ -46,7 +46,7 @@ def test_complete_with_sharp_limits(folder: Path) -> None:
 
 def test_both_plants_and_a_delay_case_everywhere() -> None:
     assert {f.name for f in FOLDERS} >= FEEDBACK | {"open_loop", "cascade", "cascade_static", "cascade_learned"}
-    for folder in FOLDERS:
+    for folder in (f for f in FOLDERS if not f.name.startswith("example_")):
         cases = Scenario(folder).cases
         if folder.name in FEEDBACK:
             assert any("delay" in c.units for c in cases), folder.name
@@ -127,6 +127,32 @@ def test_a_plant_that_is_20_percent_off_fails_with_scenario_metric_value_limit(p
     assert result.exit_code == 1, result.output
     lines = [line for line in result.output.splitlines() if line.startswith("cascade/exact_sine_10: tracking (")]
     assert any("exceeds the limit" in line for line in lines), result.output
+
+
+@pytest.mark.parametrize(
+    ("name", "setting", "said"),
+    [
+        ("example_tube", "lag.a_1=*1.1", None),
+        ("example_tube", "lag.a_1=*2", "(the tube of 0.0004 s and 0.01 of its largest value)"),
+        ("example_final_states", "plant.r_3=0.45", "example_final_states/nominal: the final states of plant ("),
+    ],
+)
+def test_an_example_says_what_its_file_promises(name: str, setting: str, said: str | None) -> None:
+    assert f"--set '{setting}'" in (ROOT / name / "scenario.toml").read_text()
+    result = CliRunner().invoke(main, ["run", str(ROOT / name), "--engine", "native", "--set", setting])
+    assert result.exit_code == (0 if said is None else 1), result.output
+    assert said is None or (said in result.output and "exceeds the limit" not in result.output)
+
+
+def test_examples_show_what_a_coupling_and_substeps_are_for() -> None:
+    loop, jacobi = recorded("example_iterative"), recorded("example_jacobi")
+    assert loop["late"]["residual"] > 1e-3
+    assert all(m["residual"] < 1e-11 for case, m in loop.items() if case != "late")
+    assert jacobi["in_order"] == recorded("pid")["sine_100"]
+    assert jacobi["in_parallel"]["tracking"] > 100 * jacobi["in_order"]["tracking"]
+    own, hold = recorded("example_substeps"), recorded("example_hold")
+    assert own["one_step"]["error"] > 9 * own["ten_substeps"]["error"]
+    assert hold["held"]["error"] > 30 * hold["on_a_line"]["error"]
 
 
 def _make_models() -> ModuleType:

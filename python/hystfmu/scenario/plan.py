@@ -64,9 +64,8 @@ def plan(scenarios: Sequence[Scenario], case: str | None, overrides: Mapping[str
     ]
     for system in (x for p in plans for x in p.systems):
         if system.case.final_states and system.foreign:
-            raise InputError(
-                f"{system.case.origin}: final_states: {system.foreign[0].name} is a foreign FMU, whose states are not known"
-            )
+            name = system.foreign[0].name
+            raise InputError(f"{system.case.origin}: final_states: {name} is a foreign FMU, whose states are not known")
     return plans
 
 
