@@ -19,6 +19,8 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
 from hystfmu.core.continuous import ContinuousExecutor
+from hystfmu.design.delays import close, cut, shift_registers
+from hystfmu.design.delays import pade as pade_of
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
@@ -26,7 +28,7 @@ Rational = tuple[NDArray[Any], NDArray[Any]]
 """Numerator and denominator in z, highest power first."""
 
 
-def to_control(part: Node | Graph | Model, h: float | None = None) -> Any:
+def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | None = None) -> Any:
     """A part as a system of python-control.
 
     Parameters
@@ -37,6 +39,8 @@ def to_control(part: Node | Graph | Model, h: float | None = None) -> Any:
         A Graph or Model: see `linearise`.
     h : float, optional
         Step (s).  Without it the result is continuous; `delay` and the controllers need it.
+    pade : int, optional
+        Order of the Pade approximants that stand for the delays of a Graph or Model in continuous form.
 
     Returns
     -------
@@ -46,15 +50,16 @@ def to_control(part: Node | Graph | Model, h: float | None = None) -> Any:
     Raises
     ------
     InputError
-        A block that is not linear, a controller without step, python-control is not installed.
+        A block that is not linear, a controller without step, a delay in continuous form without `pade`,
+        python-control is not installed.
     """
     control = python_control()
+    if h is not None and not (math.isfinite(h) and h > 0):
+        raise InputError(f"The step 'h' must be a float in (0, inf). Got {h!r} instead.")
     if isinstance(part, Model):
         part = part.graph
     if isinstance(part, Graph):
-        A, B, C, D = linearise(part)
-        system = control.ss(A, B, C, D)
-        return system if h is None or not len(A) else control.sample_system(system, h, method="zoh")
+        return _graph_to_control(part, h, pade, control)
     if part.type == "transfer_function":
         system = control.tf(part.value("b"), part.value("a"))
         method = "foh" if part.value("hold")[0] else "zoh"
@@ -63,10 +68,38 @@ def to_control(part: Node | Graph | Model, h: float | None = None) -> Any:
         raise InputError(f"{part.type}: not a linear block; there are transfer_function, {', '.join(_SAMPLED)}")
     if h is None:
         raise InputError(f"{part.type}: a sampled block needs the step h")
-    if not (math.isfinite(h) and h > 0):
-        raise InputError(f"h: must be greater than 0; got {h!r}")
     b, a = _SAMPLED[part.type](part, h)
     return control.tf(b, a, h)
+
+
+def _graph_to_control(graph: Graph, h: float | None, pade: int | None, control: Any) -> Any:
+    """A graph as a state space: its continuous part held for the step, its delays as states or Pade approximants."""
+    opened = cut(graph)
+    system = linearise(opened.graph)
+    if h is not None:
+        if len(system[0]):
+            held = control.sample_system(control.ss(*system), h, method="zoh")
+            system = held.A, held.B, held.C, held.D
+        if opened.steps:
+            _check_step(graph, h)
+            system = close(system, shift_registers(opened.steps))
+        return control.ss(*system, h)
+    if opened.steps:
+        if pade is None:
+            raise InputError(
+                "a delay has no continuous form of finite order: give the step h for a discrete system, or pade=ORDER"
+            )
+        if not graph.step > 0:
+            raise InputError("a delay counts steps: a continuous form needs the step of the model; give h instead")
+        system = close(system, pade_of([n * graph.step for n in opened.steps], pade, control))
+    return control.ss(*system)
+
+
+def _check_step(graph: Graph, h: float) -> None:
+    if graph.step and abs(graph.step - h) > 1e-9 * h:
+        raise InputError(
+            f"The step 'h' must be that of the model, {graph.step:g} s, for its delays count steps. Got {h:g} instead."
+        )
 
 
 def linearise(graph: Graph) -> tuple[Array, Array, Array, Array]:

@@ -1,0 +1,113 @@
+"""Graphs with delay blocks as linear systems: the delays cut out, the rest linearised, the delays put back as states.
+
+In discrete form a delay of n steps is n states, exactly.  In continuous form it has no finite order; a Pade approximant
+stands in for it where one is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from hystfmu.base.arrays import Array
+from hystfmu.graph import Graph, Input, Node, Output
+
+DELAY = "delay"
+StateSpace = tuple[Array, Array, Array, Array]
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A graph whose delays are open: the last inputs are what comes out of them, the last outputs what goes in."""
+
+    graph: Graph
+    steps: tuple[int, ...]
+
+
+def cut(graph: Graph) -> Cut:
+    """Cut the delays out of a graph.
+
+    Parameters
+    ----------
+    graph : Graph
+
+    Returns
+    -------
+    Cut
+        Every delay is two gains of 1 there: an additional output follows the one, an additional input feeds the other.
+    """
+    delays = [n for n in graph.nodes if n.type == DELAY]
+    if not delays:
+        return Cut(graph, ())
+    names = {n.name for n in delays}
+    after = {n.name: f"{n.name}_after" for n in delays}
+    nodes: list[Node] = []
+    for n in graph.nodes:
+        nodes += [n] if n.name not in names else [Node(name, "scaling", {"n": 1}) for name in (n.name, after[n.name])]
+
+    def behind(end: str) -> str:
+        name, _, port = end.partition(".")
+        return f"{after[name]}.{port}" if name in names else end
+
+    late = [Input(f"{n.name}_in", (f"{after[n.name]}.u",), start=float(n.value("y0")[0])) for n in delays]
+    taken = [Output(f"{n.name}_out", f"{n.name}.y") for n in delays]
+    outputs = [Output(o.name, behind(o.source), o.unit, o.text) for o in graph.outputs]
+    wires = [(behind(a), b) for a, b in graph.wires]
+    opened = Graph(nodes, wires, [*graph.inputs, *late], [*outputs, *taken], step=graph.step)
+    return Cut(opened, tuple(n.dims["n"] for n in delays))
+
+
+def close(system: StateSpace, line: StateSpace) -> StateSpace:
+    """The system with its last outputs fed to `line` and the outputs of that to its last inputs.
+
+    Parameters
+    ----------
+    system : (A, B, C, D)
+        Of an opened graph.
+    line : (A, B, C, D)
+        Of the delays.  If it has direct feed-through, the loop that both form must be solvable.
+
+    Returns
+    -------
+    (A, B, C, D)
+        States of the system, then those of the line.
+    """
+    A, B, C, D = system
+    F, G, H, K = line
+    q = len(K)
+    m, p = B.shape[1] - q, C.shape[0] - q
+    B1, B2, C1, C2 = B[:, :m], B[:, m:], C[:p], C[p:]
+    D11, D12, D21, D22 = D[:p, :m], D[:p, m:], D[p:, :m], D[p:, m:]
+    # w = H z + K v, v = C2 x + D21 u + D22 w
+    solve = np.linalg.inv(np.eye(q) - K @ D22)
+    from_x, from_z, from_u = solve @ K @ C2, solve @ H, solve @ K @ D21
+    v_x, v_z, v_u = C2 + D22 @ from_x, D22 @ from_z, D21 + D22 @ from_u
+    states = np.block([[A + B2 @ from_x, B2 @ from_z], [G @ v_x, F + G @ v_z]])
+    inputs = np.vstack([B1 + B2 @ from_u, G @ v_u])
+    return states, inputs, np.hstack([C1 + D12 @ from_x, D12 @ from_z]), D11 + D12 @ from_u
+
+
+def shift_registers(steps: tuple[int, ...]) -> StateSpace:
+    """Delays by whole numbers of steps, side by side: n states each, exact."""
+    return _side_by_side([_register(n) for n in steps])
+
+
+def _register(n: int) -> StateSpace:
+    take, give = np.zeros((n, 1)), np.zeros((1, n))
+    take[0], give[0, -1] = 1, 1
+    return np.eye(n, k=-1), take, give, np.zeros((1, 1))
+
+
+def pade(seconds: list[float], order: int, control: Any) -> StateSpace:
+    """Pade approximants of delays (s), side by side: `order` states each."""
+    parts = [control.ss(control.tf(*control.pade(T, order))) for T in seconds]
+    return _side_by_side([(p.A, p.B, p.C, p.D) for p in parts])
+
+
+def _side_by_side(parts: Sequence[StateSpace]) -> StateSpace:
+    A, B, C, D = (block_diag(*matrices) for matrices in zip(*parts, strict=True))
+    return A, B, C, D
