@@ -253,3 +253,20 @@ def test_help_does_not_import_what_is_slow():
 
 def test_version():
     assert "0.1.0" in process("--version").stdout
+
+
+def test_a_bare_block_is_exported(tmp_path):
+    """A block with given sizes and values; the FMU holds them."""
+    from hystfmu.fmu.check.check import check_fmu
+
+    fmu = tmp_path / "g0.fmu"
+    poles = ["--set", "b=[9.8696e6]", "--set", "a=[1.0, 4398.2, 9.8696e6]"]
+    assert hystfmu("export", "transfer_function", *poles, "--step", "1e-4", "-o", fmu).returncode == 0
+    assert not check_fmu(fmu)
+    with zipfile.ZipFile(fmu) as z:
+        description = z.read("modelDescription.xml").decode()
+    assert 'start="4398.2"' in description
+    assert 'stepSize="0.0001"' in description
+    one_line(hystfmu("export", "transfer_functio", "-o", fmu), ["transfer_functio", "transfer_function"])
+    one_line(hystfmu("export", "zhao_tan", "--set", "nothing=1", "-o", fmu), ["zhao_tan", "'nothing'"])
+    one_line(hystfmu("export", "m.model.toml", "--set", "a=1", "-o", fmu), ["--set", "bare block"])

@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, json_option
+from hystfmu.cli.options import FAILED, assignments, json_option
+
+if TYPE_CHECKING:
+    from hystfmu.graph.blocks import Block
 
 
 @click.command()
-@click.argument("model")
+@click.argument("model", metavar="M.model.toml|BLOCK")
 @click.option("-o", "out", metavar="X.fmu", help="FMU to write.")
 @click.option(
     "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the FMI standard."
@@ -33,6 +36,8 @@ from hystfmu.cli.options import FAILED, json_option
 )
 @click.option("--source", is_flag=True, help="Also pack the C source as one file that contains the data.")
 @click.option("--modelica", "folder", metavar="DIR", help="Folder to write a Modelica package into.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Size or value of BLOCK (repeatable).")
+@click.option("--step", type=float, metavar="SECONDS", help="Sample period of BLOCK.")
 def export(
     model: str,
     out: str | None,
@@ -41,8 +46,10 @@ def export(
     platforms: Literal["host", "all"],
     source: bool,
     folder: str | None,
+    settings: tuple[str, ...],
+    step: float | None,
 ) -> None:
-    """Export a model as an FMU or a Modelica package.
+    """Export a model, or a bare block, as an FMU or a Modelica package.
 
     The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
 
@@ -52,12 +59,18 @@ def export(
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
              hystfmu export piezo.model.toml --modelica .      writes ./Piezo
+             hystfmu export delay --set n=3 --step 1e-4 -o delay.fmu
     """
     import hystfmu as hy
 
     if out is None and folder is None:
         raise InputError("export needs -o X.fmu, --modelica DIR, or both")
-    loaded = hy.Model.load(model)
+    if Path(model).suffix:
+        if settings or step is not None:
+            raise InputError("--set and --step give the values of a bare block. A model file has its own.")
+        loaded = hy.Model.load(model)
+    else:
+        loaded = hy.Model.of_block(_block(model, assignments(settings)), step)
     if folder is not None:
         from hystfmu.modelica.package import package_name
 
@@ -79,6 +92,15 @@ def export(
             f"not packed: no binary is installed for {', '.join(left_out)} ('make platforms' builds them)", err=True
         )
     click.echo(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
+
+
+def _block(name: str, values: dict[str, Any]) -> Block:
+    """The block of that name with these sizes and values."""
+    import hystfmu as hy
+    from hystfmu.graph.listing import find
+
+    made: Block = getattr(hy.blocks, find(name).class_name)(**values)
+    return made
 
 
 @click.command()

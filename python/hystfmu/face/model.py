@@ -12,6 +12,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.graph.blocks import Block
 from hystfmu.model import Model as Record
 from hystfmu.report.page import Table, table
 from hystfmu.report.plot import Line, Plot
@@ -67,6 +68,26 @@ class Model(Record):
             As the rooms of the package hand it on.
         """
         return cls(record.key, record.graph, record.step, record.text, record.fit, record.provenance)
+
+    @classmethod
+    def of_block(cls, block: Block, step: float | None = None) -> Model:
+        """A bare block as a model, to be exported.
+
+        Parameters
+        ----------
+        block : Block
+            One of `hystfmu.blocks`, with its sizes and values.
+        step : float, optional
+            Sample period (s) of a sampled block in Model Exchange, and step of the default experiment.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> g0 = hy.blocks.TransferFunction(b=[1.0], a=[0.1, 1.0])
+        >>> hy.Model.of_block(g0).export("g0.fmu").name
+        'g0.fmu'
+        """
+        return cls(block.type.name, block.graph, step, block.type.text)
 
     def score(self, other: Dataset, rows: slice | tuple[int, int] | str | None = None) -> dict[str, float]:
         """Errors on a record: the model runs free from its row 0.

@@ -12,7 +12,14 @@ from hystfmu.report.terminal import table
 FAMILIES = ("operators", "inverses", "networks", "dynamics", "controllers", "sources")
 
 
-def _find(name: str) -> BlockType:
+def find(name: str) -> BlockType:
+    """The block of that name.
+
+    Raises
+    ------
+    InputError
+        There is none; the sentence lists them.
+    """
     types = block_types()
     if name not in types:
         raise InputError(f"The block must be one of {', '.join(types)}. Got {name!r} instead.")
@@ -34,7 +41,7 @@ def overview() -> str:
 
 def details(name: str) -> str:
     """Describe one block: equation, source, sizes, ports, parameters."""
-    t = _find(name)
+    t = find(name)
     lines = [f"{t.name} ({t.class_name}): {t.text}", "", f"  {t.equation}", f"  source: {t.source}"]
     lines += [f"  family: {t.family}; rate: {t.rate}"]
     if t.inverse:
@@ -56,7 +63,7 @@ def _row(v: Var) -> list[Any]:
 
 def as_json(name: str | None = None) -> str:
     """Describe one block or all as JSON."""
-    types = [_find(name)] if name else list(block_types().values())
+    types = [find(name)] if name else list(block_types().values())
     return json.dumps([_data(t) for t in types], indent=1)
 
 
