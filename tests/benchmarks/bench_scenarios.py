@@ -317,7 +317,7 @@ def growth(folder):
     for steps in (10_000, 100_000, 1_000_000, 10_000_000):
         data = {**LOOP, "stop": steps * H}
         native, name = Native(system(folder / f"steps_{steps}", data), ["plant.y"]), f"{steps} steps of the loop"
-        ns = 1e9 * least(lambda native=native: deque(native.blocks(), 0), max(2, min(20, 10_000_000 // steps))) / steps
+        ns = 1e9 * least(lambda native=native: deque(native.chunks(), 0), max(2, min(20, 10_000_000 // steps))) / steps
         seconds, memory = whole_run(folder / f"run_{steps}", data)
         rows.append([name, f"{ns:.1f} ns a step", f"{seconds:.2f} s", f"{memory:.0f} MB"])
     for units in (20, 200):

@@ -17,7 +17,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.scenario import Scenario, build, simulate
-from hystfmu.scenario.engine.master import blocks_here
+from hystfmu.scenario.engine.master import chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
 ENGINES = ("fmpy", "native")
@@ -49,7 +49,7 @@ def test_a_foreign_fmu_gives_the_bits_of_our_unit(loop: Any, write: Any, fmi: in
     system = build(Scenario(write(loop)).cases[0])
     assert [p.name for p in system.foreign] == ["pid"]
     for engine in ENGINES:
-        theirs = Trace.joined(blocks_here(system, engine), system.n_steps + 1)  # type: ignore[arg-type]
+        theirs = Trace.joined(chunks_here(system, engine), system.n_steps + 1)  # type: ignore[arg-type]
         for end in ("plant.y", "plant.v", "reference.r", "pid.u"):
             assert theirs[end].tobytes() == ours[end].tobytes(), (engine, end)
     assert [p.name[0] != "." for p in cache.iterdir()] == [True]  # one archive, one folder, nothing half-made
@@ -63,7 +63,7 @@ def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int) 
     loop["units"]["pid"] = {"fmu": "pid.fmu", "inputs": {"u_ff": 0.125}, "set": {"Kp": "*1.5", "Ki": 1000}}
     system = build(Scenario(write(loop)).cases[0])
     for engine in ENGINES:
-        theirs = Trace.joined(blocks_here(system, engine), system.n_steps + 1)  # type: ignore[arg-type]
+        theirs = Trace.joined(chunks_here(system, engine), system.n_steps + 1)  # type: ignore[arg-type]
         assert theirs["plant.y"].tobytes() == ours["plant.y"].tobytes()
     loop["units"]["pid"]["set"] = {"Kq": 1.0}
     with pytest.raises(InputError, match=r"units\.pid: no parameter 'Kq'; there are Kp"):

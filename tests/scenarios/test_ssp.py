@@ -20,7 +20,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.scenario import Scenario, build, simulate
-from hystfmu.scenario.engine.master import blocks_here
+from hystfmu.scenario.engine.master import chunks_here
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.ssp.read import read_ssp
 from hystfmu.scenario.ssp.run import run_ssp
@@ -48,7 +48,7 @@ def trajectory(archive: Path, scheme: str) -> Array:
     case = replace(case, coupling=case.coupling.model_copy(update={"scheme": scheme}))
     system = build(case)
     native, by_fmpy = (
-        Trace.joined(blocks_here(system, e), system.n_steps + 1)["plant.y"]  # type: ignore[arg-type]
+        Trace.joined(chunks_here(system, e), system.n_steps + 1)["plant.y"]  # type: ignore[arg-type]
         for e in ("native", "fmpy")
     )
     assert native.tobytes() == by_fmpy.tobytes()

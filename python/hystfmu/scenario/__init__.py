@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hystfmu.scenario.engine.master import Engine
-from hystfmu.scenario.engine.simulation import blocks, simulate
+from hystfmu.scenario.engine.simulation import chunks, simulate
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.run_scenarios import run_scenarios
 from hystfmu.scenario.system.case import Scenario
@@ -20,8 +20,8 @@ __all__ = [
     "Scenario",
     "Trace",
     "Verdict",
-    "blocks",
     "build",
+    "chunks",
     "run_scenarios",
     "simulate",
     "to_graph",

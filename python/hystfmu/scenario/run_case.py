@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hystfmu.scenario.engine.fmu_store import FmuStore
 from hystfmu.scenario.engine.master import Engine
-from hystfmu.scenario.engine.simulation import blocks
+from hystfmu.scenario.engine.simulation import chunks
 from hystfmu.scenario.outcome.excerpt import Picture
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.scenario.outcome.row_file import row_file
@@ -58,7 +58,7 @@ def run_case(
         with ExitStack() as stack:
             if out is not None:
                 adders.append(stack.enter_context(row_file(out, system)))
-            for chunk in blocks(system, engine, store, seconds):
+            for chunk in chunks(system, engine, store, seconds):
                 for add in adders:
                     add(chunk)
                 counted.add(chunk.sweeps)

@@ -10,8 +10,8 @@ from typing import Any
 import hystfmu
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.engine.fmu_store import FmuStore
-from hystfmu.scenario.engine.isolated import blocks_isolated
-from hystfmu.scenario.engine.master import Engine, blocks_here
+from hystfmu.scenario.engine.isolated import chunks_isolated
+from hystfmu.scenario.engine.master import Engine, chunks_here
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.scenario.outcome.trace import Stopped
@@ -106,21 +106,21 @@ class Runner:
                 self._native[task.case] = Native(system, ends)
             native = self._native[task.case]
             native.set(task.settings)
-            blocks = native.blocks()
+            chunks = native.chunks()
         else:
             varied = build(replace(system.case, overrides={**system.case.overrides, **task.settings}))
             missing = [k for k in task.settings if k not in varied.overridden]
             if missing:
                 raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with this parameter")
             if apart is not None:
-                blocks = blocks_isolated(varied, self._engine, *apart)
+                chunks = chunks_isolated(varied, self._engine, *apart)
             else:
                 self._store = self._store or FmuStore(self._folder)
-                blocks = blocks_here(varied, self._engine, self._store)
+                chunks = chunks_here(varied, self._engine, self._store)
         measured = {name: Measure(m) for name, m in metrics.items()}
-        for block in blocks:
+        for chunk in chunks:
             for m in measured.values():
-                m.add(block)
+                m.add(chunk)
         return {name: m.value() for name, m in measured.items()}
 
     def close(self) -> None:

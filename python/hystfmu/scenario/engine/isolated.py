@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from hystfmu.base import child
-from hystfmu.scenario.engine.master import Engine, blocks_here
+from hystfmu.scenario.engine.master import Engine, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.system.system import System
 
@@ -23,8 +23,8 @@ GIGABYTES = 4.0
 TASK, ENDED, VALUES = "task", "ended.json", "values"
 
 
-def blocks_isolated(system: System, engine: Engine, seconds: float, gigabytes: float = GIGABYTES) -> Iterator[Trace]:
-    """As `blocks`, in a child process; nothing comes before it has ended well.
+def chunks_isolated(system: System, engine: Engine, seconds: float, gigabytes: float = GIGABYTES) -> Iterator[Trace]:
+    """As `chunks`, in a child process; nothing comes before it has ended well.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def blocks_isolated(system: System, engine: Engine, seconds: float, gigabytes: f
             if ended["stopped"] is not None:
                 raise Stopped(str(ended["stopped"]), str(ended["status"]))
             with (Path(folder) / VALUES).open("rb") as f:
-                for first, end in system.blocks():
+                for first, end in system.chunks():
                     shape = (end - first, system.n_values)
                     values = np.fromfile(f, count=shape[0] * shape[1]).reshape(shape)
                     times = system.times(first, end)
@@ -61,9 +61,9 @@ def main(folder: Path) -> None:
     child.limit_memory(gigabytes)
     try:
         with (folder / VALUES).open("wb") as f:
-            for block in blocks_here(system, engine):
-                block.values.tofile(f)
-                sweeps.add(block.sweeps)
+            for chunk in chunks_here(system, engine):
+                chunk.values.tofile(f)
+                sweeps.add(chunk.sweeps)
     except MemoryError:
         stopped, status = f"needs more than {gigabytes:g} GB of memory", "memory"
     except Exception as e:  # fmpy raises many kinds when a foreign FMU misbehaves

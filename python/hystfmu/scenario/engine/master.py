@@ -29,8 +29,8 @@ Engine = Literal["fmpy", "native"]
 ENGINES: tuple[Engine, ...] = get_args(Engine)
 
 
-def blocks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Iterator[Trace]:
-    """Run a case in this process, even if there is foreign code in it, in blocks of rows.
+def chunks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Iterator[Trace]:
+    """Run a case in this process, even if there is foreign code in it, in chunks of rows.
 
     Parameters
     ----------
@@ -50,11 +50,11 @@ def blocks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None 
     if engine == "native":
         from hystfmu.scenario.engine.native import Native
 
-        yield from Native(system).blocks()
+        yield from Native(system).chunks()
         return
     if store is None:
         with FmuStore() as own:
-            yield from blocks_here(system, engine, own)
+            yield from chunks_here(system, engine, own)
         return
     values = (C.c_double * max(system.n_values, 1))(*system.starts())
     sources: dict[int, list[tuple[int, int]]] = {}
@@ -105,7 +105,7 @@ def _loop(
     cut = [m for m in members if m.any_step]
     piece = couple(cut)
     longest = max(m.period for m in members)
-    for first, last in system.blocks():
+    for first, last in system.chunks():
         times = system.times(max(first - longest, 0), last)
         t, lead = times.tolist(), first - max(first - longest, 0)
         record = np.empty((last - first, width))

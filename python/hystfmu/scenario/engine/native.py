@@ -161,11 +161,11 @@ class Native:
         return np.array([member.executor.get(first + k) for k in range(node.sizes[name])])
 
     def run(self) -> Trace:
-        """As `blocks`, in one piece."""
-        return Trace.joined(self.blocks(), self._system.n_steps + 1)
+        """Return the chunks of a run in one piece."""
+        return Trace.joined(self.chunks(), self._system.n_steps + 1)
 
-    def blocks(self) -> Iterator[Trace]:
-        """From t = 0 to the end, in blocks of rows.
+    def chunks(self) -> Iterator[Trace]:
+        """From t = 0 to the end, in chunks of rows.
 
         Raises
         ------
@@ -180,7 +180,7 @@ class Native:
             if self._apart is None:
                 self._apart = Native(system, self._names, cut=True)
             self._apart.set(self._given)
-            yield from self._apart.blocks()
+            yield from self._apart.chunks()
             return
         if self._foreign:
             parts = [replace(p, graph=self._foreign.get(k, p.graph)) for k, p in enumerate(system.parts)]
@@ -192,12 +192,12 @@ class Native:
                 units.append(self._members[k] if k in self._members else ForeignUnit(system, k, values))
             for u in units:
                 u.start(values)
-            yield from self._blocks(system, units, values, cut)
+            yield from self._chunks(system, units, values, cut)
         finally:
             for u in units:
                 u.close()
 
-    def _blocks(
+    def _chunks(
         self,
         system: System,
         members: list[GraphUnit | ForeignUnit],
@@ -237,7 +237,7 @@ class Native:
         )
         places, run = {name: k for k, name in enumerate(self._names)}, _run()
         try:
-            for first, end in system.blocks():
+            for first, end in system.chunks():
                 record = np.empty((end - first, len(self._columns)))
                 if run(C.byref(master), end - first, record.ctypes.data):
                     raise self._stopped(master, members)

@@ -5,24 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hystfmu.scenario.engine.fmu_store import FmuStore
-from hystfmu.scenario.engine.master import Engine, blocks_here
+from hystfmu.scenario.engine.master import Engine, chunks_here
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.system import System
 
 
-def blocks(
+def chunks(
     system: System, engine: Engine = "fmpy", store: FmuStore | None = None, seconds: float = 600.0
 ) -> Iterator[Trace]:
-    """As `simulate` with the same `system`, `engine`, `store` and `seconds`, in blocks of consecutive rows.
+    """As `simulate` with the same `system`, `engine`, `store` and `seconds`, in chunks of consecutive rows.
 
     The memory does not grow with the length of the run.
     """
     if system.foreign:
         # here and not above: the child runs that file as its program
-        from hystfmu.scenario.engine.isolated import blocks_isolated
+        from hystfmu.scenario.engine.isolated import chunks_isolated
 
-        return blocks_isolated(system, engine, seconds)
-    return blocks_here(system, engine, store)
+        return chunks_isolated(system, engine, seconds)
+    return chunks_here(system, engine, store)
 
 
 def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = None, seconds: float = 600.0) -> Trace:
@@ -47,4 +47,4 @@ def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = N
         A unit refused an input or a step, or the sweeps of an iterative coupling do not agree; the message names it and
         the time.  The child process died or took too long.
     """
-    return Trace.joined(blocks(system, engine, store, seconds), system.n_steps + 1)
+    return Trace.joined(chunks(system, engine, store, seconds), system.n_steps + 1)

@@ -1,4 +1,4 @@
-"""Rows that are kept of a run when its blocks are not: stated ones, and those that a picture needs."""
+"""Rows that are kept of a run when its chunks are not: stated ones, and those that a picture needs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.spec import MetricSpec
-from hystfmu.scenario.system.system import SHORTEST_BLOCK, Rows, System, signals
+from hystfmu.scenario.system.system import SHORTEST_CHUNK, Rows, System, signals
 
 MOST_ROWS = 1 << 17  # of a picture: a run of as many rows is kept as a whole
 
@@ -29,19 +29,19 @@ class Excerpt:
         self._ends, self._rows = list(dict.fromkeys(ends)), rows
         self._pieces: list[Trace] = []
 
-    def add(self, block: Trace) -> None:
+    def add(self, chunk: Trace) -> None:
         """Take the next rows of the run."""
-        places = self._places(block)
-        if not len(places) and self._pieces:  # nothing may grow with the number of blocks
+        places = self._places(chunk)
+        if not len(places) and self._pieces:  # nothing may grow with the number of chunks
             return
-        columns = [block.columns[e] for e in self._ends]
-        values = block.values[places[:, None], columns]
+        columns = [chunk.columns[e] for e in self._ends]
+        values = chunk.values[places[:, None], columns]
         names = {e: k for k, e in enumerate(self._ends)}
-        self._pieces.append(Trace(block.t[places], values, names, block.ripple, block.final_states, block.first))
+        self._pieces.append(Trace(chunk.t[places], values, names, chunk.ripple, chunk.final_states, chunk.first))
 
-    def _places(self, block: Trace) -> Rows:
-        begin, end = np.searchsorted(self._rows, [block.first, block.first + len(block.t)]).tolist()
-        return np.asarray(self._rows[begin:end] - block.first)
+    def _places(self, chunk: Trace) -> Rows:
+        begin, end = np.searchsorted(self._rows, [chunk.first, chunk.first + len(chunk.t)]).tolist()
+        return np.asarray(self._rows[begin:end] - chunk.first)
 
     def trace(self) -> Trace:
         """What was kept."""
@@ -61,19 +61,19 @@ class Picture(Excerpt):
 
     def __init__(self, system: System) -> None:
         end, self._stride = system.n_steps + 1, 1
-        while self._stride < SHORTEST_BLOCK and end > MOST_ROWS // (1 if self._stride == 1 else 3) * self._stride:
+        while self._stride < SHORTEST_CHUNK and end > MOST_ROWS // (1 if self._stride == 1 else 3) * self._stride:
             self._stride *= 2
         rows = np.union1d(np.arange(0, end, self._stride), [end - 1])
         super().__init__((e for _, ends in signals(system.case) for e in ends), rows)
         self._drawn = drawn(system.case)
 
-    def _places(self, block: Trace) -> Rows:
-        places, k = super()._places(block), self._stride
+    def _places(self, chunk: Trace) -> Rows:
+        places, k = super()._places(chunk), self._stride
         if k == 1 or self._drawn is None or self._drawn.against is None:
             return places
-        e = block[self._drawn.signal] - block[self._drawn.against]
+        e = chunk[self._drawn.signal] - chunk[self._drawn.against]
         found = [places]
-        whole = len(e) // k * k  # a block begins where a piece does; the last one may be shorter
+        whole = len(e) // k * k  # a chunk begins where a piece does; the last one may be shorter
         for begin, pieces in ((0, e[:whole].reshape(-1, k)), (whole, e[None, whole:])):
             if pieces.size:
                 at = begin + k * np.arange(len(pieces))

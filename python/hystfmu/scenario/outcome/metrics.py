@@ -10,7 +10,7 @@ final                    |e| at the end (|signal| without `against`)
 loop_area_percent        area that the signal encloses over `against`, of the rectangle of their spans; the window must
                          be one period (an ellipse has at most 78.5, a straight line 0): what hysteresis is left
 
-Sums run over the rows in their order: the same bits however a run is divided into blocks.
+Sums run over the rows in their order: the same bits however a run is divided into chunks.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from hystfmu.scenario.system.spec import MetricSpec
 
 
 class _Rows(NamedTuple):
-    """Rows of a block inside the window of a metric; `sample` is the place of the first that is a sample."""
+    """Rows of a chunk inside the window of a metric; `sample` is the place of the first that is a sample."""
 
     t: Array
     signal: Array
@@ -199,7 +199,7 @@ _OF_STROKE = ("rms_percent", "max_percent", "between_samples_percent")
 
 
 class Measure:
-    """One metric of a run that comes in blocks.
+    """One metric of a run that comes in chunks.
 
     Parameters
     ----------
@@ -210,17 +210,17 @@ class Measure:
         self._m, self._of, self._span = m, _KINDS[m.kind](), _Span()
         self._percent = m.kind in _OF_STROKE
 
-    def add(self, block: Trace) -> None:
+    def add(self, chunk: Trace) -> None:
         """Take the next rows."""
         m = self._m
-        skip = int(np.searchsorted(block.t, m.after * (1 - 1e-12)))
-        if skip == len(block.t):
+        skip = int(np.searchsorted(chunk.t, m.after * (1 - 1e-12)))
+        if skip == len(chunk.t):
             return
-        signal = block[m.signal][skip:]
-        against = block[m.against][skip:] if m.against is not None else np.broadcast_to(0.0, signal.shape)
-        sample = -(block.first + skip) % block.ripple
+        signal = chunk[m.signal][skip:]
+        against = chunk[m.against][skip:] if m.against is not None else np.broadcast_to(0.0, signal.shape)
+        sample = -(chunk.first + skip) % chunk.ripple
         with np.errstate(over="ignore", invalid="ignore"):  # a diverged run: the value says so
-            self._of.add(_Rows(block.t[skip:], signal, against, sample, block.ripple))
+            self._of.add(_Rows(chunk.t[skip:], signal, against, sample, chunk.ripple))
             if self._percent and m.stroke is None:
                 self._span.add(against)
 

@@ -24,7 +24,7 @@ def row_file(path: str | Path, system: System) -> Iterator[Callable[[Trace], Non
     Yields
     ------
     callable
-        Takes the blocks of rows in turn.
+        Takes the chunks of rows in turn.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def row_file(path: str | Path, system: System) -> Iterator[Callable[[Trace], Non
     with written(path) as file:
         file.write((",".join(["t", *system.columns]) + "\n").encode())
 
-        def add(block: Trace) -> None:
-            file.write(csv_rows([block.t, *block.values.T]).encode())
+        def add(chunk: Trace) -> None:
+            file.write(csv_rows([chunk.t, *chunk.values.T]).encode())
 
         yield add

@@ -1,6 +1,6 @@
 """What a run leaves: all values on the fine grid, or the reason why it ended early.
 
-A run comes in blocks of consecutive rows, each a `Trace`: whoever keeps none of them needs the same memory for a run
+A run comes in chunks of consecutive rows, each a `Trace`: whoever keeps none of them needs the same memory for a run
 of any length.
 """
 
@@ -61,7 +61,7 @@ class Trace:
     final_states : dict of str to str
         Hashes of the final states of every unit, where the case asks for them; in the last chunk of a run.
     first : int
-        Fine step of the first row: above 0 in a block of a run.
+        Fine step of the first row: above 0 in a chunk of a run.
     sweeps : Sweeps
         Of an iterative coupling.
     """
@@ -75,8 +75,8 @@ class Trace:
     sweeps: Sweeps = field(default_factory=Sweeps)
 
     @classmethod
-    def joined(cls, blocks: Iterable[Trace], n_rows: int) -> Trace:
-        """A whole run of `n_rows` rows from its `blocks`.
+    def joined(cls, chunks: Iterable[Trace], n_rows: int) -> Trace:
+        """A whole run of `n_rows` rows from its `chunks`.
 
         Raises
         ------
@@ -84,20 +84,20 @@ class Trace:
             It has more values than fit into a memory.
         """
         whole: Trace | None = None
-        for block in blocks:
-            if len(block.t) == n_rows:
-                return block
+        for chunk in chunks:
+            if len(chunk.t) == n_rows:
+                return chunk
             if whole is None:
-                width = block.values.shape[1]
+                width = chunk.values.shape[1]
                 if n_rows * width > MOST_VALUES:
                     raise InputError(
-                        f"a trace would hold {n_rows} rows of {width} values, more than {MOST_VALUES}: take its blocks"
+                        f"a trace would hold {n_rows} rows of {width} values, more than {MOST_VALUES}: take its chunks"
                     )
-                whole = cls(np.empty(n_rows), np.empty((n_rows, width)), block.columns, block.ripple)
-            rows = slice(block.first, block.first + len(block.t))
-            whole.t[rows], whole.values[rows] = block.t, block.values
-            whole.final_states.update(block.final_states)
-            whole.sweeps.add(block.sweeps)
+                whole = cls(np.empty(n_rows), np.empty((n_rows, width)), chunk.columns, chunk.ripple)
+            rows = slice(chunk.first, chunk.first + len(chunk.t))
+            whole.t[rows], whole.values[rows] = chunk.t, chunk.values
+            whole.final_states.update(chunk.final_states)
+            whole.sweeps.add(chunk.sweeps)
         assert whole is not None  # a run has a row
         return whole
 

@@ -12,7 +12,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.engine.master import Engine
-from hystfmu.scenario.engine.simulation import blocks, simulate
+from hystfmu.scenario.engine.simulation import chunks, simulate
 from hystfmu.scenario.outcome.excerpt import Excerpt
 from hystfmu.scenario.outcome.row_file import row_file
 from hystfmu.scenario.outcome.trace import Stopped, Trace
@@ -109,9 +109,9 @@ def run_ssp_file(
             adders: list[Callable[[Trace], None]] = [begin.add]
             if out is not None:
                 adders.append(stack.enter_context(row_file(out, system)))
-            for block in blocks(system, engine, seconds=seconds):
+            for chunk in chunks(system, engine, seconds=seconds):
                 for add in adders:
-                    add(block)
+                    add(chunk)
     except Stopped as e:
         return [f"{path}: stopped: {e}"], False
     compared, lines = _held_against(path, case, ssp.signals, reference, begin.trace())

@@ -23,7 +23,7 @@ from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.unit_graph import load_unit, parameter_names, scalar_names, start_values, with_values
 
 Rows = np.ndarray[Any, np.dtype[np.int64]]
-BLOCK_VALUES, SHORTEST_BLOCK = 1 << 17, 512  # of a block of rows: doubles, and rows at least
+CHUNK_VALUES, SHORTEST_CHUNK = 1 << 17, 512  # of a chunk of rows: doubles, and rows at least
 
 
 @dataclass(frozen=True)
@@ -123,9 +123,9 @@ class System:
         n = np.where((n > 0) & (self.at(n - 1) >= t), n - 1, n)  # the quotient is rounded
         return np.where((n < self.n_steps) & (self.at(n) < t), n + 1, n)
 
-    def blocks(self) -> Iterator[tuple[int, int]]:
-        """First fine step and end of the blocks that a run comes in: of bounded size, whatever its length."""
-        most = 1 << max(BLOCK_VALUES // max(self.n_values, 8), SHORTEST_BLOCK).bit_length() - 1
+    def chunks(self) -> Iterator[tuple[int, int]]:
+        """First fine step and end of each chunk of rows of a run; their size is bounded, whatever its length."""
+        most = 1 << max(CHUNK_VALUES // max(self.n_values, 8), SHORTEST_CHUNK).bit_length() - 1
         end = self.n_steps + 1
         return ((first, min(first + most, end)) for first in range(0, end, most))
 

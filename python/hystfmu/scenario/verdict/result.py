@@ -25,7 +25,7 @@ class Result:
         One per failure: scenario/case, metric, value, limit.
     trace : Trace, optional
         The signals that the case names: recorded, in loops, in metrics.  All rows, or of a long run those that a
-        picture needs (`simulate` gives all, `blocks` all in turn).  None when a unit refused to go on.
+        picture needs (`simulate` gives all, `chunks` all in turn).  None when a unit refused to go on.
     seconds : float
         Time of the run.
     notes : tuple of str

@@ -1,4 +1,4 @@
-"""A run in blocks: the same bits however it is divided, and the memory of one block whatever its length."""
+"""A run in chunks of rows: the same bits however it is divided, the memory of one chunk whatever its length."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 
 from hystfmu.data.csv_file import csv_text
 from hystfmu.scenario import Scenario, build, run_scenarios, simulate
-from hystfmu.scenario.engine.simulation import blocks
+from hystfmu.scenario.engine.simulation import chunks
 from hystfmu.scenario.outcome.excerpt import Picture
 from hystfmu.scenario.outcome.metrics import Measure, measure
 from hystfmu.scenario.outcome.trace import Trace
@@ -35,11 +35,11 @@ Divide = Callable[[int], None]
 
 @pytest.fixture
 def divide(monkeypatch: pytest.MonkeyPatch) -> Divide:
-    """Makes blocks of as many rows; a power of two."""
+    """Make chunks of as many rows; a power of two."""
 
     def smaller(rows: int) -> None:
-        monkeypatch.setattr("hystfmu.scenario.system.system.BLOCK_VALUES", 0)
-        monkeypatch.setattr("hystfmu.scenario.system.system.SHORTEST_BLOCK", rows)
+        monkeypatch.setattr("hystfmu.scenario.system.system.CHUNK_VALUES", 0)
+        monkeypatch.setattr("hystfmu.scenario.system.system.SHORTEST_CHUNK", rows)
 
     return smaller
 
@@ -68,9 +68,9 @@ def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: 
         del loop["units"]["slow"]["hold"]
     system = build(Scenario(write(loop)).cases[0])
     whole = simulate(system, engine)
-    assert len(list(blocks(system, engine))) == 1
+    assert len(list(chunks(system, engine))) == 1
     divide(64)
-    pieces = list(blocks(system, engine))
+    pieces = list(chunks(system, engine))
     assert [p.first for p in pieces] == list(range(0, system.n_steps + 1, 64))
     assert np.concatenate([p.t for p in pieces]).tobytes() == whole.t.tobytes()
     assert np.concatenate([p.values for p in pieces]).tobytes() == whole.values.tobytes()
@@ -144,8 +144,8 @@ def test_a_picture_of_a_long_run_shows_its_extremes(
     monkeypatch.setattr("hystfmu.scenario.outcome.excerpt.MOST_ROWS", 200)
     divide(128)
     picture = Picture(system)
-    for block in blocks(system, "native"):
-        picture.add(block)
+    for chunk in chunks(system, "native"):
+        picture.add(chunk)
     kept, whole = picture.trace(), simulate(system, "native")
     assert len(kept.t) <= 200 < len(whole.t)
     assert (np.diff(kept.t) > 0).all()
