@@ -24,12 +24,13 @@ SITE = "import sys\nsys.meta_path[:] = [f for f in sys.meta_path if 'ScikitBuild
 
 
 class Copy:
-    """The tracked files in a folder of their own, with the environment of these tests."""
+    """The files that git knows or would add, in a folder of their own, with the environment of these tests."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        tracked = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-        for name in filter(None, tracked.split("\0")):
+        ask = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+        listed = subprocess.run(ask, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        for name in {n for n in listed.split("\0") if (ROOT / n).is_file()}:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, folder / name)
         for made in ("build/tmp", "build/site"):
