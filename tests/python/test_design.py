@@ -52,14 +52,14 @@ def test_relay_and_dynamics() -> None:
 
 def test_refusals() -> None:
     for part, amplitudes, words in (
-        (Node("b", "pid"), [1.0], "one input and one output; got 3 and 1"),
-        (Node("b", "play_bank", {"n": 1}), [0.0], "amplitudes: must be greater than 0"),
+        (Node("b", "pid"), [1.0], "one input and one output. Got 3 and 1 instead."),
+        (Node("b", "play_bank", {"n": 1}), [0.0], "The amplitudes must be finite and greater than 0"),
     ):
         with pytest.raises(InputError, match=words):
             describing_function(part, amplitudes)
-    with pytest.raises(InputError, match="needs the step h"):
+    with pytest.raises(InputError, match="The step h of the sampled block pid must be"):
         to_control(Node("b", "pid"))
-    with pytest.raises(InputError, match="play_bank: not a linear block"):
+    with pytest.raises(InputError, match=r"The block must be linear, .* Got play_bank instead"):
         to_control(Node("b", "play_bank"), H)
     with pytest.raises(InputError, match="sampled blocks"):
         linearise(Graph.single(Node("b", "pid")))

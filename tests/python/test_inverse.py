@@ -144,7 +144,7 @@ def test_dead_zones_behind_plays(w0, r, w):
     [(0.0, [0.1], [1.0], "0"), (1.0, [0.2, 0.1], [-0.6, -0.6], "-0.2"), (1.0, [-0.1, 0.0], [-2.0, 0.1], "-0.9")],
 )
 def test_dead_zones_that_fall_have_no_inverse(w0, r, w, slope):
-    with pytest.raises(InputError, match=f"'bend' is not increasing: .* {slope}$"):
+    with pytest.raises(InputError, match=rf"'bend' must be increasing .* Got a slope .*{slope}\.$"):
         inverse(dead_zones(w0, r, w))
 
 
@@ -189,13 +189,16 @@ def test_learned_inverse_of_a_network():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: plays_only(), ("w0 = 0", "zero slope after each reversal", "w0_min")),
+        (lambda: plays_only(), ("'w0' parameter of p must be greater than 0", "slope 0 after each reversal", "w0_min")),
         (lambda: fitted("zhao_tan_mlp", iterations=10, starts=1), ("mlp", "no exact inverse", "learned")),
         (lambda: fitted("prandtl_ishlinskii_asym"), ("no exact inverse", "learned")),
         (lambda: chain(memory="last"), ("'last'", "dominant")),
-        (lambda: falling(), ("not increasing", "-0.5")),
+        (lambda: falling(), ("must be increasing", "Got -0.5 instead")),
         (lambda: flat(), ("at c:", "must rise")),
-        (lambda: Model("s", Graph.single(Node("s", "scaling", {"n": 1}, {"gain": 0.0}))), ("gain 0",)),
+        (
+            lambda: Model("s", Graph.single(Node("s", "scaling", {"n": 1}, {"gain": 0.0}))),
+            ("'gain' parameter of s must not be 0",),
+        ),
     ],
 )
 def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
@@ -246,7 +249,7 @@ def test_a_least_linear_weight_makes_a_model_invertible():
 def test_unknown_method_and_option():
     with pytest.raises(InputError, match="exact, implicit, learned"):
         inverse(fitted(), "best")
-    with pytest.raises(InputError, match="no option 'N'"):
+    with pytest.raises(InputError, match=r"The options of the .* inverse must be among: .*\. Got 'N' instead"):
         inverse(fitted(), N=3)
     with pytest.raises(InputError, match="span_u"):
         inverse(chain(), "learned")

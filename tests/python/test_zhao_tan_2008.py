@@ -245,9 +245,12 @@ def test_from_torch_refuses_what_it_cannot_do():
     for module, words in (
         (nn.Sequential(nn.Linear(2, 3), nn.Sequential(nn.GELU())), ("layer 1.0 (GELU)", "Sigmoid, Tanh, ReLU")),
         (nn.LSTM(2, 3), ("layer 0 (LSTM)",)),
-        (nn.Sequential(nn.Linear(2, 3), nn.Tanh(), nn.Linear(4, 1)), ("layer 2 (Linear) takes 4", "gives 3")),
-        (nn.Sequential(nn.Tanh()), ("no Linear",)),
-        (bad, ("layer 0 (Linear)", "not finite")),
+        (
+            nn.Sequential(nn.Linear(2, 3), nn.Tanh(), nn.Linear(4, 1)),
+            ("layer 2 (Linear) must take the 3 values", "Got 4 instead."),
+        ),
+        (nn.Sequential(nn.Tanh()), ("must have a Linear layer",)),
+        (bad, ("The weights of layer 0 (Linear) must be finite. Got nan instead.",)),
     ):
         with pytest.raises(InputError) as e:
             from_torch(module)

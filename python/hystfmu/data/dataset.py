@@ -193,9 +193,7 @@ class Dataset:
         for name in names:
             _check_finite(columns[name], name, file.place)
         if units.get(time, "") not in SECONDS and rate is None:
-            raise InputError(
-                f"{path}: line 1: The {time!r} column must be a time in s. Got the unit [{units[time]}] instead."
-            )
+            raise InputError(f"{path}: line 1: The {time!r} column must be a time in s. Got [{units[time]}] instead.")
         n = len(columns[input])
         y: Array = np.full(n, np.nan) if output is None else columns[output]
         t: Array = columns[time] if rate is None else np.arange(n) / rate

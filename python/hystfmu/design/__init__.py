@@ -1,4 +1,4 @@
-"""Design of loops: models for python-control, describing functions of hysteresis, margins, gains with their units.
+"""Loop design: python-control models, describing functions of hysteresis, margins, gains with units of measure.
 
 >>> import hystfmu as hy
 >>> w = 3141.6

@@ -1,7 +1,7 @@
-"""Graphs with delay blocks as linear systems: the delays cut out, the rest linearised, the delays put back as states.
+"""Linear systems of graphs with delay blocks: cut the delays out, linearise the rest, put the delays back as states.
 
-In discrete form a delay of n steps is n states, exactly.  In continuous form it has no finite order; a Pade approximant
-stands in for it where one is asked for.
+In discrete form a delay of n steps is exactly n states.  In continuous form it has no finite order; a Pade approximant
+replaces it on request.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ StateSpace = tuple[Array, Array, Array, Array]
 
 @dataclass(frozen=True)
 class Cut:
-    """A graph whose delays are open: the last inputs are what comes out of them, the last outputs what goes in."""
+    """A graph without its delays: its last inputs are the outputs of the delays, its last outputs their inputs."""
 
     graph: Graph
     steps: tuple[int, ...]
@@ -34,11 +34,12 @@ def cut(graph: Graph) -> Cut:
     Parameters
     ----------
     graph : Graph
+        Graph with or without delay blocks.
 
     Returns
     -------
     Cut
-        Every delay is two gains of 1 there: an additional output follows the one, an additional input feeds the other.
+        Two gains of 1 replace each delay: one drives an additional output, an additional input drives the other.
     """
     delays = [n for n in graph.nodes if n.type == DELAY]
     if not delays:
@@ -62,19 +63,19 @@ def cut(graph: Graph) -> Cut:
 
 
 def close(system: StateSpace, line: StateSpace) -> StateSpace:
-    """The system with its last outputs fed to `line` and the outputs of that to its last inputs.
+    """Connect the last outputs of `system` to `line` and the outputs of `line` to the last inputs of `system`.
 
     Parameters
     ----------
     system : (A, B, C, D)
-        Of an opened graph.
+        State space of a cut graph.
     line : (A, B, C, D)
-        Of the delays.  If it has direct feed-through, the loop that both form must be solvable.
+        State space of the delays.  With direct feed-through, the loop of both must be solvable.
 
     Returns
     -------
     (A, B, C, D)
-        States of the system, then those of the line.
+        State space with the states of the system, then those of the line.
     """
     A, B, C, D = system
     F, G, H, K = line
@@ -92,7 +93,7 @@ def close(system: StateSpace, line: StateSpace) -> StateSpace:
 
 
 def shift_registers(steps: tuple[int, ...]) -> StateSpace:
-    """Delays by whole numbers of steps, side by side: n states each, exact."""
+    """Return parallel delays by whole numbers of steps, with n states each; exact."""
     return _side_by_side([_register(n) for n in steps])
 
 
@@ -103,7 +104,7 @@ def _register(n: int) -> StateSpace:
 
 
 def pade(seconds: list[float], order: int, control: Any) -> StateSpace:
-    """Pade approximants of delays (s), side by side: `order` states each."""
+    """Return parallel Pade approximants of the delays `seconds` (s), with `order` states each."""
     parts = [control.ss(control.tf(*control.pade(T, order))) for T in seconds]
     return _side_by_side([(p.A, p.B, p.C, p.D) for p in parts])
 

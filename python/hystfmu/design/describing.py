@@ -1,7 +1,7 @@
-"""Describing function of a block or model: the gain of the first harmonic, measured on the block itself.
+"""Describing function of a block or model: gain of the first harmonic, computed by running the block.
 
-N(A) = (b_1 + j a_1) / A, with y = a_1 cos + b_1 sin + ... for u = A sin: Gelb & Vander Velde, Multiple-Input Describing
-Functions, 1968, section 2.2.  For a static block the frequency does not matter; for one with dynamics it is given.
+N(A) = (b_1 + j a_1) / A, with y = a_1 cos + b_1 sin + ... for u = A sin (Gelb & Vander Velde, Multiple-Input Describing
+Functions, 1968, section 2.2).  N of a static block does not depend on frequency; for a block with dynamics, give it.
 """
 
 from __future__ import annotations
@@ -20,10 +20,16 @@ from hystfmu.model import Model
 
 @dataclass(frozen=True)
 class DescribingFunction:
-    """`N` over amplitude, with what it leaves out.
+    """Describing function over amplitude.
 
-    amplitude : of u, shape (n,), unit of u;  N : complex gain of the first harmonic, unit of y / unit of u
-    distortion : RMS of the higher harmonics / RMS of the first, 0..1: how far a describing function can be trusted
+    Attributes
+    ----------
+    amplitude : array, shape (n,)
+        Amplitude of u, in its unit of measure.
+    N : complex array, shape (n,)
+        Gain of the first harmonic, y per u.
+    distortion : array, shape (n,)
+        RMS of the higher harmonics over RMS of the first.  A describing function is reliable where it is small.
     """
 
     amplitude: Array
@@ -32,12 +38,12 @@ class DescribingFunction:
 
     @property
     def gain(self) -> Array:
-        """abs(N), in the shape of N."""
+        """abs(N), shape (n,)."""
         return np.abs(self.N)
 
     @property
     def phase(self) -> Array:
-        """Of N in degrees, in its shape; negative: the output lags."""
+        """Phase of N (degrees), shape (n,); negative if the output lags."""
         return np.degrees(np.angle(self.N))
 
 
@@ -49,37 +55,43 @@ def describing_function(
     samples: int = 4096,
     cycles: int = 2,
 ) -> DescribingFunction:
-    """Describing function from the loops of a part with one input and one output.
+    """Compute the describing function of a part with one input and one output.
 
     Parameters
     ----------
     part : Node, Graph or Model
-    amplitudes : array of float, shape (n,)
-        Of the input, its unit, greater than 0.
+        Part to run.
+    amplitudes : array, shape (n,)
+        Input amplitudes, greater than 0, in the unit of measure of u.
     frequency : float
-        Of the sine (Hz); matters for parts with dynamics only.
+        Frequency of the sine (Hz); it matters only for parts with dynamics.
     samples : int
-        Per cycle; the first harmonic of a static part is exact to about (1/samples)^2.
+        Samples per cycle; the first harmonic of a static part is exact to about (1/samples)^2.
     cycles : int
-        Cycles before the one that is measured, at least 1: the memory must have settled.
+        Cycles before the evaluated one, at least 1, so that the memory settles.
+
+    Returns
+    -------
+    DescribingFunction
 
     Raises
     ------
     InputError
-        More than one input or output, an amplitude, frequency or count out of range.
+        More than one input or output; an amplitude, frequency or count out of range.
     """
     graph = part.graph if isinstance(part, Model) else part if isinstance(part, Graph) else Graph.single(part)
     if graph.n_inputs != 1 or graph.n_outputs != 1:
         raise InputError(
-            f"a describing function needs one input and one output; got {graph.n_inputs} and {graph.n_outputs}"
+            "The part of a describing function must have one input and one output. "
+            f"Got {graph.n_inputs} and {graph.n_outputs} instead."
         )
     a = np.atleast_1d(np.asarray(amplitudes, dtype=np.float64))
     if not (np.isfinite(a).all() and (a > 0).all()):
-        raise InputError(f"amplitudes: must be greater than 0; got {a.tolist()}")
+        raise InputError(f"The amplitudes must be finite and greater than 0. Got {a.tolist()} instead.")
     if samples < 16 or cycles < 1:
-        raise InputError(f"samples, cycles: at least 16 and 1; got {samples}, {cycles}")
+        raise InputError(f"The samples and cycles must be at least 16 and 1. Got {samples} and {cycles} instead.")
     if not (np.isfinite(frequency) and frequency > 0):
-        raise InputError(f"frequency: must be greater than 0; got {frequency!r}")
+        raise InputError(f"The frequency must be finite and greater than 0. Got {frequency!r} instead.")
     k = np.arange((cycles + 1) * samples + 1)
     wave = np.sin(2 * np.pi * (k % samples) / samples)
     N = np.empty(len(a), dtype=np.complex128)

@@ -1,4 +1,4 @@
-"""The gains of a controller with their units: a number without its unit cannot be carried to another loop."""
+"""Gains of a controller with units of measure, without which a gain cannot be reused in another loop."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ class Gain:
     Parameters
     ----------
     name, text : str
-        As in the block's table.
+        Name and meaning from the block's table.
     value : array, shape (n,)
+        Values.
     unit : str
-        Of the values; "1" where the table has none.
+        Unit of measure; "1" for a dimensionless value.
     """
 
     name: str
@@ -32,11 +33,11 @@ class Gain:
 
 
 def gains(node: Node) -> list[Gain]:
-    """The numbers that a designer sets, in the order of the block's table.
+    """Return the numeric parameters of a block, in the order of its table.
 
     Parameters
     ----------
     node : Node
-        Of any block; words (enumerations) are left out.
+        Any block; enumerations are left out.
     """
     return [Gain(v.name, node.value(v.name), v.unit, v.text) for v in node.block.parameters if not v.choices]

@@ -1,8 +1,8 @@
-"""Blocks, graphs and models as linear systems of python-control.
+"""Linear systems of python-control from blocks, graphs and models.
 
-A block that is linear gives its transfer function, exactly for a step h.  A controller with a soft switching term gives
-that of small s.  A graph gives the state space of its exact tangents at rest: hysteresis counts with the slope of the
-branch that a rising input is on.
+A linear block gives its transfer function, exact for a step h.  A controller with a smoothed switching term gives the
+transfer function for small s.  A graph gives the state space of its exact tangent at rest: hysteresis enters with the
+slope of the ascending branch.
 """
 
 from __future__ import annotations
@@ -29,29 +29,29 @@ Rational = tuple[NDArray[Any], NDArray[Any]]
 
 
 def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | None = None) -> Any:
-    """A part as a system of python-control.
+    """Convert a part to a system of python-control.
 
     Parameters
     ----------
     part : Node, Graph or Model
-        A Node: `transfer_function` and `delay` from u to y; `pid` and `lead_lag` from y_d - y to u - u_ff;
+        As a Node: `transfer_function` and `delay` from u to y; `pid` and `lead_lag` from y_d - y to u - u_ff;
         `sliding_mode` and `super_twisting` from -(y - y_d) to u - u_ff for small s, without limits.
-        A Graph or Model: see `linearise`.
+        As a Graph or Model: see `linearise`.
     h : float, optional
-        Step (s).  Without it the result is continuous; `delay` and the controllers need it.
+        Step (s); without it the result is continuous.  `delay` and the controllers need it.
     pade : int, optional
-        Order of the Pade approximants that stand for the delays of a Graph or Model in continuous form.
+        Order of the Pade approximants that replace the delays of a Graph or Model in continuous form.
 
     Returns
     -------
     control.TransferFunction or control.StateSpace
-        Of a `transfer_function`, its exact discretisation for the hold of the block.
+        A `transfer_function` with a step is discretised exactly for the hold of the block.
 
     Raises
     ------
     InputError
-        A block that is not linear, a controller without step, a delay in continuous form without `pade`,
-        python-control is not installed.
+        The block is not linear, a controller has no step, a delay in continuous form has no `pade`, or python-control
+        is not installed.
     """
     control = python_control()
     if h is not None and not (math.isfinite(h) and h > 0):
@@ -65,15 +65,16 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
         method = "foh" if part.value("hold")[0] else "zoh"
         return system if h is None else control.sample_system(system, h, method=method)
     if part.type not in _SAMPLED:
-        raise InputError(f"{part.type}: not a linear block; there are transfer_function, {', '.join(_SAMPLED)}")
+        linear = f"transfer_function, {', '.join(_SAMPLED)}"
+        raise InputError(f"The block must be linear, one of {linear}. Got {part.type} instead.")
     if h is None:
-        raise InputError(f"{part.type}: a sampled block needs the step h")
+        raise InputError(f"The step 'h' of the sampled block {part.type} must be a float in (0, inf). Got None instead.")
     b, a = _SAMPLED[part.type](part, h)
     return control.tf(b, a, h)
 
 
 def _graph_to_control(graph: Graph, h: float | None, pade: int | None, control: Any) -> Any:
-    """A graph as a state space: its continuous part held for the step, its delays as states or Pade approximants."""
+    """Convert a graph to a state space: continuous part held over the step, delays as states or Pade approximants."""
     opened = cut(graph)
     system = linearise(opened.graph)
     if h is not None:
@@ -87,10 +88,13 @@ def _graph_to_control(graph: Graph, h: float | None, pade: int | None, control: 
     if opened.steps:
         if pade is None:
             raise InputError(
-                "a delay has no continuous form of finite order: give the step h for a discrete system, or pade=ORDER"
+                "The order 'pade' must be given for a delay in continuous form. Got None: give pade=ORDER, or the step h "
+                "for a discrete system."
             )
         if not graph.step > 0:
-            raise InputError("a delay counts steps: a continuous form needs the step of the model; give h instead")
+            raise InputError(
+                "The step of the model must be stated for a delay in continuous form. Got none: give the step h instead."
+            )
         system = close(system, pade_of([n * graph.step for n in opened.steps], pade, control))
     return control.ss(*system)
 
@@ -98,28 +102,33 @@ def _graph_to_control(graph: Graph, h: float | None, pade: int | None, control: 
 def _check_step(graph: Graph, h: float) -> None:
     if graph.step and abs(graph.step - h) > 1e-9 * h:
         raise InputError(
-            f"The step 'h' must be that of the model, {graph.step:g} s, for its delays count steps. Got {h:g} instead."
+            f"The step 'h' must be that of the model, {graph.step:g} s, because delays count steps. Got {h:g} instead."
         )
 
 
 def linearise(graph: Graph) -> tuple[Array, Array, Array, Array]:
-    """State space (A, B, C, D) of a graph at its start, by exact directional derivatives.
+    """Linearise a graph at its start by its exact tangent.
 
-    Inputs at their start values; hysteresis with the slope for an input that rises.
+    Inputs are at their start values; hysteresis enters with the slope for a rising input.
+
+    Parameters
+    ----------
+    graph : Graph
+        Graph without sampled blocks.
 
     Returns
     -------
-    A : array, shape (n, n);  B : (n, m);  C : (p, n);  D : (p, m)
-        n continuous states, m scalar inputs, p scalar outputs, in the order of the graph; time in seconds.
+    A, B, C, D : array, shapes (n, n), (n, m), (p, n), (p, m)
+        State space with n continuous states, m scalar inputs, p scalar outputs in the order of the graph; time in s.
 
     Raises
     ------
     InputError
-        A sampled block in the graph: it has no continuous form.
+        The graph has a sampled block, which has no continuous form.
     """
     executor = ContinuousExecutor(graph.to_bytes())
     if executor.is_sampled:
-        raise InputError("a graph with sampled blocks has no continuous linear form")
+        raise InputError("A graph to linearise must have no sampled blocks. Got one, which has no continuous form.")
     executor.start(0.0)
     executor.evaluate(0.0)
     n, m, p = len(executor.x), graph.n_inputs, graph.n_outputs
@@ -129,12 +138,18 @@ def linearise(graph: Graph) -> tuple[Array, Array, Array, Array]:
 
 
 def python_control() -> Any:
-    """python-control takes seconds to import: only here."""
+    """Import python-control on first use, because the import takes seconds.
+
+    Raises
+    ------
+    InputError
+        It is not installed.
+    """
     with extras("the design of loops"):
         return importlib.import_module("control")
 
 
-# ---- sampled blocks, as their C files step them ---------------------------------------------------------------------
+# ---- sampled blocks, as their C files discretise them ---------------------------------------------------------------
 def _add(f: Rational, g: Rational) -> Rational:
     return np.polyadd(np.polymul(f[0], g[1]), np.polymul(g[0], f[1])), np.polymul(f[1], g[1])
 
@@ -166,7 +181,7 @@ def _delay(node: Node, h: float) -> Rational:
 def _pid(node: Node, h: float) -> Rational:
     Kp, Ki, Kd, tau = _values(node, "Kp", "Ki", "Kd", "tau")
     c = _gain(Kp)
-    if Ki:  # a part with gain 0 would leave a pole that its zero cancels
+    if Ki:  # a term with gain 0 would leave a pole-zero pair
         c = _add(c, _times(_gain(Ki), _sum(h)))
     return _add(c, _times(_gain(Kd), _difference(tau, h))) if Kd else c
 

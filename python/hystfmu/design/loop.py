@@ -1,7 +1,7 @@
-"""Open loop of a sampled controller around a plant with its delays, and how far it is from instability.
+"""Open loop of a sampled controller, delays and plant, and its stability margins.
 
-The plant is discretised exactly for the held command; the command of one sample acts from that sample on, as in the
-scenarios (the plant steps first).  Hysteresis enters as a gain: `describing_function` says which.
+The plant is discretised exactly for the held command.  The command of a sample acts from that sample on, as in the
+scenarios (the plant steps first).  Hysteresis enters as a gain, given by `describing_function`.
 """
 
 from __future__ import annotations
@@ -22,15 +22,22 @@ from hystfmu.model import Model
 
 @dataclass(frozen=True)
 class Margins:
-    """Distances of a loop from instability.
+    """Stability margins of a loop; a margin that no frequency limits is infinite.
 
-    stable : of the closed loop with negative feedback
-    gain_db : factor on the loop gain until instability (dB);  phase_deg : phase until instability (degrees)
-    delay_s : additional delay until instability (s);  delay_steps : the same in steps
-    modulus : smallest abs(1 + L): 1 / peak of the sensitivity
-    crossover_hz : where abs(L) = 1, with the smallest phase margin (Hz)
-
-    A margin that no frequency limits is infinite.
+    Attributes
+    ----------
+    stable : bool
+        Whether the closed loop with negative feedback is stable.
+    gain_db : float
+        Gain margin (dB).
+    phase_deg : float
+        Phase margin (degrees).
+    delay_s, delay_steps : float
+        Delay margin (s), and the same in steps.
+    modulus : float
+        Modulus margin: smallest abs(1 + L), 1 / peak of the sensitivity.
+    crossover_hz : float
+        Crossover frequency, abs(L) = 1, with the smallest phase margin (Hz).
     """
 
     stable: bool
@@ -51,7 +58,7 @@ class Margins:
 
 
 def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int = 0, gain: float = 1.0) -> Any:
-    """Open loop L(z) of controller, delay and plant.
+    """Build the open loop L(z) of controller, delay and plant, for negative feedback.
 
     Parameters
     ----------
@@ -62,34 +69,38 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
     h : float
         Step (s).
     delay : int
-        Steps of delay beyond the hold, known or feared.
+        Delay beyond the hold, in steps.
     gain : float
-        Of what is between: hysteresis by its describing function, a wrong gain of the plant.
+        Gain in the loop: describing function of the hysteresis, or a gain error of the plant.
 
     Returns
     -------
     control.TransferFunction
-        With step h; negative feedback.
+        Open loop with step h.
 
     Raises
     ------
     InputError
-        A negative delay, or a block without a linear model.
+        The delay is negative, or a block has no linear model.
     """
     if delay < 0:
-        raise InputError(f"delay: must be at least 0; got {delay}")
+        raise InputError(f"The delay must be an int in [0, inf). Got {delay} instead.")
     control = python_control()
     late = control.tf([1.0], [1.0] + [0.0] * delay, h)
     return gain * to_control(controller, h) * late * control.tf(to_control(plant, h))
 
 
 def margins(L: Any) -> Margins:
-    """Margins of a sampled open loop.
+    """Compute the stability margins of a sampled open loop.
 
     Parameters
     ----------
     L : control.TransferFunction
-        With a step (`loop` makes it).
+        Open loop with a step, as `loop` returns it.
+
+    Returns
+    -------
+    Margins
     """
     h = float(L.dt)
 
@@ -100,10 +111,10 @@ def margins(L: Any) -> Margins:
     w = np.geomspace(1e-4, 1.0, 20_000) * np.pi / h
     values = L(np.exp(1j * w * h))
     crossing = [_root(lambda w: abs(at(w)) - 1, *w[i : i + 2]) for i in _changes(np.abs(values) - 1)]
-    # the phase that is left at each of them: under a growing delay the one with the least phase / frequency goes first
+    # phase margin at each crossover: as the delay grows, the crossover with the least phase / frequency is lost first
     left = [float(np.mod(np.angle(at(w_c)) + np.pi, 2 * np.pi)) for w_c in crossing]
     delay = min((phase / w_c for phase, w_c in zip(left, crossing, strict=True)), default=np.inf)
-    # phase through 180 degrees; z = -1 is the end of the circle, where L is real
+    # phase crossover at 180 degrees; L is real at z = -1, the end of the half circle
     reversed_at = [_root(lambda w: at(w).imag, *w[i : i + 2]) for i in _changes(values.imag)] + [np.pi / h]
     real = [at(w_r).real for w_r in reversed_at]
     factors = [-1 / r for r in real if -1 < r < 0]
@@ -121,7 +132,7 @@ def margins(L: Any) -> Margins:
 
 
 def _changes(f: Array) -> NDArray[np.intp]:
-    """Places k where f changes its sign from k to k + 1."""
+    """Return the indices k where f changes its sign from k to k + 1."""
     return np.flatnonzero(f[:-1] * f[1:] < 0)
 
 
@@ -132,5 +143,5 @@ def _root(f: Callable[[float], float], a: float, b: float) -> float:
 
 
 def _wrap(phase: float) -> float:
-    """Into -pi .. pi: a loop may also be near instability from the other side."""
+    """Wrap a phase into -pi .. pi: a loop may also approach instability from the other side."""
     return (phase + np.pi) % (2 * np.pi) - np.pi

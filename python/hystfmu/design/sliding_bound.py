@@ -1,7 +1,7 @@
-"""How close to the sliding line the law of Yu & Alici 2005 (eq. 5) stays: ds/dt = -eta s - rho s/(|s| + eps) + d.
+"""Ultimate bound of |s| for the control law of Yu & Alici 2005 (eq. 5): ds/dt = -eta s - rho s/(|s| + eps) + d.
 
-With |d| <= D the right-hand side vanishes last at eta s + rho s/(s + eps) = D, a quadratic in s.  The printed bound
-eps/(eta - 1) does not contain D or rho and does not follow from the law.
+With |d| <= D, the bound solves eta s + rho s/(s + eps) = D, a quadratic in s.  The printed bound eps/(eta - 1) contains
+neither D nor rho and does not follow from the law.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ import numpy as np
 
 from hystfmu.graph import Graph, Input, Node, Output, Value
 
-LAM = 20.0  # 1/s: slope of the sliding line in `simulated`; the bound does not depend on it
+LAM = 20.0  # 1/s, slope of the sliding line in `simulated`; the bound does not depend on it
 
 
 def printed(eta: float, eps: float) -> float:
-    """The bound of |s| as printed, for eta > 1."""
+    """Return the bound of |s| as printed in the paper, for eta > 1."""
     return eps / (eta - 1)
 
 
 def ultimate(eta: float, rho: float, eps: float, D: float) -> float:
-    """The exact ultimate bound of |s| (unit of s; eta in 1/s, rho and D in units of ds/dt)."""
+    """Return the exact ultimate bound of |s|; eta in 1/s, eps in the measure of s, rho and D in that of ds/dt."""
     b = eta * eps + rho - D
     root = math.sqrt(b * b + 4 * eta * D * eps)
-    # two forms of the positive root of eta s^2 + b s - D eps: neither subtracts nearly equal numbers
+    # positive root of eta s^2 + b s - D eps, in the form that avoids cancellation
     return 2 * D * eps / (b + root) if b > 0 else (root - b) / (2 * eta)
 
 
 def simulated(eta: float, rho: float, eps: float, D: float, h: float = 1e-4, seconds: float = 4.0) -> float:
-    """Largest |s| in the last quarter of a run with d = D: the `sliding_mode` block around e'' = -LAM e' + u + d.
+    """Simulate the `sliding_mode` block around e'' = -LAM e' + u + d with d = D; return the final largest |s|.
 
-    For this plant ds/dt = u + d exactly, as the paper assumes.
+    The maximum is over the last quarter of the run.  For this plant ds/dt = u + d exactly, as the paper assumes.
     """
     control = {"lam": LAM, "eta": eta, "rho": rho, "epsilon": eps}
     plant: dict[str, Value] = {"b": [1.0], "a": [1.0, LAM, 0.0], "hold": "zoh"}

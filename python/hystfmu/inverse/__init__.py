@@ -1,13 +1,13 @@
-"""Inverses of a model: the input that makes the model's output follow a wanted one, again a Model with ports u and y.
+"""Inverse models: the input for which the output of a model follows a wanted output, again a Model with ports u and y.
 
-exact    block by block from the output to the input; every block of the chain needs an inverse
+exact    inverts block by block from output to input; every block of the chain needs an inverse
          (Prandtl-Ishlinskii with a linear term, Zhao-Tan, constraint factor, dead zones, scaling).
-implicit the model itself with the block `implicit_inverse` around it, which finds the input by bounded root finding in
-         the core; the model must be static: operators with memory and functions of one input.
-learned  a bank of plays and a network, trained on the model's own response with input and output exchanged.
+implicit runs the model itself inside the block `implicit_inverse`, which finds the input by bounded root finding in the
+         core; the model must be static: operators with memory and functions of one input.
+learned  trains a bank of plays and a network on the model's own response with input and output exchanged.
 
-Every inverse states what it is worth: `fit` holds the errors of inverse -> model, in percent of the span of the wanted
-output, the worst of the held-out signals within 90 % of the range of the input.
+Every inverse states its accuracy: `fit` holds the errors of the cascade inverse -> model, in percent of the span of the
+wanted output, for the worst of the held-out signals within 90 % of the input range.
 """
 
 from __future__ import annotations
@@ -27,66 +27,72 @@ from hystfmu.model import Model
 __all__ = ["inverse"]
 
 METHODS = ("exact", "implicit", "learned")
-SHARE = 0.9  # of the range of the input, for the wanted outputs that an inverse is judged on
+SHARE = 0.9  # fraction of the input range that the wanted outputs of the cascade test use
 
 
 def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) -> Model:
-    """The inverse of a model as a second model: input `u` is the wanted output, output `y` the input to apply.
+    """Invert a model: input `u` of the inverse is the wanted output, its output `y` the input to apply.
 
     Parameters
     ----------
     model : Model
-        One input, one output.
+        Model with one input and one output.
     method : {"exact", "implicit", "learned"}
-        See the module's text.
+        See the module docstring.
     seed : int
-        Of the learned inverse: starts of the network and the reversals it is trained on.
+        Seed of the learned inverse: initial weights of the network and training reversals.
     **options
-        Of the implicit inverse: ``lo`` and ``hi``, the limits of the input; by default the range of the data
-        (provenance ``span_u``).  Of the learned inverse: those of ``play_bank_mlp``.
+        For the implicit inverse ``lo`` and ``hi``, the limits of the input; default the range of the data (provenance
+        ``span_u``).  For the learned inverse the options of ``play_bank_mlp``.
 
     Returns
     -------
     Model
-        `fit` holds ``cascade_rms_percent`` and ``cascade_max_percent``, see the module's text (not for a model that
-        does not know the range of its input, provenance ``span_u``).
+        Inverse model.  `fit` holds ``cascade_rms_percent`` and ``cascade_max_percent`` if the model states the range of
+        its input (provenance ``span_u``).
 
     Raises
     ------
     InputError
-        No such inverse exists; the sentence says why and what to do.
+        No such inverse exists; the message gives the reason and the remedy.
     """
     made = invert(model, method, seed, **options)
     return replace(made, fit={**made.fit, **_cascade(model, made)})
 
 
 def invert(model: Model, method: str = "exact", seed: int = 0, **options: Any) -> Model:
-    """As `inverse`, but not judged: for those who only run it.
+    """Invert a model without the cascade test of `inverse`; parameters as there.
 
     Raises
     ------
     InputError
-        As `inverse`.
+        Raised as by `inverse`.
     """
     if method not in METHODS:
-        raise InputError(f"no inverse method {method!r}; there are: {', '.join(METHODS)}")
-    if len(model.graph.inputs) != 1 or len(model.graph.outputs) != 1:
-        raise InputError("an inverse needs a model with one input and one output")
+        raise InputError(f"The method of an inverse must be one of {', '.join(METHODS)}. Got {method!r} instead.")
+    n_in, n_out = len(model.graph.inputs), len(model.graph.outputs)
+    if n_in != 1 or n_out != 1:
+        raise InputError(f"A model to invert must have one input and one output. Got {n_in} and {n_out} instead.")
     if not any(model.graph.dependencies().values()):
         raise InputError(
-            f"the output of {model.key} depends on past inputs only (dynamics or a delay): no causal inverse exists; "
-            "invert its hysteresis alone, with the inverse of the dynamics (feedforward) in front"
+            f"The output of {model.key} must depend on the present input. Got a dependence on past inputs only "
+            "(dynamics or a delay), which has no causal inverse: invert its hysteresis alone, with the inverse of the "
+            "dynamics (feedforward) in front."
         )
-    unknown = set(options) - {"exact": set(), "implicit": {"lo", "hi"}}.get(method, set(options))
+    allowed: dict[str, set[str]] = {"exact": set(), "implicit": {"lo", "hi"}}
+    unknown = set(options) - allowed.get(method, set(options))
     if unknown:
-        raise InputError(f"the {method} inverse has no option {sorted(unknown)[0]!r}")
+        legal = ", ".join(sorted(allowed[method])) or "none"
+        raise InputError(
+            f"The options of the {method} inverse must be among: {legal}. Got {sorted(unknown)[0]!r} instead."
+        )
     if method == "learned":
         return learned_inverse(model, seed, options)
     return implicit_inverse(model, **options) if method == "implicit" else exact_inverse(model)
 
 
 def _cascade(model: Model, made: Model) -> dict[str, float]:
-    """Errors of inverse -> model on outputs that the model gives for every held-out signal: the worst of each."""
+    """Compute the worst errors of the cascade inverse -> model over the held-out signals."""
     from hystfmu.data.signals import held_out
     from hystfmu.identify import errors
 

@@ -1,4 +1,4 @@
-"""The implicit inverse: the model itself, with a block around it that finds the input by root finding in every step."""
+"""Implicit inverse: the model itself inside a block that finds the input by root finding in every step."""
 
 from __future__ import annotations
 
@@ -9,19 +9,28 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.input_range import input_range
 from hystfmu.model import Model
 
-FLAT = 1e-4  # of the range of the input, after a reversal: a step back on which an output must move
+FLAT = 1e-4  # step back after a reversal, relative to the input range, on which the output must move
 
 
 def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = None) -> Model:
-    """The inverse of a static model within the limits `lo`, `hi` of its input (unit of u; default its range).
+    """Invert a static model by root finding.
+
+    Parameters
+    ----------
+    model : Model
+        Static model with one input and one output.
+    lo, hi : float, optional
+        Limits of the input, in its unit of measure; default the range of the data (provenance ``span_u``).
 
     Raises
     ------
     InputError
-        A model that is not static, or whose output stands still after a reversal; an unknown range.
+        The model is not static, its output stands still after a reversal, or its input range is unknown.
     """
     if lo is None or hi is None:
-        lo, hi = input_range(model, "an implicit inverse needs the options lo and hi, or the input range of the model")
+        lo, hi = input_range(
+            model, "An implicit inverse must have the options lo and hi, or the input range of the model"
+        )
     g, source, sink = model.graph, model.graph.inputs[0], model.graph.outputs[0]
     name = "inverse"
     while name in {n.name for n in g.nodes}:
@@ -32,22 +41,22 @@ def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = N
         [Input("u", (f"{name}.y",), sink.unit, float(model.predict(np.full(2, source.start))[0]), "wanted output")],
         [Output("y", f"{name}.u", source.unit, "input that gives it")],
     )
-    graph.executor()  # refuses dynamics, with the name of the block
+    graph.executor()  # the core refuses dynamics and names the block
     _refuse_flat(model, lo, hi)
     provenance = {"inverse": "implicit", "of": model.provenance}
     return Model(f"{model.key}_inverse", graph, model.step, f"implicit inverse: {model.text}", {}, provenance)
 
 
 def _refuse_flat(model: Model, lo: float, hi: float) -> None:
-    """An output that stands still after a reversal has no continuous inverse: a sum of plays without linear term.
+    """Raise if the output stands still after a reversal, e.g. a sum of plays without linear term: it has no inverse.
 
-    An infinitesimal step is no test: a Zhao-Tan branch begins with slope 0 and has an inverse all the same.
+    Trap: an infinitesimal step is no test, because a Zhao-Tan branch begins with slope 0 and has an inverse.
     """
     middle = (lo + hi) / 2
     back = middle - FLAT * (hi - lo)
     start, end, turned = model.predict([model.graph.inputs[0].start, middle, back])
     if abs(turned - end) <= 1e-12 * abs(end - start):
         raise InputError(
-            f"the output of {model.key} stands still after a reversal: no continuous inverse exists; fit it with a "
-            "linear term (w0_min > 0), or without a dead band (dead_band = 0)"
+            f"The output of {model.key} must move after a reversal. Got one that stands still and has no continuous "
+            "inverse. Fit it with a linear term (w0_min > 0), or without a dead band (dead_band = 0)."
         )

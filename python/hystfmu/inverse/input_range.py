@@ -1,4 +1,4 @@
-"""The range of the input that a model was identified on, and signals over it."""
+"""Input range that a model was identified on, and signals over it."""
 
 from __future__ import annotations
 
@@ -10,30 +10,31 @@ from hystfmu.model import Model
 
 
 def over_range(model: Model, v: Array) -> Array:
-    """The signal v (n,), in [-1, 1], over the range of the model's input, after a ramp from where the model starts."""
+    """Scale the signal v (n,), in [-1, 1], to the input range of the model; a ramp from its start value precedes it."""
     from hystfmu.data.signals import ramps
 
-    lo, hi = input_range(model, "a learned inverse needs the input range of the model")
+    lo, hi = input_range(model, "A learned inverse must have the input range of the model")
     middle, half, start = (lo + hi) / 2, (hi - lo) / 2, model.graph.inputs[0].start
     way_in = ramps([(start - middle) / half, float(v[0])])[:-1] if half > 0 else np.zeros(0)
     return np.asarray(middle + half * np.concatenate([way_in, v]))
 
 
 def input_range(model: Model, needed: str) -> tuple[float, float]:
-    """The least and the largest input that the model was identified on, in the unit of u.
+    """Return the least and the largest input that the model was identified on, in the unit of measure of u.
 
     Parameters
     ----------
     model : Model
+        Model whose provenance states ``span_u``.
     needed : str
-        Who needs it, for the message.
+        Rule for the message.
 
     Raises
     ------
     InputError
-        The model does not say.
+        The model does not state its input range.
     """
     span = model.provenance.get("span_u")
     if not (isinstance(span, list) and len(span) == 2):
-        raise InputError(f"{needed}: provenance.span_u = [min, max]")
+        raise InputError(f"{needed}, provenance.span_u = [min, max]. Got {span!r} instead.")
     return float(span[0]), float(span[1])

@@ -1,4 +1,4 @@
-"""The learned inverse: a bank of plays and a network, trained on the response of the model, its ends exchanged."""
+"""Learned inverse: a bank of plays and a network, trained on the model's response with input and output exchanged."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from hystfmu.model import Model
 
 
 def learned_inverse(model: Model, seed: int, options: dict[str, Any]) -> Model:
-    """The inverse of a model that knows the range of its input; `options` of ``play_bank_mlp``.
+    """Train an inverse of a model that states its input range; `options` are those of ``play_bank_mlp``.
 
     Raises
     ------
     InputError
-        An unknown range, or what `hystfmu.identify.fit` refuses.
+        The input range is unknown, or `hystfmu.identify.fit` refuses the options.
     """
     from hystfmu.data.signals import training
     from hystfmu.identify import fit
@@ -24,7 +24,7 @@ def learned_inverse(model: Model, seed: int, options: dict[str, Any]) -> Model:
     u = over_range(model, training(200, seed + 1))
     y = model.predict(u)
     h = model.step if model.step is not None else 1.0
-    # the response is free of noise, so that little decay is needed; the plays of the bank rest where the run begins
+    # the response has no noise, so little weight decay is needed; the plays of the bank start at rest
     chosen = {"decay": 1e-8, "N": 24, **options}
     learned = fit(Dataset.from_signal(y, u, h, f"response of {model.key}"), "play_bank_mlp", seed, **chosen)
     source, sink = model.graph.inputs[0], model.graph.outputs[0]

@@ -1,4 +1,4 @@
-"""Models: a graph with values and provenance, its errors, and what part of its input space the data cover."""
+"""Models: a graph with values and provenance, its errors, and the coverage of its input space by the data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a model is from what was measured: errors of one record, and of every held-out signal."""
+"""Accuracy of a model: errors on one record and on every held-out signal."""
 
 from __future__ import annotations
 
@@ -15,19 +15,24 @@ __all__ = ["errors", "held_out_table", "rms"]
 
 
 def rms(e: Array) -> float:
-    """Root mean square of e (n,), in its unit."""
+    """Return the root mean square of e (n,), in its unit of measure."""
     return float(np.sqrt(np.mean(e**2)))
 
 
 def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
-    """RMS and largest error, absolute and in percent of `span`.
+    """Compute RMS and largest error, absolute and in percent of `span`.
 
     Parameters
     ----------
     y, measured : array, shape (n,)
-        Output of a model, and what it should have been.
+        Output of the model, and the measured output.
     span : float
-        100 % of full scale.
+        100 % of full scale, in the unit of measure of y.
+
+    Returns
+    -------
+    dict of str to float
+        ``rms``, ``max``, ``rms_percent``, ``max_percent``.
     """
     e = y - measured
     typical, most = rms(e), float(np.abs(e).max())
@@ -37,24 +42,24 @@ def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
 def held_out_table(
     model: Model, plant: Callable[[Array], Array], span: float, signals: dict[str, Array] | None = None
 ) -> dict[str, dict[str, float]]:
-    """Errors of a model against a plant on every held-out signal.
+    """Compute the errors of a model against a plant on every held-out signal.
 
     Parameters
     ----------
     model : Model
-        Runs free from a fresh start.
+        Model; it runs free from a fresh start.
     plant : function
-        The true output (n,) for an input (n,), from a fresh start.
+        Returns the true output (n,) for an input (n,), from a fresh start.
     span : float
         100 % of full scale: the span of y in the training data.
     signals : dict of str to array, optional
-        Default `held_out()`.
+        Held-out signals; default `held_out()`.
 
     Returns
     -------
-    dict
-        For each signal `rms_percent` and `max_percent`, besides the absolute `rms` and `max`, and `clamped_percent`,
-        the share of rows at which the limits of a network cut.
+    dict of str to dict
+        For each signal the errors of `errors`, and `clamped_percent`, the share of rows at which the limits of a
+        network act (%).
     """
     h = 1.0 if model.step is None else model.step
     return {

@@ -1,12 +1,12 @@
-"""What a network has seen: rows that its limits cut, and how much of its input space the training rows cover.
+"""Coverage of the input space of a network by the training rows, and rows at which its limits act.
 
-A network extrapolates by 20 to 400 % outside its training rows, so its features are limited to their range (block
-``scaling`` with `lo` and `hi`).  What the limits do must be said, or a flat top looks like physics.
+Outside its training rows a network errs by 20 to 400 %, so its features are limited to their range (block ``scaling``
+with `lo` and `hi`).  Rows at which the limits act are reported; otherwise a flat top looks like physics.
 
-Coverage: the share of the states of a reference (random nested reversals over the same range at the same speed) with a
-training row nearer than 10 % of the ranges of the features (RMS over them).  It tells whether other signals ask
-the network where it was taught; in two features a decaying sine covers all, in the states of a bank of plays a small
-part.
+Coverage is the share of the states of a reference (random nested reversals over the same range at the same speed) with
+a training row nearer than 10 % of the ranges of the features (RMS over them).  It tells whether other signals stay
+where the network was trained.  With two features a decaying sine covers the whole space; in the states of a bank of
+plays it covers a small part.
 """
 
 from __future__ import annotations
@@ -18,22 +18,24 @@ from hystfmu.core.library import NO_LIMIT
 from hystfmu.data.signals import ramps, training
 from hystfmu.graph import Graph, Node, Output
 
-NEAR = 0.1  # RMS over the features, each in units of its range
-MOST_ROWS = 2000  # of the reference and of the training rows: more are thinned evenly
-REVERSALS, SEED = 200, 4242  # of the reference
-STEPS = (0.002, 0.1)  # of the reference, in half ranges a row
-WARN = 1.0  # percent of rows cut
+NEAR = 0.1  # RMS over the features, each relative to its range
+MOST_ROWS = 2000  # limit on reference and training rows: more are thinned evenly
+REVERSALS, SEED = 200, 4242  # reference signal
+STEPS = (0.002, 0.1)  # reference signal: least and largest step, in half ranges per row
+WARN = 1.0  # percent of limited rows above which a warning is given
 
 
 def clamped(graph: Graph, u: Array, h: float) -> Array:
-    """Rows at which a limit cuts a signal.
+    """Find the rows at which a limit of a `scaling` block acts.
 
     Parameters
     ----------
     graph : Graph
-        One input.
+        Graph with one input.
     u : array, shape (n,)
-        Input, `h` seconds apart, from a fresh start.
+        Input from a fresh start.
+    h : float
+        Time between rows (s).
 
     Returns
     -------
@@ -47,21 +49,23 @@ def clamped(graph: Graph, u: Array, h: float) -> Array:
 
 
 def coverage(graph: Graph, u: Array, h: float, rows: slice) -> float | None:
-    """Percent of a reference that a training row is near to, in the input space of the network.
+    """Compute the coverage of the input space of a network by the training rows.
 
     Parameters
     ----------
     graph : Graph
-        One input.
+        Graph with one input.
     u : array, shape (n,)
-        Input of the identification, `h` seconds apart, from row 0 on.
+        Input of the identification, from row 0.
+    h : float
+        Time between rows (s).
     rows : slice
         Training rows.
 
     Returns
     -------
     float or None
-        None: no network.
+        Percent of the reference with a near training row; None without a network.
     """
     from scipy.spatial import cKDTree
 
@@ -88,13 +92,13 @@ def _thinned(v: Array) -> Array:
 
 
 def _limiters(graph: Graph) -> list[Node]:
-    """Blocks that limit their inputs, in the order of evaluation."""
+    """Return the blocks that limit their inputs, in evaluation order."""
     nodes = [n for n in graph.nodes if n.type == "scaling"]
     return [n for n in nodes if (np.abs(np.concatenate([n.value("lo"), n.value("hi")])) < NO_LIMIT).all()]
 
 
 def _inputs(graph: Graph, node: Node, u: Array, h: float) -> Array:
-    """What reaches a block, element by element: shape (n, number of elements)."""
+    """Return the input signals of a block, shape (n, n_elements)."""
     n = node.sizes["u"]
     source: dict[str, str] = {end: a for a, end in graph.wires}
     ends = [f"{node.name}.u"] if f"{node.name}.u" in source else [f"{node.name}.u[{k + 1}]" for k in range(n)]

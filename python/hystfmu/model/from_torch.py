@@ -1,8 +1,8 @@
-"""A user's `torch.nn` network as blocks: `from_torch(module)` is a Model, which predicts, saves and exports.
+"""Conversion of a `torch.nn` network to blocks: `from_torch(module)` returns a Model.
 
-Every block `mlp` takes Linear, activation, Linear.  What a network has less of than that is filled in exactly: an
-identity matrix for a missing Linear, and relu(a) - relu(-a) = a for a missing activation.  float32 weights become
-float64 without loss; the model then computes in float64.
+Each `mlp` block holds Linear, activation, Linear.  A missing Linear is replaced exactly by an identity matrix, a
+missing activation by relu(a) - relu(-a) = a.  float32 weights convert to float64 without loss; the model computes in
+float64.
 """
 
 from __future__ import annotations
@@ -34,27 +34,27 @@ class _Affine:
 
 
 def from_torch(module: nn.Module, text: str = "", step: float | None = None) -> Model:
-    """A feed-forward network as a model with the input `u` (n_in values) and the output `y` (n_out values).
+    """Convert a feed-forward network to a model with input `u` (n_in,) and output `y` (n_out,).
 
     Parameters
     ----------
     module : torch.nn.Module
-        A Linear, or a Sequential (nested or not) of Linear, Sigmoid, Tanh, ReLU and Identity.  Its present weights are
-        copied; training it further does not change the model.
+        A Linear, or a Sequential (nested or not) of Linear, Sigmoid, Tanh, ReLU and Identity.  The weights are copied;
+        further training does not change the model.
     text : str
-        One line for a reader.
+        Description, one line.
     step : float, optional
-        Sample step in s, recorded with the model; a network has no memory and needs none.
+        Sample step (s) to record with the model; a network without memory needs none.
 
     Returns
     -------
     Model
-        Key ``torch_mlp``; a chain of blocks ``mlp`` named net1, net2, ...
+        Model with the key ``torch_mlp``: a chain of ``mlp`` blocks named net1, net2, ...
 
     Raises
     ------
     InputError
-        A layer of another kind, sizes that do not fit each other, a weight that is not finite, no Linear at all.
+        Unsupported layer, sizes that do not match, a weight that is not finite, no Linear layer.
     """
     nodes, wires = torch_blocks(module)
     inputs = [Input("u", (f"{nodes[0].name}.u",), text="inputs of the network")]
@@ -64,30 +64,31 @@ def from_torch(module: nn.Module, text: str = "", step: float | None = None) -> 
 
 
 def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list[tuple[str, str]]]:
-    """The same as nodes and wires, for a graph of the caller's: behind an operator, between scalings.
+    """Convert a network to nodes and wires, to be placed in a larger graph.
 
     Parameters
     ----------
     module : torch.nn.Module
-        As in `from_torch`.
+        Network as in `from_torch`.
     name : str
-        The nodes are called name1, name2, ...
+        Prefix of the node names: name1, name2, ...
 
     Returns
     -------
     nodes : list of Node
-        The first has the input `u`, the last the output `y`.
+        Blocks; the first has the input `u`, the last the output `y`.
     wires : list of (str, str)
+        Wires between them.
 
     Raises
     ------
     InputError
-        As in `from_torch`.
+        Raised as by `from_torch`.
     """
     layers = _layers(module)
     widths = [layer for layer in layers if isinstance(layer, _Affine)]
     if not widths:
-        raise InputError("the network has no Linear layer, so that its size is not known")
+        raise InputError("The network must have a Linear layer, which states its size. Got none.")
     nodes: list[Node] = []
     at, width = 0, widths[0].W.shape[1]
     while at < len(layers):
@@ -95,7 +96,7 @@ def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list
         if at < len(layers) and isinstance(layers[at], str):
             activation, at = str(layers[at]), at + 1
             last, at = _affine(layers, at, len(first.b))
-        else:  # nothing bends here: through relu both ways
+        else:  # no activation: relu(a) - relu(-a) = a
             activation, n = "relu", len(first.b)
             first = _Affine(np.vstack([first.W, -first.W]), np.concatenate([first.b, -first.b]))
             last = _Affine(np.hstack([np.eye(n), -np.eye(n)]), np.zeros(n))
@@ -113,7 +114,7 @@ def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list
 
 
 def _layers(module: nn.Module) -> list[_Affine | str]:
-    """Linear layers as arrays, activations as words, in order; checked."""
+    """Return linear layers as arrays and activations as words, in order, validated."""
     out: list[_Affine | str] = []
     width: int | None = None
     for path, layer in _flat(module, ""):
@@ -123,20 +124,23 @@ def _layers(module: nn.Module) -> list[_Affine | str]:
             w = layer.weight.detach().cpu().double().numpy()
             b = np.zeros(len(w)) if layer.bias is None else layer.bias.detach().cpu().double().numpy()
             if width is not None and w.shape[1] != width:
-                raise InputError(f"{where} takes {w.shape[1]} values, but the layer before it gives {width}")
+                raise InputError(
+                    f"The {where} must take the {width} values of its predecessor. Got {w.shape[1]} instead."
+                )
             if not (np.isfinite(w).all() and np.isfinite(b).all()):
-                raise InputError(f"{where} has a weight that is not finite")
+                bad = next(v for v in np.concatenate([w.ravel(), b]) if not np.isfinite(v))
+                raise InputError(f"The weights of {where} must be finite. Got {bad} instead.")
             width = len(w)
             out.append(_Affine(w, b))
         elif kind in _ACTIVATIONS:
             out.append(_ACTIVATIONS[kind])
         elif kind != "Identity":
-            raise InputError(f"{where} cannot become a block; layers that can: {', '.join(SUPPORTED)}")
+            raise InputError(f"The layers of a network must be among {', '.join(SUPPORTED)}. Got {where} instead.")
     return out
 
 
 def _flat(module: nn.Module, path: str) -> Iterator[tuple[str, Any]]:
-    """The layers of nested Sequentials in order, with their paths as in torch: 0, 1.0, 1.1, .."""
+    """Yield the layers of nested Sequentials in order, with their paths as in torch: 0, 1.0, 1.1, .."""
     if type(module).__name__ != "Sequential":
         yield path, module
         return
@@ -145,7 +149,7 @@ def _flat(module: nn.Module, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def _affine(layers: list[_Affine | str], at: int, width: int) -> tuple[_Affine, int]:
-    """The Linear at this place, or an identity where there is none, and the place after it."""
+    """Return the Linear at this index, or an identity if there is none, and the next index."""
     if at < len(layers) and isinstance(layer := layers[at], _Affine):
         return layer, at + 1
     return _Affine(np.eye(width), np.zeros(width)), at

@@ -1,4 +1,4 @@
-"""A model: a graph of blocks with values, where they came from, and how well they fit; `*.model.toml` on disk."""
+"""A model: a graph of blocks with values, provenance and errors of the fit; stored as `*.model.toml`."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ class _File(GraphTable):
 
 @dataclass(frozen=True)
 class Model:
-    """A graph with its history: the only thing that `fit`, `inverse`, `export` and scenarios hand to each other.
+    """A graph with provenance: the object that `fit`, `inverse`, `export` and scenarios pass on.
 
     Parameters
     ----------
     key : str
-        What kind of model it is, e.g. ``"zhao_tan_mlp"``.
+        Kind of model, e.g. ``"zhao_tan_mlp"``.
     graph : Graph
-        The blocks in the order of evaluation, with all values (normalisation included).
+        Blocks in evaluation order, with all values (normalisation included).
     step : float or None
-        Sample step of the identification in seconds; None for a model that has none.
+        Sample step of the identification (s); None if the model has none.
     text : str
-        One line for a reader.
+        Description, one line.
     fit : dict
-        Numbers of the identification, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
+        Results of the identification, e.g. ``{"rms_percent": 0.7, "parameters": 49}``.
     provenance : dict
         Data file, rows, options, versions.
     """
@@ -53,24 +53,40 @@ class Model:
     provenance: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.step is not None and self.graph.step != self.step:  # the block file carries it into Model Exchange
+        if self.step is not None and self.graph.step != self.step:  # Model Exchange reads the step from the block file
             object.__setattr__(self, "graph", self.graph.with_step(self.step))
 
     def predict(self, u: Array | Sequence[float], h: float | None = None) -> Array:
-        """Free-run output, shape (n,), for the input rows `u` (n,), from a fresh start.
+        """Run the model free from a fresh start.
 
-        Row 0 is the output after initialisation with ``u[0]``; row k is what an FMU gives after set u_k,
-        doStep(t_{k-1}, h), get y.  `h` (s) defaults to the model's own step, else 1 s.
+        Row 0 is the output after initialisation with ``u[0]``; row k is the output of an FMU after set u_k,
+        doStep(t_{k-1}, h), get y.
+
+        Parameters
+        ----------
+        u : array, shape (n,)
+            Input.
+        h : float, optional
+            Step (s); default the step of the model, else 1 s.
+
+        Returns
+        -------
+        array, shape (n,)
+
+        Raises
+        ------
+        InputError
+            Values that are not finite, a step that the core refuses.
         """
         return self.graph.run(u, h if h is not None else self.step if self.step is not None else 1.0)
 
     def save(self, path: str | Path) -> None:
-        """Write ``*.model.toml`` to `path`, as a whole or not at all."""
+        """Write ``*.model.toml`` to `path`, atomically."""
         data: dict[str, Any] = {"format": 1, "key": self.key, "text": self.text}
         if self.step is not None:
             data["step"] = float(self.step)
         data.update(fit=self.fit, provenance=self.provenance, **graph_tables(self.graph))
-        write_toml(path, data, f"HystFMU model '{self.key}': blocks in the order of their evaluation.")
+        write_toml(path, data, f"HystFMU model '{self.key}': blocks in evaluation order.")
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -79,7 +95,7 @@ class Model:
         Raises
         ------
         InputError
-            One line with the file, the key, the rule and the value.
+            One line with file, key, rule and value.
         """
         f = read_toml(path, _File)
         try:
