@@ -134,7 +134,7 @@ def test_the_time_is_bounded_by_count_not_by_clock():
         kept = [c.cost(rows) for name, c in auto.CANDIDATES.items() if name not in left]
         assert sum(kept) <= auto.BUDGET
         assert len(kept) >= 2
-    assert "ask for it by name" in left["bouc_wen"]
+    assert "fit it by name" in left["bouc_wen"]
     assert not auto.left_out(seen(memory="unknown"), 4000)
 
 
@@ -152,7 +152,7 @@ def test_few_rows_leave_out_large_models():
         m = fit(Dataset.from_signal(u, plants.prandtl_ishlinskii(u)), "auto")
         assert m.provenance["auto_left_out"]["preisach"] == "529 parameters for 140 rows"
         patch.setattr(auto, "CANDIDATES", {"preisach": auto.CANDIDATES["preisach"]})
-        with pytest.raises(InputError, match="no candidate can be fitted"):
+        with pytest.raises(InputError, match="must suit a candidate"):
             fit(Dataset.from_signal(u, plants.prandtl_ishlinskii(u)), "auto")
 
 

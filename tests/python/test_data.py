@@ -61,7 +61,7 @@ def test_a_file_without_output_can_be_predicted_but_not_fitted(tmp_path):
 
     d = Dataset.from_csv(write(tmp_path / "d.csv", rows(form="{0!r},{1!r}"), "t,u"), output=None)
     assert not d.has_output
-    with pytest.raises(InputError, match="no output was measured"):
+    with pytest.raises(InputError, match="must have a measured output"):
         fit(d, "prandtl_ishlinskii")
     assert d.with_output(Y).has_output
 

@@ -78,8 +78,8 @@ def test_rows_outside_train_do_not_change_the_weights(small):
 @pytest.mark.parametrize(
     ("key", "given", "words"),
     [
-        ("nothing", {}, ("no model 'nothing'", "prandtl_ishlinskii", "bouc_wen")),
-        ("prandtl_ishlinskii", {"n": 5}, ("no option 'n'", "N (an int in [1, 100000])")),
+        ("nothing", {}, ("The model must be one of", "prandtl_ishlinskii", "bouc_wen", "Got 'nothing' instead.")),
+        ("prandtl_ishlinskii", {"n": 5}, ("Got 'n' instead.", "N (an int in [1, 100000])")),
         ("prandtl_ishlinskii", {"N": 0}, ("'N'", "[1, 100000]", "0")),
         ("prandtl_ishlinskii", {"N": 2.5}, ("'N'", "an int", "2.5")),
         ("prandtl_ishlinskii", {"N": True}, ("'N'", "an int", "True")),
@@ -95,10 +95,10 @@ def test_wrong_keys_and_options_name_the_legal_ones(key, given, words, small):
 
 
 def test_constant_input_or_output_is_refused(small):
-    with pytest.raises(InputError, match="y is constant"):
+    with pytest.raises(InputError, match="The y of the train rows must vary"):
         fit(small.with_output(np.ones(len(small.u))), "prandtl_ishlinskii")
     flat = Dataset.from_signal(np.ones(50), np.arange(50.0))
-    with pytest.raises(InputError, match="u is constant"):
+    with pytest.raises(InputError, match="The u of the train rows must vary"):
         fit(flat, "prandtl_ishlinskii")
 
 

@@ -203,12 +203,12 @@ def test_printed_recursion_fails_where_the_corrected_one_holds():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"n": 0}, "n must be at least 1"),
-        ({"n": 2, "eta": 0.0}, "eta must be in"),
-        ({"n": 2, "mu": 1.5}, "mu must be in"),
-        ({"n": 2, "dead_zone": -1.0}, "dead_zone must be in"),
-        ({"n": 2, "fraction": 2.0}, "fraction must be in"),
-        ({"n": 2, "theta": np.zeros(3)}, "theta must have shape"),
+        ({"n": 0}, "'n' parameter of recursive least squares must be at least 1. Got 0 instead."),
+        ({"n": 2, "eta": 0.0}, "'eta' parameter of recursive least squares must be in"),
+        ({"n": 2, "mu": 1.5}, "'mu' parameter of recursive least squares must be in"),
+        ({"n": 2, "dead_zone": -1.0}, "'dead_zone' parameter of recursive least squares must be in"),
+        ({"n": 2, "fraction": 2.0}, "'fraction' parameter of recursive least squares must be in"),
+        ({"n": 2, "theta": np.zeros(3)}, "'theta' array must have shape"),
     ],
 )
 def test_wrong_settings_are_refused(given, words):
@@ -218,9 +218,9 @@ def test_wrong_settings_are_refused(given, words):
 
 def test_wrong_samples_are_refused():
     model = Recursive(2)
-    with pytest.raises(InputError, match="phi must have shape"):
+    with pytest.raises(InputError, match="'phi' array must have shape"):
         model.update(np.ones(3), 0.0)
-    with pytest.raises(InputError, match="sample 0: phi and y must be finite"):
+    with pytest.raises(InputError, match=r"sample 0: The values of phi and y must be finite\. Got nan instead"):
         model.update(np.ones(2), np.nan)
     assert not model.theta.any()
 
@@ -279,9 +279,9 @@ def test_recursive_training_is_batch_and_the_dead_zone_stays_near(data):
 
 
 def test_wrong_options(data):
-    with pytest.raises(InputError, match="make 10626 weights"):
+    with pytest.raises(InputError, match=r"number of weights must be at most .* Got 10626 for"):
         fit(data, "polynomial_narx", n_u=10, n_f=10, q=4)
-    with pytest.raises(InputError, match="dead_zone belongs to"):
+    with pytest.raises(InputError, match="'dead_zone' must come with training = 'dead_zone'"):
         fit(data, "polynomial_narx", n_u=2, n_f=2, training="recursive", dead_zone=0.1)
 
 

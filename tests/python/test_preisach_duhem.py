@@ -143,7 +143,7 @@ def test_terms_of_the_slope():
 
 def test_duhem_needs_both_directions():
     u = np.linspace(0, 1, 200)
-    with pytest.raises(InputError, match=r"at least 11 train rows of rising and of falling u; there are 199 and 0"):
+    with pytest.raises(InputError, match=r"at least 11 rows of rising and of falling u\. Got 199 and 0 instead"):
         fit(Dataset.from_signal(u, u**2), "duhem")
 
 

@@ -18,9 +18,9 @@ from hystfmu.identify.features.constraint_factor import (
     LEAST_SLOPE,
     Branch,
     basis,
+    basis_derivatives,
     increasing_branch,
     literal_branch,
-    slopes,
     stack_coordinates,
 )
 from hystfmu.identify.features.output_bend import straightened
@@ -71,7 +71,9 @@ def test_the_columns_go_straight_on_beyond_the_longest_branch_as_the_block_does(
 
 def test_slopes_are_the_derivatives_of_the_basis():
     d, e = np.linspace(0.05, 1.5, 20), 1e-6
-    np.testing.assert_allclose((basis(d + e, 5) - basis(d - e, 5)) / (2 * e), slopes(d, 5), rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(
+        (basis(d + e, 5) - basis(d - e, 5)) / (2 * e), basis_derivatives(d, 5), rtol=1e-7, atol=1e-9
+    )
 
 
 def test_a_branch_is_recovered_from_rows_in_the_middle_of_a_record(path):
@@ -97,7 +99,7 @@ def test_the_increasing_branch_is_the_constrained_optimum(path):
     assert b.falling == 0
     grid = 0.5 * b.d_max * (1 - np.cos(np.linspace(0, np.pi, GRID)))
     least = LEAST_SLOPE * np.ptp(y) / b.d_max
-    E, centred = slopes(grid, 2), H - H.mean(axis=0)
+    E, centred = basis_derivatives(grid, 2), H - H.mean(axis=0)
     t = y - y.mean()
     cost = lambda p: np.mean((t - centred @ p) ** 2)  # noqa: E731
     constraint = {"type": "ineq", "fun": lambda p: E @ p - least, "jac": lambda p: E}

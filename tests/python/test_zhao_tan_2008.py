@@ -137,7 +137,7 @@ def test_network_with_the_exact_inverse_operator_inverts_better():
         worst[operator] = np.abs(plant(m.predict(5 + 3 * r)) - r)[50:].max()
     assert worst["zhao_tan_inverse"] < 0.015
     assert worst["zhao_tan_inverse_reconstructed"] > 2 * worst["zhao_tan_inverse"]
-    with pytest.raises(InputError, match=r"'zhao_tan_inverse' has no memory 'last'"):
+    with pytest.raises(InputError, match=r"'zhao_tan_inverse' must be 'dominant'. Got 'last' instead"):
         fit(swapped, "zhao_tan_mlp", operator="zhao_tan_inverse", memory="last")
 
 
@@ -276,7 +276,7 @@ def test_torch_modules_are_trained(smooth, trainer, iterations):
     assert rms < 0.01
     with pytest.raises(InputError, match="lbfgs"):
         train_module(module, x, y, "adam")
-    with pytest.raises(InputError, match=r"gives \(1,\) values a row, y has 2"):
+    with pytest.raises(InputError, match=r"must give 2 values a row, as y has. Got \(1,\) instead"):
         train_module(module, x, np.column_stack([y, y]))
 
 

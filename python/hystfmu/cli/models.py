@@ -34,16 +34,15 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     if not asked:
         return
     from hystfmu.base.extras import MissingExtra
-    from hystfmu.identify import METHODS, options
+    from hystfmu.identify import METHODS, description, options
 
-    for key, text in METHODS.items():
-        click.echo(f"{key}: {text}")
+    for key in METHODS:
         try:
-            names = ", ".join(o.name for o in options(key))
+            click.echo(f"{key}: {description(key)}")
         except MissingExtra as e:
-            click.echo(f"    {e}")
+            click.echo(f"{key}: {e}")
             continue
-        if names:
+        if names := ", ".join(o.name for o in options(key)):
             click.echo(f"    --set {names}")
     context.exit()
 

@@ -1,4 +1,4 @@
-"""Identification: `fit(data, key, ...)` makes a Model from measured data.  One kind of model a file, in `methods`."""
+"""Identification: `fit(data, key, ...)` makes a Model from measured data.  One file of `methods` per kind."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 
 from hystfmu.data import Dataset
 from hystfmu.identify import auto
-from hystfmu.identify.catalogue import AUTO, METHODS, options
+from hystfmu.identify.catalogue import AUTO, METHODS, description, options
 from hystfmu.identify.one import Progress, check, fit_one
 from hystfmu.identify.options import resolve
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors
 
-__all__ = ["METHODS", "errors", "fit", "options"]
+__all__ = ["METHODS", "description", "errors", "fit", "options"]
 
 
 def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None, **given: Any) -> Model:
@@ -23,9 +23,9 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     Parameters
     ----------
     data : Dataset
-        The model runs free from row 0; the residuals of `data.train` count.
+        Measured data.  The model runs free from row 0; the residuals of `data.train` count.
     key : str
-        A key of `METHODS`.
+        Kind of model, one of `METHODS`.
     seed : int
         Seed of random starts; the same seed gives the same model.
     progress : function, optional
@@ -36,11 +36,10 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     Returns
     -------
     Model
-        Its key is that of the method (for ``auto`` of the one chosen).  `fit` holds rms, max (unit of y), rms_percent,
-        max_percent (percent of the span of y in the training rows), parameters (their number), seconds, with a
-        network coverage_percent (of its input space: `hystfmu.model.coverage`), where y drifts or rows are few
-        warnings, after ``auto`` also memory, loops, gap_percent, rate and more warnings; `provenance` holds data, rows,
-        options and versions.
+        Model with the key of the method (after ``auto``, of the chosen one).  `fit` holds rms and max (unit of measure
+        of y), rms_percent and max_percent (of the span of y in the training rows), parameters (their number), seconds;
+        for a network coverage_percent (`hystfmu.model.coverage`); warnings, if any; after ``auto`` also memory, loops,
+        gap_percent and rate.  `provenance` holds data, rows, options and versions.
 
     Raises
     ------

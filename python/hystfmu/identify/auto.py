@@ -1,10 +1,11 @@
-"""Which model?  Minor loops tell the class of memory; methods that can fit are judged on rows they were not fitted to.
+"""Model selection: test the data for return-point memory, fit the candidates, choose by the validation split.
 
 A sum of plays returns to its path after a minor loop, a Bouc-Wen operator does not, and neither follows the other to
-better than some percent.  So methods whose memory contradicts the loops are left out, and methods for rate dependence
-where the input has one speed; each with its reason.  The others are fitted to the first 70 % of the training rows, from
-the cheap to the dear, and judged on the rest.  That split only chooses; it is no measure of what the model does on
-another kind of signal.  Where the data cannot identify memory, the model carries warnings.
+better than a few percent.  So model classes whose memory contradicts the minor loops are discarded, and those for rate
+dependence if the input has one speed; each discard states its reason.  The other candidates are fitted to the first
+70 % of the training rows, cheapest first, and scored on the validation split, the last 30 %.  The split only selects:
+its error does not predict the error on another kind of signal.  If the excitation is not informative enough to identify
+memory, the model carries warnings.
 """
 
 from __future__ import annotations
@@ -19,30 +20,35 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.one import fit_one
+from hystfmu.identify.options import Option
 from hystfmu.model.accuracy import errors
 
-SHARE = 0.7
-AS_GOOD = 1.05  # within 5 % of the best, the one with the fewest parameters is taken
-EXACT = 0.01  # % of the span: below this all are as good
-CLEARLY, FINE = 1.2, 0.1  # times the error of a method for rate dependence, and % of the span: less shows no rate
-LARGE = 2.0  # % of the span: no static return-point model can be right where minor loops stay open by more
-BUDGET = 60.0  # s, estimated, for all candidates together; counted, not timed: a choice must not depend on the load
+TEXT = "selection by minor loops, rate dependence and the validation split, the last 30 % of the training rows"
+OPTIONS: tuple[Option, ...] = ()
+SHARE = 0.7  # of the training rows: fitted; the rest is the validation split
+AS_GOOD = 1.05  # of the candidates within 5 % of the best, the one with the fewest parameters is chosen
+EXACT = 0.01  # % of the span: errors below it count as equal
+CLEARLY, FINE = 1.2, 0.1  # error ratio and error in % of the span: static models must exceed both to show a rate
+LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return-point model can represent the data
+BUDGET = 60.0  # s for all candidates; estimated, not timed, because the choice must not depend on the load
 CLOSES, OPENS, LAGS = "return-point", "open", "rate"
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A method that may be chosen.
+    """A candidate of the selection.
 
     Parameters
     ----------
+    method : str
+        Kind of model.
     memory : str
-        ``return-point``: static, with minor loops that close; ``open``: static, with loops that do not; ``rate``: more
-        than the input's path, its speed, counts; empty: creep or lags that may open a loop.
+        ``return-point``: static, minor loops close; ``open``: static, minor loops stay open; ``rate``: rate-dependent;
+        empty: creep or lags may open a loop.
     seconds, per_1000 : float
-        Estimated cost: fixed, and for every 1000 rows up to the last training row.
+        Estimated cost (s): fixed, and per 1000 rows up to the last training row.
     options : dict
-        Of the method, where they are not its defaults.
+        Options of the method that differ from its defaults.
     """
 
     method: str
@@ -52,11 +58,11 @@ class Candidate:
     options: dict[str, Any] = field(default_factory=dict)
 
     def cost(self, rows: int) -> float:
-        """Estimated seconds."""
+        """Return the estimated cost (s) for this number of rows."""
         return self.seconds + self.per_1000 * rows / 1000
 
 
-CANDIDATES: dict[str, Candidate] = {  # from the cheap to the dear
+CANDIDATES: dict[str, Candidate] = {  # cheapest first
     "prandtl_ishlinskii_asym": Candidate("prandtl_ishlinskii_asym", "", 0.02, 0.01),
     "prandtl_ishlinskii": Candidate("prandtl_ishlinskii", CLOSES, 0.02, 0.05),
     "krasnoselskii_pokrovskii": Candidate("krasnoselskii_pokrovskii", CLOSES, 0.02, 0.03),
@@ -77,18 +83,18 @@ CANDIDATES: dict[str, Candidate] = {  # from the cheap to the dear
 
 @dataclass(frozen=True)
 class Choice:
-    """What was chosen.
+    """Result of the selection.
 
     Parameters
     ----------
     method, options : str, dict
-        To be fitted to all training rows.
+        Method and options to fit to all training rows.
     fit : dict
-        For `Model.fit`: ``memory`` (class of the minor loops), ``gap_percent``, ``loops``, ``rate`` (``seen``,
-        ``not seen``, which bars methods for it, or ``one speed only``), ``warnings`` (list of str).
+        Entries of `Model.fit`: ``memory`` (class of the minor loops), ``gap_percent``, ``loops``, ``rate`` (``seen``,
+        ``not seen``, which discards rate-dependent methods, or ``one speed only``), ``warnings`` (list of str).
     provenance : dict
-        For `Model.provenance`: ``auto``, the RMS error of every candidate on the rows held back in percent of the span
-        of y, ``auto_parameters``, their numbers of parameters, and ``auto_left_out``, the reasons for the others.
+        Entries of `Model.provenance`: ``auto``, the RMS error of every candidate on the validation split in percent of
+        the span of y; ``auto_parameters``, their numbers of parameters; ``auto_left_out``, the reasons for discards.
     """
 
     method: str
@@ -98,7 +104,16 @@ class Choice:
 
 
 def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choice:
-    """Fit the candidates that can fit, and take the best on the rows held back.
+    """Fit the candidates that suit the data and choose the best on the validation split.
+
+    Parameters
+    ----------
+    data : Dataset
+        Measured data.
+    seed : int
+        Seed of random starts.
+    progress : function
+        Called with the fraction done, 0..1.
 
     Raises
     ------
@@ -130,11 +145,11 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choic
         if model.fit["parameters"] > middle - first:
             reasons[name] = f"{model.fit['parameters']} parameters for {middle - first} rows"
         elif not np.isfinite(score):
-            reasons[name] = "unstable when it runs free"
+            reasons[name] = "unstable in a free run"
         else:
             scores[name], parameters[name] = score, model.fit["parameters"]
     if not scores:
-        raise InputError(f"{data.path or data.name}: no candidate can be fitted: {reasons}")
+        raise InputError(f"{data.path or data.name}: The data must suit a candidate. Got none that fits: {reasons}")
     rate = _rate(scores, seen)
     able = {n: e for n, e in scores.items() if rate == "seen" or CANDIDATES[n].memory != LAGS} or scores
     least = max(min(able.values()), EXACT)
@@ -151,7 +166,7 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choic
 
 
 def left_out(seen: Excitation, rows: int) -> dict[str, str]:
-    """Candidates that cannot fit, or would take too long for so many rows, and why."""
+    """Return the candidates that contradict the data or exceed the budget, with the reasons."""
     reasons: dict[str, str] = {}
     spent = 0.0
     for name, candidate in CANDIDATES.items():
@@ -162,16 +177,16 @@ def left_out(seen: Excitation, rows: int) -> dict[str, str]:
         elif candidate.memory == CLOSES and seen.memory == OPEN_LOOPS and seen.gap > LARGE:
             reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"
         elif candidate.memory == LAGS and not seen.several_speeds:
-            reasons[name] = "the input has one speed only, which does not show rate dependence"
+            reasons[name] = "the input has one speed only and is not informative about rate dependence"
         elif spent + candidate.cost(rows) > BUDGET:
-            reasons[name] = f"about {candidate.cost(rows):.0f} s for {rows} rows; ask for it by name"
+            reasons[name] = f"about {candidate.cost(rows):.0f} s for {rows} rows; fit it by name"
         else:
             spent += candidate.cost(rows)
     return reasons
 
 
 def _rate(scores: dict[str, float], seen: Excitation) -> str:
-    """Does a method that sees the speed do clearly better on the rows held back than all others?"""
+    """Decide whether a rate-dependent method has a clearly smaller validation error than all others."""
     if not seen.several_speeds:
         return "one speed only"
     lags = [e for n, e in scores.items() if CANDIDATES[n].memory == LAGS]
@@ -184,7 +199,7 @@ def _warnings(name: str, seen: Excitation) -> tuple[str, ...]:
     memory = CANDIDATES[name].memory
     if (memory, seen.memory) in ((OPENS, RETURN_POINT), (CLOSES, OPEN_LOOPS)):
         other = (
-            f"the best model on the held-out rows is {name}, but the minor loops in the data have a gap of "
+            f"the best model on the validation split is {name}, but the minor loops in the data have a gap of "
             f"{seen.gap:.2g} % of the span of y ({seen.memory} memory): rate dependence, creep or drift opens them, "
             "or no candidate fits"
         )

@@ -1,39 +1,22 @@
-"""The kinds of model by key: a line for people, the options of each, its module on first use."""
+"""Kinds of model by key: the files of `methods`, and ``auto``.  A module loads on first use."""
 
 from __future__ import annotations
 
 import importlib
+import pkgutil
 from types import ModuleType
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
+from hystfmu.identify import methods
 from hystfmu.identify.options import Option
 
 AUTO = "auto"
-
-METHODS: dict[str, str] = {
-    "prandtl_ishlinskii": "weighted plays, non-negative least squares; exact inverse",
-    "prandtl_ishlinskii_asym": "plays, dead zones and creep of the input, least squares",
-    "prandtl_ishlinskii_rate": "the same, bent by the lagged input too; ridge found",
-    "zhao_tan_mlp": "Zhao-Tan operator and a network on (x, h)",
-    "constraint_factor_mlp": "constraint-factor operator and a network on (x, h)",
-    "fitted_operator_mlp": "fitted weighted plays and a network on (x, their sum)",
-    "play_bank_mlp": "bank of plays and a network on them",
-    "krasnoselskii_pokrovskii": "Krasnosel'skii-Pokrovskii kernels, weights >= 0",
-    "preisach": "density of relays on a grid, weights >= 0: the Everett function",
-    "polynomial_narx": "polynomial of the lagged input and Zhao-Tan operator, least squares",
-    "bouc_wen": "Bouc-Wen grey box, nonlinear least squares",
-    "duhem": "polynomial slopes for rising and falling input, least squares, refined on the free run",
-    "rate_mlp": "network on the input, its rate and a bank of plays",
-    "g0_prandtl_ishlinskii": "weighted plays, then G0(s) with delay, variable projection",
-    "g0_bouc_wen": "Bouc-Wen hysteresis, then G0(s) with delay, variable projection",
-    "bouc_wen_oscillator": "oscillator with a Bouc-Wen force, grey box, least squares",
-    AUTO: "of those that suit the memory in the data, the best on the last 30 % of the training rows",
-}
+METHODS: tuple[str, ...] = (*(module.name for module in pkgutil.iter_modules(methods.__path__)), AUTO)
 
 
 def method(key: str) -> ModuleType:
-    """The module of a kind of model.
+    """Import the module of a kind of model; it states ``TEXT`` and ``OPTIONS``.
 
     Raises
     ------
@@ -41,20 +24,30 @@ def method(key: str) -> ModuleType:
         Unknown key.
     """
     if key not in METHODS:
-        raise InputError(f"no model {key!r}; there are: {', '.join(METHODS)}")
+        raise InputError(f"The model must be one of {', '.join(METHODS)}. Got {key!r} instead.")
     with extras(f"the model {key}"):
-        return importlib.import_module(f"hystfmu.identify.methods.{key}")
+        return importlib.import_module("hystfmu.identify.auto" if key == AUTO else f"{methods.__name__}.{key}")
 
 
-def options(key: str) -> tuple[Option, ...]:
-    """The options of the method `key`.
+def description(key: str) -> str:
+    """Return the line that describes the method `key`.
 
     Raises
     ------
     InputError
-        Unknown method.
+        Unknown key.
     """
-    if key == AUTO:
-        return ()
+    line: str = method(key).TEXT
+    return line
+
+
+def options(key: str) -> tuple[Option, ...]:
+    """Return the options of the method `key`.
+
+    Raises
+    ------
+    InputError
+        Unknown key.
+    """
     table: tuple[Option, ...] = method(key).OPTIONS
     return table

@@ -1,8 +1,8 @@
-"""Identify a model of a given kind: check the data, build, run free, measure, record.
+"""Identification of a given kind of model: check the data, build, run free, compute errors, record provenance.
 
-A kind of model is a module of `hystfmu.identify.methods` with a table ``OPTIONS`` and a function
-``build(data, options, seed, progress)`` that returns the graph, the number of fitted parameters and, where it has any,
-a dict of the physical quantities found.  All else is the same for every kind and done here, and so is the dead band.
+A kind of model is a module of `hystfmu.identify.methods` with a line ``TEXT``, a table ``OPTIONS`` and a function
+``build(data, options, seed, progress)``.  `build` returns the graph, the number of fitted parameters and, optionally, a
+dict of identified physical quantities.  Everything else is common to all kinds and done here, including the dead band.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import METHODS, method
+from hystfmu.identify.catalogue import method
 from hystfmu.identify.excitation import drift
 from hystfmu.identify.features import dead_band
 from hystfmu.identify.options import resolve
@@ -27,11 +27,11 @@ from hystfmu.model.coverage import coverage
 
 Progress = Callable[[float], None]
 SMALLEST = 1e-100
-"""Span, and one over the largest value: beyond, squares overflow or vanish and NNLS aborts the process."""
+"""Least span, and one over the largest value: beyond them squares overflow or vanish, and NNLS aborts the process."""
 
 
 def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[str, Any]) -> Model:
-    """A model of the kind `key`; parameters, result and errors as `hystfmu.identify.fit`."""
+    """Identify a model of the kind `key`; parameters, result and errors as in `hystfmu.identify.fit`."""
     module = method(key)
     chosen = resolve(key, module.OPTIONS, given)
     check(data)
@@ -39,7 +39,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     if chosen.get(dead_band.OPTION.name, 0.0) is None:
         chosen[dead_band.OPTION.name] = dead_band.half_width(data.u[: data.train.stop])
     band = chosen.get(dead_band.OPTION.name, 0.0)
-    # small matrices: more threads only wait for each other, up to twenty times longer beside other work
+    # small matrices: several threads wait for each other, up to twenty times longer on a loaded machine
     with threadpool_limits(1):
         behind = dead_band.behind(data, band)
         graph, parameters, *more = module.build(behind, chosen, seed, progress)
@@ -51,7 +51,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     warned = [*found.pop("warnings", ()), *drift.warnings((data.y - y)[data.train], data.span)]
     if parameters >= rows:
         warned.append(
-            f"{parameters} parameters from {rows} train rows: the error on these rows says nothing about others"
+            f"{parameters} parameters from {rows} train rows: the error on these rows does not predict other errors"
         )
     covered = coverage(graph, data.u, data.h, data.train)
     result = {
@@ -65,29 +65,39 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
         key,
         graph,
         data.h,
-        METHODS[key],
+        module.TEXT,
         {**result, "seconds": round(seconds, 4)},
         _provenance(data, {k: v for k, v in chosen.items() if v is not None}, seed),
     )
 
 
 def check(data: Dataset) -> None:
-    """Refuse data that no kind of model can be fitted to."""
+    """Check that a model can be fitted to the data.
+
+    Raises
+    ------
+    InputError
+        No output was measured, a value is too large, or u or y does not vary.
+    """
     where = data.path or data.name
     if not data.has_output:
-        raise InputError(f"{where}: no output was measured, so there is nothing to fit")
+        raise InputError(f"{where}: The data must have a measured output. Got none to fit.")
     for name, column in (("u", data.u), ("y", data.y)):
         large = np.abs(column) > 1 / SMALLEST
         if large.any():
             row = int(np.argmax(large))
             raise InputError(
-                f"{where}: row {row}, {name}: a fit takes values up to {1 / SMALLEST:g}; got {column[row]:g}"
+                f"{where}: row {row}: The values of {name} must be at most {1 / SMALLEST:g}. "
+                f"Got {column[row]:g} instead."
             )
         span = np.ptp(column[data.train])
         if not span > 0:
-            raise InputError(f"{where}: {name} is constant ({column[data.train][0]:g}) in the train rows")
+            only = column[data.train][0]
+            raise InputError(f"{where}: The {name} of the train rows must vary. Got the constant {only:g}.")
         if span < SMALLEST:
-            raise InputError(f"{where}: {name}: a fit takes spans from {SMALLEST:g}; got {span:g} in the train rows")
+            raise InputError(
+                f"{where}: The span of {name} in the train rows must be at least {SMALLEST:g}. Got {span:g} instead."
+            )
 
 
 def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, Any]:

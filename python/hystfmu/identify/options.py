@@ -1,4 +1,4 @@
-"""Options of an identification method as a table: one row makes the check, the message and the listing."""
+"""Options of an identification method as a table; a row gives the check, the error message and the listing."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ class Option:
     Parameters
     ----------
     name : str
-        As written in ``--set name=value``.
+        Name, as in ``--set name=value``.
     default : bool, int, float, str or None
-        Its type is the type of the option; None stands for "chosen from the data" and a number may replace it.
+        Default; its type is the type of the option.  None means that a number is chosen from the data.
     lo, hi : float
-        Range of a number, both ends included.
+        Range of a number, ends included.
     choices : tuple of str
         Legal words of a str option.
     text : str
-        One line for a reader.
+        Description, one line.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Option:
 
     @property
     def rule(self) -> str:
-        """What a legal value is, in words."""
+        """The legal values in words."""
         if self.choices:
             return f"one of {', '.join(self.choices)}"
         if isinstance(self.default, bool):
@@ -46,7 +46,13 @@ class Option:
         return f"{'an int' if isinstance(self.default, int) else 'a float'} in [{self.lo:g}, {self.hi:g}]"
 
     def check(self, value: Any) -> Any:
-        """The value in the option's type, or InputError."""
+        """Convert a value to the type of the option.
+
+        Raises
+        ------
+        InputError
+            The value is not legal.
+        """
         if self.choices:
             if value in self.choices:
                 return value
@@ -57,20 +63,20 @@ class Option:
             whole = isinstance(self.default, int)
             if np.isfinite(value) and self.lo <= value <= self.hi and not (whole and value != int(value)):
                 return int(value) if whole else float(value)
-        raise InputError(f"the option {self.name!r} must be {self.rule}; got {value!r}")
+        raise InputError(f"The option {self.name!r} must be {self.rule}. Got {value!r} instead.")
 
 
 def resolve(method: str, table: Sequence[Option], given: Mapping[str, Any]) -> dict[str, Any]:
-    """All options of a method: the given ones checked, the others at their defaults.
+    """Return all options of a method: validated values for those given, defaults for the others.
 
     Raises
     ------
     InputError
-        Unknown option (the legal ones are named) or value out of range.
+        Unknown option (the message lists the legal ones), or value out of range.
     """
     rows = {o.name: o for o in table}
     for name in given:
         if name not in rows:
             legal = ", ".join(f"{o.name} ({o.rule})" for o in table) or "none"
-            raise InputError(f"{method} has no option {name!r}; it has: {legal}")
+            raise InputError(f"An option of {method} must be one of: {legal}. Got {name!r} instead.")
     return {name: o.check(given[name]) if name in given else o.default for name, o in rows.items()}

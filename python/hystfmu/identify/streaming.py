@@ -1,4 +1,4 @@
-"""A `polynomial_narx` model that goes on learning, one sample after the other."""
+"""Online adaptation of a `polynomial_narx` model, sample by sample."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hystfmu.unit import Unit
 
 
 class Stream:
-    """Sample-by-sample update of a fitted model.
+    """Update a fitted model sample by sample by recursive least squares.
 
     >>> stream = Stream(model, mu=0.999)
     >>> for u, y in samples: stream.update(u, y)
@@ -23,13 +23,13 @@ class Stream:
     Parameters
     ----------
     model : Model
-        Of key ``polynomial_narx``.
+        Model with the key ``polynomial_narx``.
     eta : float
-        P(0) = eta I: how far a sample moves the weights at first; large where the plant has changed.
+        Initial covariance P(0) = eta I; a large eta lets the first samples move the weights far, for a changed plant.
     mu : float
         Forgetting factor in (0, 1].
     dead_zone : float, optional
-        In the unit of y; an error of at most this changes nothing.
+        Largest error that changes nothing, in the unit of measure of y.
 
     Raises
     ------
@@ -39,7 +39,7 @@ class Stream:
 
     def __init__(self, model: Model, eta: float = 1.0, mu: float = 1.0, dead_zone: float | None = None) -> None:
         if [n.type for n in model.graph.nodes] != ["scaling", "zhao_tan", "polynomial_narx", "scaling"]:
-            raise InputError(f"only a polynomial_narx model can be updated sample by sample; this is {model.key}")
+            raise InputError(f"A model to update by samples must be a polynomial_narx. Got {model.key} instead.")
         self._start = model
         *front, self._network, readout = model.graph.nodes
         ends = [Output("x", f"{front[0].name}.y"), Output("f", f"{front[1].name}.h")]
@@ -55,17 +55,17 @@ class Stream:
         self._lags: list[Array] = []
 
     def update(self, u: float, y: float) -> float:
-        """Take the next sample.
+        """Update the weights with the next sample.
 
         Parameters
         ----------
         u, y : float
-            Input and measured output, in the units of the model's data.
+            Input and measured output, in the units of measure of the model's data.
 
         Returns
         -------
         float
-            The output predicted before this y was known, in the unit of y.
+            One-step prediction of y before the update, in the unit of measure of y.
         """
         scaled = (y - self._middle) / self._half
         if self._lags:
@@ -74,7 +74,7 @@ class Stream:
         else:
             self._unit.initialize(u=u)
         x, f = self._unit.get("x"), self._unit.get("f")
-        if not self._lags:  # before the first sample x and f rested, and y was what the model says
+        if not self._lags:  # before the first sample x and f were at rest, and y had the initial value of the model
             rested = (x, f, float(self._network.value("y0")[0]))
             self._lags = [np.full(n, v) for n, v in zip(self._sizes, rested, strict=True)]
         if self._n_k == 0:
@@ -92,7 +92,7 @@ class Stream:
 
     @property
     def model(self) -> Model:
-        """The model with the weights of now."""
+        """The model with its present weights."""
         m = self._start
         graph = m.graph.replace(self._network.with_values(theta=self.recursive.theta))
         provenance = {**m.provenance, "updated_samples": self.recursive.samples}

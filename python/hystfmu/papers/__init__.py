@@ -1,6 +1,6 @@
-"""Every paper end to end: `reproduce(name)` gives its table, the printed number beside a literal replica and ours.
+"""Reproduction of papers: `reproduce(name)` gives a table with the printed numbers, a literal replica and ours.
 
-One module per paper or data set, named as in `PAPERS`, with a function ``table(data, progress) -> Report``.
+Each paper or data set has one module, named as in `PAPERS`, with a function ``table(data, progress) -> Report``.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ PAPERS: dict[str, str] = {
     "dbo_piezo": "measured piezo stack, protocol P1: every model; needs --data",
 }
 NEEDS_DATA = ("dbo_piezo",)
-"""What has only the published numbers without measured data."""
+"""Names that have only the published numbers without measured data."""
 
 
 def reproduce(
@@ -35,26 +35,26 @@ def reproduce(
     progress: Callable[[float], None] = lambda fraction: None,
     full: bool = False,
 ) -> Report:
-    """The table of one paper or data set.
+    """Compute the table of one paper or data set.
 
     Parameters
     ----------
     name : str
-        A key of `PAPERS`.
+        Key of `PAPERS`.
     data : path, optional
-        Folder with the measured data of that name, for those that need it.
+        Folder with the measured data, for the names that use them.
     progress : function
         Called with the fraction done, 0..1.
     full : bool
-        Everything the paper tried, where the default is a part of it (``FULL`` of the paper's module).
+        Run everything that the paper tried, if the default runs a part of it (``FULL`` of the paper's module).
 
     Raises
     ------
     InputError
-        Unknown name; data missing.
+        Unknown name, or missing data.
     """
     if name not in PAPERS:
-        raise InputError(f"nothing to reproduce called {name!r}; there are: {', '.join(PAPERS)}")
+        raise InputError(f"The paper must be one of {', '.join(PAPERS)}. Got {name!r} instead.")
     with extras(name), threadpool_limits(1):  # see hystfmu.identify.fit
         module = importlib.import_module(f"hystfmu.papers.{name}")
         more = getattr(module, "FULL", {}) if full else {}

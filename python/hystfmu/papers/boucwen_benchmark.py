@@ -1,11 +1,11 @@
-"""The Bouc-Wen benchmark of nonlinearbenchmark.org: our generator, a grey box, a structured Duhem model, a black box.
+"""Bouc-Wen benchmark of nonlinearbenchmark.org: our generator, a grey box, a structured Duhem model, a black box.
 
-All three are trained on one multisine of 8192 rows of our own generator (random phases, other than the test's) with
-8e-6 m of white noise, and run free on the two official test records.  Without the records their place is taken by our
-generator: another multisine, and the official sine sweep, whose force is a formula.
+All three models are trained on one multisine of 8192 rows of our generator (random phases, different from those of the
+test) with 8e-6 m of white noise, and run free on the two official test records.  Without the records, our generator
+replaces them: another multisine, and the official sine sweep, whose force is a formula.
 
 Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016.  The published rows are test errors on the
-multisine as their authors print them: best linear model, dynoNet (Forgione & Piga 2021), polynomial nonlinear
+multisine as printed by their authors: best linear model, dynoNet (Forgione & Piga 2021), polynomial nonlinear
 state-space model (PNLSS), state-space neural networks (SS-NN, gr-SS-NN).
 """
 
@@ -26,9 +26,9 @@ from hystfmu.model.accuracy import rms
 from hystfmu.papers import static_bouc_wen
 from hystfmu.papers.table import Report, Row
 
-NOISE = 8e-6  # m, on the displacement that is identified from
-ROWS, SEED = 8192, 7  # of the training multisine
-COARSER = 2  # the Duhem model takes 7.5 kHz
+NOISE = 8e-6  # m, on the training displacement
+ROWS, SEED = 8192, 7  # training multisine
+COARSER = 2  # the Duhem model runs at 7.5 kHz
 PUBLISHED = (
     ("linear", 1.67e-4),
     ("dynoNet", 4.5e-5),
@@ -40,7 +40,7 @@ PUBLISHED = (
 
 @dataclass(frozen=True)
 class Records:
-    """The two tests: forces and displacements at 750 Hz, and whether they are the official ones."""
+    """Test records: forces and displacements at 750 Hz, and whether they are the official ones."""
 
     multisine: tuple[Array, Array]
     sweep: tuple[Array, Array]
@@ -48,12 +48,12 @@ class Records:
 
 
 def records(data: Path | None) -> Records:
-    """Test records from ``boucwen_benchmark/test.h5`` below `data` (or in it), or from our generator.
+    """Read the test records from ``boucwen_benchmark/test.h5`` below `data` (or in it), or generate them.
 
     Raises
     ------
     InputError
-        The file is missing or is not the benchmark's; h5py is not installed.
+        The file is missing or is not that of the benchmark, or h5py is not installed.
     """
     if data is None:
         u = synthetic.multisine(8192, seed=SEED + 1)
@@ -63,37 +63,39 @@ def records(data: Path | None) -> Records:
     places = (data / "boucwen_benchmark" / "test.h5", data / "test.h5")
     path = next((p for p in places if p.is_file()), None)
     if path is None:
-        raise InputError(f"{data}: no boucwen_benchmark/test.h5 and no test.h5 there")
+        raise InputError(f"{data}: The folder must hold boucwen_benchmark/test.h5 or test.h5. Got neither.")
     with extras(f"{path}: reading it"):
         import h5py
     try:
         with h5py.File(path) as f:
             pairs = [(np.ravel(f[k]["u"]), np.ravel(f[k]["y"])) for k in ("multisine", "sinesweep")]
     except (OSError, KeyError) as e:
-        raise InputError(f"{path}: must hold the groups multisine and sinesweep with u and y: {e}") from None
+        raise InputError(
+            f"{path}: The file must hold the groups multisine and sinesweep with u and y. Got {e} instead."
+        ) from None
     return Records(pairs[0], pairs[1], True)
 
 
 def finer(v: Array, factor: int) -> Array:
-    """One period (n,) interpolated with its band limit: (n * factor,)."""
+    """Interpolate one period (n,) with its band limit to (n * factor,)."""
     return np.asarray(np.fft.irfft(np.fft.rfft(v), len(v) * factor) * factor)
 
 
 def sampled(y: Array, factors: tuple[int, ...]) -> Array:
-    """Displacement at 15 kHz brought to 750 Hz as the benchmark does."""
+    """Decimate a displacement from 15 kHz to 750 Hz as the benchmark does."""
     for factor in factors:
         y = decimate(y, factor)
     return y
 
 
 def training() -> tuple[Array, Array]:
-    """Force and noisy displacement (ROWS,) of one period in the steady state."""
+    """Return force and noisy displacement (ROWS,) of one period in the steady state."""
     u = synthetic.multisine(ROWS, seed=SEED)
     return u, benchmark_multisine(u) + NOISE * np.random.default_rng(SEED).normal(size=ROWS)
 
 
 def grey_box(u: Array, y: Array, test: Records) -> tuple[float, float]:
-    """Errors of the model ``bouc_wen_oscillator`` on both tests (m)."""
+    """Return the errors (m) of the model ``bouc_wen_oscillator`` on both tests."""
     from hystfmu.identify import fit
 
     rows = len(u) * UPSAMPLING
@@ -102,20 +104,20 @@ def grey_box(u: Array, y: Array, test: Records) -> tuple[float, float]:
     data = Dataset.from_signal(force, displacement, step, "Bouc-Wen benchmark", steady)
     model = fit(data, "bouc_wen_oscillator", stride=UPSAMPLING)
     n = len(test.multisine[0])
-    # a period more at the end keeps the filters' guess of what follows out of the result
+    # one extra period keeps the end of the record, where the filters extrapolate, out of the result
     y1 = sampled(model.predict(np.tile(finer(test.multisine[0], UPSAMPLING), 3)), DECIMATE_MULTISINE)[n : 2 * n]
     y2 = sampled(model.predict(synthetic.sweep(len(test.sweep[0]) / RATE)), DECIMATE_SWEEP)
     return rms(y1 - test.multisine[1]), rms(y2 - test.sweep[1])
 
 
 def duhem(u: Array, y: Array, test: Records, progress: Callable[[float], None]) -> tuple[float, float]:
-    """Errors of the structured Duhem model on both tests (m)."""
+    """Return the errors (m) of the structured Duhem model on both tests."""
     from hystfmu.papers.structured_duhem import fit_duhem
 
     k = UPSAMPLING // COARSER
     h = 1 / (RATE * k)
     fine = finer(u, k)
-    way_in = len(fine) // 8  # 1.4 s: the oscillator forgets within 0.4 s
+    way_in = len(fine) // 8  # 1.4 s; the oscillator decays within 0.4 s
     model = fit_duhem(np.concatenate([fine[-way_in:], fine]), y, h, way_in, k, (10, 4), progress)
     n = len(test.multisine[0])
 
@@ -130,7 +132,7 @@ def duhem(u: Array, y: Array, test: Records, progress: Callable[[float], None]) 
 
 
 def black_box(u: Array, y: Array, test: Records, progress: Callable[[float], None]) -> tuple[float, float]:
-    """Errors of the network of lags on both tests (m)."""
+    """Return the errors (m) of the NARX network on both tests."""
     from hystfmu.papers.narx_network import fit_narx
 
     model = fit_narx(u, y, lags=10, hidden=15, iterations=(40, 40), progress=progress)
@@ -140,12 +142,12 @@ def black_box(u: Array, y: Array, test: Records, progress: Callable[[float], Non
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """Test errors in m beside the published ones.
+    """Compute the test errors (m) beside the published ones.
 
     Parameters
     ----------
     data : path, optional
-        Folder with ``boucwen_benchmark/test.h5``, or that folder itself; without it the project's own records.
+        Folder with ``boucwen_benchmark/test.h5``, or that folder itself; without it our own records.
     progress : function
         Called with the fraction done.
     """
@@ -178,6 +180,6 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
         tuple(rows),
         (
             f"ours: trained on one multisine of {ROWS} rows of our generator, noise {NOISE:g} m, free run on {n} rows",
-            "sizes and iterations of the Duhem model and the black box were chosen with these test errors in view",
+            "sizes and iterations of the Duhem model and the black box were tuned on these test errors",
         ),
     )

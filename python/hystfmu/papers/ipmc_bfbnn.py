@@ -1,7 +1,7 @@
-"""IPMC paper: basis-function network with auxiliary function f against the same without f, on a synthetic sensor.
+"""IPMC paper: basis-function network with and without the auxiliary function f, on a synthetic sensor.
 
-The paper's measurements are not published; the sensor is `hystfmu.data.synthetic_ipmc`, scaled to 1 mV, trained at 1, 2
-and 5 Hz.  Literal: f as printed (it only grows), and the recursion as printed.  Ours: f in its correct form.
+The measurements of the paper are not published.  The sensor is `hystfmu.data.synthetic_ipmc`, scaled to 1 mV, trained
+at 1, 2 and 5 Hz.  Literal: f as printed (it only grows), and the recursion as printed.  Ours: f in its correct form.
 """
 
 from __future__ import annotations
@@ -25,20 +25,21 @@ from hystfmu.identify.solvers.recursive import PrintedRecursive, Recursive
 from hystfmu.model import Model
 from hystfmu.papers.table import Report, Row
 
-N, Q = 9, 2  # n_u = n_f, order: the paper's choice
+N, Q = 9, 2  # n_u = n_f, order: choice of the paper
 RIDGE = 1e-3
-BASELINE_RIDGES = (1e-4, 1e-3, 1e-2, 1e-1)  # the model without f may take the best of them on the test itself
+BASELINE_RIDGES = (1e-4, 1e-3, 1e-2, 1e-1)  # for the model without f the best on the test itself counts
 TABLE_1 = {7: (1.41e-4, 1.45e-4), 8: (1.01e-5, 1.20e-5), 9: (1.58e-6, 4.68e-6), 10: (1.23e-7, 1.29e-5)}
-REST = 1.0  # s before the motion, for the recursions: any measurement begins so
+REST = 1.0  # s at rest before the motion, for the recursions, as in any measurement
 
 Response = Callable[[Array], Array]
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """The table of the paper; `data` is not needed.
+    """Compute the table of the paper; `data` is not used, `progress` is called with the fraction done.
 
-    Targets: f makes the largest error at least five times smaller, also against the best ridge without it; recursive
-    least squares within 20 % of batch.  Which n has the smallest validation error is a property of the data: reported.
+    Targets: f reduces the largest error at least fivefold, also against the best ridge without it; recursive least
+    squares is within 20 % of batch.  The n with the smallest validation error is a property of the data, so it is only
+    reported.
     """
     with threadpool_limits(1):  # as in `fit`: small matrices
         return _table(progress)
@@ -103,7 +104,7 @@ def _table(progress: Callable[[float], None]) -> Report:
 
 # ---- models and tests ------------------------------------------------------------------------------------------------
 def _tests() -> dict[str, tuple[Array, Array]]:
-    """Displacement in [-1, 1] and voltage: between the trained frequencies, then what every table holds out."""
+    """Return displacement in [-1, 1] and voltage: between the trained frequencies, then the held-out signals."""
     displacements = {
         "decaying sine": signals.decaying_sine(10, 0.1, round(RATE / 3)),
         "random": excitation(60, (1.5, 3.0, 4.0), seed=2),
@@ -130,7 +131,7 @@ def _largest(response: Response, test: tuple[Array, Array]) -> float:
 
 
 def _direct(train: Dataset, n: int, f: Response | None, ridge: float = RIDGE) -> Response:
-    """The network in numpy, so that f may be anything: n lags of x, and n of f(x) unless f is None."""
+    """Fit the network in numpy, for any f: n lags of x, and n of f(x) unless f is None."""
     x = train.u / STROKE
     size = 1.0 if f is None else float(np.abs(f(x)).max())
 
@@ -143,7 +144,7 @@ def _direct(train: Dataset, n: int, f: Response | None, ridge: float = RIDGE) ->
 
 
 def _operator(x: Array) -> Array:
-    """f in its correct form with dominant extrema: the Zhao-Tan operator."""
+    """Return f in its correct form with dominant extrema, the Zhao-Tan operator."""
     return Graph.single(Node("f", "zhao_tan")).run(x)
 
 
@@ -158,7 +159,7 @@ def _structure(
     ready: Mapping[int, tuple[Model, Response]],
     progress: Callable[[float], None],
 ) -> list[Row]:
-    """IC(n) and TC(n), mean squares over training and validation data, for n = n_u = n_f = 7..10."""
+    """Compute IC(n) and TC(n), mean squares over training and validation data, for n = n_u = n_f = 7..10."""
     rows, best = [], {}
     for i, (n, printed) in enumerate(TABLE_1.items()):
         model, literal = ready[n] if n in ready else (_with_f(train, n), _direct(train, n, _printed))
@@ -171,13 +172,13 @@ def _structure(
         progress(0.4 + 0.1 * (i + 1))
     least = min(best, key=lambda n: best[n])
     spread = max(best.values()) / min(best.values()) - 1
-    note = f"TC differs by {100 * spread:.1f} % over n = 7..10: this sensor does not tell these structures apart"
+    note = f"TC differs by {100 * spread:.1f} % over n = 7..10: this sensor does not distinguish these structures"
     return [*rows, Row("n with the smallest TC", 9.0, None, float(least), note=note)]
 
 
 # ---- recursions ------------------------------------------------------------------------------------------------------
 def _recursions(progress: Callable[[float], None]) -> list[Row]:
-    """Recursive against batch on data that begin at rest, with small lags: what differs is the recursion."""
+    """Compare recursive with batch least squares on data that start at rest, with few lags."""
     n = 3
     train, test = ipmc(60, rest=REST, seed=3), ipmc(30, (1.5, 3.0, 4.0), noise=0.0, seed=4)
 
@@ -192,7 +193,7 @@ def _recursions(progress: Callable[[float], None]) -> list[Row]:
     base = float(np.sqrt(np.mean((held_out @ batch - test.y) ** 2)))
 
     def run(model: Recursive | PrintedRecursive) -> tuple[float, float]:
-        """Held-out RMS error over that of batch, and the largest error on the way."""
+        """Return the held-out RMS error over that of batch, and the largest error during the run."""
         worst = 0.0
         try:
             with np.errstate(all="ignore"):

@@ -2,9 +2,9 @@
 
   y(k) = a'x(k) + W2 tanh(W1 x(k) + b1) + b2,   x(k) = (u(k), .., u(k-L), y(k-1), .., y(k-L))
 
-First one step ahead on the measured lags, as a regression; noise in them biases it.  Then on the model's own lags: the
-derivatives of a free run obey s(k) = dy/dp + sum_j dy/dy(k-j) s(k-j) (real-time recurrent learning, Williams & Zipser
-1989), and Levenberg-Marquardt takes them as its Jacobian.
+The first stage is a one-step-ahead regression on measured lags, biased by their noise.  The second stage uses the
+model's own lags: the derivatives of a free run obey s(k) = dy/dp + sum_j dy/dy(k-j) s(k-j) (real-time recurrent
+learning, Williams & Zipser 1989) and form the Jacobian of Levenberg-Marquardt.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.identify.network.training import train
 from hystfmu.identify.solvers.levenberg_marquardt import minimise
 
-RIDGE = 1e-5  # of the parameters, in the scaled unit of y
+RIDGE = 1e-5  # on the parameters, relative to the scaled output
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class NarxNetwork:
     gain_y: float
 
     def run(self, u: Array) -> Array:
-        """Displacement (n,) for a force u (n,), from rest."""
+        """Return the displacement (n,) for a force u (n,), from rest."""
         return simulate(self.p, u * self.gain_u, np.zeros(self.lags), self.lags, self.hidden)[0] / self.gain_y
 
 
@@ -46,21 +46,27 @@ def _split(p: Array, lags: int, hidden: int) -> tuple[Array, Array, Array, Array
 def simulate(
     p: Array, u: Array, before: Array, lags: int, hidden: int, derivatives: bool = False
 ) -> tuple[Array, Array]:
-    """A free run, and its derivatives by p.
+    """Run the network free, with derivatives by p.
 
     Parameters
     ----------
     p : array, shape (m,)
+        Parameters.
     u : array, shape (n,)
-        Scaled force; before row 0 it was as in row 0.
+        Scaled force; before row 0 it equals row 0.
     before : array, shape (lags,)
-        Scaled displacements before row 0, the oldest first.
+        Scaled displacements before row 0, oldest first.
+    lags, hidden : int
+        Size of the network.
+    derivatives : bool
+        Compute s.
 
     Returns
     -------
     y : array, shape (n,)
-        A run that leaves [-10, 10] stays where it left.
-    s : array, shape (n, m), empty without `derivatives`
+        Scaled displacement; a run that leaves [-10, 10] stays at that limit.
+    s : array, shape (n, m)
+        Derivatives of y by p; empty without `derivatives`.
     """
     a, W1, b1, W2, b2 = _split(p, lags, hidden)
     n = len(u)
@@ -71,7 +77,7 @@ def simulate(
     width = 2 * lags + 1
     x = np.empty(width)
     for k in range(n):
-        x[: lags + 1] = past_u[k : k + lags + 1]  # the oldest first: no reversal in the loop
+        x[: lags + 1] = past_u[k : k + lags + 1]  # oldest first, which avoids a reversal in the loop
         x[lags + 1 :] = y[k : k + lags]
         t = np.tanh(W1 @ x + b1)
         value = float(a @ x + W2 @ t) + b2
@@ -105,13 +111,17 @@ def fit_narx(
     Parameters
     ----------
     u, y : array, shape (n,)
-        At equal steps.
+        Force and displacement, evenly sampled.
+    lags, hidden : int
+        Size of the network.
     iterations : (int, int)
-        Of Levenberg-Marquardt, one step ahead and in simulation.
+        Levenberg-Marquardt iterations, one step ahead and in simulation.
     progress : function
         Called with the fraction done.
     skip : int
-        The first rows of the free run, which starts from measured displacements, do not count.
+        First rows of the free run that do not count, because it starts from measured displacements.
+    seed : int
+        Seed of the initial weights.
     """
     gain_u, gain_y = 1 / float(np.abs(u).max()), 1 / float(np.abs(y).max())
     su, sy = u * gain_u, y * gain_y

@@ -1,7 +1,8 @@
-"""Nested loops, the part of every paper that one decaying sine hides: a bank of plays and a network, and inverses.
+"""Nested loops, which the single decaying sine of the papers does not excite: bank of plays and network, inverses.
 
-Two plants in numpy: ten backlash operators with a linear term, and the same behind a bent readout.  Models are trained
-on random nested reversals, judged by `accuracy.held_out_table`; inverses stand in front of the plant itself.
+There are two plants in numpy: ten backlash operators with a linear term, and the same with a nonlinear readout.  Models
+are trained on random nested reversals and tested by `accuracy.held_out_table`; inverses are tested in front of the
+plant.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ from hystfmu.model import Model, accuracy
 from hystfmu.papers.table import Row
 
 STEP = 1e-3
-NOISE = 1e-3  # of the span, RMS, for the inverse that is identified under noise
-SHARE = 0.9  # of the range, of the outputs that an inverse is asked for
+NOISE = 1e-3  # RMS, relative to the span, for the inverse that is identified under noise
+SHARE = 0.9  # fraction of the range that the wanted outputs of an inverse use
 
 Response = Callable[[Array], Array]
 
 
 def bent(plant: Response) -> Response:
-    """An asymmetric plant: a polynomial readout that rises over the outputs -1..1."""
+    """Make a plant asymmetric by a polynomial readout that increases over the outputs -1..1."""
 
     def response(u: Array) -> Array:
         y = plant(u)
@@ -35,7 +36,7 @@ def bent(plant: Response) -> Response:
 
 
 def recorded(plant: Response, reversals: int, noise: float = 0.0) -> Dataset:
-    """The answer of a plant to random nested reversals, with white noise of this share of its span."""
+    """Return the response of a plant to random nested reversals, with white noise relative to its span."""
     u = signals.training(reversals, 1)
     y = plant(u)
     y = y + noise * np.ptp(y) * np.random.default_rng(0).normal(size=len(y))
@@ -43,7 +44,7 @@ def recorded(plant: Response, reversals: int, noise: float = 0.0) -> Dataset:
 
 
 def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
-    """S2: bank of 16 plays and a network; RMS and largest error, nested reversals and the worst of the others."""
+    """Compute S2: bank of 16 plays and a network, RMS and largest error, nested reversals and worst other signal."""
     found = accuracy.held_out_table(fit(data, "play_bank_mlp"), plant, data.span)
     nested = found.pop("nested reversals")
     rows = []
@@ -59,7 +60,7 @@ def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
 
 
 def inverse_rows(plant: Response, reversals: int) -> list[Row]:
-    """S6: the exact inverse of plays in front of its model, and of plays identified under noise before the plant."""
+    """Compute S6: exact inverse of plays in front of its model, and, identified under noise, in front of the plant."""
     clean, noisy = (
         fit(recorded(plant, reversals, noise), "prandtl_ishlinskii", N=200, w0_min=0.01) for noise in (0, NOISE)
     )
@@ -78,7 +79,7 @@ def inverse_rows(plant: Response, reversals: int) -> list[Row]:
 
 
 def implicit_rows(name: str, plant: Response, reversals: int) -> list[Row]:
-    """S6: the inverse of a bank of plays and a network by root finding, before the plant."""
+    """Compute S6: implicit inverse of a bank of plays and a network in front of the plant."""
     data = recorded(plant, reversals)
     few, made = (inverse(fit(data, "play_bank_mlp", N=n), "implicit") for n in (16, 24))
     worst = [cascade(m, plant)["max_percent"] for m in (few, made)]
@@ -88,7 +89,7 @@ def implicit_rows(name: str, plant: Response, reversals: int) -> list[Row]:
 
 
 def cascade(made: Model, plant: Response) -> dict[str, float]:
-    """The worst errors of inverse -> plant on outputs of the plant for the held-out signals, of the span of each."""
+    """Return the worst errors of the cascade inverse -> plant over the held-out signals, relative to each span."""
     found = {}
     for name, u in signals.held_out().items():
         wanted = plant(SHARE * u)

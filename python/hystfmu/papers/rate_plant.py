@@ -1,7 +1,7 @@
-"""A rate-dependent actuator in numpy, apart from the C core, and the excitations of Yu & Alici 2005, figs. 6 to 8.
+"""Rate-dependent actuator in numpy, independent of the C core, and the excitations of Yu & Alici 2005, figs. 6 to 8.
 
-Plays and a linear term -> G0(s) -> delay, sixteen steps in every sample with the input running linearly between the
-samples, G0 by the trapezoidal rule: another integrator, finer steps and other thresholds than in any model.
+The actuator is a chain of plays and a linear term, G0(s), and a delay.  Each sample takes sixteen steps with the input
+linear between samples, G0 by the trapezoidal rule: integrator, step and thresholds differ from those of every model.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ F_SLOW, F_FAST = 2.0, 100.0  # Hz
 
 
 def actuator(u: Array) -> Array:
-    """Displacement (about [-1, 1]) for an input u (n,) in [-1, 1] at 10 kHz, from rest at u[0]."""
+    """Return the displacement (n,), about [-1, 1], for an input u (n,) in [-1, 1] at 10 kHz, from rest at u[0]."""
     from scipy.signal import bilinear, lfilter
 
     n = len(u)
@@ -37,18 +37,18 @@ def actuator(u: Array) -> Array:
 
 
 def excitation(figure: str, seconds: float = 1.0, rate: float = RATE) -> Array:
-    """The input of a figure of the paper, in [-1, 1]: a sine whose frequency moves between 2 and 100 Hz.
+    """Return the input of a figure of the paper, in [-1, 1]: a sine whose frequency sweeps between 2 and 100 Hz.
 
     Parameters
     ----------
     figure : {"6", "7", "8"}
         6: fixed amplitude, decreasing frequency; 7: increasing frequency, decreasing amplitude; 8: both decreasing.
-        The paper prints no frequencies; a decreasing amplitude ends at 0.  The number of cycles
-        is whole, so that one can follow another without a jump.
+        The paper prints no frequencies.  A decreasing amplitude ends at 0.  The number of cycles is whole, so that
+        signals can be concatenated without a discontinuity.
     seconds : float
-        Length.
+        Length (s).
     rate : float
-        Samples per second.
+        Sample rate (Hz).
     """
     t = np.arange(round(seconds * rate)) / rate
     first, last = (F_SLOW, F_FAST) if figure == "7" else (F_FAST, F_SLOW)

@@ -1,9 +1,10 @@
 """Shen & Ma 2017: constraint-factor operator and a 2-5-1 network against a Prandtl-Ishlinskii model of 4994 plays.
 
-The paper's record, 1916 samples of a magnetostrictive actuator, is not published.  Its table 1 makes sense for branches
-up to 0.8 with outputs up to 10; the synthetic stack is scaled to that and driven by a decaying sine of 1916 samples.
-Literal: last extremum, normal equations, thresholds over the full range; hidden neurons chosen on the verification half
-itself.  Ours: dominant extrema, increasing branch, thresholds over half the range; neurons chosen without that half.
+The record of the paper, 1916 samples of a magnetostrictive actuator, is not published.  Its table 1 is plausible for
+branches up to 0.8 with outputs up to 10, so the synthetic stack is scaled to that and driven by a decaying sine of 1916
+samples.  Literal: last extremum, normal equations, thresholds over the full range, hidden neurons chosen on the test
+half itself.  Ours: dominant extrema, increasing branch, thresholds over half the range, hidden neurons chosen on a
+validation split of the first half.
 """
 
 from __future__ import annotations
@@ -36,10 +37,10 @@ PAPER_A = (-13.1053, 3.5024e2, -4.7518e3, 3.8646e4, -1.9549e5, 6.3845e5, -1.3467
 PAPER_MSE, PAPER_PI_MSE, PAPER_PI_N, PAPER_PI_SECONDS = 0.0611, 0.4327, 4994, 20 * 3600.0
 M, HIDDEN, ITERATIONS = 9, 5, 229
 SWEEP = (*range(1, 11), 15, 20, 30, 50)
-FULL: dict[str, Any] = {"hidden": range(1, 101)}  # some 12 minutes on two cores
-LATE = 8  # samples of the 200 in a cycle
+FULL: dict[str, Any] = {"hidden": range(1, 101)}  # about 12 minutes on two cores
+LATE = 8  # sensor delay in samples, of the 200 per cycle
 ROUGHNESS = 1e-4
-T_MAX = 0.5  # s: a record of 10 s does not tell slower lags
+T_MAX = 0.5  # s: a record of 10 s is not informative about slower lags
 LITERAL: dict[str, Any] = {"branch": "literal", "memory": "last"}
 SETTINGS: tuple[dict[str, Any], ...] = (LITERAL, {})  # literal, ours
 QUICK: dict[str, Any] = {"starts": 1, "iterations": ITERATIONS}
@@ -48,16 +49,16 @@ Progress = Callable[[float], None]
 
 
 def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) -> Report:
-    """The table of the paper.
+    """Compute the table of the paper.
 
     Parameters
     ----------
     data : path, optional
-        Folder with ``dbo_piezo/Test_Vi_Do_Di.dat`` (or that folder itself): adds the models on measured data.
+        Folder with ``dbo_piezo/Test_Vi_Do_Di.dat`` (or that folder itself), to add the models on measured data.
     progress : function
         Called with the fraction done.
     hidden : sequence of int
-        Numbers of hidden neurons to try; the paper tries 1..100: `FULL`.
+        Numbers of hidden neurons to try; the paper tries 1..100 (`FULL`).
     """
     measured = None if data is None else dbo_piezo.measured(data)[0]
     record = paper_record()
@@ -70,7 +71,7 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
         "MSE of 2-5-1 / MSE of PI, second half",
         PAPER_MSE / PAPER_PI_MSE,
         target=1.0,
-        note="PI with optimal weights is no poor model; the printed 0.4327 can hardly be an optimum",
+        note="PI with optimal weights is a good model; the printed 0.4327 is hardly an optimum",
     )
     rows += [*networks, *pis, _with(ratio, means[0] / pi_means[0], means[1] / pi_means[1])]
     rows += [*sums_of_plays.fit_rows(), *sums_of_plays.step_rows()]
@@ -81,12 +82,12 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
     notes = [
         f"record: synthetic stack, {SAMPLES} samples, noise {100 * NOISE:g} % of half the stroke; MSE in y^2, "
         f"y spans {np.ptp(record.y):.3g} as the branch of the paper's table 1 does",
-        "printed MSE and ours come from different plants: the verdicts against it compare orders only",
-        f"a_0 < 0 needs a sensor late by 4 samples or more here; {LATE} is chosen to show it, without delay a_0 > 0",
-        "chosen after seeing held-out errors: the default roughness 1e-4 (the measured rows too), and the asymmetric "
-        f"PI's longest lag of {T_MAX} s on the synthetic stack; with its default of 8 s its worst RMS is 1.77 %FS",
+        "printed MSE and ours come from different plants: the verdicts against it compare orders of magnitude only",
+        f"a_0 < 0 needs a sensor delay of 4 samples or more here; {LATE} samples show it, without delay a_0 > 0",
+        "tuned on held-out errors: the default roughness 1e-4 (on the measured rows too), and the longest lag of the "
+        f"asymmetric PI, {T_MAX} s, on the synthetic stack; with its default of 8 s its worst RMS is 1.77 %FS",
         f"hidden neurons tried: {', '.join(map(str, hidden))}",
-        "the full sweep, some 12 minutes: hystfmu reproduce shen_ma_2017 --full; on own data "
+        "full sweep, about 12 minutes: hystfmu reproduce shen_ma_2017 --full; on your own data: "
         "hystfmu fit --model constraint_factor_mlp --set sweep=100",
     ]
     return Report(
@@ -100,12 +101,12 @@ def _with(row: Row, literal: float, ours: float) -> Row:
 
 # ---- data ------------------------------------------------------------------------------------------------------------
 def plant(u: Array) -> Array:
-    """The actuator that stands for the paper's: input u (n,) within +-0.4, output about +-5, 200 rows a second."""
+    """Run the actuator that replaces the one of the paper: input u (n,) within +-0.4, output about +-5, 200 Hz."""
     return OUTPUT * stack(u / INPUT, 1 / RATE)
 
 
 def paper_record() -> Dataset:
-    """A decaying sine of 1916 samples, as many as the paper has."""
+    """Return a decaying sine of 1916 samples, as many as in the paper."""
     return _dataset(INPUT * signals.decaying_sine(10, 0.05)[:SAMPLES], "decaying sine, 1916 samples")
 
 
@@ -116,9 +117,9 @@ def _dataset(u: Array, name: str) -> Dataset:
 
 # ---- the operator ----------------------------------------------------------------------------------------------------
 def _branches(record: Dataset) -> list[Row]:
-    """Condition, slope at the start, falling parts: as printed, by the paper's equations, by ours."""
+    """Compute condition, initial slope and falling part of the branch: printed, by the paper's equations, by ours."""
     u, rows = record.u, slice(0, SAMPLES // 2)
-    # a sensor that is late answers a reversal with a dip: the likely cause of the printed a_0 < 0
+    # a delayed sensor responds to a reversal with a dip: the likely cause of the printed a_0 < 0
     late = np.concatenate([np.full(LATE, record.y[0]), record.y[:-LATE]])
 
     def literal(y: Array) -> Branch:
@@ -157,7 +158,7 @@ def _branches(record: Dataset) -> list[Row]:
 
 # ---- networks and plays on the paper's split -------------------------------------------------------------------------
 def _networks(half: Dataset, hidden: Sequence[int], progress: Progress) -> tuple[list[Row], tuple[float, float]]:
-    """Best mean square error on the second half over the numbers of hidden neurons."""
+    """Compute the best mean square error on the second half over the numbers of hidden neurons."""
     first, second = half.train, slice(half.train.stop, len(half.u))
     chosen = resolve("constraint_factor_mlp", options("constraint_factor_mlp"), QUICK)
     literal = fit_operator(half, {**chosen, **LITERAL})[0].values
@@ -193,7 +194,7 @@ def _networks(half: Dataset, hidden: Sequence[int], progress: Progress) -> tuple
 
 
 def _many_plays(half: Dataset) -> tuple[list[Row], tuple[float, float]]:
-    """4994 plays at the paper's thresholds and at ours."""
+    """Fit 4994 plays at the thresholds of the paper and at ours."""
     second = slice(half.train.stop, len(half.u))
     started = time.perf_counter()
     literal = paper_pi(half, PAPER_PI_N)
@@ -219,12 +220,12 @@ def _many_plays(half: Dataset) -> tuple[list[Row], tuple[float, float]]:
 
 
 def _paper_thresholds(data: Dataset, n: int) -> Array:
-    """r_i = (i - 1)/N (max x - min x), i = 1..N: eq. 11."""
+    """Return r_i = (i - 1)/N (max x - min x), i = 1..N (eq. 11)."""
     return np.asarray(np.arange(n) / n * np.ptp(data.u[data.train]))
 
 
 def paper_pi(data: Dataset, n: int) -> Model:
-    """Plays at the paper's thresholds and an offset, by non-negative least squares; the first play is the input."""
+    """Fit plays at the paper's thresholds and an offset by non-negative least squares; the first play is the input."""
     rows, u0 = data.train, float(data.u[0])
     r = _paper_thresholds(data, n)
     columns = plays(data.u, r, u0)[rows]
@@ -234,7 +235,7 @@ def paper_pi(data: Dataset, n: int) -> Model:
 
 
 def _still(data: Dataset, r: Array) -> float:
-    """Percent of plays that never move in both directions over the training rows."""
+    """Return the percentage of plays that do not move in both directions over the training rows."""
     moves = np.diff(plays(data.u, r, float(data.u[0]))[data.train], axis=0)
     return 100 * float(np.mean((moves.min(axis=0) >= 0) | (moves.max(axis=0) <= 0)))
 
@@ -245,7 +246,7 @@ def _mse(model: Model, data: Dataset, rows: slice) -> float:
 
 # ---- held-out signals ------------------------------------------------------------------------------------------------
 def _held_out(half: Dataset, progress: Progress) -> list[Row]:
-    """Worst RMS error over the held-out signals, % of span; trained on nested reversals unless said otherwise."""
+    """Compute the worst RMS error over the held-out signals, % of span; trained on nested reversals unless stated."""
     u = INPUT * signals.training(60, 1)[:SAMPLES]
     data = _dataset(u, "nested reversals")
     tests = {name: INPUT * x for name, x in signals.held_out().items()}
@@ -275,7 +276,7 @@ def _held_out(half: Dataset, progress: Progress) -> list[Row]:
             None,
             worst(sine[0]),
             worst(sine[1]),
-            note="what half a split hides",
+            note="the second half of one sine does not show this",
         ),
         Row(f"{what} PI", None, worst(printed_pi), worst(pi), note="literal: N = 4994; ours: N = 40"),
         Row(

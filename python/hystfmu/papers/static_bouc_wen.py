@@ -1,7 +1,7 @@
-"""A static Bouc-Wen operator in numpy, and what each memory makes of it: the class that no sum of plays can follow.
+"""Static Bouc-Wen operator in numpy, which no sum of plays represents, fitted with both classes of memory.
 
 y = c + a u + b z, dz/du = A - (beta sgn(du z) + gamma) |z|^n (Wen 1976), integrated along every ramp by scipy's RK45,
-another integrator than the core's.
+a different integrator from that of the core.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ REVERSALS = 60
 
 
 def response(u: Array) -> Array:
-    """Output for an input u (rows,), from z = 0."""
+    """Return the output (n,) for an input u (n,), from z = 0."""
     from scipy.integrate import solve_ivp
 
     turns = [0, *(np.flatnonzero(np.diff(np.sign(np.diff(u))) != 0) + 1).tolist(), len(u) - 1]
@@ -39,12 +39,12 @@ def response(u: Array) -> Array:
 
 
 def rows() -> list[Row]:
-    """S3: the class of memory found from the data, and the worst held-out error."""
+    """Compute S3: memory class found from the data, and worst held-out error."""
     u = signals.training(REVERSALS, 1)
     data = Dataset.from_signal(u, response(u))
     plays, chosen = fit(data, "prandtl_ishlinskii"), fit(data, "auto")
     of = [
         max(e["rms_percent"] for e in accuracy.held_out_table(m, response, data.span).values()) for m in (plays, chosen)
     ]
-    note = f"literal: plays, whatever their number; ours: --model auto took {chosen.key}, memory {chosen.fit['memory']}"
+    note = f"literal: plays of any number; ours: --model auto chose {chosen.key}, memory {chosen.fit['memory']}"
     return [Row("static Bouc-Wen operator, worst held-out RMS, % of span", None, of[0], of[1], 0.03, note=note)]

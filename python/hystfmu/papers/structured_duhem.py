@@ -1,10 +1,10 @@
-"""Oscillator with a Duhem force of free shape, fitted to force and displacement: structured, but no Bouc-Wen equation.
+"""Oscillator with a Duhem force of free shape, fitted to force and displacement, without the Bouc-Wen equation.
 
   m y'' + c y' + k y + z = u,   dz/dy = f(s z), s = sgn(y'),
 
-f piecewise linear on equal knots, the same function for both directions seen along the motion (odd symmetry of the
-loop).  Integrated by the leapfrog rule for y and the explicit midpoint rule for z, both of second order, for many
-parameter sets at once: one pass gives the residuals and the differences that make up their Jacobian.
+f is piecewise linear on equal knots and the same for both directions of motion (odd symmetry of the loop).  The
+leapfrog rule integrates y, the explicit midpoint rule z, both of second order, for many parameter sets at once: one
+pass gives the residuals and the finite differences of their Jacobian.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
 from hystfmu.identify.solvers.levenberg_marquardt import minimise
 
 KNOTS = 5
-STEP = 1e-4  # of a parameter that is scaled to about 1, for differences
+STEP = 1e-4  # finite-difference step of a parameter scaled to about 1
 
 
 @dataclass(frozen=True)
 class DuhemOscillator:
-    """Mass, damping, stiffness, and f at equal knots over [-z_max, z_max]; beyond them f stays as at the end."""
+    """Mass, damping, stiffness, and f at equal knots over [-z_max, z_max]; f is constant beyond them."""
 
     m: float
     c: float
@@ -34,7 +34,7 @@ class DuhemOscillator:
     z_max: float
 
     def run(self, u: Array, h: float) -> Array:
-        """Displacement (n,) for a force u (n,), rows `h` seconds apart, from rest."""
+        """Return the displacement (n,) for a force u (n,), rows `h` seconds apart, from rest."""
         m, c, k, z_max = self.m, self.c, self.k, self.z_max
         f, last, width = self.f.tolist(), KNOTS - 1, 2 * self.z_max / (KNOTS - 1)
         damped, gain = 1 - 0.5 * h * c / m, 1 / (1 + 0.5 * h * c / m)
@@ -56,7 +56,7 @@ class DuhemOscillator:
 
 
 def run_many(p: Array, u: Array, h: float, z_max: float) -> Array:
-    """`DuhemOscillator.run` for parameter sets p (sets, 3 + KNOTS) side by side: shape (len(u), sets)."""
+    """Run `DuhemOscillator.run` for parameter sets p (sets, 3 + KNOTS) in parallel; shape (len(u), sets)."""
     m, c, k, f = p[:, 0], p[:, 1], p[:, 2], np.ascontiguousarray(p[:, 3:])
     sets, width = len(p), 2 * z_max / (KNOTS - 1)
     at, rise = f[:, :-1].ravel(), np.diff(f, axis=1).ravel()
@@ -90,22 +90,26 @@ def fit_duhem(
     iterations: tuple[int, int],
     progress: Callable[[float], None],
 ) -> DuhemOscillator:
-    """Output-error fit by Levenberg-Marquardt.
+    """Fit by output error with Levenberg-Marquardt.
 
     Parameters
     ----------
     u : array, shape (n,)
-        Force, rows `h` seconds apart, from rest.
+        Force from rest.
     y : array, shape (m,)
         Measured displacement at the rows first, first + stride, ...
+    h : float
+        Time between rows of u (s).
+    first, stride : int
+        Rows of u that belong to y.
     iterations : (int, int)
-        Of the search, on the first quarter of the rows and then on all of them.
+        Iterations on the first quarter of the rows, and on all of them.
     progress : function
         Called with the fraction done.
     """
     rows = first + stride * np.arange(len(y))
     m, c, k = linear_oscillator(u[rows], y, h * stride)
-    z_max = 1.1 * k * float(np.abs(y).max())  # z takes a part of the spring's force, but keeps it after reversals
+    z_max = 1.1 * k * float(np.abs(y).max())  # z is a part of the spring force, but keeps it after reversals
     scale = np.concatenate([[m, max(c, 0.01 * np.sqrt(m * k)), k], np.full(KNOTS, k)])
     start = np.concatenate([[1.0, 1.0, 0.5], np.linspace(0.8, 0.2, KNOTS)])
     size = float(np.sqrt(np.mean(y**2)))
@@ -115,7 +119,7 @@ def fit_duhem(
         sets = (p + steps) * scale
         sets[:, :3] = np.maximum(sets[:, :3], 1e-3 * scale[:3])
         taken = rows[:count]
-        with np.errstate(all="ignore"):  # a trial may run away; its error is then cut off
+        with np.errstate(all="ignore"):  # a trial may diverge; its error is limited
             e = (run_many(sets, u[: taken[-1] + 1], h, z_max)[taken] - y[:count, None]) / size
         e = np.clip(np.nan_to_num(e, nan=1e3), -1e3, 1e3)
         return e[:, 0], (e[:, 1:] - e[:, :1]) / STEP

@@ -1,4 +1,4 @@
-"""What thousands of plays cost: their fit (20 h in Shen & Ma 2017) and, by turning points, one step of their sum."""
+"""Cost of thousands of plays: their fit (20 h in Shen & Ma 2017) and one step of their sum by turning points."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.papers.table import Row
 
 STEPS, REPEATS = 400_000, 5
-TIMED, RUNS = 20_000, 50  # steps and runs of a timing: the least of many short ones, because other work comes and goes
-BLOCKS = ("prandtl_ishlinskii", "backlash_sum")  # by turning points; a state for every play
+TIMED, RUNS = 20_000, 50  # steps and runs of a timing: the least of many short runs excludes other load
+BLOCKS = ("prandtl_ishlinskii", "backlash_sum")  # by turning points; by one state per play
 
 
 def fit_rows() -> list[Row]:
-    """S4: fits without noise, 2000 samples; the plant's thresholds are among the model's."""
+    """Compute S4: fits without noise, 2000 samples; the thresholds of the plant are among those of the model."""
     u = signals.training(60, 1)[:2000]
     rows = []
     for n, target in ((100, 0.02), (1000, 0.5), (5000, 5.0)):
@@ -35,7 +35,7 @@ def fit_rows() -> list[Row]:
 
 
 def step_rows() -> list[Row]:
-    """S5: the operator by its turning points against a state for every play, signed weights."""
+    """Compute S5: the operator by turning points against one state per play, signed weights."""
     rng = np.random.default_rng(0)
     levels = rng.uniform(-1, 1, STEPS // 10 + 1)
     u = np.interp(np.arange(STEPS) / 10, np.arange(len(levels)), levels)
@@ -62,7 +62,7 @@ def step_rows() -> list[Row]:
 
 
 def _operators(rng: np.random.Generator) -> list[tuple[Array, Array]]:
-    """Thresholds and signed weights: 1000 uneven, 5000 even, 5000 uneven."""
+    """Return thresholds and signed weights: 1000 uneven, 5000 even, 5000 uneven."""
     r = [np.sort(rng.uniform(0, 0.95, 1000)), np.linspace(0, 0.95, 5000), np.sort(rng.uniform(0, 0.95, 5000))]
     return [(v, rng.normal(size=len(v)) / len(v)) for v in r]
 
@@ -72,7 +72,7 @@ def _graph(block: str, r: Array, w: Array) -> Graph:
 
 
 def nanoseconds(graph: Graph, u: Array, runs: int) -> float:
-    """Least time of a step (ns) over `runs` runs of the graph on the input u (n,)."""
+    """Return the least time per step (ns) over `runs` runs of the graph on the input u (n,)."""
     executor, rows = graph.executor(), np.ascontiguousarray(u[:, None])
     best = np.inf
     for _ in range(runs):

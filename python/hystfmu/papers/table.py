@@ -1,4 +1,4 @@
-"""The table of a paper: the printed number beside a literal replica and ours, with a target where there is one."""
+"""Table of a paper: printed number, literal replica, ours, and a target."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ class Row:
     Parameters
     ----------
     quantity : str
-        What was measured, on which signal, in which unit.
+        Quantity, signal and unit of measure.
     printed : float or None
-        As printed in the paper; None where it prints none.
+        Number printed in the paper, if any.
     literal : float or None
-        Our literal replica of the paper's method; None where the text leaves it open.
+        Our literal replica of the paper's method; None if the text does not define it.
     ours : float or None
         The corrected and improved method.
     target : float or None
-        `ours` must not exceed it (or, with `at_least`, not fall below it); None where there is no target.
+        Upper bound on `ours` (lower bound with `at_least`), if any.
     at_least : bool
-        The target is a lower bound.
+        Whether the target is a lower bound.
     note : str
-        Why, when a target is missed; what differs from the paper.
+        Reason for a missed target; difference from the paper.
     """
 
     quantity: str
@@ -46,7 +46,7 @@ class Row:
         return self.ours >= self.target if self.at_least else self.ours <= self.target
 
     def verdict(self) -> str:
-        """`met`, or by how much the target is missed."""
+        """Return "met", or the factor by which the target is missed."""
         if self.met is None:
             return ""
         if self.met:
@@ -67,12 +67,12 @@ class Report:
     notes: tuple[str, ...] = ()
 
     def data(self) -> dict[str, Any]:
-        """For machines."""
+        """Return the table as plain data for JSON."""
         rows = [{**asdict(r), "met": r.met} for r in self.rows]
         return {"name": self.name, "source": self.source, "rows": rows, "notes": list(self.notes)}
 
     def text(self) -> str:
-        """For a terminal."""
+        """Format the table for a terminal."""
 
         def number(x: float | None) -> str:
             return "" if x is None else f"{x:.4g}"

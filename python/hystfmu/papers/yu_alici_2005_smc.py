@@ -1,10 +1,10 @@
 """Yu & Alici 2005: rate-dependent network, its inverse and a sliding mode loop, against the structure H -> G0(s).
 
-The paper prints figures only and one formula, the bound of |s|.  Literal: a network on (u, du/dt), its inverse a
-network on (y, dy/dt), the law of eq. 5.  Ours: plays, then G0(s) with delay, by variable projection; its hysteresis
-inverted exactly behind a feed-forward of G0; feedback with integral action.  Identification is judged on the numpy
-actuator of `rate_plant`, the loops run on the plant of the shipped scenarios at 10 kHz, with the errors between samples
-included.
+The paper prints only figures and one formula, the bound of |s|.  Literal: a network on (u, du/dt), its inverse a
+network on (y, dy/dt), the law of eq. 5.  Ours: plays, then G0(s) with delay, by variable projection; the hysteresis is
+inverted exactly after a feed-forward of G0, with feedback and integral action.  Identification is tested on the numpy
+actuator of `rate_plant`.  The loops run on the plant of the shipped scenarios at 10 kHz and include the errors between
+samples.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from hystfmu.scenario.shipped import shipped_scenarios
 
 NOISE = 1e-3  # RMS, of half the stroke
 LITERAL: dict[str, Any] = {"memory": "none", "hidden": 12, "starts": 3}
-SMC = {"eta": 5.0, "rho": 1.0, "eps": 0.01, "D": 1.0}  # normalised signals, eta > 1 as the printed bound asks
-W0_MIN = 0.05  # of the linear term: an inverse needs some
+SMC = {"eta": 5.0, "rho": 1.0, "eps": 0.01, "D": 1.0}  # normalised signals; the printed bound needs eta > 1
+W0_MIN = 0.05  # least weight of the linear term, which makes the model invertible
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """The table of the paper; `data` is not needed.
+    """Compute the table of the paper; `data` is not used, `progress` is called with the fraction done.
 
     Targets: S10 (f_n and damping within 1 %, delay within 0.1 sample, 0.06 %FS on held-out signals) and S7 at 10 kHz
     (0.05 % of stroke; with 20 % mismatch 0.07 % at 10 Hz and 0.75 % at 100 Hz).
@@ -60,13 +60,13 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
 
 
 def measured(u: Array, seed: int = 0) -> Dataset:
-    """Noisy data of the actuator."""
+    """Return noisy data of the actuator for an input u (n,)."""
     y = actuator(u) + NOISE * np.random.default_rng(seed).normal(size=len(u))
     return Dataset.from_signal(u, y, 1 / RATE, "rate-dependent actuator")
 
 
 def _figures() -> list[Row]:
-    """Each figure alone, trained and tested on the same signal as in the paper."""
+    """Fit each figure alone, trained and tested on the same signal as in the paper."""
     titles = {"6": "frequency falls", "7": "frequency rises, amplitude falls", "8": "frequency and amplitude fall"}
     rows = []
     for figure in FIGURES:
@@ -76,7 +76,7 @@ def _figures() -> list[Row]:
         rows.append(Row(name, None, literal, ours, note="network on (u, du/dt) | with plays and rates of a PI fit"))
     tone = np.sin(2 * np.pi * 50 * np.arange(2000) / RATE)
     literal = fit(measured(tone), "rate_mlp", **LITERAL).fit["rms_percent"]
-    note = "one tone is an ellipse in (u, du/dt): the only case where the rate is a memory"
+    note = "one tone is an ellipse in (u, du/dt): the only case in which the rate acts as memory"
     return [*rows, Row("a single tone, 50 Hz: RMS on the training signal, %FS", None, literal, note=note)]
 
 
@@ -101,7 +101,7 @@ def _identification() -> list[Row]:
 
 
 def _inverse_row(d: Dataset, model: Model) -> Row:
-    """The network inverse (u from y, dy/dt) and the exact inverse, in front of the actuator, at 2 Hz."""
+    """Compare the network inverse (u from y, dy/dt) with the exact inverse, in front of the actuator, at 2 Hz."""
     literal = fit(replace(d, u=d.y, y=d.u), "rate_mlp", **LITERAL)
     exact = inverse(hysteresis(model))
     wanted = 0.8 * signals.decaying_sine(4, 0.2, 5000)
@@ -140,26 +140,28 @@ class _Loops:
         self.literal = fit(replace(d, u=d.y, y=d.u), "rate_mlp", **LITERAL).graph
 
     def _data(self) -> Dataset:
-        """Figs. 6 to 8 on the plant of the scenarios, whose steps are ten times finer than the samples."""
+        """Record figs. 6 to 8 on the plant of the scenarios, whose steps are ten times finer than the samples."""
         plant = Model.load(self.folder / "models" / "backlash_plant.model.toml").graph
         u = 1.4 * np.concatenate([excitation(f, rate=10 * RATE) for f in FIGURES])
-        held = np.append(u[0], (u[1:] + u[:-1]) / 2)  # the plant holds its input: the mean over each fine step
+        held = np.append(
+            u[0], (u[1:] + u[:-1]) / 2
+        )  # the plant holds its input, so it gets the mean over each fine step
         y = plant.run(np.column_stack([held, np.zeros(len(u))]), 0.1 / RATE)[::10]
         y = y + NOISE * np.random.default_rng(1).normal(size=len(y))
         return Dataset.from_signal(u[::10], y, 1 / RATE, "plant of the scenarios")
 
     def run(self, scenario: str, case: str, inverse: Graph | None = None, **changed: float) -> tuple[float, float]:
-        """RMS tracking error in percent of stroke, and the total variation of u over that of the feed-forward.
+        """Run a scenario; return RMS tracking error (% of stroke) and total variation of u, relative to feed-forward.
 
-        `inverse` stands in for the scenario's; without it a scenario runs as shipped.  A loop that diverges until its
-        values are not finite gives infinity.
+        `inverse` replaces the inverse of the scenario; without it the scenario runs as shipped.  A loop whose values
+        become infinite gives infinity.
         """
         from hystfmu.scenario import Scenario, build, simulate
         from hystfmu.scenario.outcome.metrics import measure
         from hystfmu.scenario.outcome.trace import Stopped
 
         overrides: dict[str, Any] = {key.replace("__", "."): v for key, v in changed.items()}
-        if inverse is self.literal:  # the network sees the reference itself
+        if inverse is self.literal:  # the network takes the reference itself
             overrides |= {"feedforward.f_n": 1e12, "feedforward.zeta": 0.0}
         elif inverse is not None:
             overrides |= self.dynamics

@@ -1,8 +1,8 @@
 """Zhao & Tan 2008: operator and 2-12-1 network, against the KP model, and the network inverse in cascade.
 
-The paper's measurements are not published.  Its setup is kept: a 5 Hz decaying sine at 1000 Hz, 1200 samples, scaled to
-[-1, 1], the first half for identification, the other for validation; the actuator is that of its section II, ten
-backlash operators of full widths 0.1 .. 1, in plain numpy.
+The measurements of the paper are not published.  Its setup is kept: a 5 Hz decaying sine at 1000 Hz, 1200 samples,
+scaled to [-1, 1], the first half for identification, the second for validation.  The actuator is that of its section
+II, ten backlash operators of full widths 0.1 .. 1, in numpy.
 Literal: last extremum, 463 Powell-Beale iterations from one start, reconstructed inverse operator.
 Ours: dominant extremum, Levenberg-Marquardt, exact inverse operator.
 """
@@ -27,18 +27,18 @@ from hystfmu.papers.nested_loops import STEP, Response, recorded
 from hystfmu.papers.table import Report, Row
 
 ROWS, CYCLE = 1200, 200
-VIRGIN = CYCLE // 4  # rows of the first rise, which no later loop repeats: left out
+VIRGIN = CYCLE // 4  # rows of the virgin curve, which no later loop repeats; they do not count
 DECAY = 0.1  # per cycle; the paper does not print it
 R = np.linspace(0.1, 1, 10) / 2
 SEEDS = 5
-REVERSALS = 400  # of the data that ours is trained on
+REVERSALS = 400  # in the training data of ours
 REPLICA: dict[str, Any] = {"trainer": "powell_beale", "starts": 1, "iterations": 463, "range": 2.0, "decay": 0.0}
-LINEAR = 3.0  # weight of the linear term of the actuator that has a continuous inverse
-MARGIN = 0.98  # share of the range that the cascade is asked for
+LINEAR = 3.0  # weight of the linear term that makes the actuator invertible
+MARGIN = 0.98  # fraction of the range that the wanted outputs of the cascade use
 
 
 def actuator(linear: float = 0.0) -> Response:
-    """Ten backlash operators plus `linear` times the input, scaled so that +-1 gives +-1; starts at rest."""
+    """Return ten backlash operators plus `linear` times the input, from rest, scaled so that +-1 gives +-1."""
 
     def response(u: Array) -> Array:
         z, out = np.zeros(len(R)), np.empty(len(u))
@@ -51,7 +51,7 @@ def actuator(linear: float = 0.0) -> Response:
 
 
 def experiment(plant: Response) -> Dataset:
-    """The decaying sine of the paper and its answer, both scaled to [-1, 1]; the first rise does not count."""
+    """Return the decaying sine of the paper and its response, scaled to [-1, 1]; the virgin curve does not count."""
     u = signals.decaying_sine(ROWS / CYCLE, DECAY, CYCLE)[:ROWS]
     u = u / np.abs(u).max()
     y = plant(u)
@@ -59,7 +59,7 @@ def experiment(plant: Response) -> Dataset:
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
-    """The table of the paper; `data` is not needed.
+    """Compute the table of the paper; `data` is not used, `progress` is called with the fraction done.
 
     Targets: S1 (replica on the decaying sine), S2 (nested loops), S6 (exact inverse operator), and the printed cascade.
     """
@@ -78,11 +78,11 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
         tuple(rows),
         (
             "printed: a measured actuator, data not published; here: ten backlash operators, both scaled to [-1, 1]",
-            "printed MSE: taken as an RMS, since it exceeds the square of the largest error",
+            "printed MSE: read as an RMS, because it exceeds the square of the largest error",
             f"literal: last extremum, 463 Powell-Beale iterations, one start; medians of {SEEDS} seeds",
-            f"the first rise, {VIRGIN} rows, does not count on the decaying sine; on the held-out signals it does",
+            f"the virgin curve, {VIRGIN} rows, does not count on the decaying sine; on the held-out signals it does",
             f"held-out signals: literal trained on the decaying sine, ours on {REVERSALS} random nested reversals",
-            "defaults of zhao_tan_mlp and play_bank_mlp were chosen with these signals in view, on other thresholds",
+            "defaults of zhao_tan_mlp and play_bank_mlp were tuned on these signals, with other thresholds",
         ),
     )
 
@@ -106,7 +106,7 @@ def _model(data: Dataset, progress: Callable[[float], None]) -> list[Row]:
         progress({"literal": 0.05, "powell_beale": 0.08, "lbfgs": 0.1, "ours": 0.2}[name])
     kp, pi = (_second_half(fit(half, key), data) for key in ("krasnoselskii_pokrovskii", "prandtl_ishlinskii"))
     in_sample = fit(data, "krasnoselskii_pokrovskii").fit
-    where = "trained on rows 50:600, judged on 600:1200"
+    where = "trained on rows 50:600, tested on 600:1200"
     return [
         Row("model on the decaying sine, max", 0.026735, whole["literal"]["max"], whole["ours"]["max"], 0.0267),
         Row("model on the decaying sine, RMS", 0.01027, whole["literal"]["rms"], whole["ours"]["rms"], 0.006),
@@ -134,7 +134,7 @@ def _model(data: Dataset, progress: Callable[[float], None]) -> list[Row]:
 
 
 def _timed(data: Dataset, seed: int, chosen: dict[str, Any]) -> dict[str, float]:
-    """Errors on the training rows, and seconds of one core: other work beside it does not count."""
+    """Return the errors on the training rows and the processor time (s), which other load does not change."""
     began = time.process_time()
     model = fit(data, "zhao_tan_mlp", seed, **chosen)
     return {"max": model.fit["max"], "rms": model.fit["rms"], "seconds": time.process_time() - began}
@@ -151,7 +151,7 @@ def _second_half(model: Model, data: Dataset) -> dict[str, float]:
 
 # ---- other signals ---------------------------------------------------------------------------------------------------
 def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
-    """The replica, trained on its one decaying sine, and ours, trained on random reversals, on signals neither saw."""
+    """Test the replica, trained on one decaying sine, and ours, trained on random reversals, on held-out signals."""
     rich, bent = recorded(plant, REVERSALS), nested_loops.bent(plant)
     rich_bent = recorded(bent, REVERSALS)
     replica = accuracy.held_out_table(
@@ -173,7 +173,7 @@ def _held_out(plant: Response, progress: Callable[[float], None]) -> list[Row]:
                 replica[name]["rms_percent"],
                 e["rms_percent"],
                 1.0 if nested else None,
-                note="(x, h) does not fix the output, see theorem 1: floor about 0.9" if nested else "",
+                note="(x, h) does not determine the output, see theorem 1: floor about 0.9" if nested else "",
             )
         )
     rows += [
@@ -225,7 +225,7 @@ def _operators(plant: Response) -> list[Row]:
 
 # ---- inverse in cascade ----------------------------------------------------------------------------------------------
 def _cascade(progress: Callable[[float], None]) -> list[Row]:
-    """Error of inverse -> actuator against the wanted output, the first rise left out."""
+    """Compute the error of the cascade inverse -> actuator against the wanted output, without the virgin curve."""
     asked = {
         "decaying sine": MARGIN * signals.decaying_sine(ROWS / CYCLE, DECAY, CYCLE)[:ROWS],
         "nested reversals": MARGIN * signals.held_out()["nested reversals"],

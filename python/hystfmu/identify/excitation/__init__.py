@@ -1,1 +1,1 @@
-"""What the data excite: minor loops, speeds of the input, drift of the output."""
+"""Analysis of the excitation: minor loops, input speeds, drift of the output."""

@@ -1,9 +1,9 @@
-"""Drift in the training rows: what no model of the input can take, said in percent of the span of y.
+"""Drift of the output over the training rows, which no model of the input can represent.
 
-The residuals of a fit are averaged over blocks of consecutive rows; a straight line through the averages is the drift,
-and the scatter of the averages about it tells how sure it is.  Blocks, because neighbouring residuals of a hysteresis
-model are not independent.  Wide plays, which move now and then, hide a part of it: what is found is a lower bound.
-Creep is no drift: it follows the input, and models with lags take it.
+The residuals of a fit are averaged over chunks of consecutive rows.  The slope of a straight line through the averages
+is the drift; their scatter about the line gives its standard error.  Averages are used because neighbouring residuals
+of a hysteresis model are not independent.  Wide plays, which move rarely, absorb part of the drift, so the result is a
+lower bound.  Creep is not drift: it follows the input, and models with lags represent it.
 """
 
 from __future__ import annotations
@@ -12,20 +12,25 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 
-BLOCKS = 20
-SURE = 5.0  # standard errors
-SAID = 0.5  # percent of the span: less drift is not worth a word
+CHUNKS = 20
+SURE = 5.0  # standard errors that a reported drift must exceed
+SAID = 0.5  # percent of the span: smaller drift is not reported
 
 
 def drift(e: Array) -> tuple[float, float]:
-    """Drift from the first row to the last, and its standard error.
+    """Estimate the drift from the first row to the last and its standard error.
 
     Parameters
     ----------
     e : array, shape (n,)
-        Measured minus model, in the unit of y.
+        Measured minus model.
+
+    Returns
+    -------
+    total, error : float
+        Drift and standard error, in the unit of measure of e.
     """
-    n = min(BLOCKS, len(e) // 2)
+    n = min(CHUNKS, len(e) // 2)
     means = np.array([part.mean() for part in np.array_split(e, n)])
     t = (np.arange(n) + 0.5) / n - 0.5
     slope = float(t @ means) / float(t @ t)
@@ -35,12 +40,12 @@ def drift(e: Array) -> tuple[float, float]:
 
 
 def warnings(e: Array, span: float) -> list[str]:
-    """One sentence where the output drifts, for residuals e (n,) and the span of y; else nothing."""
+    """Return a warning if the output drifts, for residuals e (n,) and the span of y; else an empty list."""
     total, error = drift(e)
     percent = 100 * total / span
     if abs(percent) < SAID or abs(total) < SURE * error:
         return []
     return [
         f"the output drifts by {percent:+.2g} % of its span or more over the train rows, which no model of the input "
-        "takes; take it out of the data, or train on fewer rows"
+        "represents; remove the drift from the data, or train on fewer rows"
     ]

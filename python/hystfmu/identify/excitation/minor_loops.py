@@ -1,8 +1,8 @@
-"""What the excitation can tell: reversals under noise, minor loops and whether they close, and warnings when it cannot.
+"""Memory class of the data: reversals outside the noise, minor loops, closure; warnings if it is not informative.
 
-A sum of plays has return-point memory: after an excursion u: a -> b -> a its output is back where it was, and the loop
-is closed (wiping-out and congruence: Mayergoyz 1991, ch. 1).  A Bouc-Wen operator has not: it creeps along the outer
-branch (Ikhouane & Rodellar 2007, ch. 3).  So the gap of the minor loops in the data tells the class before any fit.
+A sum of plays has return-point memory: after an excursion u: a -> b -> a its output returns, and the minor loop is
+closed (wiping-out and congruence: Mayergoyz 1991, ch. 1).  A Bouc-Wen operator has none: it drifts along the outer
+branch (Ikhouane & Rodellar 2007, ch. 3).  So the gap of the minor loops in the data gives the class before any fit.
 """
 
 from __future__ import annotations
@@ -15,38 +15,38 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise, reversals
 
-OPEN = 0.5  # percent of the span of y: a larger gap is no return-point memory
-LEAST_LOOP = 0.02  # of the range of u: smaller loops say little
-LEAST_SAMPLES = 100  # per cycle: extrema seen only at samples cost 2.6 / 0.10 / 0.03 % at 10 / 50 / 100
+OPEN = 0.5  # percent of the span of y: a larger gap contradicts return-point memory
+LEAST_LOOP = 0.02  # of the range of u: smaller loops are not informative
+LEAST_SAMPLES = 100  # per cycle: sampling of the extrema costs 2.6 / 0.10 / 0.03 % at 10 / 50 / 100
 SURE = 3.0  # standard errors
-NO_WIDTH = 0.1  # percent of the span of y: a thinner loop is no hysteresis
+NO_WIDTH = 0.1  # percent of the span of y: a thinner loop counts as no hysteresis
 BINS = 50
-MOST_TURNS = 200  # an extremum that u does not come back to within so many reversals is given up
-SPEEDS = 2.0  # ratio of speeds that shows rate dependence
+MOST_TURNS = 200  # reversals after which the search for the return to an extremum ends
+SPEEDS = 2.0  # ratio of speeds that makes rate dependence visible
 RETURN_POINT, OPEN_LOOPS, NONE, UNKNOWN = "return-point", "no return-point", "none", "unknown"
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """What the training rows hold.
+    """Properties of the excitation in the training rows.
 
     Parameters
     ----------
     reversals : int
-        Turning points of u outside its noise.
+        Number of turning points of u outside its noise.
     samples_per_cycle : float
-        Rows for two reversals, on average.
+        Mean number of rows per two reversals.
     loops : int
-        Minor loops that u closes.
+        Number of minor loops that u closes.
     gap : float
-        RMS over the loops of y after minus y before, noise taken out, in percent of the span of y.
+        RMS over the loops of y after minus y before, corrected for noise, in percent of the span of y.
     several_speeds : bool
-        Half cycles differ twofold in their mean speed (10th and 90th percentile), so that rate dependence can show.
+        Whether the mean speeds of half cycles differ twofold (10th and 90th percentile): rate dependence is visible.
     memory : str
-        ``return-point``; ``no return-point``, as Bouc-Wen or the last extremum only; ``none``, y a function of u;
-        ``unknown``.
+        ``return-point``; ``no return-point``, as of Bouc-Wen or of a memory of the last extremum only; ``none`` if y is
+        a function of u; ``unknown``.
     warnings : tuple of str
-        Why the memory cannot be identified from these rows; empty if it can.
+        Why the excitation is not informative enough to identify memory; empty if it is.
     """
 
     reversals: int
@@ -59,9 +59,9 @@ class Excitation:
 
 
 def gaps(u: Array, y: Array, turns: Array) -> Array:
-    """For every extremum that u (n,) comes back to: y where u is there again (between samples), minus y at it.
+    """Return, for every extremum that u (n,) returns to, y at the return (interpolated) minus y at the extremum.
 
-    What u does before it comes back, smaller loops included, must stay inside the branch that led to the extremum.
+    Before it returns, u must stay inside the branch that led to the extremum; smaller loops are allowed.
     """
     found = []
     level = np.append(u[turns], u[-1])
@@ -84,7 +84,7 @@ def gaps(u: Array, y: Array, turns: Array) -> Array:
 
 
 def width(u: Array, y: Array) -> float:
-    """RMS distance of y (n,) from a function of u (n,): straight lines over `BINS` parts of the sorted rows."""
+    """Return the RMS distance of y (n,) from a function of u (n,), straight lines over `BINS` parts of sorted rows."""
     order = np.argsort(u, kind="stable")
     square = 0.0
     for part in np.array_split(order, min(BINS, len(u) // 4)):
@@ -94,13 +94,15 @@ def width(u: Array, y: Array) -> float:
 
 
 def examine(data: Dataset) -> Excitation:
-    """Reversals, minor loops and memory class of the training rows.
+    """Determine reversals, minor loops and memory class of the training rows.
+
+    Rate dependence and creep open loops too, so the gap is an upper bound for the effect of the memory.  The gap is
+    corrected for the noise of y; if the noise hides the limit of 0.5 %, the class is ``unknown``.
 
     Parameters
     ----------
     data : Dataset
-        With a measured output.  Rate dependence and creep open loops too, so the gap is an upper bound on what the
-        memory does; noise of y is taken out, and where it hides the limit of 0.5 % the class is ``unknown``.
+        Data with a measured output.
     """
     u, y = data.u[data.train], data.y[data.train]
     turns = reversals(u)
@@ -130,11 +132,11 @@ def _warnings(levels: Array, samples: float, loops: int, memory: str) -> tuple[s
     swings = np.abs(np.diff(levels))
     if len(swings) < 3 or bool(np.all(np.diff(swings) <= 0.01 * swings.max())):
         found.append(
-            "the input is one decaying (or steady) oscillation, which does not identify memory; "
+            "the input is one decaying (or steady) oscillation, which is not informative enough to identify memory; "
             "excite with at least 60 reversals of different amplitudes"
         )
     elif not loops:
-        found.append("the input closes no minor loop, so that return-point memory cannot be told from any other")
+        found.append("the input closes no minor loop, so it is not informative about return-point memory")
     if samples < LEAST_SAMPLES:
-        found.append(f"{samples:.0f} samples per cycle; at least {LEAST_SAMPLES} show the reversals well enough")
+        found.append(f"{samples:.0f} samples per cycle; at least {LEAST_SAMPLES} are needed to resolve the reversals")
     return tuple(found)

@@ -1,1 +1,1 @@
-"""What models are made of before a readout: plays, monomials, auxiliary functions, initial memory, dead band."""
+"""Regressors and front ends of models: plays, monomials, auxiliary functions, initial memory, dead band."""

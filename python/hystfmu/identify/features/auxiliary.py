@@ -1,9 +1,9 @@
-"""The auxiliary function f of the IPMC paper (eq. 3), as printed and corrected, in plain numpy.
+"""Auxiliary function f of the IPMC paper (eq. 3), as printed and corrected, in numpy.
 
-Printed: f(k) = f(u_ex) + |u - u_ex| g(|u - u_ex|), g(x) = 1 - e^-x.  Every branch adds to the last one, whichever way
-the input moves: f ratchets upwards for ever and is no function of a hysteresis state.
-Corrected: f(k) = f(u_ex) + (u - u_ex) g(|u - u_ex|).  This is the Zhao-Tan operator: models use the block `zhao_tan`,
-whose extrema are the dominant ones; here the last extremum counts, as the text says.
+Printed: f(k) = f(u_ex) + |u - u_ex| g(|u - u_ex|), g(x) = 1 - e^-x.  Every branch adds to the last one in either
+direction, so f grows without bound and is not a function of a hysteresis state.
+Corrected: f(k) = f(u_ex) + (u - u_ex) g(|u - u_ex|).  This is the Zhao-Tan operator.  Models use the block `zhao_tan`
+with dominant extrema; here the last extremum counts, as in the text of the paper.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from hystfmu.base.arrays import Array
 
 
 def auxiliary(u: Array, corrected: bool = True) -> Array:
-    """f (n,) along an input (n,), from f = 0 at its first value.
+    """Compute f (n,) for an input (n,), from f = 0 at its first value.
 
     Parameters
     ----------
     u : array, shape (n,)
-        Input, scaled: g is not scale-free.
+        Scaled input; g depends on the scale.
     corrected : bool
-        The sign of u - u_ex kept, or taken away as printed.
+        Keep the sign of u - u_ex; False drops it, as printed.
     """
     f = np.zeros(len(u))
     extreme, at_extreme, direction = float(u[0]), 0.0, 0.0

@@ -1,12 +1,13 @@
-"""Constraint-factor operator: its branch g(d) = (1 - e^-d)(a_0 + sum_j a_j d^(2j-1)), fitted in stack coordinates.
+"""Fit of the constraint-factor operator with the branch g(d) = (1 - e^-d)(a_0 + sum_j a_j d^(2j-1)).
 
-Where a branch begins and how far it has gone depends on the input alone, so the operator is linear in the coefficients:
-h = sum_j a_j H_j, H_j the operator with the branch b_j(d) = (1 - e^-d) d^(2j-1).  The columns H_j are orthogonalised
-(SVD); the slope g' is held positive on a grid, which makes a least-distance problem (Lawson & Hanson 1974, ch. 23).  A
-little penalty on the third derivative keeps what the data leave open smooth, and what follows the longest branch sane.
+The start of each branch and the distance from it depend on the input alone, so the operator is linear in the
+coefficients: h = sum_j a_j H_j, H_j the operator with the branch b_j(d) = (1 - e^-d) d^(2j-1).  The columns H_j are
+orthogonalised (SVD).  The slope g' is kept positive on a grid, which gives a least-distance problem (Lawson & Hanson
+1974, ch. 23).  A small penalty on the third derivative keeps g smooth where the data do not determine it, and beyond
+the longest branch.
 
-Shen & Ma 2017, eq. 1-10, fit increments from the last extremum by normal equations instead (`literal_branch`): their
-condition is the square of a bad one, and nothing keeps the branch increasing - the printed a_0 = g'(0) is negative.
+Shen & Ma 2017, eq. 1-10, fit increments from the last extremum by normal equations instead (`literal_branch`).  These
+square an already large condition number, and nothing keeps the branch increasing: the printed a_0 = g'(0) is negative.
 """
 
 from __future__ import annotations
@@ -18,9 +19,11 @@ from scipy.optimize import nnls
 
 from hystfmu.base.arrays import Array
 
-LEAST_SLOPE = 1e-3  # of the mean slope: an increasing branch, with room for what happens between the grid points
+LEAST_SLOPE = 1e-3  # of the mean slope: keeps the branch increasing between the grid points too
 GRID = 400
-DEPENDENT = 1e-9  # singular values below this share of the largest one: directions the columns do not determine
+DEPENDENT = (
+    1e-9  # relative to the largest singular value: smaller ones are directions that the columns do not determine
+)
 
 
 @dataclass(frozen=True)
@@ -30,11 +33,11 @@ class Branch:
     Parameters
     ----------
     a : array, shape (m + 1,)
-        a_0 of the constant, a_1 .. a_m of d, d^3, .., d^(2m-1).
+        Coefficients a_0 of the constant, a_1 .. a_m of d, d^3, .., d^(2m-1).
     d_max : float
         Longest branch of the data.
     condition : float
-        Of the least-squares system, each column scaled to length 1; of the normal equations if they were used.
+        Condition number of the least-squares system with columns of length 1, or of the normal equations.
     """
 
     a: Array
@@ -42,31 +45,31 @@ class Branch:
     condition: float
 
     def __call__(self, d: Array) -> Array:
-        """g(d)."""
+        """Return g(d) for d (n,)."""
         return np.asarray(basis(d, len(self.a) - 1) @ self.a)
 
     def slope(self, d: Array) -> Array:
-        """g'(d) for d (n,)."""
-        return np.asarray(slopes(d, len(self.a) - 1) @ self.a)
+        """Return g'(d) for d (n,)."""
+        return np.asarray(basis_derivatives(d, len(self.a) - 1) @ self.a)
 
     @property
     def falling(self) -> float:
-        """Share of [0, d_max] where the branch decreases."""
+        """Fraction of [0, d_max] on which the branch decreases."""
         return float(np.mean(self.slope(np.linspace(0, self.d_max, 10 * GRID + 1)) < 0))
 
 
 def basis(d: Array, m: int, d_max: float = np.inf) -> Array:
-    """b_0 = 1 - e^-d, b_j = (1 - e^-d) d^(2j-1), j = 1..m, straight on beyond d_max: shape (len(d), m + 1)."""
+    """Return b_0 = 1 - e^-d, b_j = (1 - e^-d) d^(2j-1), j = 1..m, linear beyond d_max; shape (len(d), m + 1)."""
     near = np.minimum(d, d_max)
     b = -np.expm1(-near)[:, None] * _powers(near, m)
     far = d > d_max
     if far.any():
-        b[far] += (d[far] - d_max)[:, None] * slopes(near[far], m)
+        b[far] += (d[far] - d_max)[:, None] * basis_derivatives(near[far], m)
     return np.asarray(b)
 
 
-def slopes(d: Array, m: int) -> Array:
-    """The derivatives of the basis by d (n,), inside of d_max: shape (n, m + 1)."""
+def basis_derivatives(d: Array, m: int) -> Array:
+    """Return the derivatives of the basis at d (n,) up to d_max; shape (n, m + 1)."""
     j = np.arange(1, m + 1)
     derivative = np.column_stack([np.zeros_like(d), (2 * j - 1) * d[:, None] ** (2 * j - 2)])
     return np.asarray(np.exp(-d)[:, None] * _powers(d, m) - np.expm1(-d)[:, None] * derivative)
@@ -78,14 +81,14 @@ def _powers(d: Array, m: int) -> Array:
 
 @dataclass(frozen=True)
 class StackCoordinates:
-    """Where every row of an input stands on its branch: h[k] = h[start[k]] + weight[k] g(d[k]).
+    """Position of every input row on its branch: h[k] = h[start[k]] + weight[k] g(d[k]).
 
     Parameters
     ----------
     start : array of int, shape (n,)
-        Row of the extremum the branch began at; -1 is the origin, where h = 0.
+        Row of the extremum at which the branch starts; -1 is the origin, where h = 0.
     weight : array, shape (n,)
-        The sign of the branch, halved on the virgin branch (Masing: h = sgn(x - x0) g(2 |x - x0|) / 2).
+        Sign of the branch, halved on the virgin branch (Masing: h = sgn(x - x0) g(2 |x - x0|) / 2).
     d : array, shape (n,)
         Distance from the extremum, doubled on the virgin branch.
     """
@@ -95,7 +98,7 @@ class StackCoordinates:
     d: Array
 
     def columns(self, m: int, d_max: float) -> Array:
-        """H_j, j = 0..m: the operator with each basis function as its branch, shape (n, m + 1)."""
+        """Return H_j, j = 0..m, the operator with each basis function as its branch; shape (n, m + 1)."""
         steps = self.weight[:, None] * basis(self.d, m, d_max)
         H = np.zeros((len(steps) + 1, m + 1))  # the last row is the origin
         for k, p in enumerate(self.start):
@@ -104,7 +107,7 @@ class StackCoordinates:
 
 
 def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoordinates:
-    """Branches of an input x (n,) at rest at x0 before; memory "dominant" (return-point memory) or "last" extremum."""
+    """Find the branches of an input x (n,) from rest at x0; memory is "dominant" (return-point) or "last" extremum."""
     n = len(x)
     start, weight, d = np.full(n, -1), np.zeros(n), np.zeros(n)
     extrema: list[int] = []
@@ -124,7 +127,7 @@ def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoo
                 extrema.clear()
         if extrema:
             start[k], weight[k], d[k] = extrema[-1], s, s * (x[k] - x[extrema[-1]])
-            if d[k] < 0:  # the last extremum was passed on a plateau's other side: only without return-point memory
+            if d[k] < 0:  # x passed the last extremum after a plateau; happens only without return-point memory
                 weight[k], d[k] = -s, -d[k]
         else:
             virgin = 2.0 if memory == "dominant" else 1.0
@@ -134,27 +137,27 @@ def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoo
 
 
 def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: slice, m: int, roughness: float) -> Branch:
-    """The increasing branch whose operator plus a combination of `free` is nearest to y over `rows`.
+    """Fit the increasing branch whose operator plus a combination of `free` is nearest to y over `rows`.
 
     Parameters
     ----------
     where : StackCoordinates
-        Of all rows, from the first on.
-    y : array, shape (len of rows,)
-        What the operator follows.
-    free : array, shape (len of rows, q)
+        Coordinates of all rows, from the first.
+    y : array, shape (n,)
+        Target of the operator on the rows that count.
+    free : array, shape (n, q)
         Columns with free weights, the constant among them.
     rows : slice
         Rows that count.
     m : int
-        Order of the polynomial: m odd powers.
+        Number of odd powers in the polynomial.
     roughness : float
-        Weight of the RMS third derivative of g, d in units of the longest branch, beside the RMS error.
+        Weight of the RMS third derivative of g, with d relative to the longest branch, against the RMS error.
     """
     d_max = float(where.d[rows].max())
     H = where.columns(m, d_max)[rows]
     Q = np.linalg.svd(free, full_matrices=False)[0]
-    third = d_max * (GRID - 1) ** 2 * np.diff(slopes(np.linspace(0, d_max, GRID), m), 2, axis=0)
+    third = d_max * (GRID - 1) ** 2 * np.diff(basis_derivatives(np.linspace(0, d_max, GRID), m), 2, axis=0)
     system = np.vstack([H - Q @ (Q.T @ H), roughness * np.sqrt(len(H) / len(third)) * third])
     size = np.linalg.norm(system, axis=0)
     U, sigma, Vt = np.linalg.svd(system / size, full_matrices=False)
@@ -162,12 +165,12 @@ def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: slic
     back = Vt[keep].T / sigma[keep] / size[:, None]  # from the orthogonal basis to a
     grid = 0.5 * d_max * (1 - np.cos(np.linspace(0, np.pi, GRID)))
     least = LEAST_SLOPE * float(np.ptp(y)) / d_max
-    z = _nearest(U[: len(H), keep].T @ y, slopes(grid, m) @ back, np.full(GRID, least))
+    z = _nearest(U[: len(H), keep].T @ y, basis_derivatives(grid, m) @ back, np.full(GRID, least))
     return Branch(back @ z, d_max, float(sigma[0] / sigma[keep][-1]))
 
 
 def _nearest(f: Array, E: Array, least: Array) -> Array:
-    """min |z - f| over E z >= least, by its dual, a non-negative least-squares problem (Lawson & Hanson, LDP)."""
+    """Minimise |z - f| over E z >= least by the dual, a non-negative least-squares problem (Lawson & Hanson, LDP)."""
     if (E @ f >= least).all():
         return f
     size = np.linalg.norm(E, axis=1)
@@ -183,7 +186,7 @@ def _nearest(f: Array, E: Array, least: Array) -> Array:
 
 
 def literal_branch(where: StackCoordinates, y: Array, rows: slice, m: int) -> Branch:
-    """Shen & Ma 2017, eq. 8-10: A = X^-1 Y on increments along the branches, X the normal matrix; y (n,): all rows."""
+    """Fit as Shen & Ma 2017, eq. 8-10: A = X^-1 Y, increments of y (n,) along branches, X the normal matrix."""
     first = where.start[rows]
     used = np.flatnonzero(first >= 0) + (rows.start or 0)
     v = np.sign(where.weight[used]) * (y[used] - y[where.start[used]])

@@ -1,9 +1,10 @@
-"""A play in front of a model that hides the reversals which noise makes; `hystfmu.data.reversals` measures the noise.
+"""Dead band: a play in front of a model that suppresses the reversals of input noise.
 
-A model without return-point memory (Bouc-Wen, Duhem) adds up every reversal that noise makes: 0.25 % noise of the input
-range costs 2.2 % of the output.  A play of half-width 2 sigma before it, in the model itself so that an FMU has it too,
-leaves 0.5 %; wider ones cost more in lag than they save.  Operators with return-point memory wipe such reversals out
-the moment the input moves on, and are no better with a dead band: they have none.
+A model without return-point memory (Bouc-Wen, Duhem) accumulates every reversal of the noise: noise of 0.25 % of the
+input range costs 2.2 % of the output.  A play of half-width 2 sigma in front reduces that to 0.5 %; wider plays cost
+more in lag than they save.  The play is part of the model, so that an FMU has it too.  Operators with return-point
+memory wipe out such reversals as soon as the input moves on; a dead band does not improve them, so they have none.
+`hystfmu.data.reversals` estimates the noise.
 """
 
 from __future__ import annotations
@@ -19,30 +20,30 @@ from hystfmu.graph import Graph, Input, Node
 from hystfmu.identify.features.plays import plays
 from hystfmu.identify.options import Option
 
-MOST = 0.05  # of the range: more is the excitation itself
-WIDTH = 2.0  # half-width of the play in sigma
+MOST = 0.05  # of the range: a larger sigma is the excitation itself
+WIDTH = 2.0  # half-width of the play, in sigma
 OPTION = Option(
     "dead_band",
     None,
     0.0,
     1e300,
-    text="half-width of a play before the model, in units of u; default: 2 sigma of noise",
+    text="half-width of a play in front of the model, in the unit of measure of u; default: 2 sigma of noise",
 )
 
 
 def half_width(u: Array) -> float:
-    """The dead band for a measured input u (n,), in its unit; 0 without noise, or where the input itself is random."""
+    """Return the dead band for a measured input u (n,); 0 without noise, or if the input itself is random."""
     sigma = noise(u)
     return WIDTH * sigma if sigma < MOST * float(np.ptp(u)) else 0.0
 
 
 def behind(data: Dataset, band: float) -> Dataset:
-    """What a model behind a play of that half-width sees as its input."""
+    """Return the data with the input that a model behind a play of that half-width sees."""
     return data if band == 0 else replace(data, u=plays(data.u, np.array([band]), float(data.u[0]))[:, 0])
 
 
 def in_front(graph: Graph, band: float) -> Graph:
-    """The model's graph with a play of that half-width before its input; none for 0."""
+    """Return the graph with a play of that half-width in front of its input; unchanged for 0."""
     if band == 0:
         return graph
     (port,) = graph.inputs

@@ -1,7 +1,7 @@
-"""Linear dynamics behind a hysteresis: G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1) with a delay; their search.
+"""Search for linear dynamics after a hysteresis: G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1) with a delay.
 
-The delay is a whole number of samples in a delay block and the rest of it as a Pade approximant of e^(-s tau) of order
-2 inside the transfer function: its phase is off by (omega tau)^5/720, 5e-9 rad at a fiftieth of the sample rate.
+The delay is a whole number of samples in a delay block; its rest is a Pade approximant of e^(-s tau) of order 2 inside
+the transfer function, with a phase error of (omega tau)^5/720, 5e-9 rad at a fiftieth of the sample rate.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from hystfmu.identify.features.identifiable import standard_errors
 from hystfmu.identify.options import Option
 from hystfmu.model import Model
 
-TRIALS = 11  # of f_n, over four decades at most, that begin the search
-MOST_EVALUATIONS = 40  # of the residuals and their Jacobian, for each of the starts that go on
+TRIALS = 11  # initial values of f_n, over at most four decades
+MOST_EVALUATIONS = 40  # limit on evaluations of residuals and Jacobian per start
 DIFFERENCE = 1e-5  # step of the Jacobian in ln f_n, ln zeta and samples of delay
-LEAST_REST = 1e-6  # a shorter rest of the delay, in samples, is dropped
-KNOWN, KNOWN_PHASE = 0.02, 0.05  # standard error of ln f_n and ln zeta; phase at f_n by that of the delay (rad)
+LEAST_REST = 1e-6  # a shorter fractional delay, in samples, is dropped
+KNOWN, KNOWN_PHASE = 0.02, 0.05  # limits: standard error of ln f_n and ln zeta; of the delay, as phase at f_n (rad)
 
 DYNAMICS_OPTIONS = (
     Option("hold", "foh", choices=("foh", "zoh"), text="input between rows: a ramp, or held (at the new value)"),
@@ -37,7 +37,7 @@ DYNAMICS_OPTIONS = (
 
 @dataclass(frozen=True)
 class Dynamics:
-    """G0 and the delay: natural frequency (Hz), damping ratio, delay (s)."""
+    """Parameters of G0 and the delay: natural frequency (Hz), damping ratio, delay (s)."""
 
     f_n: float
     zeta: float
@@ -45,22 +45,22 @@ class Dynamics:
 
     @classmethod
     def at(cls, p: Sequence[float] | Array, h: float) -> Dynamics:
-        """The dynamics at the point (ln f_n, ln zeta, delay in samples) of a search, for the step h (s)."""
+        """Make the dynamics at the point p = (ln f_n, ln zeta, delay in samples) of a search, for the step h (s)."""
         return cls(float(np.exp(p[0])), float(np.exp(p[1])), float(p[2]) * h)
 
     def point(self, h: float) -> Array:
-        """Where a search has them: the inverse of `at`."""
+        """Return the point of a search for the step h (s), the inverse of `at`."""
         return np.array([np.log(self.f_n), np.log(self.zeta), self.delay / h])
 
     def nodes(self, h: float, hold: str) -> list[Node]:
-        """Blocks in a chain for the step h (s): ``g0`` (transfer_function), and ``delay`` if it is a sample or more."""
+        """Return a chain of blocks for the step h (s): ``g0`` (transfer_function), and ``delay`` from one sample on."""
         whole = math.floor(self.delay / h + LEAST_REST)
         b, a = polynomials(self, max(self.delay - whole * h, 0.0) if self.delay / h - whole > LEAST_REST else 0.0)
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})
         return [g0, Node("delay", "delay", {"n": whole})] if whole else [g0]
 
     def filter(self, columns: Array, h: float, hold: str) -> Array:
-        """Columns (rows, n) after G0 and the delay, each from its steady state, run by the C core."""
+        """Filter columns (rows, n) by G0 and the delay, each from its steady state, in the C core."""
         g0, *delays = self.nodes(h, hold)
         executor = Graph.single(g0).executor()  # loaded once: a search filters thousands of columns
         out = np.hstack([executor.run(np.ascontiguousarray(c)[:, None], 1, h) for c in columns.T])
@@ -71,7 +71,7 @@ class Dynamics:
 
 
 def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
-    """Numerator and denominator of G0(s) times Pade(2, 2) of e^(-s rest), highest power of s first."""
+    """Return numerator and denominator of G0(s) times Pade(2, 2) of e^(-s rest), highest power of s first."""
     w = 2 * np.pi * g.f_n
     b, a = np.array([w * w]), np.array([1.0, 2 * g.zeta * w, w * w])
     if rest == 0:
@@ -81,7 +81,7 @@ def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
 
 
 def bounds(data: Dataset, options: Mapping[str, Any]) -> tuple[Array, Array]:
-    """Of (ln f_n, ln zeta, delay in samples): one cycle in the record to the Nyquist frequency, 0.01 to zeta_max."""
+    """Return the bounds of (ln f_n, ln zeta, delay in samples): one cycle per record to Nyquist, 0.01 to zeta_max."""
     n = data.train.stop - data.train.start
     lo = np.array([np.log(1 / (n * data.h)), np.log(0.01), 0.0])
     return lo, np.array([np.log(0.5 / data.h), np.log(options["zeta_max"]), max(options["delay_max"], 1e-9)])
@@ -94,7 +94,7 @@ def search(
     progress: Callable[[float], None],
     near: Dynamics | None = None,
 ) -> Dynamics:
-    """The dynamics with the smallest residuals: trust-region steps from `near`, or the best two on a grid of f_n."""
+    """Minimise the residuals by trust-region steps from `near`, or from the best two of a grid of f_n."""
     h = data.h
     lo, hi = bounds(data, options)
 
@@ -140,7 +140,7 @@ def _jacobian(error: Callable[[Array], Array], p: Array, hi: Array) -> Array:
 def uncertainty(
     residuals: Callable[[Dynamics], Array], g: Dynamics, data: Dataset, options: Mapping[str, Any]
 ) -> Array:
-    """Standard errors of ln f_n, ln zeta and the delay (samples), shape (3,), for the dynamics `g` that were found."""
+    """Return the standard errors of ln f_n, ln zeta and the delay (samples), shape (3,), for the identified `g`."""
     lo, hi = bounds(data, options)
     p = g.point(data.h)
     free = (p > lo + 1e-6 * (hi - lo)) & (p < hi - 1e-6 * (hi - lo))
@@ -149,16 +149,16 @@ def uncertainty(
 
 
 def unknown(g: Dynamics, spread: Array, data: Dataset, options: Mapping[str, Any]) -> list[str]:
-    """A warning for each of f_n, zeta and the delay that the record does not tell.
+    """Return a warning for each of f_n, zeta and the delay that the data do not determine.
 
     Parameters
     ----------
     g : Dynamics
-        As found.
+        Identified dynamics.
     spread : array, shape (3,)
         Standard errors of ln f_n, ln zeta and the delay (samples).
     data, options
-        Of the fit: the bounds of the search.
+        Data and options of the fit, which give the bounds of the search.
     """
     lo, hi = bounds(data, options)
     p, room = g.point(data.h), 1e-3
@@ -177,19 +177,19 @@ def unknown(g: Dynamics, spread: Array, data: Dataset, options: Mapping[str, Any
 
 
 def hysteresis(model: Model) -> Model:
-    """The model without G0 and delay: the static part, which `hystfmu.inverse.inverse` inverts.
+    """Return the model without G0 and delay: the static part, which `hystfmu.inverse.inverse` inverts.
 
-    In front of that inverse belongs a ``feedforward`` block with ``f_n`` and ``zeta`` of ``model.fit``, which needs the
-    reference with two derivatives, taken ``delay`` seconds ahead.
+    Put a ``feedforward`` block with ``f_n`` and ``zeta`` of ``model.fit`` in front of that inverse.  It needs the
+    reference with two derivatives, ``delay`` seconds ahead.
 
     Raises
     ------
     InputError
-        A model without the blocks ``g0`` and ``readout`` of this kind.
+        The model has no dynamics of this kind.
     """
     g = model.graph
     if not model.key.startswith("g0_"):
-        raise InputError(f"hysteresis() takes a model of hysteresis and G0, of a key g0_...; got {model.key!r}")
+        raise InputError(f"The model of hysteresis() must have a key g0_... . Got {model.key!r} instead.")
     (source,) = (a for a, b in g.wires if b == "g0.u")
     nodes = [n for n in g.nodes if n.name not in ("g0", "delay")]
     wires = [(a, b) for a, b in g.wires if not {a.split(".")[0], b.split(".")[0]} & {"g0", "delay"}]

@@ -1,8 +1,8 @@
-"""How well a fit knows its parameters: standard errors from the Jacobian and the correlation of the residuals.
+"""Practical identifiability: standard errors of parameters from the Jacobian and the correlation of the residuals.
 
-For residuals e of variance s^2 and integrated correlation time T (in rows) the covariance of the parameters is about
-T s^2 (J' J)^-1 (Ljung, System Identification, 2nd ed. 1999, eq. 9.10 to 9.14).  Noise alone gives T near 1; a model of
-the wrong class leaves residuals that are slow, and its standard errors grow with them.
+For residuals e of variance s^2 and integrated correlation time T (in rows), the covariance of the parameters is about
+T s^2 (J' J)^-1 (Ljung, System Identification, 2nd ed. 1999, eq. 9.10 to 9.14).  White noise gives T near 1; a model of
+the wrong class leaves slowly varying residuals, which increase its standard errors.
 """
 
 from __future__ import annotations
@@ -14,20 +14,21 @@ from hystfmu.base.arrays import Array
 
 
 def standard_errors(residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> Array:
-    """Standard errors of the parameters.
+    """Compute the standard errors of the parameters.
 
     Parameters
     ----------
-    residuals : array, shape (rows,)
-    jacobian : array, shape (rows, n)
-        Of the residuals by the parameters.
+    residuals : array, shape (m,)
+        Residuals of the fit.
+    jacobian : array, shape (m, n)
+        Derivatives of the residuals by the parameters.
     free : array of bool, shape (n,)
-        Parameters that are not held at a bound.
+        Whether a parameter is off its bounds.
 
     Returns
     -------
     array, shape (n,)
-        0 for a parameter at a bound, infinite for one that has no influence on the residuals.
+        Standard errors; 0 for a parameter at a bound, infinite for one without effect on the residuals.
     """
     found = np.zeros(jacobian.shape[1])
     j = jacobian[:, free]
@@ -42,7 +43,7 @@ def standard_errors(residuals: Array, jacobian: Array, free: NDArray[np.bool_]) 
 
 
 def correlation_time(residuals: Array) -> float:
-    """1 + 2 times the sum of the correlation up to its first zero, in rows; at least 1."""
+    """Return 1 + 2 times the sum of the autocorrelation up to its first zero, in rows; at least 1."""
     e = residuals - residuals.mean()
     power = float(e @ e)
     if power == 0:

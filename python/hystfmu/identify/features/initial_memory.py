@@ -1,4 +1,4 @@
-"""Where the memory of a model rests before the first row: the option ``u0`` of methods with return-point memory."""
+"""Initial memory: the option ``u0`` of methods with return-point memory."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from hystfmu.identify.options import Option
 
 
 def u0_option(what: str) -> Option:
-    """The option; `what` says what is where, e.g. "every play rests"."""
+    """Return the option; `what` describes the state, e.g. "every play rests"."""
     return Option("u0", None, -1e300, 1e300, text=f"initial memory: {what} at this input; default the first input")
 
 
 def u0_of(data: Dataset, options: Mapping[str, Any]) -> float:
-    """Its value, in the unit of u."""
+    """Return the value of the option, in the unit of measure of u."""
     return float(data.u[0]) if options["u0"] is None else float(options["u0"])

@@ -1,4 +1,4 @@
-"""Play operators as columns of a regression, run by the C core, and the thresholds to put them at."""
+"""Play operators as columns of a regression, run by the C core, and their thresholds."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ LEAST_TRAVEL = 0.02
 
 
 def thresholds(u: Array, n: int) -> Array:
-    """Half-widths, shape (n,), in equal steps from 0 (excluded) to 98 % of half the range of u.
+    """Return half-widths, shape (n,), in equal steps from 0 (excluded) to 98 % of half the range of u.
 
     A play wider than half the range never moves back: its column is constant after the first loading (Shen & Ma 2017
-    spread theirs over the whole range; half of their columns are dead).  One that travels less than 2 % of the range
-    is hardly seen: its weight would be fitted to the noise at the peaks and spoil every larger input.
+    spread theirs over the whole range, so half of their columns are constant).  A play that travels less than 2 % of
+    the range is hardly excited: its weight would fit the noise at the peaks and spoil every larger input.
     """
     return np.asarray((1 - LEAST_TRAVEL) * np.ptp(u) / 2 * np.arange(1, n + 1) / n)
 
 
 def plays(u: Array, r: Array, u0: float) -> Array:
-    """Plays of half-widths `r` (n,) that rest at `u0`, over the rows of `u`: shape (rows, n)."""
+    """Run plays of half-widths `r` (n,) from rest at `u0` over the rows of `u`; shape (rows, n)."""
     bank = Graph.single(Node("bank", "play_bank", {"n": len(r)}, {"r": r, "z0": u0}))
     return bank.run(u).reshape(len(u), len(r))

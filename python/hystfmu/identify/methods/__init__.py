@@ -1,1 +1,1 @@
-"""The kinds of model, one a file: a table ``OPTIONS`` and a function ``build(data, options, seed, progress)``."""
+"""Kinds of model, one per file: a line ``TEXT``, a table ``OPTIONS``, ``build(data, options, seed, progress)``."""

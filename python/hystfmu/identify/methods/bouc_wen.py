@@ -1,7 +1,7 @@
-"""Bouc-Wen operator as a grey box, for loops that no sum of plays can follow: y = c + a u + b z(u; beta, gamma, n).
+"""Bouc-Wen operator as a grey box, y = c + a u + b z(u; beta, gamma, n), for loops that no sum of plays represents.
 
-The parameters have a scale redundancy: (A, beta, gamma) and the weight of z can be traded.  It is removed by A = 1, so
-that z starts with the slope of u; what is left are the bound of z, z_max = (beta + gamma)^(-1/n), the ratio
+The parameters are redundant in scale: (A, beta, gamma) against the weight of z.  A = 1 removes the redundancy, so that
+z starts with the slope of u.  The nonlinear parameters are the bound z_max = (beta + gamma)^(-1/n), the ratio
 gamma / (beta + gamma) and the exponent n.  Offset, linear term and weight of z follow from linear least squares for
 every trial (variable projection, Golub & Pereyra 1973).  Wen 1976; Ikhouane & Rodellar 2007.
 """
@@ -20,8 +20,9 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.features import dead_band
 from hystfmu.identify.options import Option
 
-EVALUATIONS = (30, 200)  # of the residuals and their Jacobian: for every start, for the best one
-ENOUGH = 1e-4  # misfit, as a fraction of the span, that needs no other start
+TEXT = "Bouc-Wen operator as a grey box, nonlinear least squares"
+EVALUATIONS = (30, 200)  # limit on evaluations of residuals and Jacobian: per start, for the best start
+ENOUGH = 1e-4  # misfit, relative to the span, below which no other start is tried
 
 OPTIONS = (
     Option("starts", 6, 1, 1000, text="starts of the search"),
@@ -32,7 +33,7 @@ OPTIONS = (
 
 
 def operator(u: Array, p: Array) -> tuple[dict[str, float], Array]:
-    """Parameters of the block, and z (rows,) for p = (ln z_max, gamma share, n, z0 / z_max)."""
+    """Return the parameters of the block and z (rows,) for p = (ln z_max, gamma share, n, z0 / z_max)."""
     z_max, share, n = float(np.exp(p[0])), float(p[1]), float(p[2])
     total = z_max**-n
     values = {
@@ -47,9 +48,9 @@ def operator(u: Array, p: Array) -> tuple[dict[str, float], Array]:
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``(scaling, bouc_wen) -> sum`` and the number of its parameters."""
+    """Build the graph ``(scaling, bouc_wen) -> sum``; return it with the number of its parameters."""
     rows = data.train
-    seen = data.u[: rows.stop]  # what comes later has no influence on the training rows
+    seen = data.u[: rows.stop]  # later rows do not affect the training rows
     middle, half = (seen.max() + seen.min()) / 2, np.ptp(seen) / 2
     u = (seen - middle) / half  # the operator acts on an input of about [-1, 1]
     y = data.y[rows]

@@ -1,14 +1,14 @@
-"""Oscillator with a Bouc-Wen force as a grey box: m, c, k, alpha and the shape of the loop from force and displacement.
+"""Oscillator with a Bouc-Wen force as a grey box: m, c, k, alpha and the loop shape from force and displacement.
 
   m_L y'' + c_L y' + k_L y + z = u,   z' = alpha y' - beta (gamma |y'| |z|^(nu-1) z + delta y' |z|^nu)
 
-(Noel & Schoukens 2016, eq. 1-2).  beta only scales gamma and delta; the redundancy is removed by |gamma| + |delta| = 1.
-The linear oscillator comes first, from the spectra of u and y (Sanathanan & Koerner 1963), and gives mass, damping and
-the sum of both stiffnesses; then output error of the model running free from rest, by a few starts of the loop's shape.
+(Noel & Schoukens 2016, eq. 1-2).  beta only scales gamma and delta; |gamma| + |delta| = 1 removes the redundancy.
+The linear oscillator is fitted first to the spectra of u and y (Sanathanan & Koerner 1963); it gives mass, damping and
+the sum of both stiffnesses.  Then the output error of the free run from rest is minimised, from a few loop shapes.
 
-Between rows the block takes u as a straight line.  Force with power near the sample rate must be handed in at a finer
-step (interpolated with its band limit): at 5 rows per period of the fastest component the lines cost 7 % of the output,
-at 100 rows 0.03 %.
+Trap: the block interpolates u linearly between rows.  Force with power near the sample rate must be given at a finer
+step (band-limited interpolation).  At 5 rows per period of the fastest component, linear interpolation costs 7 % of the
+output; at 100 rows, 0.03 %.
 """
 
 from __future__ import annotations
@@ -26,37 +26,41 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.options import Option
 
-EVALUATIONS = (8, 60)  # of the residuals and their Jacobian: for every start, for the best one
+TEXT = "oscillator with a Bouc-Wen force as a grey box, nonlinear least squares"
+EVALUATIONS = (8, 60)  # limit on evaluations of residuals and Jacobian: per start, for the best start
 SHARES, SHAPES = (0.3, 0.7), ((0.5, -0.5), (0.5, 0.5))  # alpha / (k_L + alpha); (gamma, delta)
 SCALES = np.array([0.1, 0.3, 0.1, 0.1, 0.5, 0.5])
 
 OPTIONS = (
     Option("nu", 1.0, 1.0, 20.0, text="sharpness of the knee"),
     Option(
-        "stride", 1, 1, 1000000, text="every stride-th train row counts: the factor by which the rows were made finer"
+        "stride", 1, 1, 1000000, text="every stride-th train row counts: factor by which the data were interpolated"
     ),
 )
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph of one block ``bouc_wen_oscillator`` and the number of its parameters.
+    """Build the graph of one ``bouc_wen_oscillator``; return it with the number of its parameters.
 
     Raises
     ------
     InputError
-        The spectra show no oscillator: a mass or stiffness that is not positive.
+        The spectra give a mass or stiffness that is not positive.
     """
     rows = slice(data.train.start, data.train.stop, options["stride"])
     y = data.y[rows]
     size = float(np.sqrt(np.mean(y**2))) * np.sqrt(len(y))
     m, c, k = linear_oscillator(data.u[data.train], data.y[data.train], data.h)
     if not (m > 0 and k > 0):
-        raise InputError(f"{data.path or data.name}: no oscillator: the best linear one has m_L = {m:g}, k = {k:g}")
+        raise InputError(
+            f"{data.path or data.name}: The linear oscillator of the data must have m_L > 0 and k > 0. "
+            f"Got m_L = {m:g}, k = {k:g} instead."
+        )
     c = max(c, 0.01 * np.sqrt(m * k))
-    force = k * float(np.sqrt(np.mean(y**2)))  # what z comes to, up to its share of the stiffness
+    force = k * float(np.sqrt(np.mean(y**2)))  # size of z, up to its share of the stiffness
 
     def values(p: Array) -> dict[str, float]:
-        # gamma and delta times beta, in units of the rate at which a force of this size would saturate
+        # gamma and delta times beta, relative to the rate at which a force of this size would saturate
         shape = p[4:6] * k / (force ** options["nu"])
         beta = float(np.abs(shape).sum()) or 1.0
         with np.errstate(over="ignore"):
@@ -94,32 +98,35 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
 
 
 def graph(values: Mapping[str, float], data: Dataset) -> Graph:
-    """The block with these parameter values, input `u` and output `y`."""
+    """Return the graph of the block with these parameter values, input `u` and output `y`."""
     node = Node("plant", "bouc_wen_oscillator", {}, dict(values))
     inputs = [Input("u", ("plant.u",), data.unit_u, float(data.u[0]))]
     return Graph([node], [], inputs, [Output("y", "plant.y", data.unit_y)])
 
 
 def linear_oscillator(u: Array, y: Array, h: float, rounds: int = 10) -> tuple[float, float, float]:
-    """Mass, damping and stiffness of (m s^2 + c s + k) Y = U at the lines of the spectra that hold force.
+    """Fit mass, damping and stiffness of (m s^2 + c s + k) Y = U at the excited lines of the spectra.
 
     Parameters
     ----------
     u, y : array, shape (n,)
-        Force and displacement, `h` seconds apart; whole periods, or long against the decay of the oscillator.
+        Force and displacement; whole periods, or long compared with the decay of the oscillator.
+    h : float
+        Time between rows (s).
     rounds : int
-        Each weights the equation by 1/|m s^2 + c s + k| of the one before, which makes it an output error.
+        Iterations; each weights the equation by 1/|m s^2 + c s + k| of the last one, which makes it an output error.
 
     Returns
     -------
     m, c, k : float
+        Mass, damping and stiffness, in the units of measure of u, y and s.
     """
     U, Y = np.fft.rfft(u - u.mean()), np.fft.rfft(y - y.mean())
     lines = np.abs(U) > 0.1 * np.abs(U).max()
     s = 2j * np.pi * np.fft.rfftfreq(len(u), h)[lines]
     U, Y = U[lines], Y[lines]
     powers = np.column_stack([s**2, s, np.ones_like(s)])
-    scale = np.abs(s).max() ** np.array([2.0, 1.0, 0.0])  # columns of one size: s^2 is 1e6 times 1
+    scale = np.abs(s).max() ** np.array([2.0, 1.0, 0.0])  # equalises the columns: s^2 is about 1e6 times 1
     weight = np.ones(len(s))
     x = np.zeros(3)
     for _ in range(rounds):

@@ -1,7 +1,8 @@
-"""Shen & Ma 2017: the expanded input space (x, h), h the constraint-factor operator of x, and a 2-5-1 network on it.
+"""Shen & Ma 2017: expanded input space (x, h), h the constraint-factor operator of x, and a 2-5-1 network on it.
 
-The operator is fitted first, then the network.  ``branch = literal`` and ``memory = last`` are the paper's own reading;
-``sweep`` tries 1, 2, .. hidden neurons and keeps the number that does best on the last 30 % of the training rows.
+The operator is fitted first, then the network.  ``branch = literal`` and ``memory = last`` follow the paper literally.
+``sweep`` tries 1, 2, .. hidden neurons and keeps the number with the least error on the validation split, the last 30 %
+of the training rows.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from hystfmu.identify.network.hidden_sweep import hidden_sweep
 from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option
 
-SHARE = 0.7
+TEXT = "constraint-factor operator and a network on (x, h)"
+SHARE = 0.7  # of the training rows: fitted in a sweep; the rest is the validation split
 
 OPTIONS = (
     Option("m", 9, 1, 20, text="odd powers in the polynomial"),
@@ -40,14 +42,14 @@ OPTIONS = (
     Option("roughness", 1e-4, 0.0, 1e3, text="penalty on the third derivative of the branch"),
     output_bend.OPTION,
     Option("range", 1.0, 1e-6, 10.0, text="range that the input is scaled to before the operator"),
-    Option("sweep", 0, 0, 1000, text="try 1 .. sweep hidden neurons; 0: as many as `hidden` says"),
+    Option("sweep", 0, 0, 1000, text="try 1 .. sweep hidden neurons; 0: use `hidden`"),
     u0_option("the operator rests"),
     *readout.options(hidden=5, starts=3, iterations=230),
 )
 
 
 def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, Branch]:
-    """``scaling -> constraint_factor``; the features are the scaled input x and the operator h."""
+    """Fit ``scaling -> constraint_factor``; the features are the scaled input x and the operator h."""
     u, y, rows = data.u, data.y, data.train
     u0 = u0_of(data, options)
     gain = options["range"] / float(np.ptp(u[rows]))
@@ -69,7 +71,7 @@ def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, B
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``scaling -> constraint_factor -> scaling -> mlp -> scaling`` and the number of its parameters."""
+    """Build ``scaling -> constraint_factor -> scaling -> mlp -> scaling``; return it with the number of parameters."""
     front, branch = fit_operator(data, options)
     chosen, began = dict(options), 0.0
     if options["sweep"]:

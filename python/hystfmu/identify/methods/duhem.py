@@ -1,12 +1,12 @@
-"""Duhem model: output slopes that depend on the output and the direction, for static loops without return-point memory.
+"""Duhem model: slopes depend on output and direction, for static loops without return-point memory.
 
   y = c + k u + w,   dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))),  rising and falling apart.
 
-Given k and c, w is known at every row and the coefficients follow from linear least squares of its increments over
-the rows, under noise over pieces of the path; k and c minimise what is left (variable projection, Golub & Pereyra
-1973).  That is the start.  Then all of them and w at the first row are refined on the free run, in the orthonormal
-basis of the increments, in which the powers do not nearly depend on each other.  Oh & Bernstein, IEEE Trans. Autom.
-Control 50 (2005) 631-645.
+Given k and c, w is known at every row, and the coefficients follow from linear least squares of its increments over
+the rows, or over pieces of the path if u is noisy.  k and c minimise the residual (variable projection, Golub & Pereyra
+1973).  From this start, all parameters and w at the first row are refined on the free run, in the orthonormal basis of
+the increments, because the powers themselves are nearly dependent.  Oh & Bernstein, IEEE Trans. Autom. Control 50
+(2005) 631-645.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.features import dead_band
 from hystfmu.identify.options import Option
 
-EVALUATIONS = (60, 30)  # of residuals and Jacobian: for k and c from the increments, on the free run
-STARTS = (0.0, 0.5, 1.0)  # for k, as a fraction of the straight line's slope
-PIECE = 5.0  # dead bands that a piece of the path is long: its noise, at both ends, is an eighth of it
-ROOM = 3.0  # bound of |w|, as a multiple of the largest seen
+TEXT = "polynomial slopes for rising and falling input, least squares, refined on the free run"
+EVALUATIONS = (60, 30)  # limit on evaluations of residuals and Jacobian: for k and c, on the free run
+STARTS = (0.0, 0.5, 1.0)  # of k, relative to the slope of the straight line
+PIECE = 5.0  # length of a piece of the path in dead bands: the noise at its ends is an eighth of it
+ROOM = 3.0  # bound of |w|, relative to the largest in the data
 
 OPTIONS = (
     Option("m", 0, 0, 6, text="degree of the slope in the input"),
@@ -39,7 +40,10 @@ Rows = np.typing.NDArray[np.intp]
 
 
 def basis(u: Array, w: Array, m: int, q: int) -> Array:
-    """Terms of dw/du at (u, w), each (rows,): shape (rows, (m + 1) (2 q + 1)), for every u^i: 1, w^j, |w| w^(j-1)."""
+    """Return the terms of dw/du at (u, w), each (rows,), for every u^i: 1, w^j, |w| w^(j-1).
+
+    The shape is (rows, (m + 1) (2 q + 1)).
+    """
     powers = w[:, None] ** np.arange(q)
     of_w = np.column_stack([np.ones(len(w)), w[:, None] * powers, np.abs(w)[:, None] * powers])
     of_u = u[:, None] ** np.arange(m + 1)
@@ -47,9 +51,9 @@ def basis(u: Array, w: Array, m: int, q: int) -> Array:
 
 
 def segments(u: Array, least: float) -> tuple[Rows, Rows]:
-    """First and last rows of the pieces of a path u (n,) that go one way by at least `least`, or to its next turn.
+    """Return first and last rows of the monotone pieces of a path u (n,), of length `least` or up to the next reversal.
 
-    Under noise, the way between two rows is mostly noise, the way of a longer piece is not.
+    The increment between two rows is mostly noise, that of a longer piece is not.
     """
     first, last, direction = [0], [], 0.0
     for k in range(1, len(u)):
@@ -63,7 +67,7 @@ def segments(u: Array, least: float) -> tuple[Rows, Rows]:
 
 
 class _Slopes:
-    """The linear problem: increments of w over pieces of the path against the sums of the terms, by direction."""
+    """Linear least-squares problem by direction: increments of w over pieces of the path, sums of the terms."""
 
     def __init__(self, u: Array, y: Array, m: int, q: int, least: float) -> None:
         self.u, self.y, self.m, self.q = u, y, m, q
@@ -73,8 +77,17 @@ class _Slopes:
         self.parts = [np.flatnonzero(s * way > 0) for s in (1, -1)]
 
     def solve(self, k: float, c: float) -> tuple[list[Array], list[Array], Array]:
-        """For both directions the coefficients (p,) and the factor (p, p) that makes the terms orthonormal; what is
-        left of the increments."""
+        """Solve for both directions.
+
+        Returns
+        -------
+        theta : list of array, shape (p,)
+            Coefficients, rising and falling.
+        factors : list of array, shape (p, p)
+            Factors that make the terms orthonormal.
+        left : array
+            Residuals of the increments.
+        """
         u, w = self.u, self.y - k * self.u - c
         theta, factors, left = [], [], []
         terms = basis((u[:-1] + u[1:]) / 2, (w[:-1] + w[1:]) / 2, self.m, self.q)
@@ -84,7 +97,7 @@ class _Slopes:
             factor = Vt.T / np.maximum(s, 1e-10 * s[0])
             dw = w[self.last[pieces]] - w[self.first[pieces]]
             x = U.T @ dw
-            x[s <= 1e-10 * s[0]] = 0  # terms that this data cannot tell apart share their weight
+            x[s <= 1e-10 * s[0]] = 0  # terms that the data do not distinguish share their weight
             theta.append(factor @ x)
             factors.append(factor)
             left.append(dw - U @ x)
@@ -100,15 +113,15 @@ def _node(theta: list[Array], k: float, w0: float, w_max: float, m: int, q: int)
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``scaling -> duhem -> scaling`` and the number of its parameters.
+    """Build the graph ``scaling -> duhem -> scaling``; return it with the number of its parameters.
 
     Raises
     ------
     InputError
-        Fewer rows of rising or of falling input than coefficients.
+        There are fewer rows of rising or of falling input than coefficients.
     """
     rows, m, q = data.train, options["m"], options["q"]
-    seen = data.u[: rows.stop]  # what comes later has no influence on the training rows
+    seen = data.u[: rows.stop]  # later rows do not affect the training rows
     middle, half = (seen.max() + seen.min()) / 2, np.ptp(seen) / 2
     u = (seen - middle) / half
     centre, size = float(data.y[rows].mean()), data.span / 2
@@ -117,8 +130,8 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     if min(map(len, slopes.parts)) < slopes.terms:
         rises, falls = map(len, slopes.parts)
         raise InputError(
-            f"{data.path or data.name}: duhem with m = {m}, q = {q} needs at least {slopes.terms} train rows of rising "
-            f"and of falling u; there are {rises} and {falls}"
+            f"{data.path or data.name}: The train rows for duhem with m = {m}, q = {q} must have at least "
+            f"{slopes.terms} rows of rising and of falling u. Got {rises} and {falls} instead."
         )
 
     def increments(p: Array) -> Array:

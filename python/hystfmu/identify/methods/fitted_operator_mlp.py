@@ -1,8 +1,8 @@
-"""The expanded input space (x, z), z the output of a Prandtl-Ishlinskii model fitted to the data, and a network on it.
+"""Expanded input space (x, z), z the output of a Prandtl-Ishlinskii model fitted to the data, and a network on it.
 
-Zhao & Tan 2008 and Shen & Ma 2017 pair the input with an operator of a given shape; any sum of plays is such an
-operator with another branch, so the one nearest to the data is taken, by non-negative least squares; the network bends
-it.
+Zhao & Tan 2008 and Shen & Ma 2017 pair the input with an operator of a given shape.  Any sum of plays is such an
+operator with another branch, so the one nearest to the data is fitted by non-negative least squares.  The network adds
+the static nonlinearity.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
+TEXT = "fitted weighted plays and a network on (x, their sum)"
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
     output_bend.OPTION,
@@ -31,7 +32,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling`` and the number of its parameters."""
+    """Build ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling``; return it with the number of its parameters."""
     u, rows = data.u, data.train
     u0 = u0_of(data, options)
     r = thresholds(u[rows], options["N"])

@@ -1,13 +1,13 @@
-"""Bouc-Wen hysteresis, then linear dynamics with delay: y = c + e^(-s tau) G0(s) (a u + b z(u; beta, gamma, n)).
+"""Bouc-Wen hysteresis followed by linear dynamics with delay: y = c + e^(-s tau) G0(s) (a u + b z(u; beta, gamma, n)).
 
 The operator and its scale are those of `bouc_wen` (A = 1), the dynamics those of `g0_prandtl_ishlinskii`.  Offset and
-the two gains enter linearly and are eliminated (variable projection, Golub & Pereyra 1973); seven parameters are
+the two gains enter linearly and are eliminated (variable projection, Golub & Pereyra 1973).  Seven parameters are
 searched: f_n, zeta, tau and the four of z.
 
-The search begins with the dynamics alone: a bank of Bouc-Wen responses of fixed shapes, filtered by G0 and delayed, is
-combined by least squares.  The bank follows a loop of any shape to a percent or so, and no longer blames the dynamics
-for the loop, as a sum of plays does (f_n 3176 Hz for 500 Hz).  Then z is searched with these dynamics, then all
-together.
+The search starts with the dynamics alone: a bank of Bouc-Wen responses of fixed shapes, filtered by G0 and delayed, is
+combined by least squares.  The bank represents a loop of any shape to about a percent, so that the dynamics do not
+compensate for the loop, as they do with a sum of plays (f_n 3176 Hz instead of 500 Hz).  Then z is searched with these
+dynamics, then all parameters together.
 """
 
 from __future__ import annotations
@@ -27,11 +27,12 @@ from hystfmu.identify.features.identifiable import standard_errors
 from hystfmu.identify.methods.bouc_wen import operator
 from hystfmu.identify.options import Option
 
-MOST_ROWS = 5000  # more rows than this are thinned evenly, after filtering at the full rate
+TEXT = "Bouc-Wen hysteresis, then G0(s) with delay, variable projection"
+MOST_ROWS = 5000  # more rows are thinned evenly, after filtering at the full rate
 BANK = tuple((z_max, share, n) for z_max in (0.1, 0.3, 1.0, 3.0) for share in (0.0, 0.5) for n in (1.0, 2.0))
 STARTS = ((0.5, 0.5, 1.5), (0.15, 0.2, 1.2), (2.0, 0.5, 1.5))  # z_max, gamma share, n
-ENOUGH = 3e-3  # misfit, as a fraction of the span, that needs no other start
-EVALUATIONS = (15, 60)  # of the residuals and their Jacobian: for every start, for all parameters together
+ENOUGH = 3e-3  # misfit, relative to the span, below which no other start is tried
+EVALUATIONS = (15, 60)  # limit on evaluations of residuals and Jacobian: per start, for all parameters together
 
 OPTIONS = (Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"), *DYNAMICS_OPTIONS)
 
@@ -39,8 +40,10 @@ OPTIONS = (Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"), *DY
 def build(
     data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
 ) -> tuple[Graph, int, dict[str, Any]]:
-    """The graph ``scaling -> bouc_wen -> sum -> transfer_function [-> delay] -> scaling``, the number of its
-    parameters, and f_n (Hz), zeta, delay (s), with a warning for each of them that the record does not tell.
+    """Build the graph ``scaling -> bouc_wen -> sum -> transfer_function [-> delay] -> scaling``.
+
+    It returns the graph, the number of its parameters, and f_n (Hz), zeta, delay (s), with a warning for each of these
+    that the data do not determine.
     """
     rows, h, hold = data.train, data.h, options["hold"]
     seen = data.u[: rows.stop]
@@ -51,7 +54,7 @@ def build(
     size = data.span * np.sqrt(len(y))
 
     def project(columns: Array, g: Dynamics) -> tuple[Array, Array]:
-        """Residuals, and the coefficients of 1 and of the columns after the dynamics."""
+        """Return residuals, and the coefficients of 1 and of the columns after the dynamics."""
         filtered = np.column_stack([np.ones(len(y)), g.filter(columns, h, hold)[rows][::stride]])
         scale = np.linalg.norm(filtered, axis=0)
         c = np.linalg.lstsq(filtered / scale, y, rcond=1e-10)[0] / scale

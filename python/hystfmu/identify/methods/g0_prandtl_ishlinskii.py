@@ -1,17 +1,17 @@
-"""Hysteresis, then linear dynamics with delay: y = c + e^(-s tau) G0(s) PI[u], as in Yu & Alici 2005, fig. 1.
+"""Hysteresis followed by linear dynamics with delay: y = c + e^(-s tau) G0(s) PI[u] (Yu & Alici 2005, fig. 1).
 
 G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1).  The weights of the plays enter linearly: for every trial of (f_n,
-zeta, tau) the plays, filtered by G0 and delayed, are columns of a non-negative least-squares problem, and only three
-parameters are left to search (variable projection, Golub & Pereyra 1973).
+zeta, tau) the plays, filtered by G0 and delayed, are columns of a non-negative least-squares problem.  Only three
+parameters remain to search (variable projection, Golub & Pereyra 1973).
 
-Thresholds beside the true ones bend every loop a little, and the dynamics take the blame: 40 even ones can put f_n 5 %
-off.  So after a first search with N even thresholds, those that get a weight among FINER N are kept (non-negative least
-squares picks few), and the dynamics are searched again with them.
+Trap: thresholds that miss the true ones distort every loop, and the dynamics compensate: 40 even thresholds can shift
+f_n by 5 %.  So after a first search with N even thresholds, those with a weight among FINER N are kept (non-negative
+least squares selects few), and the dynamics are searched again.
 
-A ramp between the samples of a sine loses (omega h)^2/12 of its amplitude, and again the dynamics take the blame: with
-f_n 400 Hz, zeta 0.7 and cycles down to 10 ms, f_n is 1.7 % off at 50 samples in the shortest cycle; take 100 or more.
+Trap: a ramp between the samples of a sine loses (omega h)^2/12 of its amplitude, and again the dynamics compensate.
+With f_n 400 Hz, zeta 0.7 and cycles down to 10 ms, f_n is off by 1.7 % at 50 samples in the shortest cycle; use 100.
 
-A rate-independent operator commutes with a delay, so it does not matter where the delay lies.
+A rate-independent operator commutes with a delay, so the place of the delay does not matter.
 """
 
 from __future__ import annotations
@@ -31,8 +31,9 @@ from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
-MOST_ROWS = 5000  # more rows than this are thinned evenly, after filtering at the full rate
-FINER, ROUNDS = 8, 2  # the thresholds in use are picked from so many times N, and so often
+TEXT = "weighted plays, then G0(s) with delay, variable projection"
+MOST_ROWS = 5000  # more rows are thinned evenly, after filtering at the full rate
+FINER, ROUNDS = 8, 2  # thresholds are selected from FINER N even ones, in ROUNDS rounds
 
 OPTIONS = (
     Option("N", 40, 1, 10000, text="number of plays in the first search"),
@@ -45,8 +46,10 @@ OPTIONS = (
 def build(
     data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
 ) -> tuple[Graph, int, dict[str, Any]]:
-    """The graph ``scaling -> prandtl_ishlinskii -> transfer_function [-> delay] -> scaling``, the number of its
-    parameters, and f_n (Hz), zeta, delay (s), with a warning for each of them that the record does not tell.
+    """Build the graph ``scaling -> prandtl_ishlinskii -> transfer_function [-> delay] -> scaling``.
+
+    It returns the graph, the number of its parameters, and f_n (Hz), zeta, delay (s), with a warning for each of these
+    that the data do not determine.
     """
     rows, h = data.train, data.h
     u0 = u0_of(data, options)
@@ -59,7 +62,7 @@ def build(
     hold, least = options["hold"], options["w0_min"] * half
 
     def project(g: Dynamics, columns: Array) -> tuple[Array, Array, float]:
-        """Residuals, weights, offset."""
+        """Return residuals, weights and offset."""
         filtered = g.filter(columns, h, hold)[rows][::stride]
         w, (offset,) = nonnegative(filtered, y - least * filtered[:, 0], ones)
         w[0] += least
@@ -86,7 +89,7 @@ def build(
 def graph(
     g: Dynamics, w: Array, r: Array, x0: float, scale: tuple[float, float, float], hold: str, data: Dataset
 ) -> Graph:
-    """The model with input `u` and output `y`; `scale` is the middle and half range of u, and the offset of y."""
+    """Build the graph with input `u` and output `y`; `scale` holds middle and half range of u, and the offset of y."""
     middle, half, offset = scale
     dynamics = g.nodes(data.h, hold)
     if len(dynamics) > 1:

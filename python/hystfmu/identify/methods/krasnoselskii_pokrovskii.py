@@ -1,8 +1,8 @@
 """Krasnosel'skii-Pokrovskii model: kernels between two ramps on a triangular grid, weights >= 0, and an offset.
 
-y = c + sum_i w_i k_i[u], the ramps of kernel i at p1_i <= p2_i, both from one grid of `levels` points over the range
-of u: levels (levels + 1) / 2 kernels, 210 for the 20 levels of Zhao & Tan 2008, section V.  Banks, Kurdila & Webb 1997.
-The weights follow from one non-negative least-squares problem.
+y = c + sum_i w_i k_i[u], with the ramps of kernel i at p1_i <= p2_i on a grid of `levels` points over the range of u.
+It has levels (levels + 1) / 2 kernels, 210 for the 20 levels of Zhao & Tan 2008, section V.  One non-negative
+least-squares problem gives the weights.  Banks, Kurdila & Webb 1997.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
+TEXT = "Krasnosel'skii-Pokrovskii kernels, weights >= 0"
 OPTIONS = (
     Option("levels", 20, 1, 200, text="points of the grid; levels (levels + 1) / 2 kernels"),
     u0_option("demagnetised"),
@@ -26,10 +27,10 @@ OPTIONS = (
 
 
 def grid(lo: float, hi: float, levels: int) -> tuple[float, Array, Array]:
-    """Rise length a of the ridge and the ramps p1 <= p2, each (n,), of all n kernels, for inputs in lo..hi.
+    """Return the rise length a of the ridge and the ramps p1 <= p2, each (n,), of all n kernels, for inputs in lo..hi.
 
-    The ramps start at lo, lo + a, .., hi - a with a = (hi - lo) / levels, so that each kernel saturates within
-    the range.
+    The ramps start at lo, lo + a, .., hi - a with a = (hi - lo) / levels, so that each kernel saturates within the
+    range.
     """
     a = (hi - lo) / levels
     i, j = np.triu_indices(levels)
@@ -38,12 +39,12 @@ def grid(lo: float, hi: float, levels: int) -> tuple[float, Array, Array]:
 
 
 def ridge(x: Array, a: float) -> Array:
-    """-1 for x < 0, 1 for x > a, straight between; for x of any shape."""
+    """Return -1 for x < 0, 1 for x > a, linear between, for x of any shape."""
     return np.asarray(np.clip(2 * (x / a) - 1, -1, 1))
 
 
 def kernels(u: Array, a: float, p1: Array, p2: Array, k0: Array) -> Array:
-    """Every kernel (rows, n) along an input (rows,), from k0 (n,): the last value clamped between its two ramps."""
+    """Run all kernels over an input (rows,) from k0 (n,); shape (rows, n).  A kernel stays between its two ramps."""
     low, high = ridge(u[:, None] - p2, a), ridge(u[:, None] - p1, a)
     out, k = np.empty_like(low), k0
     for row in range(len(u)):
@@ -52,12 +53,12 @@ def kernels(u: Array, a: float, p1: Array, p2: Array, k0: Array) -> Array:
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph of one block ``krasnoselskii_pokrovskii`` and the number of its weights and offset."""
+    """Build the graph of one ``krasnoselskii_pokrovskii``; return it with the number of its parameters."""
     u0 = u0_of(data, options)
     rows = data.train
     u = data.u[rows]
     a, p1, p2 = grid(float(u.min()), float(u.max()), options["levels"])
-    k0 = ridge(u0 - (p1 + p2) / 2, a)  # demagnetised: every kernel where the middle of its ramps puts it
+    k0 = ridge(u0 - (p1 + p2) / 2, a)  # demagnetised: each kernel as the middle of its ramps gives it
     columns = kernels(data.u[: rows.stop], a, p1, p2, k0)[rows]
     progress(0.2)
     w, (offset,) = nonnegative(columns, data.y[rows], np.ones((len(columns), 1)))

@@ -1,7 +1,7 @@
-"""A bank of plays and a network on (u, plays): the play states hold the whole return-point memory.
+"""Bank of plays and a network on (u, plays): the play states hold the whole return-point memory.
 
-Two features (x, h) do not fix the output (the one-to-one theorem of Zhao & Tan 2008 has counterexamples); the states of
-a bank do, up to its resolution.  A linear readout takes the bulk, so that the network learns the rest only.
+Two features (x, h) do not determine the output (the one-to-one theorem of Zhao & Tan 2008 has counterexamples); the
+states of a bank do, up to its resolution.  A linear readout represents most of the output; the network learns the rest.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option
 
+TEXT = "bank of plays and a network on them"
 OPTIONS = (
     Option("N", 16, 1, 10000, text="number of plays"),
     u0_option("every play rests"),
@@ -25,7 +26,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``(u, play_bank) -> scaling -> mlp -> scaling`` plus a linear readout, and its number of weights."""
+    """Build ``(u, play_bank) -> scaling -> mlp -> scaling`` plus a linear readout; return it with its parameters."""
     u0 = u0_of(data, options)
     r = thresholds(data.u[data.train], options["N"])
     nodes = [

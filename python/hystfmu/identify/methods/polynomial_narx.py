@@ -1,11 +1,11 @@
-"""IPMC paper: basis-function network, a polynomial of the lagged input, auxiliary function and output.
+"""Basis-function network of the IPMC paper: a polynomial of lagged input, auxiliary function and output.
 
 y(k) = theta' h(k), h all monomials up to order q of u(k-1..k-n_u), f(k-1..k-n_f), y(k-1..k-n_y); f is the auxiliary
-function in its correct form, the Zhao-Tan operator.  Linear in theta: one least-squares problem, solved at once by QR
-or sample by sample.  Neighbouring lags are almost copies of each other; a ridge on the scaled weights keeps them from
+function in its correct form, the Zhao-Tan operator.  The model is linear in theta: one least-squares problem, solved at
+once by QR or sample by sample.  Neighbouring lags are nearly equal.  A ridge on the scaled weights keeps them from
 cancelling, which would amplify noise and every frequency that the training data lack.
 
-As in `zhao_tan_mlp`, how much of the operator the input range uses is a parameter, chosen by the training error.
+As in `zhao_tan_mlp`, the range to which the input is scaled is a parameter, chosen by the training error.
 """
 
 from __future__ import annotations
@@ -25,25 +25,26 @@ from hystfmu.identify.features.monomials import basis, count, lagged
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.recursive import Recursive
 
-RANGES = (1.0, 2.0, 4.0)  # of x in the operator
-QUICK_LAGS = 3  # enough to tell one range from another
+TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"
+RANGES = (1.0, 2.0, 4.0)  # trial ranges of x in the operator
+QUICK_LAGS = 3  # lags in the trials
 MOST_PARAMETERS = 5000
-BLOCK = 2000  # rows in one QR: they stay in the cache
-ROOM = 1.2  # default dead zone over the largest error that the batch solution leaves
+CHUNK = 2000  # rows per QR, which fit the cache
+ROOM = 1.2  # default dead zone, relative to the largest error of the batch solution
 
 OPTIONS = (
     Option("n_u", 9, 1, 1000, text="lags of the input"),
-    Option("n_f", 9, 0, 1000, text="lags of the auxiliary function; 0: without it"),
+    Option("n_f", 9, 0, 1000, text="lags of the auxiliary function; 0 omits it"),
     Option("n_y", 0, 0, 1000, text="lags of the output"),
-    Option("n_k", 1, 0, 1, text="first lag of input and auxiliary function; 0: the present ones too"),
+    Option("n_k", 1, 0, 1, text="first lag of input and auxiliary function; 0 includes the present values"),
     Option("q", 2, 1, 10, text="highest order of a monomial"),
     Option(
         "training",
         "batch",
         choices=("batch", "recursive", "dead_zone"),
-        text="QR of all rows; or row by row in square-root form; or row by row with a dead zone",
+        text="batch: QR of all rows; recursive: row by row in square-root form; dead_zone: the same with a dead zone",
     ),
-    Option("dead_zone", None, 1e-300, 1e300, text="r in the unit of y; default 1.2 times the largest error of batch"),
+    Option("dead_zone", None, 1e-300, 1e300, text="r, in the measure of y; default 1.2 times the largest batch error"),
     Option("ridge", 1e-3, 1e-12, 1e6, text="ridge on the weights, each scaled by its column"),
     Option(
         "memory",
@@ -59,15 +60,16 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Signals:
-    """What the polynomial sees, for every row: scaled input x, auxiliary function f, scaled output y.
+    """Signals of the polynomial for every row: scaled input x, auxiliary function f, scaled output y.
 
     Parameters
     ----------
     nodes : tuple of Node
-        The blocks ``input`` and, with lags of f, ``operator``.
+        The blocks ``input`` and ``operator``.
     x, f, y : array, shape (rows,)
+        Signals.
     middle, half : float
-        y is (measured - middle) / half.
+        Scaling of the output: y is (measured - middle) / half.
     """
 
     nodes: tuple[Node, ...]
@@ -78,14 +80,14 @@ class Signals:
     half: float
 
     def lags(self, n_u: int, n_f: int, n_y: int, n_k: int) -> tuple[Array, Array]:
-        """z(k) of every row, (rows, n_u + n_f + n_y), and for each variable a gain that maps it to about [-1, 1]."""
+        """Return z(k) of every row, (rows, n_u + n_f + n_y), and per variable a gain that maps it to about [-1, 1]."""
         z = np.column_stack([lagged(self.x, n_u, n_k), lagged(self.f, n_f, n_k), lagged(self.y, n_y)])
         most = [(np.abs(v).max(), n) for v, n in ((self.x, n_u), (self.f, n_f), (self.y, n_y))]
         return z, np.concatenate([np.full(n, 1 / m if m > 0 else 1.0) for m, n in most])
 
 
 def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -> Signals:
-    """Run the front of the model, ``scaling -> zhao_tan``, over the data."""
+    """Run the front end of the model, ``scaling -> zhao_tan``, over the data."""
     u, y = data.u[data.train], data.y[data.train]
     lo, hi, width = float(u.min()), float(u.max()), float(np.ptp(u))
     gain = span / width
@@ -102,29 +104,35 @@ def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -
 
 
 def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
-    """min |y - phi theta|^2 + rows ridge^2 |theta|^2 by QR; theta and the RMS of y - phi theta.
+    """Minimise |y - phi theta|^2 + rows ridge^2 |theta|^2 by QR; return theta (n,) and the RMS of y - phi theta.
 
-    The ridge is that of recursive least squares with P(0) = I / (rows ridge^2).
+    The ridge equals that of recursive least squares with P(0) = I / (rows ridge^2).
     """
     from scipy.linalg import solve_triangular
 
     rows, n = phi.shape
     r: Array = np.sqrt(rows) * ridge * np.eye(n, n + 1)
-    for i in range(0, rows, BLOCK):
-        block = np.column_stack([phi[i : i + BLOCK], y[i : i + BLOCK]])
-        r = np.asarray(np.linalg.qr(np.vstack([r, block]), mode="r"))
+    for i in range(0, rows, CHUNK):
+        chunk = np.column_stack([phi[i : i + CHUNK], y[i : i + CHUNK]])
+        r = np.asarray(np.linalg.qr(np.vstack([r, chunk]), mode="r"))
     theta = np.asarray(solve_triangular(r[:n, :n], r[:n, n]))
     return theta, float(np.sqrt(np.mean((y - phi @ theta) ** 2)))
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``scaling -> zhao_tan -> polynomial_narx -> scaling`` and the number of weights."""
+    """Build ``scaling -> zhao_tan -> polynomial_narx -> scaling``; return it with the number of weights.
+
+    Raises
+    ------
+    InputError
+        Too many weights for the rows, a dead zone without its training, a model that is unstable in a free run.
+    """
     n_u, n_f, n_y, n_k, q = (options[name] for name in ("n_u", "n_f", "n_y", "n_k", "q"))
     parameters, rows = count(n_u + n_f + n_y, q), len(data.u[data.train])
     if parameters > min(rows, MOST_PARAMETERS):
         raise InputError(
-            f"n_u = {n_u}, n_f = {n_f}, n_y = {n_y}, q = {q} make {parameters} weights; at most {MOST_PARAMETERS} are "
-            f"allowed, and no more than the {rows} train rows"
+            f"The number of weights must be at most {MOST_PARAMETERS} and at most the {rows} train rows. "
+            f"Got {parameters} for n_u = {n_u}, n_f = {n_f}, n_y = {n_y}, q = {q} instead."
         )
     u0 = u0_of(data, options)
 
@@ -143,18 +151,21 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     if options["training"] != "batch":
         r = options["dead_zone"]
         if options["training"] == "recursive" and r is not None:
-            raise InputError("dead_zone belongs to training = 'dead_zone'")
+            raise InputError(
+                f"The option 'dead_zone' must come with training = 'dead_zone'. Got {options['training']!r}."
+            )
         theta = _recursive(seen, data.train, lags, options, theta, gains, progress)
     graph = assemble(data, seen, dict(zip(("n_u", "n_f", "n_y", "n_k"), lags, strict=True)), q, theta * basis(gains, q))
     if n_y and not np.isfinite(graph.run(data.u, data.h)).all():
         raise InputError(
-            f"the model with n_y = {n_y} is unstable when it runs free; take fewer lags of y or more ridge"
+            f"The model with n_y = {n_y} must be stable in a free run. Got an unstable one: use fewer lags of y or a "
+            "larger ridge."
         )
     return graph, parameters
 
 
 def solve(seen: Signals, rows: slice, lags: list[int], q: int, ridge: float) -> tuple[Array, float, Array]:
-    """Batch least squares: weights of the scaled monomials, RMS error in the unit of y, gains of the variables."""
+    """Solve by batch least squares: weights of the scaled monomials, RMS error of y, gains of the variables."""
     z, gains = seen.lags(*lags)
     theta, rms = least_squares(basis(z[rows] * gains, q), seen.y[rows], ridge)
     return theta, rms * seen.half, gains
@@ -169,7 +180,7 @@ def _recursive(
     gains: Array,
     progress: Callable[[float], None],
 ) -> Array:
-    """The weights after one pass over the training rows, from 0."""
+    """Return the weights after one pass over the training rows, starting from 0."""
     z, _ = seen.lags(*lags)
     z, y, q = z[rows] * gains, seen.y[rows], options["q"]
     r = options["dead_zone"]
@@ -184,7 +195,7 @@ def _recursive(
 
 
 def assemble(data: Dataset, seen: Signals, lags: Mapping[str, int], q: int, theta: Array) -> Graph:
-    """The model's graph, input `u`, output `y`, for weights of the monomials of x, f and scaled y."""
+    """Build the graph, input `u`, output `y`, for weights of the monomials of x, f and scaled y."""
     nodes = [
         *seen.nodes,
         Node("network", "polynomial_narx", {**lags, "q": q}, {"theta": theta, "y0": seen.y[0]}),

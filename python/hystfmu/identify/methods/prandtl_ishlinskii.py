@@ -1,7 +1,7 @@
-"""Prandtl-Ishlinskii model: weights of a linear term and of N plays by non-negative least squares, and an offset.
+"""Prandtl-Ishlinskii model: non-negative least squares for a linear term and N plays, and an offset.
 
-y = c + w0 u + sum_i w_i p_{r_i}[u], w >= 0, c free.  Krejci & Kuhnen 2001, eq. 5-9; Shen & Ma 2017 fit the same model
-by a general optimiser in 20 h.
+y = c + w0 u + sum_i w_i p_{r_i}[u], w >= 0, c free.  Krejci & Kuhnen 2001, eq. 5-9.  Shen & Ma 2017 fit the same model
+with a general optimiser in 20 h.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
+TEXT = "weighted plays, non-negative least squares; exact inverse"
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
     Option("w0_min", 0.0, 0.0, 1e300, text="least weight of the linear term; above 0 a continuous inverse exists"),
@@ -26,7 +27,7 @@ OPTIONS = (
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``prandtl_ishlinskii -> scaling`` (offset) and the number of its parameters."""
+    """Build the graph ``prandtl_ishlinskii -> scaling`` (offset); return it with the number of its parameters."""
     u0 = u0_of(data, options)
     rows = data.train
     r = thresholds(data.u[rows], options["N"])
@@ -38,7 +39,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
 
 
 def graph(w0: float, r: Any, w: Any, u0: float, offset: float, data: Dataset) -> Graph:
-    """A Prandtl-Ishlinskii model with an offset as a graph with input `u` and output `y`."""
+    """Build the graph of a Prandtl-Ishlinskii model with an offset, input `u`, output `y`."""
     return Graph(
         [
             Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w0, "r": r, "w": w, "u0": u0}),

@@ -1,12 +1,13 @@
 """Asymmetric Prandtl-Ishlinskii model with creep: plays, one-sided dead zones and first-order lags of the input.
 
-y = c + w0 u + sum w_i p_{r_i}[u] + sum v_j S(u, s_j) + sum k_l q_l,  T_l q_l' = u - q_l;  linear in all weights, so one
-bounded least-squares problem: w, k >= 0 (plays follow and lags trail the input), v and c free.  Modified
-Prandtl-Ishlinskii operator with creep: Kuhnen 2003; here the dead zones act on the input, which keeps it linear.
+y = c + w0 u + sum w_i p_{r_i}[u] + sum v_j S(u, s_j) + sum k_l q_l,  T_l q_l' = u - q_l.  The model is linear in all
+weights: one bounded least-squares problem with w, k >= 0 (plays follow and lags trail the input), v and c free.  It is
+the modified Prandtl-Ishlinskii operator with creep of Kuhnen 2003, except that the dead zones act on the input, which
+keeps it linear.
 
-Lags near each other and near the linear term are almost copies; a ridge on the scaled weights shares between them
-instead of letting large weights of opposite sign fit the noise.  Its size cannot be read from the training error, and
-splits of one decaying sine disagree about it (0 to 0.03): check it on other signals of your own actuator.
+Lags close to each other and to the linear term are nearly equal.  A ridge on the scaled weights distributes the weight
+among them; without it, large weights of opposite sign fit the noise.  Trap: the training error does not determine the
+ridge, and splits of one decaying sine disagree about it (0 to 0.03).  Validate it on other signals of your actuator.
 """
 
 from __future__ import annotations
@@ -24,19 +25,20 @@ from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
+TEXT = "plays, dead zones and creep of the input, least squares"
 OPTIONS = (
     Option("N", 20, 1, 10000, text="number of plays"),
     Option("dead_zones", 6, 1, 1000, text="number of dead zones, evenly over the training range"),
     Option("lags", 6, 1, 1000, text="number of first-order lags"),
-    Option("T_min", None, 1e-12, 1e12, text="shortest time constant in s; default one sample"),
-    Option("T_max", 8.0, 1e-12, 1e12, text="longest time constant in s"),
+    Option("T_min", None, 1e-12, 1e12, text="shortest time constant (s); default one sample"),
+    Option("T_max", 8.0, 1e-12, 1e12, text="longest time constant (s)"),
     Option("ridge", 0.01, 0.0, 1e6, text="ridge on the weights, each scaled by its column"),
     u0_option("every play rests"),
 )
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``(prandtl_ishlinskii, dead_zones, creep) -> sum`` and the number of its weights."""
+    """Build the graph ``(prandtl_ishlinskii, dead_zones, creep) -> sum``; return it with the number of its weights."""
     rows, u = data.train, data.u
     u0 = u0_of(data, options)
     r = thresholds(u[rows], options["N"])
@@ -60,20 +62,23 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
 
 
 def ridge_fit(bounded: Array, free: Array, y: Array, ridge: float) -> tuple[Array, Array]:
-    """min |y - c - bounded x - free v|^2 + (ridge |scaled weights|)^2 over x >= 0, v, c.
+    """Minimise |y - c - bounded x - free v|^2 + (ridge |scaled weights|)^2 over x >= 0, v, c.
 
     Parameters
     ----------
     bounded, free : array, shape (n, p) and (n, q)
-        Columns whose weights are at least 0, and columns of any weight.
+        Columns with non-negative weights, and columns with free weights.
     y : array, shape (n,)
+        Target.
     ridge : float
+        Ridge on the weights, each scaled by its column.
 
     Returns
     -------
     x : array, shape (p,)
+        Non-negative weights.
     v : array, shape (q + 1,)
-        The constant c at its end.
+        Free weights, the constant c last.
     """
     columns = np.column_stack([bounded, free])
     middle = columns.mean(axis=0)
@@ -88,18 +93,18 @@ def ridge_fit(bounded: Array, free: Array, y: Array, ridge: float) -> tuple[Arra
 
 
 def knots(u: Array, n: int) -> Array:
-    """Thresholds (n,) of dead zones, evenly inside the range of u; none at 0, where a dead zone is the input itself."""
+    """Return thresholds (n,) of dead zones, evenly inside the range of u; at 0 a dead zone would be the input."""
     s = u.min() + np.ptp(u) * np.arange(1, n + 1) / (n + 1)
     least = 1e-6 * np.ptp(u)
     return np.where(np.abs(s) < least, least, s)
 
 
 def dead_zones(u: Array, s: Array) -> Array:
-    """One-sided dead zones of u (n,) with thresholds s (m,): shape (n, m); the sign of a threshold is its side."""
+    """Return one-sided dead zones of u (n,), shape (n, m); the sign of a threshold in s (m,) is its side."""
     d = u[:, None] - s
     return np.where(s > 0, np.maximum(d, 0), np.minimum(d, 0))
 
 
 def lag(u: Array, h: float, T: float) -> Array:
-    """First-order lag of u (n,) that starts in its steady state, run by the C core; h and T in s."""
+    """Run a first-order lag of u (n,) from its steady state in the C core; step h (s), time constant T (s)."""
     return Graph.single(Node("lag", "creep", {}, {"w": 1.0, "T": T, "start": "steady"})).run(u, h)

@@ -1,15 +1,15 @@
-"""Asymmetric Prandtl-Ishlinskii model whose bend depends on the rate: dead zones of the input and of a lagged input.
+"""Rate-dependent asymmetric Prandtl-Ishlinskii model: dead zones of the input and of a lagged input.
 
   y = c + w0 u + sum w_i p_{r_i}[u] + sum v_j S(u - m, s_j) + sum x_j S(q_b - m, s_j) + sum k_l q_l,
   T_l q_l' = u - q_l,  T_b q_b' = u - q_b,
 
-with S the one-sided dead zone (Kuhnen 2003) and m the mean of the input; linear in all weights, w >= 0, the rest free.
-The difference of a dead zone of u and of the lagged u is du/dt times a slope that depends on u: the width of the loop
-that grows with the rate, which no sum of plays has.
+with S the one-sided dead zone (Kuhnen 2003) and m the mean of the input.  The model is linear in all weights, w >= 0,
+the rest free.  The difference between a dead zone of u and one of the lagged u is du/dt times a slope that depends on
+u.  It widens the loop with the rate, which no sum of plays does.
 
-Free lags trade against each other, and what they do to slow drift is hardly seen in a short record; so the ridge is the
-largest one whose error in tenfold cross-validation, over consecutive rows of the training range only, is within one
-standard error of the least (Breiman et al. 1984; Hastie, Tibshirani & Friedman 2009, section 7.10).
+Free lags compensate each other, and a short record hardly shows their effect on slow drift.  So the ridge is the
+largest whose error in tenfold cross-validation, over consecutive training rows, is within one standard error of the
+least (Breiman et al. 1984; Hastie, Tibshirani & Friedman 2009, section 7.10).
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from hystfmu.identify.methods.prandtl_ishlinskii_asym import dead_zones, knots, 
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
+TEXT = "plays, creep, dead zones of the input and of a lagged input; ridge by cross-validation"
 FOLDS = 10
 RIDGES = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2)
 
@@ -35,16 +36,18 @@ OPTIONS = (
     Option("N", 20, 1, 10000, text="number of plays"),
     Option("dead_zones", 6, 1, 1000, text="dead zones of the input, and as many of the lagged input"),
     Option("lags", 6, 1, 1000, text="number of first-order lags"),
-    Option("T_min", None, 1e-12, 1e12, text="shortest time constant in s; default one sample"),
-    Option("T_max", 8.0, 1e-12, 1e12, text="longest time constant in s"),
-    Option("T_bend", None, 1e-12, 1e12, text="time constant of the bent lag in s; default four samples"),
+    Option("T_min", None, 1e-12, 1e12, text="shortest time constant (s); default one sample"),
+    Option("T_max", 8.0, 1e-12, 1e12, text="longest time constant (s)"),
+    Option(
+        "T_bend", None, 1e-12, 1e12, text="time constant of the lag before the dead zones (s); default four samples"
+    ),
     Option("ridge", None, 0.0, 1e6, text="ridge on the weights, each scaled by its column; default: cross-validation"),
     u0_option("every play rests"),
 )
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph of the equation above and the number of its weights."""
+    """Build the graph of the equation above; return it with the number of its weights."""
     rows, u = data.train, data.u
     u0 = u0_of(data, options)
     r = thresholds(u[rows], options["N"])
@@ -80,7 +83,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
 
 
 class _Sums:
-    """A regression reduced to the triangle of its QR factors: every ridge then costs a few columns, not all rows."""
+    """A regression reduced to the triangle of its QR factors, so that a new ridge does not cost all rows."""
 
     def __init__(self, bounded: Array, free: Array, y: Array) -> None:
         self.n = bounded.shape[1]
@@ -92,7 +95,7 @@ class _Sums:
         self.triangle = np.linalg.qr(np.column_stack([centred / self.size, y - self.mean]))[1]
 
     def solve(self, ridge: float) -> tuple[Array, Array]:
-        """Weights of the bounded columns, and of the free ones with the constant at the end."""
+        """Return the weights of the bounded columns, and of the free ones with the constant last."""
         m = len(self.size)
         stacked = np.vstack([self.triangle[:, :m], ridge * np.eye(m)])
         right = np.concatenate([self.triangle[:, m], np.zeros(m)])
@@ -102,13 +105,14 @@ class _Sums:
 
 
 def cross_validated(bounded: Array, free: Array, y: Array) -> float:
-    """The largest ridge within one standard error of the best, over `FOLDS` blocks of consecutive rows.
+    """Return the largest ridge within one standard error of the best, over `FOLDS` chunks of consecutive rows.
 
     Parameters
     ----------
-    bounded, free : array, shape (n, .)
-        Columns with weights >= 0, and with free weights; a constant is added.
+    bounded, free : array, shape (n, p) and (n, q)
+        Columns with non-negative weights, and with free weights; a constant is added.
     y : array, shape (n,)
+        Target.
     """
     folds = min(FOLDS, len(y) // 2)
     errors = np.empty((len(RIDGES), folds))

@@ -1,11 +1,11 @@
-"""Yu & Alici 2005: a network on the input and its rate, (u, du/dt); by default with memory beside them.
+"""Yu & Alici 2005: network on the input and its rate, (u, du/dt), by default with memory as well.
 
-The rate is no memory: on the way down two branches of a loop have the same (u, du/dt), so the literal network
-(``memory = "none"``) fits a single tone and little else.  With ``memory = "plays"`` it also sees a bank of plays, and
-the first and second derivative of a Prandtl-Ishlinskii fit v of the output: what follows the hysteresis in an actuator
-lags by the rate of its output, v - (2 zeta/omega_n) v' + ..., not by the rate of u.
+The rate is not a memory: two descending branches can have the same (u, du/dt), so the literal network
+(``memory = "none"``) fits a single tone and little else.  With ``memory = "plays"`` its inputs also include a bank of
+plays, and the first and second derivative of a Prandtl-Ishlinskii fit v of the output: the dynamics after the
+hysteresis depend on the rate of its output, v - (2 zeta/omega_n) v' + ..., not on the rate of u.
 
-A derivative is a difference over the last step, behind a first-order filter of time constant tau.
+A derivative is a difference over the last step with a first-order filter of time constant tau.
 """
 
 from __future__ import annotations
@@ -25,20 +25,21 @@ from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
-SAMPLES = {"none": 0, "plays": 5}  # tau in samples; fewer, and the second derivative is noise
-FINER = 3  # times as many plays in the fit whose rate is taken as in the bank
+TEXT = "network on the input, its rate and a bank of plays"
+SAMPLES = {"none": 0, "plays": 5}  # tau in samples; with fewer, the second derivative is noise
+FINER = 3  # plays in the differentiated fit, relative to those in the bank
 
 OPTIONS = (
-    Option("memory", "plays", choices=("plays", "none"), text="inputs beside (u, du/dt); none: the literal reading"),
+    Option("memory", "plays", choices=("plays", "none"), text="inputs besides (u, du/dt); none: as in the paper"),
     Option("N", 12, 1, 10000, text="number of plays in the bank"),
-    Option("tau", None, 0.0, 1e12, text="filter of a derivative in s; default 5 samples, without memory none"),
+    Option("tau", None, 0.0, 1e12, text="time constant of a derivative (s); default 5 samples, 0 without memory"),
     u0_option("every play rests"),
     *readout.options(hidden=6, starts=2, iterations=150),
 )
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``(u, rate[, bank, rates of the fit]) -> scaling -> mlp -> scaling`` and its number of weights."""
+    """Build ``(u, rate[, bank, rates of the fit]) -> scaling -> mlp -> scaling``; return it with its weights."""
     memory = options["memory"]
     tau = SAMPLES[memory] * data.h if options["tau"] is None else options["tau"]
     nodes = [Node("input", "scaling", {"n": 1}), Node("rate", "differentiator", {}, {"tau": tau})]

@@ -1,8 +1,8 @@
-"""Zhao & Tan 2008: the expanded input space (x, h), h the hysteretic operator of x, and a 2-12-1 network on it.
+"""Zhao & Tan 2008: expanded input space (x, h), h the hysteretic operator of x, and a 2-12-1 network on it.
 
-The operator g(d) = (1 - e^-d) d is not scale-free: how much of it a given input range uses is a parameter.  Unless it
-is given, the range is chosen among a few by the training error.  With an inverse operator and data whose input and
-output are exchanged, the same network is the paper's inverse model (section III).
+The branch g(d) = (1 - e^-d) d depends on the scale, so the range to which the input is scaled is a parameter.  By
+default it is chosen among a few values by the training error.  With an inverse operator and data with exchanged input
+and output, the same network is the paper's inverse model (section III).
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option
 
-RANGES = (0.5, 1.0, 2.0)  # of x in the operator: g is convex, as a loop of this class needs, up to d = 2
-QUICK_ROWS = 500  # enough to tell one range from another
+TEXT = "Zhao-Tan operator and a network on (x, h)"
+RANGES = (0.5, 1.0, 2.0)  # trial ranges of x: g is convex up to d = 2, which loops of this class need
+QUICK_ROWS = 500  # rows in the trials
 OPERATORS = {  # block -> its input and output
     "zhao_tan": ("x", "h"),
     "zhao_tan_inverse": ("h", "x"),
@@ -29,7 +30,7 @@ OPERATORS = {  # block -> its input and output
 }
 
 OPTIONS = (
-    Option("operator", "zhao_tan", choices=tuple(OPERATORS), text="block that gives the second input of the network"),
+    Option("operator", "zhao_tan", choices=tuple(OPERATORS), text="block of the second input of the network"),
     Option(
         "memory",
         "dominant",
@@ -43,7 +44,7 @@ OPTIONS = (
 
 
 def features(data: Dataset, span: float, memory: str, u0: float, operator: str = "zhao_tan") -> Features:
-    """``scaling -> zhao_tan`` or an inverse of it; the features are the scaled input and the operator's output."""
+    """Build ``scaling -> zhao_tan`` or an inverse of it; the features are the scaled input and the output."""
     u = data.u[data.train]
     gain = span / float(np.ptp(u))
     if operator == "zhao_tan":
@@ -52,7 +53,9 @@ def features(data: Dataset, span: float, memory: str, u0: float, operator: str =
     elif memory == "dominant":
         offset, values = -gain * u0, {}  # an inverse operator rests at h = 0
     else:
-        raise InputError(f"the operator {operator!r} has no memory {memory!r}; use 'dominant'")
+        raise InputError(
+            f"The 'memory' option with the operator {operator!r} must be 'dominant'. Got {memory!r} instead."
+        )
     takes, gives = OPERATORS[operator]
     nodes = [
         Node("input", "scaling", {"n": 1}, {"gain": gain, "offset": offset}),
@@ -62,7 +65,7 @@ def features(data: Dataset, span: float, memory: str, u0: float, operator: str =
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """The graph ``scaling -> zhao_tan -> scaling -> mlp -> scaling`` and the number of weights and biases."""
+    """Build ``scaling -> zhao_tan -> scaling -> mlp -> scaling``; return it with the number of weights and biases."""
     u0 = u0_of(data, options)
     span = options["range"]
     if span is None:

@@ -1,8 +1,8 @@
-"""How many hidden neurons?  Train a network of every size on some rows, judge it on others, in two processes.
+"""Sweep over the number of hidden neurons: trains a network of each size, scores it on a validation split.
 
-Each process is this module run as a program with one BLAS thread: small factorisations in two threads of one process
-wait for each other, a hundred times longer than they compute.  As a program of its own, it needs nothing of the
-caller's script.  A few small networks are trained at once, here.
+Two processes share the sizes.  Each is this module run as a program with one BLAS thread: small factorisations in two
+threads of one process wait for each other, a hundred times longer than they compute.  A program of its own does not
+import the caller's script.  A few small networks are trained in this process.
 """
 
 from __future__ import annotations
@@ -26,36 +26,36 @@ from hystfmu.identify.network.trainers import TRAINERS
 from hystfmu.identify.network.training import decay_for, train
 
 WORKERS = 2
-FEW = 60  # cost of sizes that are trained sooner than a process has started
+FEW = 60  # total cost below which training is faster than starting a process
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
 @dataclass(frozen=True)
 class _Task:
-    """What a process needs: rows (inputs, wanted) to fit and to judge by, options of `train`, sizes."""
+    """Task of a process: rows (inputs, wanted) to fit, validation split, options of `train`, sizes."""
 
     fitted: tuple[Array, Array]
-    judged: tuple[Array, Array]
+    validation: tuple[Array, Array]
     trainer: str
     options: Mapping[str, Any]
     counts: tuple[int, ...]
 
-    def judge(self, hidden: int) -> float:
-        """Train one network; its mean square error on the judged rows, in scaled units."""
-        x, y = self.judged
+    def score(self, hidden: int) -> float:
+        """Train one network; return its mean square error on the validation split, for the scaled output."""
+        x, y = self.validation
         network, _ = train(*self.fitted, hidden, trainer=TRAINERS[self.trainer], **self.options)
         return float(np.mean((network(x) - y) ** 2))
 
     def write(self, counts: Sequence[int], to: IO[bytes]) -> None:
-        """As plain arrays and JSON: nothing that a reader would have to execute."""
+        """Write the task as plain arrays and JSON, which a reader need not execute."""
         words = json.dumps({"trainer": self.trainer, "options": self.options, "counts": list(counts)})
         content = io.BytesIO()
-        np.savez(content, *self.fitted, *self.judged, np.array(words))
+        np.savez(content, *self.fitted, *self.validation, np.array(words))
         to.write(content.getvalue())
 
     @classmethod
     def read(cls, source: IO[bytes]) -> _Task:
-        """The counterpart of `write`."""
+        """Read a task that `write` wrote."""
         with np.load(io.BytesIO(source.read()), allow_pickle=False) as arrays:
             a, b, c, d, words = (arrays[f"arr_{k}"] for k in range(5))
         told = json.loads(str(words))
@@ -66,13 +66,13 @@ def hidden_sweep(
     x: Array,
     y: Array,
     fitted: slice,
-    judged: slice,
+    validation: slice,
     counts: Sequence[int],
     chosen: Mapping[str, Any],
     seed: int = 0,
     progress: Callable[[float], None] = lambda fraction: None,
 ) -> dict[int, float]:
-    """Mean square error on the judged rows for every number of hidden neurons (Shen & Ma 2017, table 2).
+    """Compute the mean square validation error for every number of hidden neurons (Shen & Ma 2017, table 2).
 
     Parameters
     ----------
@@ -80,21 +80,21 @@ def hidden_sweep(
         Inputs of the network.
     y : array, shape (n,)
         Wanted output.
-    fitted, judged : slice
-        Rows to train on, and rows to judge by.
+    fitted, validation : slice
+        Rows to train on, and the validation split.
     counts : sequence of int
         Numbers of hidden neurons.
     chosen : mapping
         activation, starts, trainer, iterations and decay, as in the options of a network readout.
     seed : int
-        Of the random starts; each size has its own starts, so that the order of the work does not matter.
+        Seed of the random starts; each size has its own starts, so the order of the work does not matter.
     progress : function
         Called with the fraction done; a size counts by the cost of its iterations.
 
     Returns
     -------
-    dict
-        Number of neurons to mean square error, in the unit of y squared, in the order of `counts`.
+    dict of int to float
+        Mean square error by number of neurons, in the unit of measure of y squared, in the order of `counts`.
 
     Raises
     ------
@@ -107,7 +107,11 @@ def hidden_sweep(
     decay = decay_for(target[fitted]) if chosen["decay"] is None else chosen["decay"]
     options = {k: chosen[k] for k in ("activation", "starts", "iterations")} | {"decay": decay, "seed": seed}
     task = _Task(
-        (scaled[fitted], target[fitted]), (scaled[judged], target[judged]), chosen["trainer"], options, tuple(counts)
+        (scaled[fitted], target[fitted]),
+        (scaled[validation], target[validation]),
+        chosen["trainer"],
+        options,
+        tuple(counts),
     )
     found: dict[int, float] = {}
     cost = {n: 10 + n**2 for n in counts}
@@ -132,7 +136,7 @@ def hidden_sweep(
 
     if sum(cost.values()) <= FEW:
         for n in cost:
-            note(n, task.judge(n))
+            note(n, task.score(n))
         return found
     longest_first = sorted(set(counts), reverse=True)
     shares = [share for k in range(WORKERS) if (share := longest_first[k::WORKERS])]
@@ -154,10 +158,10 @@ def _start() -> subprocess.Popen[bytes]:
 
 
 def _work(source: IO[bytes]) -> None:
-    """The process: one line "neurons error" for every size."""
+    """Run as the process: print one line "neurons error" for every size."""
     task = _Task.read(source)
     for n in task.counts:
-        print(n, repr(task.judge(n)), flush=True)
+        print(n, repr(task.score(n)), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The network at the end of a model: features of the input, scaled and limited to what was seen -> mlp -> unit of y."""
+"""Network readout of a model: features of the input, limited to their training range, mlp, output scaling."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from hystfmu.identify.options import Option
 
 
 def options(hidden: int, starts: int, iterations: int) -> tuple[Option, ...]:
-    """The options of every network readout, with these defaults."""
+    """Return the options of a network readout with these defaults."""
     return (
         Option("hidden", hidden, 1, 10000, text="hidden neurons"),
         Option("activation", "sigmoid", choices=("sigmoid", "tanh"), text="activation of the hidden neurons"),
-        Option("starts", starts, 1, 1000, text="random starts; the best goes on"),
-        Option("trainer", "levenberg_marquardt", choices=tuple(TRAINERS), text="what minimises the error"),
+        Option("starts", starts, 1, 1000, text="random starts; training continues from the best"),
+        Option("trainer", "levenberg_marquardt", choices=tuple(TRAINERS), text="optimiser"),
         Option("iterations", iterations, 1, 100000, text="iterations of the best start"),
         Option(
             "decay", None, 0.0, 1e3, text="weight decay; default: a tenth of the noise variance of y, at least 1e-9"
@@ -31,16 +31,16 @@ def options(hidden: int, starts: int, iterations: int) -> tuple[Option, ...]:
 
 
 class Features:
-    """The front of a model: blocks that turn the input into features, and where the features are.
+    """Front end of a model: blocks that compute the features from the input.
 
     Parameters
     ----------
     nodes, wires, to
-        Blocks, their wires, and the endpoints that the input of the model is connected to.
+        Blocks, their wires, and the endpoints that the input of the model drives.
     outputs : sequence of str
-        Endpoints of the features, in the order the network sees them.
+        Endpoints of the features, in the order of the network's inputs.
     data : Dataset
-        The input to run them on, from row 0.
+        Data whose input they run on, from row 0.
     """
 
     def __init__(
@@ -62,12 +62,12 @@ class Features:
         self.values = Graph(nodes, wires, [Input("u", self.to)], ends).run(data.u, data.h).reshape(len(data.u), -1)
 
     def into(self, end: str) -> list[tuple[str, str]]:
-        """Wires from every feature to the elements of an array input."""
+        """Return wires from every feature to the elements of an array input."""
         return [(source, f"{end}[{i + 1}]") for i, source in enumerate(self._scalars)]
 
 
 def centre_and_gain(v: Array) -> tuple[Array, Array]:
-    """Middle and 2/range of every column of v (n, m): maps it to [-1, 1].  A constant column gets gain 0."""
+    """Return middle and 2/range of every column of v (n, m), which map it to [-1, 1]; gain 0 for a constant column."""
     lo, hi = v.min(axis=0), v.max(axis=0)
     width = hi - lo
     return (lo + hi) / 2, np.divide(2.0, width, out=np.zeros_like(width), where=width > 0)
@@ -86,20 +86,30 @@ def fit_readout(
 
     Parameters
     ----------
+    features : Features
+        Front end of the model.
+    data : Dataset
+        Measured data.
+    chosen : mapping
+        Options of a network readout.
+    seed : int
+        Seed of the random starts.
+    progress : function
+        Called with the fraction done, 0..1.
     linear : bool
-        A linear readout of the features, least squares, beside the network, which then learns what is left over.
+        Fit a linear readout of the features by least squares first; the network learns its residual.
     most_rows : int
-        More rows than this are thinned evenly.
+        Limit on rows; more are thinned evenly.
 
     Returns
     -------
     graph : Graph
         Features -> scaling ``features`` -> mlp ``network`` -> scaling ``readout``, input `u`, output `y`; with the
-        linear part, features -> sum ``linear`` and sum ``total`` at the end.
+        linear readout also sum ``linear`` and sum ``total``.
     parameters : int
         Number of weights and biases.
     rms : float
-        Training error in the unit of y.
+        Training error in the unit of measure of y.
     """
     x, y = features.values[data.train], data.y[data.train]
     middle, gain = centre_and_gain(x)
@@ -149,7 +159,7 @@ def fit_readout(
 
 
 def least_squares(x: Array, y: Array) -> Array:
-    """Weights (m + 1,) of the columns of x (n, m) and a constant; a ridge of 1e-6 keeps near copies from cancelling."""
+    """Fit weights (m + 1,) of the columns of x (n, m) and a constant; a ridge of 1e-6 limits nearly equal columns."""
     columns = np.column_stack([x, np.ones(len(x))])
     n = columns.shape[1]
     ridge = 1e-6 * np.sqrt(len(x)) * np.eye(n)

@@ -1,7 +1,7 @@
-"""Training of any `torch.nn` module by the trainers of this package: derivatives by torch, steps in float64 by numpy.
+"""Training of a `torch.nn` module by the trainers of this package: derivatives by torch, steps in float64 by numpy.
 
-Levenberg-Marquardt needs the Jacobian, one row per sample and output (torch.func, vectorised); the other two need the
-gradient alone (back-propagation) and suit larger networks.
+Levenberg-Marquardt needs the Jacobian, one row per sample and output (torch.func, vectorised).  The other trainers need
+only the gradient (back-propagation) and suit larger networks.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ def train_module(
     Parameters
     ----------
     module : torch.nn.Module
-        Maps (n, n_in) to (n, n_out); converted to float64.
+        Module that maps (n, n_in) to (n, n_out); it is converted to float64.
     x : array, shape (n, n_in)
         Inputs, scaled to about [-1, 1].
     y : array, shape (n,) or (n, n_out)
         Wanted outputs, scaled likewise.
     trainer : {"levenberg_marquardt", "powell_beale", "lbfgs"}
-        See `hystfmu.identify.network.trainers`.
+        Optimiser; see `hystfmu.identify.network.trainers`.
     iterations : int
-        Most iterations.
+        Largest number of iterations.
     progress : function
         Called with the fraction done, 0..1.
 
@@ -57,17 +57,19 @@ def train_module(
         Unknown trainer, lengths that differ, a module without weights.
     """
     if trainer not in TRAINERS:
-        raise InputError(f"no trainer {trainer!r}; there are: {', '.join(TRAINERS)}")
+        raise InputError(f"The trainer must be one of {', '.join(TRAINERS)}. Got {trainer!r} instead.")
     inputs = torch.as_tensor(np.asarray(x, dtype=np.float64))
     wanted = torch.as_tensor(np.asarray(y, dtype=np.float64).reshape(len(y), -1))
     if inputs.ndim != 2 or len(inputs) != len(wanted):
-        raise InputError(f"x must have shape (n, n_in) and y n rows; got {tuple(np.shape(x))} and {len(y)} rows")
+        raise InputError(
+            f"The array x must have shape (n, n_in) and y n rows. Got {tuple(np.shape(x))} and {len(y)} rows instead."
+        )
     module.double()
     if not list(module.parameters()):
-        raise InputError("the module has no weights to train")
+        raise InputError("The module must have weights to train. Got none.")
     gives = tuple(module(inputs[:1]).shape[1:])
     if gives != (wanted.shape[1],):
-        raise InputError(f"the module gives {gives} values a row, y has {wanted.shape[1]}")
+        raise InputError(f"The module must give {wanted.shape[1]} values a row, as y has. Got {gives} instead.")
     fit = problem(module, inputs.numpy(), wanted.numpy())
     with threadpool_limits(1):  # see hystfmu.identify.fit
         if trainer == "levenberg_marquardt":
@@ -84,22 +86,22 @@ def train_module(
 
 @dataclass(frozen=True)
 class Problem:
-    """A module and samples as a least-squares problem over the flat vector of its weights."""
+    """Least-squares problem of a module and samples over the flat vector of its weights."""
 
     start: Callable[[], Array]
-    """The present weights, flat (p,)."""
+    """Returns the present weights, shape (p,)."""
     residuals: Callable[[Array], tuple[Array, Array]]
-    """Residuals (n n_out,) and their Jacobian (n n_out, p)."""
+    """Returns residuals (n n_out,) and their Jacobian (n n_out, p)."""
     errors: Callable[[Array], Array]
-    """The residuals alone."""
+    """Returns the residuals alone."""
     gradient: Callable[[Array], tuple[float, Array]]
-    """Sum of squares and its gradient (p,)."""
+    """Returns the sum of squares and its gradient (p,)."""
     store: Callable[[Array], None]
-    """Put weights into the module."""
+    """Writes weights into the module."""
 
 
 def problem(module: nn.Module, x: Array, y: Array) -> Problem:
-    """The least-squares problem of a float64 module that maps x (n, n_in) to y (n, n_out)."""
+    """Build the least-squares problem of a float64 module that maps x (n, n_in) to y (n, n_out)."""
     inputs, wanted = torch.as_tensor(x), torch.as_tensor(y)
     weights = dict(module.named_parameters())
 
@@ -111,7 +113,7 @@ def problem(module: nn.Module, x: Array, y: Array) -> Problem:
         out = torch.func.functional_call(module, named(p), (row[None],))[0]
         return (out[0], out) if len(out) == 1 else (out, out)
 
-    # reverse mode once per row gives the output beside its derivatives; a plain gradient is cheaper where one will do
+    # reverse mode per row returns output and derivatives; for one output a plain gradient is cheaper
     differentiate = torch.func.grad if wanted.shape[1] == 1 else torch.func.jacrev
     jacobian = torch.func.vmap(differentiate(one, has_aux=True), in_dims=(None, 0))
 

@@ -1,6 +1,6 @@
-"""A network with one hidden layer and a linear output: a torch module, trained from several starts.
+"""Network with one hidden layer and a linear output: a torch module, trained from several starts.
 
-Torch gives the residuals and their Jacobian, a trainer of this package makes the steps.
+Torch computes the residuals and their Jacobian, a trainer of this package the steps.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from hystfmu.base.arrays import Array
 from hystfmu.identify.network.torch_module import problem
 from hystfmu.identify.solvers import levenberg_marquardt
 
-MOST_ROWS = 3000  # more rows than this are thinned evenly: they are near copies of their neighbours
+MOST_ROWS = 3000  # more rows are thinned evenly, because neighbouring rows are nearly equal
 
 
 def perceptron(n_in: int, hidden: int, activation: str = "sigmoid") -> nn.Sequential:
-    """y = W2 f(W1 x + b1) + b2 in float64, f the sigmoid or tanh: (n, n_in) to (n, 1)."""
+    """Build y = W2 f(W1 x + b1) + b2 in float64, f the sigmoid or tanh, from (n, n_in) to (n, 1)."""
     f = {"sigmoid": nn.Sigmoid, "tanh": nn.Tanh}[activation]
     return nn.Sequential(nn.Linear(n_in, hidden), f(), nn.Linear(hidden, 1)).double()
 
@@ -41,18 +41,18 @@ class Network:
         return self.W1.size + self.b1.size + self.W2.size + 1
 
     def __call__(self, x: Array) -> Array:
-        """Outputs (n,) for input rows x (n, n_in)."""
+        """Return outputs (n,) for input rows x (n, n_in)."""
         return np.asarray(_hidden(x @ self.W1.T + self.b1, self.activation)[0] @ self.W2 + self.b2)
 
     @classmethod
     def of(cls, module: nn.Sequential, activation: str) -> Network:
-        """The weights of a `perceptron`."""
+        """Copy the weights of a `perceptron`."""
         W1, b1, W2, b2 = (w.detach().numpy().copy() for w in module.parameters())
         return cls(W1, b1, W2.ravel(), float(b2[0]), activation)
 
 
 def _hidden(a: Array, activation: str) -> tuple[Array, Array]:
-    """Hidden values and their derivatives."""
+    """Return hidden values and their derivatives."""
     t = np.tanh(a if activation == "tanh" else 0.5 * a)
     return (t, 1 - t * t) if activation == "tanh" else (0.5 + 0.5 * t, 0.25 * (1 - t * t))
 
@@ -60,19 +60,19 @@ def _hidden(a: Array, activation: str) -> tuple[Array, Array]:
 def start(
     x: Array, y: Array, hidden: int, activation: str, rng: np.random.Generator, direction: Array | None = None
 ) -> Array:
-    """Nguyen & Widrow 1990: hidden slopes spread over the input range; the output layer by least squares.
+    """Draw initial weights: hidden layer as Nguyen & Widrow 1990, spread over the input range; output by least squares.
 
-    With a `direction` (n_in,) every other neuron begins along it: in many inputs, chance finds it late.
+    With a `direction` (n_in,) every other neuron starts along it, because random draws rarely hit it in many inputs.
     """
     k = x.shape[1]
     W1 = rng.normal(size=(hidden, k))
     if direction is not None:
         W1[::2] = direction * np.sign(rng.normal(size=(len(W1[::2]), 1)))
     W1 *= (1.4 if activation == "tanh" else 2.8) * hidden ** (1 / k) / np.linalg.norm(W1, axis=1, keepdims=True)
-    centre = x[rng.integers(len(x), size=hidden)]  # every neuron bends somewhere in the data
+    centre = x[rng.integers(len(x), size=hidden)]  # centre every neuron on a data point
     b1 = -np.sum(W1 * centre, axis=1)
     f = np.column_stack([_hidden(x @ W1.T + b1, activation)[0], np.ones(len(x))])
-    # a little ridge keeps the first output weights from cancelling each other
+    # a small ridge keeps the initial output weights from cancelling each other
     ridge = 1e-3 * np.sqrt(len(x)) * np.eye(hidden + 1)
     out = np.linalg.lstsq(np.vstack([f, ridge]), np.concatenate([y, np.zeros(hidden + 1)]), rcond=None)[0]
     return np.concatenate([W1.ravel(), b1, out])
@@ -92,7 +92,9 @@ def train(
     most_rows: int = MOST_ROWS,
     trainer: Callable[..., tuple[Array, float]] = levenberg_marquardt.minimise,
 ) -> tuple[Network, float]:
-    """Train a network: every start for a tenth of the iterations, then the best to the end; one start goes straight.
+    """Train a network: every start for a tenth of the iterations, then the best to the end.
+
+    A single start is trained to the end at once.
 
     Parameters
     ----------
@@ -105,19 +107,22 @@ def train(
     starts, iterations, seed : int
         Number of random starts, iterations of the last stage, seed of the starts.
     decay : float
-        Weight decay: the sum of the squared weights times this is added to the mean square error.
-    most_rows : int
-        More rows than this are thinned evenly.
+        Weight decay: this times the sum of the squared weights is added to the mean square error.
     direction : array, shape (n_in,), optional
-        A direction of the input space that matters, for the start.
+        Important direction of the input space, for the initial weights.
+    progress : function
+        Called with the fraction done, 0..1.
+    most_rows : int
+        Limit on rows; more are thinned evenly.
     trainer : function
-        What minimises; like `minimise`.  Others in `hystfmu.identify.network.trainers`.
+        Optimiser, one of `hystfmu.identify.network.trainers`.
 
     Returns
     -------
     network : Network
+        Trained network.
     rms : float
-        Error over the rows, in the scaled unit of y.
+        Error over the rows, for the scaled output.
     """
     stride = -(-len(x) // most_rows)
     x, y = np.ascontiguousarray(x[::stride]), y[::stride]
@@ -125,7 +130,7 @@ def train(
     first = max(iterations // 10, 10) if starts > 1 else 0
     total = starts * first + iterations
 
-    ridge = np.sqrt(decay * len(x)) * np.eye(hidden * (x.shape[1] + 2) + 1)[:-1]  # the output bias goes free
+    ridge = np.sqrt(decay * len(x)) * np.eye(hidden * (x.shape[1] + 2) + 1)[:-1]  # no decay on the output bias
 
     module = perceptron(x.shape[1], hidden, activation)
     fit = problem(module, x, y[:, None])
@@ -140,7 +145,7 @@ def train(
 
     if trainer is levenberg_marquardt.minimise:
         trainer = partial(trainer, residuals=lambda p: np.concatenate([fit.errors(p), ridge @ p]))
-    else:  # back-propagation instead of a Jacobian: a quarter of the time
+    else:  # back-propagation takes a quarter of the time of a Jacobian
         trainer = partial(trainer, gradient=gradient)
 
     def part(done: float, share: float) -> Callable[[float], None]:
@@ -158,10 +163,10 @@ def train(
 
 
 def decay_for(y: Array) -> float:
-    """Weight decay for data with noise: noise variance over the variance 10 of a weight (MacKay 1992), at least 1e-9.
+    """Return the weight decay for noisy data: noise variance over a weight variance of 10 (MacKay 1992), at least 1e-9.
 
-    The noise is what third differences see of y (n,); kinks that no feature explains count a little, unlike in
-    `dead_band.noise`.
+    The noise is estimated from third differences of y (n,).  Kinks that no feature explains count a little, unlike in
+    `hystfmu.data.reversals.noise`.
     """
     third = np.diff(y, 3)
     variance = (np.median(np.abs(third)) / 0.6745) ** 2 / 20 if len(third) else 0.0

@@ -1,9 +1,9 @@
-"""Conjugate gradients with Powell-Beale restarts, the training algorithm of Zhao & Tan 2008, for any smooth function.
+"""Conjugate gradients with Powell-Beale restarts for smooth functions, the training algorithm of Zhao & Tan 2008.
 
 d_k = -g_k + beta_k d_{k-1} + gamma_k d_t, t the last restart, y_k = g_{k+1} - g_k,
 beta_k = g_k'y_{k-1} / d_{k-1}'y_{k-1}, gamma_k = g_k'y_t / d_t'y_t (0 at k = t+1).
-Restart with d_k = -g_k when |g_{k-1}'g_k| >= 0.2 |g_k|^2 (Powell 1977, Math. Prog. 12, 241-254), after n steps, and
-when d_k is no descent direction.  The third term keeps directions conjugate to the one of the restart (Beale 1972).
+It restarts with d_k = -g_k if |g_{k-1}'g_k| >= 0.2 |g_k|^2 (Powell 1977, Math. Prog. 12, 241-254), after n steps, and
+if d_k is not a descent direction.  The third term keeps directions conjugate to that of the restart (Beale 1972).
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from hystfmu.base.arrays import Array
 Gradient = Callable[[Array], tuple[float, Array]]
 
 ORTHOGONAL = 0.2  # Powell's limit of |g_{k-1}'g_k| / |g_k|^2
-ENOUGH = 1e-4  # least share of the predicted decrease that a step must bring (Armijo)
-TRIALS = 20  # most evaluations of a line search
-NOISE = 1e-14  # rounding of a value, relative
-FLAT = 1e-6  # values that differ less, relative, say less about the minimum between them than their slopes do
+ENOUGH = 1e-4  # least fraction of the predicted decrease that a step must achieve (Armijo)
+TRIALS = 20  # limit on evaluations per line search
+NOISE = 1e-14  # relative rounding error of a value
+FLAT = 1e-6  # relative difference of values below which interpolation uses their slopes alone
 
 
 def minimise(
@@ -31,29 +31,31 @@ def minimise(
     gradient: float = 0.0,
     progress: Callable[[float], None] = lambda fraction: None,
 ) -> tuple[Array, float, int]:
-    """Minimise from the start p.
+    """Minimise a function from the start p.
 
     Parameters
     ----------
     p : array, shape (n,)
         Start.
     function : function
-        Value and gradient (n,) at a point.
+        Returns value and gradient (n,) at a point.
     iterations : int
-        Most steps.
+        Largest number of steps.
     slope : float
-        A line search ends when the slope along it has fallen to this share; below about 0.1 conjugacy lasts.
+        A line search ends when the slope has fallen to this fraction; conjugacy needs about 0.1 or less.
     gradient : float
-        Stop when the largest component of the gradient is no larger.
+        Stop when the largest component of the gradient is at most this.
     progress : function
         Called with the fraction done, 0..1.
 
     Returns
     -------
     p : array, shape (n,)
+        Minimum found.
     value : float
+        Value there.
     steps : int
-        Steps taken: fewer than `iterations` at a minimum.
+        Steps taken, fewer than `iterations` at a minimum.
     """
     p = np.array(p, dtype=np.float64)
     value, g = function(p)
@@ -67,7 +69,7 @@ def minimise(
         if not along < 0:
             d, since, along = -g, 0, -float(g @ g)
         found = _line_search(p, d, value, along, step, function, slope)
-        if found is None:  # along d nothing is gained: once more along -g, then the numbers are exhausted
+        if found is None:  # no decrease along d: try -g once; if that fails too, rounding limits the value
             if since == 0:
                 return p, value, k
             d, since = -g, 0
@@ -85,7 +87,7 @@ def minimise(
                 following += (new @ y_t) / (d_t @ y_t) * d_t
             since += 1
         slope_next = float(following @ new)
-        step = a * along / slope_next if slope_next < 0 else a  # the same decrease to first order as the last step
+        step = a * along / slope_next if slope_next < 0 else a  # predicts the decrease of the last step
         d, g = following, new
     return p, value, iterations
 
@@ -93,12 +95,12 @@ def minimise(
 def _line_search(
     p: Array, d: Array, value: float, along: float, step: float, function: Gradient, slope: float
 ) -> tuple[float, float, Array] | None:
-    """Step, value and gradient at a point that meets the strong Wolfe conditions; None when no point is lower.
+    """Find step, value and gradient at a point that meets the strong Wolfe conditions; None if no point is lower.
 
-    Bracketing and cubic interpolation: Nocedal & Wright, Numerical Optimization, algorithms 3.5 and 3.6.
+    It brackets and interpolates by cubics: Nocedal & Wright, Numerical Optimization, algorithms 3.5 and 3.6.
     """
     low: tuple[float, float, float] = (0.0, value, along)  # step, value, slope of the best point
-    high: tuple[float, float, float] | None = None  # the minimum lies between the two
+    high: tuple[float, float, float] | None = None  # the minimum lies between low and high
     best: Array | None = None
     a, noise = step, NOISE * abs(value)
     for _ in range(TRIALS):
@@ -125,7 +127,7 @@ def _line_search(
 
 
 def _between(a: tuple[float, float, float], b: tuple[float, float, float], lo: float, hi: float) -> float:
-    """Minimum of the cubic through two points with slopes, within lo..hi; the middle where there is none."""
+    """Return the minimum of the cubic through two points with slopes, within lo..hi; the middle if it has none."""
     if not np.isfinite(b[1]) or not np.isfinite(b[2]):
         return (lo + hi) / 2
     if abs(a[1] - b[1]) <= FLAT * abs(a[1]) and a[2] * b[2] < 0:  # by the slopes alone

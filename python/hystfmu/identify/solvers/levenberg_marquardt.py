@@ -1,8 +1,8 @@
-"""Levenberg-Marquardt: least squares of any function that gives residuals and their Jacobian.
+"""Levenberg-Marquardt: nonlinear least squares from residuals and their Jacobian.
 
-Every iteration factors the Jacobian once, J = Q R, and tries dampings mu on the small triangle:
+Each iteration factors the Jacobian once, J = Q R, and tries dampings mu on the small triangle:
 min |R s + Q'r|^2 + mu |D s|^2, by QR again, never by the normal equations.
-Damping and its update: Marquardt 1963; More 1978 (scaling D by the largest column norms seen so far).
+Damping and its update follow Marquardt 1963 and More 1978 (scaling D by the largest column norms so far).
 """
 
 from __future__ import annotations
@@ -23,15 +23,29 @@ def minimise(
     progress: Callable[[float], None] = lambda fraction: None,
     residuals: Callable[[Array], Array] | None = None,
 ) -> tuple[Array, float]:
-    """Least squares from the start p (n,); stops when 10 iterations gain less than `tolerance` of the sum of squares.
+    """Minimise the sum of squares from the start p.
 
-    `function` gives residuals (m,) and Jacobian (m, n); `residuals`, where it is given, the residuals alone: every
-    other trial is refused, and its Jacobian would be computed for nothing.
+    Parameters
+    ----------
+    p : array, shape (n,)
+        Start.
+    function : function
+        Returns residuals (m,) and Jacobian (m, n) at a point.
+    iterations : int
+        Largest number of iterations.
+    tolerance : float
+        Stop when 10 iterations reduce the sum of squares by less than this fraction.
+    progress : function
+        Called with the fraction done, 0..1.
+    residuals : function, optional
+        Returns the residuals alone; saves the Jacobian of rejected trials, about half of them.
 
     Returns
     -------
     p : array, shape (n,)
+        Minimum found.
     sum_of_squares : float
+        Value there.
     """
     mu = 1e-2
     r, J = function(p)
@@ -43,7 +57,7 @@ def minimise(
         norms = np.linalg.norm(J, axis=0)
         scale = np.maximum(scale, np.maximum(norms, 1e-8 * max(norms.max(), 1e-300)))
         n = len(p)
-        # the residual rides along as a last column: it comes out as Q'r, and Q itself is never formed
+        # the residual is the last column: QR returns Q'r there and Q is never formed
         R: Array = np.linalg.qr(np.column_stack([J / scale, -r]), mode="r")[:n]  # type: ignore[assignment]
         for _ in range(12):
             damped = np.vstack([R, np.sqrt(mu) * np.eye(n, n + 1)])

@@ -1,16 +1,16 @@
 """Non-negative least squares with free columns, fast for thousands of columns.
 
-min |b - A x - F v| over x >= 0.  F goes first, by an orthogonal basis of its range; what is left is Lawson & Hanson's
-problem (1974, ch. 23).  Three facts make thousands of plays cheap:
+It solves min |b - A x - F v| over x >= 0.  An orthogonal basis of the range of F eliminates v; the rest is the problem
+of Lawson & Hanson (1974, ch. 23).  Three facts make thousands of plays cheap:
 
-- a play is linear in its half-width between two kinks, so a column half-way between its neighbours is their mean, and
-  adds nothing to what non-negative weights of the others reach (half of 5000 columns for 2000 samples);
-- adjacent plays are nearly equal, so a coarse selection of columns is close already.  Where few of its weights are
+- A play is linear in its half-width between two kinks, so a column half-way between its neighbours is their mean and
+  adds nothing to what non-negative weights of the others reach (half of 5000 columns for 2000 samples).
+- Adjacent plays are nearly equal, so a coarse selection of columns is already close.  If few of its weights are
   positive, the columns with the largest positive gradient are added until none is left (pricing, as in the simplex
-  method): memory traffic over all columns, the cost of the plain method, is paid a few times only;
-- where most are positive, weights that reproduce the data exactly are likely to exist (`positive_solution`).
+  method).  Memory traffic over all columns, the cost of the plain method, then occurs only a few times.
+- If most weights are positive, an exact solution is likely to exist (`positive_solution`).
 
-Orthogonal factors throughout, never A'A.
+All factorisations are orthogonal; A'A is never formed.
 """
 
 from __future__ import annotations
@@ -22,30 +22,33 @@ from scipy.optimize import nnls
 from hystfmu.base.arrays import Array
 from hystfmu.identify.solvers.positive_solution import positive_solution
 
-COARSE = 300  # columns in the first selection; up to so many are solved at once
-ADDED = 300  # most columns added in a round
-DIRECT = 1200  # up to so many at once, too, if most weights of the first selection are positive but none fits exactly
-DENSE = 3000  # most columns whose row space is factored, which takes 4 n^3 operations
-OPTIMAL = 1e-13  # largest gradient of a unit column, relative to |b|, that counts as none
-GAP = 1e-2  # how far |r|^2 may be from its least, relative to |r|^2: a small r needs a smaller gradient yet
+COARSE = 300  # columns in the first selection; up to this number are solved at once
+ADDED = 300  # limit on columns added per round
+DIRECT = 1200  # limit on columns solved at once if most weights are positive but no exact solution exists
+DENSE = 3000  # limit on columns whose row space is factored, which takes 4 n^3 operations
+OPTIMAL = 1e-13  # gradient of a unit column, relative to |b|, that counts as 0
+GAP = 1e-2  # allowed distance of |r|^2 from its minimum, relative to |r|^2: a small r needs a smaller gradient
 MEAN = 16 * np.finfo(float).eps  # rounding of a column that is a mean of two others, relative to the largest entry
 
 
 def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
-    """Weights x >= 0 of the columns of A and free weights v of the columns of F.
+    """Compute weights x >= 0 of the columns of A and free weights v of the columns of F.
 
     Parameters
     ----------
     A : array, shape (n, p)
+        Columns with non-negative weights.
     b : array, shape (n,)
+        Right-hand side.
     F : array, shape (n, q)
-        Columns that depend on each other share their weight (least norm).
+        Columns with free weights; dependent columns share their weight (least norm).
 
     Returns
     -------
     x : array, shape (p,)
-        A column that F reproduces, or a zero one, gets weight 0.
+        Weights of A; 0 for a zero column or one in the range of F.
     v : array, shape (q,)
+        Weights of F.
     """
     U, s, Vt = np.linalg.svd(F, full_matrices=False)
     keep = s > 1e-12 * s.max(initial=0.0)
@@ -64,7 +67,7 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
 
 
 def _extreme(A: Array) -> NDArray[np.intp]:
-    """Indices of all columns but those on a straight line between two others, in equal steps from neighbours."""
+    """Return the indices of all columns except those on a straight line between two others, equally spaced."""
     n = A.shape[1]
     if n <= COARSE:
         return np.arange(n)
@@ -75,13 +78,13 @@ def _extreme(A: Array) -> NDArray[np.intp]:
     after = np.searchsorted(ends, inner)
     low, high = ends[after - 1], ends[after]
     t = (inner - low) / (high - low)
-    # a curve may pass for straight between neighbours, never over the whole length
+    # a curve may look straight between neighbours but not over the whole length
     off = np.abs((1 - t) * A[:, low] + t * A[:, high] - A[:, inner]).max(axis=0) > enough
     return np.union1d(ends, inner[off])
 
 
 def _solved(A: Array, b: Array) -> Array:
-    """Non-negative least squares on unit columns."""
+    """Solve non-negative least squares for columns of length 1."""
     n = A.shape[1]
     if n <= COARSE:
         return _direct(A, b)
@@ -97,7 +100,7 @@ def _solved(A: Array, b: Array) -> Array:
 
 
 def _priced(A: Array, b: Array, working: Array, weights: Array) -> Array:
-    """From the solution on a working set of columns to that on all."""
+    """Extend the solution on a working set of columns to all columns."""
     last = np.inf
     while True:
         x = np.zeros(A.shape[1])
@@ -106,7 +109,7 @@ def _priced(A: Array, b: Array, working: Array, weights: Array) -> Array:
         g = A.T @ r
         g[x > 0] = 0
         misfit = float(np.linalg.norm(r))
-        sparse = np.count_nonzero(x) <= COARSE  # with more, the last digits cost minutes
+        sparse = np.count_nonzero(x) <= COARSE  # otherwise the last digits take minutes
         optimal = g.max() <= OPTIMAL * np.linalg.norm(b) and (not sparse or g.max() * x.sum() <= GAP * misfit**2)
         if optimal or not misfit < (1.0 if sparse else 0.999) * last:
             return x
@@ -118,7 +121,7 @@ def _priced(A: Array, b: Array, working: Array, weights: Array) -> Array:
 
 
 def _direct(A: Array, b: Array) -> Array:
-    if A.shape[0] > 2 * A.shape[1]:  # the triangle has the same solution and fewer rows
+    if A.shape[0] > 2 * A.shape[1]:  # the triangle of the QR factors has the same solution and fewer rows
         A, b = _triangle(A, b)
     x, _ = nnls(A, b, maxiter=30 * A.shape[1] + 300)
     return np.asarray(x)

@@ -1,10 +1,10 @@
-"""The shortest solution x >= 0 of A x = b, where there is one: the dense end of non-negative least squares.
+"""Minimum-norm solution x >= 0 of A x = b, if one exists: the dense case of non-negative least squares.
 
-Active-set methods end at a vertex, one column at a time: data that thousands of positive weights reproduce exactly cost
-them thousands of steps, and in the last ones the gradient A'r drowns in rounding while r is still 5e-8 of b (columns of
-adjacent plays differ in few rows, so A' shrinks what is left).  Here the row space of A is factored once.  The shortest
-solution spreads the weights so evenly that only few are negative (29 of 2597), and those are pushed back to 0 inside
-the null space of A, which the residual does not notice: least distance programming, Lawson & Hanson 1974, ch. 23.4.
+Active-set methods add one column per step.  If thousands of positive weights reproduce the data exactly, they take
+thousands of steps, and in the last ones the gradient A'r is lost in rounding while r is still 5e-8 of b (columns of
+adjacent plays differ in few rows, so A' shrinks r).  Here the row space of A is factored once.  The minimum-norm
+solution spreads the weights so evenly that only few are negative (29 of 2597).  Those are set to 0 by a correction in
+the null space of A, which leaves the residual unchanged: least-distance programming, Lawson & Hanson 1974, ch. 23.4.
 """
 
 from __future__ import annotations
@@ -17,21 +17,27 @@ from scipy.optimize import nnls
 
 from hystfmu.base.arrays import Array
 
-EXACT = 1e-13  # largest |b - A x| / |b| of a solution; 1e-14 is usual
-DEPENDENT = 1e-12  # a row so close to the span of the others, relative to the largest row, depends on them
-BLOCK = 64  # rows at a time
-ROUNDS = 20  # of pushing back negative weights
-MOST_PUSHED = 0.2  # of all columns: with more weights at 0 a working set of columns is the better method
+EXACT = 1e-13  # largest |b - A x| / |b| of an exact solution; 1e-14 is usual
+DEPENDENT = 1e-12  # distance of a dependent row from the span of the others, relative to the largest row
+CHUNK = 64  # rows per chunk
+ROUNDS = 20  # limit on rounds that set negative weights to 0
+MOST_PUSHED = 0.2  # of all columns: with more weights at 0, a working set of columns is faster
 
 
 def positive_solution(A: Array, b: Array) -> Array | None:
-    """The shortest x >= 0 with A x = b up to rounding, or None if none was found.
+    """Find the minimum-norm x >= 0 with A x = b up to rounding.
 
     Parameters
     ----------
     A : array, shape (n, p)
         Columns of about equal length.
     b : array, shape (n,)
+        Right-hand side.
+
+    Returns
+    -------
+    array, shape (p,), or None
+        None if no solution was found.
     """
     A, b = _mixed(np.column_stack([A, b]))
     Q, L, rows = row_space(A)
@@ -45,10 +51,10 @@ def positive_solution(A: Array, b: Array) -> Array | None:
 
 
 def _mixed(rows: Array) -> tuple[Array, Array]:
-    """Rows turned by an orthogonal matrix without preference, so that the first k of them span the space of all.
+    """Mix the rows by a random orthogonal matrix, so that the first k of them span the space of all.
 
-    Random signs, cosine transform, random order (Avron, Maymounkov & Toledo 2010).  Samples in their own order repeat
-    each other exactly or nearly: taken one after the other they let rounding grow to 1e-10, where real rows begin.
+    The mixing is random signs, cosine transform, random order (Avron, Maymounkov & Toledo 2010).  Trap: samples in
+    their own order repeat each other nearly; processed in that order, rounding grows to 1e-10, the size of real rows.
     """
     rng = np.random.default_rng(0)
     signs = rng.choice([-1.0, 1.0], (len(rows), 1))
@@ -57,28 +63,37 @@ def _mixed(rows: Array) -> tuple[Array, Array]:
 
 
 def row_space(A: Array) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Orthonormal Q (p, k), lower triangular L (k, k) and the k rows with A[rows] = L Q'; later rows depend on them.
+    """Factor the row space of a mixed matrix A (n, p): A[rows] = L Q'.
 
-    Gram-Schmidt in blocks, twice (once loses orthogonality where rows are nearly dependent), and a pivoted QR inside
-    each block that tells the rank; a block without a new direction ends it.  LAPACK's pivoted QR of A takes four times
-    as long.  A is taken to be mixed.
+    It applies Gram-Schmidt by chunks of rows, twice, because once loses orthogonality if rows are nearly dependent.  A
+    pivoted QR inside each chunk gives the rank; a chunk without a new direction ends the loop.  LAPACK's pivoted QR of
+    A takes four times as long.
+
+    Returns
+    -------
+    Q : array, shape (p, k)
+        Orthonormal basis of the row space.
+    L : array, shape (k, k)
+        Lower triangle.
+    rows : array of int, shape (k,)
+        Independent rows of A; all others depend on them.
     """
     n, p = A.shape
     Q, L = np.empty((p, min(n, p)), order="F"), np.zeros((min(n, p), min(n, p)), order="F")
     rows: list[int] = []
     least = DEPENDENT * float(np.sqrt(np.einsum("ij,ij->i", A, A).max(initial=0.0)))
-    for start in range(0, n, BLOCK):
+    for start in range(0, n, CHUNK):
         k = len(rows)
-        done, block = Q[:, :k], A[start : start + BLOCK].T
-        inside = done.T @ block
-        left = block - done @ inside
+        done, chunk = Q[:, :k], A[start : start + CHUNK].T
+        inside = done.T @ chunk
+        left = chunk - done @ inside
         again = done.T @ left
         left -= done @ again
         q, r, order = qr(left, mode="economic", pivoting=True)
         more = min(int(np.count_nonzero(np.abs(np.diag(r)) > least)), Q.shape[1] - k)
         if more == 0:
             break
-        # what is left of a row may be tiny against the row; its direction then has a part inside again
+        # the remainder of a row may be tiny; its direction then has a component inside the span again
         Q[:, k : k + more], turn = np.linalg.qr(q[:, :more] - done @ (done.T @ q[:, :more]))
         L[k : k + more, :k] = (inside + again)[:, order[:more]].T
         L[k : k + more, k : k + more] = (turn @ r[:more, :more]).T
@@ -88,7 +103,7 @@ def row_space(A: Array) -> tuple[Array, Array, NDArray[np.intp]]:
 
 
 def _pushed(Q: Array, x: Array) -> Array | None:
-    """x + d >= 0 with the shortest d orthogonal to Q; a constraint enters when it is found violated."""
+    """Return x + d >= 0 with the shortest d orthogonal to Q; a constraint is added when it is violated."""
     tiny = 1e-15 * float(np.abs(x).max(initial=0.0))
     bound, y = np.array([], dtype=int), x
     for _ in range(ROUNDS):

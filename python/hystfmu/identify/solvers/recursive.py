@@ -1,14 +1,14 @@
 """Recursive least squares in square-root form, sample by sample, with or without a dead zone.
 
-Plain: P(k)^-1 = mu P(k-1)^-1 + h h'.  With R'R = P^-1, one orthogonal transformation of R and the new row h' gives the
-next R; P itself, whose differences lose half the digits, is never formed.
+Without dead zone: P(k)^-1 = mu P(k-1)^-1 + h h'.  With R'R = P^-1, one orthogonal transformation of R and the new row
+h' gives the next R.  P itself, whose differences lose half the digits, is never formed.
 
 With dead zone (IPMC paper, eqs. 13 to 19, corrected): eqs. 15 to 17 are a weighted update,
-P(k)^-1 = mu (P(k-1)^-1 + c h h') with c = lambda / (mu Sigma), so the same transformation does, with row sqrt(c) h'.
-Errata: sigma^2(k) = sigma^2(k-1) + (e^2(k) - sigma^2(k-1)) / k is a mean (printed: it grows without end);
-lambda = beta (e^2(k) - r^2) / (h' P h r^2) takes the present error (printed: the variance, so lambda can be negative);
-P stays as it is while lambda = 0 (printed: it grows as 1 / mu^k).  With beta = fraction * mu Sigma, the largest beta
-allowed being mu Sigma, the weight is c = fraction (e^2 - r^2) / (h' P h r^2): Sigma cancels.
+P(k)^-1 = mu (P(k-1)^-1 + c h h') with c = lambda / (mu Sigma), the same transformation with the row sqrt(c) h'.
+Errata: sigma^2(k) = sigma^2(k-1) + (e^2(k) - sigma^2(k-1)) / k is a mean (as printed it grows without bound);
+lambda = beta (e^2(k) - r^2) / (h' P h r^2) uses the present error (printed: the variance, so lambda can be negative);
+P does not change while lambda = 0 (printed: it grows as 1 / mu^k).  With beta = fraction * mu Sigma, where mu Sigma is
+the largest beta allowed, the weight is c = fraction (e^2 - r^2) / (h' P h r^2): Sigma cancels.
 """
 
 from __future__ import annotations
@@ -18,33 +18,33 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 
-BLOCK = 4  # columns that LAPACK transforms at once; one new row gains nothing from more
+BLOCK = 4  # block size of LAPACK's update; larger blocks do not help with one new row
 
 
 class Recursive:
-    """y = h' theta + e, theta updated by every sample.
+    """Recursive estimator of theta in y = h' theta + e.
 
     Parameters
     ----------
     n : int
         Number of parameters.
     eta : float
-        P(0) = eta I; 1/eta is a ridge towards `theta`.
+        Initial covariance P(0) = eta I; 1/eta is a ridge towards `theta`.
     mu : float
-        Forgetting factor in (0, 1]; 1: all samples count alike, and theta is the least-squares solution of all of them
-        with that ridge.
+        Forgetting factor in (0, 1].  With 1 all samples count equally, and theta is their least-squares solution with
+        that ridge.
     dead_zone : float, optional
-        r in the unit of y: an error of at most r changes nothing.  It must not be below the error that the best theta
-        leaves, else the update chases noise and diverges.  Without it plain recursive least squares.
+        Dead zone r in the unit of measure of y: an error of at most r changes nothing.  Trap: below the error of the
+        best theta, the update follows noise and diverges.  Without it the update is plain recursive least squares.
     fraction : float
         beta as a fraction of its bound mu Sigma, in (0, 1]; at 1 the error after the update is r^2 / e.
     theta : array, shape (n,), optional
-        Where to start; default 0.
+        Initial parameters; default 0.
 
     Raises
     ------
     InputError
-        A value out of range; from `update`, divergence.
+        A value is out of range; from `update`, the recursion diverged.
 
     References
     ----------
@@ -68,34 +68,36 @@ class Recursive:
             ("fraction", fraction, 0 < fraction <= 1, "in (0, 1]"),
         ):
             if not legal:
-                raise InputError(f"{name} must be {rule}; got {value}")
+                raise InputError(
+                    f"The {name!r} parameter of recursive least squares must be {rule}. Got {value} instead."
+                )
         start = np.zeros(n) if theta is None else np.asarray(theta, dtype=np.float64)
         if start.shape != (n,):
-            raise InputError(f"theta must have shape ({n},); got {start.shape}")
+            raise InputError(f"The 'theta' array must have shape ({n},). Got {start.shape} instead.")
         self.n, self.mu, self.dead_zone, self.fraction = n, mu, dead_zone, fraction
         self.samples, self.variance = 0, 0.0
-        # [R z; 0 rho]: the triangle of the least-squares problem with its right-hand side as the last column
+        # [R z; 0 rho]: triangle of the least-squares problem with the right-hand side as last column
         self._triangle: Array = np.asfortranarray(np.eye(n + 1) / np.sqrt(eta))
         self._triangle[:n, n] = start / np.sqrt(eta)
         self._triangle[n, n] = 0.0
 
     @property
     def theta(self) -> Array:
-        """The parameters (n,), from R theta = z."""
+        """Parameters (n,), from R theta = z."""
         return self._solve(self._triangle[: self.n, self.n], 0)
 
     def leverage(self, phi: Array) -> float:
-        """h' P h = |R^-T h|^2 of a regressor h (n,)."""
+        """Return h' P h = |R^-T h|^2 of a regressor h (n,)."""
         v = self._solve(phi, 1)
         return float(v @ v)
 
     def _solve(self, b: Array, transposed: int) -> Array:
-        from scipy.linalg.lapack import dtrtrs  # several times as fast as solve_triangular for one small system
+        from scipy.linalg.lapack import dtrtrs  # several times faster than solve_triangular for one small system
 
         return np.asarray(dtrtrs(self._triangle[: self.n, : self.n], b, trans=transposed)[0])
 
     def update(self, phi: Array, y: float) -> float:
-        """Take one sample.
+        """Update the parameters with one sample.
 
         Parameters
         ----------
@@ -107,18 +109,19 @@ class Recursive:
         Returns
         -------
         float
-            The error e(k) = y - phi' theta(k-1) before the update.
+            Error e(k) = y - phi' theta(k-1) before the update.
 
         Raises
         ------
         InputError
-            A value that is not finite, a regressor of another length, or divergence.
+            A value is not finite, the regressor has another length, or the recursion diverged.
         """
         h = np.asarray(phi, dtype=np.float64)
         if h.shape != (self.n,):
-            raise InputError(f"phi must have shape ({self.n},); got {h.shape}")
+            raise InputError(f"The 'phi' array must have shape ({self.n},). Got {h.shape} instead.")
         if not (np.isfinite(h).all() and np.isfinite(y)):
-            raise InputError(f"sample {self.samples}: phi and y must be finite")
+            bad = next(float(v) for v in [*h, y] if not np.isfinite(v))
+            raise InputError(f"sample {self.samples}: The values of phi and y must be finite. Got {bad} instead.")
         e = float(y - h @ self.theta)
         self.samples += 1
         self.variance += (e * e - self.variance) / self.samples
@@ -135,7 +138,7 @@ class Recursive:
         return e
 
     def _append(self, h: Array, y: float, weight: float) -> None:
-        """R'R <- mu R'R + weight h h', or mu (R'R + weight h h') with a dead zone, by an orthogonal transformation."""
+        """Set R'R to mu R'R + weight h h', or to mu (R'R + weight h h') with a dead zone, by orthogonal steps."""
         from scipy.linalg.lapack import dtpqrt
 
         root = np.sqrt(self.mu)
@@ -152,13 +155,13 @@ class Recursive:
 
     def _diverged(self) -> str:
         reason = "" if self.dead_zone is None else f": the dead zone {self.dead_zone:g} is below the achievable error"
-        return f"recursive least squares diverged at sample {self.samples}{reason}"
+        return f"Recursive least squares must converge. It diverged at sample {self.samples}{reason}."
 
 
 class PrintedRecursive:
-    """The recursion with dead zone exactly as printed (IPMC paper, eqs. 13 to 19), for replicas: it fails.
+    """Recursion with dead zone exactly as printed (IPMC paper, eqs. 13 to 19), for replicas; it fails.
 
-    P itself is kept and grows as 1/mu^k while lambda = 0; sigma^2 = sum e^2(k)/k only grows, and lambda takes it
+    P itself is stored and grows as 1/mu^k while lambda = 0.  sigma^2 = sum e^2(k)/k only grows, and lambda uses it
     instead of e^2, so lambda is negative as long as sigma^2 < r^2.
 
     Parameters
@@ -166,9 +169,9 @@ class PrintedRecursive:
     n : int
         Number of parameters.
     r : float
-        Dead zone in the unit of y.
+        Dead zone in the unit of measure of y.
     eta : float
-        P(0) = eta I.
+        Initial covariance P(0) = eta I.
     rho : float
         Convergence factor, constant in (0, 1), hence mu = 1 - rho.
     fraction : float
@@ -182,7 +185,7 @@ class PrintedRecursive:
         self.samples, self.variance, self.Sigma = 0, 0.0, r * r
 
     def update(self, phi: Array, y: float) -> float:
-        """Take one sample, the regressor phi (n,) and y; returns e(k)."""
+        """Update with one sample, the regressor phi (n,) and y; return e(k)."""
         mu, r2 = 1 - self.rho, self.r**2
         e = float(y - phi @ self.theta)  # eq. 13
         self.samples += 1
