@@ -251,7 +251,7 @@ def test_s9_grey_box_on_the_benchmark(measured):
 
 
 def test_benchmark_without_its_file_says_so(tmp_path):
-    with pytest.raises(InputError, match=r"no boucwen_benchmark/test\.h5"):
+    with pytest.raises(InputError, match=r"must hold boucwen_benchmark/test\.h5 or test\.h5"):
         reproduce("boucwen_benchmark", tmp_path)
     pytest.importorskip("h5py")
     (tmp_path / "test.h5").write_text("no HDF5")
