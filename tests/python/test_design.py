@@ -57,7 +57,7 @@ def test_refusals() -> None:
     ):
         with pytest.raises(InputError, match=words):
             describing_function(part, amplitudes)
-    with pytest.raises(InputError, match="The step h of the sampled block pid must be"):
+    with pytest.raises(InputError, match="The step 'h' of the sampled block pid must be"):
         to_control(Node("b", "pid"))
     with pytest.raises(InputError, match=r"The block must be linear, .* Got play_bank instead"):
         to_control(Node("b", "play_bank"), H)

@@ -81,7 +81,7 @@ def test_margins_of_a_model_with_delay():
 
 
 def test_refusals():
-    with pytest.raises(InputError, match=r"no continuous form of finite order.*pade=ORDER"):
+    with pytest.raises(InputError, match=r"must be given for a delay in continuous form.*pade=ORDER"):
         to_control(chain(2))
     with pytest.raises(InputError, match=r"must be that of the model, 0.0001 s.*Got 0.001"):
         to_control(chain(2), 1e-3)

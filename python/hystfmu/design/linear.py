@@ -68,7 +68,9 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
         linear = f"transfer_function, {', '.join(_SAMPLED)}"
         raise InputError(f"The block must be linear, one of {linear}. Got {part.type} instead.")
     if h is None:
-        raise InputError(f"The step 'h' of the sampled block {part.type} must be a float in (0, inf). Got None instead.")
+        raise InputError(
+            f"The step 'h' of the sampled block {part.type} must be a float in (0, inf). Got None instead."
+        )
     b, a = _SAMPLED[part.type](part, h)
     return control.tf(b, a, h)
 
@@ -88,12 +90,12 @@ def _graph_to_control(graph: Graph, h: float | None, pade: int | None, control: 
     if opened.steps:
         if pade is None:
             raise InputError(
-                "The order 'pade' must be given for a delay in continuous form. Got None: give pade=ORDER, or the step h "
-                "for a discrete system."
+                "The order 'pade' must be given for a delay in continuous form. Got None: give pade=ORDER, or the "
+                "step h for a discrete system."
             )
         if not graph.step > 0:
             raise InputError(
-                "The step of the model must be stated for a delay in continuous form. Got none: give the step h instead."
+                "The model must state its step for a delay in continuous form. Got none: give the step h instead."
             )
         system = close(system, pade_of([n * graph.step for n in opened.steps], pade, control))
     return control.ss(*system)
