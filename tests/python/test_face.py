@@ -118,3 +118,34 @@ def test_print_is_one_screen_and_says_what_a_reader_asks(model: hy.Model):
     assert "warning: the output <drifts>" in str(warned)
     assert "&lt;drifts&gt;" in warned._repr_html_()
     assert repr(model).startswith("Model('prandtl_ishlinskii', u -> y, 22 parameters, RMS ")
+
+
+def test_columns_of_any_kind_make_a_dataset():
+    pyarrow = pytest.importorskip("pyarrow")
+    t, u, y = [0.0, 0.1, 0.2, 0.3], [0, 1, 2, 1], (0.0, 0.5, 1.5, 1.2)
+    wanted = hy.Dataset(np.array(t), np.array(u), np.array(y))
+    table = pyarrow.table({"t": t, "u": u, "y": y})
+    for made in (hy.Dataset(t, u, y), hy.Dataset(table["t"], table["u"], table["y"])):
+        assert made.sha256 == wanted.sha256
+    for bad in (["a", 1, 2, 1], [[1], [1, 2], 2, 1], [None, {}, 2, 1]):
+        with pytest.raises(hy.InputError, match=r"^data: The 'u' array must hold numbers") as e:
+            hy.Dataset(t, bad, y)
+        assert "\n" not in str(e.value)
+
+
+def test_every_repr_is_short(model: hy.Model, data: hy.Dataset):
+    loop = hy.Scenario("loop", step=1e-3, stop=0.01).add("source", hy.blocks.Reference(levels=np.arange(50.0)))
+    loop.add("plant", model).connect("source.r", "plant.u").metric("largest", "peak", "plant.y", limit=1e3)
+    result = loop.run(engine="native")
+    node = model.graph.nodes[0]
+    shown = [data, model, model.inverse(), model.graph, node, model.unit(), model.plot(data), model.plot(data).lines[0]]
+    shown += [hy.blocks.Reference(levels=np.arange(50.0)), loop, loop.ready(), loop.ready().cases[0]]
+    shown += [result, result.trace, result.system, result.plot(), hy.run(loop, engine="native")]
+    for thing in shown:
+        assert len(repr(thing)) < 200, thing
+        assert " at 0x" not in repr(thing)
+    assert repr(data.with_train("0:100").with_output(np.full(len(data.t), np.nan))) == (
+        "Dataset('synthetic piezo stack', 12801 rows, step 0.001 s, u in V, y in um, no output, train 0:100)"
+    )
+    for thing in (data, data.with_output(np.full(len(data.t), np.nan)), model, result, result.plot()):
+        assert thing._repr_html_().startswith("<")

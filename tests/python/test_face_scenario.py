@@ -10,6 +10,7 @@ import pytest
 import hystfmu as hy
 from hystfmu.scenario import Scenario as Cases
 from hystfmu.scenario import build, simulate
+from hystfmu.studies.task import fingerprint
 
 SHIPPED = Path(__file__).parents[2] / "scenarios"
 
@@ -98,6 +99,13 @@ def test_a_shipped_scenario_is_read_run_changed_and_saved_elsewhere(tmp_path: Pa
     changed = loop.run(first, engine="native")
     assert [v.baseline for v in changed.verdicts] == [None] * len(changed.verdicts)
     assert changed.passed
+
+
+@pytest.mark.parametrize("name", ["pid", "cascade_learned", "sliding_mode_2005_1khz"])
+def test_a_copy_of_a_shipped_scenario_runs_the_same_systems(name: str, tmp_path: Path):
+    folder = hy.Scenario.load(SHIPPED / name).save(tmp_path / "copy")
+    made, shipped = ([fingerprint(build(c)) for c in Cases(f).cases] for f in (folder, SHIPPED / name))
+    assert made == shipped
 
 
 def test_a_unit_may_be_a_block_a_node_a_graph_a_file_or_an_fmu(plant: hy.Model, tmp_path: Path):

@@ -13,7 +13,7 @@ from typing import Any
 from hystfmu.base.arrays import Array
 from hystfmu.core.library import BlockType, block_types
 from hystfmu.graph.graph import Graph, Node
-from hystfmu.graph.node import short
+from hystfmu.graph.node import shown
 
 
 class Block:
@@ -33,8 +33,7 @@ class Block:
     def __repr__(self) -> str:
         usual = {d.name: d.start for d in self.type.dims}
         given = {k: v for k, v in self.node.dims.items() if v != usual[k]}
-        inner = ", ".join(f"{k}={short(v)}" for k, v in {**given, **self.node.values}.items())
-        return f"{self.type.class_name}({inner})"
+        return f"{self.type.class_name}({', '.join(shown({**given, **self.node.values}))})"
 
 
 def _docstring(t: BlockType) -> str:

@@ -21,15 +21,21 @@ _LENGTH = re.compile(r"(\w+)(?: \+ (\d+))?\Z")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
 
-MOST_SHOWN = 4  # elements of an array in a repr
+MOST_ELEMENTS, MOST_VALUES = 3, 6  # of an array, and of a block, in a repr
 
 
-def short(value: Any) -> str:
-    """A value in a repr: of a long array its first elements and its length."""
-    if not np.ndim(value):
-        return repr(value.item() if isinstance(value, np.generic) else value)
-    flat = [repr(v) for v in np.ravel(value)[:MOST_SHOWN].tolist()]
-    return f"[{', '.join(flat)}{f', ... {np.size(value)} values' if np.size(value) > MOST_SHOWN else ''}]"
+def shown(values: Mapping[str, Any]) -> list[str]:
+    """Values as a repr names them: of a long array the first elements and the length, of many values the first."""
+    found = [f"{k}={_short(v)}" for k, v in list(values.items())[:MOST_VALUES]]
+    return [*found, "..."] if len(values) > MOST_VALUES else found
+
+
+def _short(value: Any) -> str:
+    if np.ndim(value):
+        more = f", ... {np.size(value)} values" if np.size(value) > MOST_ELEMENTS else ""
+        return f"[{', '.join(map(_short, np.ravel(value)[:MOST_ELEMENTS].tolist()))}{more}]"
+    value = value.item() if isinstance(value, np.generic) else value
+    return repr(float(f"{value:.6g}")) if isinstance(value, float) else repr(value)
 
 
 @dataclass(frozen=True)
@@ -89,12 +95,7 @@ class Node:
             self._flat(v, sizes[v.name])
 
     def __repr__(self) -> str:
-        parts = [
-            repr(self.name),
-            repr(self.type),
-            *(f"{k}={short(v)}" for k, v in {**self.dims, **self.values}.items()),
-        ]
-        return f"Node({', '.join(parts)})"
+        return f"Node({', '.join([repr(self.name), repr(self.type), *shown({**self.dims, **self.values})])})"
 
     @property
     def block(self) -> BlockType:

@@ -52,6 +52,9 @@ class Case:
     attached: Mapping[str, Model | Path] = field(default_factory=dict)
     """What a path of a unit stands for, where that is no file of the folder."""
 
+    def __repr__(self) -> str:
+        return f"Case({self.title!r}, units {', '.join(self.order)})"
+
     @property
     def title(self) -> str:
         """`scenario/case`, as error lines and reports name it."""
@@ -102,6 +105,9 @@ class Scenario:
         file = path / "scenario.toml" if path.suffix != ".toml" else path
         self.folder: Path | None = file.parent
         self._complete(read_scenario(file), str(file), {}, overrides, coupling)
+
+    def __repr__(self) -> str:
+        return f"Scenario({self.origin!r}, {len(self.cases)} case{'' if len(self.cases) == 1 else 's'})"
 
     @classmethod
     def of(

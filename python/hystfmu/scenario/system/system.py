@@ -89,6 +89,9 @@ class System:
     overridden: frozenset[str] = frozenset()
     """Which of the case's overrides found their parameter."""
 
+    def __repr__(self) -> str:
+        return f"System({self.case.title!r}, units {', '.join(p.name for p in self.parts)}, {self.n_steps} steps)"
+
     @property
     def parameters(self) -> set[str]:
         """`unit.parameter` of all that `set` may change."""
