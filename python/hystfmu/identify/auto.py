@@ -57,28 +57,34 @@ class Candidate:
     per_1000: float
     options: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def name(self) -> str:
+        """Method with its options, e.g. ``zhao_tan_mlp memory=last``."""
+        return " ".join([self.method, *(f"{k}={v}" for k, v in self.options.items())])
+
     def cost(self, rows: int) -> float:
         """Return the estimated cost (s) for this number of rows."""
         return self.seconds + self.per_1000 * rows / 1000
 
 
-CANDIDATES: dict[str, Candidate] = {  # cheapest first
-    "prandtl_ishlinskii_asym": Candidate("prandtl_ishlinskii_asym", "", 0.02, 0.01),
-    "prandtl_ishlinskii": Candidate("prandtl_ishlinskii", CLOSES, 0.02, 0.05),
-    "krasnoselskii_pokrovskii": Candidate("krasnoselskii_pokrovskii", CLOSES, 0.02, 0.03),
-    "prandtl_ishlinskii_rate": Candidate("prandtl_ishlinskii_rate", LAGS, 0.05, 0.05),
-    "polynomial_narx": Candidate("polynomial_narx", "", 0.05, 0.02),
-    "constraint_factor_mlp": Candidate("constraint_factor_mlp", CLOSES, 0.3, 0.2),
-    "preisach": Candidate("preisach", CLOSES, 0.1, 0.25),
-    "duhem": Candidate("duhem", OPENS, 0.2, 0.5),
-    "fitted_operator_mlp": Candidate("fitted_operator_mlp", CLOSES, 2.0, 0.1),
-    "rate_mlp": Candidate("rate_mlp", LAGS, 4.0, 0.1),
-    "g0_prandtl_ishlinskii": Candidate("g0_prandtl_ishlinskii", LAGS, 1.0, 1.0),
-    "bouc_wen": Candidate("bouc_wen", OPENS, 0.2, 1.5),
-    "play_bank_mlp": Candidate("play_bank_mlp", CLOSES, 6.0, 0.1),
-    "zhao_tan_mlp": Candidate("zhao_tan_mlp", CLOSES, 7.0, 0.1),
-    "zhao_tan_mlp memory=last": Candidate("zhao_tan_mlp", OPENS, 7.0, 0.1, {"memory": "last"}),
-}
+_LISTED = (  # cheapest first
+    Candidate("prandtl_ishlinskii_asym", "", 0.02, 0.01),
+    Candidate("prandtl_ishlinskii", CLOSES, 0.02, 0.05),
+    Candidate("krasnoselskii_pokrovskii", CLOSES, 0.02, 0.03),
+    Candidate("prandtl_ishlinskii_rate", LAGS, 0.05, 0.05),
+    Candidate("polynomial_narx", "", 0.05, 0.02),
+    Candidate("constraint_factor_mlp", CLOSES, 0.3, 0.2),
+    Candidate("preisach", CLOSES, 0.1, 0.25),
+    Candidate("duhem", OPENS, 0.2, 0.5),
+    Candidate("fitted_operator_mlp", CLOSES, 2.0, 0.1),
+    Candidate("rate_mlp", LAGS, 4.0, 0.1),
+    Candidate("g0_prandtl_ishlinskii", LAGS, 1.0, 1.0),
+    Candidate("bouc_wen", OPENS, 0.2, 1.5),
+    Candidate("play_bank_mlp", CLOSES, 6.0, 0.1),
+    Candidate("zhao_tan_mlp", CLOSES, 7.0, 0.1),
+    Candidate("zhao_tan_mlp", OPENS, 7.0, 0.1, {"memory": "last"}),
+)
+CANDIDATES: dict[str, Candidate] = {c.name: c for c in _LISTED}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,136 @@
+"""Names of blocks stand in Python only where a method needs that block; lists of blocks come from the C tables."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import hystfmu
+from hystfmu.core.library import block_types
+
+PACKAGE = Path(hystfmu.__file__).parent
+EVERY = "*"
+MODEL = "kind of model of that name"
+STATIC = "expressions of this block for the Modelica inverse of a network of blocks"
+
+# file or folder -> name of a block -> the method and why it needs this name; EVERY: a folder that builds graphs
+ALLOWED: dict[str, dict[str, str]] = {
+    "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
+    "papers": {EVERY: "table(): a paper names the models and blocks that it compares"},
+    "identify/auto.py": dict.fromkeys(
+        ("prandtl_ishlinskii", "krasnoselskii_pokrovskii", "polynomial_narx", "preisach", "duhem", "bouc_wen"), MODEL
+    ),
+    "identify/features/dead_band.py": {"play_bank": "in_front(): the dead band is one play"},
+    "identify/features/dynamics.py": {
+        "transfer_function": "nodes(): G0 with the rest of the delay",
+        "delay": "nodes(): the whole samples of the delay",
+    },
+    "identify/features/plays.py": {"play_bank": "plays(): columns of a regression"},
+    "identify/network/readout.py": {
+        "scaling": "fit_readout(): limits and output scaling",
+        "mlp": "fit_readout(): the network",
+        "sum": "fit_readout(): the linear readout",
+    },
+    "identify/streaming.py": dict.fromkeys(
+        ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"
+    ),
+    "inverse/exact.py": {
+        "prandtl_ishlinskii": "_INVERT: asks for a linear term and positive slopes",
+        "dead_zones": "_INVERT: the inverse has other knots and slopes",
+        "scaling": "_INVERT: the inverse has the reciprocal gain",
+        "delay": "_chain(): no other method inverts a delay",
+        "transfer_function": "_chain(): no other method inverts linear dynamics",
+    },
+    "inverse/implicit.py": {"implicit_inverse": "implicit_inverse(): the block around the model"},
+    "model/coverage.py": {"scaling": "_limiters(): the block that limits the inputs of a network"},
+    "model/from_torch.py": {"mlp": "torch_blocks(): the block of two linear layers"},
+    "design/delays.py": {"delay": "cut(): delays become states", "scaling": "cut(): gains of 1 at the ends of a delay"},
+    "design/linear.py": {
+        **dict.fromkeys(("delay", "pid", "lead_lag", "sliding_mode", "super_twisting"), "_SAMPLED: its function of z"),
+        "transfer_function": "to_control(): the block is a transfer function already",
+    },
+    "design/sliding_bound.py": dict.fromkeys(("transfer_function", "sliding_mode", "sum"), "simulated(): its loop"),
+    "data/synthetic.py": {"bouc_wen_oscillator": "oscillator(): the plant of the benchmark"},
+    "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
+    "face/defaults.py": {"reference": "the reference signal of a new scenario"},
+    "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
+    "modelica/classes.py": {
+        "polynomial_narx": "the class has a limit on the degree",
+        "transfer_function": "is_discretised(): becomes a StateSpace",
+        "mlp": "is_large(): becomes a function",
+    },
+    "modelica/places.py": {
+        "bouc_wen_oscillator": "_PLANTS: stands among the plants",
+        "transfer_function": "_LACKS: the class is continuous",
+        "implicit_inverse": "_LACKS: the model is a package of functions",
+        "reference": "has_shapes(): a class for each shape",
+    },
+    "modelica/static_form.py": dict.fromkeys(
+        (
+            "backlash_sum",
+            "bouc_wen",
+            "constraint_factor",
+            "dead_zones",
+            "duhem",
+            "krasnoselskii_pokrovskii",
+            "mlp",
+            "play_bank",
+            "prandtl_ishlinskii",
+            "preisach",
+            "scaling",
+            "sum",
+            "zhao_tan",
+        ),
+        STATIC,
+    ),
+    "scenario/report/page.py": {"delay": "label of a row of the report, not a block"},
+    "scenario/system/delay_budget.py": {"delay": "delay_budget(): its samples count"},
+    "scenario/system/events.py": {
+        "disturbance": "its steps are located as events",
+        "reference": "its discontinuities and kinks are located as events",
+    },
+}
+
+
+def literals(tree: ast.Module) -> Iterator[str]:
+    """String literals of a module without its docstrings."""
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    docstrings = {
+        id(n.body[0].value)
+        for n in ast.walk(tree)
+        if isinstance(n, documented) and n.body and isinstance(n.body[0], ast.Expr)
+    }
+    for n in ast.walk(tree):
+        if isinstance(n, ast.Constant) and isinstance(n.value, str) and id(n) not in docstrings:
+            yield n.value
+
+
+def found() -> dict[str, set[str]]:
+    """Names of blocks in every file of the package, by its path."""
+    names = set(block_types())
+    files = {path.relative_to(PACKAGE).as_posix(): path for path in PACKAGE.rglob("*.py")}
+    return {file: names & set(literals(ast.parse(path.read_text()))) for file, path in files.items()}
+
+
+def allowed(file: str) -> dict[str, str]:
+    """Names allowed in a file, by the file itself or by its folder."""
+    return {**ALLOWED.get(file.rpartition("/")[0], {}), **ALLOWED.get(file, {})}
+
+
+def test_a_block_name_in_python_has_a_reason():
+    for file, names in found().items():
+        extra = set() if EVERY in allowed(file) else names - set(allowed(file))
+        assert not extra, f"python/hystfmu/{file}: derive {sorted(extra)} from the C tables, or give the reason here"
+
+
+def test_no_reason_has_outlived_its_name():
+    seen = found()
+    for place, reasons in ALLOWED.items():
+        here = set().union(*(names for file, names in seen.items() if file == place or file.startswith(f"{place}/")))
+        assert here, f"{place} names no block"
+        unused = set(reasons) - here - {EVERY}
+        assert not unused, f"{place} does not name {sorted(unused)}: remove it here"
+
+
+def test_a_name_in_code_is_found_and_one_in_a_docstring_is_not():
+    tree = ast.parse('"""pid"""\ndef f():\n    """sum"""\n    return ["delay", f"mlp{1}"]\n')
+    assert set(literals(tree)) & set(block_types()) == {"delay", "mlp"}
