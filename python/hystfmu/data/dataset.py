@@ -116,12 +116,12 @@ class Dataset:
 
     def _repr_html_(self) -> str:
         """The loop, as a notebook shows it."""
-        from hystfmu.report.plot import Line, Plot
+        from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 
         u, y = (f"{k} ({unit})" if unit else k for k, unit in (("u", self.unit_u), ("y", self.unit_y)))
         if not self.has_output:
             return Plot(repr(self), "t (s)", u, [Line("input", self.t, self.u)])._repr_html_()
-        return Plot(repr(self), u, y, [Line("measured", self.u, self.y)])._repr_html_()
+        return Plot(repr(self), u, y, [Line("measured", self.u, self.y)], points=LOOP_POINTS)._repr_html_()
 
     @property
     def has_output(self) -> bool:

@@ -45,9 +45,9 @@ def completed(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], ori
     units: dict[str, Any] = dict(spec.get("units", {}))
     metrics: dict[str, Any] = {k: dict(m) for k, m in spec.get("metrics", {}).items()}
     if not units:
-        raise InputError(f"{origin}: it has no unit; add(name, model) adds one")
+        raise InputError(f"{origin}: A scenario must have a unit. Got none; add(name, model) adds one.")
     if not metrics:
-        raise InputError(f"{origin}: it has no metric; metric(name, kind, signal) adds one")
+        raise InputError(f"{origin}: A scenario must have a metric. Got none; metric(name, kind, signal) adds one.")
     order = list(spec.get("order", units))
     if NAME not in units and _asks_for_reference(spec):
         units = {NAME: _reference(spec, attached, origin), **units}
@@ -81,8 +81,8 @@ def _reference(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], or
     span = model.provenance.get("span_u") if isinstance(model, Model) else None
     if not isinstance(model, Model) or span is None:
         raise InputError(
-            f"{origin}: units: there is no unit {NAME!r}, and the stroke of {plant!r} is not known to make one; "
-            f"add({NAME!r}, hystfmu.blocks.Reference(amplitude=..., frequency=...))"
+            f"{origin}: units: The stroke of {plant!r} must be known to make a unit {NAME!r}. Got no identified model; "
+            f"add({NAME!r}, hystfmu.blocks.Reference(amplitude=..., frequency=...))."
         )
     lo, hi = span
     start = float(model.graph.inputs[0].start)
@@ -112,7 +112,10 @@ def _period(units: Mapping[str, Any], origin: str) -> float:
             if values.get("shape", "sine") in ("sine", "triangle", "decaying_sine") and f > 0:
                 rates.append(f)
     if not rates:
-        raise InputError(f"{origin}: stop: no periodic reference tells when the run ends; give Scenario(..., stop=...)")
+        raise InputError(
+            f"{origin}: stop: The end of the run must be given, or follow from a periodic reference. Got neither; "
+            "Scenario(..., stop=...) states it."
+        )
     return float(1 / min(rates))
 
 

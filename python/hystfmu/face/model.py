@@ -15,7 +15,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph.blocks import Block
 from hystfmu.model import Model as Record
 from hystfmu.report.page import Table, table
-from hystfmu.report.plot import Line, Plot
+from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 from hystfmu.unit import Unit
 
 __all__ = ["Model"]
@@ -124,12 +124,14 @@ class Model(Record):
         self._one_to_one("score")
         where = other.path or other.name
         if not other.has_output:
-            raise InputError(f"{where}: no output was measured, so there is nothing to compare with")
+            raise InputError(f"{where}: The data must have a measured output to compare with. Got none.")
         counted = train_rows(rows, len(other.t), where)
         measured = other.y[counted]
         span = float(np.ptp(measured))
         if not span > 0:
-            raise InputError(f"{where}: y is constant ({measured[0]:g}): an error in percent needs a span")
+            raise InputError(
+                f"{where}: The output must vary for an error in percent. Got {measured[0]:g} in every row."
+            )
         return errors(self.predict(other.u, other.h)[counted], measured, span)
 
     def plot(self, other: Dataset) -> Plot:
@@ -157,7 +159,7 @@ class Model(Record):
         lines.append(Line("model", other.u, self.predict(other.u, other.h)))
         source, sink = self.graph.inputs[0], self.graph.outputs[0]
         u, y = _with_unit("u", other.unit_u or source.unit), _with_unit("y", other.unit_y or sink.unit)
-        return Plot(f"{self.key}: y over u", u, y, lines)
+        return Plot(f"{self.key}: y over u", u, y, lines, points=LOOP_POINTS)
 
     def inverse(self, method: InverseMethod = "auto", seed: int = 0, **options: Any) -> Model:
         """The inverse: a model again, whose input `u` is the wanted output and whose output `y` is the input to apply.
@@ -194,7 +196,9 @@ class Model(Record):
         if method != "auto":
             return _warned(Model.of(inverse(self, method, seed, **options)))
         if options:
-            raise InputError(f"the option {next(iter(options))!r} belongs to one method: name it, e.g. 'implicit'")
+            raise InputError(
+                f"The method of an inverse with options must be named. Got {next(iter(options))!r} for 'auto'."
+            )
         for each in ("exact", "implicit"):
             with suppress(InputError):
                 return Model.of(inverse(self, each, seed))
@@ -350,7 +354,10 @@ class Model(Record):
 
     def _one_to_one(self, verb: str) -> None:
         if self.graph.n_inputs != 1 or self.graph.n_outputs != 1:
-            raise InputError(f"{verb} needs a model with one input and one output; {self.key} has others")
+            raise InputError(
+                f"The model of {verb}() must have one input and one output. "
+                f"Got {self.graph.n_inputs} and {self.graph.n_outputs} of {self.key}."
+            )
 
 
 def held_out(model: Model, data: Dataset) -> Model:

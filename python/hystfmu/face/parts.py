@@ -49,11 +49,11 @@ def described(what: What, name: str, where: str) -> tuple[dict[str, Any], dict[s
         if path.suffix == ".fmu":
             return {"fmu": f"{name}.fmu"}, {f"{name}.fmu": path.absolute()}
         if path.suffix != ".toml":
-            raise InputError(f"{where}: the path must be that of an FMU or of a *.model.toml; got {str(what)!r}")
+            raise InputError(f"{where}: The path must end in .fmu or .model.toml. Got {str(what)!r} instead.")
         what = Model.load(path)
     if isinstance(what, Model):
         return {"model": f"{name}.model.toml"}, {f"{name}.model.toml": what}
-    raise InputError(f"{where}: a unit must be a model, a block, a graph or a path; got {type(what).__name__}")
+    raise InputError(f"{where}: A unit must be a model, a block, a graph or a path. Got {type(what).__name__} instead.")
 
 
 def files(spec: Mapping[str, Any]) -> list[tuple[dict[str, Any], str]]:

@@ -177,9 +177,11 @@ class Scenario:
         """
         where = f"{self._origin}: units.{name}"
         if not re.fullmatch(NAME, name):
-            raise InputError(f"{where}: the name of a unit must be a letter followed by letters, digits or _")
+            raise InputError(
+                f"{where}: The name must be a letter followed by letters, digits or _. Got {name!r} instead."
+            )
         if name in self._spec.get("units", {}):
-            raise InputError(f"{where}: there is a unit of this name already")
+            raise InputError(f"{where}: The name of a unit must occur once. Got a second {name!r}.")
         table, attached = described(what, name, where)
         said = {"fine": fine, "every": every, "substeps": substeps, "hold": hold, "as": runs_as, "text": text}
         usual = {"fine": False, "every": 1, "substeps": 1, "hold": "zero", "as": "fmu2", "text": ""}
@@ -203,10 +205,12 @@ class Scenario:
             An end that is not of that form, an input that is connected already.
         """
         for end in (source, target):
-            split_end(end, f"{self._origin}: connect({source!r}, {target!r})")
+            split_end(end, f"{self._origin}: connections")
         known = self._spec.get("connections", {}).get(target)
         if known is not None:
-            raise InputError(f"{self._origin}: connect({source!r}, {target!r}): {known!r} is connected there already")
+            raise InputError(
+                f"{self._origin}: connections: The input {target!r} must have one source. Got {source!r} and {known!r}."
+            )
         self._edit()
         self._spec.setdefault("connections", {})[target] = source
         return self
@@ -368,7 +372,10 @@ class Scenario:
             A key, a unit or a connection that does not fit; the sentence names it.
         """
         if case is None and len(self.cases) > 1:
-            raise InputError(f"{self._origin}: run: name one case of {', '.join(self.cases)}; hystfmu.run() runs all")
+            raise InputError(
+                f"{self._origin}: The case of run() must be one of {', '.join(self.cases)}. Got none; hystfmu.run() "
+                "runs all."
+            )
         found = run_scenarios(
             [self.ready()], case=case, engine=engine, overrides=set, coupling=coupling, seconds=seconds, out=out
         )

@@ -21,6 +21,7 @@ WIDTH, HEIGHT = 480, 300
 LEFT, RIGHT, TOP, BOTTOM = 58, 10, 26, 42
 T = TypeVar("T", float, Array)
 MOST_POINTS = 250  # per line; longer lines are thinned
+LOOP_POINTS = 5000  # of a loop with many reversals
 
 
 @dataclass(frozen=True)
@@ -37,13 +38,17 @@ class Line:
 
 @dataclass(frozen=True)
 class Plot:
-    """A diagram with one or more lines; labels carry the units.  `envelope` keeps the extremes of dense signals."""
+    """A diagram with one or more lines; labels carry the units.
+
+    `envelope` keeps the extremes of dense signals; `points` are drawn of each line at most.
+    """
 
     title: str
     x_label: str
     y_label: str
     lines: Sequence[Line]
     envelope: bool = False
+    points: int = MOST_POINTS
 
     def __repr__(self) -> str:
         return f"Plot({self.title!r}, {', '.join(line.name for line in self.lines)})"
@@ -64,7 +69,7 @@ class Plot:
 
     def svg(self) -> str:
         """The diagram as an <svg> element."""
-        lines = [_thin(line, self.envelope) for line in self.lines]
+        lines = [_thin(line, self.envelope, self.points) for line in self.lines]
         xs, x_ticks = _axis(np.concatenate([line.x for line in lines]))
         ys, y_ticks = _axis(np.concatenate([line.y for line in lines]))
         across = (WIDTH - LEFT - RIGHT) / (xs[1] - xs[0])
@@ -134,16 +139,16 @@ def path(x: Array, y: Array) -> str:
     return f"M{tenths[0, 0]} {tenths[0, 1]}l" + " ".join(f"{a} {b}" for a, b in steps.tolist() or [[0, 0]])
 
 
-def _thin(line: Line, envelope: bool) -> Line:
+def _thin(line: Line, envelope: bool, points: int) -> Line:
     x, y = np.asarray(line.x, dtype=float), np.asarray(line.y, dtype=float)
     n = len(x)
-    if n <= MOST_POINTS:
+    if n <= points:
         return Line(line.name, x, y)
     if not envelope:
-        picked = np.unique(np.linspace(0, n - 1, MOST_POINTS).round().astype(int))
+        picked = np.unique(np.linspace(0, n - 1, points).round().astype(int))
         return Line(line.name, x[picked], y[picked])
     extremes = []  # keep the lowest and highest row of every piece, so that ripple and peaks stay visible
-    for piece in np.array_split(np.arange(n), MOST_POINTS // 2):
+    for piece in np.array_split(np.arange(n), points // 2):
         extremes += sorted((piece[y[piece].argmin()], piece[y[piece].argmax()]))
     picked = np.array(extremes)
     return Line(line.name, x[picked], y[picked])
