@@ -8,8 +8,7 @@
  *   update(dt = 0)  initialisation: the memory takes the first input, no time passes
  *   init()          sets x from the parameters alone; prepare() is called before it and after each change of p (or, if
  *                   STEP, of dt)
- * No globals, no allocation, no libm.  Saved states, reset, threads and equal bits on all platforms follow from this.
- */
+ * No globals, no allocation, no libm.  Saved states, reset, threads and equal bits everywhere follow from this. */
 #ifndef HYST_H
 #define HYST_H
 #include <math.h> /* HUGE_VAL only */
@@ -22,14 +21,14 @@
   E(FILE, "the block file is damaged or not a block file")                  \
   E(VERSION, "the block file has a version that this binary does not read") \
   E(CRC, "the block file is damaged: its checksum does not match")          \
-  E(BLOCK, "no block of that name in this binary")                          \
+  E(BLOCK, "this binary has no block of this name")                         \
   E(DIM, "a size is out of range")                                          \
   E(VALUE, "a value is out of range")                                       \
   E(PREPARE, "the parameters do not fit together")                          \
   E(WIRING, "a connection names a port that does not exist")                \
   E(LOOP, "algebraic loop")                                                 \
   E(IMPLICIT, "no implicit inverse")                                        \
-  E(MEMORY, "the memory handed over is too small")
+  E(MEMORY, "the memory provided is too small")
 #define E(id, text) HYST_E_##id,
 typedef enum { HYST_ERRORS(E) HYST_N_ERRORS } hyst_status;
 #undef E

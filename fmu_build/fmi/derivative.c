@@ -1,8 +1,8 @@
 /* derivative.c - directional and adjoint derivatives: outputs and state derivatives by inputs and continuous states.
  *
- * They belong to the memory as it stands and are exact, one-sided at corners, in the direction of the seed
- * (core/graph/tangent.c).  Where the answer contains more than that, a start or a sample that is being tried, they are
- * the difference quotient of the answer.  The adjoint is made of one direction per known. */
+ * They are exact for the current memory, and one-sided at kinks, in the direction of the seed (core/graph/tangent.c).
+ * If the result includes an initialisation or a sample that is being tried, they are difference quotients of that
+ * result. The adjoint is computed from one direction per known. */
 #include "fmi/derivative.h"
 
 #include <string.h>
@@ -15,8 +15,8 @@
 typedef struct {
   double *seeds;          /* of the inputs, then of the continuous states */
   double *answer;         /* or its tangent: outputs, derivatives, states (unknowns in Initialization Mode) */
-  double *weights;        /* of the answer: seeds of the adjoint */
-  double *moved, *before; /* inputs and states; the answer before they moved */
+  double *weights;        /* of the result: seeds of the adjoint */
+  double *moved, *before; /* inputs and states; the result before they were changed */
   double *memory;         /* of the graph */
   int64_t n_knowns, n_unknowns;
 } space;
@@ -47,8 +47,7 @@ size_t fmi_derivative_work(const hyst_graph *g) {
   return 3 * ((size_t)g->n_external + c) + 3 * ((size_t)n_outputs(g) + 2 * c) + (size_t)g->n_state;
 }
 
-/* ---- one direction ------------------------------------------------------------------------------------------------
- */
+/* ---- one direction ----------------------------------------------------------------------------------------------- */
 static void read_answer(instance *i, double *to) {
   const hyst_graph *g = i->graph;
   for (int k = g->first_output; k < g->end_output; k++)
@@ -57,7 +56,7 @@ static void read_answer(instance *i, double *to) {
   for (int64_t k = 0; k < i->n_continuous; k++) to[i->n_continuous + k] = *i->continuous[k].value;
 }
 
-/* the place of a known; in the initialisation the states follow from the parameters and inputs */
+/* the place of a known; in Initialization Mode the states follow from parameters and inputs */
 static double *known(const instance *i, int64_t k) {
   if (k < i->graph->n_external) return i->graph->external + k;
   return i->run.phase == INITIALIZATION ? NULL : i->continuous[k - i->graph->n_external].value;
@@ -87,7 +86,7 @@ static fmi_status by_difference(instance *i, const space *s) {
   return status;
 }
 
-/* In Step Mode the outputs belong to the last step and stay: what would they be now? */
+/* In Step Mode the outputs belong to the last step and stay; this computes the tangent of the current ones. */
 static fmi_status between_steps(instance *i, const space *s) {
   hyst_graph *g = i->graph;
   if (fmi_prepare(i)) return FMI_ERROR;
@@ -103,15 +102,14 @@ static fmi_status respond(instance *i, const space *s) {
   return between_steps(i, s);
 }
 
-/* ---- both functions -----------------------------------------------------------------------------------------------
- */
-/* the elements behind a reference: the first, and how many */
+/* ---- both functions ---------------------------------------------------------------------------------------------- */
+/* the elements of a reference: first index and number */
 static int64_t elements(const instance *i, const hyst_port *p, uint32_t reference, int64_t *first) {
   *first = i->kind.by_element ? (int64_t)reference - p->reference : 0;
   return i->kind.by_element ? 1 : p->size;
 }
 
-/* the place of a real variable among the knowns, -1 if it is none */
+/* the index of a real variable among the knowns, -1 if it is none */
 static int64_t known_place(const instance *i, const hyst_port *p) {
   if (p->kind == HYST_INPUT) return p->value - i->graph->external;
   const int64_t k = p->kind == HYST_CSTATE && i->run.phase != INITIALIZATION ? p - i->continuous : -1;
@@ -121,7 +119,7 @@ static int64_t known_place(const instance *i, const hyst_port *p) {
 static int64_t unknown_place(const instance *i, const hyst_port *p) {
   const hyst_graph *g = i->graph;
   const int64_t n = n_outputs(g), c = i->n_continuous;
-  if (p->kind == HYST_CSTATE) { /* states come before derivatives among the variables, after them in the answer */
+  if (p->kind == HYST_CSTATE) { /* states precede derivatives among the variables, but follow them in the result */
     const int64_t k = p - i->continuous;
     return k >= c ? n + k - c : i->run.phase == INITIALIZATION ? n + c + k : -1;
   }
@@ -132,7 +130,7 @@ static int64_t unknown_place(const instance *i, const hyst_port *p) {
   return at;
 }
 
-/* all variables of a list are of that sort and have `count` elements together */
+/* checks that all variables of a list are of this sort and have `count` elements in total */
 static fmi_status check_list(const instance *i, const fmi_call *call, const fmi_references *list,
                              int64_t (*place)(const instance *, const hyst_port *), const char *sort) {
   size_t have = 0;
@@ -148,7 +146,7 @@ static fmi_status check_list(const instance *i, const fmi_call *call, const fmi_
                     (unsigned long)list->count);
 }
 
-/* values of a list <-> an array of all knowns or unknowns; several entries for one place add up */
+/* copies between values of a list and an array of all knowns or unknowns; repeated entries add up */
 static void add_values(const instance *i, const fmi_references *list, const double *values, double *to,
                        int64_t (*place)(const instance *, const hyst_port *)) {
   for (size_t k = 0; k < list->n; k++) {
@@ -161,7 +159,7 @@ static void add_values(const instance *i, const fmi_references *list, const doub
 static fmi_status check(instance *i, const fmi_call *call, const fmi_references *unknowns,
                         const fmi_references *knowns) {
   if (i->run.interface == CO_SIMULATION && hyst_graph_is_sampled(i->graph))
-    return fmi_absent(i, call->name, "sampled blocks answer in steps, not in derivatives");
+    return fmi_absent(i, call->name, "sampled blocks respond in steps and have no derivatives");
   const fmi_status s = check_list(i, call, unknowns, unknown_place, "an output or derivative");
   return s ? s : check_list(i, call, knowns, known_place, "an input or continuous state");
 }
@@ -169,7 +167,7 @@ static fmi_status check(instance *i, const fmi_call *call, const fmi_references 
 static fmi_status check_finite(const instance *i, const fmi_call *call, const double *v, size_t n) {
   for (size_t k = 0; k < n; k++)
     if (!fmi_is_finite(v[k])) {
-      fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "%s: the slope is not finite here.", call->name);
+      fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "%s: the derivative is not finite here.", call->name);
       return FMI_DISCARD;
     }
   return FMI_OK;
@@ -209,7 +207,7 @@ fmi_status fmi_adjoint(instance *i, const fmi_call *call, const fmi_references *
       if ((status = respond(i, &s))) return status;
       double sum = 0;
       for (int64_t j = 0; j < s.n_unknowns; j++)
-        if (s.weights[j] != 0) sum += s.weights[j] * s.answer[j]; /* no 0 times infinity */
+        if (s.weights[j] != 0) sum += s.weights[j] * s.answer[j]; /* avoids 0 times infinity */
       *to++ = sum;
     }
   }

@@ -1,9 +1,9 @@
 /* event.c - Event Mode and Continuous-Time Mode of both standards, around core/graph/continuous.h.
  *
- * Hysteretic memories take their inputs where the importer accepts a step (completed_step) and at events; sampled
- * blocks advance at events: in Model Exchange every hyst_graph.step seconds from the start time, in Co-Simulation at
- * every communication point.  In Event Mode inputs and outputs may be set and read in turn until they fit together.
- * So the event is tried from the same memory each time, and only update_discrete lets it happen. */
+ * Hysteretic memories take their inputs at accepted steps (completed_step) and at events.  Sampled blocks advance at
+ * events: in Model Exchange every hyst_graph.step seconds from the start time, in Co-Simulation at every communication
+ * point.  In Event Mode an importer may set inputs and read outputs in turn until they are consistent.  So each trial
+ * of the event starts from the same memory, and only update_discrete makes it effective. */
 #include "fmi/event.h"
 
 #include <string.h>
@@ -13,22 +13,22 @@
 #include "core/graph/run.h"
 
 /* Importers compute t as i*h, as t += h, or in integer nanoseconds: a thousandth of a step and some rounding of t are
- * theirs.  A real mismatch is a step or more. */
+ * allowed.  A real mismatch is a step or more. */
 double fmi_slack(double t, double h) { return 1e-3 * h + 16 * 2.220446049250313e-16 * (t < 0 ? -t : t); }
 
 /* ---- Event Mode ------------------------------------------------------------------------------------------------- */
-static size_t memory_size(const instance *i) { /* the inputs stay as they were set */
+static size_t memory_size(const instance *i) { /* the inputs keep their values */
   return (size_t)(i->graph->n_state - i->graph->n_external) * sizeof(double);
 }
 
-/* sample periods that ended since the last sample; an importer that steps over one of them gets one long sample */
+/* sample periods since the last sample; an importer that skips some of them gets one long sample */
 static double periods_due(const instance *i) {
   const double h = i->graph->step, t = i->run.t - i->run.start;
   const double n = (t + fmi_slack(i->run.t, h)) / h - i->run.samples;
   return n < 1 ? 0 : n < 4503599627370496.0 ? (double)(int64_t)n : n;
 }
 
-/* the time by which sampled blocks advance in this event; 0: they hold */
+/* the time by which sampled blocks advance in this event; 0 if they hold */
 static double sample_length(const instance *i) {
   if (!i->before) return 0;
   return i->run.interface == MODEL_EXCHANGE ? periods_due(i) * i->graph->step : i->run.pending;
@@ -163,14 +163,14 @@ fmi_status fmi_get_derivatives(instance *i, const fmi_call *call, double *dx, si
   return FMI_OK;
 }
 
-/* no scale is known: the states have those of the importer's inputs.  For bouc_wen_oscillator alone they would follow
- * from its stiffness, but its force has the input's scale and keeps a solver as exact: CVode at 1e-5 errs by 2e-4, not
- * 6e-5. */
+/* Nominal values are 1, because the states have the unknown scale of the inputs.  Those of bouc_wen_oscillator would
+ * follow from its stiffness, but its force has the scale of the input and keeps a solver similarly accurate: the error
+ * of CVode at 1e-5 is 2e-4 instead of 6e-5. */
 fmi_status fmi_get_nominals(instance *i, const fmi_call *call, double *nominals, size_t n) {
   if (check_count(i, call, n, i->n_continuous)) return FMI_ERROR;
   for (size_t k = 0; k < n; k++) nominals[k] = 1;
   return FMI_OK;
 }
 
-/* none: a reversal of the input needs no event, for the memory takes notice of it where the step is accepted */
+/* none: a reversal of the input needs no event, because the memory takes it at the accepted step */
 fmi_status fmi_get_indicators(instance *i, const fmi_call *call, size_t n) { return check_count(i, call, n, 0); }

@@ -1,11 +1,11 @@
 /* instance.h - one running FMU, the same for FMI 2.0 and 3.0.
  *
- * The layers, each with its header, each built on those before it: instance (this struct), messages, values, event,
- * state and derivative, life; then standards/, which only translates types.
+ * Layers, each with its header and based on the earlier ones: instance (this struct), messages, values, event, state
+ * and derivative, life; then standards/, which translates types only.
  *
- * A call that is refused (wrong phase, unknown reference, value out of range, bad step) says so in one sentence,
- * returns Error and changes nothing: the next good call works.  The standards let an importer give up after Error; they
- * do not ask the FMU to break.  Memory is allocated when an instance or a saved state is made, never in a step. */
+ * A refused call (wrong phase, unknown reference, value out of range, invalid step) logs one sentence, returns Error
+ * and changes nothing; the next valid call works.  The standards allow an importer to give up after Error, but do not
+ * require that the FMU is unusable.  Memory is allocated when an instance or a saved state is made, never in a step. */
 #ifndef FMI_INSTANCE_H
 #define FMI_INSTANCE_H
 #include "core/graph/graph.h"
@@ -13,12 +13,12 @@
 /* the first five values of fmi2Status and fmi3Status */
 typedef enum { FMI_OK, FMI_WARNING, FMI_DISCARD, FMI_ERROR, FMI_FATAL } fmi_status;
 
-/* interfaces and phases, as bits: a call lists those it is allowed in.  Step Mode belongs to Co-Simulation,
+/* interfaces and phases, as bits: a call lists those in which it is allowed.  Step Mode belongs to Co-Simulation,
  * Continuous-Time Mode to Model Exchange, Event Mode to both (in FMI 2.0 to Model Exchange alone). */
 enum { CO_SIMULATION = 1, MODEL_EXCHANGE = 2, BOTH = 3 };
 enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, STEPPING = 8, CONTINUOUS = 16, TERMINATED = 32, ANY = 63 };
 
-/* types of the table, as bits: a getter or setter lists those it carries */
+/* types of the table, as bits: a getter or setter lists those it accepts */
 enum { REAL = HYST_REAL, INTEGER = HYST_INT, BOOLEAN = HYST_BOOL, ENUMERATION = HYST_CHOICE };
 
 typedef struct {
@@ -29,19 +29,19 @@ typedef struct {
 #define FMI_MOST_STEP 1e9 /* seconds */
 static inline int fmi_is_finite(double v) { return v - v == 0; }
 
-/* sends a finished message to the importer in the form of its standard */
+/* passes a message to the importer in the form of its standard */
 typedef struct fmi_logger fmi_logger;
 struct fmi_logger {
   void (*send)(const fmi_logger *to, const char *instance, fmi_status status, const char *category, const char *text);
-  void (*callback)(void); /* the importer's function, cast back by send() */
+  void (*callback)(void); /* logger of the importer, cast back by send() */
   void *environment;
 };
 
-/* what a run changes besides the memory of the graph; no padding: it is saved as bytes */
+/* what a run changes besides the memory of the graph; without padding, because it is saved as bytes */
 typedef struct {
-  int32_t interface, event_mode; /* never change: a state of the other kind is refused */
+  int32_t interface, event_mode; /* constant: a state of another kind is refused */
   int32_t phase, stop_defined;
-  int32_t stale;   /* values were set since the outputs were computed; does not matter in Step Mode */
+  int32_t stale;   /* values were set since the outputs were computed; ignored in Step Mode */
   int32_t changed; /* hyst_graph.changed */
   double t, stop, dt;
   double start;   /* Model Exchange: time of the first sample */
@@ -49,12 +49,12 @@ typedef struct {
   double pending; /* Co-Simulation with Event Mode: time since the last sample */
 } fmi_run;
 
-typedef struct fmi_saved fmi_saved; /* a state handed out; lives in the instance's list until it is freed */
+typedef struct fmi_saved fmi_saved; /* a saved state; stays in the list of the instance until it is freed */
 
-/* what the importer asks for when it makes an instance */
+/* options of the importer for an instance */
 typedef struct {
   int interface;  /* CO_SIMULATION or MODEL_EXCHANGE */
-  int by_element; /* FMI 2.0: every element of an array is a variable of its own */
+  int by_element; /* FMI 2.0: every element of an array is a separate variable */
   int event_mode; /* Co-Simulation with Event Mode */
 } fmi_kind;
 
@@ -65,11 +65,11 @@ typedef struct {
   fmi_kind kind;
   hyst_graph *graph;
   int64_t n_continuous;
-  hyst_port *continuous; /* the states, then the derivatives, as variables that can be read */
+  hyst_port *continuous; /* the states, then the derivatives, as readable variables */
   double *derivatives;
-  double *before;        /* the memory of the graph before an event that is being tried; NULL: nothing to try */
+  double *before;        /* memory of the graph before an event that is being tried; NULL if no trial is needed */
   double *work;          /* of derivatives */
-  int tried;             /* the graph holds the outcome of the event, `before` what was */
+  int tried;             /* the graph holds the result of the trial, `before` the memory before it */
   void *memory;          /* of the graph */
   unsigned char *broken; /* inputs of the graph whose last value was NaN or infinite */
   int64_t n_broken;

@@ -1,4 +1,4 @@
-/* life.c - life of one FMU: instantiate, initialise, step, terminate. */
+/* life.c - life cycle of an FMU: instantiate, initialise, step, terminate. */
 #include "fmi/life.h"
 
 #include <stdlib.h>
@@ -26,7 +26,7 @@ static void fresh_run(instance *i) {
   i->n_broken = 0;
 }
 
-/* the graph out of the block file; 0 after a message */
+/* opens the graph of the block file; 0 after a message */
 static int open_graph(instance *i, const char *token, const unsigned char *file, size_t length) {
   hyst_error e;
   size_t bytes;
@@ -44,7 +44,7 @@ static int open_graph(instance *i, const char *token, const unsigned char *file,
   return 1;
 }
 
-/* the states and derivatives as variables, room for events that are tried; 0 after a message */
+/* makes variables for states and derivatives, and room for trials of events; 0 after a message */
 static int open_continuous(instance *i) {
   hyst_graph *g = i->graph;
   const int64_t n = i->n_continuous = hyst_graph_n_continuous(g);
@@ -113,7 +113,7 @@ void fmi_free(instance *i) {
 void fmi_reset(instance *i) {
   hyst_graph *g = i->graph;
   hyst_graph_defaults(g);
-  hyst_graph_prepare(g, 0); /* succeeded with the same values when the instance was made */
+  hyst_graph_prepare(g, 0); /* cannot fail: it succeeded with these values when the instance was made */
   fresh_run(i);
 }
 
@@ -163,10 +163,10 @@ fmi_status fmi_step(instance *i, double t, double h) {
   if (i->run.stop_defined && t_end - i->run.stop > fmi_slack(t_end, h))
     return fmi_refuse(i, "The step ends at t = %s s, after the stop time %s s.", hyst_number(a, sizeof a, t_end),
                       hyst_number(b, sizeof b, i->run.stop));
-  if (i->n_broken) return FMI_DISCARD; /* the message was sent when the value came */
+  if (i->n_broken) return FMI_DISCARD; /* the message was sent when the value was set */
   if (i->before ? hyst_graph_hold(i->graph, t_end, h) : hyst_graph_step(i->graph, t_end, h))
     return fmi_refuse_graph(i, hyst_graph_error(i->graph));
-  if (i->before) i->run.pending += h; /* the sample is taken in Event Mode */
+  if (i->before) i->run.pending += h; /* the sample waits for Event Mode */
   i->run.t = t_end;
   return FMI_OK;
 }

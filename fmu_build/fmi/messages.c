@@ -1,4 +1,4 @@
-/* messages.c - one sentence for every call that is refused, by categories that the importer chooses. */
+/* messages.c - one sentence for each refused call, in the log categories that the importer selects. */
 #include "fmi/messages.h"
 
 #include <stdarg.h>

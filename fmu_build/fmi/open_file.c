@@ -1,5 +1,5 @@
-/* open_file.c - importers pass paths in UTF-8; on Windows fopen() would take them for the code page of the machine.
- * A file of its own: windows.h has other ideas of BOOLEAN and ERROR than instance.h. */
+/* open_file.c - importers pass paths in UTF-8, which fopen() of Windows would read in the local code page.
+ * A separate file, because windows.h and instance.h define BOOLEAN and ERROR differently. */
 #include "fmi/open_file.h"
 #ifdef _WIN32
 #include <stdlib.h>

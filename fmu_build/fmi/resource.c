@@ -1,4 +1,4 @@
-/* resource.c - from the importer's resource location (file URI or plain path) to the bytes of block.bin. */
+/* resource.c - reads block.bin from the resource location of the importer (file URI or path). */
 #include "fmi/resource.h"
 
 #include <stdio.h>
@@ -31,7 +31,7 @@ static int decode(char *s) {
   return 1;
 }
 
-/* file:///a/b, file:/a/b, file://localhost/a/b, or a plain path; `path` has room for the name of the file behind it */
+/* file:///a/b, file:/a/b, file://localhost/a/b, or a path; `path` has room for the file name after it */
 static const char *to_path(const char *location, char *path) {
   if (strncmp(location, "file:", 5) != 0) {
     strcpy(path, location);

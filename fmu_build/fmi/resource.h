@@ -4,6 +4,6 @@
 
 #include <stddef.h>
 
-/* the whole of <location>/block.bin, or NULL and what went wrong in `why` */
+/* reads <location>/block.bin; NULL on failure, with the reason in `why` */
 unsigned char *fmi_read_block_file(const char *location, size_t *length, char *why, size_t size);
 #endif

@@ -1,8 +1,8 @@
-/* state.c - saved states: a list of live ones per instance, and a byte form that another process can read.
+/* state.c - saved states: a list of valid states per instance, and a byte form that other processes can read.
  *
  * Bytes: magic, version, length, checksum of all that follows, token of the block file, fmi_run, parameters, state of
- * the graph; little-endian.  A pointer is compared with the list before it is followed, so that one which was freed or
- * belongs to another instance is refused, not used. */
+ * the graph; little-endian.  A pointer is looked up in the list before it is followed, so that a pointer that was freed
+ * or belongs to another instance is refused. */
 #include "fmi/state.h"
 
 #include <stdlib.h>
@@ -24,13 +24,13 @@ typedef struct {
 struct fmi_saved {
   fmi_saved *next;
   fmi_run run;
-  double *values; /* behind this struct: parameters with those derived from them, then the state of the graph */
+  double *values; /* this struct is followed by the parameters with derived values, then the state of the graph */
 };
 
 static size_t n_values(const instance *i) { return (size_t)(i->graph->n_p + i->graph->n_state); }
 static size_t byte_size(const instance *i) { return sizeof(header) + sizeof(fmi_run) + n_values(i) * sizeof(double); }
 
-/* the state if it is one of this instance's; NULL after a message */
+/* the state if it belongs to this instance; NULL after a message */
 static fmi_saved *find(const instance *i, const void *state) {
   fmi_saved *s = i->saved;
   while (s && s != state) s = s->next;
@@ -49,7 +49,7 @@ static fmi_saved *make(instance *i) {
 
 fmi_status fmi_save(instance *i, void **state) {
   if (!state) return fmi_refuse(i, "No place for the FMU state was given.");
-  fmi_saved *s = *state ? find(i, *state) : make(i); /* a state that is handed in is overwritten */
+  fmi_saved *s = *state ? find(i, *state) : make(i); /* a given state is overwritten */
   if (!s) return FMI_ERROR;
   hyst_graph *g = i->graph;
   fmi_undo_event(i);
@@ -72,7 +72,7 @@ fmi_status fmi_restore(instance *i, void *state) {
   g->dt = s->run.dt;
   memcpy(g->p, s->values, (size_t)g->n_p * sizeof(double));
   memcpy(g->state, s->values + g->n_p, (size_t)g->n_state * sizeof(double));
-  memset(i->broken, 0, (size_t)g->n_external); /* the inputs are those of the state: finite */
+  memset(i->broken, 0, (size_t)g->n_external); /* the inputs of the state are finite */
   i->n_broken = 0;
   return FMI_OK;
 }
@@ -121,7 +121,7 @@ static const char *wrong_header(const instance *i, const unsigned char *bytes, s
   memcpy(&h, bytes, sizeof h);
   if (memcmp(h.magic, MAGIC, sizeof MAGIC) != 0) return "it is not a state of such a unit";
   if (h.version != VERSION) return "its version is unknown";
-  if (h.length > size) return "it is cut off";
+  if (h.length > size) return "it is truncated";
   if (h.length != byte_size(i) || memcmp(h.token, i->graph->token, sizeof h.token) != 0)
     return "it was saved by another model";
   const size_t covered = offsetof(header, length);
@@ -142,8 +142,8 @@ static int legal_run(const fmi_run *r) {
   }
 }
 
-/* What a set call would refuse must not come in through a state.  Memories are not looked at: a block trusts no count
- * or place in them (core/memory/stored.h), and what prepare() derives from the parameters is derived again. */
+/* A state must not contain values that a set call would refuse.  Memories are not checked: blocks trust no count or
+ * index in them (core/memory/stored.h), and prepare() derives its values again. */
 static int legal(const instance *i, const fmi_saved *s) {
   const hyst_graph *g = i->graph;
   if (!legal_run(&s->run)) return 0;

@@ -1,11 +1,11 @@
-/* values.c - variables by value reference: which one, of what type, may it have this value now? */
+/* values.c - variables by value reference: lookup, type, and whether a value may be set now. */
 #include "fmi/values.h"
 
 #include "core/graph/continuous.h"
 #include "core/graph/error.h"
 #include "core/graph/run.h"
 
-/* of the variables behind those of the graph */
+/* of the variables after those of the graph */
 static int is_derivative(const instance *i, const hyst_port *p) { return p >= i->continuous + i->n_continuous; }
 
 static const char *type_words(int type) {
@@ -22,7 +22,7 @@ const hyst_port *fmi_seek_port(const instance *i, const fmi_call *call, uint32_t
   if (!p) fmi_refuse(i, "%s: no variable has the value reference %lu.", call->name, (unsigned long)reference);
   else if (!((unsigned)p->type & types))
     fmi_refuse(i, "%s: '%s' is of type %s.", call->name, p->name, type_words(p->type)), p = NULL;
-  else if (is_derivative(i, p)) /* fmi_port() has found all others */ hyst_graph_derivatives(i->graph, i->derivatives);
+  else if (is_derivative(i, p)) /* fmi_port() finds all others */ hyst_graph_derivatives(i->graph, i->derivatives);
   return p;
 }
 

@@ -1,31 +1,31 @@
-/* values.h - variables by value reference.  In both standards the graph's own come first; the next reference is the
- * time (FMI 3.0), then come the continuous states and their derivatives. */
+/* values.h - variables by value reference.  In both standards those of the graph come first, then the time (a variable
+ * in FMI 3.0 only), the continuous states and their derivatives. */
 #ifndef FMI_VALUES_H
 #define FMI_VALUES_H
 #include "fmi/messages.h"
 
-/* The variable behind a reference; NULL if there is none. */
+/* The variable of a reference; NULL if there is none. */
 const hyst_port *fmi_find_continuous(const instance *i, uint32_t reference);
 static inline const hyst_port *fmi_find(const instance *i, uint32_t reference) {
   const hyst_port *p = hyst_graph_port(i->graph, reference);
   if (!p) return fmi_find_continuous(i, reference);
   return i->kind.by_element || p->reference == reference ? p : NULL;
 }
-/* The same if it has one of the types, a derivative with its present value; NULL after a message. */
+/* The same if it has one of the types, a derivative with its current value; NULL after a message. */
 const hyst_port *fmi_seek_port(const instance *i, const fmi_call *call, uint32_t reference, unsigned types);
 static inline const hyst_port *fmi_port(const instance *i, const fmi_call *call, uint32_t reference, unsigned types) {
   const hyst_port *p = hyst_graph_port(i->graph, reference);
   const int good = p && (unsigned)p->type & types && (i->kind.by_element || p->reference == reference);
   return good ? p : fmi_seek_port(i, call, reference, types);
 }
-/* That again, which fmi_port() has found: without its checks. */
+/* The same without checks, for a reference that fmi_port() has found. */
 static inline const hyst_port *fmi_found(const instance *i, uint32_t reference) {
   const hyst_graph *g = i->graph;
   return reference < g->n_references ? g->ports + g->port_of[reference] : fmi_find_continuous(i, reference);
 }
-/* parameters that were set take effect, for the step in use */
+/* makes new parameter values effective, for the current step */
 fmi_status fmi_prepare(instance *i);
-/* May the element be set to this value now?  fmi_set() then does it: a call with several values sets all or none. */
+/* Checks whether an element may be set to a value now; fmi_set() sets it.  A call sets all its values or none. */
 fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double value);
 static inline fmi_status fmi_accept(instance *i, const hyst_port *p, int64_t element, double value) {
   return p->kind == HYST_INPUT && !hyst_check_port(p, value) ? FMI_OK : fmi_examine(i, p, element, value);

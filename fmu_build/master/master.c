@@ -1,4 +1,4 @@
-/* master.c - the three couplings of system.h. */
+/* master.c - the three coupling schemes of system.h. */
 #include "master/master.h"
 
 #include <string.h>
@@ -6,8 +6,7 @@
 #include "master/newton.h"
 #include "master/unit.h"
 
-/* ---- couplings: a step of the units that are due ------------------------------------------------------------------
- */
+/* ---- couplings: a step of the units that are due ----------------------------------------------------------------- */
 #define EACH(call)                                                          \
   for (int64_t k = 0; k < m->n_units; k++) {                                \
     master_unit *u = m->units + k;                                          \
@@ -26,8 +25,8 @@ static int jacobi(master *m, const span *s) {
   return 0;
 }
 
-/* How much of the residual to add to the guess: Aitken's relaxation of a vector, after Irons & Tuck.  For one value
- * it is the secant method, so that a loop gain of any size but one converges; starts with a whole step. */
+/* Relaxation factor of the residual: Aitken's method for vectors (Irons & Tuck).  For one value it is the secant
+ * method, which converges for any loop gain but one; it starts with a full step. */
 static double relaxation(double last, int64_t n, const double *before, const double *now) {
   double along = 0, square = 0;
   for (int64_t k = 0; k < n; k++) {
@@ -38,9 +37,9 @@ static double relaxation(double last, int64_t n, const double *before, const dou
   return square > 0 ? -last * along / square : last;
 }
 
-/* Change of the unit's outputs for those of the values that it has read, in `d`; units outside of loops have no slope.
- * Its memory has taken this step's
- * inputs, the next sweep starts before that: what answers is the branch on which they moved. */
+/* Tangent of the outputs of a unit for the seeds `d` of the values that it has read; units outside of loops have none.
+ * The memory has taken the inputs of this step, and the next sweep starts before it, so the tangent is that of the
+ * branch on which the inputs moved. */
 static int follow(master_unit *u, const double *begin, const double *read, double *d, double *du) {
   double along = 0;
   int moves = 0;
@@ -60,7 +59,7 @@ static int follow(master_unit *u, const double *begin, const double *read, doubl
   return 0;
 }
 
-/* H from d out / d guess at the sweep that was just made, one early value after the other through all units */
+/* computes H from d out / d guess at the last sweep, one early value at a time through all units */
 static int newton(master *m, const span *s, double *J, double *H) {
   const int64_t n = m->n_early, width = m->n_values;
   double *d = m->newton, *read = d + width, *du = H + n * n + 3 * n;
@@ -68,7 +67,7 @@ static int newton(master *m, const span *s, double *J, double *H) {
     memset(d, 0, (size_t)width * sizeof *d);
     memcpy(read, m->begin, (size_t)width * sizeof *d);
     for (int64_t k = 0; k < n; k++) read[m->early[k]] = m->guess[k];
-    if (due(m->units + m->makers[c], s)) d[m->early[c]] = 1; /* who is not due holds its outputs */
+    if (due(m->units + m->makers[c], s)) d[m->early[c]] = 1; /* units that are not due hold their outputs */
     for (int64_t k = 0; k < m->n_units; k++) {
       master_unit *u = m->units + k;
       if (!due(u, s)) continue;
@@ -121,7 +120,7 @@ static int couple(master *m, const span *s) {
                                          : gauss_seidel(m, s);
 }
 
-/* the fine step m->row: its pieces, or the whole */
+/* makes the fine step m->row, whole or in pieces */
 static int fine_step(master *m) {
   const int64_t n = m->row;
   span s = {.n = n, .from = m->now, .to = time_of(m, n), .before = m->now};

@@ -24,7 +24,7 @@ int newton_start(int64_t n, double *J, double *H) {
     for (int64_t i = c + 1; i < n; i++)
       if (size(J[i * n + c]) > size(J[top * n + c])) top = i;
     const double pivot = J[top * n + c];
-    if (!(size(pivot) > 1e-12)) return 1; /* of values whose own weight is one; also NaN */
+    if (!(size(pivot) > 1e-12)) return 1; /* of values with weight one; also NaN */
     swap(n, J + c * n, J + top * n);
     swap(n, H + c * n, H + top * n);
     for (int64_t k = 0; k < n; k++) J[c * n + k] /= pivot, H[c * n + k] /= pivot;

@@ -1,5 +1,4 @@
-/* unit.h - one unit of a master: a graph, or an FMU behind the function types of its standard; and what it steps over.
- */
+/* unit.h - a unit of the master: a graph, or an FMU called by the function types of its standard; and its time span. */
 #ifndef HYST_MASTER_UNIT_H
 #define HYST_MASTER_UNIT_H
 #include <string.h>
@@ -21,9 +20,9 @@ typedef int (*fmi3_slope)(void *, const uint32_t *, size_t, const uint32_t *, si
                           size_t);
 typedef int (*fmu_save)(void *, void **);
 typedef int (*fmu_restore)(void *, void *);
-enum { WARNING = 1 }; /* the worst status with which a run goes on */
+enum { WARNING = 1 }; /* the worst status with which a run continues */
 
-/* where the inputs and outputs of a graph stand: looked up once */
+/* places of the inputs and outputs of a graph, looked up once */
 static inline int bind(master_unit *u) {
   if (u->kind != MASTER_GRAPH) return 0;
   for (int64_t k = 0; k < u->n_in; k++)
@@ -33,11 +32,11 @@ static inline int bind(master_unit *u) {
   return 0;
 }
 
-/* What is being stepped: the fine step n as a whole, or a piece of it. */
+/* The current span: the fine step n as a whole, or a piece of it. */
 typedef struct {
   int64_t n;
   int cut, end;    /* cut: a piece; end: up to the fine step itself, not to a cut */
-  int anew;        /* the last step or this one is a piece: straight lines begin anew for who takes it */
+  int anew;        /* the last step or this one is a piece: straight lines of its units restart */
   double from, to; /* of the piece */
   double before;   /* time of fine step n - 1 */
 } span;
@@ -63,7 +62,7 @@ static inline int put(master_unit *u, const double *from, const int64_t *at) {
     for (int64_t k = 0; k < u->n_in; k++) {
       const hyst_port *p = u->at[k];
       const double v = from[at ? at[k] : k];
-      /* an ordinary real number in range; all else is for the function that knows every rule and makes the message */
+      /* fast path for an ordinary real number in range; otherwise the function that checks all rules and logs */
       if (v > p->row->lo && v < p->row->hi && p->row->type[0] == 'r') p->value[u->vr_in[k] - p->reference] = v;
       else if (hyst_graph_set(u->self, u->vr_in[k], v)) return 1;
     }
@@ -139,7 +138,7 @@ static inline int restore(master_unit *u) {
   return 0;
 }
 
-/* change of its outputs for a change of its inputs, after a step; fails where a slope is not finite */
+/* tangent of its outputs for seeds of its inputs, after a step; fails if it is not finite */
 static inline int slope(master_unit *u, const double *du, double *dy) {
   if (u->kind == MASTER_FMI2)
     return ((fmi2_slope)u->slope)(u->self, u->vr_out, (size_t)u->n_vr_out, u->vr_in, (size_t)u->n_vr_in, du, dy) >

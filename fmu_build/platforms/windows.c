@@ -1,5 +1,5 @@
-/* windows.c - what stands for the start-up code of a compiler's own C library in the Windows binary: two functions that
- * the C library of Windows offers under another name only, and an entry point that has nothing to do. */
+/* windows.c - replaces the start-up code of the compiler in the Windows binary: two functions that the C library of
+ * Windows has under other names only, and an empty entry point. */
 #include <stdarg.h>
 #include <stddef.h>
 

@@ -1,12 +1,12 @@
-/* embedded.c - in a source FMU, instead of fmi/resource.c: block.bin is a constant of the program, no file is read.
- * `hyst_block_file` stands before this text in the file that the exporter writes. */
+/* embedded.c - replaces fmi/resource.c in a source FMU: block.bin is a constant of the program, no file is read.
+ * The exporter writes `hyst_block_file` before this text. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmi/resource.h"
 
-/* a copy, since the caller frees what it gets */
+/* a copy, because the caller frees it */
 unsigned char *fmi_read_block_file(const char *location, size_t *length, char *why, size_t size) {
   unsigned char *bytes = (unsigned char *)malloc(sizeof hyst_block_file);
   (void)location;

@@ -63,7 +63,7 @@ def test_the_sign_of_the_seed_selects_the_side(make: Make, name: str) -> None:
                 there[j] += side * e
                 difference = (answer(m, there) - base) / e
                 if status == DISCARD:  # the inverse of a flat branch has an infinite slope
-                    assert m.messages[-1][2] == "fmi2GetDirectionalDerivative: the slope is not finite here."
+                    assert m.messages[-1][2] == "fmi2GetDirectionalDerivative: the derivative is not finite here."
                     assert np.abs(difference).max() > 100
                     continue
                 assert status == OK, m.messages[-1:]
@@ -205,6 +205,6 @@ def test_missing_derivatives_are_refused(make: Make) -> None:
     simulation = make(mixed())
     simulation.initialize()
     assert simulation.tangent([y], [u], one, 1)[0] == ERROR
-    end = "GetDirectionalDerivative is not available: sampled blocks answer in steps, not in derivatives."
+    end = "GetDirectionalDerivative is not available: sampled blocks respond in steps and have no derivatives."
     assert simulation.messages[-1][2] == f"fmi{m.fmi}{end}"
     assert m.memory() == before

@@ -202,7 +202,7 @@ def one_model_for_two():
         (reads_another_input, "at s: between u and h .* no block may read another input"),
         (wrong_order, "at a: the model .* must follow it in the order of the file"),
         (model_from_behind, "at b: the model .* must follow it in the order of the file"),
-        (one_model_for_two, "at c: two implicit inverses would try it"),
+        (one_model_for_two, "at c: it belongs to the models of two implicit inverses"),
     ],
 )
 def test_what_cannot_be_tried_is_refused_with_its_name(make, words):

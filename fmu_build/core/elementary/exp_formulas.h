@@ -1,7 +1,7 @@
 /* exp_formulas.h - parts of e^x, the logistic function and tanh for any number of lanes: elementary.h includes it for
- * one double, elementary_lanes.h for two with the same instructions.  It has no include guard. HYST_OF(name)   the name
- * of a function with the prefix of its lanes HYST_T, HYST_BITS   the double or doubles, and the uint64_t of as many
- * lanes */
+ * one double, elementary_lanes.h for two with the same instructions.  It has no include guard.
+ *   HYST_OF(name)       the name of a function with the prefix of its lanes
+ *   HYST_T, HYST_BITS   the double or doubles, and the uint64_t of as many lanes */
 
 /* exp(x) = scale (1 + tail) exp(r_high - r_low), |r| <= ln2/128; scale as bits, because it may be out of range. */
 typedef struct {

@@ -7,8 +7,8 @@
  *   function     no memory
  * A run calls hyst_graph_start() once.  Then, for the current inputs, time and continuous states, it calls evaluate()
  * and derivatives() as often as the solver needs, commit() after each accepted step, and sample() followed by commit()
- * every graph->step seconds if the graph is sampled.  The continuous states are part of hyst_graph_state(). New
- * parameter values (graph->changed) take effect by hyst_graph_prepare(g, g->dt), which may refuse them. */
+ * every graph->step seconds if the graph is sampled.  The continuous states are part of hyst_graph_state().
+ * New parameter values (graph->changed) take effect by hyst_graph_prepare(g, g->dt), which may refuse them. */
 #ifndef HYST_CONTINUOUS_H
 #define HYST_CONTINUOUS_H
 #include "core/graph/graph.h"

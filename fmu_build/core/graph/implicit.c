@@ -27,7 +27,8 @@ static hyst_status mark(hyst_graph *g, int i, int k) {
     const char *wrong = unfit(source);
     if (!wrong && (w->source < i || (k > i && w->source > k)))
       wrong = "the model of an implicit inverse must follow it in the order of the file";
-    if (!wrong && source->tried_by >= 0 && source->tried_by != i) wrong = "two implicit inverses would try it";
+    if (!wrong && source->tried_by >= 0 && source->tried_by != i)
+      wrong = "it belongs to the models of two implicit inverses";
     if (wrong) return hyst_fail(&g->error, HYST_E_IMPLICIT, source->name, NULL, wrong);
     source->tried_by = i;
   }

@@ -29,8 +29,7 @@ double *hyst_graph_state(hyst_graph *g, int64_t *n) {
 
 const hyst_error *hyst_graph_error(const hyst_graph *g) { return &g->error; }
 
-/* ---- running ------------------------------------------------------------------------------------------------------
- */
+/* ---- running ----------------------------------------------------------------------------------------------------- */
 /* before the first step: inputs (unconnected ones keep these values), outputs and states of the table */
 static void start_values(hyst_graph *g) {
   g->state[0] = 0;

@@ -1,4 +1,4 @@
-/* calls.h - how every function of a standard begins: may it be called now?
+/* calls.h - the check at the start of every function of a standard: is the call allowed now?
  * The file that includes it defines CALLS(C): C(name, interfaces, phases) for each of its functions; FMI, the prefix of
  * the names; REFUSED, the status Error of the standard. */
 #ifndef FMI_CALLS_H

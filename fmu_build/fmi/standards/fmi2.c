@@ -1,4 +1,4 @@
-/* fmi2.c - FMI 2.0, what its two interfaces have in common and Co-Simulation: names and types around the layers below.
+/* fmi2.c - FMI 2.0: common functions and Co-Simulation, as names and types around the layers below.
  * FMI Specification 2.0.4, sections 2.1 (common functions), 3.2.3 and 4.2.4 (tables of allowed calls). */
 #include "fmi/derivative.h"
 #include "fmi/event.h"
@@ -8,8 +8,9 @@
 #define FMI "fmi2"
 #define REFUSED fmi2Error
 
-/* the states in which a call is allowed; stepInProgress, stepCanceled do not occur: a step is finished when it returns.
- * After a discarded step (an input is NaN) the unit is as before the step, so that Step Mode covers stepFailed. */
+/* the states in which a call is allowed; stepInProgress and stepCanceled do not occur, because a step is complete when
+ * it returns.  A discarded step (an input is NaN) leaves the instance as before the step, so Step Mode covers
+ * stepFailed. */
 #define READ (INITIALIZATION | EVENT | CONTINUOUS | STEPPING | TERMINATED)
 #define WRITE (INSTANTIATED | INITIALIZATION | EVENT | STEPPING)
 #define CALLS(C)                                            \
@@ -42,7 +43,7 @@
   C(GetStringStatus, CO_SIMULATION, STEPPING | TERMINATED)
 #include "fmi/standards/calls.h"
 
-/* The message is the format: "%" is doubled because importers may print it.  No further arguments follow. */
+/* The message is a printf format without arguments, so "%" is doubled. */
 static void send(const fmi_logger *to, const char *name, fmi_status status, const char *category, const char *text) {
   char format[1024];
   size_t n = 0;
@@ -79,7 +80,7 @@ void fmi2FreeInstance(fmi2Component c) { fmi_free((instance *)c); }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
                                fmi2Boolean stop_defined, fmi2Real stop) {
   BEGIN(SetupExperiment)
-  (void)tolerance_defined, (void)tolerance; /* the steps are exact: nothing to control */
+  (void)tolerance_defined, (void)tolerance; /* the tolerance is ignored: steps are exact */
   return (fmi2Status)fmi_setup(i, start, stop_defined, stop);
 }
 
@@ -138,7 +139,7 @@ SET(Integer, fmi2Integer, INTEGER | ENUMERATION)
 SET(Boolean, fmi2Boolean, BOOLEAN)
 
 static fmi2Status no_string(const instance *i, const fmi_call *call, fmi2ValueReference vr) {
-  fmi_port(i, call, vr, 0); /* says of what type it is */
+  fmi_port(i, call, vr, 0); /* logs the type */
   return fmi2Error;
 }
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
@@ -193,7 +194,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_se
   return (fmi2Status)fmi_step(i, t, h);
 }
 
-/* Only what a discarded step leaves open has an answer; a step is never pending. */
+/* Only a discarded step has a status; a step is never pending. */
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
   BEGIN(GetRealStatus)
   if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
@@ -216,8 +217,7 @@ NO_STATUS(Status, fmi2Status)
 NO_STATUS(IntegerStatus, fmi2Integer)
 NO_STATUS(StringStatus, fmi2String)
 
-/* ---- what this unit does not have ---------------------------------------------------------------------------------
- */
+/* ---- what this unit does not have -------------------------------------------------------------------------------- */
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #define ABSENT(name, why, ...) \
   fmi2Status name(fmi2Component c, __VA_ARGS__) { return (fmi2Status)fmi_absent((const instance *)c, #name, why); }

@@ -1,11 +1,11 @@
-/* fmi2_me.c - FMI 2.0 for Model Exchange: the standard's names and types around event.c.
+/* fmi2_me.c - FMI 2.0 for Model Exchange: names and types of the standard around event.c.
  * FMI Specification 2.0.4, section 3.2 (table of allowed calls 3.2.3). */
 #include "fmi/event.h"
 #include "fmi2Functions.h"
 #define FMI "fmi2"
 #define REFUSED fmi2Error
 
-/* fmi2SetTime in Event Mode ends the event: units that have discrete states alone go from event to event */
+/* fmi2SetTime in Event Mode ends the event: FMUs with discrete states only go from event to event */
 #define READ (INITIALIZATION | EVENT | CONTINUOUS | TERMINATED)
 #define CALLS(C)                                         \
   C(EnterEventMode, MODEL_EXCHANGE, EVENT | CONTINUOUS)  \

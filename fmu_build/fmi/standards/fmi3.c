@@ -1,4 +1,4 @@
-/* fmi3.c - FMI 3.0, what its interfaces have in common and Co-Simulation: names and types around the layers below.
+/* fmi3.c - FMI 3.0: common functions and Co-Simulation, as names and types around the layers below.
  * FMI Specification 3.0.1, sections 2.2, 2.3 (common functions and states), 4.2 (co-simulation).
  * Arrays are native: a variable has one value reference and as many values as it has elements. */
 #include "fmi/derivative.h"
@@ -41,7 +41,7 @@
 #include "fmi/standards/calls.h"
 
 static void send(const fmi_logger *to, const char *name, fmi_status status, const char *category, const char *text) {
-  (void)name; /* the environment pointer tells the importer who speaks */
+  (void)name; /* the environment pointer identifies the instance */
   ((fmi3LogMessageCallback)to->callback)(to->environment, (fmi3Status)status, category, text);
 }
 
@@ -83,7 +83,7 @@ void fmi3FreeInstance(fmi3Instance c) { fmi_free((instance *)c); }
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance,
                                        fmi3Float64 start, fmi3Boolean stop_defined, fmi3Float64 stop) {
   BEGIN(EnterInitializationMode)
-  (void)tolerance_defined, (void)tolerance; /* the steps are exact: nothing to control */
+  (void)tolerance_defined, (void)tolerance; /* the tolerance is ignored: steps are exact */
   const fmi_status s = fmi_setup(i, start, stop_defined, stop);
   return (fmi3Status)(s ? s : fmi_enter_initialization(i));
 }
@@ -104,15 +104,14 @@ fmi3Status fmi3Reset(fmi3Instance c) {
   return fmi3OK;
 }
 
-/* ---- values: the elements of one variable after those of the other ------------------------------------------------
- */
+/* ---- values: the elements of one variable after those of the other ----------------------------------------------- */
 static fmi_status wrong_count(const instance *i, const char *name, size_t n, size_t got) {
   return fmi_refuse(i, "%s: the variables have %lu values. Got room for %lu.", name, (unsigned long)n,
                     (unsigned long)got);
 }
 
-/* All variables exist, have the type, and have `count` elements together.  `time`: the independent variable, whose
- * value reference follows the last one of the graph, is allowed too. */
+/* Checks that all variables exist, have the type, and have `count` elements in total.  `time`: allows the independent
+ * variable too, whose value reference follows the last one of the graph. */
 static fmi_status check_count(const instance *i, const fmi_call *call, const fmi3ValueReference vr[], size_t n,
                               unsigned types, int time, size_t count) {
   size_t have = 0;
@@ -144,7 +143,7 @@ static fmi_status check_count(const instance *i, const fmi_call *call, const fmi
   fmi3Status fmi3Set##name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const T values[], size_t count) { \
     BEGIN(Set##name)                                                                                                  \
     if (check_count(i, TABLE + CALL_Set##name, vr, n, types, 0, count)) return fmi3Error;                             \
-    for (int write = 0; write < 2; write++) { /* look at all of them before the first is set */                       \
+    for (int write = 0; write < 2; write++) { /* checks all values before the first is set */                         \
       const T *from = values;                                                                                         \
       for (size_t k = 0; k < n; k++) {                                                                                \
         const hyst_port *p = fmi_found(i, vr[k]);                                                                     \
@@ -209,7 +208,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
   BEGIN(DoStep)
   (void)no_set_state;
   const fmi_status s = fmi_step(i, t, h);
-  if (event) *event = s == FMI_OK && i->run.event_mode && i->before; /* its sampled blocks wait for Event Mode */
+  if (event) *event = s == FMI_OK && i->run.event_mode && i->before; /* sampled blocks wait for Event Mode */
   if (terminate) *terminate = fmi3False;
   if (early_return) *early_return = fmi3False;
   if (last_time) *last_time = i->run.t;

@@ -1,4 +1,4 @@
-/* fmi3_absent.c - the functions of FMI 3.0 that these units do not have: a message and Error.
+/* fmi3_absent.c - functions of FMI 3.0 that these FMUs do not support: they log a message and return Error.
  * modelDescription.xml declares none of them. */
 #include "fmi/messages.h"
 #include "fmi3Functions.h"

@@ -1,6 +1,6 @@
-/* fmi3_me.c - FMI 3.0 for Model Exchange: the standard's names and types around event.c.
- * FMI Specification 3.0.1, sections 2.3 (common states), 3.2 (Model Exchange).  What it shares with Co-Simulation in
- * Event Mode is in fmi3.c. */
+/* fmi3_me.c - FMI 3.0 for Model Exchange: names and types of the standard around event.c.
+ * FMI Specification 3.0.1, sections 2.3 (common states), 3.2 (Model Exchange).  Functions shared with Co-Simulation in
+ * Event Mode are in fmi3.c. */
 #include "fmi/event.h"
 #include "fmi3Functions.h"
 #define FMI "fmi3"

@@ -1,5 +1,5 @@
-/* model_exchange.h - the functions of Model Exchange that FMI 2.0 and 3.0 spell alike but for the prefix: around
- * event.c. It has no guard: fmi2_me.c and fmi3_me.c include it after calls.h with the STATUS and FLAG (Boolean) of
+/* model_exchange.h - functions of Model Exchange whose names in FMI 2.0 and 3.0 differ only in the prefix, around
+ * event.c. It has no include guard: fmi2_me.c and fmi3_me.c include it after calls.h with STATUS and FLAG (Boolean) of
  * their standard and NAME(SetTime) for fmi2SetTime or fmi3SetTime. */
 STATUS NAME(EnterContinuousTimeMode)(void *c) {
   BEGIN(EnterContinuousTimeMode)

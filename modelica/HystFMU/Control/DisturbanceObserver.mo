@@ -1,5 +1,5 @@
 within HystFMU.Control;
-block DisturbanceObserver "Disturbance observer: takes an estimated input disturbance off the command"
+block DisturbanceObserver "Disturbance observer: subtracts an estimated input disturbance from the command"
   extends BaseClasses.DisturbanceObserver(u(start = 0, fixed = true), d_hat(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected

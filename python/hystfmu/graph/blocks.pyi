@@ -140,7 +140,7 @@ class Disturbance(Block):
     ) -> None: ...
 
 class DisturbanceObserver(Block):
-    """Disturbance observer: takes an estimated input disturbance off the command."""
+    """Disturbance observer: subtracts an estimated input disturbance from the command."""
 
     def __init__(
         self,

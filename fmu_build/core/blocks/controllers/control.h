@@ -1,5 +1,4 @@
-/* control.h - what all controllers share: rows of their tables, a filtered difference, and an integral that respects
- * the limits. */
+/* control.h - shared by all controllers: rows of their tables, a filtered difference, and anti-windup. */
 #ifndef HYST_CONTROL_H
 #define HYST_CONTROL_H
 #include "core/elementary/limit.h"
@@ -18,11 +17,11 @@
   V(de, STATE, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "filtered derivative of the error") \
   V(e_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "error at the last step")
 
-/* NULL, or what prepare() says of HYST_LIMIT_ROWS */
+/* NULL, or the error of prepare() for HYST_LIMIT_ROWS */
 static inline const char *hyst_wrong_limits(double u_min, double u_max) {
   return u_min > u_max ? "u_min must not be greater than u_max" : NULL;
 }
-/* prepare() of a block that has nothing else to check or derive */
+/* prepare() of a block without other checks or derived values */
 #define HYST_LIMIT_PREPARE                    \
   HYST_PREPARE_FN(prepare) {                  \
     HYST_OPEN_PREPARE                         \
@@ -34,8 +33,9 @@ static inline double hyst_difference(double d_last, double e, double e_last, dou
   return dt > 0 ? (tau * d_last + (e - e_last)) / (tau + dt) : 0;
 }
 
-/* Does a step of the integral, which moves the unlimited output from u_before to u_after, push it further out of its
- * limits?  Such a step is not taken (conditional integration: Astrom & Hagglund, PID Controllers, 2nd ed., 3.5). */
+/* Whether a step of the integral, which moves the unlimited output from u_before to u_after, moves it further outside
+ * of the limits.  Such a step is omitted (conditional integration: Astrom & Hagglund, PID Controllers, 2nd ed.,
+ * 3.5). */
 static inline int hyst_winds_up(double u_before, double u_after, double lo, double hi) {
   return (u_after > hi && u_after > u_before) || (u_after < lo && u_after < u_before);
 }

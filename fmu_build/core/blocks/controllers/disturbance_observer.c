@@ -1,7 +1,8 @@
-/* Disturbance observer: estimates what acts at the input of a second-order plant (load, remaining hysteresis, wrong
- * gain) from command and measurement, and takes it off the command.  A state observer of the plant and a constant
- * disturbance, with all poles at exp(-2 pi f_o h): the exact discrete form of Q(s) (G0(s)^-1 y - u), without inverting
- * the sampled plant, whose zero near -1 would ring.  y is what the last command led to: the plant steps before. */
+/* Disturbance observer: estimates the disturbance at the input of a second-order plant (load, residual hysteresis, gain
+ * error) from command and measurement, and subtracts it from the command.  It is a state observer of the plant with a
+ * constant disturbance and all poles at exp(-2 pi f_o h): the exact discrete form of Q(s) (G0(s)^-1 y - u), without an
+ * inverse of the sampled plant, whose zero near -1 would ring.  y is the response to the last command, because the
+ * plant steps first. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/elementary_sine.h"
 #include "core/elementary/limit.h"
@@ -12,15 +13,15 @@
 #define VARS(V)                                                                                                 \
   V(f_n, PARAM, 1, "real", "Hz", 1.0, HYST_POSITIVE, HYST_INF, "natural frequency of the plant")                \
   V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio of the plant")                              \
-  V(gain, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "gain of the plant at rest, not 0")                  \
+  V(gain, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "static gain of the plant, not 0")                   \
   V(f_o, PARAM, 1, "real", "Hz", 0.5, HYST_POSITIVE, HYST_INF, "bandwidth of the observer")                     \
   HYST_LIMIT_ROWS(V)                                                                                            \
   V(F, DERIVED, 9, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n, gain d over a step")   \
   V(M, DERIVED, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "gains of the measurement")                           \
-  V(work, DERIVED, HYST_EXPM_WORK(3), "real", "1", 0.0, -HYST_INF, HYST_INF, "of the matrix exponential")       \
-  V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command that an undisturbed plant would get")        \
+  V(work, DERIVED, HYST_EXPM_WORK(3), "real", "1", 0.0, -HYST_INF, HYST_INF, "for the matrix exponential")      \
+  V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command for the undisturbed plant")                  \
   V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                         \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command without the estimated disturbance")           \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command minus the estimated disturbance")             \
   V(d_hat, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "estimated disturbance at the input of the plant") \
   V(estimate, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n, gain d")          \
   V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command of the last step")
@@ -90,7 +91,7 @@ HYST_TANGENT_FN(tangent) {
   *t_u = hyst_clamp_tangent(*u_c - estimate[2] / *gain, *u_min, *u_max, *s_u_c);
 }
 HYST_BLOCK(disturbance_observer,
-           (.text = "Disturbance observer: takes an estimated input disturbance off the command",
+           (.text = "Disturbance observer: subtracts an estimated input disturbance from the command",
             .equation = "u = u_c - d_hat; d_hat: observer of y'' = omega_n^2 (gain (u + d) - y) - 2 zeta omega_n y', "
                         "d' = 0, poles at exp(-2 pi f_o h)",
             .source = "Ohnishi 1987; Johnson, IEEE Trans. Automat. Control 16 (1971) 635; poles: Gao, ACC 2003",

@@ -1,5 +1,5 @@
-/* Inverse of a second-order plant G0(s) = gain / (s^2/omega_n^2 + 2 zeta s/omega_n + 1), from a reference with its
- * derivatives: no differentiation here, hence no noise and no delay. */
+/* Inverse of a second-order plant G0(s) = gain / (s^2/omega_n^2 + 2 zeta s/omega_n + 1), from a reference and its
+ * derivatives: without differentiation, hence without noise and delay. */
 #include "core/elementary/elementary_sine.h"
 #include "core/hyst.h"
 
@@ -7,10 +7,10 @@
 #define VARS(V)                                                                                      \
   V(f_n, PARAM, 1, "real", "Hz", 500.0, HYST_POSITIVE, HYST_INF, "natural frequency omega_n / 2 pi") \
   V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio")                                \
-  V(gain, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "gain of the plant at rest, not 0")       \
+  V(gain, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "static gain of the plant, not 0")        \
   V(r, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference")                                 \
-  V(dr, INPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "its first derivative")                   \
-  V(ddr, INPUT, 1, "real", "1/s2", 0.0, -HYST_INF, HYST_INF, "its second derivative")                \
+  V(dr, INPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "first derivative of r")                  \
+  V(ddr, INPUT, 1, "real", "1/s2", 0.0, -HYST_INF, HYST_INF, "second derivative of r")               \
   V(v, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the plant that gives r")
 
 HYST_PREPARE_FN(prepare) {

@@ -1,21 +1,21 @@
-/* Iterative learning control: adds to the feed-forward what the errors of the last periods have taught.
- * One period of n steps is remembered; at its end every correction takes in the error `lead` steps later, then the
- * zero-phase filter (smooth, 1 - 2 smooth, smooth) runs around the period, which forgets what the plant cannot follow.
- * The period of the reference must be n steps of the unit. */
+/* Iterative learning control: adds corrections to the feed-forward, learnt from the errors of earlier periods.
+ * The memory is one period of n steps.  At its end every correction is updated by the error `lead` steps later, and a
+ * zero-phase filter (smooth, 1 - 2 smooth, smooth) removes what the plant cannot follow.  The period of the reference
+ * must be n steps of the unit. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/limit.h"
 #include "core/memory/stored.h"
 
 #define DIMS(D) D(n, 20, 1, 1000000, "steps in a period of the reference")
 #define VARS(V)                                                                                       \
-  V(gain, PARAM, 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "share of an error that is learnt")        \
+  V(gain, PARAM, 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "learning gain of an error")               \
   V(lead, PARAM, 1, "int", "1", 1.0, 0.0, 1000000.0, "steps from a command to its effect")            \
   V(smooth, PARAM, 1, "real", "1", 0.0, 0.0, 0.25, "weight of each neighbour in the filter; 0: none") \
   HYST_LIMIT_ROWS(V)                                                                                  \
   HYST_LOOP_ROWS(V, "feed-forward, or command of another controller")                                 \
   V(w, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "corrections over the period")                \
   V(e, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "errors of this period")                      \
-  V(at, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "present step of the period")
+  V(at, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "current step of the period")
 
 static void learn(int n, double *w, const double *e, double gain, int lead, double smooth) {
   for (int k = 0; k < n; k++) w[k] += gain * e[(k + lead) % n];

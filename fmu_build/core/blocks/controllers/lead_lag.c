@@ -1,24 +1,24 @@
-/* Lead-lag controller around a feed-forward: sections (T_z s + 1) / (T_p s + 1) in a row, each by the bilinear rule
- * (Tustin): it keeps gain and phase of the continuous controller below about a tenth of the sampling frequency, where
- * the exact response to a held input (transfer_function) loses half a step of phase.  A section is its direct term
- * T_z/T_p plus a lag.  It begins in equilibrium with the first error: no kick. */
+/* Lead-lag controller around a feed-forward: sections (T_z s + 1) / (T_p s + 1) in series, each by the bilinear rule
+ * (Tustin), which keeps gain and phase of the continuous controller below about a tenth of the sampling frequency,
+ * where the exact response to a held input (transfer_function) loses half a step of phase.  A section is its direct
+ * term T_z/T_p plus a lag.  It starts in equilibrium with the first error, without a kick. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/limit.h"
 
 #define DIMS(D) D(n, 1, 1, 1000, "number of sections")
 #define VARS(V)                                                                                    \
-  V(K, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "gain at rest")                            \
+  V(K, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "static gain")                             \
   V(T_z, PARAM, n, "real", "s", 1.0, 0.0, HYST_INF, "time constants of the zeros: lead above T_p") \
   V(T_p, PARAM, n, "real", "s", 0.1, HYST_POSITIVE, HYST_INF, "time constants of the poles")       \
   HYST_LIMIT_ROWS(V)                                                                               \
   HYST_LOOP_ROWS(V, "feed-forward")                                                                \
   V(lag, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "lagged parts of the sections")          \
-  V(in_last, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs of the sections a step before")
+  V(in_last, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs of the sections at the last step")
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   for (int i = 0; i < n; i++)
-    if (!(T_z[i] / T_p[i] <= 1e300)) return "T_p is too small beside T_z";
+    if (!(T_z[i] / T_p[i] <= 1e300)) return "T_p is too small relative to T_z";
   return hyst_wrong_limits(*u_min, *u_max);
 }
 HYST_OUTPUT_FN(output) {

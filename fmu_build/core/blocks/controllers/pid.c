@@ -1,5 +1,5 @@
 /* PID controller with feed-forward, parallel form, with filtered derivative, limits and anti-windup.
- * The integral counts the error held over the step (backward rule); initialisation gives no derivative kick. */
+ * The integral uses the backward rule; initialisation gives no derivative kick. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/limit.h"
 

@@ -1,7 +1,7 @@
 /* Sliding mode controller around a feed-forward, with integral action, limits and anti-windup.
  * With k_i = 0 this is the law of Yu & Alici 2005; it leaves a steady error under a plant mismatch, the integral
- * removes it.  A large epsilon makes the switching term a soft gain.  `saturation` is linear within the layer and full
- * outside, `smooth` reaches half of rho at its edge. */
+ * removes it.  With a large epsilon the switching term is a soft gain.  `saturation` is linear within the layer and
+ * full outside, `smooth` reaches half of rho at its edge. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/elementary.h"
 #include "core/elementary/limit.h"

@@ -1,23 +1,23 @@
-/* Generalised super-twisting controller around a feed-forward: second-order sliding mode, whose switching stands behind
- * an integrator, so that the command is continuous.  mu = 0 is the super-twisting law of Levant; the linear terms of mu
- * hold the error down while s is large.  The boundary layer epsilon replaces sgn(s) as in the law of Yu & Alici: with
- * a finite step sgn chatters.  The integrator counts the s at the end of the step (backward rule). */
+/* Generalised super-twisting controller around a feed-forward: second-order sliding mode, whose switching term is
+ * integrated, so that the command is continuous.  mu = 0 is the super-twisting law of Levant; the linear terms of mu
+ * reduce the error while s is large.  The boundary layer epsilon replaces sgn(s) as in the law of Yu & Alici: with
+ * a finite step sgn chatters.  The integrator uses the backward rule. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/elementary.h"
 #include "core/elementary/limit.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                      \
-  V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                 \
-  V(k_1, PARAM, 1, "real", "1", 0.01, 0.0, HYST_INF, "gain of the root of s, in s^(1/2)")            \
-  V(k_2, PARAM, 1, "real", "1/s", 0.1, 0.0, HYST_INF, "gain of the integrated switching")            \
-  V(mu, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "share of the linear terms, in s^(1/2); 0: none") \
-  V(epsilon, PARAM, 1, "real", "1/s", 1.0, HYST_POSITIVE, HYST_INF, "width of the boundary layer")   \
-  V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none") \
-  HYST_LIMIT_ROWS(V)                                                                                 \
-  HYST_LOOP_ROWS(V, "feed-forward: the inverse model")                                               \
-  V(s, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "distance from the sliding line")         \
-  V(v, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of phi_2")                         \
+#define VARS(V)                                                                                       \
+  V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                  \
+  V(k_1, PARAM, 1, "real", "1", 0.01, 0.0, HYST_INF, "gain of the square root of s, in s^(1/2)")      \
+  V(k_2, PARAM, 1, "real", "1/s", 0.1, 0.0, HYST_INF, "gain of the integrated switching")             \
+  V(mu, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "weight of the linear terms, in s^(1/2); 0: none") \
+  V(epsilon, PARAM, 1, "real", "1/s", 1.0, HYST_POSITIVE, HYST_INF, "width of the boundary layer")    \
+  V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none")  \
+  HYST_LIMIT_ROWS(V)                                                                                  \
+  HYST_LOOP_ROWS(V, "feed-forward: the inverse model")                                                \
+  V(s, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "distance from the sliding line")          \
+  V(v, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of phi_2")                          \
   HYST_DIFFERENCE_ROWS(V)
 
 static double phi_1(double s, double mu, double epsilon) { return s / hyst_sqrt(hyst_fabs(s) + epsilon) + mu * s; }

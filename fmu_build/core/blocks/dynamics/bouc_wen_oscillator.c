@@ -11,7 +11,7 @@
   V(c_L, PARAM, 1, "real", "N.s/m", 10.0, 0.0, 1e100, "viscous damping")                              \
   V(k_L, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "linear stiffness")                                \
   V(alpha, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "stiffness of the hysteretic force at z = 0")    \
-  V(beta, PARAM, 1, "real", "1/m", 1e3, 0.0, 1e100, "weight of the loop; its unit belongs to nu = 1") \
+  V(beta, PARAM, 1, "real", "1/m", 1e3, 0.0, 1e100, "weight of the loop; unit of measure for nu = 1") \
   V(gamma, PARAM, 1, "real", "1", 0.8, -1e100, 1e100, "shape of the loop")                            \
   V(delta, PARAM, 1, "real", "1", -1.1, -1e100, 1e100, "shape of the loop")                           \
   V(nu, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                               \
@@ -43,7 +43,7 @@ static inline hysteresis flow(const plant *p, double v, double f) {
   return z;
 }
 
-/* one Newmark step of length h to the force u; state: displacement, velocity, hysteretic force, acceleration */
+/* makes one Newmark step of length h to the force u; state: displacement, velocity, hysteretic force, acceleration */
 static void newmark(const plant *p, double h, double u, double *q, double *v, double *f, double *a) {
   const double q_p = *q + h * *v + 0.25 * h * h * *a, v_p = *v + 0.5 * h * *a;
   const double f_p = *f + 0.5 * h * flow(p, *v, *f).rate;
@@ -57,7 +57,7 @@ static void newmark(const plant *p, double h, double u, double *q, double *v, do
     const double j11 = p->m + 0.5 * h * p->c + 0.25 * h * h * p->k, j21 = -0.25 * h * h * z.by_v;
     const double j22 = 1 - 0.5 * h * z.by_f, determinant = j11 * j22 - j21;
     const double dA = (j22 * r1 - r2) / determinant, dF = (j11 * r2 - j21 * r1) / determinant;
-    if (!hyst_isfinite(A - dA) || !hyst_isfinite(F - dF)) break; /* stay with what is finite */
+    if (!hyst_isfinite(A - dA) || !hyst_isfinite(F - dF)) break; /* keep the last finite values */
     A -= dA;
     F -= dF;
     if (hyst_fabs(dA) <= 1e-15 * hyst_fabs(A) && hyst_fabs(dF) <= 1e-15 * hyst_fabs(F)) break;
@@ -68,7 +68,7 @@ static void newmark(const plant *p, double h, double u, double *q, double *v, do
   *a = A;
 }
 
-/* steps of at most half a radian that make up dt */
+/* number of steps of at most half a radian in dt */
 static double divisions(const plant *p, double dt) {
   return 1 + hyst_floor(2 * dt * hyst_sqrt((p->k + p->alpha) / p->m));
 }
@@ -77,7 +77,7 @@ HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const plant p = PLANT;
   return divisions(&p, dt) < MOST_STEPS ? NULL
-                                        : "the step is too long: it holds thousands of periods of the oscillator";
+                                        : "the step is too long: it contains thousands of periods of the oscillator";
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
@@ -96,7 +96,7 @@ HYST_UPDATE_FN(update) {
   const plant p = PLANT;
   if (dt > 0) {
     const int steps = (int)divisions(&p, dt);
-    const double before = p.m * *a + p.c * *v + p.k * *q + *f; /* the force at the last step, by the balance */
+    const double before = p.m * *a + p.c * *v + p.k * *q + *f; /* the force at the last step, from the balance */
     for (int i = 1; i <= steps; i++)
       newmark(&p, dt / steps, i == steps ? *u : before + (*u - before) * i / steps, q, v, f, a);
   } else {

@@ -1,14 +1,15 @@
-/* Delay by n steps: after the step with input u_k the output is u_(k-n).  No direct feed-through, so it opens loops. */
+/* Delay by n steps: after the step with input u_k the output is u_(k-n).  Without direct feed-through it breaks
+ * algebraic loops. */
 #include "core/hyst.h"
 #include "core/memory/stored.h"
 
 #define DIMS(D) D(n, 1, 1, 1000000, "steps of delay")
-#define VARS(V)                                                                                           \
-  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output until the first input has come through") \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                          \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input n steps ago")                             \
-  V(ring, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "the last n + 1 inputs")                   \
-  V(oldest, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "place of the oldest among them")
+#define VARS(V)                                                                                  \
+  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output until the first input arrives") \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                 \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input n steps ago")                    \
+  V(ring, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "the last n + 1 inputs")          \
+  V(oldest, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "index of the oldest input")
 
 HYST_INIT_FN(init) {
   HYST_OPEN_INIT

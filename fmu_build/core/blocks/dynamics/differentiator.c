@@ -1,17 +1,17 @@
 /* Filtered derivative: du/dt through 1 / (tau s + 1) by the backward rule, tau = 0: the plain difference.  The feature
  * that makes a network rate-dependent (Yu & Alici 2005: inputs u and du/dt); 0 until a step has been made.
- * The output follows the present input, so the state holds the step before it and what it leads on from. */
+ * The output depends on the current input, so the state holds the previous step and its start values. */
 #include "core/blocks/controllers/control.h"
 
 #define DIMS(D)
 #define VARS(V)                                                                                         \
   V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter; 0: plain difference") \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                        \
-  V(du, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "its derivative")                           \
+  V(du, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "derivative of u")                          \
   V(step, STATE, 1, "real", "s", 0.0, 0.0, HYST_INF, "last step")                                       \
-  V(u_end, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input at its end")                         \
-  V(u_begin, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input at its begin")                     \
-  V(du_begin, STATE, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "derivative at its begin")
+  V(u_end, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input at the end of the last step")        \
+  V(u_begin, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input at the start of the last step")    \
+  V(du_begin, STATE, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "derivative at the start of the last step")
 
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT

@@ -1,5 +1,5 @@
-/* Scaling of each signal: limit, gain, offset.  Carries the normalisation of a model and keeps a network inside the
- * range of its training data, where it was seen to be right. */
+/* Scaling of each signal: limit, gain, offset.  Normalises the signals of a model and limits the inputs of a network to
+ * the range of its training data. */
 #include "core/elementary/limit.h"
 #include "core/hyst.h"
 

@@ -1,8 +1,8 @@
-/* Implicit inverse: the u at which the model that hangs between u and h has the wanted output, h = y.
- * Wire u to the input of a model and its output to h: no second model, no training.  The graph tries values of u on the
- * model (pure output() calls, its memory stays) before it lets the model take the root: see core/graph/implicit.h, and
- * core/elementary/root.h for the rule where the output is out of range or not monotone.  The model has to be static:
- * operators with memory and functions.  Alone, with nothing between u and h, h stays what it is: u goes to a bound. */
+/* Implicit inverse: the u for which the model between u and h has the wanted output, h = y.
+ * Connect u to the input of a model and its output to h; no second model and no training are needed.  The graph tries
+ * values of u on the model (pure output() calls, so its memory stays) before the model takes the root: see
+ * core/graph/implicit.h, and core/elementary/root.h for outputs out of range or not monotone.  The model must be
+ * static: operators with memory and functions.  Without a model, h is constant and u goes to a bound. */
 #include "core/elementary/limit.h"
 #include "core/elementary/root.h"
 #include "core/hyst.h"
@@ -15,7 +15,7 @@
   V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model output")   \
   V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model input")   \
   V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last root") \
-  V(asked, STATE, 4, "real", "1", 0.0, -HYST_INF, HYST_INF, "what it was found for: y, lo, hi; h - y there")
+  V(asked, STATE, 4, "real", "1", 0.0, -HYST_INF, HYST_INF, "request of the root: y, lo, hi; h - y at the root")
 
 static double constant(void *off, double u) {
   (void)u;

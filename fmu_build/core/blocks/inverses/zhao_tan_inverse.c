@@ -1,6 +1,6 @@
 /* Exact inverse of the Zhao-Tan operator (memory = dominant): the same memory driven by h, with the inverse branch
- * d = g^-1(v) of g(d) = (1 - e^-d) d.  The paper's own inverse operator (Zhao & Tan 2008, eq. 11) is an approximation
- * that a network corrects; this one needs none. */
+ * d = g^-1(v) of g(d) = (1 - e^-d) d.  The inverse operator of the paper (Zhao & Tan 2008, eq. 11) is an
+ * approximation that a network corrects; this one is exact. */
 #include "core/elementary/elementary.h"
 #include "core/memory/return_point.h"
 
@@ -31,7 +31,7 @@ HYST_RETURN_POINT(extrema, *h, x, hyst_turn_dominant(extrema, depth, *h, 0, *x0,
 static double branch_slope(const void *none, double v, int grows) {
   (void)grows;
   const double d = branch(none, v), m = hyst_expm1(-d);
-  return 1 / (d * (1 + m) - m); /* infinite where a branch begins */
+  return 1 / (d * (1 + m) - m); /* infinite at the start of a branch */
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT

@@ -1,5 +1,5 @@
-/* Inverse Zhao-Tan operator as the paper may have had it: the branch g(d) = (1 + e^-d) d, d = |h - h_p|, on the extrema
- * of the wanted output h.  Eq. 11 of the paper is lost; this is the form that its figures allow: increasing, concave
+/* Inverse Zhao-Tan operator, reconstructed from the paper: the branch g(d) = (1 + e^-d) d, d = |h - h_p|, on the
+ * extrema of the wanted output h.  Eq. 11 of the paper is lost; this form agrees with its figures: increasing, concave
  * for d < 2, so its loops are clockwise.  As (1 + e^-d) d = 2 d - (1 - e^-d) d it is 2 h minus the forward operator of
  * h, an approximation that a network on (h, x) corrects; the exact inverse is zhao_tan_inverse. */
 #include "core/elementary/elementary.h"

@@ -1,6 +1,6 @@
 /* Multilayer perceptron with one hidden layer and a linear output layer: the readout of an expanded input space.
  * Zhao & Tan 2008, section IV (2-12-1, sigmoid and linear); Shen & Ma 2017 (2-5-1).
- * Hidden values are computed and added to all outputs in groups, so no room for the hidden layer is needed. */
+ * Hidden values are computed and added to all outputs in groups, so the hidden layer needs no storage. */
 #include "core/elementary/elementary_lanes.h"
 #include "core/hyst.h"
 
@@ -24,7 +24,7 @@ static inline void relu(hyst_lanes *a, int n) {
   for (int i = 0; i < n; i++) a[i] = hyst_lanes_choose((hyst_lanes_bits)(a[i] > zero), a[i], zero);
 }
 
-/* b + W u of as many neurons as there are lanes */
+/* b + W u for one neuron per lane */
 static inline hyst_lanes weighted(double b0, double b1, const double *w0, const double *w1, const double *u, int n) {
   hyst_lanes sum = hyst_lanes_of(b0, b1);
   for (int k = 0; k < n; k++) sum += hyst_lanes_of(w0[k], w1[k]) * u[k];

@@ -1,13 +1,13 @@
 /* Polynomial NFIR (n_y = 0) or NARX model on the expanded input space, the basis function network of the IPMC paper:
  * y_k = theta' phi(k), phi all monomials up to degree q of the p = n_u + n_f + n_y variables
  *   z = u_(k-n_k) .. u_(k-n_k-n_u+1), f_(k-n_k) .. f_(k-n_k-n_f+1), y_(k-1) .. y_(k-n_y),
- * f an auxiliary function (a hysteretic operator of u).  n_k = 1 is the paper's, n_k = 0 lets u_k itself through.
- * Order of theta (eq. 11): z_i, then z_i z_j with i <= j row by row, z_i z_j z_l with i <= j <= l, .., at last the
- * constant.  Evaluated nested, z_i (theta_i + sum_j z_j (theta_ij + ..)): one product and sum per monomial.
- * Before the first input u and f rested at it, y at y0. */
+ * f an auxiliary function (a hysteretic operator of u).  n_k = 1 is that of the paper; n_k = 0 adds direct
+ * feed-through of u_k.  Order of theta (eq. 11): z_i, then z_i z_j with i <= j row by row, z_i z_j z_l with i <= j <=
+ * l, .., at last the constant.  Evaluated nested, z_i (theta_i + sum_j z_j (theta_ij + ..)): one product and sum per
+ * monomial.  Before the first input, u and f are equal to it and y is y0. */
 #include "core/hyst.h"
 
-/* (p + q)! / (p! q!), or more than any graph holds */
+/* (p + q)! / (p! q!), or more than the limit of a graph */
 static inline int64_t monomials(int64_t p, int64_t q) {
   int64_t n = 1;
   for (int64_t i = 1; i <= q && n < 1000000000000; i++) n = n * (p + i) / i;
@@ -34,10 +34,10 @@ static inline int64_t monomials(int64_t p, int64_t q) {
 enum { MOST_DEGREE = 10 };
 
 typedef struct {
-  double u, f; /* present inputs: they stand for the first places of past_u and past_f */
+  double u, f; /* current inputs, in place of the first elements of past_u and past_f */
   const double *past_u, *past_f, *past_y;
   int n_u, n_f, p, q, n_k;
-  const double *next[MOST_DEGREE + 1]; /* by degree: the weight that comes next */
+  const double *next[MOST_DEGREE + 1]; /* by degree: the next weight */
 } network;
 
 static double variable(const network *n, int i) {
@@ -47,7 +47,7 @@ static double variable(const network *n, int i) {
   return n->past_y[i - n->n_f];
 }
 
-/* sum over i >= first of z_i times its weight and all that this product is a factor of */
+/* sum over i >= first of z_i times (its weight plus all longer products) */
 static double nested(network *n, int degree, int first) {
   double sum = 0;
   for (int i = first; i < n->p; i++) {
@@ -94,7 +94,7 @@ typedef struct {
   double value, tangent;
 } dual;
 
-/* nested() with the derivative along (du, df), which only variables at the present time have */
+/* nested() with the tangent for (du, df), which only variables at the current time have */
 static dual nested_tangent(network *n, double du, double df, int degree, int first) {
   dual sum = {0, 0};
   for (int i = first; i < n->p; i++) {

@@ -1,5 +1,5 @@
 /* Sum of backlash (play) operators with one plain state each: the independent reference plant.
- * Deliberately not the turning-point machine, so that the two can be held against each other.
+ * It deliberately does not use the turning-point machine, so that the two can be compared.
  * A "deadband width" is the full width, as in Simulink: r = width / 2.  Zhao & Tan 2008, section II (ten widths). */
 #include "core/hyst.h"
 #include "core/memory/play.h"

@@ -1,13 +1,13 @@
 /* Bouc-Wen operator:  z' = A u' - beta |u'| |z|^(n-1) z - gamma u' |z|^n.
- * It does not depend on the rate, so it is integrated in u: with s = sgn(u'), v = s z and xi = |u - u_last|,
+ * It is rate-independent, so it is integrated in u: with s = sgn(u'), v = s z and xi = |u - u_last|,
  *   dv/dxi = A - c(v) |v|^n,   c = gamma + beta for v > 0,   gamma - beta for v < 0,
  * an autonomous equation whose solution passes through v = 0 once.  n = 1 is solved in closed form.  Otherwise, with
- * V = (A / |c|)^(1/n) and the share r of the way to saturation, r = q for c > 0 and q / (1 + q) for c < 0, q = (|v| /
- * V)^n, n A/V dxi = r^(1/n - 1) (1 - r)^(e - 1) dr,   e = 0 for c > 0, 1 - 1/n for c < 0: an incomplete beta function,
- * which has a series in r for r <= 1/2, another in s = 1 - r beyond, and is inverted by Newton's method.  So the result
- * does not depend on how the way of u is divided, but for rounding. A > 0, beta >= 0, beta + gamma > 0 keep z within
- * z_max = (A / (beta + gamma))^(1/n). Wen, J. Eng. Mech. Div. 102 (1976) 249-263; bounds: Ikhouane & Rodellar, Systems
- * with Hysteresis, 2007, ch. 2. */
+ * V = (A / |c|)^(1/n) and the fraction r of the path to saturation, r = q for c > 0 and q / (1 + q) for c < 0, q =
+ * (|v| / V)^n, n A/V dxi = r^(1/n - 1) (1 - r)^(e - 1) dr,   e = 0 for c > 0, 1 - 1/n for c < 0: an incomplete beta
+ * function, which has a series in r for r <= 1/2, another in s = 1 - r beyond, and is inverted by Newton's method.  So
+ * the result does not depend on the division of the path of u, except for rounding. A > 0, beta >= 0, beta + gamma > 0
+ * keep z within z_max = (A / (beta + gamma))^(1/n). Wen, J. Eng. Mech. Div. 102 (1976) 249-263; bounds: Ikhouane &
+ * Rodellar, Systems with Hysteresis, 2007, ch. 2. */
 #include "core/elementary/elementary.h"
 #include "core/hyst.h"
 
@@ -17,7 +17,7 @@
   V(beta, PARAM, 1, "real", "1", 0.5, 0.0, 1e100, "width of the loop")                         \
   V(gamma, PARAM, 1, "real", "1", 0.5, -1e100, 1e100, "shape of the loop; beta + gamma > 0")   \
   V(n, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                         \
-  V(alpha, PARAM, 1, "real", "1", 0.5, 0.0, 1.0, "share of the linear term")                   \
+  V(alpha, PARAM, 1, "real", "1", 0.5, 0.0, 1.0, "weight of the linear term")                  \
   V(k, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "output gain")                         \
   V(z0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at the first input; within z_max") \
   V(z_max, DERIVED, 1, "real", "1", 0.0, 0.0, HYST_INF, "bound of z")                          \
@@ -44,7 +44,7 @@ static double log1p_over(double q, double xi) { /* xi log(1 + q) / q */
   return one == 1 ? xi : xi * (hyst_log(one) / (one - 1));
 }
 
-/* sum_{k >= 1} (m)_k / k! x^k / (k d + o), x <= 1/2: both series of the beta function but for their first terms */
+/* sum_{k >= 1} (m)_k / k! x^k / (k d + o), x <= 1/2: both series of the beta function without their first terms */
 static double series(double m, double x, double d, double o) {
   double sum = 0, term = m * x;
   for (int k = 1; k < 64 && term > 1e-18; k++) {
@@ -54,11 +54,11 @@ static double series(double m, double x, double d, double o) {
   return sum;
 }
 
-/* r <= 1/2: the way from 0, in units of V/A, of g = r^(1/n); dway/dg = (1 - r)^(e - 1) grows from 1 to 2 at most */
+/* r <= 1/2: the path from 0, in units of V/A, for g = r^(1/n); dpath/dg = (1 - r)^(e - 1) grows from 1 to 2 at most */
 static double way_low(law l, double g) { return g * (1 + series(1 - l.e, hyst_pow(g, l.n), l.n, 1)); }
 
-/* s = 1 - r <= 1/2: less than the way to s = 1, times n, of U = (s^e - 1) / e, log(s) for e = 0;
- * the derivative by U is -(1 - s)^(1/n - 1), from -1 to -2 at most */
+/* s = 1 - r <= 1/2: minus the path to s = 1, times n, for U = (s^e - 1) / e, log(s) for e = 0;
+ * its derivative with respect to U is -(1 - s)^(1/n - 1), from -1 to -2 at most */
 static double s_of(law l, double U) { return hyst_exp(log1p_over(l.e * U, U)); }
 static double U_of(law l, double s) { return grown(l.e, hyst_log(s)); }
 static double left_high(law l, double U) {
@@ -90,7 +90,7 @@ static double way(law l, place p) {
   return p.high ? half_way(l) + (left_high(l, p.at) - left_high(l, U_of(l, 0.5))) / l.n : way_low(l, p.at);
 }
 
-/* the place at a way: Newton's method on a convex function, from where the step began or the border of its series */
+/* the position after a path: Newton's method on a convex function, from the start of the step or the series limit */
 static place after(law l, double xi, place from) {
   const double half = half_way(l);
   const int high = xi > half;
@@ -108,7 +108,7 @@ static place after(law l, double xi, place from) {
   return p;
 }
 
-/* v = -p < 0 on its way to 0: returns what is left of xi once it is there, else 0, with *p moved */
+/* v = -p < 0 moves towards 0: returns the rest of xi if it arrives, else 0 and the new *p */
 static double fall(law l, double *p, double xi) {
   const double bend = l.c * hyst_pow(*p, l.n), unit = l.V / l.A;
   if (hyst_fabs(bend) < 1e-17 * l.A) { /* straight */
@@ -123,7 +123,7 @@ static double fall(law l, double *p, double xi) {
   return 0;
 }
 
-/* v >= 0 on its way to z_max */
+/* v >= 0 moves towards z_max */
 static double rise(law l, double v, double xi) {
   const place from = place_of(l, v);
   const double to = way(l, from) + xi * (l.A / l.V);
@@ -136,7 +136,7 @@ static double rate_linear(law l, double v) { return l.A - l.c * v; }
 static double fall_linear(law l, double *p, double xi) {
   const double pull = rate_linear(l, *p), to_zero = log1p_over(-l.c * *p / l.A, *p / l.A);
   if (xi > to_zero) return xi - to_zero;
-  if (pull > 0) *p -= pull * grown(l.c, xi); /* else beta = 0 and z = z_max: it stays there */
+  if (pull > 0) *p -= pull * grown(l.c, xi); /* otherwise beta = 0 and z = z_max, which is constant */
   return 0;
 }
 
@@ -188,7 +188,7 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   const double du = *u - *u_last, sign = du > 0 || (du == 0 && *s_u > 0) ? 1 : -1;
   const double v =
-      sign * advance(*A, *beta, *gamma, *n, *z_max, *z_last, du); /* dv = (A - c |v|^n) dxi on either side */
+      sign * advance(*A, *beta, *gamma, *n, *z_max, *z_last, du); /* dv = (A - c |v|^n) dxi for either sign */
   *t_z = (*A - (v > 0 ? *gamma + *beta : *gamma - *beta) * hyst_pow(hyst_fabs(v), *n)) * *s_u;
   *t_y = *k * (*alpha * *s_u + (1 - *alpha) * *t_z);
 }

@@ -1,5 +1,5 @@
-/* Constraint-factor operator: the branch is g(d) = (1 - e^-d) (a0 + sum_{j=1..m} a_j d^(2j-1)), d = |x - x_p|, the
- * factor 1 - e^-d keeps it 0 at its start.  m = 1, a0 = 0, a_1 = 1 is the Zhao-Tan operator.
+/* Constraint-factor operator: the branch is g(d) = (1 - e^-d) (a0 + sum_{j=1..m} a_j d^(2j-1)), d = |x - x_p|; the
+ * factor 1 - e^-d makes it 0 at its start.  m = 1, a0 = 0, a_1 = 1 is the Zhao-Tan operator.
  *
  * Exponents.  Eq. 1 of Shen & Ma 2017 and the ten coefficients of table 1 agree on the odd powers d, d^3, .., d^(2m-1),
  * m = 9: "9-order" counts the powers, the degree is 17.  The normal equations confirm it: d^(2j-1) d^(2k-1) =

@@ -3,11 +3,11 @@
 #include "core/hyst.h"
 
 #define DIMS(D) D(n, 6, 1, 100000, "number of dead zones")
-#define VARS(V)                                                                             \
-  V(w0, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "weight of the linear term")       \
-  V(r, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "thresholds; the sign is the side") \
-  V(w, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the dead zones")        \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                            \
+#define VARS(V)                                                                                  \
+  V(w0, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "weight of the linear term")            \
+  V(r, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "thresholds; the sign selects the side") \
+  V(w, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the dead zones")             \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                 \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")
 
 static double dead_zone(double u, double r) {
@@ -25,7 +25,7 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   double sum = *w0 * *s_u;
   for (int i = 0; i < n; i++) {
-    const double beyond = *u == r[i] ? *s_u : *u - r[i]; /* on a corner the seed decides */
+    const double beyond = *u == r[i] ? *s_u : *u - r[i]; /* at a kink the seed decides */
     if (r[i] == 0 || beyond * r[i] > 0) sum += w[i] * *s_u;
   }
   *t_y = sum;

@@ -4,9 +4,9 @@
  * whole n <= q is the case m = 0, a = A, b_n, c_n = -+beta, -gamma for odd n and -gamma, -+beta for even n (rising,
  * falling): no return-point memory, unlike the operators of the turning-point machine.
  *
- * It does not depend on the rate, so it is integrated in u: Runge-Kutta steps of order 4, shorter than du_max, at most
- * 10000 at once.  A step across w = 0, where |w| has its corner, is cut there: u at w = 0 comes from one step of
- * du/dw = 1 / f, so the order stays 4.  |w| is held within w_max, because a polynomial has no bound of its own.
+ * It is rate-independent, so it is integrated in u by Runge-Kutta steps of order 4, shorter than du_max, at most 10000
+ * per call.  A step across w = 0, where |w| has a kink, is divided there: u at w = 0 follows from one step of du/dw =
+ * 1 / f, so the order stays 4.  |w| is limited to w_max, because a polynomial is unbounded.
  * Oh & Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645 (semilinear Duhem model, m = 0, q = 1). */
 #include "core/elementary/elementary.h"
 #include "core/elementary/limit.h"
@@ -15,20 +15,20 @@
 #define DIMS(D)                           \
   D(m, 0, 0, 20, "degree in the input u") \
   D(q, 1, 1, 20, "degree in the state w")
-#define VARS(V)                                                                                                \
-  V(k, PARAM, 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "slope of the linear term")                            \
-  V(a_rise, PARAM, m + 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "rising u: coefficients of u^i")              \
-  V(b_rise, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "rising u: of u^i w^j, one row per i") \
-  V(c_rise, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "rising u: of u^i |w| w^(j-1)")        \
-  V(a_fall, PARAM, m + 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "falling u: coefficients of u^i")             \
-  V(b_fall, PARAM, (m + 1) * q, "real", "1", 0.5, -HYST_INF, HYST_INF, "falling u: of u^i w^j, one row per i") \
-  V(c_fall, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "falling u: of u^i |w| w^(j-1)")       \
-  V(w_max, PARAM, 1, "real", "1", 1e100, HYST_POSITIVE, 1e100, "bound of |w|")                                 \
-  V(du_max, PARAM, 1, "real", "1", 0.02, HYST_POSITIVE, HYST_INF, "longest step of the integration in u")      \
-  V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at the first input")                               \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                               \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                             \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input that w_last belongs to")                   \
+#define VARS(V)                                                                                                        \
+  V(k, PARAM, 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "slope of the linear term")                                    \
+  V(a_rise, PARAM, m + 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "rising u: weights of u^i")                           \
+  V(b_rise, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "rising u: weights of u^i w^j, one row per i") \
+  V(c_rise, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "rising u: weights of u^i |w| w^(j-1)")        \
+  V(a_fall, PARAM, m + 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "falling u: weights of u^i")                          \
+  V(b_fall, PARAM, (m + 1) * q, "real", "1", 0.5, -HYST_INF, HYST_INF, "falling u: weights of u^i w^j, one row per i") \
+  V(c_fall, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "falling u: weights of u^i |w| w^(j-1)")       \
+  V(w_max, PARAM, 1, "real", "1", 1e100, HYST_POSITIVE, 1e100, "bound of |w|")                                         \
+  V(du_max, PARAM, 1, "real", "1", 0.02, HYST_POSITIVE, HYST_INF, "longest step of the integration in u")              \
+  V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at the first input")                                       \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                       \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                     \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input that w_last belongs to")                           \
   V(w_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at u_last")
 
 #define MOST_STEPS 10000
@@ -61,7 +61,7 @@ static double runge_kutta(const law *l, double u, double w, double h) {
   return w + h / 6 * (k1 + 2 * (k2 + k3) + k4);
 }
 
-/* how far u goes until w = 0: one step in w */
+/* the path of u until w = 0, by one step in w */
 static double way_to_zero(const law *l, double u, double w) {
   const double k1 = 1 / slope(l, u, w), k2 = 1 / slope(l, u - 0.5 * w * k1, 0.5 * w),
                k3 = 1 / slope(l, u - 0.5 * w * k2, 0.5 * w), k4 = 1 / slope(l, u - w * k3, 0);
@@ -70,7 +70,7 @@ static double way_to_zero(const law *l, double u, double w) {
 
 static double step(const law *l, double u, double w, double h) {
   const double next = runge_kutta(l, u, w, h);
-  if (next != next) return hyst_copysign(HYST_INF, h * slope(l, u, w)); /* it overflowed on its way to the bound */
+  if (next != next) return hyst_copysign(HYST_INF, h * slope(l, u, w)); /* overflow before the bound */
   if (!(w * next < 0)) return next;
   const double way = way_to_zero(l, u, w);
   return way * h > 0 && hyst_fabs(way) < hyst_fabs(h) ? runge_kutta(l, u + way, 0, h - way) : next;

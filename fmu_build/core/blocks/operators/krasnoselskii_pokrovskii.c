@@ -1,29 +1,29 @@
 /* Krasnosel'skii-Pokrovskii operator: a weighted sum of kernels between two ramps, r(x) = -1 for x < 0, +1 for x > a,
  * straight between.  A kernel rises along r(u - p2) and falls along r(u - p1), p1 <= p2:
  *   k = max(k_last, r(u - p2)) for rising u, k = min(k_last, r(u - p1)) for falling u.
- * Since r(u - p2) <= r(u - p1), this is the clamp of k_last between the two, whichever way u goes: a generalised play.
+ * Since r(u - p2) <= r(u - p1), this limits k_last to the interval between the two for either direction of u: a
+ * generalised play.
  * Unlike a play a kernel saturates, and p1 != -p2 makes it asymmetric. 210 = 20 * 21 / 2 kernels on the triangle p1 <=
  * p2 of a grid of 20 are the reference model of Zhao & Tan 2008, section V. */
 #include "core/elementary/limit.h"
 #include "core/hyst.h"
 
 #define DIMS(D) D(n, 10, 1, 100000, "number of kernels")
-#define VARS(V)                                                                                         \
-  V(a, PARAM, 1, "real", "1", 4.0, 1e-300, HYST_INF, "rise length of the ridge function")               \
-  V(p1, PARAM, n, "real", "1", -2.25, -HYST_INF, HYST_INF, "where the falling ramps are -1")            \
-  V(p2, PARAM, n, "real", "1", -1.75, -HYST_INF, HYST_INF, "where the rising ramps leave -1; p1 <= p2") \
-  V(w, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the kernels")                       \
-  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output where the kernels cancel")         \
-  V(k0, FIXED, n, "real", "1", 0.0, -1.0, 1.0, "kernels before the first input")                        \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                        \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                      \
+#define VARS(V)                                                                                                   \
+  V(a, PARAM, 1, "real", "1", 4.0, 1e-300, HYST_INF, "rise length of the ridge function")                         \
+  V(p1, PARAM, n, "real", "1", -2.25, -HYST_INF, HYST_INF, "inputs at which the falling ramps reach -1")          \
+  V(p2, PARAM, n, "real", "1", -1.75, -HYST_INF, HYST_INF, "inputs at which the rising ramps leave -1; p1 <= p2") \
+  V(w, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the kernels")                                 \
+  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output for cancelling kernels")                     \
+  V(k0, FIXED, n, "real", "1", 0.0, -1.0, 1.0, "values of the kernels before the first input")                    \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                  \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                \
   V(k, STATE, n, "real", "1", 0.0, -1.0, 1.0, "kernels")
 
 static double ridge(double x, double slope) { return hyst_clamp(x * slope - 1, -1, 1); }
 
-/* k is within -1 and +1, so that only one bound of each ramp is ever met.  The other two would cost half of the time: a
- * clamp between constants becomes jumps again, for a compiler knows what the second comparison finds after the first.
- */
+/* k is within -1 and +1, so that only one bound of each ramp matters.  The other two would cost half of the time,
+ * because compilers use conditional jumps to limit a value between constants. */
 static double kernel(double k, double u, double p1, double p2, double slope) {
   const double rising = (u - p2) * slope - 1, falling = (u - p1) * slope - 1;
   return hyst_clamp(k, rising > 1 ? 1 : rising, falling < -1 ? -1 : falling);
@@ -32,7 +32,7 @@ static double kernel(double k, double u, double p1, double p2, double slope) {
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   for (int i = 0; i < n; i++)
-    if (p1[i] > p2[i]) return "p1 must not be greater than p2: a kernel falls left of where it rises";
+    if (p1[i] > p2[i]) return "p1 must not be greater than p2: a kernel falls to the left of its rise";
   return NULL;
 }
 HYST_INIT_FN(init) {
@@ -55,7 +55,7 @@ static double ridge_tangent(double x, double slope, double seed) {
   return slope * hyst_clamp_tangent(x * slope - 1, -1, 1, seed);
 }
 
-/* a kernel between its ramps stands still, on a ramp it is taken along one way */
+/* a kernel is constant between its ramps and follows a ramp in one direction */
 static double kernel_tangent(double k, double u, double p1, double p2, double slope, double seed) {
   const double low = ridge(u - p2, slope), high = ridge(u - p1, slope);
   const double d_low = ridge_tangent(u - p2, slope, seed), d_high = ridge_tangent(u - p1, slope, seed);

@@ -1,5 +1,5 @@
-/* Bank of play operators, each an output: the expanded input space of a network (features, not a weighted sum).
- * Its states fix the whole return-point memory, so a network on it can represent every sum of plays. */
+/* Bank of play operators, each with an output: the expanded input space of a network (features, not a weighted sum).
+ * Its states determine the whole return-point memory, so a network on it can represent every sum of plays. */
 #include "core/hyst.h"
 #include "core/memory/play.h"
 

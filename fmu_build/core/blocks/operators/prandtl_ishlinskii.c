@@ -1,5 +1,5 @@
 /* Prandtl-Ishlinskii operator: y = w0 u + sum_i w_i p_{r_i}[u], p_r the play of half-width r.
- * Evaluated through the turning points of u with prefix sums of the weights: the cost does not grow with n.
+ * It is evaluated from the turning points of u with prefix sums of the weights, so the cost does not grow with n.
  * Krejci & Kuhnen, IEE Proc. Control Theory Appl. 148 (2001) 185-192, eq. 5-9. */
 #include "core/memory/piecewise.h"
 #include "core/memory/return_point.h"

@@ -1,11 +1,11 @@
 /* Preisach operator in Everett's form: from an extremum (u_p, y_p) a falling branch is y = y_p - 2 E(u_p, u), a rising
  * one y = y_p + 2 E(u, u_p).  E(alpha, beta), alpha >= beta, is half the height of the loop between beta and alpha, the
  * integral of the relay density over the triangle between them (Mayergoyz, Mathematical Models of Hysteresis, 1991,
- * ch. 1): the turning-point machine with a branch that depends on where it starts, not on its length alone.
+ * ch. 1).  It is the turning-point machine with branches that depend on their start, not only on their length.
  *
  * E is given at the nodes of an even grid of n steps over [lo, hi], 0 on the diagonal, and linear on triangles, each
  * square cut parallel to the diagonal; a Prandtl-Ishlinskii operator with thresholds on half steps, E = phi((alpha -
- * beta) / 2), is met exactly.  Outside [lo, hi] nothing switches.
+ * beta) / 2), is represented exactly.  Outside [lo, hi] nothing switches.
  *
  * Before the first reversal: low and high, from saturation, along E(u, lo) or E(hi, u).  demagnetised, from the middle
  * of the range after ever smaller loops: then a rise to u switches the relays between the diagonal and the line
@@ -25,7 +25,7 @@
   V(offset, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "middle of the two saturated outputs")               \
   V(start, FIXED, 1, "demagnetised|low|high", "1", 0, 0, 2, "initial memory")                                     \
   V(virgin, DERIVED, 2 * n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "first branch, at half steps of the grid") \
-  V(origin, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "where the first branch starts")                   \
+  V(origin, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "start of the first branch")                       \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                  \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                \
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")
@@ -47,7 +47,7 @@ static double at_node(const law *l, int i, int j) {
   return i > j ? l->E[(ptrdiff_t)i * (i - 1) / 2 + j] : 0; /* alpha_i, beta_j */
 }
 
-/* (x - lo) in steps, cut into a whole number 0..steps - 1 and a rest; x may come from a memory that was not ours */
+/* (x - lo) in steps, divided into an integer 0..steps - 1 and a rest; x may come from an untrusted memory */
 static int cell(const law *l, double x, int steps, double *rest) {
   const double place = (x - l->lo) / (l->hi - l->lo) * steps;
   const int i = place >= steps ? steps - 1 : place >= 0 ? (int)place : 0;
@@ -72,15 +72,15 @@ static double first_branch(const law *l, double u) {
 static hyst_turn turn(law l, const double *memory, int depth, double u, double origin) {
   hyst_turn t = hyst_turn_wipe_out(memory, depth, u, origin);
   if (u == memory[HYST_TP_X]) return t;
-  const double *last = memory + HYST_TP_LIST + t.count - 1; /* the extremum; its output stands depth + 1 further */
+  const double *last = memory + HYST_TP_LIST + t.count - 1; /* the extremum; its output is depth + 1 elements later */
   if (t.count == 0) t.h = first_branch(&l, u);
   else if (t.direction > 0) t.h = last[depth + 1] + 2 * everett(&l, u, *last);
   else t.h = last[depth + 1] - 2 * everett(&l, *last, u);
   return t;
 }
 
-/* From the middle upwards 2 dE/dalpha, downwards -2 dE/dbeta, over half a step each, on alpha + beta = lo + hi: that
- * line crosses the grid from corner to corner and changes triangle in the middle of every square. */
+/* From the middle: 2 dE/dalpha upwards, -2 dE/dbeta downwards, for each half step on alpha + beta = lo + hi.  That line
+ * crosses the squares of the grid diagonally and changes triangle in the middle of each. */
 static void fill_demagnetised(const law *l, double *virgin, double offset) {
   const int n = l->n;
   virgin[n] = 0;
@@ -119,7 +119,7 @@ HYST_RETURN_POINT(memory, hyst_clamp(*u, *lo, *hi), y,
                   virgin[*start == LOW    ? 0
                          : *start == HIGH ? 2 * n
                                           : n])
-/* the cell that x goes on in when it moves to the side of the seed */
+/* the cell that x enters in the direction of the seed */
 static int cell_toward(const law *l, double x, int steps, double seed, double *rest) {
   const int i = cell(l, x, steps, rest);
   if (*rest > 0 || seed > 0 || i == 0) return i;

@@ -1,5 +1,5 @@
 /* White Gaussian noise, one new value per step, the same bits on every platform.
- * The value belongs to (seed, number of the step): saving and restoring the counter repeats the noise. */
+ * A value is a function of (seed, number of the step), so a restored state repeats the noise. */
 #include "core/elementary/random.h"
 
 #define DIMS(D)
@@ -9,9 +9,9 @@
   V(w, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "noise")           \
   V(counter, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "number of the step")
 
-static const double MOST = 4503599627370496.0; /* from there on every step has the same number */
+static const double MOST = 4503599627370496.0; /* all later steps have the same number */
 
-/* whatever a saved state says */
+/* a saved state is untrusted */
 static uint64_t number(double counter) { return counter >= 0 && counter <= MOST ? (uint64_t)counter : 0; }
 
 HYST_OUTPUT_FN(output) {

@@ -1,6 +1,6 @@
-/* Reference signal with its first two derivatives, taken `lead` seconds ahead for a feed-forward.
- * random_reversals: levels drawn in turn above and below the last one, joined by half cosines: nested loops that
- * identify and test a hysteresis model, the same for a seed on every platform. */
+/* Reference signal with its first two derivatives, `lead` seconds ahead for a feed-forward.
+ * random_reversals: random levels alternately above and below the last one, joined by half cosines.  These nested loops
+ * identify and test a hysteresis model; a seed gives the same signal on every platform. */
 #include "core/blocks/sources/waveform.h"
 #include "core/elementary/random.h"
 
@@ -10,22 +10,22 @@
     "form of the signal")                                                                                              \
   V(amplitude, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "factor of the signal")                                \
   V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "added to the signal")                                    \
-  V(frequency, PARAM, 1, "real", "Hz", 1.0, 0.0, 1e12, "of sine, triangle, decaying_sine; reversals come at twice it") \
-  V(phase, PARAM, 1, "real", "rad", 0.0, -1e12, 1e12, "of sine, triangle and decaying_sine at time 0")                 \
-  V(decay, PARAM, 1, "real", "1/s", 0.1, 0.0, 1e12, "of decaying_sine: amplitude exp(-decay t)")                       \
+  V(frequency, PARAM, 1, "real", "Hz", 1.0, 0.0, 1e12, "of sine, triangle, decaying_sine; half the rate of reversals") \
+  V(phase, PARAM, 1, "real", "rad", 0.0, -1e12, 1e12, "phase of sine, triangle and decaying_sine at time 0")           \
+  V(decay, PARAM, 1, "real", "1/s", 0.1, 0.0, 1e12, "decay of decaying_sine: amplitude exp(-decay t)")                 \
   V(lead, PARAM, 1, "real", "s", 0.0, -1e12, 1e12, "preview of r_lead, dr_lead and ddr_lead")                          \
   V(f, PARAM, m, "real", "Hz", 1.0, 0.0, 1e12, "frequencies of multisine")                                             \
   V(a, PARAM, m, "real", "1", 0.1, -HYST_INF, HYST_INF, "amplitudes of multisine")                                     \
   V(ph, PARAM, m, "real", "rad", 0.0, -1e12, 1e12, "phases of multisine")                                              \
   V(levels, PARAM, m, "real", "1", 1.0, -HYST_INF, HYST_INF, "levels of steps; the last one stays")                    \
-  V(T, PARAM, 1, "real", "s", 1.0, HYST_POSITIVE, 1e300, "time that steps stays on a level")                           \
+  V(T, PARAM, 1, "real", "s", 1.0, HYST_POSITIVE, 1e300, "duration of a level of steps")                               \
   V(seed, FIXED, 1, "int", "1", 1.0, 0.0, 2147483647.0, "seed of random_reversals")                                    \
   V(extrema, DERIVED, m + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "levels of random_reversals")                      \
   V(t, TIME, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "time")                                                         \
-  V(r, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "signal at the present time")                                 \
+  V(r, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "signal at the current time")                                 \
   V(r_lead, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "signal `lead` seconds ahead")                           \
-  V(dr_lead, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "its first derivative")                               \
-  V(ddr_lead, OUTPUT, 1, "real", "1/s2", 0.0, -HYST_INF, HYST_INF, "its second derivative")
+  V(dr_lead, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "first derivative of r_lead")                         \
+  V(ddr_lead, OUTPUT, 1, "real", "1/s2", 0.0, -HYST_INF, HYST_INF, "second derivative of r_lead")
 
 enum { SINE, TRIANGLE, DECAYING_SINE, MULTISINE, STEPS, RANDOM_REVERSALS };
 
@@ -53,7 +53,7 @@ static hyst_wave multisine(int m, double t, const double *f, const double *a, co
   return w;
 }
 
-/* which of m pieces a place is in; before the first: 0, after the last: m - 1 (also a safe cast for any double) */
+/* index of the piece that contains a place, limited to 0..m - 1 (also a safe cast for any double) */
 static int piece(double place, int m) { return place >= m ? m - 1 : place >= 1 ? (int)place : 0; }
 
 static hyst_wave steps(int m, double t, const double *levels, double T) {

@@ -8,7 +8,7 @@ typedef struct {
   double r, dr, ddr;
 } hyst_wave;
 
-/* part of a cycle that is over, in [0, 1); whole cycles are taken off before the multiplication with 2 pi */
+/* completed fraction of a cycle, in [0, 1); whole cycles are subtracted before the multiplication by 2 pi */
 static inline double hyst_cycle(double turns) { return turns - hyst_floor(turns); }
 
 static inline hyst_wave hyst_wave_sine(double t, double frequency, double phase) {
@@ -18,7 +18,7 @@ static inline hyst_wave hyst_wave_sine(double t, double frequency, double phase)
   return w;
 }
 
-/* from one level to the next along half a cosine, which takes 1 / (2 frequency); part: of that way, in [0, 1) */
+/* from one level to the next along half a cosine of duration 1 / (2 frequency); part: completed fraction, in [0, 1) */
 static inline hyst_wave hyst_wave_half_cosine(double from, double to, double part, double frequency) {
   const double omega = HYST_2PI * frequency, angle = 0.5 * HYST_2PI * part, half = 0.5 * (to - from);
   const double c = hyst_cos(angle);
@@ -26,6 +26,6 @@ static inline hyst_wave hyst_wave_half_cosine(double from, double to, double par
   return w;
 }
 
-/* 1 where t has reached the event; a time that is a sum of steps may miss it by rounding */
+/* 1 if t has reached the event, with a tolerance for the rounding of accumulated times */
 static inline int hyst_reached(double t, double event) { return t >= event - 1e-9 * hyst_fabs(event); }
 #endif

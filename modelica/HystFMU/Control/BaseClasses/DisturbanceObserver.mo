@@ -1,16 +1,16 @@
 // generated from the table of fmu_build/core/blocks/controllers/disturbance_observer.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
-partial block DisturbanceObserver "Disturbance observer: takes an estimated input disturbance off the command: parameters and ports"
+partial block DisturbanceObserver "Disturbance observer: subtracts an estimated input disturbance from the command: parameters and ports"
   extends Icons.Block;
   parameter Types.Frequency f_n(min = 0) = 1 "Natural frequency of the plant; greater than 0";
   parameter Real zeta(min = 0) = 0.7 "Damping ratio of the plant";
-  parameter Real gain = 1 "Gain of the plant at rest, not 0";
+  parameter Real gain = 1 "Static gain of the plant, not 0";
   parameter Types.Frequency f_o(min = 0) = 0.5 "Bandwidth of the observer; greater than 0";
   parameter Real u_min = -1e300 "Lower limit of u";
   parameter Real u_max = 1e300 "Upper limit of u";
-  Interfaces.RealInput u_c "Command that an undisturbed plant would get" annotation (Placement(transformation(extent = {{-120, 30}, {-100, 50}})));
+  Interfaces.RealInput u_c "Command for the undisturbed plant" annotation (Placement(transformation(extent = {{-120, 30}, {-100, 50}})));
   Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -50}, {-100, -30}})));
-  Interfaces.RealOutput u "Command without the estimated disturbance" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
+  Interfaces.RealOutput u "Command minus the estimated disturbance" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
   Interfaces.RealOutput d_hat "Estimated disturbance at the input of the plant" annotation (Placement(transformation(extent = {{100, -50}, {120, -30}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u = u_c - d_hat; d_hat: observer of y'' = omega_n<sup>2</sup> (gain (u + d) - y) - 2 zeta omega_n y', d' = 0, poles at exp(-2 pi f_o h).</p>

@@ -4,10 +4,10 @@ partial block Feedforward "Feed-forward: inverse of a second-order plant: parame
   extends Icons.Block;
   parameter Types.Frequency f_n(min = 0) = 500 "Natural frequency omega_n / 2 pi; greater than 0";
   parameter Real zeta(min = 0) = 0.7 "Damping ratio";
-  parameter Real gain = 1 "Gain of the plant at rest, not 0";
+  parameter Real gain = 1 "Static gain of the plant, not 0";
   Interfaces.RealInput r "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
-  Interfaces.RealInput dr(unit = "1/s") "Its first derivative" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealInput ddr(unit = "1/s2") "Its second derivative" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
+  Interfaces.RealInput dr(unit = "1/s") "First derivative of r" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.RealInput ddr(unit = "1/s2") "Second derivative of r" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
   Interfaces.RealOutput v "Input of the plant that gives r" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> v = (r + 2 zeta / omega_n r' + r'' / omega_n<sup>2</sup>) / gain, omega_n = 2 pi f_n.</p>

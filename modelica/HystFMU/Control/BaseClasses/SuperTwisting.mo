@@ -3,9 +3,9 @@ within HystFMU.Control.BaseClasses;
 partial block SuperTwisting "Super-twisting sliding mode controller around a feed-forward, with anti-windup: parameters and ports"
   extends Icons.Block;
   parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line";
-  parameter Real k_1(min = 0) = 0.01 "Gain of the root of s, in s^(1/2)";
+  parameter Real k_1(min = 0) = 0.01 "Gain of the square root of s, in s^(1/2)";
   parameter Real k_2(unit = "1/s", min = 0) = 0.1 "Gain of the integrated switching";
-  parameter Real mu(min = 0) = 0 "Share of the linear terms, in s^(1/2); 0: none";
+  parameter Real mu(min = 0) = 0 "Weight of the linear terms, in s^(1/2); 0: none";
   parameter Real epsilon(unit = "1/s", min = 0) = 1 "Width of the boundary layer; greater than 0";
   parameter Types.Time tau(min = 0) = 0 "Time constant of the filter of de/dt; 0: none";
   parameter Real u_min = -1e300 "Lower limit of u";

@@ -3,7 +3,7 @@ within HystFMU.Dynamics.BaseClasses;
 partial block Delay "Delay by a whole number of steps: parameters and ports"
   extends Icons.Block;
   parameter Integer n(min = 1) = 1 "Steps of delay" annotation (Dialog(group = "Sizes"));
-  parameter Real y0 = 0 "Output until the first input has come through" annotation (Dialog(group = "Start"));
+  parameter Real y0 = 0 "Output until the first input arrives" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Input n steps ago" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

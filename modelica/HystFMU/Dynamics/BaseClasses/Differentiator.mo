@@ -4,7 +4,7 @@ partial block Differentiator "Filtered derivative of a signal: parameters and po
   extends Icons.Block;
   parameter Types.Time tau(min = 0) = 0 "Time constant of the filter; 0: plain difference";
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealOutput du(unit = "1/s") "Its derivative" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  Interfaces.RealOutput du(unit = "1/s") "Derivative of u" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> du_k = (tau du_(k-1) + u_k - u_(k-1)) / (tau + h).</p>
 <p><b>Source:</b> Astrom &amp; Hagglund, PID Controllers, 2nd ed. 1995, section 3.6 (backward differences).</p>

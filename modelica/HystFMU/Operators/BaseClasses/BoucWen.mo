@@ -6,7 +6,7 @@ partial block BoucWen "Bouc-Wen operator: parameters and ports"
   parameter Real beta(min = 0, max = 1e100) = 0.5 "Width of the loop";
   parameter Real gamma(min = -1e100, max = 1e100) = 0.5 "Shape of the loop; beta + gamma > 0";
   parameter Real n(min = 1, max = 20) = 1 "Sharpness of the knee";
-  parameter Real alpha(min = 0, max = 1) = 0.5 "Share of the linear term";
+  parameter Real alpha(min = 0, max = 1) = 0.5 "Weight of the linear term";
   parameter Real k = 1 "Output gain";
   parameter Real z0 = 0 "Z at the first input; within z_max" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));

@@ -5,7 +5,7 @@ partial block Creep "Creep: weighted sum of first-order lags: parameters and por
   parameter Integer n(min = 1) = 1 "Number of lags" annotation (Dialog(group = "Sizes"));
   parameter Real w[n] = fill(1.0, n) "Weights of the lags";
   parameter Types.Time T[n](each min = 0) = fill(1.0, n) "Time constants; greater than 0";
-  parameter Types.Start start = Types.Start.rest "Lags begin at 0, or at the first input" annotation (Dialog(group = "Start"));
+  parameter Types.Start start = Types.Start.rest "Lags start at 0, or at the first input" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

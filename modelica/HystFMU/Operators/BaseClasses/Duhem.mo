@@ -5,12 +5,12 @@ partial block Duhem "Duhem operator with polynomial slopes for rising and fallin
   parameter Integer m(min = 0) = 0 "Degree in the input u" annotation (Dialog(group = "Sizes"));
   parameter Integer q(min = 1) = 1 "Degree in the state w" annotation (Dialog(group = "Sizes"));
   parameter Real k = 0.5 "Slope of the linear term";
-  parameter Real a_rise[m + 1] = fill(0.5, m + 1) "Rising u: coefficients of u^i";
-  parameter Real b_rise[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Rising u: of u^i w^j, one row per i";
-  parameter Real c_rise[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Rising u: of u^i |w| w^(j-1)";
-  parameter Real a_fall[m + 1] = fill(0.5, m + 1) "Falling u: coefficients of u^i";
-  parameter Real b_fall[(m + 1)*q] = fill(0.5, (m + 1)*q) "Falling u: of u^i w^j, one row per i";
-  parameter Real c_fall[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Falling u: of u^i |w| w^(j-1)";
+  parameter Real a_rise[m + 1] = fill(0.5, m + 1) "Rising u: weights of u^i";
+  parameter Real b_rise[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Rising u: weights of u^i w^j, one row per i";
+  parameter Real c_rise[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Rising u: weights of u^i |w| w^(j-1)";
+  parameter Real a_fall[m + 1] = fill(0.5, m + 1) "Falling u: weights of u^i";
+  parameter Real b_fall[(m + 1)*q] = fill(0.5, (m + 1)*q) "Falling u: weights of u^i w^j, one row per i";
+  parameter Real c_fall[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Falling u: weights of u^i |w| w^(j-1)";
   parameter Real w_max(min = 0, max = 1e100) = 1e100 "Bound of |w|; greater than 0";
   parameter Real du_max(min = 0) = 0.02 "Longest step of the integration in u; greater than 0";
   parameter Real w0 = 0 "W at the first input" annotation (Dialog(group = "Start"));

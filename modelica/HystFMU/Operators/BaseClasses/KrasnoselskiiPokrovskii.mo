@@ -4,11 +4,11 @@ partial block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weigh
   extends Icons.Hysteresis;
   parameter Integer n(min = 1) = 10 "Number of kernels" annotation (Dialog(group = "Sizes"));
   parameter Real a(min = 1e-300) = 4 "Rise length of the ridge function";
-  parameter Real p1[n] = fill(-2.25, n) "Where the falling ramps are -1";
-  parameter Real p2[n] = fill(-1.75, n) "Where the rising ramps leave -1; p1 <= p2";
+  parameter Real p1[n] = fill(-2.25, n) "Inputs at which the falling ramps reach -1";
+  parameter Real p2[n] = fill(-1.75, n) "Inputs at which the rising ramps leave -1; p1 <= p2";
   parameter Real w[n] = fill(0.1, n) "Weights of the kernels";
-  parameter Real offset = 0 "Output where the kernels cancel";
-  parameter Real k0[n](each min = -1, each max = 1) = fill(0.0, n) "Kernels before the first input" annotation (Dialog(group = "Start"));
+  parameter Real offset = 0 "Output for cancelling kernels";
+  parameter Real k0[n](each min = -1, each max = 1) = fill(0.0, n) "Values of the kernels before the first input" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));

@@ -9,10 +9,10 @@ partial block Multisine "Reference signal, with derivatives and preview for a fe
   parameter Types.Frequency f[m](each min = 0, each max = 1e12) = fill(1.0, m) "Frequencies of multisine";
   parameter Real a[m] = fill(0.1, m) "Amplitudes of multisine";
   parameter Types.Angle ph[m](each min = -1e12, each max = 1e12) = fill(0.0, m) "Phases of multisine";
-  Interfaces.RealOutput r "Signal at the present time" annotation (Placement(transformation(extent = {{100, 50}, {120, 70}})));
+  Interfaces.RealOutput r "Signal at the current time" annotation (Placement(transformation(extent = {{100, 50}, {120, 70}})));
   Interfaces.RealOutput r_lead "Signal lead seconds ahead" annotation (Placement(transformation(extent = {{100, 10}, {120, 30}})));
-  Interfaces.RealOutput dr_lead(unit = "1/s") "Its first derivative" annotation (Placement(transformation(extent = {{100, -30}, {120, -10}})));
-  Interfaces.RealOutput ddr_lead(unit = "1/s2") "Its second derivative" annotation (Placement(transformation(extent = {{100, -70}, {120, -50}})));
+  Interfaces.RealOutput dr_lead(unit = "1/s") "First derivative of r_lead" annotation (Placement(transformation(extent = {{100, -30}, {120, -10}})));
+  Interfaces.RealOutput ddr_lead(unit = "1/s2") "Second derivative of r_lead" annotation (Placement(transformation(extent = {{100, -70}, {120, -50}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014.</p>

@@ -4,13 +4,13 @@ partial block Sine "Reference signal, with derivatives and preview for a feed-fo
   extends Icons.Source;
   parameter Real amplitude = 1 "Factor of the signal";
   parameter Real offset = 0 "Added to the signal";
-  parameter Types.Frequency frequency(min = 0, max = 1e12) = 1 "Of sine, triangle, decaying_sine; reversals come at twice it";
-  parameter Types.Angle phase(min = -1e12, max = 1e12) = 0 "Of sine, triangle and decaying_sine at time 0";
+  parameter Types.Frequency frequency(min = 0, max = 1e12) = 1 "Of sine, triangle, decaying_sine; half the rate of reversals";
+  parameter Types.Angle phase(min = -1e12, max = 1e12) = 0 "Phase of sine, triangle and decaying_sine at time 0";
   parameter Types.Time lead(min = -1e12, max = 1e12) = 0 "Preview of r_lead, dr_lead and ddr_lead";
-  Interfaces.RealOutput r "Signal at the present time" annotation (Placement(transformation(extent = {{100, 50}, {120, 70}})));
+  Interfaces.RealOutput r "Signal at the current time" annotation (Placement(transformation(extent = {{100, 50}, {120, 70}})));
   Interfaces.RealOutput r_lead "Signal lead seconds ahead" annotation (Placement(transformation(extent = {{100, 10}, {120, 30}})));
-  Interfaces.RealOutput dr_lead(unit = "1/s") "Its first derivative" annotation (Placement(transformation(extent = {{100, -30}, {120, -10}})));
-  Interfaces.RealOutput ddr_lead(unit = "1/s2") "Its second derivative" annotation (Placement(transformation(extent = {{100, -70}, {120, -50}})));
+  Interfaces.RealOutput dr_lead(unit = "1/s") "First derivative of r_lead" annotation (Placement(transformation(extent = {{100, -30}, {120, -10}})));
+  Interfaces.RealOutput ddr_lead(unit = "1/s2") "Second derivative of r_lead" annotation (Placement(transformation(extent = {{100, -70}, {120, -50}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014.</p>
