@@ -31,6 +31,7 @@ problems: list[str] = hy.validate(archive, seconds=30.0)
 package: Path = model.export_modelica("Piezo/")
 model.save("piezo.model.toml")
 again: hy.Model = hy.Model.load("piezo.model.toml")
+bare: hy.Model = hy.Model.of_block(hy.blocks.Creep(w=[1.0], T=[0.5]))
 
 unit: hy.Unit = model.unit()
 unit.initialize(0.0, u=1.5)

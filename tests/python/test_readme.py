@@ -19,7 +19,7 @@ PAGES = [
 ]
 README = PAGES[0].read_text()
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-PROGRAMS = [text for language, text in FENCE.findall(README) if language == "python"]
+PROGRAMS = [text for page in PAGES for language, text in FENCE.findall(page.read_text()) if language == "python"]
 COMMANDS = [
     line.split("  #")[0].strip()
     for language, text in FENCE.findall(README)
