@@ -111,6 +111,7 @@ def test_links_paths_and_targets_of_a_page_exist(page):
     spans = (re.match(r"[\w.\-/]+", span) for span in re.findall(r"`([^`\n]+)`", prose))
     heads = {p.parts[0] for p in TRACKED if len(p.parts) > 1}
     paths = [m[0] for m in spans if m and m[0].split("/")[0] in heads and "/" in m[0] and m[0] == m.string]
+    assert [line for line in prose.splitlines() if len(line) > 120 and line[0] not in "|<"] == []
     for link in links:
         if not re.match(r"https?:|#", link):
             assert (page.parent / link.split("#")[0]).exists(), f"{page.name}: link to {link}"
