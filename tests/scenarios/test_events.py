@@ -1,4 +1,4 @@
-"""Events between two steps are hit: closed forms and loops in numpy, the same bits in every engine."""
+"""Events between two steps are located: closed forms and loops in numpy, the same bits in every engine."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_straight_lines_begin_anew_at_a_jump(write: Any, order: Any) -> None:
     assert np.abs(trace["lag.y"] - answer(trace.t, 0.12345)).max() < 1e-7
 
 
-def test_corners_of_a_ramp_are_hit(write: Any) -> None:
+def test_kinks_of_a_ramp_are_hit(write: Any) -> None:
     """Behind a line of slope s the lag follows y = u - s tau + c exp(-t/tau), piece by piece."""
     f, phase = 7.3, 0.4
     source = {"block": "reference", "values": {"shape": "triangle", "frequency": f, "phase": phase}}
@@ -89,8 +89,8 @@ def test_corners_of_a_ramp_are_hit(write: Any) -> None:
     def u(t: float) -> float:
         return float(2 / np.pi * np.arcsin(np.sin(2 * np.pi * f * t + phase)))
 
-    corners = (np.arange(4) / 2 + 0.25 - phase / (2 * np.pi)) / f
-    edges = np.sort(np.concatenate([corners[corners < 0.2], trace.t]))
+    kinks = (np.arange(4) / 2 + 0.25 - phase / (2 * np.pi)) / f
+    edges = np.sort(np.concatenate([kinks[kinks < 0.2], trace.t]))
     y, want = 0.0, [0.0]
     for a, b in pairwise(edges):
         slope = (u(b) - u(a)) / (b - a)
@@ -118,14 +118,14 @@ def test_a_memory_takes_the_reversal_that_lies_between_two_steps(write: Any, sha
     z, want = 0.0, np.empty(len(u))
     for k, v in enumerate(u.tolist()):
         z = want[k] = max(v - 0.05, min(v + 0.05, z))
-    # the turning point of the input is flat to 1e-6 s (random) or a corner (triangle)
+    # the turning point of the input is flat to 1e-6 s (random) or a kink (triangle)
     assert np.abs(trace["play.y"] - want[::1000]).max() < 3e-5
     data["coupling"]["events"] = "grid"
     assert np.abs(run(write, data)["play.y"] - want[::1000]).max() > 1e-4
 
 
 def test_who_counts_samples_takes_no_sample_more(loop: Any, write: Any) -> None:
-    """A sampled PI around a lag, disturbed between samples, against a loop in numpy that knows the time of the jump."""
+    """A sampled PI around a lag, disturbed between samples, against a loop in numpy that knows when."""
     kp, ki, at = 0.8, 40.0, 0.01037
     data = behind(STEP, "d", {}, ("plant", "noise", "delay", "pid", "source"), "zoh")
     plant = {
@@ -177,9 +177,9 @@ def test_events_on_the_grid_change_no_bit(write: Any, ripple: int) -> None:
     ):
         data = behind(source, output, {}, ("lag", "source"), "zoh") | {"ripple": ripple}
         source["fine"] = True
-        hit = simulate(build(Scenario(write(data)).cases[0]), "native").values.tobytes()
+        located = simulate(build(Scenario(write(data)).cases[0]), "native").values.tobytes()
         data["coupling"]["events"] = "grid"
-        assert simulate(build(Scenario(write(data)).cases[0]), "native").values.tobytes() == hit
+        assert simulate(build(Scenario(write(data)).cases[0]), "native").values.tobytes() == located
 
 
 @pytest.mark.parametrize(
@@ -187,7 +187,7 @@ def test_events_on_the_grid_change_no_bit(write: Any, ripple: int) -> None:
 )
 @pytest.mark.parametrize("order", [("source", "lag"), ("lag", "source")])
 def test_near_a_grid_point(write: Any, at: float, order: Any) -> None:
-    """On the grid a jump is as ever; beside it, by as little as can be, it is hit."""
+    """On the grid a discontinuity cuts no step; right beside it, it is located."""
     source = {"block": "disturbance", "values": {"step": 1.0, "t_step": at, "amplitude": 0.0}}
     trace = run(write, behind(source, "d", {}, order, "zoh"))
     on = abs(at / H - round(at / H)) < 1e-6 * H
@@ -196,7 +196,7 @@ def test_near_a_grid_point(write: Any, at: float, order: Any) -> None:
 
 
 def test_several_events_in_a_step_and_several_sources(write: Any) -> None:
-    """Levels that change every 0.3 ms, and a disturbance that jumps together with one of them."""
+    """Levels that change every 0.3 ms, and a disturbance with a discontinuity at the time of one of them."""
     T = 3.1e-4
     levels = {"shape": "steps", "levels": [0.0, 1.0, -2.0, -2.0, 3.0, 0.5], "T": T}
     data = behind({"block": "reference", "dims": {"m": 6}, "values": levels}, "r", {}, ("lag", "source", "d"), "zoh")
@@ -216,7 +216,7 @@ def test_the_preview_has_events_of_its_own(write: Any) -> None:
     data = behind({"block": "reference", "dims": {"m": 2}, "values": steps}, "r_lead", {}, ("source", "lag"), "zoh")
     trace = run(write, data)
     assert np.abs(trace["lag.y"] - answer(trace.t, 0.02 - 0.00037)).max() < 1e-7
-    data["connections"]["lag.u"] = "source.r"  # nobody reads the preview
+    data["connections"]["lag.u"] = "source.r"  # nothing reads the preview
     assert len(cuts(build(Scenario(write(data)).cases[0]))[0]) == 0
 
 
@@ -236,7 +236,7 @@ def test_a_source_that_is_slow_by_its_own_choice_says_so(write: Any) -> None:
     data = behind({**STEP, "every": 2}, "d", {}, ("source", "lag"), "zoh")
     (result,) = run_scenarios([write(data)], engine="native")
     assert result.notes == (
-        "events/nominal: source.t_step: the jump at 0.12345 s is between two steps of 0.002 s "
+        "events/nominal: source.t_step: the discontinuity at 0.12345 s is between two steps of 0.002 s "
         "and takes effect at 0.124 s",
     )
     data["units"]["source"] = STEP

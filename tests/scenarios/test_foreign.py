@@ -1,4 +1,4 @@
-"""FMUs of others in a scenario: the same values as our unit in every engine; crashes and hangs do no harm."""
+"""Foreign FMUs in a scenario: the values of our own unit in every engine; crashes and hangs do no harm."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def add(loop: dict[str, Any], write: Any, fmi: int) -> Path:
-    """The PID of the loop as an FMU file that the scenario knows as somebody's."""
+    """The PID of the loop as a foreign FMU."""
     folder = write(loop)
     export_fmu(Graph.single(Node("pid", "pid", {}, loop["units"]["pid"]["values"])), folder / "pid.fmu", fmi=fmi)  # type: ignore[arg-type]
     return Path(folder)

@@ -127,7 +127,7 @@ def test_dynamics_in_the_loop(write: Any, hold: str, substeps: int) -> None:
 
 
 def test_an_event_in_a_step_of_the_loop(write: Any) -> None:
-    """The lag again, under a jump between two steps: each piece of the step is a loop of its own."""
+    """The lag again, under a discontinuity between two steps: each piece of the step is a loop of its own."""
     tau, k, at = 2e-4, -9.0, 0.0123
     lag = {"block": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"b": [1.0], "a": [tau, 1.0]}}
     data = closed(lag, k)

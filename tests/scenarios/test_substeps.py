@@ -1,4 +1,4 @@
-"""Substeps and inputs on straight lines against closed forms, the same bits in every engine; delays; missed jumps."""
+"""Substeps and first-order hold against closed forms, the same bits in every engine; delays; missed events."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def test_a_jump_between_two_steps_is_said(write: Any) -> None:
     (result,) = run_scenarios([write(data)], engine="native")
     (note,) = result.notes
     assert note == (
-        "ramp/nominal: reference.t_step: the jump at 0.0053 s is between two steps of 0.001 s "
+        "ramp/nominal: reference.t_step: the discontinuity at 0.0053 s is between two steps of 0.001 s "
         "and takes effect at 0.006 s"
     )
     assert note in verdicts([result])
@@ -166,7 +166,7 @@ def test_a_jump_between_two_steps_is_said(write: Any) -> None:
     data["units"]["reference"] = {"block": "reference", "dims": {"m": 4}, "values": levels}
     data["connections"]["lag.u"] = "reference.r"
     (result,) = run_scenarios([write(data)], engine="native")
-    assert "reference.T: the jump at 0.0025 s" in result.notes[0]
+    assert "reference.T: the discontinuity at 0.0025 s" in result.notes[0]
     data["units"]["reference"]["substeps"] = 2
     assert run_scenarios([write(data)], engine="native")[0].notes == ()
 

@@ -58,14 +58,14 @@ def _nothing() -> int:
 
 @dataclass(frozen=True)
 class Calls:
-    """An FMU behind its function pointers: set, step, get, and save, restore where states are needed; slope in a loop.
+    """Function pointers of an FMU: set, step, get; save and restore where states are needed; tangent in a loop.
 
     `source` says for every element of its inputs which value it reads; -1: it keeps what stands in `inputs`.
     """
 
     fmi3: bool
     functions: list[int | None]
-    slope: int | None
+    tangent: int | None
     component: int
     source: list[int]
     inputs: list[float]
@@ -158,12 +158,12 @@ class FmuMember:
             told = [C.byref(C.c_bool()), C.byref(C.c_bool()), C.byref(C.c_bool()), C.byref(C.c_double())]
             do = partial(dll["fmi3DoStep"], instance, self._t, h, C.c_bool.from_param(forward), *told)
         self.sources = [source.get(n, -1) for n in read]
-        self._derivative, self._slope = f"fmi{fmi}GetDirectionalDerivative", None
+        self._derivative, self._tangent = f"fmi{fmi}GetDirectionalDerivative", None
         if system.newton and system.parts.index(part) in system.loops():
             du, dy = (C.c_double * len(read))(), (C.c_double * len(part.outputs))()
             seeds, changes = ([C.byref(a), _size(a)][: fmi - 1] for a in (du, dy))
             self._du, self._dy = du, dy
-            self._slope = partial(dll[self._derivative], instance, *outputs, *inputs, *seeds, *changes)
+            self._tangent = partial(dll[self._derivative], instance, *outputs, *inputs, *seeds, *changes)
         self._vr, self._rollback = (vr_in, vr_out), not forward
         self._put, self._do, self._get = put if read else _nothing, do, get if part.outputs else _nothing
         self.turn: Sequence[Callable[[], int]] = [partial(whole_turn, self)]
@@ -192,11 +192,11 @@ class FmuMember:
             names = ["fmi3SetFloat64", "fmi3DoStep", "fmi3GetFloat64", "fmi3GetFMUState", "fmi3SetFMUState"]
         used = names if self._rollback else names[:3]
         functions = [C.cast(self._fmu.dll[n], C.c_void_p).value for n in used]
-        slope = None if self._slope is None else C.cast(self._fmu.dll[self._derivative], C.c_void_p).value
+        tangent = None if self._tangent is None else C.cast(self._fmu.dll[self._derivative], C.c_void_p).value
         return Calls(
             self._fmi == 3,
             functions,
-            slope,
+            tangent,
             self._fmu.component,
             self.sources,
             list(self._u),
@@ -266,11 +266,11 @@ class FmuMember:
         if self._get() > 1:
             raise self.stopped()
 
-    def slope(self, du: list[float]) -> list[float] | None:
-        assert self._slope is not None
+    def tangent(self, du: list[float]) -> list[float] | None:
+        assert self._tangent is not None
         for k, v in enumerate(du):
             self._du[k] = v
-        return None if self._slope() > 1 else list(self._dy)
+        return None if self._tangent() > 1 else list(self._dy)
 
     def save(self) -> None:
         if self._lines is not None:

@@ -1,7 +1,6 @@
-"""Inputs during a step on the straight line through the last two values of their sources (`hold = "first"`).
+"""First-order hold: inputs during a step on the line through the last two values of their sources.
 
-A source that stands before the reader in the order has given its value at the end of the step: the line goes through
-the values at both ends.  One that comes later has not: the line is continued.
+The line interpolates where the source precedes the reader in the order, and extrapolates where it follows.
 """
 
 from __future__ import annotations
@@ -13,16 +12,16 @@ from hystfmu.scenario.system.system import Link, System
 
 
 def weights(system: System, links: Sequence[Link]) -> list[float]:
-    """How far into the reader's step the newest value of every source lies: 1 at its end, 0 at its beginning.
+    """Return where in the reader's step the newest value of each source lies: 1 at its end, 0 at its beginning.
 
-    A source that steps more often and comes later in the order lies one of its own steps before the end.
+    The value of a source that steps more often and follows in the order is one of its own steps old.
     """
     late = [system.maker(link).period / system.parts[link.to].period for link in links]
     return [1.0 if system.fresh(link) else 1.0 - part for link, part in zip(links, late, strict=True)]
 
 
 class Lines:
-    """The lines of one unit.
+    """The first-order hold of one unit.
 
     Parameters
     ----------
@@ -41,30 +40,30 @@ class Lines:
         self._sources, self._ahead, self._substeps, self._values = sources, ahead, substeps, values
 
     def begin(self) -> None:
-        """All units are initialised: the lines begin flat or at their first outputs."""
+        """Begin with constant lines at the first outputs."""
         self._now = self._before = [self._values[j] for j in self._sources]
         self._anew = False
 
     def cut(self) -> None:
-        """A step has another length than the one before: the next line begins anew, flat."""
+        """Begin the next line anew, constant: the length of the step changes."""
         self._anew = True
 
     def save(self) -> None:
-        """Remember the present lines."""
+        """Save the present lines."""
         self._saved = self._now, self._before, self._anew
 
     def restore(self) -> None:
-        """Go back to those that were saved last."""
+        """Restore the lines that were saved last."""
         self._now, self._before, self._anew = self._saved
 
     def take(self) -> None:
-        """Read the newest values."""
+        """Read the newest values of the sources."""
         now = [self._values[j] for j in self._sources]
         self._before, self._now = now if self._anew else self._now, now
         self._anew = False
 
     def at(self, i: int) -> list[float]:
-        """The inputs of substep i, which are those at its end."""
+        """Return the inputs of substep i, at its end."""
         end = (i + 1) / self._substeps
         both = zip(self._now, self._before, self._ahead, strict=True)
         return [now + (now - before) * (end - ahead) for now, before, ahead in both]

@@ -1,6 +1,6 @@
-"""Foreign code runs in a process of its own, with limits of time and memory: it may crash, hang or grow without harm.
+"""Foreign FMUs run in a child process with limits of time and memory, where they may crash or hang without harm.
 
-What comes back are two files of known form: nothing that the child writes is unpickled.
+The results come back in two files of known form.  Nothing that the child writes is unpickled.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ TASK, ENDED, VALUES = "task", "ended.json", "values"
 
 
 def chunks_isolated(system: System, engine: Engine, seconds: float, gigabytes: float = GIGABYTES) -> Iterator[Trace]:
-    """As `chunks`, in a child process; nothing comes before it has ended well.
+    """Return the chunks of a run in a child process, after it has ended without failure.
 
     Raises
     ------
     Stopped
-        Also when the child dies, or is not finished in time.
+        As `chunks`; the child dies or exceeds the time limit.
     """
     with tempfile.TemporaryDirectory(prefix="hystfmu-foreign-") as folder:
         (Path(folder) / TASK).write_bytes(pickle.dumps((system, engine, gigabytes)))

@@ -30,7 +30,7 @@ ENGINES: tuple[Engine, ...] = get_args(Engine)
 
 
 def chunks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None = None) -> Iterator[Trace]:
-    """Run a case in this process, even if there is foreign code in it, in chunks of rows.
+    """Run a case in this process in chunks of rows, foreign FMUs included.
 
     Parameters
     ----------

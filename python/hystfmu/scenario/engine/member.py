@@ -1,4 +1,4 @@
-"""What the master steps: a unit of a system, whatever executes it."""
+"""The interface between the master and a unit that it steps."""
 
 from __future__ import annotations
 
@@ -9,47 +9,47 @@ from hystfmu.scenario.outcome.trace import Stopped
 
 
 class Member(Protocol):
-    """A unit as the master sees it: it reads and writes the values of the system."""
+    """A unit as the master sees it.  It reads and writes the values of the system."""
 
     period: int
-    """In fine steps."""
+    """Number of fine steps between two calls."""
     name: str
     sources: list[int]
-    """Per element of its inputs the place of the value that it reads; -1: none, a constant."""
+    """Index of the value that each input reads; -1 for a constant."""
     any_step: bool
     """Whether `stretch` may be called."""
     turn: Sequence[Callable[[], int]]
-    """`copy`, `advance`, `take`, one after the other, for a master that calls nothing else: above 1 is a failure."""
+    """`copy`, `advance`, `take` as a list of calls; a status above 1 is a failure."""
 
     def start(self, t0: float) -> None:
-        """Initialise at `t0` with the present values, and write the first outputs."""
+        """Initialise at `t0` with the present values and write the first outputs."""
 
     def stopped(self) -> Stopped:
-        """Why the last call failed."""
+        """Return the reason why the last call failed."""
 
     def begin(self) -> None:
-        """All units are initialised."""
+        """Begin the run, after all units are initialised."""
 
     def stretch(self, h: float | None) -> None:
-        """The next step takes `h` seconds, the others as well until the next call; None restores the nominal step."""
+        """Set the length of the following steps (s); None restores the nominal step."""
 
     def copy(self) -> None:
-        """Take the inputs from the values of the system."""
+        """Copy the inputs from the values of the system."""
 
     def advance(self) -> None:
-        """One step from the time on the clock that the unit was made with."""
+        """Make one step from the time of its clock."""
 
     def take(self) -> None:
-        """Write the outputs among the values of the system."""
+        """Copy the outputs to the values of the system."""
 
     def save(self) -> None:
-        """Remember the present state."""
+        """Save the present state."""
 
     def restore(self) -> None:
-        """Go back to the state that was saved last."""
+        """Restore the state that was saved last."""
 
-    def slope(self, du: list[float]) -> list[float] | None:
-        """Change of its outputs for a change of its inputs (those of `sources`), after a step; None: not finite."""
+    def tangent(self, du: list[float]) -> list[float] | None:
+        """Return the tangent of the outputs along `du` (inputs of `sources`) after a step; None if it is not finite."""
 
     def state_hash(self) -> str:
         """Return the hash of the present states; not of a foreign FMU."""
@@ -59,7 +59,7 @@ class Member(Protocol):
 
 
 def whole_turn(member: Member) -> int:
-    """A turn in one call, for members whose steps need more than a list of calls of a binary; a failure is raised."""
+    """Make a turn in one call, for steps that are more than calls of a binary.  A failure is raised."""
     member.copy()
     member.advance()
     member.take()

@@ -1,4 +1,4 @@
-"""Units as the master in C takes them: graphs of the core, and FMUs of others behind their function pointers."""
+"""Units as the master in C takes them: graphs of the core, and foreign FMUs behind their function pointers."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class GraphUnit:
         self.period, self.first, self._any_step = first.period, first.first, first.any_step
         self.substeps, self.h = first.substeps, system.length(first) / first.substeps
         self._hold = first.hold
-        self._slopes = system.newton and parts[0] in system.loops()
+        self._has_tangent = system.newton and parts[0] in system.loops()
         self.executor: Executor = graph.executor()
         source = {(link.to, link.input): link.source for link in system.links}
         into = {(link.to, link.input): link for link in system.links}
@@ -112,7 +112,7 @@ class GraphUnit:
             at=at.ctypes.data,
             saved=saved.ctypes.data,
         )
-        if self._slopes:
+        if self._has_tangent:
             room = np.empty(4 * len(saved))  # a state holds inputs and continuous states
             unit.slopes = room.ctypes.data
             keep.append(room)
@@ -148,7 +148,7 @@ def _straight(unit: Unit, source: list[int], ahead: list[float], values: C.Array
 
 
 class ForeignUnit:
-    """An FMU of somebody else: fmpy makes and initialises a new instance, the master calls its functions."""
+    """A foreign FMU: fmpy makes and initialises a new instance, the master calls its functions."""
 
     def __init__(self, system: System, part: int, values: C.Array[C.c_double]) -> None:
         p = system.parts[part]
@@ -187,7 +187,7 @@ class ForeignUnit:
             vr_out=C.addressof(call.vr_out),
             n_vr_in=len(call.vr_in),
             n_vr_out=len(call.vr_out),
-            slope=call.slope,
+            slope=call.tangent,
             **dict(zip(names, call.functions, strict=False)),
         )
         keep: list[Any] = [u, source, call]

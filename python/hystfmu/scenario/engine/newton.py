@@ -1,7 +1,7 @@
-"""Newton's method for the values that sweeps have to agree on, from the directional derivatives of the units.
+"""Newton's method for the values that sweeps have to agree on, from the tangents of the units.
 
-The matrix and its updates are those of `fmu_build/master/newton.c`, and the way of a derivative through the units is
-that of `master.c`, so that the engines have the same bits.
+The matrix and its updates are those of `fmu_build/master/newton.c`, and tangents pass through the units as in
+`master.c`, so that the engines have the same bits.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hystfmu.scenario.system.system import System
 
 
 class Newton:
-    """The steps of the guess in one step of the units that are due.
+    """Newton steps of the guess in one step of the units that are due.
 
     Parameters
     ----------
@@ -40,7 +40,10 @@ class Newton:
         self._lib, self._n = library(), C.c_int64(n)
 
     def start(self, begin: Array, guess: Array) -> bool:
-        """After the first sweep from `begin` with `guess`; False: no finite slopes, or a loop gain of one."""
+        """Factor the matrix after the first sweep from `begin` with `guess`.
+
+        Returns False if a tangent is not finite or the loop gain is one.
+        """
         for c, steps in enumerate(self._steps):
             d, read = np.zeros_like(self._values), begin.copy()
             read[self._early] = guess
@@ -54,7 +57,7 @@ class Newton:
 
     @staticmethod
     def _follow(m: Member, inside: bool, own: slice, begin: Array, read: Array, d: Array) -> bool:
-        """Change of its outputs for those of the values that it has read, in `d`, on the branch that they moved on."""
+        """Write the tangent of a unit's outputs into `d`, on the branch on which its inputs moved."""
         du = [float(d[j]) if j >= 0 else 0.0 for j in m.sources]
         along = 0.0
         for j, v in zip(m.sources, du, strict=True):
@@ -62,19 +65,19 @@ class Newton:
         d[own] = 0.0
         if not inside or not any(du) or own.start == own.stop:
             return True
-        dy = m.slope([-v for v in du] if along < 0 else du)
+        dy = m.tangent([-v for v in du] if along < 0 else du)
         if dy is None:
             return False
         d[own] = [-v for v in dy] if along < 0 else dy
         return True
 
     def step(self, residual: Array) -> Array:
-        """The change of the guess."""
+        """Return the change of the guess."""
         self._lib.newton_step(self._n, _at(self._H), _at(residual), _at(self._change))
         return self._change
 
     def learn(self, before: Array, now: Array) -> None:
-        """What the last change has made of the residual."""
+        """Update the matrix by what the last change has made of the residual (Broyden)."""
         self._lib.newton_learn(self._n, *[_at(a) for a in (self._H, self._change, before, now, self._room)])
 
 

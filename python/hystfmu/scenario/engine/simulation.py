@@ -1,4 +1,4 @@
-"""Running a case: in this process, or in one of its own if there is foreign code in it."""
+"""Run a case in this process, or in a child process if it has foreign FMUs."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from hystfmu.scenario.system.system import System
 def chunks(
     system: System, engine: Engine = "fmpy", store: FmuStore | None = None, seconds: float = 600.0
 ) -> Iterator[Trace]:
-    """As `simulate` with the same `system`, `engine`, `store` and `seconds`, in chunks of consecutive rows.
+    """Run a case in chunks of consecutive rows, in memory that does not grow with its length.
 
-    The memory does not grow with the length of the run.
+    The parameters `system`, `engine`, `store` and `seconds` are those of `simulate`.
     """
     if system.foreign:
         # here and not above: the child runs that file as its program
@@ -37,14 +37,14 @@ def simulate(system: System, engine: Engine = "fmpy", store: FmuStore | None = N
     store : FmuStore, optional
         Where FMUs are unpacked; a temporary one by default.
     seconds : float
-        Longest time for a case with FMUs of others; they run in a child process.
+        Time limit of a case with foreign FMUs, which run in a child process.
 
     Raises
     ------
     InputError
-        More values than fit into a memory.
+        More values than a trace may hold.
     Stopped
-        A unit refused an input or a step, or the sweeps of an iterative coupling do not agree; the message names it and
-        the time.  The child process died or took too long.
+        A unit refused an input or a step, the sweeps of an iterative coupling do not agree, or the child process died
+        or exceeded the time limit.
     """
     return Trace.joined(chunks(system, engine, store, seconds), system.n_steps + 1)

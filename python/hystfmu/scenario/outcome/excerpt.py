@@ -1,4 +1,4 @@
-"""Rows that are kept of a run when its chunks are not: stated ones, and those that a picture needs."""
+"""Rows kept from the chunks of a run: stated ones, and those that a plot needs."""
 
 from __future__ import annotations
 

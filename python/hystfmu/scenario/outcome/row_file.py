@@ -1,4 +1,4 @@
-"""All rows of a run as a CSV, written as they come: as small in memory as the run itself."""
+"""Write all rows of a run to a CSV file, chunk by chunk."""
 
 from __future__ import annotations
 

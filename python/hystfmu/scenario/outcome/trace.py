@@ -1,7 +1,6 @@
-"""What a run leaves: all values on the fine grid, or the reason why it ended early.
+"""The outputs of a run on the fine grid, or the reason why it stopped.
 
-A run comes in chunks of consecutive rows, each a `Trace`: whoever keeps none of them needs the same memory for a run
-of any length.
+A run comes in chunks of consecutive rows, each a `Trace`; without keeping them, memory does not grow with the run.
 """
 
 from __future__ import annotations
@@ -18,13 +17,13 @@ MOST_VALUES = 50_000_000  # doubles of a trace in memory
 
 
 class Stopped(Exception):
-    """A unit refused to go on (a diverged loop ends with values that are not finite): a failure, not bad input.
+    """A run stopped: a unit refused a step, or a value is not finite.  This is a failure, not bad input.
 
     Parameters
     ----------
     why : str
     status : {"stopped", "timeout", "killed", "memory"}
-        What a study calls such a run.
+        Status of the run in a study.
     """
 
     def __init__(self, why: str, status: str = "stopped") -> None:
@@ -34,14 +33,14 @@ class Stopped(Exception):
 
 @dataclass
 class Sweeps:
-    """How many an iterative coupling made: all together, the most in a step, and in how many steps."""
+    """Number of sweeps of an iterative coupling: the total, the most in a step, and the steps counted."""
 
     all: int = 0
     most: int = 0
     steps: int = 0
 
     def add(self, other: Sweeps) -> None:
-        """Those of some more steps."""
+        """Add the sweeps of more steps."""
         self.all, self.most, self.steps = self.all + other.all, max(self.most, other.most), self.steps + other.steps
 
 
@@ -81,7 +80,7 @@ class Trace:
         Raises
         ------
         InputError
-            It has more values than fit into a memory.
+            It has more values than a trace may hold.
         """
         whole: Trace | None = None
         for chunk in chunks:

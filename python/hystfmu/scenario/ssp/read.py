@@ -1,4 +1,4 @@
-"""Reading an SSP archive of anybody: FMUs, connections, parameter sets become a case that the engines run.
+"""Read a foreign SSP archive: FMUs, connections and parameter sets become a case that the engines run.
 
 SSP 1.0 and 2.0, one flat system of FMUs for Co-Simulation.  What is not understood is refused, never left out.
 """
@@ -208,7 +208,7 @@ class _Reader:
         for c in wires if wires is not None else ():
             a, b = ((c.get(f"{side}Element"), c.get(f"{side}Connector")) for side in ("start", "end"))
             if a[0] is None or b[0] is None:
-                continue  # a connector of the system: nobody is outside
+                continue  # a connector of the system: nothing is outside
             if len(c):
                 raise self._wrong(f"connection of {a[0]}.{a[1]}: transformations are not read")
             for end in (a, b):

@@ -1,4 +1,4 @@
-"""Running an SSP archive of anybody, held against the reference result in it."""
+"""Run a foreign SSP archive and compare it with the reference result in it."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
     Raises
     ------
     InputError
-        Units of different rates, FMUs of others, an algebraic loop, or a file that cannot be written.
+        Units of different rates, foreign FMUs, an algebraic loop, or a file that cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
 

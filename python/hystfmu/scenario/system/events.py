@@ -1,8 +1,9 @@
-"""Events of references and disturbances: jumps, corners and reversals that the program knows before the run.
+"""Events of references and disturbances: discontinuities, kinks and reversals, known before the run.
 
-One that falls between two fine steps cuts the step there (`events = "located"`).  Who cannot be cut holds until its own
-grid point; a source that cannot sees its own event there, and `missed` says so.  A jump needs two cuts, one right
-before it: whoever reads a value of the end of its step would feel it from the beginning of the step otherwise.
+Events between two communication points are located, and a step ends on each (`events = "located"`).  A unit whose steps
+cannot be cut holds until its own grid point; a source of this kind takes its own event there, and `missed` reports it.
+A discontinuity needs two cuts, the first right before it: otherwise a unit that reads values at the end of its step
+would see it from the beginning of that step.
 """
 
 from __future__ import annotations
@@ -29,38 +30,38 @@ Values = Callable[[Part, Node, str], Array]
 
 @dataclass(frozen=True)
 class Event:
-    """Times at which an output of a source jumps, or has a corner or a reversal.
+    """Times at which an output of a source has a discontinuity, a kink or a reversal.
 
     Parameters
     ----------
     part : Part
     parameter : str
-        What times it, for messages.
+        The parameter that sets the times, for messages.
     times : array, shape (n,)
         Increasing (s).
-    jump : bool
+    discontinuity : bool
     shift : float
-        How far ahead of the present time the block looks (s): what its own rounding of times belongs to.
+        Preview of the block (s), to which its rounding of times belongs.
     """
 
     part: Part
     parameter: str
     times: Array
-    jump: bool
+    discontinuity: bool
     shift: float = 0.0
 
 
 def in_file(part: Part, node: Node, name: str) -> Array:
-    """The values that a scenario starts with."""
+    """Return the values of the scenario file."""
     return node.value(name)
 
 
 def missed(system: System) -> list[str]:
-    """One line for every source whose jumps the steps of its unit miss: the first time, and when it takes effect."""
+    """Return a line for every source with a discontinuity between the steps of its unit, and when that takes effect."""
     lines = []
     for event in _events(system, in_file):
         part = event.part
-        if not event.jump or event.shift or (system.case.coupling.events == "located" and part.any_step):
+        if not event.discontinuity or event.shift or (system.case.coupling.events == "located" and part.any_step):
             continue
         h = system.length(part) / part.substeps
         off = event.times / h
@@ -68,13 +69,14 @@ def missed(system: System) -> list[str]:
         if len(late):
             name, then = f"{system.case.title}: {part.name}.{event.parameter}", math.ceil(late[0] / h) * h
             lines.append(
-                f"{name}: the jump at {late[0]:.9g} s is between two steps of {h:g} s and takes effect at {then:.9g} s"
+                f"{name}: the discontinuity at {late[0]:.9g} s is between two steps of {h:g} s "
+                f"and takes effect at {then:.9g} s"
             )
     return lines
 
 
 def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
-    """Where fine steps are cut.
+    """Return the times at which fine steps are cut.
 
     Parameters
     ----------
@@ -97,7 +99,7 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
         room = np.maximum(NEAR * (system.h + np.abs(e.times) + abs(e.shift)), SHORTEST)
         after = system.rows(e.times)
         on = (system.at(after) - e.times <= room) | (e.times - system.at(after - 1) <= NEAR * e.times)
-        begins = e.times - 2 * room if e.jump else e.times
+        begins = e.times - 2 * room if e.discontinuity else e.times
         spans += zip(begins[~on].tolist(), e.times[~on].tolist(), room[~on].tolist(), strict=True)
     steps: list[int] = []
     times: list[float] = []
@@ -106,7 +108,7 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
     edges = zip(rows.tolist(), system.at(rows - 1).tolist(), system.at(rows).tolist(), strict=True)
     for (begin, end, near), (n, before, grid) in zip(joined, edges, strict=True):
         last = times[-1] if steps and steps[-1] == n else before
-        # a jump right after a grid point or the cut before has its beginning there
+        # a discontinuity right after a grid point or a cut begins there
         if begin - last > near and begin < end:
             steps.append(n)
             times.append(begin)
@@ -121,7 +123,7 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
 
 
 def _joined(spans: list[tuple[float, float, float]]) -> Iterator[tuple[float, float, float]]:
-    """(begin, end, near) of events in turn; those nearer than the core can tell apart are one."""
+    """Yield (begin, end, near) of the events; those nearer than the core can tell apart are joined."""
     joined: tuple[float, float, float] | None = None
     for begin, end, near in spans:
         if joined is not None and begin - joined[1] <= near:
@@ -135,7 +137,7 @@ def _joined(spans: list[tuple[float, float, float]]) -> Iterator[tuple[float, fl
 
 
 def _events(system: System, values: Values) -> Iterator[Event]:
-    """What happens inside the run."""
+    """Yield the events inside the run."""
     for part in system.parts:
         if isinstance(part.graph, Foreign):
             continue
@@ -147,33 +149,33 @@ def _events(system: System, values: Values) -> Iterator[Event]:
 
 
 def _inside(
-    system: System, part: Part, parameter: str, times: Array, jump: bool, shift: float = 0.0
+    system: System, part: Part, parameter: str, times: Array, discontinuity: bool, shift: float = 0.0
 ) -> Iterator[Event]:
     times = times - shift
     times = times[(times > 0) & (times < system.case.stop)]
     if len(times):
-        yield Event(part, parameter, times, jump, shift)
+        yield Event(part, parameter, times, discontinuity, shift)
 
 
 def _reference(system: System, part: Part, node: Node, values: Values) -> Iterator[Event]:
-    """Jumps of `steps`, corners of `triangle`, joints of `random_reversals`; those of the preview where it is read."""
+    """Yield the events of `steps`, `triangle` and `random_reversals`; those of the preview where it is read."""
     read = {end for end, place in system.columns.items() if place in {n.source for n in system.links}}
-    inner = len(part.own.nodes) > 1  # who reads what inside of a graph is not looked at
+    inner = len(part.own.nodes) > 1  # connections inside a graph are not analysed
 
     def used(output: str) -> bool:
         return inner or f"{part.name}.{output}" in read
 
     lead = float(values(part, node, "lead")[0])
-    ahead, slope, bend = used("r_lead"), used("dr_lead"), used("ddr_lead")
-    parameter, times, jumps = _pieces(system, part, node, values, min(lead, 0.0), system.case.stop + max(lead, 0.0))
-    yield from _inside(system, part, parameter, times, jumps == "r")
-    if ahead or slope or bend:
-        jump = {"r": ahead, "dr": slope, "ddr": bend, "": False}[jumps]
-        yield from _inside(system, part, parameter, times, jump, lead)
+    lead_r, lead_dr, lead_ddr = used("r_lead"), used("dr_lead"), used("ddr_lead")
+    parameter, times, lowest = _pieces(system, part, node, values, min(lead, 0.0), system.case.stop + max(lead, 0.0))
+    yield from _inside(system, part, parameter, times, lowest == "r")
+    if lead_r or lead_dr or lead_ddr:
+        discontinuity = {"r": lead_r, "dr": lead_dr, "ddr": lead_ddr, "": False}[lowest]
+        yield from _inside(system, part, parameter, times, discontinuity, lead)
 
 
 def _pieces(system: System, part: Part, node: Node, values: Values, begin: float, end: float) -> tuple[str, Array, str]:
-    """What times the pieces of a reference, where they meet, and the lowest derivative that jumps there."""
+    """Return the parameter that times the pieces, where they meet, and the lowest derivative discontinuous there."""
     (shape,) = (v for v in node.block.vars if v.name == "shape")
     kind = shape.choices[int(values(part, node, "shape")[0])]
     f = float(values(part, node, "frequency")[0])

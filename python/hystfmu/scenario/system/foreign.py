@@ -1,7 +1,7 @@
-"""An FMU of anybody as a unit of a scenario: what the master has to know of it, from its modelDescription.xml.
+"""A foreign FMU as a unit of a scenario: what the master reads from its modelDescription.xml.
 
-Real inputs and outputs are its ports; inputs that nothing is connected to keep their start values.  Its code is
-foreign: `hystfmu run` executes it in a child process.
+Real inputs and outputs are its ports; inputs that nothing is connected to keep their start values.  `hystfmu run`
+executes it in a child process.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Foreign:
     digest: str
     description: Any
     ports: tuple[ForeignPort, ...]
-    slopes: bool = False
+    has_tangent: bool = False
     """Whether it offers directional derivatives in Co-Simulation."""
     settings: Mapping[str, float | bool | str] = field(default_factory=dict)
     nodes: tuple[()] = ()
@@ -85,9 +85,9 @@ class Foreign:
         # fmpy does not read the plural of FMI 3.0
         declared = ET.parse(Path(folder) / "modelDescription.xml").getroot().find("CoSimulation")
         name = "providesDirectionalDerivative"
-        slopes = declared is not None and {declared.get(name), declared.get(f"{name}s")} & {"true", "1"} != set()
+        has_tangent = declared is not None and {declared.get(name), declared.get(f"{name}s")} & {"true", "1"} != set()
         # inputs first, then outputs: in both groups the order of the file
-        return cls(path, folder, digest, description, tuple(sorted(ports, key=lambda p: p.kind)), slopes)
+        return cls(path, folder, digest, description, tuple(sorted(ports, key=lambda p: p.kind)), has_tangent)
 
     @property
     def fmi(self) -> Literal[2, 3]:
@@ -96,7 +96,7 @@ class Foreign:
 
     @property
     def any_step(self) -> bool:
-        """Whether it says that it takes steps of any length."""
+        """Whether it declares communication steps of any length."""
         simulation = self.description.coSimulation
         fixed = getattr(simulation, "fixedInternalStepSize", None)
         return bool(simulation.canHandleVariableCommunicationStepSize) and fixed is None
@@ -108,7 +108,7 @@ class Foreign:
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 
     def dependencies(self) -> dict[str, set[str]]:
-        """Inputs that each output depends on at once, as declared; without a declaration on all."""
+        """Inputs with declared direct feed-through to each output; all inputs without a declaration."""
         inputs = {p.name for p in self.ports if p.kind == "input"}
         declared = {u.variable.name: u for u in self.description.outputs}
         found = {}

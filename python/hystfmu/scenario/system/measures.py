@@ -8,7 +8,7 @@ from hystfmu.scenario.system.system import System
 
 
 def unit_of(system: System, end: str) -> str:
-    """Unit of `unit.output` or `unit.parameter`; empty where nobody says one ("1" in a table: as the user's data)."""
+    """Unit of `unit.output` or `unit.parameter`; empty where none is stated ("1" in a table: as in the data)."""
     name, variable = split_end(end, "unit_of")
     for part in system.parts:
         for port in part.graph.ports if part.name == name else ():

@@ -44,12 +44,12 @@ class Part:
 
     @property
     def own(self) -> Graph:
-        """The graph of a unit that is ours.
+        """The graph of a unit that is no foreign FMU.
 
         Raises
         ------
         InputError
-            It is an FMU of somebody else.
+            It is a foreign FMU.
         """
         if isinstance(self.graph, Foreign):
             raise InputError(f"{self.name}: {self.graph.path} is an FMU: it cannot become a part of a graph")
@@ -57,15 +57,15 @@ class Part:
 
     @property
     def any_step(self) -> bool:
-        """Whether its steps may be cut: it runs at the finest rate, and no block of it counts samples."""
+        """Whether its steps may be cut: it runs at the finest rate and has no sampled block."""
         if isinstance(self.graph, Foreign):
             return self.period == 1 and self.graph.any_step
         return self.period == 1 and not is_sampled(self.graph)
 
     @property
-    def slopes(self) -> bool:
-        """Whether it has directional derivatives between steps: samples answer in steps."""
-        return self.graph.slopes if isinstance(self.graph, Foreign) else not is_sampled(self.graph)
+    def has_tangent(self) -> bool:
+        """Whether it has tangents (directional derivatives); a sampled unit has none."""
+        return self.graph.has_tangent if isinstance(self.graph, Foreign) else not is_sampled(self.graph)
 
 
 @dataclass(frozen=True)
@@ -175,16 +175,16 @@ class System:
 
     @property
     def newton(self) -> bool:
-        """Whether sweeps go by Newton's method: every unit in a loop has directional derivatives."""
+        """Whether sweeps use Newton's method: every unit in a loop has tangents."""
         loops = self.loops() if self.case.coupling.scheme == "iterative" else frozenset()
-        return bool(loops) and all(self.parts[k].slopes for k in loops)
+        return bool(loops) and all(self.parts[k].has_tangent for k in loops)
 
     def _owners(self) -> dict[int, int]:
         """The unit that makes each value."""
         return {p.first + i: k for k, p in enumerate(self.parts) for i in range(len(p.outputs))}
 
     def feeds_through(self, part: Part, k: int) -> bool:
-        """Whether an output of the unit that somebody reads depends on its input k at once."""
+        """Whether the unit has direct feed-through from its input k to an output that is read."""
         port = next(p for p in part.graph.ports if p.kind == "input" and part.inputs[k] in p.scalar_names)
         read = {link.source for link in self.links}
         read |= {self.columns[m.signal] for m in self.case.metrics.values()}
@@ -197,7 +197,7 @@ class System:
 
     @property
     def foreign(self) -> tuple[Part, ...]:
-        """Units that are FMUs of others."""
+        """Units that are foreign FMUs."""
         return tuple(p for p in self.parts if isinstance(p.graph, Foreign))
 
     def starts(self) -> Array:
@@ -239,7 +239,7 @@ def build(case: Case) -> System:
         columns.update({f"{name}.{o}": first + i for i, o in enumerate(outputs)})
         constants = {k: float(v) for k, v in spec.inputs.items()}
         runs_as = spec.runs_as
-        if isinstance(graph, Foreign):  # an input that nobody drives keeps its start value
+        if isinstance(graph, Foreign):  # an unconnected input keeps its start value
             driven = {split_end(to, where)[1] for to in case.connections if to.startswith(f"{name}.")}
             starts = zip(inputs, start_values(graph, "input"), strict=True)
             constants = {k: v for k, v in starts if k not in driven} | constants
@@ -256,7 +256,7 @@ def build(case: Case) -> System:
 
 
 def _check_lines(system: System) -> None:
-    """A straight line needs values as often as the reader steps."""
+    """Check that the sources of a first-order hold step as often as the reader."""
     for link in system.links:
         part, where = system.parts[link.to], f"{system.case.where}"
         if part.hold == "zero":

@@ -54,7 +54,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Baseline:
-    """What an earlier run gave: metrics per case, some rows of the recorded signals, hashes of the final states."""
+    """A recorded result: metrics per case, some rows of the recorded signals, hashes of the final states."""
 
     metrics: dict[str, dict[str, float]]
     rows: dict[str, Array]

@@ -29,7 +29,7 @@ class Result:
     seconds : float
         Time of the run.
     notes : tuple of str
-        What a reader should know and is no failure: jumps between two steps.
+        Remarks that are no failure: discontinuities between two steps.
     counted : Sweeps
         Of an iterative coupling.
     """
