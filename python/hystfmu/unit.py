@@ -117,7 +117,7 @@ class Unit:
         self._executor.step(t + h, h)
 
     def tangent(self, t: float, du: Array) -> Array:
-        """Tangent (directional derivative) of the outputs at `t` for the present inputs: exact, one-sided at kinks.
+        """Tangent of the outputs at `t` (s) for the present inputs: exact, one-sided at kinks.
 
         Parameters
         ----------

@@ -1,6 +1,6 @@
-/* Drives the whole core for the sanitizers: block files run, and damaged copies of them are refused or run.
+/* Runs the whole core under the sanitizers: block files run; damaged copies are refused or run.
  *   drive_core must|may FILE...     must: every file has to open; may: a file with extreme values may be refused
- * Prints every file before it is touched, so that a crash has a name.  Exit 0: all well. */
+ * Prints every file before it is touched, so that a crash has a name.  Exit 0: success. */
 #include <stdio.h>
 
 #include "run_core.h"
@@ -28,7 +28,7 @@ static void damaged(const unsigned char *file, size_t length, int times) {
     seal(copy, length);
     (void)run(copy, length, 10, 0.01, 1);
   }
-  memcpy(copy, file, length); /* bytes behind the end */
+  memcpy(copy, file, length); /* extra bytes at the end */
   memset(copy + length, 0, 8);
   seal(copy, length + 8);
   if (run(copy, length + 8, 1, 0.01, 0) == HYST_E_OK) exit(8);

@@ -1,5 +1,5 @@
-/* Drives the FMI layer to the edges that the standards leave to it: memory that runs out, files that cannot be read to
- * their end, pointers that are NULL where an importer may leave one out or forgets it, messages without end.
+/* Runs corner cases of the FMI layer: failed allocations, truncated reads, NULL pointers where an importer may omit one
+ * or forgets it, long messages.
  *   drive_edges RESOURCES TOKEN
  * RESOURCES: those of a graph with continuous states and a sampled block.  Linked with --wrap for the functions below.
  * Exit 0: each was answered as the header says; the line is named otherwise. */
@@ -16,7 +16,7 @@
   } while (0)
 
 /* ---- calls that fail -------------------------------------------------------------------------------------------- */
-static long good_calls = -1; /* those left before the one that fails; -1: none fails */
+static long good_calls = -1; /* calls left before the one that fails; -1: none fails */
 static int fails(void) { return good_calls >= 0 && good_calls-- == 0; }
 
 void *__real_malloc(size_t n);
@@ -77,9 +77,9 @@ static void fail_while_made(int kind) {
     c = make(kind);
     const int reached = good_calls < 0;
     good_calls = -1;
-    if (c && reached) DEMAND(!"a call failed and nobody saw it");
+    if (c && reached) DEMAND(!"a call failed without an error");
     if (c) break;
-    DEMAND(n_messages == (n > 0)); /* the first is the instance itself: nobody is there to speak */
+    DEMAND(n_messages == (n > 0)); /* the first call makes the instance itself: no logger yet */
   }
   DEMAND(n >= 10);
   end(kind, c);
@@ -114,7 +114,7 @@ static void fail_while_saved(void) {
   fmi3FreeInstance(c);
 }
 
-/* results that nobody wants to have; values of the calls that have them stay the same */
+/* NULL result pointers; other calls keep their values */
 static void leave_results_out(void) {
   void *c = make(4);
   DEMAND(c && !fmi3EnterInitializationMode(c, 0, 0, 0, 0, 0) && !fmi3ExitInitializationMode(c));
@@ -130,7 +130,7 @@ static void leave_results_out(void) {
   fmi2FreeInstance(c);
 }
 
-/* instances that are not made, for an importer who listens and for one who does not */
+/* failed instantiation, with and without a logger */
 static void refuse_to_be_made(void) {
   const fmi3ValueReference one = 0;
   char endless[901];
@@ -164,14 +164,14 @@ static void ask_what_is_not_there(void) {
   DEMAND(!fmi2GetBooleanStatus(c, fmi2Terminated, &terminated) && !terminated);
   DEMAND(fmi2GetBooleanStatus(c, fmi2DoStepStatus, &terminated) == fmi2Discard);
   DEMAND(fmi2GetStatus(c, fmi2DoStepStatus, &status) == fmi2Discard);
-  DEMAND(!fmi2GetString(c, NULL, 0, NULL) && !fmi2SetString(c, NULL, 0, NULL)); /* none are asked for, none are there */
+  DEMAND(!fmi2GetString(c, NULL, 0, NULL) && !fmi2SetString(c, NULL, 0, NULL)); /* zero strings */
   DEMAND(fmi2GetString(c, &first, 1, names) == fmi2Error && fmi2SetString(c, &first, 1, names) == fmi2Error);
   fmi2FreeInstance(c);
   fmi2FreeInstance(NULL);
 }
 
-/* the folder as a URI with every byte escaped, in small and capital letters: "file:%2f...", which names an absolute
- * path without a slash that could be seen */
+/* the folder as a URI with every byte escaped, in lower and upper case: "file:%2f...", an absolute
+ * path without a visible slash */
 static void read_escapes(void) {
   const size_t n = strlen(resources);
   char *uri = malloc(3 * n + 6);

@@ -1,4 +1,4 @@
-/* Drives the FMI layer for the sanitizers with calls drawn from a seed.
+/* Runs the FMI layer under the sanitizers with random calls from a seed.
  *   drive_fmi RESOURCES TOKEN REFERENCES CALLS SEED
  * Exit 0: no crash, no leak, every status is one of the standard. */
 #include "core/elementary/random.h"

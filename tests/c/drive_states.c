@@ -1,6 +1,6 @@
-/* Drives saved states for the sanitizers: bytes with a right checksum that no unit has ever written.
+/* Restores forged saved states under the sanitizers: bytes with a valid checksum that no unit has written.
  *   drive_states RESOURCES TOKEN REFERENCES ROUNDS SEED
- * Exit 0: each was refused, or the unit went on from it without reading or writing outside, hang or leak. */
+ * Exit 0: each was refused, or the unit continued without an out-of-bounds access, hang or leak. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,12 +36,12 @@ static void forge(unsigned char *bytes, size_t size) {
 static void move_inputs(void *c, uint32_t references) {
   for (uint32_t r = 0; r < references; r++) {
     const double v = (double)draw(4000) / 1000 - 2;
-    fmi3SetFloat64(c, &r, 1, &v, 1); /* refused where it is no scalar input */
+    fmi3SetFloat64(c, &r, 1, &v, 1); /* refused unless it is a scalar input */
   }
 }
 
 enum { STATES = 64 };
-static double t; /* of the state; a forged one may say something else */
+static double t; /* time of the state; a forged state may differ */
 
 static void go_on(void *c, int kind, uint32_t references) {
   double x[STATES], seeds[1] = {1}, slopes[1];

@@ -1,6 +1,6 @@
 /* random_calls.h - random sequences of FMI calls, good and bad, on several instances at once.
- * Who includes it defines draw(n) before: a number below n from wherever chance comes.  Aborts when a status is none of
- * the standard, or a message is incomplete; memory errors are the sanitizers' to find. */
+ * The including file defines draw(n), a random number below n.  Aborts on a status outside the standard or an
+ * incomplete message; the sanitizers detect memory errors. */
 #ifndef RANDOM_CALLS_H
 #define RANDOM_CALLS_H
 #include <math.h>
@@ -12,7 +12,7 @@
 #include "fmi3Functions.h"
 
 static uint64_t draw(uint64_t n);
-static int environment; /* its address comes back with every message */
+static int environment; /* every message returns its address */
 
 static void tell2(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category, fmi2String text,
                   ...) {
@@ -35,7 +35,7 @@ static double value(void) {
   return draw(8) ? (double)draw(2000) / 1000 - 1 : odd[draw(sizeof odd / sizeof *odd)];
 }
 
-/* a pointer to a state: mostly a good one, at times freed, of another instance, or nonsense */
+/* a pointer to a state: usually valid, sometimes freed, of another instance, or invalid */
 static void **any_state(int v, int i) {
   static void *nonsense;
   if (draw(8) == 0) return unit[v][draw(INSTANCES)].state + draw(STATES);
@@ -47,7 +47,7 @@ static void check(int status) {
   if (status < 0 || status > fmi2Fatal) abort();
 }
 
-/* a new instance: mostly as it should be, at times refused and then NULL */
+/* a new instance: usually valid, sometimes refused and then NULL */
 static void open_unit(int v, int i, const char *location, const char *token) {
   const fmi2CallbackFunctions functions = {tell2, NULL, NULL, NULL, &environment};
   memset(unit[v] + i, 0, sizeof unit[v][i]);
@@ -64,7 +64,7 @@ static void open_unit(int v, int i, const char *location, const char *token) {
 
 static unsigned char bytes[1 << 20];
 
-/* Damage to a saved state: refused by its checksum, or, with a right one, read as what somebody else may have saved. */
+/* Damage a saved state: refused by its checksum, or, with a valid one, read as an untrusted state. */
 static void damage(size_t size) {
   enum { CHECKSUM = 12, COVERED = 16 };
   for (uint64_t k = draw(4); k > 0; k--) bytes[draw(size)] ^= (unsigned char)(1 << draw(8));
@@ -199,7 +199,7 @@ static void call3(int i, uint32_t references, const char *location, const char *
 
 static void one_call(uint32_t references, const char *location, const char *token) {
   const int i = (int)draw(INSTANCES), v = (int)draw(2);
-  if (!unit[v][i].open) open_unit(v, i, location, token); /* when it is first met: many sequences meet but a few */
+  if (!unit[v][i].open) open_unit(v, i, location, token); /* on first use: most sequences use few */
   if (v) call3(i, references, location, token);
   else call2(i, references, location, token);
 }

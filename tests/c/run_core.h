@@ -1,5 +1,5 @@
 /* run_core.h - opens a block file, however damaged, and runs what it holds through every function of the core.
- * Exits with a number of its own where the core breaks its word; memory errors are the sanitizers' to find. */
+ * Exits with a distinct number for each violated guarantee; the sanitizers detect memory errors. */
 #ifndef RUN_CORE_H
 #define RUN_CORE_H
 #include <stdlib.h>
@@ -21,27 +21,27 @@ static void put_u32(unsigned char *to, uint32_t v) {
   for (int k = 0; k < 4; k++) to[k] = (unsigned char)(v >> 8 * k);
 }
 
-/* make length and checksum right, so that the damage behind them is reached */
+/* correct length and checksum, so that the damage behind them is reached */
 static void seal(unsigned char *file, size_t length) {
   if (length < 20) return;
   put_u32(file + 12, (uint32_t)length);
   put_u32(file + 16, hyst_crc32(file + 20, length - 20));
 }
 
-/* inputs: mostly moderate, at times the largest numbers there are */
+/* inputs: usually moderate, sometimes the largest finite numbers */
 static double input(int extreme) {
   const double u = 4 * hyst_random_uniform(2, drawn++) - 2;
   if (!extreme || draw() % 50) return u;
   return u * (draw() % 2 ? 1e300 : 1e-300);
 }
 
-/* the passes of continuous time, from wherever the run is */
+/* the continuous-time passes, from the present state */
 static void continuous(hyst_graph *g, int extreme) {
   const int64_t n = hyst_graph_n_continuous(g);
   int64_t n_outputs = 0;
   for (int k = 0; k < g->n_ports; k++)
     if (g->ports[k].kind == HYST_OUTPUT) n_outputs += g->ports[k].size;
-  /* each of its exact length, so that writing past the end is seen */
+  /* each of its exact length, so that a write past the end is detected */
   double *dx = malloc((size_t)(n + !n) * sizeof *dx), *seeds = malloc((size_t)(n + g->n_external + 1) * sizeof *seeds);
   double *dy = malloc((size_t)(n_outputs + !n_outputs) * sizeof *dy);
   if (!dx || !seeds || !dy) exit(3);
@@ -72,14 +72,14 @@ static hyst_status run(const unsigned char *file, size_t length, int steps, doub
   size_t bytes = 0;
   hyst_error error;
   char text[512];
-  unsigned char *copy = malloc(length ? length : 1); /* of the exact length: reading past the end is seen */
+  unsigned char *copy = malloc(length ? length : 1); /* of the exact length: a read past the end is detected */
   if (!copy) exit(3);
   if (length) memcpy(copy, file, length);
   hyst_status s = hyst_graph_measure(copy, length, &bytes, &error);
   if (s) {
     hyst_message(&error, text, sizeof text);
     hyst_graph *none = NULL;
-    if (hyst_graph_open(copy, length, NULL, 0, &none, &error) != s || none) exit(11); /* it looks for itself */
+    if (hyst_graph_open(copy, length, NULL, 0, &none, &error) != s || none) exit(11); /* it checks the file itself */
     free(copy);
     return s;
   }
@@ -118,7 +118,7 @@ static hyst_status run(const unsigned char *file, size_t length, int steps, doub
   }
   if (!hyst_graph_step(g, (steps + 2) * h, h)) (void)hyst_graph_step(g, (steps + 3) * h, 0.5 * h);
   hyst_graph_defaults(g);
-  for (int i = 0; i < 3; i++) { /* times and steps without measure */
+  for (int i = 0; i < 3; i++) { /* extreme times and steps */
     static const double odd[] = {1e300, -1e300, 1e-300};
     (void)hyst_graph_start(g, odd[i]);
     (void)hyst_graph_step(g, odd[i], 1e300);

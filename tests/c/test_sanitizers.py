@@ -76,7 +76,7 @@ def loop() -> Graph:
 
 
 def implicit() -> Graph:
-    """A bank of plays and a network, tried by an implicit inverse."""
+    """A bank of plays and a network inside an implicit inverse."""
     nodes = [
         Node("inverse", "implicit_inverse"),
         Node("bank", "play_bank", {"n": 2}, {"r": [0.0, 0.3]}),

@@ -1,4 +1,4 @@
-"""The turning-point machine against definitions that keep no stack: plain plays, memory read off the whole history."""
+"""The turning-point machine against definitions without a stack: plain plays, memory from the whole history."""
 
 from __future__ import annotations
 
@@ -250,7 +250,7 @@ def test_too_small_a_memory_is_refused() -> None:
 
 # ---- why the dominant extremum --------------------------------------------------------------------------------------
 def test_the_last_extremum_drifts_under_noise() -> None:
-    """20 cycles of a unit sine with 0.5 % noise: the last-extremum reading drifts, the dominant one does not."""
+    """20 cycles of a unit sine with 0.5 % noise: the last-extremum form drifts, the dominant one does not."""
     n = 200
     u = np.sin(2 * np.pi * np.arange(20 * n) / n)
     noisy = u + 5e-3 * np.random.default_rng(0).standard_normal(u.size)
@@ -260,7 +260,7 @@ def test_the_last_extremum_drifts_under_noise() -> None:
 
 
 def test_the_last_extremum_is_unbounded() -> None:
-    """2000 random reversals within +-1: g(2) = 1.73 bounds the operator; the last-extremum reading wanders beyond."""
+    """2000 random reversals within +-1: g(2) = 1.73 bounds the operator; the last-extremum form exceeds it."""
     u = reversals(2000, 0)
     assert np.ptp(ZhaoTan()(u)) <= zhao_tan_branch(np.float64(2.0)) + 1e-14
     assert np.ptp(ZhaoTan(memory="last")(u)) >= 3.0

@@ -1,4 +1,4 @@
-"""Block files that the writer would not write: damaged, with values that it refuses, with ports in another order."""
+"""Block files that the writer does not write: damaged, with refused values, with ports in another order."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def patched(file: bytes, at: int, new: bytes) -> bytes:
 
 
 def raw_bytes(node: Node) -> bytes:
-    """The file of a graph whose parameters the writer would refuse."""
+    """Make the file of a graph with parameters that the writer refuses."""
     good = Node(node.name, node.type)
     file = Graph.single(good).to_bytes()
     for name, value in node.values.items():

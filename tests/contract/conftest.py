@@ -1,4 +1,4 @@
-"""Says at the end which rule each block breaks and which file to write: the answer of `make contract` to its author."""
+"""Report of `make contract`: the rule that each block breaks and the file to write."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inputs and parameter sets that bring every block to life: what all contract tests run."""
+"""Inputs and parameter sets that excite every block, used by all contract tests."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ every_block = pytest.mark.parametrize("name", BLOCKS)
 
 # Values without which a parameter can have no effect, each with its reason.
 NEEDED: dict[str, list[dict[str, Any]]] = {
-    "disturbance": [{"step": 1.0, "t_step": 1.0}],  # a step of height 0 has no time
+    "disturbance": [{"step": 1.0, "t_step": 1.0}],  # a step of height 0 has no step time
 }
 
 

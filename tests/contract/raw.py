@@ -1,4 +1,4 @@
-"""A block's C functions called directly on guarded arrays: no graph, no executor, so both can be held against it."""
+"""Direct calls of a block's C functions on guarded arrays, a reference for graph and executor."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _pointer(a: Array) -> C._Pointer[C.c_double]:
 
 
 class Raw:
-    """Flat arrays p, u, y, x, dx of a node, each between marks that nobody may overwrite."""
+    """Flat arrays p, u, y, x, dx of a node, each between guard values."""
 
     def __init__(self, node: Node) -> None:
         self.node, self.c = node, node.block.raw
@@ -85,7 +85,7 @@ class Raw:
         return self.dx.copy()
 
     def tangent(self, du: Array, dx: Array) -> tuple[Array, Array]:
-        """Directional derivatives of output and deriv; zero where the block has none."""
+        """Tangent of output and deriv; zero if the block has none."""
         whole_y, dy = _guarded(self.y.size)
         whole_x, ddx = _guarded(self.n_cstates)
         dy[:], ddx[:] = 0.0, 0.0

@@ -1,4 +1,4 @@
-"""What every block does: defaults that move, rate-independence, derivatives that lead to updates, no idle parameter."""
+"""Effects of every block: defaults that move, rate independence, derivatives that match updates, no idle parameter."""
 
 from __future__ import annotations
 

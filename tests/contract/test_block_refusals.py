@@ -1,4 +1,4 @@
-"""Values and sizes out of range are refused by every block, in one sentence of one form."""
+"""Every block refuses values and sizes out of range, with one form of sentence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every block keeps its state where it belongs: pure outputs, true feed-through, saved states and files to the bit."""
+"""State of every block: pure outputs, true feed-through, bit-exact saved states and files."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_no_feedthrough_means_no_feedthrough(name: str) -> None:
 
 @every_block
 def test_feedthrough_is_claimed_only_where_it_is(name: str) -> None:
-    """A claim too many would make a false algebraic loop."""
+    """A false declaration of feed-through would make a false algebraic loop."""
     block = block_types()[name]
     claiming = [n for n in some(block) if n.feeds_through() and block.of("input")]
     for n in claiming:

@@ -1,4 +1,4 @@
-"""The table of every block: names that are legal and used once, complete rows in order, a registry without gaps."""
+"""Table of every block: legal unique names, complete rows in order, a registry without gaps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tangent of every block against one-sided differences, at corners too."""
+"""Tangent of every block against one-sided differences, at kinks too."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hystfmu.graph import Node
 
 
 def one_sided(raw: Raw, du: np.ndarray, dx: np.ndarray, e: float) -> np.ndarray:
-    """Second-order difference of outputs and derivatives to the side of the seeds, and nowhere across it."""
+    """Second-order difference of outputs and derivatives on the side of the seeds only."""
     u, x = raw.u.copy(), raw.x.copy()
 
     def at(s: float) -> np.ndarray:
@@ -34,8 +34,8 @@ DIMS = {  # other sizes than those of the table
 
 
 @every_block
-@pytest.mark.parametrize("corner", [False, True])
-def test_tangent_is_the_one_sided_derivative(name: str, corner: bool) -> None:
+@pytest.mark.parametrize("kink", [False, True])
+def test_tangent_is_the_one_sided_derivative(name: str, kink: bool) -> None:
     """At inputs that no update has seen, and at the last input itself: there a seed back is a reversal."""
     block, rng, depends = block_types()[name], np.random.default_rng(4), False
     real = [v for v in block.parameters if v.type == "real"]
@@ -52,7 +52,7 @@ def test_tangent_is_the_one_sided_derivative(name: str, corner: bool) -> None:
         for rounds in range(12):
             u = rows(block, dict(n.dims), 16 + rounds, seed=rounds)
             raw.run(u, STEP)
-            if not corner:
+            if not kink:
                 raw.set_inputs(rng.uniform(-1.3, 1.3, u.shape[1]), 1.0)
             before = [a.tobytes() for a in (raw.p, raw.x, raw.u)]
             for _ in range(4):

@@ -1,6 +1,6 @@
-"""Corners of the blocks and of the reader that ordinary runs miss: each against its closed form or its rule.
+"""Corner cases of the blocks and of the reader that ordinary runs miss, each against its closed form or rule.
 
-They were found by the conditions that MC/DC listed as never shown (tests/stress)."""
+MC/DC listed their conditions as not covered (tests/stress)."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_parameters_that_do_not_fit_together() -> None:
     for values in ({"zeta": 1e308}, {"f_n": 1e5}, {"f_n": 1e-150}):
         assert "the step is too long" in (wrong("disturbance_observer", h=1.0, **values) or "")
     inverse = Raw(Node("b", "prandtl_ishlinskii_inverse"))
-    inverse.p[inverse.places["w0"]] = 0.0  # the table has no such value: prepare() looks at it all the same
+    inverse.p[inverse.places["w0"]] = 0.0  # the table excludes this value; prepare() checks it all the same
     assert "no continuous inverse exists" in (inverse.prepare(0.0) or "")
     first = {"na": 1, "nb": 0}
     for a in ([1.0, 1.7e308], [1.0, 5e307]):  # time constants that no double can scale
@@ -174,7 +174,7 @@ def test_narx_with_feed_through_and_no_auxiliary_function() -> None:
     u, y = 0.75, 0.5
     assert raw.output() == pytest.approx([theta @ [u, y, u * u, u * y, y * y, 1.0]], abs=1e-15)
     for s_u, s_f in ((1.0, 0.0), (0.0, 1.0), (-2.0, 3.0)):
-        slope = (theta[0] + 2 * theta[2] * u + theta[3] * y) * s_u  # the second input is read by nobody
+        slope = (theta[0] + 2 * theta[2] * u + theta[3] * y) * s_u  # the second input is not read
         assert raw.tangent(np.array([s_u, s_f]), np.zeros(0))[0] == pytest.approx([slope], abs=1e-15)
 
 
@@ -234,7 +234,7 @@ def test_noise_stops_counting_where_doubles_do() -> None:
 
 
 @pytest.mark.parametrize("count", [-1.0, np.nan, 1e300, 0.5])
-def test_a_count_that_nobody_stored_leads_nowhere(count: float) -> None:
+def test_an_impossible_count_is_harmless(count: float) -> None:
     for name in ("noise", "zhao_tan"):
         raw = Raw(Node("b", name))
         raw.prepare(0.1), raw.init()

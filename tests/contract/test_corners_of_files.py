@@ -1,4 +1,4 @@
-"""Corners of the reader of block files, and of graphs that only hand-made files contain."""
+"""Corner cases of the reader of block files, and of graphs that only hand-made files contain."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_a_file_with_an_impossible_step_is_refused(step: float) -> None:
         Executor(patched(Graph.single(Node("c", "creep")).to_bytes(), 60, struct.pack("<d", step)))
 
 
-def test_a_port_of_what_nobody_may_see_is_refused() -> None:
+def test_a_port_of_an_internal_row_is_refused() -> None:
     node = Node("c", "creep")
     file = Graph.single(node).to_bytes()  # the last port: kind, block, row, place, elements
     rows = [v.name for v in node.block.vars]
@@ -96,7 +96,7 @@ def test_the_tangent_leaves_out_what_is_no_output() -> None:
 
 @pytest.mark.parametrize(("y", "u"), [(0.0, 0.0), (-2e299, -0.5)], ids=["near end first", "far end first"])
 def test_a_root_beside_a_cliff(y: float, u: float) -> None:
-    """Where the outputs at the ends of a bracket are 1e600 : 1 a secant says nothing: halving finds the root."""
+    """Where the outputs at the ends of a bracket are 1e600 : 1 a secant fails: bisection finds the root."""
     nodes = [
         Node("inverse", "implicit_inverse", {}, {"lo": -1.0, "hi": 1.0}),
         Node("cliff", "dead_zones", {"n": 1}, {"w0": 1e-300, "r": [-0.3], "w": [1e300]}),

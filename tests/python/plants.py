@@ -1,4 +1,4 @@
-"""Reference plants for the tests of identification, in plain numpy: nothing here uses the package."""
+"""Reference plants for the tests of identification, in numpy, independent of the package."""
 
 from itertools import pairwise
 

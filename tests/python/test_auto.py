@@ -1,4 +1,4 @@
-"""`--model auto` on one plant of each class of memory, all in plain numpy; what it leaves out, and why."""
+"""`--model auto` on one numpy plant of each memory class: the choice, the discarded candidates, the reasons."""
 
 import functools
 from itertools import pairwise
@@ -37,7 +37,7 @@ def static(u):
 
 @functools.cache
 def automatic(plant):
-    """The model that is picked for a plant, and the fractions of the work that were reported; fitted once."""
+    """Return the model chosen for a plant and the reported progress; fit once."""
     fractions = []
     return fit(Dataset.from_signal(U, plant(U), 1e-3), "auto", progress=fractions.append), fractions
 

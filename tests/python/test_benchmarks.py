@@ -1,4 +1,4 @@
-"""Benchmarks and the choice of a model: memory class from minor loops, warnings, oscillator, measured piezo stack."""
+"""Benchmarks and model selection: memory class from minor loops, warnings, oscillator, measured piezo stack."""
 
 import json
 
@@ -162,7 +162,7 @@ def test_linear_oscillator_from_its_spectra():
 
 
 def bouc_wen_oscillator(u, h, m, c, k, alpha, gamma, delta):
-    """Displacement by scipy's adaptive RK45 (another integrator than the core's), u a line between rows."""
+    """Displacement by scipy's adaptive RK45 (an integrator other than that of the core), u a line between rows."""
     from scipy.integrate import solve_ivp
 
     t = h * np.arange(len(u))
@@ -269,7 +269,7 @@ def test_s11_protocol_p1(measured):
 
 
 def test_piezo_table_without_data_is_what_was_published(tmp_path):
-    """As one of all tables it says what it leaves out; asked for by name it is an error: nothing is reproduced."""
+    """Among all tables it states what is missing; requested by name it raises, because nothing is reproduced."""
     with pytest.MonkeyPatch.context() as m:
         m.setattr("hystfmu.papers.PAPERS", {"dbo_piezo": ""})
         done = CliRunner().invoke(main, ["reproduce", "--json"])

@@ -1,4 +1,4 @@
-"""The command line as a user meets it: exit status, one line for bad input, nothing half-written."""
+"""Command line: exit status, one-line errors for invalid input, atomic writes."""
 
 import contextlib
 import json
@@ -18,7 +18,7 @@ ROOT = Path(__file__).parent.parent.parent
 
 
 def hystfmu(*arguments, cwd="."):
-    """A command in this process, which has imported the package: the same code, exit status and streams."""
+    """Run a command in this process, which has imported the package; return status and streams."""
     with contextlib.chdir(cwd):
         done = CliRunner().invoke(main, [str(a) for a in arguments], prog_name="hystfmu")
     if done.exception is not None and not isinstance(done.exception, SystemExit):
@@ -27,7 +27,7 @@ def hystfmu(*arguments, cwd="."):
 
 
 def process(*arguments, cwd=None):
-    """A command as a process of its own, which also shows warnings and what a pipe gets."""
+    """Run a command as a process, which also shows warnings and piped output."""
     return subprocess.run(
         [sys.executable, "-m", "hystfmu.cli", *map(str, arguments)],
         capture_output=True,

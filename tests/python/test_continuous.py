@@ -1,4 +1,4 @@
-"""A graph in continuous time: trials are pure, commits equal steps, derivatives lead to the exact solution."""
+"""Continuous-time form of a graph: evaluations are pure, commits equal steps, derivatives give the exact solution."""
 
 import sys
 from pathlib import Path
@@ -170,7 +170,7 @@ def test_newmark_leads_with_order_2_to_the_solution_of_the_derivatives():
     errors = [error(m) for m in (2, 4, 8, 16)]
     assert errors[0] < 1e-3
     order = np.polyfit(np.log2([2, 4, 8, 16]), np.log2(errors), 1)[0]
-    assert -2.2 < order < -1.8, errors  # |v| and |z| have corners: from grid to grid it varies, on the whole it is 2
+    assert -2.2 < order < -1.8, errors  # |v| and |z| have kinks: the order varies between grids, its mean is 2
 
 
 def sampled_graphs():
@@ -255,6 +255,6 @@ def test_the_step_of_a_model_stands_in_its_block_file():
     for bad in (-1.0, np.nan, np.inf):
         with pytest.raises(InputError, match="step"):
             Graph.single(Node("a", "delay")).with_step(bad)
-    graph.step = -1.0  # a file that no Graph writes
+    graph.step = -1.0  # a file that Graph does not write
     with pytest.raises(InputError, match="step"):
         Executor(graph.to_bytes())

@@ -1,4 +1,4 @@
-"""What the controllers promise: frequency response, transfer of the observer, learning and sliding that converge."""
+"""Properties of the controllers: frequency response, observer transfer, convergence of learning and sliding."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ OBSERVER = {"f_n": 500.0, "zeta": 0.7, "f_o": 100.0}
 
 
 def test_observer_sees_nothing_in_the_nominal_plant() -> None:
-    """Its command is what it was told, since no disturbance is found."""
+    """The command passes unchanged, because no disturbance is found."""
     u = np.random.default_rng(1).normal(size=500)
     out = run("disturbance_observer", np.column_stack([u, plant(u)]), OBSERVER)
     assert np.abs(out[:, 1]).max() < 1e-10

@@ -1,4 +1,4 @@
-"""Limits of a network are reported: rows that they cut, and how much of the input space the training rows visit."""
+"""Reports about the limits of a network: rows at which they act, coverage of the input space by the training rows."""
 
 import json
 

@@ -1,6 +1,6 @@
-"""Reversals under noise: the noise is estimated, a play in the model hides it.
+"""Dead band: noise estimate, and a play in the model that suppresses its reversals.
 
-That an FMU has the same play is seen in tests/fmu/test_keys.py.
+tests/fmu/test_keys.py tests that an FMU has the same play.
 """
 
 from itertools import pairwise
@@ -71,7 +71,7 @@ def test_wrong_reversals_are_gone():
     true, band = reversals(u), half_width(v)
     assert reversals(v) > 3 * true
     behind = plants.plays(v, np.array([band]), v[0])[:, 0]
-    # loops smaller than the band cannot be told from noise, larger ones stay; hardly a wrong one is left
+    # loops smaller than the band are not distinguishable from noise, larger ones remain; hardly any false one is left
     assert 0.9 * true < reversals(behind) < 1.1 * true
 
 
@@ -97,7 +97,7 @@ def test_models_without_return_point_memory(key, gain):
 
 
 def test_return_point_memory_needs_none():
-    """Noise moves a Zhao-Tan operator by no more than a few times itself; it does not add up, whatever the length."""
+    """Noise moves a Zhao-Tan operator by at most a few times its size and does not accumulate."""
     u = np.tile(path(5)[:241], 20)
     sigma = 0.005
     e = blocks.ZhaoTan()(noisy(u, sigma)) - blocks.ZhaoTan()(u)

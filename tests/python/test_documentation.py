@@ -1,4 +1,4 @@
-"""Every public object says what its arguments mean and when it raises; imports run one way."""
+"""Every public object documents its arguments and errors; imports form no circle."""
 
 import ast
 import importlib
@@ -58,7 +58,7 @@ def arguments(thing):
 
 
 def undocumented(thing, text):
-    """Arguments that no word of the text names."""
+    """Return the arguments that the text does not mention."""
     return [n for n in arguments(thing) if not re.search(rf"(?<!\w){n}(?!\w)", text)]
 
 
@@ -92,7 +92,7 @@ def test_what_raises_says_so(name):
 
 def test_the_walk_finds_an_undocumented_argument():
     def speak(loudness: float, words: str) -> None:
-        """Says the words."""
+        """Say the words."""
 
     assert undocumented(speak, inspect.getdoc(speak)) == ["loudness"]
 

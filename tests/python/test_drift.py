@@ -1,4 +1,4 @@
-"""Drift and creep in a record: drift is said with its size, creep is taken by the models that have lags."""
+"""Drift and creep in data: drift is reported with its size, models with lags represent creep."""
 
 import numpy as np
 import plants
@@ -27,7 +27,7 @@ def test_a_linear_drift_is_said_with_its_size(percent):
     total, error = drift(y - m.predict(U))
     said = 100 * total / np.ptp(y)
     assert text.startswith(f"the output drifts by {said:+.2g} % of its span or more")
-    assert 0.5 < said / percent < 1.05  # plays take a part
+    assert 0.5 < said / percent < 1.05  # plays absorb a part
     assert error < abs(total) / 5
 
 

@@ -65,7 +65,7 @@ CONTROLLERS = {
 
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_no_kick_at_the_start(name: str) -> None:
-    """The first error is no jump: with a huge derivative gain, u at the start has no part of it."""
+    """The first error is not a discontinuity: with a huge derivative gain, u has no derivative term at the start."""
     strong = {"Kp": 0.0, "Kd": 1e6} if name == "pid" else {"lam": 0.0, "eta": 1e6}
     unit = Unit(Graph.single(Node(name, name, {}, strong)))
     unit.initialize(0.0, y_d=5.0, y=-3.0, u_ff=0.25)
@@ -76,7 +76,7 @@ def test_no_kick_at_the_start(name: str) -> None:
 
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_limits_and_anti_windup(name: str) -> None:
-    """Ten seconds against the limit must not be paid back: u leaves it as soon as the error changes its sign."""
+    """After ten seconds at the limit there is no windup: u leaves it as soon as the error changes its sign."""
     h = 1e-3
     rows = np.zeros((10_200, 3))
     rows[:10_000, 0], rows[10_000:, 0] = 1.0, -0.02

@@ -152,7 +152,7 @@ def test_reset_is_a_new_instance():
 
 
 def test_a_step_that_differs_by_rounding_is_the_same_step():
-    # a master that steps from t_k to t_{k+1} and hands over the difference
+    # a master that steps from t_k to t_{k+1} and passes the difference
     g = Graph.single(Node("g0", "transfer_function", values={"b": [1.0], "a": [1e-7, 4e-4, 1.0]}))
     even, jitter = Unit(g), Unit(g)
     t = 1e4 + 1e-4 * np.arange(300)

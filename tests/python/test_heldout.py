@@ -1,10 +1,10 @@
-"""The numbers to meet, on signals the model has not seen: other decay rates, two tones, nested reversals, minor loops.
+"""Target errors on held-out signals: other decay rates, two tones, nested reversals, minor loops.
 
-Plants are plain numpy (`plants.py`), their thresholds on no grid of a method.  %FS: percent of the span
-of y in training.
+Plants are in numpy (`plants.py`), with thresholds off the grid of every method.  %FS: percent of the span of y in
+training.
 
-These signals, plants and measured rows were in view when the defaults of the methods were chosen: the tests guard what
-was reached, they are no proof for other plants.  `bench_identify.py` counts how many fresh plants meet S2.
+The defaults of the methods were tuned on these signals, plants and measured rows: the tests guard against regression
+and prove nothing for other plants.  `bench_identify.py` counts how many fresh plants meet S2.
 """
 
 import numpy as np
@@ -53,14 +53,14 @@ def test_s2_operator_and_network(plant):
 
 
 def test_s3_bouc_wen_grey_box():
-    """A Bouc-Wen plant integrated by scipy's RK45: at most 0.03 %FS; a sum of plays cannot follow it."""
+    """A Bouc-Wen plant integrated by scipy's RK45: at most 0.03 %FS; a sum of plays cannot represent it."""
     for name, e in table("bouc_wen", plants.bouc_wen).items():
         assert e["rms_percent"] <= 0.03, name
     assert table("prandtl_ishlinskii", plants.bouc_wen)["nested reversals"]["rms_percent"] > 2
 
 
 def test_sums_of_plays():
-    """The plant's own kind, with thresholds off the grid: the error left is that of the grid."""
+    """The model class of the plant, with thresholds off the grid: the error is that of the grid."""
     for name, e in table("prandtl_ishlinskii", plants.prandtl_ishlinskii).items():
         assert e["rms_percent"] <= 0.06, name
     for name, e in table("prandtl_ishlinskii", plants.prandtl_ishlinskii, N=400).items():
@@ -71,7 +71,7 @@ def test_sums_of_plays():
     ("key", "limit"), [("prandtl_ishlinskii", 0.48), ("zhao_tan_mlp", 0.30), ("prandtl_ishlinskii_asym", 0.21)]
 )
 def test_measured_piezo_stack(key, limit, measured, tmp_path):
-    """dbo_piezo, protocol P1: trained on one decaying sine, judged on 54 s of other amplitudes (stroke 41.4 um)."""
+    """dbo_piezo, protocol P1: trained on one decaying sine, tested on 54 s of other amplitudes (stroke 41.4 um)."""
     path = measured / "dbo_piezo" / "Test_Vi_Do_Di.dat"
     if not path.exists():
         pytest.skip(f"no {path}")

@@ -1,4 +1,4 @@
-"""Identification: every method recovers what it can represent, records what it did, and refuses what it cannot use."""
+"""Identification: every method recovers plants of its class, records provenance, refuses invalid data."""
 
 import subprocess
 import sys
@@ -156,7 +156,7 @@ def test_nonnegative_against_scipy(plant):
     least = np.linalg.norm(b - np.column_stack([A, F, -F]) @ both)
     assert (x >= 0).all()
     assert np.linalg.norm(residual) <= least * (1 + 1e-9) + 2e-13 * np.linalg.norm(b)
-    # the conditions of an optimum, as far as rounding of the residual lets them be seen
+    # optimality conditions, up to rounding of the residual
     gradient = A.T @ residual / np.linalg.norm(A, axis=0)
     assert gradient.max() < 1e-12 * np.linalg.norm(b)
     assert abs(gradient @ x) < 1e-12 * np.linalg.norm(b) * x.sum()

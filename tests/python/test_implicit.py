@@ -1,4 +1,4 @@
-"""The implicit inverse: root finding in the core on whatever static model hangs on it, anywhere in a graph."""
+"""Implicit inverse: root finding in the core for any static model, anywhere in a graph."""
 
 import numpy as np
 import plants
@@ -40,7 +40,7 @@ def test_it_is_the_exact_inverse_where_there_is_one(make):
     implicit, exact = inverse(model, "implicit", **LIMITS), inverse(model)
     v = implicit.predict(y)
     assert np.abs(model.predict(v) - y).max() <= 1e-12 * np.ptp(y)
-    if model.key != "chain":  # where the slope is 0, u is worth the square root of what y is
+    if model.key != "chain":  # where the slope is 0, the error of u is the square root of that of y
         assert np.abs(v - exact.predict(y)).max() <= 1e-12 * np.ptp(u)
     assert np.abs(v - u).max() <= 1e-7
 
@@ -93,13 +93,13 @@ def test_of_two_roots_it_takes_the_one_near_the_last():
     assert step(y=0.3) == pytest.approx(0.3, abs=1e-15)
     assert step(y=0.3, inv_lo=0.6) == pytest.approx(0.7, abs=1e-15)
     assert step(y=0.35, inv_lo=0.0) == pytest.approx(0.65, abs=1e-15)  # 0.35 is a root as well, further away
-    found = {step(y=0.8) for _ in range(3)}  # out of reach: the extremum, and no other one from there
+    found = {step(y=0.8) for _ in range(3)}  # out of reach: returns the extremum, and the same one again
     assert len(found) == 1
     assert abs(found.pop() - 0.5) < 0.002
 
 
 def test_at_the_start_the_model_is_tried_as_it_starts():
-    """Bouc-Wen takes notice of its first input without moving: z stays z0, whatever u is."""
+    """Bouc-Wen stores its first input without moving: z stays z0 for any u."""
     values = {"A": 1.0, "alpha": 0.5, "k": 2.0, "z0": 0.3}
     g = around([Node("m", "bouc_wen", {}, values)], [], ["m.u"], "m.y", **LIMITS)
     u, h = g.run(np.array([0.9, 0.9, 1.0])).T
@@ -131,7 +131,7 @@ def test_trials_leave_no_trace_and_commits_are_steps():
 
 
 def test_asked_again_it_answers_the_same_and_sees_new_parameters():
-    """An importer may let an event happen twice at one time, and hold an input: not one bit may move."""
+    """An importer may repeat an event at one time and hold an input: no bit may change."""
     g, r = network_inverse()
     c, got = ContinuousExecutor(g.to_bytes()), []
     for k, v in enumerate(r):
@@ -155,7 +155,7 @@ def test_asked_again_it_answers_the_same_and_sees_new_parameters():
         assert unit.get("u") == pytest.approx(want, abs=1e-15)
 
 
-# ---- where there is none --------------------------------------------------------------------------------------------
+# ---- refusals ------------------------------------------------------------------------------------------------------
 A, B = Node("a", "backlash_sum"), Node("b", "backlash_sum")
 
 

@@ -1,4 +1,4 @@
-"""Inverses: exact ones are identities in cascade, learned ones come close, and where none exists the reason is said."""
+"""Inverses: exact ones are identities in cascade, learned ones approximate, refusals state the reason."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def fitted(key="prandtl_ishlinskii", noise=0.0, u=None, **options):
 
 
 def wanted(model, share=0.9):
-    """Outputs to ask for: held-out signals scaled into the range that the model reaches."""
+    """Return wanted outputs: held-out signals scaled into the range that the model reaches."""
     y = model.predict(np.concatenate([signals.training(5, 1)]))
     middle, half = (y.max() + y.min()) / 2, share * np.ptp(y) / 2
     start = model.predict(np.zeros(2))[0]
@@ -71,7 +71,7 @@ def test_zhao_tan_between_scalings():
     m = chain()
     u = 0.8 * signals.nested_reversals(40, 3)
     np.testing.assert_allclose(inverse(m).predict(m.predict(u)), u, atol=1e-13)
-    far = m.predict(np.linspace(0, -3, 50))  # beyond its limit the model stands still, and so does the inverse
+    far = m.predict(np.linspace(0, -3, 50))  # beyond its limit the model is constant, and so is the inverse
     assert inverse(m).predict(np.r_[far, far[-1] + 5]).min() >= -0.9 - 1e-12
 
 
@@ -157,7 +157,7 @@ def test_an_inverse_states_what_it_is_worth():
     assert 100 * np.abs(e).max() / np.ptp(r) <= worth["cascade_max_percent"] * (1 + 1e-12)
     assert 100 * np.sqrt(np.mean(e**2)) / np.ptp(r) <= worth["cascade_rms_percent"] * (1 + 1e-12)
     assert worth["cascade_max_percent"] < 10
-    assert inverse(chain()).fit == {}  # nobody knows the range of its input
+    assert inverse(chain()).fit == {}  # the range of its input is unknown
 
 
 def test_identified_with_noise_its_inverse_linearises_the_true_plant():

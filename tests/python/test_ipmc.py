@@ -186,7 +186,7 @@ def test_a_dead_zone_below_the_achievable_error_diverges(problem):
 
 
 def test_printed_recursion_fails_where_the_corrected_one_holds():
-    # the signal stays small for a while, then the error leaves the dead zone: sigma^2 = sum e^2/k is still below r^2
+    # after small signals the error leaves the dead zone while sigma^2 = sum e^2/k is still below r^2
     phi, y, r = np.ones((400, 1)), np.r_[np.full(200, 0.02), np.full(200, 0.2)], 0.1
     printed, corrected = PrintedRecursive(1, r, eta=1.0), Recursive(1, 1.0, dead_zone=r)
     worst = [max(abs(model.update(h, v)) for h, v in zip(phi, y, strict=True)) for model in (printed, corrected)]
@@ -197,7 +197,7 @@ def test_printed_recursion_fails_where_the_corrected_one_holds():
     with np.errstate(all="ignore"):
         for _ in range(7000):
             quiet.update(np.ones(1), 0.0)
-    assert np.isnan(quiet.theta).all(), "without a single error"
+    assert np.isnan(quiet.theta).all(), "without any error"
 
 
 @pytest.mark.parametrize(
@@ -289,7 +289,7 @@ def test_wrong_options(data):
 def test_stream_predicts_as_the_model_and_follows_a_change(data):
     m = fit(data, "polynomial_narx", n_u=2, n_f=2)
     x = synthetic_ipmc.excitation(20, (2.0, 5.0), seed=5)
-    u, truth = 5 * x, 1.2 * synthetic_ipmc.sensor(x) + 0.1  # the sensor's gain and zero have moved
+    u, truth = 5 * x, 1.2 * synthetic_ipmc.sensor(x) + 0.1  # gain and zero of the sensor have drifted
     still = Stream(m, eta=1e-20)
     ahead = [still.update(*s) for s in zip(u[:300], truth[:300], strict=True)]
     np.testing.assert_allclose(ahead, m.predict(u)[:300], atol=1e-9)

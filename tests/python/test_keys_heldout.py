@@ -1,8 +1,8 @@
-"""Every key of METHODS on a plant that shares no code with the package, judged on the held-out signals.
+"""Every key of METHODS on a plant that shares no code with the package, tested on the held-out signals.
 
-The plants are plain numpy (`plants.py`); Bouc-Wen is integrated by scipy's RK45, the core integrates in u by its own
-rule.  Limits: the worst RMS error in percent of the span of the training data; what a short training reaches, with some
-room.  The numbers to meet are in test_heldout.py.
+The plants are in numpy (`plants.py`); Bouc-Wen is integrated by scipy's RK45, while the core integrates in u.  Limits
+are the worst RMS error in percent of the span of the training data after short training, with a margin.  The target
+errors are in test_heldout.py.
 """
 
 from pathlib import Path

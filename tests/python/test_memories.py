@@ -55,11 +55,11 @@ def test_constraint_factor_goes_on_straight_beyond_d_max() -> None:
     assert np.abs(h[:1001] - [near(2 * v) / 2 for v in x[:1001]]).max() <= 1e-14
     slope = np.diff(h) / 1e-3
     assert np.abs(slope[1000:] - slope[1000]).max() <= 1e-10
-    assert np.abs(slope[1000] - slope[999]) <= 5e-3  # no corner
+    assert np.abs(slope[1000] - slope[999]) <= 5e-3  # no kink
 
 
 def test_published_coefficients_of_shen_and_ma_are_no_operator() -> None:
-    """Table 1: a_0 < 0 makes every branch fall at its start; the literal reading still runs."""
+    """Table 1: a_0 < 0 makes every branch fall at its start; the literal form still runs."""
     values = {"a0": -13.1053, "a": PUBLISHED, "d_max": 1.0}
     with pytest.raises(InputError, match="must not fall between d = 0 and d_max"):
         ConstraintFactor(**values)([0.0, 1.0])
@@ -94,7 +94,7 @@ def test_reconstructed_inverse_is_the_operator_of_the_whole_history(signal: str)
 
 @every_signal
 def test_reconstructed_inverse_is_twice_its_input_minus_the_forward_operator(signal: str) -> None:
-    """(1 + e^-d) d = 2 d - (1 - e^-d) d: the network sees the forward operator up to its own input."""
+    """(1 + e^-d) d = 2 d - (1 - e^-d) d: the network input is the forward operator up to its own input."""
     h = SIGNALS[signal]
     assert np.abs(ZhaoTanInverseReconstructed()(h) - (2 * h - ZhaoTan()(h))).max() <= 2e-14
 
@@ -246,15 +246,15 @@ def test_demagnetised_is_the_limit_of_ever_smaller_loops() -> None:
 
 
 def test_minor_loops_are_wiped_out_and_congruent() -> None:
-    """Mayergoyz 1991, ch. 1: what makes a Preisach operator.  Here loops of one width differ in height from place to
-    place, which those of a Prandtl-Ishlinskii operator do not."""
+    """Mayergoyz 1991, ch. 1: properties of a Preisach operator.  Loops of one width differ in height with their place,
+    unlike those of a Prandtl-Ishlinskii operator."""
     block = asymmetric_preisach(start="low")
     loop = [0.5, 0.1, 0.35, 0.1, 0.5]
     rising, other = block([-1.0, *loop, 0.8]), block([-1.0, 0.9, 0.1, *loop])[2:]
     assert abs(rising[1] - other[1]) > 0.1  # the same input, another past
     assert np.abs(np.diff(rising[1:6]) - np.diff(other[1:6])).max() <= 1e-14  # congruent
     assert rising[1] == pytest.approx(rising[5], abs=1e-14)  # closed
-    assert rising[-1] == pytest.approx(block([-1.0, 0.8])[-1], abs=1e-14)  # nothing is left of it
+    assert rising[-1] == pytest.approx(block([-1.0, 0.8])[-1], abs=1e-14)  # the memory is wiped out
     lower = block([-1.0, -0.5, -0.9])
     assert abs((lower[1] - lower[2]) / (rising[1] - rising[2]) - 1) > 0.1
 

@@ -1,4 +1,4 @@
-"""Model files: a round trip keeps every bit; whatever is wrong is one line that names the file and the key."""
+"""Model files: a round trip keeps every bit; errors are one line that names the file and the key."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Every operator block against another method: numpy, scipy solvers, closed forms, official benchmark records."""
+"""Operator blocks against independent methods: numpy, scipy solvers, closed forms, official benchmark records."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ RNG = np.random.default_rng(3)
 
 # ---- operators with play states, curves without memory --------------------------------------------------------------
 def plays(u: Array, r: Array, z0: Array) -> Array:
-    """The variational form: z moves only as far as |u - z| <= r demands."""
+    """The variational form: z moves only as far as |u - z| <= r requires."""
     z, rows = z0.copy(), []
     for x in u:
         e = x - z
@@ -220,7 +220,7 @@ def test_oscillator_has_the_published_linear_mode() -> None:
 
 
 def test_a_long_step_is_divided() -> None:
-    """One step of 10 ms is the same as its internal steps, with the force running linearly."""
+    """One step of 10 ms equals its internal steps with a linear force."""
     omega = math.sqrt(1e5 / 2)
     m = 1 + math.floor(2 * 0.01 * omega)
     u = np.array([0.0, 50.0, -30.0, 20.0])

@@ -1,4 +1,4 @@
-"""Preisach and Duhem models: fitted to independent plants, judged on the held-out signals, the same bits as FMU."""
+"""Preisach and Duhem models: fitted to independent plants, tested on the held-out signals, the same bits as FMU."""
 
 from functools import partial
 
@@ -17,7 +17,7 @@ STEP = 0.01
 
 
 def relays(u, levels=90):
-    """Relays on a lattice that is no method's, denser around one place and towards the diagonal for high inputs."""
+    """Relays off the grid of every method, denser around one place and towards the diagonal for high inputs."""
     edges = np.linspace(-1.05, 1.05, levels + 1)
     middle = (edges[1:] + edges[:-1]) / 2
     alpha, beta = (a[np.tril_indices(levels)] for a in np.meshgrid(middle, middle, indexing="ij"))
@@ -76,7 +76,7 @@ def test_preisach_on_plays():
 @pytest.mark.parametrize("start", ["demagnetised", "low", "high"])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_preisach_finds_a_density_on_its_own_grid(start, sign):
-    """In other units, before and after the memory is wiped out, rising or falling outputs."""
+    """With other scales, before and after the memory is wiped out, with rising or falling outputs."""
     n, scaled = 6, signals.training(100, 4)
     mu = np.random.default_rng(1).uniform(0, 1, n * (n + 1) // 2)
     y = sign * (columns(scaled, n, -1.0, 1.0, start) @ mu) - 7

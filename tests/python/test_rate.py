@@ -1,5 +1,5 @@
-"""Rate dependence: the dynamics behind the plays are recovered from a plant with another integrator and an input that
-is no ramp between the samples; what a rate can do without memory; the bound of the sliding mode law against its ODE."""
+"""Rate dependence: dynamics after plays, recovered from a plant with another integrator and an input that is no ramp
+between samples; the rate without memory; the bound of the sliding mode law against its ODE."""
 
 import numpy as np
 import plants

@@ -1,4 +1,4 @@
-"""The rooms of the package: what imports what, without a circle, and how much stands in one folder."""
+"""Rooms of the package: imports form no circle, and folders stay small."""
 
 from __future__ import annotations
 

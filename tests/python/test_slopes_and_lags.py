@@ -1,4 +1,4 @@
-"""Duhem operator, polynomial network of lags and differentiator: each against a definition written another way."""
+"""Duhem operator, polynomial network of lags and differentiator: each against an independent definition."""
 
 from __future__ import annotations
 

@@ -37,12 +37,12 @@ def test_reference_derivatives_and_lead(shape: str) -> None:
     made = blocks.Reference(shape=shape, amplitude=1.7, offset=0.3, lead=ahead * h, **REFERENCES[shape])
     r, r_lead, dr, ddr = made(np.zeros((15_000, 0)), h).T
     assert np.abs(r[ahead:] - r_lead[:-ahead]).max() <= 1e-10 or shape == "steps"
-    assert np.mean(np.abs(r[ahead:] - r_lead[:-ahead]) > 1e-10) <= 1e-3  # a jump may fall on either sample
+    assert np.mean(np.abs(r[ahead:] - r_lead[:-ahead]) > 1e-10) <= 1e-3  # a discontinuity may fall on either sample
     d1, d2 = (r_lead[2:] - r_lead[:-2]) / (2 * h), (dr[2:] - dr[:-2]) / (2 * h)
     curvature = np.diff(r_lead, 2) / h**2
     size = 1 + np.abs(ddr).max()
-    corners = np.abs(curvature - ddr[1:-1]) > 0.01 * size
-    away = np.convolve(corners, np.ones(7), "same") == 0
+    kinks = np.abs(curvature - ddr[1:-1]) > 0.01 * size
+    away = np.convolve(kinks, np.ones(7), "same") == 0
     assert away.mean() > 0.99
     assert np.abs(d1 - dr[1:-1])[away].max() <= 1e-4 * (1 + np.abs(dr).max())
     assert np.abs(d2 - ddr[1:-1])[away].max() <= 2e-3 * size
@@ -95,7 +95,7 @@ def test_noise_is_white_and_gaussian() -> None:
     spectrum = np.abs(np.fft.rfft(w)) ** 2 / n
     correlation = np.fft.irfft(spectrum)[1:200]
     assert np.abs(correlation).max() <= 5 / np.sqrt(n)
-    squares = w**2 - 1  # no dependence of size on size either
+    squares = w**2 - 1  # nor are the magnitudes correlated
     assert abs(np.mean(squares[1:] * squares[:-1])) <= 5 * 2 / np.sqrt(n)
 
 

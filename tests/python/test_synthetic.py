@@ -1,4 +1,4 @@
-"""Built-in data: the benchmark generator reproduces the official records; the piezo stack is what its text says."""
+"""Synthetic data: the benchmark generator gives the official records; the piezo stack matches its documentation."""
 
 import numpy as np
 import plants

@@ -1,4 +1,4 @@
-"""Directional derivatives of a graph: closed forms at corners, differences everywhere else."""
+"""Tangents of a graph: closed forms at kinks, differences elsewhere."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ H = 1e-3
 
 
 def after(graph, path):
-    """An executor whose memories have taken the path, evaluated at its end."""
+    """Return an executor whose memories have followed the path, evaluated at its end."""
     c = executor(graph)
     for k, v in enumerate(path):
         put(c, np.atleast_1d(v))
@@ -22,7 +22,7 @@ def after(graph, path):
     return c
 
 
-def slopes(graph, path, at):
+def tangents(graph, path, at):
     """dy/du upwards and downwards at the trial input `at`, without committing it."""
     c = after(graph, path)
     put(c, [at])
@@ -34,7 +34,7 @@ def slopes(graph, path, at):
     ("path", "at", "up", "down"),
     [
         ([0.0], 0.0, 0.5, 0.5),  # the play stands in the middle: the linear term alone
-        ([0.0], 0.25, 1.5, 0.5),  # where it begins to be taken along
+        ([0.0], 0.25, 1.5, 0.5),  # where it begins to move
         ([0.0], 0.75, 1.5, 1.5),  # trial: 0.75 is on a smooth branch until it is committed
         ([0.0, 0.75], 0.75, 1.5, 0.5),  # committed: down is a reversal
         ([0.0, 0.75, 0.5], 0.5, 0.5, 0.5),
@@ -47,10 +47,10 @@ def slopes(graph, path, at):
 @pytest.mark.parametrize("block", ["prandtl_ishlinskii", "backlash_sum"])
 def test_one_play_has_the_slopes_of_its_definition(block, path, at, up, down):
     graph = Graph.single(Node("b", block, {}, {"w0": 0.5, "r": [0.25], "w": [1.0]}))
-    assert slopes(graph, path, at) == pytest.approx([up, down], abs=1e-15)
+    assert tangents(graph, path, at) == pytest.approx([up, down], abs=1e-15)
     back = Graph.single(Node("b", "prandtl_ishlinskii_inverse", {}, {"w0": 0.5, "r": [0.25], "w": [1.0]}))
-    y = graph.run([*path, at])  # binary fractions: the corners of the inverse are met exactly
-    assert slopes(back, y[:-1], y[-1]) == pytest.approx([1 / up, 1 / down], abs=1e-15)
+    y = graph.run([*path, at])  # binary fractions: the kinks of the inverse are hit exactly
+    assert tangents(back, y[:-1], y[-1]) == pytest.approx([1 / up, 1 / down], abs=1e-15)
 
 
 def differences(graph, c, du, dx, e=1e-6):
@@ -126,10 +126,10 @@ def test_duhem_turns_by_its_law_and_stays_at_its_bound():
     w = graph.run([0.0, 0.1, 0.2])[-1] - 2.0 * 0.2
     assert 0.1 < w < 1.0
     up, down = 2.0 + 1.0 + 5.0 * w + 0.5 * w, 2.0 + 0.7 - 0.2 * w + 0.3 * w
-    assert slopes(graph, [0.0, 0.1, 0.2], 0.2) == pytest.approx([up, down], rel=1e-14)
-    assert slopes(graph, [0.0, 100.0], 100.0) == pytest.approx([2.0, 2.0 + 0.7 - 0.2 * 3.0 + 0.3 * 3.0], rel=1e-14)
+    assert tangents(graph, [0.0, 0.1, 0.2], 0.2) == pytest.approx([up, down], rel=1e-14)
+    assert tangents(graph, [0.0, 100.0], 100.0) == pytest.approx([2.0, 2.0 + 0.7 - 0.2 * 3.0 + 0.3 * 3.0], rel=1e-14)
     for far in (50.0, 1e300):  # where a step leaves the range of numbers too
-        assert slopes(graph, [0.0, 0.1], far) == [2.0, 2.0]
+        assert tangents(graph, [0.0, 0.1], far) == [2.0, 2.0]
 
 
 def test_sampled_blocks_hold():

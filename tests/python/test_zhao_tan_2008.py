@@ -94,7 +94,7 @@ def smooth():
 def test_trainers_end_near_one_another(smooth):
     x, y = smooth
     p = start(x, y, 4, "tanh", np.random.default_rng(3))
-    ridge = 1e-1 * np.eye(len(p))  # one minimum that all of them see
+    ridge = 1e-1 * np.eye(len(p))  # one minimum that all of them reach
 
     fit = problem(perceptron(2, 4, "tanh"), x, y[:, None])
 
@@ -171,7 +171,7 @@ def test_kp_model_of_210_kernels_against_a_plain_loop():
 
 
 def test_kp_weights_are_found_again():
-    """A plant of the same kernels, written as a loop: the fit is exact, also on a signal it has not seen."""
+    """A plant of the same kernels, written as a loop: the fit is exact, also on a held-out signal."""
     a, p1, p2 = grid(-1.0, 1.0, 8)
     w = np.random.default_rng(4).uniform(0, 1, len(p1)) * (np.random.default_rng(5).random(len(p1)) < 0.4)
     k0 = np.clip(2 * (-(p1 + p2) / 2) / a - 1, -1, 1)
@@ -303,7 +303,7 @@ def test_table_with_one_seed_and_less_data(monkeypatch):
     from hystfmu.papers import nested_loops, reproduce
 
     def short(data, key, *seed, **options):
-        """Banks of plays are trained briefly: their rows are made here and judged elsewhere."""
+        """Train banks of plays briefly; other tests check their errors."""
         return fit(data, key, *seed, **options, **({"starts": 1, "iterations": 5} if key == "play_bank_mlp" else {}))
 
     monkeypatch.setattr(nested_loops, "fit", short)

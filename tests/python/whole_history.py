@@ -1,4 +1,4 @@
-"""Return-point memory from its definition, and inputs to try it on: no stack, every row reads the whole history."""
+"""Return-point memory by its definition, without a stack: every row reads the whole history; inputs to test it."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ def printed(eta: float, eps: float) -> float:
 
 
 def ultimate(eta: float, rho: float, eps: float, D: float) -> float:
-    """Return the exact ultimate bound of |s|; eta in 1/s, eps in the measure of s, rho and D in that of ds/dt."""
+    """Return the exact ultimate bound of |s|; eta in 1/s, eps measured as s, rho and D as ds/dt."""
     b = eta * eps + rho - D
     root = math.sqrt(b * b + 4 * eta * D * eps)
     # positive root of eta s^2 + b s - D eps, in the form that avoids cancellation

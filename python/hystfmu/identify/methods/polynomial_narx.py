@@ -44,7 +44,7 @@ OPTIONS = (
         choices=("batch", "recursive", "dead_zone"),
         text="batch: QR of all rows; recursive: row by row in square-root form; dead_zone: the same with a dead zone",
     ),
-    Option("dead_zone", None, 1e-300, 1e300, text="r, in the measure of y; default 1.2 times the largest batch error"),
+    Option("dead_zone", None, 1e-300, 1e300, text="r, as y is measured; default 1.2 times the largest batch error"),
     Option("ridge", 1e-3, 1e-12, 1e6, text="ridge on the weights, each scaled by its column"),
     Option(
         "memory",

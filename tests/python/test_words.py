@@ -1,0 +1,61 @@
+"""One word for one thing: spellings that the project has replaced do not come back."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+EVERYWHERE = ("python", "tests", "fmu_build", "modelica", "scenarios", "README.md", "CONTRIBUTING.md")
+MODEL_ROOMS = tuple(
+    f"python/hystfmu/{room}"
+    for room in (
+        *("base", "core", "graph", "data", "model", "identify", "inverse", "design", "papers"),
+        *("unit.py", "demo", "face"),
+    )
+)
+TESTS = ("tests/python", "tests/contract", "tests/c")
+SUFFIXES = {".py", ".c", ".h", ".mo", ".toml", ".md", ".txt"}
+
+# pattern -> the word to use, and where; a place joins as soon as it is clean
+WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
+    r"\bstrangers?\b": ("untrusted file, foreign FMU", EVERYWHERE),
+    r"\bguests?\b": ("foreign FMU", EVERYWHERE),
+    r"\btorment|\btortur": ("stress tests", EVERYWHERE),
+    r"\brows held back\b|\bheld-back rows\b": ("validation split", EVERYWHERE),
+    r"\b(input|signal|data) (tells|says) little\b": ("not informative enough", EVERYWHERE),
+    r"\bhalf-written\b": ("atomic write", (*MODEL_ROOMS, *TESTS)),
+    r"\b(some|any|no)body\b": ("name the subject, e.g. foreign FMU, importer", (*MODEL_ROOMS, *TESTS)),
+    r"\bjudged\b": ("tested; scored on the validation split", (*MODEL_ROOMS, *TESTS)),
+    r"\bdirectional\b": ("tangent", (*MODEL_ROOMS, "tests/python", "tests/contract")),
+    r"\bas ever\b": ("nominal value", (*MODEL_ROOMS, *TESTS)),
+    r"\btakes? the blame\b|\bblames?\b": ("compensates for", MODEL_ROOMS),
+    r"\bdear\b": ("expensive; cheapest first", MODEL_ROOMS),
+    r"\bunits? of (u|x|y)\b|\bin (its|their) units?\b(?! of measure)": ("unit of measure", MODEL_ROOMS),
+    r"; got\b": ("'... must be RULE. Got VALUE instead.'", tuple(r for r in MODEL_ROOMS if not r.endswith("face"))),
+}
+
+
+def files(place: str) -> list[Path]:
+    """Tracked text files below a place; generated tables and this list are left out."""
+    listed = subprocess.run(["git", "ls-files", "-z", place], cwd=ROOT, capture_output=True, text=True, check=True)
+    paths = [ROOT / name for name in listed.stdout.split("\0") if name]
+    return [p for p in paths if p.suffix in SUFFIXES and p.is_file() and p != Path(__file__)]
+
+
+@pytest.mark.parametrize("pattern", WORDS)
+def test_a_replaced_word_does_not_come_back(pattern: str):
+    use, places = WORDS[pattern]
+    found = []
+    for path in {p for place in places for p in files(place)}:
+        for k, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            if m := re.search(pattern, line, re.IGNORECASE):
+                found.append(f"{path.relative_to(ROOT)}:{k}: {m[0]!r}")
+    assert not found, f"say {use!r} instead: {sorted(found)}"
+
+
+def test_every_place_has_files():
+    """A place that was renamed would pass unseen."""
+    for place in {place for _, places in WORDS.values() for place in places}:
+        assert files(place), f"{place} has no text files: correct the list of places"
