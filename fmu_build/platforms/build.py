@@ -1,15 +1,15 @@
-"""Builds the FMU binary for every platform on this machine with zig cc (PyPI: ziglang).
+"""Build the FMU binary for all platforms on this machine by zig cc (PyPI: ziglang).
 
 build.py FMU_BUILD OUT [TUPLE ...]
 
-One binary per platform serves every model.  OUT gets <tuple>.<suffix>, named by the FMI 3.0 platform tuples; CMake
-installs what lies there.  The C library is linked at run time; on Linux its oldest version is glibc 2.17.  Where both
-binaries for macOS are built, darwin64.dylib holds them for FMI 2.0.
+One binary per platform serves all models.  The binaries are written to OUT/<tuple>.<suffix>, named by the platform
+tuples of FMI 3.0; CMake installs the files in OUT.  The C library is linked at run time; on Linux the oldest supported
+version is glibc 2.17.  If both binaries for macOS are built, darwin64.dylib combines them for FMI 2.0.
 
-All of them travel in an FMU, so that size counts: one translation unit for each level of fast.txt, one for size with the
-rest; no unwind tables, for nothing is thrown through an FMU; nothing of zig's own C library.  Beside
-each binary lies its deflate stream (PyPI: zopfli), which archives take as it is: once made slowly here, it is smaller,
-and no export waits.
+An FMU may contain all binaries, so they are small: one translation unit for each level of fast.txt and one, compiled for
+size, for the other files; no unwind tables, because no exception passes an FMU; no parts of the C library of zig.  Each
+binary has a deflate stream (PyPI: zopfli), which exports copy: it is smaller than a fast compression, and exports need
+not wait for it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "sources"))
 from amalgamate import Amalgamation, source_files
 
-# FMI 3.0 tuple: zig target, suffix
+# FMI 3.0 tuple: target of zig, suffix
 TARGETS = {
     "x86_64-windows": ("x86_64-windows-gnu", "dll"),
     "x86_64-linux": ("x86_64-linux-gnu.2.17", "so"),
@@ -33,48 +33,48 @@ TARGETS = {
     "x86_64-darwin": ("x86_64-macos", "dylib"),
     "aarch64-darwin": ("aarch64-macos", "dylib"),
 }
-# the options of CMakeLists.txt: one meaning on every platform
+# options of CMakeLists.txt, for equal bits on every platform
 OPTIONS = ["-std=c99", "-g0", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-DHYST_UNDOCUMENTED"]
 OPTIONS += ["-fno-asynchronous-unwind-tables", "-fno-unwind-tables", "-fno-stack-protector"]
-OPTIONS += ["-fomit-frame-pointer"]  # zig keeps it on its own: larger, and up to 4 % slower
-OPTIONS += ["-mllvm", "-enable-machine-outliner=never"]  # repetition is what deflate lives on
+OPTIONS += ["-fomit-frame-pointer"]  # the default of zig is larger and up to 4 % slower
+OPTIONS += ["-mllvm", "-enable-machine-outliner=never"]  # outlining removes repetition, which deflate needs
 OPTIONS += ["-Wno-override-init", "-Wno-unused-function"]
 SMALL = ["-Os", "-Xclang", "-Oz"]
 WINDOWS = ("heap", "private", "stdio", "string")
 LINK = {
-    "so": ["-Wl,--gc-sections", "-Wl,--hash-style=sysv"],  # a Bloom filter does not compress
-    "dylib": ["-Wl,-x"],  # no local symbols: -s leaves them
-    # the libraries of Windows themselves: what mingw starts a program with is as large as half of the core
+    "so": ["-Wl,--gc-sections", "-Wl,--hash-style=sysv"],  # the Bloom filter of GNU hashes is incompressible
+    "dylib": ["-Wl,-x"],  # removes local symbols, which -s keeps
+    # link only libraries of Windows: the start-up code of mingw is half as large as the core
     "dll": ["-nostdlib", "-lkernel32", *(f"-lapi-ms-win-crt-{n}-l1-1-0" for n in WINDOWS)],
 }
 
 
 def levels(root: Path) -> dict[Path, str]:
-    """The files of fast.txt and how each is optimised."""
+    """Return the files of fast.txt with their optimisation levels."""
     lines = (root / "fast.txt").read_text().splitlines()
     words = [line.split() for line in lines if line and not line.startswith("#")]
     return {path: level for level, pattern in words for path in root.glob(pattern)}
 
 
 def unit(root: Path, sources: list[Path]) -> str:
-    """One translation unit out of some files; the others are seen by their headers."""
+    """Join source files into one translation unit; other files are declared by their headers."""
     return "#define HYST_PREFIX\n" + Amalgamation(root, sources).text("")
 
 
 def zig(*words: object) -> None:
-    """zig cc."""
+    """Run zig cc."""
     if subprocess.run([sys.executable, "-m", "ziglang", "cc", *map(str, words)]).returncode:
         raise SystemExit("build.py: the compiler failed")
 
 
 def build(root: Path, out: Path, name: str) -> Path:
-    """One binary, written as a whole or not at all."""
+    """Build one binary and write it atomically."""
     target, suffix = TARGETS[name]
     spec = importlib.util.find_spec("fmpy")
     if spec is None or spec.origin is None:
-        raise SystemExit("build.py: fmpy, which brings the FMI headers, is not installed")
+        raise SystemExit("build.py: fmpy is not installed; it contains the FMI headers")
     headers = Path(spec.origin).parent / "c-code"
-    fast, alone = levels(root), root / "fmi" / "open_file.c"  # of windows.h, it says why
+    fast, alone = levels(root), root / "fmi" / "open_file.c"  # because of windows.h, see the file
     sources = [p for p in source_files(root) if p not in fast and p != alone]
     units = {"small": (SMALL, unit(root, sources))}
     for level in sorted(set(fast.values())):
@@ -99,7 +99,7 @@ def build(root: Path, out: Path, name: str) -> Path:
 
 
 def universal(parts: Sequence[bytes]) -> bytes:
-    """One macOS binary for several processors: a big-endian header, then each binary at a page (mach-o/fat.h)."""
+    """Join macOS binaries of several processors: a big-endian header, then page-aligned binaries (mach-o/fat.h)."""
     page = 1 << 14
     head, body, at = struct.pack(">II", 0xCAFEBABE, len(parts)), b"", page
     for part in parts:
@@ -111,7 +111,7 @@ def universal(parts: Sequence[bytes]) -> bytes:
 
 
 def deflate(path: Path) -> Path:
-    """The stream of RFC 1951: a zlib stream without its header and checksum."""
+    """Write the deflate stream (RFC 1951) of a file: a zlib stream without header and checksum."""
     import zopfli.zlib
 
     made = path.with_name(f"{path.name}.deflate")
@@ -120,11 +120,11 @@ def deflate(path: Path) -> Path:
 
 
 def main() -> None:
-    """Build what is asked for, or everything."""
+    """Build the named platforms, by default all."""
     root, out, *names = sys.argv[1:]
     unknown = set(names) - set(TARGETS)
     if unknown:
-        raise SystemExit(f"build.py: no platform {sorted(unknown)[0]!r}; there are {', '.join(TARGETS)}")
+        raise SystemExit(f"build.py: the platform must be one of {', '.join(TARGETS)}. Got {sorted(unknown)[0]!r} instead.")
     files = [build(Path(root).resolve(), Path(out), name) for name in names or TARGETS]
     darwin = [Path(out, f"{name}.{suffix}") for name, (_, suffix) in TARGETS.items() if suffix == "dylib"]
     if all(path.exists() for path in darwin):

@@ -1,16 +1,17 @@
-"""Joins the C core and the FMI layer into one text of sections, from which the exporter takes what an FMU needs.
+"""Join the C core and the FMI layer into one text of sections, from which the exporter selects those of an FMU.
 
 amalgamate.py FMU_BUILD LICENSE OUT
 
-The binaries of an FMU (`platforms/build.py`) are compiled from such texts too: in one translation unit tables and
-functions of headers are there once.
+The binaries of an FMU (`platforms/build.py`) are compiled from such texts too, because tables and functions of headers
+occur only once in one translation unit.
 
-Every section begins with a line "/* ==== name ==== */".  What was private to a file must stay so in one translation unit:
-- names of a file (static functions and data, types, enumeration constants) get the name of the file in front;
-- the functions of a block, which headers may define too, are renamed by macros; the initialiser of its descriptor then
-  must not name fields, which also makes it C++; what only people read is left out;
-- macros of a file end with it;
-- names that other files use get HYST_PREFIX, so that two FMUs can be linked into one program.
+Every section begins with a line "/* ==== name ==== */".  Names that are private to a file must not collide in one
+translation unit:
+- names of a file (static functions and data, types, enumeration constants) are prefixed with the name of the file;
+- the functions of a block, which headers may define too, are renamed by macros; the initialiser of its descriptor has no
+  field names then, which also makes it valid C++; texts for people are omitted;
+- macros of a file are undefined at its end;
+- names shared by files are prefixed with HYST_PREFIX, so that two FMUs can be linked into one program.
 """
 
 from __future__ import annotations
@@ -23,12 +24,12 @@ WORD = r"[A-Za-z_]\w*"
 
 
 def in_place(header: Path) -> bool:
-    """Whether a header makes something new wherever it is included: it has no guard, or asks for macros before it."""
+    """Tell whether a header expands at each include: it has no guard, or depends on macros defined before it."""
     return header.name == "calls.h" or not re.search(r"^#ifndef \w+_H$", header.read_text(), re.M)
 
 
 def blank(text: str) -> str:
-    """The text with comments, strings and directives replaced by spaces: what is left are declarations."""
+    """Replace comments, strings and directives by spaces, so that only declarations remain."""
 
     def spaces(m: re.Match[str]) -> str:
         return re.sub(r"[^\n]", " ", m[0])
@@ -38,7 +39,7 @@ def blank(text: str) -> str:
 
 
 def top_level(text: str) -> str:
-    """Declarations outside of braces; what stands in braces becomes {}."""
+    """Return the declarations outside of braces; bodies in braces become {}."""
     out, depth = [], 0
     for c in blank(text):
         depth -= c == "}"
@@ -49,7 +50,7 @@ def top_level(text: str) -> str:
 
 
 def private_names(text: str) -> set[str]:
-    """What a file keeps for itself."""
+    """Return the names that are private to a file."""
     outside, whole = top_level(text), blank(text)
     names = set(re.findall(rf"\bstatic\b[^;{{}}=()]*?\b({WORD})\s*[=;(\[]", outside))
     names |= set(re.findall(rf"\bHYST_\w+_FN\(({WORD})\)", outside))
@@ -60,7 +61,7 @@ def private_names(text: str) -> set[str]:
 
 
 def public_names(headers: str) -> set[str]:
-    """Functions and data that files share."""
+    """Return functions and data that files share."""
     names = set()
     for declaration in re.split("[;}]", top_level(headers)):
         if not re.search(r"\b(?:static|typedef)\b", declaration):
@@ -70,7 +71,7 @@ def public_names(headers: str) -> set[str]:
 
 
 def rename(text: str, names: set[str], prefix: str) -> str:
-    """`prefix` in front of the names, except of members, and not in strings and comments."""
+    """Prefix names, except members and text in strings and comments."""
     if not names:
         return text
     pattern = rf"/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"|(?:\.|->)\s*{WORD}|\b(?:{'|'.join(sorted(names))})\b"
@@ -78,7 +79,7 @@ def rename(text: str, names: set[str], prefix: str) -> str:
 
 
 def arguments(text: str, at: int) -> tuple[list[str], int]:
-    """The arguments of a macro call whose "(" is at `at`, and the place behind its ")"."""
+    """Return the arguments of a macro call whose "(" is at `at`, and the position after its ")"."""
     depth, begin, found, quoted = 0, at + 1, [], False
     for k in range(at, len(text)):
         c = text[k]
@@ -96,7 +97,7 @@ def arguments(text: str, at: int) -> tuple[list[str], int]:
 
 
 def fields(hyst_h: str) -> list[str]:
-    """The members of hyst_block in their order."""
+    """Return the members of hyst_block in order."""
     body = re.search(r"typedef struct hyst_block \{(.*?)\} hyst_block;", hyst_h, re.S)[1]
     body = re.sub(r"/\*.*?\*/|HYST_TOLD\(.*?\)", "", body, flags=re.S)
     names: list[str] = []
@@ -107,7 +108,7 @@ def fields(hyst_h: str) -> list[str]:
 
 
 class Amalgamation:
-    """The sections by name, in the order in which a compiler must see them."""
+    """The sections by name, in the order of compilation."""
 
     def __init__(self, root: Path, sources: list[Path]) -> None:
         self.root, self.sections = root, dict[str, str]()
@@ -133,7 +134,7 @@ class Amalgamation:
         return path.relative_to(self.root).as_posix()
 
     def includes(self, path: Path) -> list[Path]:
-        """Our own headers that a file includes; the official ones of FMI are not ours."""
+        """Return the headers of this project that a file includes, without the official FMI headers."""
         found = re.findall(r'^#include "([^"]+/[^"]+)"', path.read_text(), re.M)
         return [self.root / name for name in found]
 
@@ -144,7 +145,7 @@ class Amalgamation:
                 self.headers.append(header)
 
     def body(self, path: Path) -> str:
-        """The text without includes of our own headers; those made for every file stand in place."""
+        """Return the text without includes of project headers; headers that expand at each include are inserted."""
         text = path.read_text()
         for header in self.includes(path):
             if in_place(header):
@@ -156,7 +157,7 @@ class Amalgamation:
         return self.positional_macro(text) if path.name == "hyst.h" else text
 
     def positional_macro(self, text: str) -> str:
-        """HYST_BLOCK with one parameter for every field that blocks give, in the order of the descriptor."""
+        """Rewrite HYST_BLOCK with one parameter for each field given by blocks, in the order of the descriptor."""
         at = text.index("const hyst_block hyst_##id = {")
         first, rest = re.split(r"HYST_TOLD\(.*?\) __VA_ARGS__", text[at:], maxsplit=1)
         own = dict(re.findall(r"\.(\w+) = ([^,\\]+),", first))
@@ -177,12 +178,12 @@ class Amalgamation:
             tables = text + "".join(header.read_text() for header in self.includes(path))  # headers share rows
             rows = set(re.findall(rf"\b[VD]\(({WORD}),", tables))
             if names & rows:
-                raise SystemExit(f"amalgamate.py: {path.name}: {sorted(names & rows)} name a variable and a function")
+                raise SystemExit(f"amalgamate.py: {path.name}: a variable and a function have the same name: {sorted(names & rows)}")
             text = self.positional_call(text)
             used = sorted(f for f in functions if re.search(rf"\b{f}\b", text) or "HYST_RETURN_POINT(" in text)
             before = f"extern const hyst_block hyst_{stem};\n" + "".join(f"#define {f} {stem}_{f}\n" for f in used)
         text = rename(text, names, f"{stem}_")
-        text = text.replace("CALL_", f"{stem}_CALL_")  # enumeration constants of calls.h, made by pasting
+        text = text.replace("CALL_", f"{stem}_CALL_")  # enumeration constants of calls.h, made by token pasting
         macros = sorted(set(re.findall(rf"^[ \t]*#define ({WORD})", before + text, re.M)))
         return before + text + "".join(f"#undef {m}\n" for m in macros)
 
@@ -203,7 +204,7 @@ class Amalgamation:
 
 
 def source_files(root: Path) -> list[Path]:
-    """Everything that is compiled into an FMU, blocks first."""
+    """Return all files that are compiled into an FMU, blocks first."""
     blocks = sorted(root.glob("core/blocks/*/*.c"))
     return [*blocks, *sorted(set(root.glob("core/**/*.c")) - set(blocks)), *sorted(root.glob("fmi/**/*.c"))]
 
