@@ -198,3 +198,16 @@ def test_a_dataset_does_not_change_under_a_model():
     assert d.u[0] == U[0]
     with pytest.raises(ValueError, match="read-only"):
         d.u[0] = 9
+
+
+def test_rows_of_a_file_are_named_by_the_lines_of_an_editor(tmp_path):
+    lines = ["t,u,y", "0,0,0", "1,1,1", "", "2,2,1", "  ", "3,1,0", "4,0,0", ""]
+    path = tmp_path / "gaps.csv"
+    path.write_text("\n".join(lines))
+    data = Dataset.from_csv(path)
+    for row in range(5):
+        line = int(data.place(row).rpartition(" ")[2])
+        assert lines[line - 1].startswith(f"{row},")
+    assert data.with_train("0:4").with_output(data.u).place(4) == f"{path}: line 8"
+    assert Dataset.from_csv(path, resample=1.0).place(4) == f"{path}: row 4"  # rows of no file
+    assert Dataset(data.t, data.u, data.y).place(4) == "data: row 4"

@@ -155,8 +155,8 @@ def predict(
     share = 100 * float(outside.mean())
     if share > WARN:
         click.echo(
-            f"warning: {data}: {share:.3g} % of the rows, the first of them row {int(outside.argmax())}, lie outside "
-            f"the training range of {model}, which clips its inputs there",
+            f"warning: {measured.place(int(outside.argmax()))} and {share:.3g} % of all rows lie outside the training "
+            f"range of {model}, which clips its inputs there",
             err=True,
         )
     if as_json:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_text
 
+_SPACES = re.compile(r"^[ \t]+\r?$", re.MULTILINE)
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*\Z")
 
 
@@ -30,14 +31,14 @@ class Columns:
         Units of measure by column name: the text in brackets behind the name, or empty.
     printed : function
         Returns the cells of a column as the file prints them.
-    place : function
-        Returns "file: line k" for a data row, counting lines from 1 as an editor does.
+    lines : sequence of int, length n
+        The line of each data row, counted from 1 as an editor does.
     """
 
     values: dict[str, Array]
     units: dict[str, str]
     printed: Callable[[str], list[str]]
-    place: Callable[[int], str]
+    lines: Sequence[int]
 
 
 def read_header(path: str | Path, most: int) -> tuple[list[str], str, str]:
@@ -117,8 +118,10 @@ def read_columns(path: str | Path, names: list[str], most: int, time: str) -> Co
     order = [place[n] for n in names]
     if not body.strip():
         raise InputError(f"{path}: The file must have data rows after its first line. Got none.")
+    whole = not _SPACES.search(body)  # numpy skips empty lines, but not those of spaces
+    rows = body if whole else "\n".join(line for _, line in _numbered(body))
     try:
-        table = np.loadtxt(io.StringIO(body), delimiter=separator, usecols=order, ndmin=2, comments=None)
+        table = np.loadtxt(io.StringIO(rows), delimiter=separator, usecols=order, ndmin=2, comments=None)
         if body.count(separator) != len(table) * (len(header) - 1):
             raise ValueError("rows and first line differ in their number of cells")
     except ValueError:
@@ -127,10 +130,10 @@ def read_columns(path: str | Path, names: list[str], most: int, time: str) -> Co
     def printed(name: str) -> list[str]:
         return [line.split(separator)[place[name]] for _, line in _numbered(body)]
 
-    def line_of(row: int) -> str:
-        return f"{path}: line {_numbered(body)[row][0]}"
-
-    return Columns({n: table[:, i] for i, n in enumerate(names)}, units, printed, line_of)
+    n = len(table)
+    dense = body.rstrip().count("\n") == n - 1  # no empty lines between the rows
+    lines = range(2, n + 2) if dense else tuple(k for k, _ in _numbered(body))
+    return Columns({name: table[:, i] for i, name in enumerate(names)}, units, printed, lines)
 
 
 def _numbered(body: str) -> list[tuple[int, str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -65,6 +65,7 @@ class Dataset:
     train: slice
     unit_u: str
     unit_y: str
+    _lines: Sequence[int] | None = field(init=False, repr=False)
 
     def __init__(
         self,
@@ -105,6 +106,7 @@ class Dataset:
             _check_finite(getattr(self, key), key, place)
         check_time(self.t, place, None)
         object.__setattr__(self, "train", train_rows(train, len(self.t), where))
+        object.__setattr__(self, "_lines", None)
 
     def __repr__(self) -> str:
         n, rows = len(self.t), self.train
@@ -189,9 +191,10 @@ class Dataset:
         wanted = [None if rate is not None else time, input, output]
         names = [name for name in wanted if name is not None]
         file = read_columns(path, names, most, "" if rate is not None else time)
+        place = partial(_line, str(path), file.lines)
         columns, units = file.values, file.units
         for name in names:
-            _check_finite(columns[name], name, file.place)
+            _check_finite(columns[name], name, place)
         if units.get(time, "") not in SECONDS and rate is None:
             raise InputError(f"{path}: line 1: The {time!r} column must be a time in s. Got [{units[time]}] instead.")
         n = len(columns[input])
@@ -202,10 +205,13 @@ class Dataset:
             rows = train_rows(train, n, str(path))
             if resample is not None:
                 to = None if resample == "median" else resample
-                t, u, y, rows = _resampled(t, u, y, rows, to, str(path), file.place)
+                t, u, y, rows = _resampled(t, u, y, rows, to, str(path), place)
             elif rate is None:
-                t = check_time(t, file.place, lambda: file.printed(time))
-        return cls(t, u, y, Path(path).stem, str(path), rows, units[input], "" if output is None else units[output])
+                t = check_time(t, place, lambda: file.printed(time))
+        made = cls(t, u, y, Path(path).stem, str(path), rows, units[input], "" if output is None else units[output])
+        if resample is None:
+            object.__setattr__(made, "_lines", file.lines)
+        return made
 
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
@@ -227,7 +233,7 @@ class Dataset:
 
     def with_train(self, train: slice | tuple[int, int] | str | None) -> Dataset:
         """Return the same data with other training rows `train`, in a form that `Dataset` takes."""
-        return replace(self, train=train_rows(train, len(self.t), self.path or self.name))
+        return self._of_same_rows(replace(self, train=train_rows(train, len(self.t), self.path or self.name)))
 
     def resampled(self, rate: float) -> Dataset:
         """Return the same run at another rate (Hz); the training rows cover the same time.
@@ -243,7 +249,16 @@ class Dataset:
 
     def with_output(self, y: Array) -> Dataset:
         """Return the same time and input with another output y (n,), e.g. a prediction."""
-        return replace(self, y=y)
+        return self._of_same_rows(replace(self, y=y))
+
+    def place(self, row: int) -> str:
+        """Name a `row`, counted from 0, for a message: by its line where the data come from a file."""
+        where = self.path or self.name
+        return _row(where, row) if self._lines is None else _line(where, self._lines, row)
+
+    def _of_same_rows(self, other: Dataset) -> Dataset:
+        object.__setattr__(other, "_lines", self._lines)
+        return other
 
     def to_csv(self, path: str | Path) -> None:
         """Write the columns t, u, y to the CSV file `path`; they read back to the same bits."""
@@ -292,6 +307,11 @@ def _one_line(e: Exception) -> str:
 def _row(where: str, row: int) -> str:
     """Name a row for a message."""
     return f"{where}: row {row}"
+
+
+def _line(where: str, lines: Sequence[int], row: int) -> str:
+    """Name a row of a file for a message, as an editor counts it."""
+    return f"{where}: line {lines[row]}"
 
 
 def _check_finite(column: Array, name: str, place: Callable[[int], str]) -> None:

@@ -87,7 +87,7 @@ def check(data: Dataset) -> None:
         if large.any():
             row = int(np.argmax(large))
             raise InputError(
-                f"{where}: row {row}: The values of {name} must be at most {1 / SMALLEST:g}. "
+                f"{data.place(row)}: The values of {name} must be at most {1 / SMALLEST:g}. "
                 f"Got {column[row]:g} instead."
             )
         span = np.ptp(column[data.train])
