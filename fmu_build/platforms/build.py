@@ -6,10 +6,10 @@ One binary per platform serves all models.  The binaries are written to OUT/<tup
 tuples of FMI 3.0; CMake installs the files in OUT.  The C library is linked at run time; on Linux the oldest supported
 version is glibc 2.17.  If both binaries for macOS are built, darwin64.dylib combines them for FMI 2.0.
 
-An FMU may contain all binaries, so they are small: one translation unit for each level of fast.txt and one, compiled for
-size, for the other files; no unwind tables, because no exception passes an FMU; no parts of the C library of zig.  Each
-binary has a deflate stream (PyPI: zopfli), which exports copy: it is smaller than a fast compression, and exports need
-not wait for it.
+An FMU may contain all binaries, so they are small: one translation unit for each level of fast.txt and one, compiled
+for size, for the other files; no unwind tables, because no exception passes an FMU; no parts of the C library of zig.
+Each binary has a deflate stream (PyPI: zopfli), which exports copy: it is smaller than a fast compression, and exports
+need not wait for it.
 """
 
 from __future__ import annotations
@@ -124,7 +124,8 @@ def main() -> None:
     root, out, *names = sys.argv[1:]
     unknown = set(names) - set(TARGETS)
     if unknown:
-        raise SystemExit(f"build.py: the platform must be one of {', '.join(TARGETS)}. Got {sorted(unknown)[0]!r} instead.")
+        got = sorted(unknown)[0]
+        raise SystemExit(f"build.py: the platform must be one of {', '.join(TARGETS)}. Got {got!r} instead.")
     files = [build(Path(root).resolve(), Path(out), name) for name in names or TARGETS]
     darwin = [Path(out, f"{name}.{suffix}") for name, (_, suffix) in TARGETS.items() if suffix == "dylib"]
     if all(path.exists() for path in darwin):

@@ -8,8 +8,8 @@ occur only once in one translation unit.
 Every section begins with a line "/* ==== name ==== */".  Names that are private to a file must not collide in one
 translation unit:
 - names of a file (static functions and data, types, enumeration constants) are prefixed with the name of the file;
-- the functions of a block, which headers may define too, are renamed by macros; the initialiser of its descriptor has no
-  field names then, which also makes it valid C++; texts for people are omitted;
+- the functions of a block, which headers may define too, are renamed by macros; the initialiser of its descriptor has
+  no field names then, which also makes it valid C++; texts for people are omitted;
 - macros of a file are undefined at its end;
 - names shared by files are prefixed with HYST_PREFIX, so that two FMUs can be linked into one program.
 """
@@ -131,6 +131,7 @@ class Amalgamation:
             self.sections[self.name(path)] = self.source(path)
 
     def name(self, path: Path) -> str:
+        """Return the name of the section of a file."""
         return path.relative_to(self.root).as_posix()
 
     def includes(self, path: Path) -> list[Path]:
@@ -139,6 +140,7 @@ class Amalgamation:
         return [self.root / name for name in found]
 
     def collect(self, path: Path) -> None:
+        """Add the headers that a file needs, in the order of compilation."""
         for header in self.includes(path):
             self.collect(header)
             if header not in self.headers and not in_place(header):
@@ -153,6 +155,7 @@ class Amalgamation:
         return re.sub(r'#include "[^"]+/[^"]+"\n', "", text)
 
     def header(self, path: Path) -> str:
+        """Return the section of a header."""
         text = self.body(path)
         return self.positional_macro(text) if path.name == "hyst.h" else text
 
@@ -168,6 +171,7 @@ class Amalgamation:
         return f"{head}const hyst_block hyst_##id = {{{values}{rest}"
 
     def source(self, path: Path) -> str:
+        """Return the section of a source file, with its private names renamed."""
         text = self.body(path)
         stem, block = path.stem, path.parents[1].name == "blocks"
         names = private_names(text)
@@ -178,7 +182,7 @@ class Amalgamation:
             tables = text + "".join(header.read_text() for header in self.includes(path))  # headers share rows
             rows = set(re.findall(rf"\b[VD]\(({WORD}),", tables))
             if names & rows:
-                raise SystemExit(f"amalgamate.py: {path.name}: a variable and a function have the same name: {sorted(names & rows)}")
+                raise SystemExit(f"amalgamate.py: {path.name}: {sorted(names & rows)} name a variable and a function")
             text = self.positional_call(text)
             used = sorted(f for f in functions if re.search(rf"\b{f}\b", text) or "HYST_RETURN_POINT(" in text)
             before = f"extern const hyst_block hyst_{stem};\n" + "".join(f"#define {f} {stem}_{f}\n" for f in used)
@@ -188,6 +192,7 @@ class Amalgamation:
         return before + text + "".join(f"#undef {m}\n" for m in macros)
 
     def positional_call(self, text: str) -> str:
+        """Rewrite the call of HYST_BLOCK with values in the order of the descriptor."""
         at = text.index("HYST_BLOCK(")
         found, end = arguments(text, at + len("HYST_BLOCK"))
         given = dict(re.match(r"\.(\w+)\s*=\s*(.*)", a, re.S).groups() for a in found[2:])
@@ -196,6 +201,7 @@ class Amalgamation:
         return f"{text[:at]}HYST_BLOCK({', '.join(values)}){text[end:]}"
 
     def text(self, licence: str) -> str:
+        """Return all sections after the licence."""
         lines = "\n".join(f" * {line}".rstrip() for line in licence.splitlines())
         out = [f"/* generated from fmu_build/core and fmu_build/fmi - do not edit\n *\n{lines}\n */\n"]
         for name, content in self.sections.items():
@@ -210,6 +216,7 @@ def source_files(root: Path) -> list[Path]:
 
 
 def main() -> None:
+    """Write the text for source FMUs: ``amalgamate.py FMU_BUILD LICENSE OUT``."""
     root, licence, out = (Path(a).resolve() for a in sys.argv[1:])
     sources = [p for p in source_files(root) if p.name != "resource.c"]
     sources.append(root / "sources" / "embedded.c")

@@ -2,8 +2,8 @@
  * It is rate-independent, so it is integrated in u: with s = sgn(u'), v = s z and xi = |u - u_last|,
  *   dv/dxi = A - c(v) |v|^n,   c = gamma + beta for v > 0,   gamma - beta for v < 0,
  * an autonomous equation whose solution passes through v = 0 once.  n = 1 is solved in closed form.  Otherwise, with
- * V = (A / |c|)^(1/n), q = (|v| / V)^n and the fraction r of the path to saturation, r = q for c > 0 and q / (1 + q) for
- * c < 0,
+ * V = (A / |c|)^(1/n), q = (|v| / V)^n and the fraction r of the path to saturation, r = q for c > 0 and
+ * q / (1 + q) for c < 0,
  *   n A/V dxi = r^(1/n - 1) (1 - r)^(e - 1) dr,   e = 0 for c > 0, 1 - 1/n for c < 0:
  * an incomplete beta function, which has a series in r for r <= 1/2, another in s = 1 - r beyond, and is inverted by
  * Newton's method.  So the result does not depend on the division of the path of u, except for rounding.
