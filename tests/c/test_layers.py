@@ -7,13 +7,10 @@ from __future__ import annotations
 
 import functools
 import re
-import sys
 from collections import Counter
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "fmu_build" / "sources"))
 from amalgamate import blank, top_level
 
 ROOT = Path(__file__).parents[2] / "fmu_build"

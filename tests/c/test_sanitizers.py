@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from pathlib import Path
 
 import compiled
 import numpy as np
 import pytest
+from excitation import configurations, node
 
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import BlockType, Var, block_types
 from hystfmu.graph import Graph, Input, Node, Output
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
-from excitation import configurations, node
 
 HERE = Path(__file__).parent
 SOURCES = sorted(compiled.CORE.rglob("*.c"))

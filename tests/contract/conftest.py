@@ -37,7 +37,8 @@ def rule(item: pytest.Item) -> str:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     failed = terminalreporter.getreports("failed") + terminalreporter.getreports("error")
-    rules = dict.fromkeys(text for report in failed for key, text in report.user_properties if key == "rule")
+    ran = [report for report in failed if isinstance(report, pytest.TestReport)]  # not those that are not collected
+    rules = dict.fromkeys(text for report in ran for key, text in report.user_properties if key == "rule")
     if rules:
         terminalreporter.section("rules of the contract")
         terminalreporter.write("\n".join([*rules, ""]))

@@ -16,13 +16,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from block_files import input_between_outputs, raw_bytes
 from fmu_events import Events
 from fmu_master import ERROR, OK, H, Master, mixed, single
 
 from hystfmu.graph import Graph, Node
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
-from block_files import input_between_outputs, raw_bytes
 
 Make = Callable[..., Any]
 ONE = np.ones(1)

@@ -10,6 +10,8 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+sys.path += [str(p) for p in Path(__file__).parent.iterdir() if p.is_dir()]  # as pytest has them
+
 import compare
 import exported
 import form

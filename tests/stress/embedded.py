@@ -7,21 +7,16 @@ inverse.
 from __future__ import annotations
 
 import functools
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from hystfmu.core.library import block_types
-from hystfmu.graph import Graph, Input, Node, Output
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "fmu"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "c"))
 import test_sanitizers
 from excitation import STEP, configurations, node
 from fmu_master import loop, mixed, single
+
+from hystfmu.core.library import block_types
+from hystfmu.graph import Graph, Input, Node, Output
 
 
 def lively(n: Node) -> Node:

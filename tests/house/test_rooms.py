@@ -108,7 +108,9 @@ def test_the_root_holds_rooms_and_the_face_alone():
     assert loose <= {"__init__.py", "py.typed", "unit.py"}, f"modules loose at the root: {sorted(loose)}"
 
 
-def test_no_folder_is_a_heap():
-    for folder in [PACKAGE, *(d for d in PACKAGE.rglob("*") if d.is_dir() and "__pycache__" not in d.parts)]:
-        files = [n for n in listed(folder) if n.endswith((".py", ".pyi"))]
+@pytest.mark.parametrize("top", ["python", "fmu_build", "tests"])
+def test_no_folder_is_a_heap(top: str):
+    folders = [d for d in (ROOT / top).rglob("*") if d.is_dir() and "__pycache__" not in d.parts]
+    for folder in [ROOT / top, *folders]:
+        files = [n for n in listed(folder) if n.endswith((".py", ".pyi", ".c", ".h"))]
         assert len(files) <= MOST_IN_FOLDER, f"{folder.relative_to(ROOT)} has {len(files)} files: make rooms"

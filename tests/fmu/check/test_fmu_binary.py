@@ -24,7 +24,7 @@ from hystfmu.fmu.check.foreign_library import ForeignFmu
 from hystfmu.fmu.check.trials import leaks
 from hystfmu.graph import Graph, Node
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 BINARY = Path(hystfmu.__file__).with_name("_fmu.so")
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="reads an ELF file with nm and readelf")

@@ -19,7 +19,7 @@ from hystfmu.fmu.write import platforms
 from hystfmu.model import Model
 
 MACHO = {"x86_64-darwin": 0x01000007, "aarch64-darwin": 0x0100000C}  # CPU types of mach/machine.h
-BUILD = Path(__file__).parents[2] / "fmu_build" / "platforms" / "build.py"
+BUILD = Path(__file__).parents[3] / "fmu_build" / "platforms" / "build.py"
 FOLDERS = {
     2: {"win64/m.dll", "linux64/m.so", "aarch64-linux/m.so", "darwin64/m.dylib"},
     3: {

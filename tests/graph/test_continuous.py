@@ -1,19 +1,14 @@
 """Continuous-time form of a graph: evaluations are pure, commits equal steps, derivatives give the exact solution."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
+from excitation import configurations, node, rows
 
 from hystfmu import Graph, InputError, Model, Node
 from hystfmu.core.continuous import ContinuousExecutor
 from hystfmu.core.executor import Executor
 from hystfmu.core.library import block_types
 from hystfmu.graph import Input, Output
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
-from excitation import configurations, node, rows
 
 H = 0.05
 BLOCKS = block_types().items()

@@ -1,4 +1,4 @@
-"""Identified models as records of the library: `python tests/modelica/data_record.py` writes modelica/HystFMU/Data."""
+"""Identified models as records: `python tests/modelica/export/data_record.py` writes modelica/HystFMU/Data."""
 
 from __future__ import annotations
 

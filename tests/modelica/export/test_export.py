@@ -76,7 +76,7 @@ def test_record_has_all_bits_and_the_names_of_the_fmu() -> None:
 @pytest.mark.parametrize("name", data_record.SOURCES)
 def test_record_of_the_library_is_up_to_date(name: str) -> None:
     written = (library.ROOT / "Data" / f"{name}.mo").read_text()
-    assert written == data_record.records()[name], "run 'python tests/modelica/data_record.py'"
+    assert written == data_record.records()[name], "run 'python tests/modelica/export/data_record.py'"
 
 
 @pytest.mark.parametrize("name", block_types())

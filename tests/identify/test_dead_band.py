@@ -1,6 +1,6 @@
 """Dead band: noise estimate, and a play in the model that suppresses its reversals.
 
-tests/fmu/test_keys.py tests that an FMU has the same play.
+tests/fmu/importers/test_keys.py tests that an FMU has the same play.
 """
 
 from itertools import pairwise

@@ -21,7 +21,7 @@ from hystfmu.fmu.write.platforms import PLATFORMS, host
 from hystfmu.graph import Graph
 
 pytestmark = pytest.mark.stress
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 HOST = Path(__file__).with_name("step_host.c")
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")  # Debian's libc6-arm64-cross
