@@ -177,7 +177,7 @@ def test_bad_model_files(fitted, tmp_path):
     folder, _ = fitted
     text = (folder / "m.model.toml").read_text()
     for name, content, words in (
-        ("broken", text[: len(text) // 2] + "= [", ["not a TOML file"]),
+        ("broken", text[: len(text) // 2] + "= [", ["must be valid TOML"]),
         ("unknown", text.replace('type = "prandtl_ishlinskii"', 'type = "preisch"'), ["preisch"]),
         ("range", text.replace("depth = 256", "depth = -1"), ["depth", "-1"]),
     ):
@@ -217,9 +217,9 @@ def test_run_needs_a_scenario(tmp_path):
     one_line(hystfmu("run", "--all", cwd=tmp_path), ["scenario"])
     done = hystfmu("run", tmp_path / "none", cwd=tmp_path)
     one_line(done, ["none", "No such file"])
-    assert "not a TOML file" not in done.stderr
+    assert "must be valid TOML" not in done.stderr
     (tmp_path / "scenario.toml").write_text("name = [")
-    one_line(hystfmu("run", tmp_path, cwd=tmp_path), ["scenario.toml", "not a TOML file"])
+    one_line(hystfmu("run", tmp_path, cwd=tmp_path), ["scenario.toml", "must be valid TOML"])
 
 
 def test_blocks_lists_and_explains():

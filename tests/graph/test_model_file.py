@@ -38,7 +38,7 @@ def test_round_trip_keeps_every_bit(tmp_path):
         ("w0 = 0.333", 'w0 = "a"\nw9 = 0.333', "A parameter of .* must be one of .*. Got 'w9' instead."),
         ("step = 0.001", "step = -1.0", "step: Input should be greater than 0. Got '-1.0' instead."),
         ("step = 0.001", "step = 'x'", "step"),
-        ("[provenance]", "[provenance", "not a TOML file"),
+        ("[provenance]", "[provenance", "must be valid TOML"),
         ("wires = []", 'wires = [["a", "b", "c"]]', "wires"),
     ],
 )

@@ -91,7 +91,7 @@ def test_a_wrong_key_is_named_with_its_value(loop: Any, write: Any, path: str, v
 
 def test_broken_toml_and_missing_file(tmp_path: Any) -> None:
     (tmp_path / "scenario.toml").write_text("name = \n")
-    with pytest.raises(InputError, match=r"scenario\.toml: not a TOML file"):
+    with pytest.raises(InputError, match=r"scenario\.toml: line 1: The file must be valid TOML"):
         Scenario(tmp_path)
     with pytest.raises(InputError, match=r"gone/scenario\.toml: No such file"):
         Scenario(tmp_path / "gone")

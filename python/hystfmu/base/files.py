@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 import tomllib
 from collections.abc import Callable, Iterator
@@ -16,6 +17,7 @@ import tomli_w
 from hystfmu.base.errors import InputError
 
 MOST_BYTES = 256 * 2**20
+_LINE = re.compile(r"at line (\d+)")  # in a message of tomllib
 
 M = TypeVar("M", bound=pydantic.BaseModel)
 Key = tuple[str | int, ...]
@@ -97,9 +99,12 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
     try:
         return tomllib.loads(content.decode())
     except ValueError as e:  # syntax, encoding, an integer of thousands of digits
-        raise InputError(f"{path}: not a TOML file: {' '.join(str(e).split())}") from None
+        text = " ".join(str(e).split())
+        line = _LINE.search(text)
+        place = f"{path}: line {line[1]}" if line else f"{path}"
+        raise InputError(f"{place}: The file must be valid TOML. Got: {text}") from None
     except RecursionError:
-        raise InputError(f"{path}: not a TOML file: arrays or tables are nested too deeply") from None
+        raise InputError(f"{path}: The file must be valid TOML. Got arrays or tables nested too deeply.") from None
 
 
 def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key], Path]) -> M:

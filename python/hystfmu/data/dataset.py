@@ -117,7 +117,7 @@ class Dataset:
         return f"Dataset({', '.join(parts)})"
 
     def _repr_html_(self) -> str:
-        """The loop, as a notebook shows it."""
+        """Draw the loop for a notebook."""
         from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 
         u, y = (f"{k} ({unit})" if unit else k for k, unit in (("u", self.unit_u), ("y", self.unit_y)))

@@ -13,7 +13,7 @@ FAMILIES = ("operators", "inverses", "networks", "dynamics", "controllers", "sou
 
 
 def find(name: str) -> BlockType:
-    """The block of that name.
+    """Return the block called `name`.
 
     Raises
     ------

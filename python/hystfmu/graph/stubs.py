@@ -29,7 +29,7 @@ class Block:
 
 
 def stub() -> str:
-    """The text of `blocks.pyi`."""
+    """Write the text of `blocks.pyi`."""
     return "\n".join([_HEAD, *map(_class, sorted(block_types().values(), key=lambda t: t.class_name))])
 
 
@@ -54,5 +54,5 @@ def _parameter(v: Var) -> str:
 
 
 def _number(x: float) -> str:
-    """As the formatter writes it."""
+    """Write a number as the formatter does."""
     return repr(x).replace("e+", "e")
