@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from engines import ready
 
 from hystfmu.data.csv_file import csv_text
-from hystfmu.scenario import Scenario, build, run_scenarios, simulate
+from hystfmu.scenario import Scenario, run_scenarios, simulate
 from hystfmu.scenario.engine.simulation import chunks
 from hystfmu.scenario.outcome.excerpt import Picture
 from hystfmu.scenario.outcome.metrics import Measure, measure
@@ -66,7 +67,7 @@ def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: 
     rich(loop)["coupling"] = {"scheme": scheme}
     if scheme == "iterative":
         del loop["units"]["slow"]["hold"]
-    system = build(Scenario(write(loop)).cases[0])
+    system = ready(write(loop))
     whole = simulate(system, engine)
     assert len(list(chunks(system, engine))) == 1
     divide(64)
@@ -81,7 +82,7 @@ def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: 
 def test_times_are_those_of_whole_steps(loop: Any, write: Any) -> None:
     """n h by samples, not by adding up: at a late row no different from python's own arithmetic."""
     loop |= {"ripple": 7, "step": 1e-4, "stop": 200.0}
-    system = build(Scenario(write(loop)).cases[0])
+    system = ready(write(loop))
     for first in (0, 5, 7, 13_999_985):
         got = system.times(first, first + 11).tolist()
         assert got == [(n // 7) * 1e-4 + (n % 7) * (1e-4 / 7) for n in range(first, first + 11)]
@@ -140,7 +141,7 @@ def test_a_picture_of_a_long_run_shows_its_extremes(
 ) -> None:
     rich(loop)
     loop["metrics"] = {"max_percent": loop["metrics"]["max_percent"]}
-    system = build(Scenario(write(loop)).cases[0])
+    system = ready(write(loop))
     monkeypatch.setattr("hystfmu.scenario.outcome.excerpt.MOST_ROWS", 200)
     divide(128)
     picture = Picture(system)

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 import scipy.signal
+from engines import ready
 
-from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario import simulate
 
 
 def test_plays_g0_and_pid_in_numpy(loop: Any, write: Any) -> None:
-    trace = simulate(build(Scenario(write(loop)).cases[0]))
+    trace = simulate(ready(write(loop)))
     h, n = 1e-4, 300
     omega = 2 * np.pi * 500
     A, B, C, D = scipy.signal.tf2ss([omega**2], [1, 1.4 * omega, omega**2])

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from engines import ENGINES, ready, same
 
-from hystfmu.scenario import Scenario, build, run_scenarios, simulate
-from hystfmu.scenario.outcome.trace import Stopped, Trace
-
-ENGINES = ("fmpy", "native")
+from hystfmu.scenario import run_scenarios, simulate
+from hystfmu.scenario.outcome.trace import Stopped
 
 
 def gains(k1: float, k2: float, coupling: dict[str, Any]) -> dict[str, Any]:
@@ -31,26 +30,18 @@ def gains(k1: float, k2: float, coupling: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def run(write: Any, data: dict[str, Any]) -> dict[str, Trace]:
-    """By every engine, which must not differ by a bit."""
-    system = build(Scenario(write(data)).cases[0])
-    traces = {e: simulate(system, e) for e in ENGINES}  # type: ignore[arg-type]
-    assert len({t.values.tobytes() for t in traces.values()}) == 1
-    return traces
-
-
 @pytest.mark.parametrize(("k1", "k2"), [(0.5, 0.5), (-0.9, 0.9), (-3.0, 2.0), (4.0, 1.0)])
 def test_iterative_solves_the_algebraic_loop(write: Any, k1: float, k2: float) -> None:
-    trace = run(write, gains(k1, k2, {"scheme": "iterative", "tolerance": 1e-12}))["fmpy"]
+    trace = same(ready(write(gains(k1, k2, {"scheme": "iterative", "tolerance": 1e-12}))))
     assert np.abs(trace["x.y"][1:] - trace["reference.r"][1:] / (1 - k1 * k2)).max() < 1e-11 * abs(1 / (1 - k1 * k2))
 
 
 def test_gauss_seidel_is_one_step_late_and_jacobi_two(write: Any) -> None:
     """z is read before it is made: x_n = r_n + k2 k1 x_{n-1}; with Jacobi x_n = r_{n-1} + k2 k1 x_{n-2}."""
-    late = run(write, gains(0.5, 0.5, {"scheme": "gauss_seidel"}))["fmpy"]
+    late = same(ready(write(gains(0.5, 0.5, {"scheme": "gauss_seidel"}))))
     r, x = late["reference.r"], late["x.y"]
     assert np.array_equal(x[1:], r[1:] + 0.5 * (0.5 * x[:-1]))
-    later = run(write, gains(0.5, 0.5, {"scheme": "jacobi"}))["fmpy"]
+    later = same(ready(write(gains(0.5, 0.5, {"scheme": "jacobi"}))))
     r, x, z = later["reference.r"], later["x.y"], later["z.y"]
     assert np.array_equal(x[1:], r[:-1] + 0.5 * z[:-1])
     assert np.array_equal(z[1:], 0.5 * x[:-1])
@@ -65,10 +56,10 @@ def test_sweeps_that_do_not_agree_are_a_failure_that_says_so(write: Any) -> None
         "inputs": {"y": 0.0, "u_ff": 0.0},
     }
     data["connections"] = {"x.u_1": "reference.r", "x.u_2": "z.u", "z.y_d": "x.y"}
-    system = build(Scenario(write(data)).cases[0])
+    system = ready(write(data))
     for engine in ENGINES:
         with pytest.raises(Stopped, match=r"^2 sweeps at t = 0\.001 s do not agree"):
-            simulate(system, engine)  # type: ignore[arg-type]
+            simulate(system, engine)
 
 
 def test_the_command_line_chooses_the_coupling(loop: Any, write: Any) -> None:
@@ -86,9 +77,9 @@ def test_iterative_through_hysteresis_and_dynamics(loop: Any, write: Any) -> Non
     """The order of the units no longer matters, and memories are those of the last sweep alone."""
     loop["coupling"] = {"scheme": "iterative", "tolerance": 1e-13}
     loop["units"]["plant"]["as"] = "fmu3"
-    first = run(write, loop)["fmpy"]
+    first = same(ready(write(loop)))
     loop["order"] = loop["order"][::-1]
-    second = run(write, loop)["fmpy"]
+    second = same(ready(write(loop)))
     assert np.ptp(first["plant.y"]) > 1
     assert np.abs(first["plant.y"] - second["plant.y"])[1:].max() < 1e-10
 
@@ -99,6 +90,6 @@ def test_units_of_several_rates(loop: Any, write: Any, scheme: str) -> None:
     loop["units"]["plant"]["fine"] = True
     loop["units"]["reference"]["fine"] = True
     loop["coupling"] = {"scheme": scheme}
-    trace = run(write, loop)["fmpy"]
+    trace = same(ready(write(loop)))
     held = np.flatnonzero(np.diff(trace["pid.u"])) + 1
     assert set(held % 4) == {0}

@@ -9,10 +9,11 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from engines import ready
 from fmpy.fmi2 import FMU2Slave
 
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.scenario import Scenario, build, run_scenarios, simulate, to_graph
+from hystfmu.scenario import run_scenarios, simulate, to_graph
 from hystfmu.scenario.outcome.trace import Stopped
 
 KINDS = ("fmu2", "fmu3")
@@ -43,7 +44,7 @@ def test_every_kind_of_unit_gives_the_bits_of_the_fused_core(loop: Any, write: A
     data = multirate(loop)
     for unit in data["units"].values():
         unit["as"] = kind
-    system = build(Scenario(write(data)).cases[0])
+    system = ready(write(data))
     assert simulate(system).values.tobytes() == simulate(system, "native").values.tobytes()
 
 
@@ -51,14 +52,14 @@ def test_a_mixture_gives_the_same_bits(loop: Any, write: Any) -> None:
     data = multirate(loop)
     for k, unit in enumerate(data["units"].values()):
         unit["as"] = KINDS[k % 2]
-    system = build(Scenario(write(data)).cases[0])
+    system = ready(write(data))
     mixed, native = simulate(system), simulate(system, "native")
     assert mixed.values.tobytes() == native.values.tobytes()
     assert np.ptp(mixed["plant.y"]) > 1  # something happened
 
 
 def test_the_loop_as_one_graph_and_one_fmu_gives_the_same_bits(loop: Any, write: Any, tmp_path: Path) -> None:
-    system = build(Scenario(write(loop)).cases[0])
+    system = ready(write(loop))
     trace = simulate(system, "native")
     graph = to_graph(system)
     n = system.n_steps + 1
@@ -88,13 +89,13 @@ def test_the_loop_as_one_graph_and_one_fmu_gives_the_same_bits(loop: Any, write:
 
 
 def test_units_of_different_rates_do_not_fit_into_one_graph(loop: Any, write: Any) -> None:
-    system = build(Scenario(write(multirate(loop))).cases[0])
+    system = ready(write(multirate(loop)))
     with pytest.raises(ValueError, match="different rates"):
         to_graph(system)
 
 
 def test_the_slow_unit_changes_every_third_step_only(loop: Any, write: Any) -> None:
-    trace = simulate(build(Scenario(write(multirate(loop))).cases[0]), "native")
+    trace = simulate(ready(write(multirate(loop))), "native")
     changed = np.flatnonzero(np.diff(trace["slow.y"])) + 1
     assert set(changed % (5 * 3)) == {0}
     assert np.array_equal(trace["slow.y"][15::15], 0.1 * trace["reference.r"][15::15])
@@ -104,10 +105,10 @@ def test_the_slow_unit_changes_every_third_step_only(loop: Any, write: Any) -> N
 
 def test_the_plant_between_samples_is_the_plant_at_the_fine_step(loop: Any, write: Any) -> None:
     """The exact discretisation of G0: the same samples whether it runs once or ten times between them."""
-    coarse = simulate(build(Scenario(write(loop)).cases[0]), "native")
+    coarse = simulate(ready(write(loop)), "native")
     loop["ripple"] = 10
     loop["units"]["plant"]["fine"] = True
-    fine = simulate(build(Scenario(write(loop)).cases[0]), "native")
+    fine = simulate(ready(write(loop)), "native")
     assert len(fine.t) == 10 * (len(coarse.t) - 1) + 1
     assert np.abs(fine["plant.y"][::10] - coarse["plant.y"]).max() < 1e-12
 
@@ -135,7 +136,7 @@ def test_a_run_that_overflows_is_a_failure_and_not_bad_input(
     loop["units"]["pid"] |= {"inputs": {}, "as": kind}
     loop["order"] = ["plant", "reference", "large", "pid"]
     loop["connections"] |= {"large.u": "reference.r", "pid.u_ff": "large.y"}
-    system = build(Scenario(write(loop)).cases[0])
+    system = ready(write(loop))
     for engine in ("fmpy", "native"):
         with pytest.raises(Stopped, match=r"refuses|not finite"):
             simulate(system, engine)  # type: ignore[arg-type]

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from engines import ready, same
 
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.scenario import Scenario, build, run_scenarios, simulate
+from hystfmu.scenario import run_scenarios, simulate
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.events import cuts
 
-ENGINES = ("fmpy", "native")
 H, TAU = 1e-3, 5e-3
 STEP = {"block": "disturbance", "values": {"step": 1.0, "t_step": 0.12345, "amplitude": 0.0}}
 
@@ -40,12 +40,10 @@ def behind(source: dict[str, Any], output: str, coupling: dict[str, Any], order:
 
 
 def run(write: Any, data: dict[str, Any]) -> Trace:
-    """By every engine, which must not differ by a bit."""
-    system = build(Scenario(write(data)).cases[0])
-    traces = [simulate(system, e) for e in ENGINES]  # type: ignore[arg-type]
-    assert len({t.values.tobytes() for t in traces}) == 1
-    assert np.allclose(traces[0].t, H * np.arange(len(traces[0].t)), rtol=1e-15)  # metrics see the even grid
-    return traces[0]
+    """Run by every engine; metrics see the even grid."""
+    trace = same(ready(write(data)))
+    assert np.allclose(trace.t, H * np.arange(len(trace.t)), rtol=1e-15)
+    return trace
 
 
 def answer(t: Any, at: float) -> Any:
@@ -113,7 +111,7 @@ def test_a_memory_takes_the_reversal_that_lies_between_two_steps(write: Any, sha
     data["connections"] = {"play.u": "source.r"}
     data["metrics"]["peak"]["signal"] = "play.y"
     trace = run(write, data)
-    fine = build(Scenario(write(data | {"step": 1e-6, "coupling": {"events": "grid"}})).cases[0])
+    fine = ready(write(data | {"step": 1e-6, "coupling": {"events": "grid"}}))
     u = simulate(fine, "native")["source.r"]
     z, want = 0.0, np.empty(len(u))
     for k, v in enumerate(u.tolist()):
@@ -177,9 +175,9 @@ def test_events_on_the_grid_change_no_bit(write: Any, ripple: int) -> None:
     ):
         data = behind(source, output, {}, ("lag", "source"), "zoh") | {"ripple": ripple}
         source["fine"] = True
-        located = simulate(build(Scenario(write(data)).cases[0]), "native").values.tobytes()
+        located = simulate(ready(write(data)), "native").values.tobytes()
         data["coupling"]["events"] = "grid"
-        assert simulate(build(Scenario(write(data)).cases[0]), "native").values.tobytes() == located
+        assert simulate(ready(write(data)), "native").values.tobytes() == located
 
 
 @pytest.mark.parametrize(
@@ -217,7 +215,7 @@ def test_the_preview_has_events_of_its_own(write: Any) -> None:
     trace = run(write, data)
     assert np.abs(trace["lag.y"] - answer(trace.t, 0.02 - 0.00037)).max() < 1e-7
     data["connections"]["lag.u"] = "source.r"  # nothing reads the preview
-    assert len(cuts(build(Scenario(write(data)).cases[0]))[0]) == 0
+    assert len(cuts(ready(write(data)))[0]) == 0
 
 
 def test_other_values_have_other_events(write: Any) -> None:
@@ -225,7 +223,7 @@ def test_other_values_have_other_events(write: Any) -> None:
     data = behind(STEP, "d", {}, ("lag", "source"), "zoh")
     data["units"]["pid"] = {"block": "pid", "inputs": {"u_ff": 0.0, "y_d": 1.0}}
     data |= {"order": ["lag", "pid", "source"], "connections": data["connections"] | {"pid.y": "lag.y"}}
-    native = Native(build(Scenario(write(data)).cases[0]))
+    native = Native(ready(write(data)))
     for at in (0.05, 0.0123, 0.12345, 0.0777):
         native.set({"source.t_step": at})
         data["units"]["source"] = {**STEP, "set": {"t_step": at}}
@@ -247,7 +245,7 @@ def test_a_source_that_is_slow_by_its_own_choice_says_so(write: Any) -> None:
 @pytest.mark.parametrize("any_step", [True, False])
 def test_an_fmu_of_others_is_cut_if_it_says_that_it_can(write: Any, tmp_path: Path, fmi: Any, any_step: bool) -> None:
     data = behind(STEP, "d", {}, ("lag", "source"), "zoh")
-    system = build(Scenario(write(data)).cases[0])
+    system = ready(write(data))
     own = tmp_path / "scenarios" / "own.fmu"
     export_fmu(system.parts[0].own, own, fmi=fmi)
     with zipfile.ZipFile(own) as old, zipfile.ZipFile(own.with_name("lag.fmu"), "w") as new:
@@ -257,7 +255,7 @@ def test_an_fmu_of_others_is_cut_if_it_says_that_it_can(write: Any, tmp_path: Pa
                 text = text.replace(b'StepSize="true"', b'StepSize="false"')
             new.writestr(name, text)
     data["units"]["lag"] = {"fmu": "../lag.fmu"}
-    foreign = build(Scenario(write(data)).cases[0])
+    foreign = ready(write(data))
     traces = [simulate(foreign, e) for e in ("fmpy", "native")]
     assert traces[0].values.tobytes() == traces[1].values.tobytes()
     want = simulate(system, "native")["lag.y"]

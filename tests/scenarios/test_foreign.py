@@ -12,15 +12,15 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from engines import ready
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Node
-from hystfmu.scenario import Scenario, build, simulate
-from hystfmu.scenario.engine.master import chunks_here
+from hystfmu.scenario import simulate
+from hystfmu.scenario.engine.master import ENGINES, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
-ENGINES = ("fmpy", "native")
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 
@@ -43,10 +43,10 @@ def test_a_foreign_fmu_gives_the_bits_of_our_unit(loop: Any, write: Any, fmi: in
     loop["coupling"] = {"scheme": scheme}
     loop["stop"] = 0.01
     loop["metrics"]["tracking"]["after"] = 0.0
-    ours = simulate(build(Scenario(write(loop)).cases[0]), "native")
+    ours = simulate(ready(write(loop)), "native")
     add(loop, write, fmi)
     loop["units"]["pid"] = {"fmu": "pid.fmu", "inputs": {"u_ff": 0.125}}
-    system = build(Scenario(write(loop)).cases[0])
+    system = ready(write(loop))
     assert [p.name for p in system.foreign] == ["pid"]
     for engine in ENGINES:
         theirs = Trace.joined(chunks_here(system, engine), system.n_steps + 1)  # type: ignore[arg-type]
@@ -58,16 +58,16 @@ def test_a_foreign_fmu_gives_the_bits_of_our_unit(loop: Any, write: Any, fmi: in
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int) -> None:
     loop["units"]["pid"]["set"] = {"Kp": "*1.5", "Ki": 1000.0}
-    ours = simulate(build(Scenario(write(loop)).cases[0]), "native")
+    ours = simulate(ready(write(loop)), "native")
     add(loop, write, fmi)
     loop["units"]["pid"] = {"fmu": "pid.fmu", "inputs": {"u_ff": 0.125}, "set": {"Kp": "*1.5", "Ki": 1000}}
-    system = build(Scenario(write(loop)).cases[0])
+    system = ready(write(loop))
     for engine in ENGINES:
         theirs = Trace.joined(chunks_here(system, engine), system.n_steps + 1)  # type: ignore[arg-type]
         assert theirs["plant.y"].tobytes() == ours["plant.y"].tobytes()
     loop["units"]["pid"]["set"] = {"Kq": 1.0}
     with pytest.raises(InputError, match=r"units\.pid: no parameter 'Kq'; there are Kp"):
-        build(Scenario(write(loop)).cases[0])
+        ready(write(loop))
 
 
 SOURCE = r"""
@@ -177,7 +177,7 @@ def test_what_foreign_code_does_stays_in_its_process(
     loop["units"]["bad"] = {"fmu": "bad.fmu"}
     loop["order"].append("bad")
     loop["connections"]["bad.u"] = "reference.r"
-    system = build(Scenario(write(loop)).cases[0])
+    system = ready(write(loop))
     with pytest.raises(Stopped, match=message):
         simulate(system, engine, seconds=3.0 if "for" in defect else 60.0)  # type: ignore[arg-type]
 
@@ -238,7 +238,7 @@ def test_an_archive_that_would_write_elsewhere_is_refused(loop: Any, write: Any,
         archive.writestr(name, "x")
     loop["units"]["pid"] = {"fmu": "evil.fmu"}
     with pytest.raises(InputError, match="would be written outside"):
-        build(Scenario(write(loop)).cases[0])
+        ready(write(loop))
     assert list(cache.iterdir()) == []
 
 
@@ -246,6 +246,6 @@ def test_unconnected_inputs_keep_their_start_values(loop: Any, write: Any) -> No
     add(loop, write, 2)
     loop["units"]["pid"] = {"fmu": "pid.fmu"}  # u_ff has the start value 0
     del loop["connections"]["pid.y"]
-    system = build(Scenario(write(loop)).cases[0])
+    system = ready(write(loop))
     assert system.parts[2].constants == {"u_ff": 0.0, "y": 0.0}
     assert np.isfinite(simulate(system)["pid.u"]).all()

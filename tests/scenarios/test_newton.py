@@ -8,13 +8,13 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
+from engines import ready, same
 from scipy.optimize import brentq
 
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.scenario import Scenario, build, run_scenarios, simulate
+from hystfmu.scenario import run_scenarios, simulate
 from hystfmu.scenario.outcome.trace import Trace
 
-ENGINES = ("fmpy", "native")
 H = 1e-3
 SINE = {"block": "reference", "values": {"shape": "sine", "amplitude": 1.0, "frequency": 40.0, "phase": 0.3}}
 
@@ -34,13 +34,10 @@ def closed(unit: dict[str, Any], k: float, output: str = "y", **coupling: Any) -
 
 
 def run(write: Any, data: dict[str, Any], newton: bool = True) -> Trace:
-    """By every engine: the same bits, the same number of sweeps."""
-    system = build(Scenario(write(data)).cases[0])
+    """Run by every engine, by Newton's method or not."""
+    system = ready(write(data))
     assert system.newton == newton
-    traces = [simulate(system, e) for e in ENGINES]  # type: ignore[arg-type]
-    assert len({t.values.tobytes() for t in traces}) == 1
-    assert len({(t.sweeps.all, t.sweeps.most) for t in traces}) == 1
-    return traces[0]
+    return same(system)
 
 
 def test_a_loop_in_which_sweeps_alone_diverge_needs_two(write: Any) -> None:
@@ -196,11 +193,11 @@ def test_an_fmu_of_others(write: Any, tmp_path: Path, fmi: Literal[2, 3], offers
         data["units"]["z"] = {"block": "pid", "values": {"Kp": 3.0, "Ki": 0.0, "Kd": 0.0}}
         data["units"]["z"]["inputs"] = {"y": 0.0, "u_ff": 0.0}
         data["connections"] = {"x.u_1": "reference.r", "x.u_2": "z.u", "z.y_d": "x.y"}
-    own = build(Scenario(write(data)).cases[0])
+    own = ready(write(data))
     want = simulate(own, "native")
     export_fmu(own.parts[2].own, tmp_path / "scenarios" / "z.fmu", fmi=fmi)
     data["units"]["z"] = {"fmu": "../z.fmu"}
-    foreign = build(Scenario(write(data)).cases[0])
+    foreign = ready(write(data))
     assert foreign.newton == offers
     for engine in ("fmpy", "native"):
         trace = simulate(foreign, engine)  # type: ignore[arg-type]

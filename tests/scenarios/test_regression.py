@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from engines import ready
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
@@ -106,7 +107,7 @@ def test_final_states_are_the_same_in_every_engine(loop: Any, write: Any) -> Non
     for kind in ("fmu2", "fmu3"):
         for unit in loop["units"].values():
             unit["as"] = kind
-        system = build(Scenario(write(loop)).cases[0])
+        system = ready(write(loop))
         hashes += [simulate(system, e).final_states for e in ("fmpy", "native")]  # type: ignore[arg-type]
     assert all(m == hashes[0] for m in hashes)
     assert set(hashes[0]) == {"plant", "reference", "pid"}
@@ -216,7 +217,7 @@ def test_two_reports_side_by_side(loop: Any, write: Any, tmp_path: Path) -> None
     assert page.count("<svg") == 2  # reference.r, plant.y
     assert page.count(">old</text>") == page.count(">new</text>") == 2  # both revisions in each
     signals = json.loads((tmp_path / "a/report.json").read_text())["results"][0]["signals"]
-    system = build(Scenario(write(loop)).cases[0])
+    system = ready(write(loop))
     assert signals["reference.r"] == pytest.approx(simulate(system, "native")["reference.r"].tolist(), abs=1e-6)
     command = ["compare", str(tmp_path / "a/report.json"), str(tmp_path / "a/report.json"), "-o", str(tmp_path / "x")]
     assert "the same metrics" in CliRunner().invoke(main, command).output

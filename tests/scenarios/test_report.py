@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from engines import ready
 
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
-from hystfmu.scenario import build, run_scenarios
+from hystfmu.scenario import run_scenarios
 from hystfmu.scenario.report.page import write_report
-from hystfmu.scenario.system.case import Scenario
 from hystfmu.scenario.system.delay_budget import delay_budget
 
 
@@ -76,13 +76,13 @@ def test_the_machine_form_says_the_same(page: str, tmp_path: Path) -> None:
 
 
 def test_delay_budget_finds_hold_late_values_and_delay_blocks(loop: Any, write: Any) -> None:
-    budget = delay_budget(build(Scenario(write(loop)).cases[0]))
+    budget = delay_budget(ready(write(loop)))
     assert [(d.where, d.steps) for d in budget] == [("pid.u -> plant.u", 0.5)]  # the hold of the command
 
     loop["order"] = ["plant", "pid", "reference", "wait"]  # the controller now sees an old reference
     loop["units"]["wait"] = {"block": "delay", "dims": {"n": 3}}
     loop["connections"] |= {"wait.u": "pid.u", "plant.u": "wait.y"}
-    budget = delay_budget(build(Scenario(write(loop)).cases[0]))
+    budget = delay_budget(ready(write(loop)))
     assert {(d.where, d.steps) for d in budget} == {
         ("wait.y -> plant.u", 0.5),
         ("reference.r -> pid.y_d", 1.0),

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
+from engines import ready
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
@@ -103,7 +104,7 @@ def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Any)
     folder = write(loop)
     (folder / "link.model.toml").symlink_to(tmp_path / "secret.model.toml")
     with pytest.raises(InputError, match="must stay within the folder of the scenarios"):
-        build(Scenario(folder).cases[0])
+        ready(folder)
 
 
 def test_a_metric_that_needs_a_partner_says_so(loop: Any, write: Any) -> None:

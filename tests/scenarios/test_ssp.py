@@ -14,6 +14,7 @@ import fmpy
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from engines import ready
 from lxml import etree
 
 from hystfmu.base.arrays import Array
@@ -59,7 +60,7 @@ def test_what_was_written_runs_and_agrees_with_its_reference(archive: Path, loop
     run = run_ssp(archive, "native")
     assert run.lines == ()
     assert run.compared == ("reference.r", "plant.y")
-    original = simulate(build(Scenario(write(loop)).cases[0]), "native")
+    original = simulate(ready(write(loop)), "native")
     assert run.trace["plant.y"].tobytes() == original["plant.y"].tobytes()
 
 
@@ -189,7 +190,7 @@ def test_the_loop_as_one_fmu(loop: Any, write: Any, tmp_path: Path, fmi: str) ->
     folder, out = write(loop), tmp_path / "loop.fmu"
     result = CliRunner().invoke(main, ["ssp", str(folder), "--fmi", fmi, "-o", str(out)])
     assert result.exit_code == 0, result.output
-    ours = simulate(build(Scenario(folder).cases[0]), "native")["plant.y"]
+    ours = simulate(ready(folder), "native")["plant.y"]
     trace = fmpy.simulate_fmu(
         str(out), stop_time=0.03, step_size=1e-4, output_interval=1e-4, output=["plant_y"], fmi_type="CoSimulation"
     )

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
+from engines import ready, same
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
@@ -15,7 +16,6 @@ from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report.terminal import verdicts
 from hystfmu.scenario.system.delay_budget import delay_budget
 
-ENGINES = ("fmpy", "native")
 H, TAU = 1e-3, 5e-3
 
 
@@ -39,15 +39,13 @@ def ramp(order: list[str], scheme: str = "gauss_seidel", **unit: Any) -> dict[st
 
 
 def run(write: Any, data: dict[str, Any]) -> Trace:
-    """By every engine, and as FMI 2.0 and 3.0: all have the same bits."""
-    traces = []
+    """Run by every engine, as FMI 2.0 and 3.0."""
+    systems = []
     for kind in ("fmu2", "fmu3"):
         for unit in data["units"].values():
             unit["as"] = kind
-        system = build(Scenario(write(data)).cases[0])
-        traces += [simulate(system, e) for e in ENGINES]  # type: ignore[arg-type]
-    assert len({t.values.tobytes() for t in traces}) == 1
-    return traces[0]
+        systems.append(ready(write(data)))
+    return same(*systems)
 
 
 def held(trace: Trace, substeps: int, inputs: Any) -> np.ndarray:
@@ -129,19 +127,19 @@ def test_what_cannot_be_is_refused(loop: Any, write: Any) -> None:
     data = ramp(["reference", "lag"], hold="first")
     data["units"]["reference"]["every"] = 2
     with pytest.raises(InputError, match=r"units\.lag\.hold: .* reference is slower"):
-        build(Scenario(write(data)).cases[0])
+        ready(write(data))
     data = ramp(["reference", "lag"], substeps=2)
     with pytest.raises(InputError, match="ramp/nominal: lag has substeps"):
-        to_graph(build(Scenario(write(data)).cases[0]))
+        to_graph(ready(write(data)))
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_an_fmu_of_others_does_the_same(write: Any, tmp_path: Path, fmi: Literal[2, 3]) -> None:
     data = ramp(["lag", "reference"], substeps=3, hold="first")
-    system = build(Scenario(write(data)).cases[0])
+    system = ready(write(data))
     export_fmu(system.parts[0].own, tmp_path / "scenarios" / "lag.fmu", fmi=fmi)
     data["units"]["lag"] = {"fmu": "../lag.fmu", "substeps": 3, "hold": "first"}
-    foreign = build(Scenario(write(data)).cases[0])
+    foreign = ready(write(data))
     want = simulate(system, "native").values.tobytes()
     assert [simulate(foreign, e).values.tobytes() == want for e in ("fmpy", "native")] == [True, True]
 
