@@ -15,7 +15,10 @@ MODEL_ROOMS = tuple(
         *("unit.py", "demo", "face"),
     )
 )
-TESTS = ("tests/python", "tests/contract", "tests/c")
+TESTS = tuple(
+    f"tests/{room}"
+    for room in ("blocks", "c", "contract", "data", "design", "face", "graph", "house", "identify", "oracles", "papers")
+)
 SUFFIXES = {".py", ".c", ".h", ".mo", ".toml", ".md", ".txt"}
 
 # pattern -> the word to use, and where; a place joins as soon as it is clean
@@ -28,7 +31,7 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     r"\bhalf-written\b": ("atomic write", (*MODEL_ROOMS, *TESTS)),
     r"\b(some|any|no)body\b": ("name the subject, e.g. foreign FMU, importer", (*MODEL_ROOMS, *TESTS)),
     r"\bjudged\b": ("tested; scored on the validation split", (*MODEL_ROOMS, *TESTS)),
-    r"\bdirectional\b": ("tangent", (*MODEL_ROOMS, "tests/python", "tests/contract")),
+    r"\bdirectional\b": ("tangent", (*MODEL_ROOMS, *(t for t in TESTS if t != "tests/c"))),
     r"\bas ever\b": ("nominal value", (*MODEL_ROOMS, *TESTS)),
     r"\btakes? the blame\b|\bblames?\b": ("compensates for", MODEL_ROOMS),
     r"\bdear\b": ("expensive; cheapest first", MODEL_ROOMS),
