@@ -12,7 +12,16 @@ import pytest
 
 import hystfmu as hy
 
-CALLS = ("of_block", "score", "plot", "inverse", "export", "export_modelica", "unit")  # methods of a model
+CALLS = (
+    "of_block",
+    "from_torch",
+    "score",
+    "plot",
+    "inverse",
+    "export",
+    "export_modelica",
+    "unit",
+)  # methods of a model
 
 
 def documented() -> dict[str, object]:

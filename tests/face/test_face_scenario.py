@@ -99,6 +99,8 @@ def test_a_shipped_scenario_is_read_run_changed_and_saved_elsewhere(tmp_path: Pa
     changed = loop.run(first, engine="native")
     assert [v.baseline for v in changed.verdicts] == [None] * len(changed.verdicts)
     assert changed.passed
+    with pytest.raises(hy.InputError, match="Save the scenario first"):
+        hy.run(loop, engine="native", record=True)
 
 
 @pytest.mark.parametrize("name", ["pid", "cascade_learned", "sliding_mode_2005_1khz"])
@@ -165,6 +167,8 @@ def test_a_unit_may_be_a_block_a_node_a_graph_a_file_or_an_fmu(plant: hy.Model, 
             ),
             "The stroke of 'plant' must be known",
         ),
+        (lambda s, m: hy.Scenario("tracking", step="1e-4"), "The step must be a float"),
+        (lambda s, m: hy.Scenario("scenario 'tracking': no", step=1e-4), "The name must be a letter"),
         (lambda s, m: hy.Scenario("tracking", step=0.0).add("p", m).metric("p", "peak", "p.y").ready(), "step"),
     ],
 )

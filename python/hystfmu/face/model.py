@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import replace
 from html import escape
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from hystfmu.model import Model as Record
 from hystfmu.report.page import Table, table
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 from hystfmu.unit import Unit
+
+if TYPE_CHECKING:
+    from torch import nn
 
 __all__ = ["Model"]
 
@@ -88,6 +91,31 @@ class Model(Record):
         'g0.fmu'
         """
         return cls(block.type.name, block.graph, step, block.type.text)
+
+    @classmethod
+    def from_torch(cls, module: nn.Module, text: str = "", step: float | None = None) -> Model:
+        """A feed-forward network of PyTorch as a model with input `u` (n_in,) and output `y` (n_out,).
+
+        Parameters
+        ----------
+        module : torch.nn.Module
+            A Linear, or a Sequential (nested or not) of Linear, Sigmoid, Tanh, ReLU and Identity.  The weights are
+            copied; further training does not change the model.
+        text : str
+            One line for a reader.
+        step : float, optional
+            Sample step (s) to record with the model; a network without memory needs none.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> from torch import nn
+        >>> hy.Model.from_torch(nn.Sequential(nn.Linear(2, 5), nn.Tanh(), nn.Linear(5, 1)))
+        Model('torch_mlp', u[2] -> y, 21 parameters)
+        """
+        from hystfmu.model.from_torch import from_torch
+
+        return cls.of(from_torch(module, text, step))
 
     def score(self, other: Dataset, rows: slice | tuple[int, int] | str | None = None) -> dict[str, float]:
         """Errors on a record: the model runs free from its row 0.

@@ -50,7 +50,7 @@ class Scenario:
     Raises
     ------
     InputError
-        A step that is not greater than 0.
+        A name that is none, a step that is not greater than 0.
 
     Notes
     -----
@@ -84,9 +84,11 @@ class Scenario:
         coupling: Scheme = "gauss_seidel",
     ) -> None:
         self._origin = f"scenario {name!r}"
+        if not re.fullmatch(NAME, name):
+            raise InputError(f"{self._origin}: The name must be a letter followed by letters, digits or _.")
         self._folder: Path | None = None
         self._attached: dict[str, Model | Path] = {}
-        if not (np.isfinite(step) and step > 0):
+        if not (isinstance(step, (int, float, np.number)) and np.isfinite(step) and step > 0):
             raise InputError(f"{self._origin}: The step must be a float in (0, inf). Got {step} instead.")
         self._spec: dict[str, Any] = {"name": name, "step": _number(step)}
         self._spec |= {"text": text} if text else {}

@@ -74,6 +74,8 @@ def run_scenarios(
     if record and case is not None:
         raise InputError("--record stores all cases of a scenario: it takes no --case")
     plans = plan(read(paths, overrides, coupling), case, overrides, record)
+    if record and (unsaved := next((p.scenario for p in plans if p.scenario.folder is None), None)):
+        raise InputError(f"{unsaved.origin}: A baseline is written beside a scenario.toml. Save the scenario first.")
     n = sum(len(p.systems) for p in plans)
     if out is not None and n > 1:
         raise InputError(f"-o {out}: one file holds one case, and {n} would run; name one with --case")
