@@ -52,9 +52,9 @@ static int follow(master_unit *u, const double *begin, const double *read, doubl
   double *dy = d + u->first;
   if (u->n_out == 0) return 0;
   memset(dy, 0, (size_t)u->n_out * sizeof *dy);
-  if (!moves || !(u->slope || u->slopes)) return 0;
+  if (!moves || !(u->tangent || u->seeds)) return 0;
   for (int64_t k = 0; along < 0 && k < u->n_in; k++) du[k] = -du[k];
-  if (slope(u, du, dy)) return 1;
+  if (unit_tangent(u, du, dy)) return 1;
   for (int64_t k = 0; along < 0 && k < u->n_out; k++) dy[k] = -dy[k];
   return 0;
 }

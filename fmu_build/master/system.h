@@ -25,7 +25,7 @@ typedef struct {
   void *self;                                     /* hyst_graph or component */
   void (*set)(void), (*step)(void), (*get)(void); /* of an FMU: Set..., DoStep, Get... */
   void (*save)(void), (*restore)(void);           /* of an FMU, iterative: Get...State, Set...State */
-  void (*slope)(void);                            /* of an FMU in a loop, with newton: GetDirectionalDerivative */
+  void (*tangent)(void);                          /* of an FMU in a loop, with newton: GetDirectionalDerivative */
   int64_t n_in, n_out, first;                     /* elements; index of the first output in the values */
   const int64_t *source;          /* per input: index in the values; -1: a constant element of an array of an FMU */
   double *u;                      /* of an FMU: room for its inputs */
@@ -37,8 +37,8 @@ typedef struct {
   void **at;           /* of a graph: room for n_in + n_out pointers */
   double *saved;       /* of a graph, iterative: room for its state */
   void *state;         /* of an FMU, iterative: its saved state; the caller frees it */
-  double *slopes; /* of a graph in a loop, with newton: room for inputs, twice the continuous states, and its state */
-  double t;       /* time at which the last step ended */
+  double *seeds; /* of a graph in a loop, with newton: room for inputs, twice the continuous states, and its state */
+  double t;      /* time at which the last step ended */
 } master_unit;
 
 typedef struct {

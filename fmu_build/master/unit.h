@@ -15,9 +15,9 @@ typedef int (*fmi3_set)(void *, const uint32_t *, size_t, const double *, size_t
 typedef int (*fmi3_get)(void *, const uint32_t *, size_t, double *, size_t);
 typedef int (*fmi3_step)(void *, double, double, unsigned char, unsigned char *, unsigned char *, unsigned char *,
                          double *);
-typedef int (*fmi2_slope)(void *, const uint32_t *, size_t, const uint32_t *, size_t, const double *, double *);
-typedef int (*fmi3_slope)(void *, const uint32_t *, size_t, const uint32_t *, size_t, const double *, size_t, double *,
-                          size_t);
+typedef int (*fmi2_tangent)(void *, const uint32_t *, size_t, const uint32_t *, size_t, const double *, double *);
+typedef int (*fmi3_tangent)(void *, const uint32_t *, size_t, const uint32_t *, size_t, const double *, size_t,
+                            double *, size_t);
 typedef int (*fmu_save)(void *, void **);
 typedef int (*fmu_restore)(void *, void *);
 enum { WARNING = 1 }; /* the worst status with which a run continues */
@@ -139,16 +139,16 @@ static inline int restore(master_unit *u) {
 }
 
 /* tangent of its outputs for seeds of its inputs, after a step; fails if it is not finite */
-static inline int slope(master_unit *u, const double *du, double *dy) {
+static inline int unit_tangent(master_unit *u, const double *du, double *dy) {
   if (u->kind == MASTER_FMI2)
-    return ((fmi2_slope)u->slope)(u->self, u->vr_out, (size_t)u->n_vr_out, u->vr_in, (size_t)u->n_vr_in, du, dy) >
+    return ((fmi2_tangent)u->tangent)(u->self, u->vr_out, (size_t)u->n_vr_out, u->vr_in, (size_t)u->n_vr_in, du, dy) >
            WARNING;
   if (u->kind == MASTER_FMI3)
-    return ((fmi3_slope)u->slope)(u->self, u->vr_out, (size_t)u->n_vr_out, u->vr_in, (size_t)u->n_vr_in, du,
-                                  (size_t)u->n_in, dy, (size_t)u->n_out) > WARNING;
+    return ((fmi3_tangent)u->tangent)(u->self, u->vr_out, (size_t)u->n_vr_out, u->vr_in, (size_t)u->n_vr_in, du,
+                                      (size_t)u->n_in, dy, (size_t)u->n_out) > WARNING;
   hyst_graph *g = u->self;
   const int64_t n_c = hyst_graph_n_continuous(g);
-  double *seeds = u->slopes, *states = seeds + g->n_external, *ddx = states + n_c, *memory = ddx + n_c;
+  double *seeds = u->seeds, *states = seeds + g->n_external, *ddx = states + n_c, *memory = ddx + n_c;
   memset(seeds, 0, (size_t)(g->n_external + n_c) * sizeof *seeds);
   for (int64_t k = 0; k < u->n_in; k++) {
     const hyst_port *p = u->at[k];

@@ -19,6 +19,11 @@ TESTS = tuple(
     f"tests/{room}"
     for room in ("blocks", "c", "contract", "data", "design", "face", "graph", "house", "identify", "oracles", "papers")
 )
+FMU_ROOMS = (
+    *(f"python/hystfmu/{room}" for room in ("fmu", "studies", "report", "cli", "scenario/report")),
+    *(f"tests/{room}" for room in ("fmu", "study", "stress", "benchmarks")),
+    *("fmu_build", "CMakeLists.txt"),
+)
 SUFFIXES = {".py", ".c", ".h", ".mo", ".toml", ".md", ".txt"}
 
 # pattern -> the word to use, and where; a place joins as soon as it is clean
@@ -28,11 +33,11 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     r"\btorment|\btortur": ("stress tests", EVERYWHERE),
     r"\brows held back\b|\bheld-back rows\b": ("validation split", EVERYWHERE),
     r"\b(input|signal|data) (tells|says) little\b": ("not informative enough", EVERYWHERE),
-    r"\bhalf-written\b": ("atomic write", (*MODEL_ROOMS, *TESTS)),
-    r"\b(some|any|no)body\b": ("name the subject, e.g. foreign FMU, importer", (*MODEL_ROOMS, *TESTS)),
-    r"\bjudged\b": ("tested; scored on the validation split", (*MODEL_ROOMS, *TESTS)),
+    r"\bhalf-written\b": ("atomic write", (*MODEL_ROOMS, *FMU_ROOMS, *TESTS)),
+    r"\b(some|any|no)body\b": ("name the subject, e.g. foreign FMU, importer", (*MODEL_ROOMS, *FMU_ROOMS, *TESTS)),
+    r"\bjudged\b": ("tested; scored on the validation split", (*MODEL_ROOMS, *FMU_ROOMS, *TESTS)),
     r"\bdirectional\b": ("tangent", (*MODEL_ROOMS, *(t for t in TESTS if t != "tests/c"))),
-    r"\bas ever\b": ("nominal value", (*MODEL_ROOMS, *TESTS)),
+    r"\bas ever\b": ("nominal value", (*MODEL_ROOMS, *FMU_ROOMS, *TESTS)),
     r"\btakes? the blame\b|\bblames?\b": ("compensates for", MODEL_ROOMS),
     r"\bdear\b": ("expensive; cheapest first", MODEL_ROOMS),
     r"\bunits? of (u|x|y)\b|\bin (its|their) units?\b(?! of measure)": ("unit of measure", MODEL_ROOMS),

@@ -36,7 +36,7 @@ class Unit(C.Structure):
         ("get", C.c_void_p),
         ("save", C.c_void_p),
         ("restore", C.c_void_p),
-        ("slope", C.c_void_p),
+        ("tangent", C.c_void_p),
         ("n_in", C.c_int64),
         ("n_out", C.c_int64),
         ("first", C.c_int64),
@@ -51,7 +51,7 @@ class Unit(C.Structure):
         ("at", C.c_void_p),
         ("saved", C.c_void_p),
         ("state", C.c_void_p),
-        ("slopes", C.c_void_p),
+        ("seeds", C.c_void_p),
         ("t", C.c_double),
     )
 
@@ -114,7 +114,7 @@ class GraphUnit:
         )
         if self._has_tangent:
             room = np.empty(4 * len(saved))  # a state holds inputs and continuous states
-            unit.slopes = room.ctypes.data
+            unit.seeds = room.ctypes.data
             keep.append(room)
         if self._hold == "first":
             keep += _straight(unit, self.source.tolist(), self._ahead, values)
@@ -187,7 +187,7 @@ class ForeignUnit:
             vr_out=C.addressof(call.vr_out),
             n_vr_in=len(call.vr_in),
             n_vr_out=len(call.vr_out),
-            slope=call.tangent,
+            tangent=call.tangent,
             **dict(zip(names, call.functions, strict=False)),
         )
         keep: list[Any] = [u, source, call]
