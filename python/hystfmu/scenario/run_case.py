@@ -36,7 +36,7 @@ def run_case(
     Parameters
     ----------
     system, baseline, engine, store
-        What runs, what it is held against, who runs it, where FMUs are unpacked.
+        The case, its baseline, the engine, and the folder of unpacked FMUs.
     strict : bool
         A missing baseline or a change against it is a failure; otherwise the limits alone decide.
     seconds : float

@@ -87,7 +87,7 @@ def _loop(
         m.start(0.0)
     for m in members:
         m.begin()
-    # who steps at fine step n depends on n modulo the least common multiple of the periods
+    # which units step at fine step n depends on n modulo the least common multiple of the periods
     cycle = math.lcm(*{m.period for m in members})
     sweeps = Sweeps()
     couple = _coupling(system, now, sweeps)

@@ -85,7 +85,7 @@ class Native:
     columns : sequence of str, optional
         Outputs (`unit.output`) that are recorded; all by default.
     cut : bool
-        Keep units whose steps may be cut apart from the others; who does not ask gets it where a run has cuts.
+        Keep units whose steps may be cut apart from the others; by default where a run has cuts.
     """
 
     def __init__(self, system: System, columns: Sequence[str] | None = None, cut: bool = False) -> None:

@@ -47,7 +47,7 @@ class Newton:
         for c, steps in enumerate(self._steps):
             d, read = np.zeros_like(self._values), begin.copy()
             read[self._early] = guess
-            d[self._early[c]] = float(steps)  # who is not due holds its outputs
+            d[self._early[c]] = float(steps)  # a unit that is not due holds its outputs
             for m, inside, own in self._due:
                 if not self._follow(m, inside, own, begin, read, d):
                     return False

@@ -1,6 +1,6 @@
-"""What a `scenario.toml` may say: units, connections, order, step, cases, metrics with limits.
+"""The keys of a `scenario.toml`: units, connections, order, step, cases, metrics with limits.
 
-These models check keys, types and ranges; `hystfmu.scenario.system.case` makes plain, complete cases of them.
+These models check keys, types and ranges.  `hystfmu.scenario.system.case` makes complete cases of them.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ class UnitSpec(pydantic.BaseModel):
     block: str | None = Field(None, description="key of a block; its sizes and values follow in `dims` and `values`")
     dims: dict[str, int] = Field({}, description="sizes of `block`")
     values: dict[str, Value] = Field({}, description="parameter values of `block`")
-    fmu: str | None = Field(None, description="path of an FMU of any origin, relative to the scenario's folder")
+    fmu: str | None = Field(None, description="path of a foreign FMU, relative to the scenario's folder")
     graph: GraphTable | None = Field(None, description="blocks, wires, inputs, outputs, as in a model file")
     inverse_of: str | None = Field(None, description="path of a *.model.toml whose exact inverse runs")
     runs_as: Literal["fmu2", "fmu3"] = Field("fmu2", alias="as", description="version of FMI, for the engine fmpy")
-    every: int = Field(1, ge=1, le=1_000_000, description="runs once in so many steps")
+    every: int = Field(1, ge=1, le=1_000_000, description="number of steps in a period of the unit")
     fine: bool = Field(False, description="runs `ripple` times per step: plants and what is measured between samples")
     substeps: int = Field(1, ge=1, le=10_000, description="steps of the unit in each of its periods")
     hold: Literal["zero", "first"] = Field(
         "zero",
-        description="its connected inputs during a period: held, or on the straight line through the last two values",
+        description="connected inputs during a period: held, or on the line through the last two values",
     )
     inputs: dict[str, Number] = Field({}, description="constant values of inputs that nothing is connected to")
     set: dict[str, Value] = Field({}, description="parameter overrides; a string '*1.2' scales the value")
@@ -99,8 +99,8 @@ class CouplingSpec(pydantic.BaseModel):
     scheme: Scheme = Field(
         "gauss_seidel",
         description="gauss_seidel: in the stated order, with the newest values; jacobi: all with the values of the "
-        "last step; iterative: sweeps from the same saved states until what was read early agrees with what came out, "
-        "by Newton's method if all units in loops have directional derivatives",
+        "last step; iterative: sweeps from the same saved states until values read early agree with the outputs, "
+        "by Newton's method if all units in loops have tangents",
     )
     events: Literal["located", "grid"] = Field(
         "located",
@@ -114,11 +114,13 @@ class CouplingSpec(pydantic.BaseModel):
 
 
 class TubeSpec(pydantic.BaseModel):
-    """How far a recorded signal may lie from its baseline in time and value at once, instead of `tolerance`."""
+    """Tolerance of a recorded signal in time and value at once, instead of `tolerance`."""
 
     model_config = STRICT
-    time: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(0.0, description="early or late by as much (s)")
-    value: Annotated[float, Field(ge=0, le=1)] = Field(description="of the largest value of the signal")
+    time: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(0.0, description="largest shift in time (s)")
+    value: Annotated[float, Field(ge=0, le=1)] = Field(
+        description="largest deviation, relative to the largest value of the signal"
+    )
 
 
 class CaseSpec(pydantic.BaseModel):
