@@ -49,7 +49,7 @@ def export(
     settings: tuple[str, ...],
     step: float | None,
 ) -> None:
-    """Export a model, or a bare block, as an FMU or a Modelica package.
+    """Export a model or a single block as an FMU or Modelica package.
 
     The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
 
