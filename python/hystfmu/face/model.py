@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hystfmu.base.errors import InputError
+from hystfmu.core.library import NO_LIMIT
 from hystfmu.data import Dataset
 from hystfmu.graph.blocks import Block
 from hystfmu.model import Model as Record
@@ -417,5 +418,5 @@ def _with_unit(name: str, unit: str) -> str:
 
 
 def _start(values: tuple[float, ...]) -> str:
-    text = " ".join(f"{v:.4g}" for v in values[:4])
+    text = " ".join("no limit" if abs(v) >= NO_LIMIT else f"{v:.4g}" for v in values[:4])
     return f"{text} ..." if len(values) > 4 else text
