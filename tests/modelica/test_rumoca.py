@@ -186,7 +186,7 @@ def test_what_rumoca_gets_wrong_without_a_word_still_is(tmp_path: Path) -> None:
 
 
 def test_compiler_starts_anew_after_a_crash_and_a_hang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A model that follows one that kills the compiler, or one that never ends, is simulated as ever."""
+    """A model after one that crashes the compiler or never ends is simulated normally."""
     compiler = simulate.Compiler()
     monkeypatch.setattr(simulate, "COMPILER", compiler)
     sound = "model M Real y = time; end M;"

@@ -1,4 +1,4 @@
-"""`hystfmu export --modelica`: files, names and refusals; what others wrote stays, nothing half-written does."""
+"""`hystfmu export --modelica`: files, names, refusals; foreign files stay, writes are atomic."""
 
 from __future__ import annotations
 

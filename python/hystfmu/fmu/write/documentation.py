@@ -30,8 +30,8 @@ border-bottom:1px solid #d9e0e6}th,figcaption,.soft{color:#5d6b78}code{font-size
 _FIT = {
     "rms_percent": "RMS error, % of the span of y",
     "max_percent": "largest error, % of the span of y",
-    "rms": "RMS error, units of y",
-    "max": "largest error, units of y",
+    "rms": "RMS error, unit of measure of y",
+    "max": "largest error, unit of measure of y",
     "parameters": "identified parameters",
 }
 _HISTORY = {

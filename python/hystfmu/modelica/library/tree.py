@@ -40,7 +40,7 @@ def _on_disk(root: Path) -> dict[PurePath, str]:
 
 
 def missing(root: Path) -> list[str]:
-    """A sentence for each file with the equations of a block that nobody has written."""
+    """Return a message for each missing file with the equations of a block."""
     shelf = Shelf(root)
     return [
         f"write {b.wanted}: the equations of the block {b.block.name}, which extend BaseClasses.{b.name}"
