@@ -41,7 +41,7 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     r"\btakes? the blame\b|\bblames?\b": ("compensates for", EVERYWHERE),
     r"\bdear\b": ("expensive; cheapest first", EVERYWHERE),
     r"\bunits? of (u|x|y)\b|\bin (its|their) units?\b(?! of measure)": ("unit of measure", ("python", "tests")),
-    r"; got\b": ("'... must be RULE. Got VALUE instead.'", tuple(r for r in MODEL_ROOMS if not r.endswith("face"))),
+    r"; got\b": ("'... must be RULE. Got VALUE instead.'", (*MODEL_ROOMS, *FMU_ROOMS)),
 }
 
 
