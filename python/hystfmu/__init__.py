@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from hystfmu.data import signals as signals
     from hystfmu.data import synthetic as synthetic
     from hystfmu.face.model import Model as Model
+    from hystfmu.face.running import run as run
     from hystfmu.face.scenario import Scenario as Scenario
-    from hystfmu.face.scenario import run as run
     from hystfmu.face.verbs import fit as fit
     from hystfmu.face.verbs import read_csv as read_csv
     from hystfmu.face.verbs import study as study
@@ -50,7 +50,7 @@ _HOME = {  # where each name lives; an empty name: the module itself
     "design": "design:",
     "fit": "face.verbs:fit",
     "read_csv": "face.verbs:read_csv",
-    "run": "face.scenario:run",
+    "run": "face.running:run",
     "signals": "data.signals:",
     "study": "face.verbs:study",
     "synthetic": "data.synthetic:",

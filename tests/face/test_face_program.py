@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -10,27 +12,25 @@ import pytest
 import hystfmu as hy
 from hystfmu.identify import auto
 
+ROOT = Path(__file__).parents[2]
 PROGRAM = """
 import hystfmu as hy
 
 data  = hy.read_csv("piezo.csv")                    # or hy.Dataset(t, u, y), arrays or columns of a data frame
-other = hy.read_csv("other.csv")
 model = hy.fit(data)                                # picks the model
 print(model)                                        # one screen: kind, ports, parameters, errors, warnings
-print(model.score(other)); model.plot(other)        # errors; a figure (and _repr_html_ in a notebook)
+model.score(other); model.plot(other)               # errors; a figure (and _repr_html_ in a notebook)
 inv = model.inverse()                               # a Model again
 model.export("piezo.fmu"); inv.export("inverse.fmu", fmi=3); model.export_modelica("Piezo/")
 unit = model.unit()                                 # co-simulation unit
 
 loop = hy.Scenario("tracking", step=1e-4)           # what a scenario.toml says, from Python; the same object either way
 loop.add("plant", model, fine=True); loop.add("inverse", inv); loop.add("pid", hy.blocks.Pid(Kp=1.2, Ki=9e3))
-loop.connect("reference.r_lead", "inverse.u"); loop.connect("inverse.y", "pid.u_ff")
-loop.connect("reference.r", "pid.y_d"); loop.connect("plant.y", "pid.y"); loop.connect("pid.u", "plant.u")
+loop.connect("inverse.u", "plant.u")
 loop.metric("tracking", "rms_percent", "plant.y", against="reference.r", limit=0.05)
-result = loop.run(); print(result)                  # a short repr: case, verdict, metrics
-result.plot(); result.report("out")
+result = loop.run(); result                         # a short repr; .trace, .plot(), .report("out")
 loop.save("scenarios/mine")                         # scenario.toml
-again = hy.run("scenarios/mine"); study = hy.study("mismatch.study.toml", workers=1)
+hy.run("scenarios/pid"); study = hy.study("mismatch.study.toml", workers=1)
 """
 STUDY = """
 name = "mismatch"
@@ -50,19 +50,57 @@ def measured(name: str, seed: int) -> hy.Dataset:
 
 def test_the_program_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     measured("piezo", 1).to_csv(tmp_path / "piezo.csv")
-    measured("other", 2).to_csv(tmp_path / "other.csv")
+    for part in ("pid", "models", "loops"):
+        shutil.copytree(ROOT / "scenarios" / part, tmp_path / "scenarios" / part)
     (tmp_path / "mismatch.study.toml").write_text(STUDY)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(auto, "BUDGET", 0.5)  # s of estimated work: the kinds that are solved by least squares
-    names: dict[str, object] = {}
+    names: dict[str, object] = {"other": measured("other", 2)}
     exec(compile(PROGRAM, "program", "exec"), names)
-    model, result, again = names["model"], names["result"], names["again"]
+    model, result = names["model"], names["result"]
     assert isinstance(model, hy.Model)
     assert model.key in model.provenance["auto"]
     assert str(model) in capsys.readouterr().out
     assert repr(result).startswith("Result('tracking/nominal', passed, tracking = ")
-    assert again[0].verdicts[0].value == result.verdicts[0].value  # type: ignore[index, attr-defined]
-    assert again[0].lines == ("tracking/nominal: no baseline: run with --record",)  # type: ignore[index]
+    result.report("out")  # type: ignore[attr-defined]
+    again = hy.run("scenarios/mine")
+    assert again[0].verdicts[0].value == result.verdicts[0].value  # type: ignore[attr-defined]
+    assert again[0].lines == ("tracking/nominal: no baseline: run with --record",)
     assert len(names["study"].rows) == 2  # type: ignore[attr-defined]
     written = ["piezo.fmu", "inverse.fmu", "Piezo/package.mo", "out/report.html", "mismatch/results.parquet"]
     assert [name for name in written if not Path(name).exists()] == []
+
+
+# ---- wires that follow from the roles of units
+def loop_of(*controllers: str) -> hy.Scenario:
+    """The wires of the program, with these controllers."""
+    plays = hy.blocks.PrandtlIshlinskii(w0=1.0, r=[0.1, 0.3], w=[0.5, 0.2])
+    plant = hy.Model("prandtl_ishlinskii", plays.graph, 1e-3, provenance={"span_u": [-1.0, 1.0]})
+    loop = hy.Scenario("wires", step=1e-3).add("plant", plant).add("inverse", plant.inverse("exact"))
+    for name in controllers:
+        loop.add(name, hy.blocks.Pid(Kp=0.1))
+    return loop.connect("inverse.u", "plant.u").metric("tracking", "rms_percent", "plant.y", against="reference.r")
+
+
+def wires_of(loop: hy.Scenario, folder: Path) -> dict[str, str]:
+    found: dict[str, str] = tomllib.loads((loop.save(folder / "s") / "scenario.toml").read_text())["connections"]
+    return found
+
+
+def test_a_controller_without_wires_stands_in_the_path_to_the_plant(tmp_path: Path):
+    forward = {"inverse.u": "reference.r_lead"}
+    assert wires_of(loop_of(), tmp_path) == {"plant.u": "inverse.y", **forward}
+    feedback = {"pid.u_ff": "inverse.y", "pid.y_d": "reference.r", "pid.y": "plant.y", "plant.u": "pid.u"}
+    assert wires_of(loop_of("pid"), tmp_path) == {**feedback, **forward}
+
+
+def test_wires_that_are_said_stay(tmp_path: Path):
+    said = {"inverse.u": "reference.r", "pid.y": "plant.y"}
+    loop = loop_of("pid")
+    for target, source in said.items():
+        loop.connect(source, target)
+    assert wires_of(loop, tmp_path) == {"plant.u": "inverse.y", **said}
+
+
+def test_of_two_controllers_without_wires_none_is_placed(tmp_path: Path):
+    assert "pid.u" not in wires_of(loop_of("pid", "other"), tmp_path).values()

@@ -1,5 +1,6 @@
 """What a scenario built in Python leaves unsaid: its order, a reference over the plant's stroke, the end of the run.
 
+wires      those that follow from the roles of the units: see `hystfmu.face.wiring`.
 reference  connections or metrics name the unit ``reference``, but none was added: a sine over SHARE of the stroke of
            the plant, the unit that a metric holds against it; SAMPLES steps a period; `r_lead` looks one step ahead
            (half a step where the run looks between samples).
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.errors import InputError
+from hystfmu.face.wiring import wired
 from hystfmu.model import Model
 
 NAME = "reference"
@@ -49,6 +51,8 @@ def completed(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], ori
     if not metrics:
         raise InputError(f"{origin}: A scenario must have a metric. Got none; metric(name, kind, signal) adds one.")
     order = list(spec.get("order", units))
+    if wires := wired(spec, attached):
+        spec = {**spec, "connections": wires}
     if NAME not in units and _asks_for_reference(spec):
         units = {NAME: _reference(spec, attached, origin), **units}
         order = [NAME, *order]

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hystfmu.base.errors import InputError
-from hystfmu.core.library import NO_LIMIT
 from hystfmu.data import Dataset
+from hystfmu.face.summary import names, tables
 from hystfmu.graph.blocks import Block
 from hystfmu.model import Model as Record
-from hystfmu.report.page import Table, table
+from hystfmu.report.page import table
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 from hystfmu.unit import Unit
 
@@ -26,7 +26,6 @@ __all__ = ["Model"]
 
 InverseMethod = Literal["auto", "exact", "implicit", "learned"]
 POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an inverse carries a warning
-MOST_SHOWN = 12  # parameters in print(model)
 
 
 class Model(Record):
@@ -325,7 +324,7 @@ class Model(Record):
     # ---- for people -------------------------------------------------------------------------------------------------
     def __repr__(self) -> str:
         """One line: kind, ports, parameters, error."""
-        parts = [repr(self.key), f"{_names(self, 'input')} -> {_names(self, 'output')}"]
+        parts = [repr(self.key), f"{names(self, 'input')} -> {names(self, 'output')}"]
         if "parameters" in self.fit:
             parts.append(f"{self.fit['parameters']} parameters")
         if "cascade_rms_percent" in self.fit:
@@ -339,7 +338,7 @@ class Model(Record):
         from hystfmu.report.terminal import table as columns
 
         lines = [f"{self.key}: {self.text}" if self.text else self.key]
-        for part in self._tables():
+        for part in tables(self):
             lines += ["", columns(part.head, part.rows)]
         return "\n".join([*lines, *(f"\nwarning: {w}" for w in self.fit.get("warnings", ()))])
 
@@ -347,39 +346,7 @@ class Model(Record):
         """As `print`, for a notebook."""
         warnings = "".join(f"<p><b>warning:</b> {escape(w)}</p>" for w in self.fit.get("warnings", ()))
         title = f"<p><b>{escape(self.key)}</b>{': ' if self.text else ''}{escape(self.text)}</p>"
-        return title + "".join(map(table, self._tables())) + warnings
-
-    def _tables(self) -> list[Table]:
-        """Ports, parameters, errors."""
-        g = self.graph
-        ports = [
-            (p.kind, p.name if p.size == 1 else f"{p.name}[{p.size}]", "" if p.unit == "1" else p.unit, p.text)
-            for p in g.ports
-            if p.kind in ("input", "output")
-        ]
-        parameters = [p for p in g.ports if p.is_parameter]
-        shown: list[tuple[object, ...]] = [
-            (p.name, p.size, "" if p.unit == "1" else p.unit, _start(p.start)) for p in parameters[:MOST_SHOWN]
-        ]
-        if len(parameters) > MOST_SHOWN:
-            shown.append(("...", f"{len(parameters) - MOST_SHOWN} more", "", ""))
-        found = [Table(("port", "name", "unit of measure", "meaning"), ports)]
-        if shown:
-            found.append(Table(("parameter", "size", "unit of measure", "value"), shown))
-        errors = self._errors()
-        return [*found, Table(("errors", "RMS %", "largest %"), errors)] if errors else found
-
-    def _errors(self) -> list[tuple[str, str, str]]:
-        """Of the training rows, of rows that were held out, of the validation split, of the cascade."""
-        f, rows = self.fit, []
-        named = [("", f"training rows {self.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
-        for prefix, name in [*named, ("cascade_", "inverse and model in cascade")]:
-            if f"{prefix}rms_percent" in f:
-                rows.append((name, f"{f[f'{prefix}rms_percent']:.3g}", f"{f[f'{prefix}max_percent']:.3g}"))
-        split = self.provenance.get("auto", {}).get(self.key)
-        if split is not None:
-            rows.append(("validation split, that chose it", f"{split:.3g}", ""))
-        return rows
+        return title + "".join(map(table, tables(self))) + warnings
 
     def _one_to_one(self, verb: str) -> None:
         if self.graph.n_inputs != 1 or self.graph.n_outputs != 1:
@@ -409,14 +376,5 @@ def _warned(model: Model) -> Model:
     return replace(model, fit={**model.fit, "warnings": [*model.fit.get("warnings", []), line]})
 
 
-def _names(model: Record, kind: str) -> str:
-    return ", ".join(p.name if p.size == 1 else f"{p.name}[{p.size}]" for p in model.graph.ports if p.kind == kind)
-
-
 def _with_unit(name: str, unit: str) -> str:
     return f"{name} ({unit})" if unit not in ("", "1") else name
-
-
-def _start(values: tuple[float, ...]) -> str:
-    text = " ".join("no limit" if abs(v) >= NO_LIMIT else f"{v:.4g}" for v in values[:4])
-    return f"{text} ..." if len(values) > 4 else text

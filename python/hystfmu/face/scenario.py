@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,16 +14,16 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import check
 from hystfmu.face.defaults import completed
 from hystfmu.face.parts import What, described, files
-from hystfmu.face.result import Result, Results
+from hystfmu.face.result import Result
 from hystfmu.face.saved import save
 from hystfmu.model import Model
-from hystfmu.scenario import Change, Engine, run_scenarios
+from hystfmu.scenario import Engine, run_scenarios
 from hystfmu.scenario import Scenario as Cases
 from hystfmu.scenario.system.case import NAME, split_end
 from hystfmu.scenario.system.inside import inside
 from hystfmu.scenario.system.spec import MetricKind, ScenarioSpec, Scheme, UnitSpec
 
-__all__ = ["Scenario", "run"]
+__all__ = ["Scenario"]
 
 
 class Scenario:
@@ -427,78 +427,6 @@ class Scenario:
         for unit, key in files(self._spec):
             self._attached.setdefault(unit[key], inside(self._folder, unit[key], f"{self._origin}: {key}"))
         self._folder, self._origin = None, f"scenario {self.name!r}"
-
-
-def run(
-    scenarios: str | Path | Scenario | Sequence[str | Path | Scenario],
-    *,
-    case: str | None = None,
-    engine: Engine = "fmpy",
-    set: Mapping[str, Any] | None = None,
-    coupling: Scheme | None = None,
-    seconds: float = 600.0,
-    report: str | Path | None = None,
-    record: bool = False,
-    confirm: Callable[[list[Change]], bool] = lambda changes: True,
-    progress: Callable[[float], None] = lambda fraction: None,
-    out: str | Path | None = None,
-) -> Results:
-    """Run scenarios with all their cases, and hold them against limits and baselines.
-
-    Parameters
-    ----------
-    scenarios : path, Scenario, or several
-        A path is that of a scenario.toml or of the folder that holds it.
-    case : str, optional
-        Run only the cases of this name.
-    engine : {"fmpy", "native"}
-        FMUs by fmpy (the reference), or the whole loop in the C core; both give the same bits.
-    set : mapping, optional
-        ``{"unit.parameter": value}`` in every case that has the unit; a string ``"*1.2"`` scales.
-    coupling : str, optional
-        Scheme for all cases instead of their own.
-    seconds : float
-        Longest time of a case with foreign FMUs.
-    report : path, optional
-        Write report.html and report.json into this folder.
-    record : bool
-        Write baselines for the scenarios whose limits are all met.
-    confirm : function, optional
-        With `record`: asked once, with what would change, before anything is written.
-    progress : function, optional
-        Called with the fraction done, 0..1.
-    out : path, optional
-        Write all outputs of the one case that runs there, as CSV.
-
-    Raises
-    ------
-    InputError
-        Bad scenario, model or override; before anything runs.
-
-    Examples
-    --------
-    >>> import hystfmu as hy
-    >>> loop = hy.Scenario("sine", step=1e-4, stop=0.01)
-    >>> loop = loop.add("source", hy.blocks.Reference(frequency=100.0)).metric("peak", "peak", "source.r")
-    >>> hy.run(loop.case("once").case("twice", set={"source.amplitude": 2.0}), engine="native")
-    Results(2 cases, 2 passed)
-    """
-    several = [scenarios] if isinstance(scenarios, (str, Path, Scenario)) else scenarios
-    return Results.of(
-        run_scenarios(
-            [s.ready() if isinstance(s, Scenario) else s for s in several],
-            record=record,
-            report_dir=report,
-            overrides=set,
-            progress=progress,
-            engine=engine,
-            coupling=coupling,
-            seconds=seconds,
-            confirm=confirm,
-            case=case,
-            out=out,
-        )
-    )
 
 
 def _number(value: Any) -> Any:

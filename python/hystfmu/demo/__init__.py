@@ -1,0 +1,1 @@
+"""`hystfmu demo`: the whole way once on built-in data."""

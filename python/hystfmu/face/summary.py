@@ -1,0 +1,53 @@
+"""A model on one screen: ports, parameters, errors, as tables for a terminal and for a notebook."""
+
+from __future__ import annotations
+
+from hystfmu.core.library import NO_LIMIT
+from hystfmu.model import Model as Record
+from hystfmu.report.page import Table
+
+MOST_SHOWN = 12  # parameters in print(model)
+
+
+def tables(model: Record) -> list[Table]:
+    """Ports, parameters, errors."""
+    g = model.graph
+    ports = [
+        (p.kind, p.name if p.size == 1 else f"{p.name}[{p.size}]", "" if p.unit == "1" else p.unit, p.text)
+        for p in g.ports
+        if p.kind in ("input", "output")
+    ]
+    parameters = [p for p in g.ports if p.is_parameter]
+    shown: list[tuple[object, ...]] = [
+        (p.name, p.size, "" if p.unit == "1" else p.unit, _start(p.start)) for p in parameters[:MOST_SHOWN]
+    ]
+    if len(parameters) > MOST_SHOWN:
+        shown.append(("...", f"{len(parameters) - MOST_SHOWN} more", "", ""))
+    found = [Table(("port", "name", "unit of measure", "meaning"), ports)]
+    if shown:
+        found.append(Table(("parameter", "size", "unit of measure", "value"), shown))
+    errors = _errors(model)
+    return [*found, Table(("errors", "RMS %", "largest %"), errors)] if errors else found
+
+
+def _errors(model: Record) -> list[tuple[str, str, str]]:
+    """Of the training rows, of rows that were held out, of the validation split, of the cascade."""
+    f, rows = model.fit, []
+    named = [("", f"training rows {model.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
+    for prefix, name in [*named, ("cascade_", "inverse and model in cascade")]:
+        if f"{prefix}rms_percent" in f:
+            rows.append((name, f"{f[f'{prefix}rms_percent']:.3g}", f"{f[f'{prefix}max_percent']:.3g}"))
+    split = model.provenance.get("auto", {}).get(model.key)
+    if split is not None:
+        rows.append(("validation split, that chose it", f"{split:.3g}", ""))
+    return rows
+
+
+def names(model: Record, kind: str) -> str:
+    """The ports of a kind, `u` or `z[5]`."""
+    return ", ".join(p.name if p.size == 1 else f"{p.name}[{p.size}]" for p in model.graph.ports if p.kind == kind)
+
+
+def _start(values: tuple[float, ...]) -> str:
+    text = " ".join("no limit" if abs(v) >= NO_LIMIT else f"{v:.4g}" for v in values[:4])
+    return f"{text} ..." if len(values) > 4 else text

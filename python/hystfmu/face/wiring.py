@@ -1,0 +1,81 @@
+"""Wires that a scenario built in Python leaves unsaid: units that nothing is connected to are wired by their roles.
+
+inverse     ``inverse.u`` as a source is the input that it finds, whatever its output is called.  An inverse without a
+            source takes ``reference.r_lead``, the reference as far ahead as its step acts late.
+controller  one that has no connection at all stands in the path to the plant: what was connected to the input of the
+            plant becomes its feed-forward u_ff, its u drives the plant, and it compares ``reference.r`` with the signal
+            of the metric.
+
+The saved scenario.toml states all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hystfmu.core.library import block_types
+from hystfmu.model import Model
+
+Wires = dict[str, str]  # input -> output, as in a scenario.toml
+CONTROLLER = {"y_d", "y", "u_ff"}
+
+
+def wired(spec: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Wires:
+    """The connections with those that follow from the roles of the units.
+
+    Parameters
+    ----------
+    spec : mapping
+        What was said.
+    attached : mapping of str to Model or Path
+        The models among its units, by their paths.
+    """
+    wires: Wires = dict(spec.get("connections", {}))
+    units: Mapping[str, Any] = spec.get("units", {})
+    inverses = {name: m for name, u in units.items() if (m := _inverse(u, attached)) is not None}
+    for target, source in wires.items():
+        name, _, port = source.partition(".")
+        if name in inverses and port == "u" and port not in {o.name for o in inverses[name].graph.outputs}:
+            wires[target] = f"{name}.{inverses[name].graph.outputs[0].name}"
+    measured = _measured(spec)
+    if measured is None:
+        return wires
+    for name in inverses:
+        end = f"{name}.{inverses[name].graph.inputs[0].name}"
+        used = any(source.startswith(f"{name}.") for source in wires.values())
+        if used and end not in wires:
+            wires[end] = "reference.r_lead"
+    plant = f"{measured.split('.')[0]}.u"
+    alone = [name for name, u in units.items() if _is_controller(u) and not _touched(name, wires)]
+    if len(alone) == 1 and plant in wires:  # two without a wire: neither place is said
+        (name,) = alone
+        wires |= {f"{name}.u_ff": wires[plant], f"{name}.y_d": "reference.r", f"{name}.y": measured}
+        wires[plant] = f"{name}.u"
+    return wires
+
+
+def _inverse(unit: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Model | None:
+    """The model of a unit that is an inverse with one input and one output."""
+    model = attached.get(unit.get("model", ""))
+    if not isinstance(model, Model) or "inverse" not in model.provenance:
+        return None
+    return model if len(model.graph.inputs) == len(model.graph.outputs) == 1 else None
+
+
+def _measured(spec: Mapping[str, Any]) -> str | None:
+    """The signal that a metric holds against the reference."""
+    for m in spec.get("metrics", {}).values():
+        if (m.get("against") or "").startswith("reference."):
+            return str(m["signal"])
+    return None
+
+
+def _is_controller(unit: Mapping[str, Any]) -> bool:
+    block = block_types().get(unit.get("block", ""))
+    return block is not None and block.family == "controllers" and {v.name for v in block.of("input")} == CONTROLLER
+
+
+def _touched(name: str, wires: Wires) -> bool:
+    return any(end.startswith(f"{name}.") for pair in wires.items() for end in pair)
