@@ -5,6 +5,9 @@ BIN := .venv/bin
 export TMPDIR := $(CURDIR)/build/tmp
 # the tests start hundreds of Python processes: none of them is to compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
+# caches of the compilers and libraries that the tests use stay inside; pip keeps its own
+export PIP_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/pip
+export XDG_CACHE_HOME := $(CURDIR)/build/cache
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 # without --no-build-isolation pip would build in a fresh environment; `make` compiles the core itself, below
