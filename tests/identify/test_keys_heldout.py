@@ -30,6 +30,7 @@ ON = {  # key: plant, limit, options
     "bouc_wen": (plants.bouc_wen, 0.03, {}),
     "duhem": (plants.bouc_wen, 0.05, {}),
 }
+TESTS = Path(__file__).parents[1]
 ELSEWHERE = {  # dynamics, by another rule or step than the core's in that test
     "rate_mlp": ("test_rate", "test_a_rate_is_no_memory"),
     "g0_prandtl_ishlinskii": ("test_rate", "test_the_dynamics_are_recovered_and_hold_on_other_signals"),
@@ -42,7 +43,8 @@ ELSEWHERE = {  # dynamics, by another rule or step than the core's in that test
 def test_no_key_is_left_out():
     assert {*ON, *ELSEWHERE} == set(METHODS)
     for module, name in ELSEWHERE.values():
-        text = Path(__file__).with_name(f"{module}.py").read_text()
+        (file,) = TESTS.rglob(f"{module}.py")
+        text = file.read_text()
         assert f"def {name}(" in text, f"{module}.{name}"
 
 

@@ -24,12 +24,15 @@ import hystfmu
 HERE = Path(__file__).parent
 COUNT = ["-fprofile-instr-generate", "-fcoverage-mapping", "-fcoverage-mcdc"]
 MASTER = sorted((ROOT / "fmu_build" / "master").glob("*.c"))
-OPERATORS = "continuous controllers dead_band dynamics graph implicit memories operators preisach_duhem rate"
-LAYER = "binary calls derivatives edges events exchange exchange_calls phases saved structure"
+LAYER = "calls derivatives edges events exchange exchange_calls phases saved structure"
 SUITES = [
     "contract",
     "c",
-    *(f"python/test_{n}.py" for n in [*OPERATORS.split(), "slopes_and_lags", "sources", "tangent"]),
+    "blocks",
+    "graph",
+    "identify/test_dead_band.py",
+    "identify/test_rate.py",
+    "fmu/check/test_fmu_binary.py",
     *(f"fmu/test_fmu_{n}.py" for n in LAYER.split()),
 ]
 NOT_WITH_COUNTERS = ["outside_symbol", "exports_the_standard", "needs_libc_only"]  # they inspect a library
