@@ -4,6 +4,9 @@
 
 The identification sees only data: random nested reversals, 1 % noise, at rest between samples (no G0).  Its excitation,
 thresholds and solver differ from the plant's, so that a scenario measures what a user would get.
+
+The Bouc-Wen plant is also identified as a whole, from one broadband record with 0.1 % noise.  Its dynamics go to a
+feed-forward, its static part to an implicit inverse.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ import numpy as np
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify import fit
+from hystfmu.identify.features.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
 
@@ -27,6 +31,7 @@ BACKLASH = {"w0": 0.3, "r": np.linspace(0.1, 1, 10) / 2, "w": np.full(10, 0.1)}
 # a piezo stack after Low & Guo 1995: displacement = d u - z, z the Bouc-Wen state; no play model can be exact for it
 BOUC_WEN = {"A": 1.0, "beta": 1.0, "gamma": -0.2, "n": 1.0, "alpha": 0.0, "k": 1.0}
 READOUT = {"k": [1.65, -0.77]}
+REFERENCE = {"r": "reference", "dr": "its first derivative", "ddr": "its second derivative"}
 
 
 def backlash(dynamics: bool) -> Graph:
@@ -76,14 +81,48 @@ def training_data(plant: Graph, name: str) -> Dataset:
     return Dataset.from_signal(u, y + 0.01 * np.abs(y).max() * noise, h, name)
 
 
+def broadband_data(plant: Graph, name: str, seconds: float = 1.0) -> Dataset:
+    """Sixty tones from 1 to 500 Hz at 10 kHz, from rest, each value held for a sample; 0.1 % noise."""
+    h, finer = 1e-4, 10
+    t = np.arange(round(seconds / h) + 1) * h
+    f = np.geomspace(1, 500, 60)
+    phases = np.random.default_rng(3).uniform(0, 2 * np.pi, len(f))
+    u = np.minimum(1, t / 0.02) * (f**-0.25 @ np.sin(2 * np.pi * np.outer(f, t) + phases[:, None]))
+    u *= 1.3 / min(u.max(), -u.min())  # mismatch in the loop needs more than the nominal amplitude
+    held = np.append(u[0], np.repeat(u[1:], finer))
+    y = plant.run(np.column_stack([held, 0 * held]), h / finer)[::finer]
+    noise = np.random.default_rng(1).standard_normal(len(y))
+    return Dataset.from_signal(u, y + 0.001 * np.ptp(y) * noise, h, name)
+
+
+def broadband_models() -> tuple[Model, Model, Model]:
+    """The Bouc-Wen plant identified with its dynamics, their feed-forward, and the inverse of the static part."""
+    data = broadband_data(bouc_wen(True), "bouc_wen: sixty tones to 500 Hz, 0.1 % noise")
+    identified = fit(data, "g0_bouc_wen", hold="zoh")
+    g0 = Node("g0", "feedforward", {}, {"f_n": identified.fit["f_n"], "zeta": identified.fit["zeta"]})
+    inputs = [Input(name, (f"g0.{name}",), text=text) for name, text in REFERENCE.items()]
+    chain = Graph([g0], [], inputs, [Output("v", "g0.v", text="wanted output of the hysteresis")])
+    source = {"of": identified.provenance}
+    text = "feed-forward of the dynamics of bouc_wen_g0_identified"
+    feedforward = Model("feedforward", chain, None, text, {}, source)
+    return identified, feedforward, inverse(hysteresis(identified), "implicit")
+
+
 def save(model: Model, name: str) -> None:
     """Write a model without the seconds its fit took: the same run gives the same file."""
     fitted = {k: v for k, v in model.fit.items() if k != "seconds"}
     replace(model, fit=fitted).save(HERE / f"{name}.model.toml")
 
 
+def write_broadband() -> None:
+    """Write the models of `broadband_models`."""
+    for model, name in zip(broadband_models(), ("identified", "feedforward", "inverse"), strict=True):
+        save(model, f"bouc_wen_g0_{name}")
+
+
 def main() -> None:
     """Write all models."""
+    write_broadband()
     for name, plant in (("backlash", backlash), ("bouc_wen", bouc_wen)):
         text = f"reference plant: {plant.__doc__}"
         save(Model("plant", plant(True), None, text), f"{name}_plant")
