@@ -9,7 +9,7 @@ import pytest
 
 from hystfmu.base.errors import InputError
 from hystfmu.model import Model
-from hystfmu.scenario import Scenario, build
+from hystfmu.scenario import Scenario, build, run_scenarios
 from hystfmu.scenario.system.extends import MOST_FILES
 
 ROOT = Path(__file__).parents[2] / "scenarios"
@@ -153,6 +153,34 @@ def test_a_chain_is_not_longer_than_it_may_be(loop: Any, write: Any) -> None:
     assert Scenario(write({}, "x").parent / f"link_{MOST_FILES}").spec.name == "loop"
     with pytest.raises(InputError, match=f"at most {MOST_FILES} files"):
         Scenario(write({"extends": f"../link_{MOST_FILES}/scenario.toml"}, "link_9"))
+
+
+def test_a_group_among_scenarios_uses_their_files(loop: Any, write: Any) -> None:
+    write(loop)
+    below = write({"extends": "../../loop/scenario.toml"}, "group/child")
+    assert Scenario(below).spec.name == "loop"
+    with pytest.raises(InputError, match="must stay within the folder of the scenarios"):
+        Scenario(write({"extends": "../../../x.toml"}, "group/child"))
+
+
+@pytest.mark.parametrize("beside", ["group", "loop/deeper"])
+def test_a_folder_is_no_group_without_scenarios_beside_it(loop: Any, write: Any, tmp_path: Path, beside: str) -> None:
+    """A scenario file in the group itself, or one further below a neighbour, does not widen what may be read."""
+    (tmp_path / "scenarios").mkdir()
+    (tmp_path / "scenarios" / "secret.toml").write_text("name = 'secret'\n")
+    write(loop, beside)
+    with pytest.raises(InputError, match="must stay within the folder of the scenarios"):
+        Scenario(write({"extends": "../../secret.toml"}, "group/child"))
+
+
+def test_a_folder_of_scenarios_runs_them_all(loop: Any, write: Any) -> None:
+    folder = write(loop, "group/b").parent
+    write(loop | {"name": "first"}, "group/a")
+    assert [r.scenario for r in run_scenarios([folder], engine="native")] == ["first", "loop"]
+    (folder / "a" / "scenario.toml").unlink()
+    (folder / "b" / "scenario.toml").unlink()
+    with pytest.raises(InputError, match=r"group/scenario\.toml"):
+        run_scenarios([folder])
 
 
 def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Path) -> None:

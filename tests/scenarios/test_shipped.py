@@ -18,6 +18,7 @@ from hystfmu.studies import Study
 
 ROOT = Path(__file__).parents[2] / "scenarios"
 FOLDERS = sorted(p.parent for p in ROOT.glob("*/scenario.toml"))
+PAPERS = sorted(p.parent for p in ROOT.glob("papers/*/scenario.toml"))
 STUDIES = sorted(ROOT.glob("*/gains.study.toml"))
 FEEDBACK = {f.parent.name for f in STUDIES}
 COLUMNS = ("open_loop", "cascade", "sliding_mode_2005", "pid", "pid_observer")
@@ -140,6 +141,45 @@ def test_they_pass_on_real_fmus(tmp_path: Path) -> None:
     results = run_scenarios([ROOT / "pid", ROOT / "cascade_static", ROOT / "pid_bouc_wen"], report_dir=tmp_path)
     assert [line for r in results for line in r.failures()] == []
     assert (tmp_path / "report.html").exists()
+
+
+@pytest.mark.parametrize("folder", PAPERS, ids=lambda p: p.name)
+def test_papers_are_complete(folder: Path) -> None:
+    scenario = Scenario(folder)
+    assert scenario.spec.name == folder.name
+    assert list(recorded(f"papers/{folder.name}")) == [c.name for c in scenario.cases]
+    assert all(m.limit is not None for c in scenario.cases for m in c.metrics.values())
+    assert all(unit.fmu is None and unit.graph is None for c in scenario.cases for unit in c.units.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "metric", "printed"),
+    [
+        ("zhao_tan_2008", "worst", 100 * 0.0617 / 2),
+        ("zhao_tan_2008_model", "worst", 100 * 0.026735 / 2),
+        ("zhao_tan_2008_model", "error", 100 * 0.01027 / 2),
+        ("ipmc_bfbnn", "worst", 0.014),
+        ("ipmc_bfbnn", "worst_without_f", 0.14),
+    ],
+)
+def test_the_limits_are_the_figures_of_the_papers(name: str, metric: str, printed: float) -> None:
+    for case in Scenario(ROOT / "papers" / name).cases:
+        assert case.metrics[metric].limit == pytest.approx(printed, rel=1e-3)
+        assert recorded(f"papers/{name}")[case.name][metric] <= printed
+
+
+def test_the_loop_of_2005_tracks_better_than_its_inverse_and_that_better_than_none() -> None:
+    none, alone, loop = (recorded(f"papers/yu_alici_2005_smc{end}") for end in ("_open_loop", "_inverse", ""))
+    for case in none:
+        assert 2 * loop[case]["tracking"] < alone[case]["tracking"], case
+        assert 2 * alone[case]["tracking"] < none[case]["tracking"], case
+
+
+def test_the_experiments_of_the_papers_run_from_their_folder(tmp_path: Path) -> None:
+    result = CliRunner().invoke(main, ["run", str(ROOT / "papers"), "--report", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "report.html").exists()
+    assert all(folder.name in result.output for folder in PAPERS)
 
 
 @pytest.mark.parametrize("parameter", ["hysteresis_w", "hysteresis_w0", "hysteresis_r", "g0_b"])

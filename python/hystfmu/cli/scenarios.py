@@ -71,7 +71,7 @@ def run(
 ) -> None:
     """Run scenarios and compare them with limits and baselines.
 
-    A scenario is a closed loop of FMUs, simulated by fmpy.
+    A scenario is a closed loop of FMUs, simulated by fmpy.  A folder of scenarios runs them all.
 
     SSP archives of other tools run too and are compared with the reference result that they contain.
 
@@ -96,7 +96,8 @@ def run(
 
     if everything == bool(scenarios):
         raise InputError("run needs scenarios or --all (example: hystfmu run scenarios/pid)")
-    paths = sorted(p.parent for p in Path("scenarios").glob("*/scenario.toml")) if everything else scenarios
+    files = [f for depth in ("*", "*/*") for f in Path("scenarios").glob(f"{depth}/scenario.toml")]
+    paths = sorted(f.parent for f in files) if everything else scenarios
     if not paths:
         raise InputError("the current folder has no scenarios/*/scenario.toml")
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.system.case import Scenario, split_end
+from hystfmu.scenario.system.inside import scenario_folders
 from hystfmu.scenario.system.spec import Scheme
 from hystfmu.scenario.system.system import System, build
 from hystfmu.scenario.verdict.baseline import Baseline
@@ -31,7 +32,7 @@ class Plan:
 def read(
     paths: Sequence[str | Path | Scenario], overrides: Mapping[str, Any], coupling: Scheme | None
 ) -> list[Scenario]:
-    """The scenarios, with overrides and coupling of the command line on top.
+    """The scenarios, with overrides and coupling of the command line on top; a folder may hold several.
 
     Raises
     ------
@@ -41,7 +42,13 @@ def read(
     for key in overrides:
         split_end(key, "--set")
     changes = dict(overrides)
-    return [p.changed(changes, coupling) if isinstance(p, Scenario) else Scenario(p, changes, coupling) for p in paths]
+    scenarios: list[Scenario] = []
+    for p in paths:
+        if isinstance(p, Scenario):
+            scenarios.append(p.changed(changes, coupling))
+        else:
+            scenarios += [Scenario(folder, changes, coupling) for folder in scenario_folders(Path(p))]
+    return scenarios
 
 
 def plan(scenarios: Sequence[Scenario], case: str | None, overrides: Mapping[str, Any], record: bool) -> list[Plan]:

@@ -36,7 +36,7 @@ def run_scenarios(
     Parameters
     ----------
     paths : sequence of path or Scenario
-        Folders that hold a scenario.toml, the files themselves, or scenarios that were read or built.
+        Folders that hold a scenario.toml, folders of these, the files themselves, or scenarios that were read or built.
     record : bool
         Write baseline.toml and baseline.csv beside every scenario whose limits are all met.
     report_dir : path, optional

@@ -1,10 +1,15 @@
-"""Paths in a scenario file: relative to the file that states them, inside the folder of all scenarios."""
+"""Paths in a scenario file: relative to the file that states them, inside the folder of all scenarios.
+
+Scenarios may stand in groups: a folder with scenarios, itself among scenarios, belongs to the folder of all.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from hystfmu.base.errors import InputError
+
+FILE = "scenario.toml"
 
 
 def is_relative(path: str) -> bool:
@@ -23,7 +28,7 @@ def inside(folder: Path, relative: str, where: str, scenario: Path | None = None
     where : str
         Place in the file, for messages.
     scenario : path, optional
-        Folder of the scenario, default `folder`; its parent holds all scenarios.
+        Folder of the scenario, default `folder`; its parent holds all scenarios, or is a group of them.
 
     Raises
     ------
@@ -32,7 +37,7 @@ def inside(folder: Path, relative: str, where: str, scenario: Path | None = None
     """
     if not is_relative(relative):
         raise InputError(f"{where}: must be a path relative to the scenario, with '/'; got {relative!r}")
-    root = (scenario or folder).resolve().parent
+    root = _root((scenario or folder).resolve())
     try:
         path = (folder.resolve() / relative).resolve()
     except (OSError, RuntimeError, ValueError) as e:  # links in a circle, a zero byte
@@ -40,3 +45,19 @@ def inside(folder: Path, relative: str, where: str, scenario: Path | None = None
     if not path.is_relative_to(root):
         raise InputError(f"{where}: must stay within the folder of the scenarios; got {relative!r}")
     return path
+
+
+def _root(scenario: Path) -> Path:
+    """The folder of all scenarios: the parent of a scenario, or the one above where that is a group among scenarios."""
+    group = scenario.parent
+    if (group / FILE).exists():
+        return group
+    beside = (p.parent for p in group.parent.glob(f"*/{FILE}"))
+    return group.parent if any(p != group for p in beside) else group
+
+
+def scenario_folders(folder: Path) -> list[Path]:
+    """The folder itself if it is a scenario, else the scenarios of a group, sorted; the folder if there are none."""
+    if (folder / FILE).exists() or not folder.is_dir():
+        return [folder]
+    return sorted(p.parent for p in folder.glob(f"*/{FILE}")) or [folder]
