@@ -95,8 +95,8 @@ def broadband_data(plant: Graph, name: str, seconds: float = 1.0) -> Dataset:
     return Dataset.from_signal(u, y + 0.001 * np.ptp(y) * noise, h, name)
 
 
-def broadband_models() -> tuple[Model, Model, Model]:
-    """The Bouc-Wen plant identified with its dynamics, their feed-forward, and the inverse of the static part."""
+def broadband_models() -> tuple[Model, ...]:
+    """The Bouc-Wen plant identified with its dynamics, their feed-forward, and two inverses of the static part."""
     data = broadband_data(bouc_wen(True), "bouc_wen: sixty tones to 500 Hz, 0.1 % noise")
     identified = fit(data, "g0_bouc_wen", hold="zoh")
     g0 = Node("g0", "feedforward", {}, {"f_n": identified.fit["f_n"], "zeta": identified.fit["zeta"]})
@@ -105,7 +105,8 @@ def broadband_models() -> tuple[Model, Model, Model]:
     source = {"of": identified.provenance}
     text = "feed-forward of the dynamics of bouc_wen_g0_identified"
     feedforward = Model("feedforward", chain, None, text, {}, source)
-    return identified, feedforward, inverse(hysteresis(identified), "implicit")
+    static = hysteresis(identified)
+    return identified, feedforward, inverse(static, "implicit"), inverse(static, "learned")
 
 
 def save(model: Model, name: str) -> None:
@@ -116,7 +117,8 @@ def save(model: Model, name: str) -> None:
 
 def write_broadband() -> None:
     """Write the models of `broadband_models`."""
-    for model, name in zip(broadband_models(), ("identified", "feedforward", "inverse"), strict=True):
+    names = ("identified", "feedforward", "inverse", "learned_inverse")
+    for model, name in zip(broadband_models(), names, strict=True):
         save(model, f"bouc_wen_g0_{name}")
 
 

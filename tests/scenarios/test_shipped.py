@@ -22,7 +22,11 @@ PAPERS = sorted(p.parent for p in ROOT.glob("papers/*/scenario.toml"))
 STUDIES = sorted(ROOT.glob("*/gains.study.toml"))
 FEEDBACK = {f.parent.name for f in STUDIES}
 COLUMNS = ("open_loop", "cascade", "sliding_mode_2005", "pid", "pid_observer")
-BOTH_PLANTS = {f"{name}{rate}" for name in COLUMNS for rate in ("", "_1khz")} | {"sliding_mode"}
+BOTH_PLANTS = {f"{name}{rate}" for name in COLUMNS for rate in ("", "_1khz")} | {
+    "sliding_mode",
+    "lead_lag",
+    "super_twisting",
+}
 NOMINAL = ("sine_10", "sine_50", "sine_100")
 
 
@@ -101,15 +105,17 @@ def test_tracking_at_10_khz(name: str) -> None:
     assert recorded("sliding_mode_2005")["mismatch_up_10"]["tracking"] > 20 * tracking["mismatch_up_10"]
 
 
-@pytest.mark.parametrize("name", ["cascade", "sliding_mode_2005", "pid", "pid_observer", "sliding_mode"])
+@pytest.mark.parametrize("name", [*COLUMNS[1:], "sliding_mode", "lead_lag", "super_twisting"])
 def test_tracking_on_bouc_wen_with_an_inverse_of_its_class(name: str) -> None:
     """RMS in percent of stroke: nominal 0.05 up to 100 Hz; with integral action the targets under 20 % mismatch."""
     tracking = {case: metrics["tracking"] for case, metrics in recorded(f"{name}_bouc_wen").items()}
     assert all(tracking[case] <= 0.05 for case in NOMINAL)
     for case in ("bouc_wen_up", "mismatch_down"):
-        if name in ("pid", "pid_observer", "sliding_mode"):
+        if name in ("pid", "pid_observer", "sliding_mode", "lead_lag"):
             assert tracking[f"{case}_10"] <= 0.07
             assert tracking[f"{case}_100"] <= 0.75
+    if name not in ("cascade", "sliding_mode_2005"):  # these do not remove what a network inverse leaves
+        assert tracking["network_10"] <= 0.05
     wrong_class = recorded("cascade")["bouc_wen_sine_10"]["tracking"]
     assert wrong_class > 50 * tracking["sine_10"]
 
