@@ -11,6 +11,10 @@ import pytest
 from click.testing import CliRunner
 
 from hystfmu.cli import main
+from hystfmu.data import Dataset
+from hystfmu.data.signals import decaying_sine
+from hystfmu.data.synthetic_ipmc import RATE, STROKE, sensor
+from hystfmu.identify import fit
 from hystfmu.model import Model
 from hystfmu.scenario import Scenario, build, run_scenarios
 from hystfmu.scenario.verdict.baseline import Baseline
@@ -222,8 +226,8 @@ def test_examples_show_what_a_coupling_and_substeps_are_for() -> None:
     assert hold["held"]["error"] > 30 * hold["on_a_line"]["error"]
 
 
-def _make_models() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_models", ROOT / "models" / "make_models.py")
+def _make_models(name: str = "make_models") -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, ROOT / "models" / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -262,3 +266,23 @@ def test_the_bouc_wen_plant_is_identified_with_its_dynamics() -> None:
     wanted = plant.run(np.column_stack([held, 0 * held]), h / finer)[::finer]
     error = model.predict(u, h) - wanted
     assert 100 * np.sqrt(np.mean(error**2)) / np.ptp(wanted) <= 0.1
+
+
+def test_the_models_of_the_papers_are_what_their_maker_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "models")
+    made = _make_models("make_paper_models")
+    for name, graph in (("zhao_tan_actuator", made.zhao_tan_actuator()), ("ipmc_sensor", made.ipmc_sensor())):
+        assert Model.load(ROOT / "models" / f"{name}.model.toml").graph.to_bytes() == graph.to_bytes()
+    record = made.zhao_tan_record()
+    exchanged = Dataset.from_signal(record.y, record.u, record.h, train=record.train)
+    whole = fit(exchanged, "zhao_tan_mlp", operator="zhao_tan_inverse", starts=1, iterations=5)
+    operator, network = made.parts(whole, "operator", "network").values()
+    x = operator.graph.run(record.y, record.h)
+    assert np.array_equal(network.graph.run(x, record.h), whole.predict(record.y))
+
+
+def test_the_sensor_is_that_of_the_data() -> None:
+    """Blocks at 1 kHz against numpy with finer steps and another integrator."""
+    x = decaying_sine(10, 0.15, 100)
+    voltage = Model.load(ROOT / "models" / "ipmc_sensor.model.toml").graph.run(STROKE * x, 1 / RATE)
+    assert np.abs(voltage - sensor(x)).max() <= 1e-3 * np.ptp(voltage)
