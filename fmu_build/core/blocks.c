@@ -31,6 +31,7 @@
   B(prandtl_ishlinskii)         \
   B(prandtl_ishlinskii_inverse) \
   B(preisach)                   \
+  B(recursive_least_squares)    \
   B(reference)                  \
   B(scaling)                    \
   B(sliding_mode)               \

@@ -36,6 +36,12 @@ package Types "Quantities with units, and choices"
       relu "max(s, 0)") "Activation of the hidden layer"
     annotation (Documentation(info = "<html><p>Activation of the hidden layer of a network.</p></html>"));
 
+  type Recursion = enumeration(
+      corrected "Dead zone, corrected",
+      printed "Dead zone, as printed",
+      plain "Without dead zone") "Form of recursive least squares"
+    annotation (Documentation(info = "<html><p>Form of recursive least squares.</p></html>"));
+
   type Magnetisation = enumeration(
       demagnetised "In the middle, after ever smaller loops",
       low "Negative saturation",

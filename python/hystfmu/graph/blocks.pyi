@@ -330,6 +330,21 @@ class Preisach(Block):
         start: Literal["demagnetised", "low", "high"] = "demagnetised",
     ) -> None: ...
 
+class RecursiveLeastSquares(Block):
+    """Recursive least squares with a dead zone: learns the weights of regressors while it runs."""
+
+    def __init__(
+        self,
+        *,
+        n: int = ...,
+        form: Literal["corrected", "printed", "plain"] = "corrected",
+        theta0: float | Sequence[float] | Array = 0.0,
+        eta: float = 100.0,
+        mu: float = 0.999,
+        r: float = 0.05,
+        share: float = 1.0,
+    ) -> None: ...
+
 class Reference(Block):
     """Reference signal, with derivatives and preview for a feed-forward."""
 

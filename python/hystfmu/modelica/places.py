@@ -38,6 +38,7 @@ _LACKS = {
 _ENUMERATIONS = {
     "dominant|last": "Memory",
     "sigmoid|tanh|relu": "Activation",
+    "corrected|printed|plain": "Recursion",
     "demagnetised|low|high": "Magnetisation",
     "rest|steady": "Start",
     "smooth|saturation": "Switching",
