@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import reasons
 
 from hystfmu import Dataset, InputError, Model
 from hystfmu import papers as reproduce
@@ -340,6 +341,12 @@ def test_table_meets_its_targets():
     assert sum(r.quantity.startswith("without / with f") and r.target == 5.0 for r in report.rows) == 7
     assert by_name["f after 20 cycles of amplitude 1"].literal == pytest.approx(68.7, abs=0.05)
     assert by_name["TC(9), mV^2"].printed == 4.68e-6
+    third = [r for r in report.rows if r.place == "fig. 3"]
+    assert [r.printed for r in third] == [0.014, 0.14, pytest.approx(10)]
+    assert all(r.printed_met for r in third)
+    assert 1 / 1.2 < third[0].literal / third[0].printed < 1.2, "the replica is of the paper's order"
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1.0
     assert "68.7" in report.text()
+    assert {d.place for d in report.drawings} == {"fig. 1", "fig. 3", "fig. 4"}
+    reasons.check(report)

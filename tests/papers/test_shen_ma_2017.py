@@ -7,6 +7,7 @@ density 2 g''(2r) beside the linear term g'(0) (differentiate g(2r)/2 twice); `p
 import numpy as np
 import plants
 import pytest
+import reasons
 from scipy.optimize import minimize
 
 from hystfmu import Dataset, InputError
@@ -27,7 +28,7 @@ from hystfmu.identify.features.output_bend import straightened
 from hystfmu.identify.network.hidden_sweep import hidden_sweep
 from hystfmu.identify.options import resolve
 from hystfmu.model import accuracy
-from hystfmu.papers import reproduce, shen_ma_2017
+from hystfmu.papers import magnetostrictive_plant, reproduce, shen_ma_2017
 
 A = np.array([0.6, 0.5, 0.3])  # increasing
 LITERAL = {"branch": "literal", "memory": "last"}
@@ -207,21 +208,49 @@ def test_hidden_sweep():
 
 # ---- the table -------------------------------------------------------------------------------------------------------
 def test_table(monkeypatch):
-    monkeypatch.setattr(shen_ma_2017.table, "__defaults__", ((1, 5),))
+    monkeypatch.setattr(shen_ma_2017.table, "__defaults__", ((2, 5, 10),))
+    monkeypatch.setattr(shen_ma_2017, "BIASES", (1.0,))
+    monkeypatch.setattr(shen_ma_2017, "DECAYS", (0.02, 0.1))
+    monkeypatch.setattr(shen_ma_2017, "ORDERS", (5, 9))
     fractions = []
     report = reproduce("shen_ma_2017", progress=fractions.append)
     rows = {r.quantity: r for r in report.rows}
-    timed = [
-        r for r in report.rows if r.quantity.endswith((", s", "ns per step"))
-    ]  # their targets hold on an idle machine
+    timed = [r for r in report.rows if r.where == "speed"]  # their targets hold on an idle machine
     assert [r.quantity for r in report.rows if r.met is False and r not in timed] == []
     assert all(r.ours > 0 for r in timed)
-    assert rows["MSE, 2-5-1 network, second half"].printed == 0.0611
-    assert rows["MSE, PI, N = 4994, second half"].printed == 0.4327
+    assert [r.printed for r in report.rows if r.place == "table 2"] == [0.0611, 0.0677, 0.069, None, 5]
+    assert [r.printed for r in report.rows if r.place == "table 3"] == [0.4327, 0.433, 0.4348]
     assert rows["a_0 = g'(0), sensor late by 8 of 200 samples"].literal < 0
     assert rows["plays that never come back, %"].literal == pytest.approx(50, abs=1)
     assert all(0 <= f <= 1 for f in fractions)
     assert "0.4327" in report.text()
+    assert {d.place for d in report.drawings} == {f"fig. {n}" for n in (1, 2, 3, 4)}
+    reasons.check(report)
+
+
+def test_the_magnetostrictive_actuator_without_pinning_follows_the_anhysteretic_curve(monkeypatch):
+    """With c = 1 the magnetisation solves M = coth(H_e/a) - a/H_e, H_e = H + alpha M; the strain is its square."""
+    from scipy.optimize import brentq
+
+    p = magnetostrictive_plant
+    monkeypatch.setattr(p, "REVERSIBLE", 1.0)
+    x, bias = 0.4 * np.sin(np.linspace(0, 9, 4000)), 0.7
+
+    def magnetisation(field):
+        curve = lambda e: 1 / np.tanh(e) - 1 / e  # noqa: E731
+        return brentq(lambda m: curve((field + p.COUPLING * m) / p.SHAPE) - m, 1e-6, 1)
+
+    expected = np.array([magnetisation(bias + v) ** 2 for v in x[::100]])
+    np.testing.assert_allclose(p.strain(x, bias)[::100] - expected, -expected[0], atol=1e-3)
+
+
+def test_the_magnetostrictive_actuator_has_a_loop_and_is_asymmetric():
+    x = np.sin(2 * np.pi * np.arange(600) / 200)
+    y = magnetostrictive_plant.strain(x, 1.0)
+    up, down = y[350:450].max(), y[350:450].min()
+    at_rest = y[400], y[500]  # the same field, rising and falling
+    assert abs(at_rest[0] - at_rest[1]) > 0.05 * (up - down)
+    np.testing.assert_allclose(y[250:400], y[450:600], atol=0.02 * (up - down))
 
 
 def test_data_folder_without_the_file(tmp_path):

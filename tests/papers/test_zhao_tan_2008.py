@@ -3,6 +3,7 @@
 import numpy as np
 import plants
 import pytest
+import reasons
 
 from hystfmu import Dataset, Graph, InputError, Model, Node
 from hystfmu.data import signals
@@ -309,9 +310,11 @@ def test_table_with_one_seed_and_less_data(monkeypatch):
     monkeypatch.setattr(nested_loops, "fit", short)
     monkeypatch.setattr(zhao_tan_2008, "SEEDS", 1)
     monkeypatch.setattr(zhao_tan_2008, "REVERSALS", 30)
+    monkeypatch.setattr(zhao_tan_2008, "DECAYS", (0.03, 0.1))
+    monkeypatch.setattr(zhao_tan_2008, "SPLITS", (1200,))
     fractions = []
     report = reproduce("zhao_tan_2008", progress=fractions.append)
-    needs_data = ("operator and network", "the same", "16 plays", "implicit", "its training")
+    needs_data = ("operator and network", "the same", "16 plays", "implicit", "training of")
     missed = [
         f"{r.quantity}: {r.verdict()}" for r in report.rows if not r.quantity.startswith(needs_data) and r.met is False
     ]
@@ -319,6 +322,18 @@ def test_table_with_one_seed_and_less_data(monkeypatch):
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1
     printed = {r.printed for r in report.rows if r.printed is not None}
-    assert printed == {0.026735, 0.01027, 0.0363, 0.013, 0.0617, 0.0, 3.1}
-    (theorem,) = (r.ours for r in report.rows if r.quantity.startswith("theorem 1"))
+    assert printed == {0.026735, 0.01027, 0.0363, 0.013, 0.0617, 0.0}
+    (theorem,) = (r.ours for r in report.rows if r.place == "theorem 1")
     assert abs(theorem - 5.75) < 0.01
+    assert [r.place for r in report.rows if r.printed is not None and r.where == "paper"] == [
+        "theorem 1",
+        "fig. 6",
+        "sec. V.A",
+        "fig. 8",
+        "sec. V.A",
+        "fig. 13",
+    ]
+    assert len([r for r in report.rows if r.where == "scan"]) == 4
+    drawn = {d.place for d in report.drawings}
+    assert drawn == {f"fig. {n}" for n in (1, 2, 5, 6, 7, 8, 9, 10, 12, 13)}
+    reasons.check(report)

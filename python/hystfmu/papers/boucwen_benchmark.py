@@ -161,7 +161,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
             ("sine sweep", synthetic.benchmark_sweep(force), test.sweep[1]),
         ):
             rows.append(Row(f"generator against the official {name}", ours=rms(made - given), target=1e-14))
-    rows += [Row(f"{name}, multisine", printed=value, note="published") for name, value in PUBLISHED]
+    rows += [Row(f"{name}, multisine", reported=value, group="reported") for name, value in PUBLISHED]
     u, y = training()
     results = [("grey box", 5e-7, grey_box(u, y, test), "six parameters; Newmark at 15 kHz, as the data")]
     progress(0.1)

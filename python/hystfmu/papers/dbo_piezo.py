@@ -92,7 +92,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
         Called with the fraction done.
     """
     source = "Aye & Ang 2018, PICMA P-885.91, 200 Hz; protocol P1, RMS in um of a stroke of 41.4 um"
-    published = [Row(f"model: {name}", printed=value, note="a run of that package") for name, value in PUBLISHED]
+    published = [Row(f"model: {name}", reported=value, group="reported") for name, value in PUBLISHED]
     if data is None:
         note = f"no models: the measured data are not part of this package; give --data DIR with dbo_piezo/{FILE}"
         return Report("dbo_piezo", source, (*_experiment(None), *published), (note,))
@@ -122,9 +122,18 @@ def _experiment(data: tuple[Array, Array] | None) -> list[Row]:
     """Return the printed tracking errors of the experiment, and those recomputed from (displacement, wanted)."""
     rows = []
     for name, printed, part in (("no feed-forward", 1.68, WITHOUT), ("its inverse as feed-forward", 0.58, WITH)):
-        note = ""
+        ours, note = None, "needs the measured data"
         if data is not None:
             e = data[0][part] - data[1][part]
-            note = f"recomputed row by row about the mean: {rms(e - e.mean()):.2f}"
-        rows.append(Row(f"tracking error of the experiment, {name}", printed=printed, note=note))
+            ours, note = rms(e - e.mean()), "recomputed row by row about the mean"
+        rows.append(
+            Row(
+                f"tracking error of the experiment, {name}",
+                printed,
+                ours=ours,
+                note=note,
+                place="experiment",
+                sense="equal",
+            )
+        )
     return rows

@@ -30,7 +30,9 @@ def fit_rows() -> list[Row]:
             key=lambda m: m.fit["seconds"],
         )
         note = f"largest error {best.fit['max_percent'] / 100:.1e} of span, no noise"
-        rows.append(Row(f"PI fit, 2000 samples, N = {n}, s", ours=best.fit["seconds"], target=target, note=note))
+        rows.append(
+            Row(f"PI fit, 2000 samples, N = {n}, s", ours=best.fit["seconds"], target=target, note=note, group="speed")
+        )
     return rows
 
 
@@ -55,6 +57,7 @@ def step_rows() -> list[Row]:
                 ours=nanoseconds(graphs[0], u[:TIMED], RUNS),
                 target=target,
                 note="literal: a state for every play",
+                group="speed",
             )
             for name, graphs, target in (("even", even, 25.0), ("uneven", uneven, 100.0))
         ),

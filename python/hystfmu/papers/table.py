@@ -1,23 +1,44 @@
-"""Table of a paper: printed number, literal replica, ours, and a target."""
+"""Table of a paper: printed figure, literal replica, ours, the verdict on each printed figure, and targets.
+
+"Printed" holds only what the paper prints.  What other packages and authors report, and times, stand in groups of
+their own.  A missed figure is said with its factor and its reason; the exit status of ``hystfmu reproduce`` changes
+only where a target is stated and missed, because the records of the papers are not published.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from html import escape
+from typing import Any, Literal
 
+from hystfmu.report import page
+from hystfmu.report.page import Section, Table
+from hystfmu.report.plot import Plot
 from hystfmu.report.terminal import table
+
+Group = Literal["paper", "scan", "beyond", "reported", "speed"]
+GROUPS: dict[Group, str] = {
+    "paper": "What the paper prints",
+    "scan": "Scan over what the paper does not print",
+    "beyond": "Beyond the paper: other signals, other models",
+    "reported": "Reported by other packages and authors",
+    "speed": "Speed",
+}
+SAME = 0.01  # relative difference up to which a figure counts as equal to a printed one
 
 
 @dataclass(frozen=True)
 class Row:
-    """One quantity of a paper.
+    """One quantity.
 
     Parameters
     ----------
     quantity : str
-        Quantity, signal and unit of measure.
+        Quantity, signal and unit of measure; the same for all three figures.
     printed : float or None
-        Number printed in the paper, if any.
+        Figure that the paper prints, if any.
     literal : float or None
         Our literal replica of the paper's method; None if the text does not define it.
     ours : float or None
@@ -27,7 +48,15 @@ class Row:
     at_least : bool
         Whether the target is a lower bound.
     note : str
-        Reason for a missed target; difference from the paper.
+        Reason for a missed figure or target; difference from the paper.
+    place : str
+        Table, figure, equation or section of the paper; a row with a place belongs to the group "paper".
+    sense : {"most", "least", "equal"}
+        When a printed figure is met: `ours` at most, at least, or equal to it within 1 %.
+    group : str
+        Key of `GROUPS`; "" for "paper" with a place and "beyond" without.
+    reported : float or None
+        Figure that another package or author reports.
     """
 
     quantity: str
@@ -37,6 +66,10 @@ class Row:
     target: float | None = None
     at_least: bool = False
     note: str = ""
+    place: str = ""
+    sense: Literal["most", "least", "equal"] = "most"
+    group: Group | Literal[""] = ""
+    reported: float | None = None
 
     @property
     def met(self) -> bool | None:
@@ -45,44 +78,139 @@ class Row:
             return None
         return self.ours >= self.target if self.at_least else self.ours <= self.target
 
+    @property
+    def printed_met(self) -> bool | None:
+        """Whether the printed figure is met; None if nothing is printed or computed."""
+        if self.printed is None or self.ours is None:
+            return None
+        if self.sense == "equal":
+            return abs(self.ours - self.printed) <= SAME * abs(self.printed)
+        return self.ours >= self.printed if self.sense == "least" else self.ours <= self.printed
+
+    @property
+    def where(self) -> Group:
+        """Key of the group to which the row belongs."""
+        return self.group or ("paper" if self.place else "beyond")
+
     def verdict(self) -> str:
-        """Return "met", or the factor by which the target is missed."""
+        """Return "met", or the factor by which the target is missed; "" without a target."""
         if self.met is None:
             return ""
-        if self.met:
-            return "met"
         assert self.ours is not None
         assert self.target is not None
-        ratio = self.target / self.ours if self.at_least else self.ours / self.target
-        return f"missed by a factor {ratio:.2f}"
+        return "met" if self.met else _missed(self.ours, self.target, "least" if self.at_least else "most")
+
+    def printed_verdict(self) -> str:
+        """Return "met", or the factor by which the printed figure is missed; "" if nothing is printed."""
+        if self.printed is None:
+            return ""
+        if self.ours is None:
+            return "not computed"
+        return "met" if self.printed_met else _missed(self.ours, self.printed, self.sense)
+
+
+def _missed(ours: float, bound: float, sense: str) -> str:
+    ratio = bound / ours if sense == "least" and ours else ours / bound if bound else math.inf
+    if not 0 < ratio < math.inf:
+        return f"missed, {ours:.3g} for {bound:.3g}"
+    return f"missed by a factor {max(ratio, 1 / ratio):.2f}"
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Our form of a figure of the paper; `place` is its number there."""
+
+    place: str
+    plot: Plot
 
 
 @dataclass(frozen=True)
 class Report:
-    """The table of one paper."""
+    """The table of one paper, and its figures."""
 
     name: str
     source: str
     rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
+    drawings: tuple[Drawing, ...] = ()
 
     def data(self) -> dict[str, Any]:
         """Return the table as plain data for JSON."""
-        rows = [{**asdict(r), "met": r.met} for r in self.rows]
+        rows = [
+            {**asdict(r), "group": r.where, "met": r.met, "printed_met": r.printed_met, "ratio": _ratio(r)}
+            for r in self.rows
+        ]
         return {"name": self.name, "source": self.source, "rows": rows, "notes": list(self.notes)}
+
+    def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
+        """Return title, head and rows as text of every group that has rows; columns without content are left out."""
+        found = []
+        for key, title in GROUPS.items():
+            rows = [r for r in self.rows if r.where == key]
+            if not rows:
+                continue
+            columns = [(head, [cell(r) for r in rows]) for head, cell in _COLUMNS.items()]
+            kept = [(head, cells) for head, cells in columns if any(cells)]
+            body = [list(row) for row in zip(*(cells for _, cells in kept), strict=True)]
+            found.append((title, [head for head, _ in kept], body))
+        return found
 
     def text(self) -> str:
         """Format the table for a terminal."""
+        parts = [f"{self.name}: {self.source}"]
+        for title, head, rows in self.tables():
+            parts += ["", title, "", table(head, rows)]
+        return "\n".join([*parts, "", *(f"  {n}" for n in self.notes)])
 
-        def number(x: float | None) -> str:
-            return "" if x is None else f"{x:.4g}"
+    def html(self) -> str:
+        """Return a page with the tables and the figures of the paper, as ours."""
+        body = [f"<h1>{escape(self.name)}</h1><p>{escape(self.source)}</p>"]
+        body += [page.section(Section(title, tables=[Table(head, rows)])) for title, head, rows in self.tables()]
+        if self.drawings:
+            plots = [d.plot for d in self.drawings]
+            body.append(page.section(Section("Figures of the paper, from our data", plots=plots)))
+        body.append(page.section(Section("Notes", tables=[Table(["note"], [[n] for n in self.notes])])))
+        return page.page(f"{self.name}: the paper beside ours", body)
 
-        def target(r: Row) -> str:
-            return "" if r.target is None else f"{'>=' if r.at_least else '<='} {r.target:.4g}"
 
-        head = ["quantity", "printed", "literal", "ours", "target", "verdict", "note"]
-        rows = [
-            [r.quantity, number(r.printed), number(r.literal), number(r.ours), target(r), r.verdict(), r.note]
-            for r in self.rows
-        ]
-        return "\n".join([f"{self.name}: {self.source}", "", table(head, rows), *(f"  {n}" for n in self.notes)])
+def _ratio(r: Row) -> float | None:
+    return None if r.literal is None or not r.printed else r.literal / r.printed
+
+
+def _number(x: float | None) -> str:
+    return "" if x is None else f"{x:.4g}"
+
+
+def _target(r: Row) -> str:
+    return "" if r.target is None else f"{'>=' if r.at_least else '<='} {r.target:.4g}"
+
+
+_COLUMNS: dict[str, Any] = {
+    "place": lambda r: r.place,
+    "quantity": lambda r: r.quantity,
+    "reported": lambda r: _number(r.reported),
+    "printed": lambda r: _number(r.printed),
+    "literal": lambda r: _number(r.literal),
+    "literal / printed": lambda r: _number(_ratio(r)),
+    "ours": lambda r: _number(r.ours),
+    "against print": Row.printed_verdict,
+    "target": _target,
+    "against target": Row.verdict,
+    "note": lambda r: r.note,
+}
+
+
+def nearest(scanned: Sequence[tuple[Any, Sequence[float]]], printed: Sequence[float]) -> Any:
+    """Return the setting whose replica is nearest to the print: the largest factor between them is the smallest.
+
+    Parameters
+    ----------
+    scanned : sequence of (setting, figures of the literal replica)
+    printed : sequence of float
+        Figures of the paper, in the same order.
+    """
+
+    def factor(figures: Sequence[float]) -> float:
+        return max(abs(math.log(a / b)) for a, b in zip(figures, printed, strict=True))
+
+    return min(scanned, key=lambda s: factor(s[1]))[0]
