@@ -1,5 +1,6 @@
 """Rows of a paper's table: verdict on the print, target, groups, nearest point of a scan, the page."""
 
+import numpy as np
 import pytest
 import reasons
 from click.testing import CliRunner
@@ -25,6 +26,12 @@ from hystfmu.papers.table import Report, Row, nearest
 def test_every_printed_figure_has_a_verdict(row, verdict, met):
     assert (row.printed_verdict(), row.printed_met) == (verdict, met)
     assert row.met is None, "the exit status follows targets only"
+
+
+def test_a_miss_of_a_numpy_number_is_a_miss():
+    row = Row("q", 1.0, ours=np.float64(2.0), target=1.0)
+    assert row.met is False
+    assert row.printed_met is False
 
 
 def test_a_target_is_apart_from_the_print():

@@ -76,7 +76,7 @@ class Row:
         """Whether the target is met; None without a target."""
         if self.target is None or self.ours is None:
             return None
-        return self.ours >= self.target if self.at_least else self.ours <= self.target
+        return bool(self.ours >= self.target if self.at_least else self.ours <= self.target)
 
     @property
     def printed_met(self) -> bool | None:
@@ -84,8 +84,8 @@ class Row:
         if self.printed is None or self.ours is None:
             return None
         if self.sense == "equal":
-            return abs(self.ours - self.printed) <= SAME * abs(self.printed)
-        return self.ours >= self.printed if self.sense == "least" else self.ours <= self.printed
+            return bool(abs(self.ours - self.printed) <= SAME * abs(self.printed))
+        return bool(self.ours >= self.printed if self.sense == "least" else self.ours <= self.printed)
 
     @property
     def where(self) -> Group:
