@@ -57,6 +57,7 @@ def duhem_model(bouc_wen_like):
 
 
 # ---- Preisach -------------------------------------------------------------------------------------------------------
+@pytest.mark.stress
 def test_preisach_on_relays_that_are_no_sum_of_plays(preisach_like, preisach_model):
     """Of this about 0.3 % is the staircase of the plant's own relays: a step of 2.1 / 90 in u, over sqrt(12)."""
     table = worst(preisach_model, relays, preisach_like)

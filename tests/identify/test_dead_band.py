@@ -75,6 +75,7 @@ def test_wrong_reversals_are_gone():
     assert 0.9 * true < reversals(behind) < 1.1 * true
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize(("key", "gain"), [("bouc_wen", 3), ("duhem", 2.5)])
 def test_models_without_return_point_memory(key, gain):
     """RMS on another noisy record: estimated, without, with the noise known, with the input known."""

@@ -238,6 +238,7 @@ def test_s5_turning_points_are_the_plain_loop():
     assert all(r.ours > 1 for r in times), "nanoseconds"
 
 
+@pytest.mark.stress
 def test_s9_grey_box_on_the_benchmark(measured):
     pytest.importorskip("h5py")
     if not (measured / "boucwen_benchmark" / "test.h5").exists():

@@ -333,6 +333,7 @@ def test_frequencies_are_checked():
 
 
 # ---- the table -------------------------------------------------------------------------------------------------------
+@pytest.mark.stress
 def test_table_meets_its_targets():
     fractions = []
     report = reproduce.reproduce("ipmc_bfbnn", progress=fractions.append)

@@ -186,6 +186,7 @@ def test_straightened_output():
     np.testing.assert_allclose(free, np.column_stack([np.ones(4), 1.5 * v**2 - 0.5, 2.5 * v**3 - 1.5 * v]), atol=1e-15)
 
 
+@pytest.mark.stress
 def test_hidden_sweep():
     """A pulse needs two sigmoids; the model takes the best one."""
     x = np.linspace(-1, 1, 300)[:, None]
@@ -207,6 +208,7 @@ def test_hidden_sweep():
 
 
 # ---- the table -------------------------------------------------------------------------------------------------------
+@pytest.mark.stress
 def test_table(monkeypatch):
     monkeypatch.setattr(shen_ma_2017.table, "__defaults__", ((2, 5, 10),))
     monkeypatch.setattr(shen_ma_2017, "BIASES", (1.0,))

@@ -299,6 +299,7 @@ def test_the_actuator_is_the_one_of_the_tests():
     np.testing.assert_allclose(zhao_tan_2008.actuator(3.0)(u), z / (13 - r.sum()), atol=1e-14)
 
 
+@pytest.mark.stress
 def test_table_with_one_seed_and_less_data(monkeypatch):
     """The whole table runs in `hystfmu reproduce`; what needs much data is in test_heldout (S2)."""
     from hystfmu.papers import nested_loops, reproduce

@@ -32,6 +32,7 @@ def differences(a: dict[str, str], b: dict[str, str]) -> list[str]:
     return [name for name in a if a[name] != b[name]]
 
 
+@pytest.mark.stress
 def test_two_compilers_give_the_same_bits(tmp_path: Path) -> None:
     """Compare two fast targets that differ most; `make stress` compares all."""
     first, second = (next(t for t in TARGETS if t.name == name) for name in ("gcc -O0", "clang -O3 -march=native"))
