@@ -54,7 +54,7 @@ class Dynamics:
 
     def nodes(self, h: float, hold: str) -> list[Node]:
         """Return a chain of blocks for the step h (s): ``g0`` (transfer_function), and ``delay`` from one sample on."""
-        whole = math.floor(self.delay / h + LEAST_REST)
+        whole = max(math.floor(self.delay / h + LEAST_REST), 0)  # a difference quotient may step below 0
         b, a = polynomials(self, max(self.delay - whole * h, 0.0) if self.delay / h - whole > LEAST_REST else 0.0)
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})
         return [g0, Node("delay", "delay", {"n": whole})] if whole else [g0]
