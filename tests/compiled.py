@@ -41,10 +41,10 @@ STRICT = [
 SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
 
 
-def objects(sources: Sequence[Path], flags: Sequence[str]) -> list[Path]:
-    """One object per source, two compilers at a time; a warning is a failure."""
+def objects(sources: Sequence[Path], flags: Sequence[str], compiler: str = "cc") -> list[Path]:
+    """One object per source, two compilers at a time; with -Werror in `flags` a warning is a failure."""
     with ThreadPoolExecutor(2) as pool:
-        return list(pool.map(lambda source: _object(source, flags), sources))
+        return list(pool.map(lambda source: _object(source, flags, compiler), sources))
 
 
 def sanitized(program: Path, sources: Sequence[Path], *link: str) -> Path:
@@ -56,15 +56,14 @@ def sanitized(program: Path, sources: Sequence[Path], *link: str) -> Path:
     return program
 
 
-def _object(source: Path, flags: Sequence[str]) -> Path:
-    words = [_compiler(), *flags, _headers(), str(source), source.read_text()]
+def _object(source: Path, flags: Sequence[str], compiler: str) -> Path:
+    words = [_version(compiler), *flags, _headers(), str(source), source.read_text()]
     folder = STORE / hashlib.sha256("\0".join(words).encode()).hexdigest()[:24]
     made = folder / f"{source.stem}.o"
-    folder.mkdir(parents=True, exist_ok=True)
-    with _alone(folder):
+    with alone(folder):
         if not made.exists():
             part = folder / "part.o"
-            command = ["cc", *flags, "-c", str(source), "-o", str(part)]
+            command = [compiler, *flags, "-c", str(source), "-o", str(part)]
             done = subprocess.run(command, capture_output=True, text=True, timeout=300)
             assert done.returncode == 0, done.stderr
             part.rename(made)
@@ -73,8 +72,9 @@ def _object(source: Path, flags: Sequence[str]) -> Path:
 
 
 @contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """No other process compiles this object meanwhile."""
+def alone(folder: Path) -> Iterator[None]:
+    """No other process that asks for the same folder is inside meanwhile."""
+    folder.mkdir(parents=True, exist_ok=True)
     try:
         import fcntl
     except ImportError:  # Windows
@@ -86,10 +86,10 @@ def _alone(folder: Path) -> Iterator[None]:
 
 
 @functools.cache
-def _compiler() -> str:
-    path = shutil.which("cc")
+def _version(compiler: str) -> str:
+    path = shutil.which(compiler)
     if path is None:
-        pytest.skip("no C compiler `cc` on the path")
+        pytest.skip(f"no C compiler `{compiler}` on the path")
     return path + subprocess.run([path, "--version"], capture_output=True, text=True, check=True).stdout
 
 

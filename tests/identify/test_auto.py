@@ -47,8 +47,14 @@ def automatic(plant):
     [
         (plants.prandtl_ishlinskii, "return-point", {"prandtl_ishlinskii", "fitted_operator_mlp"}, 0.1),
         (plants.bouc_wen, "no return-point", {"bouc_wen"}, 0.01),
-        (last_extremum, "no return-point", {"zhao_tan_mlp"}, 5.0),
-        (static, "none", {"constraint_factor_mlp", "fitted_operator_mlp", "zhao_tan_mlp", "play_bank_mlp"}, 0.1),
+        pytest.param(last_extremum, "no return-point", {"zhao_tan_mlp"}, 5.0, marks=pytest.mark.stress),
+        pytest.param(
+            static,
+            "none",
+            {"constraint_factor_mlp", "fitted_operator_mlp", "zhao_tan_mlp", "play_bank_mlp"},
+            0.1,
+            marks=pytest.mark.stress,
+        ),
     ],
 )
 def test_each_class_of_memory(plant, memory, chosen, limit):
@@ -91,6 +97,7 @@ def test_s3_the_class_is_picked_automatically(plant, expected, other):
         assert scores["prandtl_ishlinskii_asym"] > 10 * scores[expected]
 
 
+@pytest.mark.stress
 def test_rate_dependence_needs_several_speeds():
     """A first-order lag behind the plays; constant speed hides it, half cosines of one duration do not."""
     assert not examine(Dataset.from_signal(U, plants.prandtl_ishlinskii(U))).several_speeds

@@ -16,6 +16,8 @@ from hystfmu.data import signals
 from hystfmu.identify import fit
 from hystfmu.model import accuracy
 
+STRESS_PI = pytest.param(plants.prandtl_ishlinskii, marks=pytest.mark.stress)
+
 
 def table(key, plant, **options):
     u = signals.training(150, 1)
@@ -34,7 +36,7 @@ def test_s1_replica_of_zhao_and_tan():
     assert np.median([f["rms"] for f in fits]) <= 0.006
 
 
-@pytest.mark.parametrize("plant", [plants.prandtl_ishlinskii, plants.asymmetric])
+@pytest.mark.parametrize("plant", [STRESS_PI, plants.asymmetric])
 def test_s2_bank_of_plays_and_network(plant):
     errors = table("play_bank_mlp", plant)
     nested = errors.pop("nested reversals")
@@ -45,13 +47,14 @@ def test_s2_bank_of_plays_and_network(plant):
         assert e["max_percent"] <= 0.8, name
 
 
-@pytest.mark.parametrize("plant", [plants.prandtl_ishlinskii, plants.asymmetric])
+@pytest.mark.parametrize("plant", [STRESS_PI, plants.asymmetric])
 def test_s2_operator_and_network(plant):
     dominant, last = (table("zhao_tan_mlp", plant, memory=m)["nested reversals"] for m in ("dominant", "last"))
     assert dominant["rms_percent"] <= 1.0
     assert last["rms_percent"] >= 10 * dominant["rms_percent"]
 
 
+@pytest.mark.stress
 def test_s3_bouc_wen_grey_box():
     """A Bouc-Wen plant integrated by scipy's RK45: at most 0.03 %FS; a sum of plays cannot represent it."""
     for name, e in table("bouc_wen", plants.bouc_wen).items():

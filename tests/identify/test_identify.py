@@ -162,6 +162,7 @@ def test_nonnegative_against_scipy(plant):
     assert abs(gradient @ x) < 1e-12 * np.linalg.norm(b) * x.sum()
 
 
+@pytest.mark.stress
 def test_a_dense_sum_of_5000_plays_is_fitted_exactly():
     u = signals.decaying_sine(10, 0.1)[:2000]
     r = thresholds(u, 5000)

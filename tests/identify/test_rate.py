@@ -105,6 +105,7 @@ def test_the_static_part_has_the_exact_inverse():
 
 
 # ---- network on the rate -----------------------------------------------------------------------------------------
+@pytest.mark.stress
 def test_a_rate_is_no_memory():
     """(u, du/dt) -> y is one-to-one on a single tone and nowhere else; the paper says it always is."""
     literal = {"memory": "none", "hidden": 12}

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import compiled
 import numpy as np
 import pymoca.ast as ast
 import pymoca.parser
@@ -43,8 +44,9 @@ def text(file: Path) -> str:
 
 @functools.cache
 def classes() -> dict[str, Class]:
-    """Every class by its qualified name, as the second parser reads it."""
-    return {c.name: c for file in files() for c in read(file)}
+    """Every class by its qualified name, as the second parser reads it, and keeps it for the next process."""
+    with compiled.alone(compiled.ROOT / "build" / "parsed"):
+        return {c.name: c for file in files() for c in read(file)}
 
 
 def read(file: Path) -> Iterator[Class]:

@@ -16,7 +16,18 @@ import validation_signal
 OPERATORS = [n for n in compare.models() if compare_operator.is_realisation(n, "Validation")]
 
 
-@pytest.mark.parametrize("name", compare.models())
+# more than a second each, and a realisation of something whose other realisations are quick
+LONG = {
+    "Events.BoucWenKnee", "Sampled.BoucWenKnee", "Sampled.DuhemSteps", "Sampled.ConstraintFactorInverse",
+    "Events.ConstraintFactorInverse", "Smooth.ConstraintFactor", "Smooth.ZhaoTan",
+}  # fmt: skip
+MODELS = [
+    pytest.param(n, marks=pytest.mark.stress) if n.removeprefix("HystFMU.Validation.") in LONG else n
+    for n in compare.models()
+]
+
+
+@pytest.mark.parametrize("name", MODELS)
 def test_model_agrees(name: str, tmp_path: Path) -> None:
     o = compare.compare(name, tmp_path / "result.npz")
     print(outcome.line(o))

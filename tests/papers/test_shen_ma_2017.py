@@ -168,6 +168,7 @@ def test_constraint_factor_and_network_on_held_out_signals(plant):
         assert literal[name]["rms_percent"] >= 10 * e["rms_percent"], name
 
 
+@pytest.mark.stress
 def test_fitted_operator_and_network_straighten_a_bent_readout():
     u = signals.training(100, 1)
     data = Dataset.from_signal(u, plants.asymmetric(u))

@@ -193,7 +193,9 @@ def peak(path: Path, stop: float, out: Path) -> float:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
-@pytest.mark.parametrize(("kind", "most"), [("scenario", 1_000_000), ("ssp", 250_000)])
+@pytest.mark.parametrize(
+    ("kind", "most"), [("scenario", 1_000_000), pytest.param("ssp", 250_000, marks=pytest.mark.stress)]
+)
 def test_memory_does_not_grow_with_the_number_of_steps(
     loop: Any, write: Any, tmp_path: Path, kind: str, most: int
 ) -> None:

@@ -28,7 +28,7 @@ SPAWNED = "from hystfmu.studies import pool; pool._forked = lambda systems, engi
 _QUIET: list[bytes] = []
 
 
-@pytest.fixture(params=["forked", "spawned"])
+@pytest.fixture(params=["forked", pytest.param("spawned", marks=pytest.mark.stress)])
 def program(request: pytest.FixtureRequest) -> str:
     """Runs the long study with workers of one kind."""
     return RUN if request.param == "forked" else SPAWNED + RUN

@@ -63,6 +63,7 @@ def test_comparison_with_the_c_table_finds(kind: str, tmp_path: Path) -> None:
     assert [m for m in found if MISTAKES[kind].says in m], found
 
 
+@pytest.mark.stress
 def test_compiler_finds(tmp_path: Path) -> None:
     """All of them in one process: each file in turn takes the place of the sound one in a copy of the library."""
     copy = tmp_path / "HystFMU"
