@@ -26,11 +26,8 @@ PAPERS = sorted(p.parent for p in ROOT.glob("papers/*/scenario.toml"))
 STUDIES = sorted(ROOT.glob("*/gains.study.toml"))
 FEEDBACK = {f.parent.name for f in STUDIES}
 COLUMNS = ("open_loop", "cascade", "sliding_mode_2005", "pid", "pid_observer")
-BOTH_PLANTS = {f"{name}{rate}" for name in COLUMNS for rate in ("", "_1khz")} | {
-    "sliding_mode",
-    "lead_lag",
-    "super_twisting",
-}
+CONTROLLERS = (*COLUMNS[2:], "sliding_mode", "lead_lag", "super_twisting", "iterative_learning")
+BOTH_PLANTS = {f"{name}{rate}" for name in (*COLUMNS[:2], *CONTROLLERS) for rate in ("", "_1khz")}
 NOMINAL = ("sine_10", "sine_50", "sine_100")
 
 
@@ -58,6 +55,7 @@ def test_complete_with_sharp_limits(folder: Path) -> None:
 
 def test_both_plants_and_a_delay_case_everywhere() -> None:
     assert {f.name for f in FOLDERS} >= FEEDBACK | {"open_loop", "cascade", "cascade_static", "cascade_learned"}
+    assert {f.name for f in FOLDERS} >= BOTH_PLANTS | {"cascade_static_1khz", "cascade_learned_1khz"}
     of_bouc_wen = "_bouc_wen"  # these have an inverse of the class of that plant
     assert {f.name.replace(of_bouc_wen, "") for f in FOLDERS if of_bouc_wen in f.name} >= BOTH_PLANTS
     for folder in (f for f in FOLDERS if not f.name.startswith("example_")):
@@ -69,6 +67,12 @@ def test_both_plants_and_a_delay_case_everywhere() -> None:
             assert any("delay" in c.units for c in cases), folder.name
         if not folder.name.endswith("_1khz"):
             assert {("bouc_wen" in (c.units["plant"].model or "")) for c in cases} == {True, False}, folder.name
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_a_network_inverse_stands_in_the_loop_of_every_controller(name: str) -> None:
+    cases = [c for folder in (name, f"{name}_bouc_wen") for c in Scenario(ROOT / folder).cases]
+    assert any("learned_inverse" in (c.units["inverse"].model or "") for c in cases)
 
 
 @pytest.mark.parametrize("file", STUDIES, ids=lambda f: f.parent.name)
@@ -129,16 +133,19 @@ def test_learning_beats_feedback_where_the_reference_repeats() -> None:
     for case in learnt.keys() & fed_back.keys():
         assert learnt[case]["tracking"] <= 0.01, case
         assert learnt[case]["tracking"] < fed_back[case]["tracking"], case
+    learnt, fed_back = recorded("iterative_learning_1khz"), recorded("pid_observer_1khz")
+    for case in learnt.keys() - {"sine_100"}:  # nominal, the ripple of the held command is what is left
+        assert learnt[case]["tracking"] < 0.6 * fed_back[case]["tracking"], case
 
 
-@pytest.mark.parametrize("name", ["pid_1khz", "pid_observer_1khz"])
-def test_tracking_at_1_khz(name: str) -> None:
-    tracking = {case: metrics["tracking"] for case, metrics in recorded(name).items()}
-    assert tracking["sine_10"] <= 0.3
-    assert tracking["sine_50"] <= 1.4
-    assert tracking["sine_100"] <= 3.0
-    # feedback makes the nominal case worse than feed-forward alone, and the table says so
-    assert tracking["sine_100"] > recorded("cascade_1khz")["sine_100"]["tracking"]
+@pytest.mark.parametrize("plant", ["", "_bouc_wen"])
+@pytest.mark.parametrize("name", [n for n in CONTROLLERS if n != "iterative_learning"])
+def test_tracking_at_1_khz(name: str, plant: str) -> None:
+    tracking = {case: metrics["tracking"] for case, metrics in recorded(f"{name}{plant}_1khz").items()}
+    for case, percent in zip(NOMINAL, (0.3, 1.4, 3.0), strict=True):
+        assert tracking[case] <= percent, case
+    # feedback makes the nominal case worse than feed-forward alone, and the README says so
+    assert tracking["sine_100"] > recorded(f"cascade{plant}_1khz")["sine_100"]["tracking"]
 
 
 def test_the_exact_inverse_leaves_rounding_only() -> None:
