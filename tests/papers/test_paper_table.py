@@ -69,3 +69,12 @@ def test_report_writes_a_page_for_each_paper(tmp_path, monkeypatch):
     assert "1.68" in page
     assert "not computed" in page
     assert reasons.check(Report("x", "y", (Row("q", ours=1.0),))) is None
+
+
+@pytest.mark.parametrize(("group", "status"), [("beyond", 1), ("speed", 0)])
+def test_a_missed_target_on_time_does_not_change_the_exit_status(group, status, monkeypatch):
+    rows = (Row("q", ours=2.0, target=1.0, group=group),)
+    monkeypatch.setattr("hystfmu.papers.reproduce", lambda *given: Report("x", "y", rows))
+    done = CliRunner().invoke(main, ["reproduce", "zhao_tan_2008"])
+    assert done.exit_code == status
+    assert "missed by a factor 2.00" in done.output

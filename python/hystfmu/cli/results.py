@@ -28,7 +28,8 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
 
     Each row gives its place in the paper, the printed figure, a literal replica and the result of HystFMU on the same
     quantity, and says whether the printed figure is met or by which factor it is missed.  The exit status is 1 if a
-    stated target is missed; a missed figure without a target does not change it.
+    stated target is missed; a missed figure without a target, or a target on time, which depends on the load of the
+    machine, does not change it.
 
     \b
     Example: hystfmu reproduce zhao_tan_2008
@@ -52,7 +53,8 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
             write_text(Path(folder) / f"{name}.html", reports[-1].html())
     if as_json:
         click.echo(json.dumps([r.data() for r in reports]))
-    sys.exit(FAILED if any(row.met is False for r in reports for row in r.rows) else 0)
+    missed = any(row.met is False and row.where != "speed" for r in reports for row in r.rows)
+    sys.exit(FAILED if missed else 0)
 
 
 @click.command()

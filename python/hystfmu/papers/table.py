@@ -2,7 +2,8 @@
 
 "Printed" holds only what the paper prints.  What other packages and authors report, and times, stand in groups of
 their own.  A missed figure is said with its factor and its reason; the exit status of ``hystfmu reproduce`` changes
-only where a target is stated and missed, because the records of the papers are not published.
+only where a target is stated and missed, because the records of the papers are not published; a target on time never
+changes it, because it depends on the load of the machine.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,10 +24,14 @@ from hystfmu.identify import errors, fit
 from hystfmu.identify.features.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
+from hystfmu.papers import dynamic_preisach
 from hystfmu.papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
 from hystfmu.papers.table import Drawing, Report, Row
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.shipped import shipped_scenarios
+
+if TYPE_CHECKING:
+    from hystfmu.scenario.outcome.trace import Trace
 
 NOISE = 1e-3  # RMS, of half the stroke
 LITERAL: dict[str, Any] = {"memory": "none", "hidden": 12, "starts": 3}
@@ -43,10 +47,10 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     """
     rows = _figures()
     progress(0.2)
-    rows += _identification()
+    identified, fig_9 = _identification()
     progress(0.5)
-    rows += _bound()
-    rows += _control(lambda fraction: progress(0.5 + 0.5 * fraction))
+    controlled, figs_10_11 = _control(lambda fraction: progress(0.5 + 0.5 * fraction))
+    rows += [*identified, *_bound(), *controlled]
     return Report(
         "yu_alici_2005_smc",
         "Yu, Alici, Shirinzadeh & Smith 2005, sliding mode control with a network for rate-dependent hysteresis",
@@ -57,7 +61,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
             "Gains: scenarios/*/gains.study.toml, 10 to 100 Hz, with and without this mismatch and a delay.",
             "Loops: 10 kHz, errors between samples included; mismatch: weights, gain +20 %, thresholds +10 %, 400 Hz.",
         ),
-        _drawings(),
+        (*_drawings(), *dynamic_preisach.drawings(), fig_9, *figs_10_11),
     )
 
 
@@ -83,7 +87,8 @@ def _figures() -> list[Row]:
     return [*rows, Row("a single tone, 50 Hz: RMS on the training signal, %FS", None, literal, note=note)]
 
 
-def _identification() -> list[Row]:
+def _identification() -> tuple[list[Row], Drawing]:
+    """Return the rows of the models, of eqs. 2 and 3 and of the inverse, and fig. 9."""
     d = measured(np.concatenate([excitation(f) for f in FIGURES]))
     literal, network, ours = fit(d, "rate_mlp", **LITERAL), fit(d, "rate_mlp"), fit(d, "g0_prandtl_ishlinskii")
     of = [accuracy.held_out_table(m, actuator, d.span) for m in (literal, network, ours)]
@@ -93,27 +98,31 @@ def _identification() -> list[Row]:
     ]
     worst = [max(e["rms_percent"] for e in t.values()) for t in of[:2]]
     note = "two tones reach 185 Hz, the training data 100 Hz: a network does not extrapolate"
+    best = max(e["rms_percent"] for e in of[2].values())
+    inverse_row, drawing = _inverse(d, ours)
     return [
         *rows,
+        *dynamic_preisach.rows(d, actuator, (ours.fit["rms_percent"], best)),
         Row("held out, worst RMS of the network with memory inputs, %FS", None, worst[0], worst[1], note=note),
         Row("natural frequency: error, %", None, None, 100 * abs(ours.fit["f_n"] / F_N - 1), 1.0),
         Row("damping: error, %", None, None, 100 * abs(ours.fit["zeta"] / ZETA - 1), 1.0),
         Row("delay: error, samples", None, None, abs(ours.fit["delay"] - DELAY) * RATE, 0.1),
-        _inverse_row(d, ours),
-    ]
+        inverse_row,
+    ], drawing
 
 
-def _inverse_row(d: Dataset, model: Model) -> Row:
+def _inverse(d: Dataset, model: Model) -> tuple[Row, Drawing]:
     """Compare the network inverse (u from y, dy/dt) with the exact inverse, in front of the actuator, at 2 Hz."""
     literal = fit(replace(d, u=d.y, y=d.u), "rate_mlp", **LITERAL)
     exact = inverse(hysteresis(model))
     wanted = 0.8 * signals.decaying_sine(4, 0.2, 5000)
-    e = []
-    for m in (literal, exact):
-        y = actuator(m.predict(wanted, 1 / RATE))
-        e.append(errors(y, wanted, 1.6)["max_percent"])
+    e, lines = [], []
+    for name, m in (("network on (y, dy/dt)", literal), ("ours", exact)):
+        u = m.predict(wanted, 1 / RATE)
+        e.append(errors(actuator(u), wanted, 1.6)["max_percent"])
+        lines.append(Line(name, wanted, u))
     note = "literal: network on (y, dy/dt); ours without feed-forward of G0 and delay, whose lag remains"
-    return Row(
+    row = Row(
         "inverse in front of the actuator, decaying sine of 2 Hz: max error, % of stroke",
         None,
         e[0],
@@ -121,6 +130,7 @@ def _inverse_row(d: Dataset, model: Model) -> Row:
         note=note,
         place="fig. 9",
     )
+    return row, Drawing("fig. 9", Plot("fig. 9: inverse models", "wanted y", "u", lines, points=2000))
 
 
 def _bound() -> list[Row]:
@@ -177,9 +187,19 @@ class _Loops:
         `inverse` replaces the inverse of the scenario; without it the scenario runs as shipped.  A loop whose values
         become infinite gives infinity.
         """
-        from hystfmu.scenario import Scenario, build, simulate
         from hystfmu.scenario.outcome.metrics import measure
         from hystfmu.scenario.outcome.trace import Stopped
+
+        try:
+            trace, metrics = self.trace(scenario, case, inverse, **changed)
+        except Stopped:
+            return np.inf, np.inf
+        variation = measure(metrics["variation"], trace) if "variation" in metrics else 1.0
+        return measure(metrics["tracking"], trace), variation
+
+    def trace(self, scenario: str, case: str, inverse: Graph | None = None, **changed: float) -> tuple[Trace, Any]:
+        """Run a scenario as `run` does; return its signals and its metrics."""
+        from hystfmu.scenario import Scenario, build, simulate
 
         overrides: dict[str, Any] = {key.replace("__", "."): v for key, v in changed.items()}
         if inverse is self.literal:  # the network takes the reference itself
@@ -191,13 +211,44 @@ class _Loops:
         if inverse is not None:
             parts = tuple(replace(p, graph=inverse) if p.name == "inverse" else p for p in system.parts)
             system = replace(system, parts=parts)
-        try:
-            trace = simulate(system, "native")
-        except Stopped:
-            return np.inf, np.inf
-        metrics = system.case.metrics
-        variation = measure(metrics["variation"], trace) if "variation" in metrics else 1.0
-        return measure(metrics["tracking"], trace), variation
+        return simulate(system, "native"), system.case.metrics
+
+    def drawings(self, case: str = "sine_10") -> tuple[Drawing, ...]:
+        """Return fig. 10, the linearised actuator, and fig. 11, the tracking of a sine without and with the loop."""
+        law, off = "sliding_mode_2005", {"sliding_mode__eta": 0.0, "sliding_mode__rho": 0.0}
+        none = self.trace("open_loop", case)[0]
+        alone = {n: self.trace(law, case, i, **off)[0] for n, i in (("network", self.literal), ("ours", self.ours))}
+        closed = {n: self.trace(law, case, i)[0] for n, i in (("network", self.literal), ("ours", self.ours))}
+        r, y = "reference.r", "plant.y"
+        plots = (
+            Plot(
+                "fig. 10: linearised hysteresis, 10 Hz",
+                "wanted y",
+                "y",
+                [Line("no inverse", none[r], none[y]), *(Line(f"inverse: {n}", t[r], t[y]) for n, t in alone.items())],
+                points=2000,
+            ),
+            Plot(
+                "fig. 11: tracking, 10 Hz",
+                "t (s)",
+                "y",
+                [
+                    Line("wanted", none.t, none[r]),
+                    Line("open loop", none.t, none[y]),
+                    *(Line(f"closed loop: {n}", t.t, t[y]) for n, t in closed.items()),
+                ],
+            ),
+            Plot(
+                "fig. 11: tracking error, 10 Hz",
+                "t (s)",
+                "error",
+                [
+                    Line("open loop", none.t, none[y] - none[r]),
+                    *(Line(f"closed loop: {n}", t.t, t[y] - t[r]) for n, t in closed.items()),
+                ],
+            ),
+        )
+        return tuple(Drawing(p.title.split(":")[0], p) for p in plots)
 
 
 def _against_open(f: int, alone: float, closed: list[float]) -> list[Row]:
@@ -238,7 +289,8 @@ def _drawings() -> tuple[Drawing, ...]:
     return tuple(Drawing(p.title.split(":")[0], p) for p in plots)
 
 
-def _control(progress: Callable[[float], None]) -> list[Row]:
+def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Drawing, ...]]:
+    """Return the rows of the closed loops, and figs. 10 and 11."""
     loops = _Loops()
     progress(0.6)
     off = {"sliding_mode__eta": 0.0, "sliding_mode__rho": 0.0}
@@ -296,4 +348,4 @@ def _control(progress: Callable[[float], None]) -> list[Row]:
     smooth = loops.run(integral, "sine_10", loops.ours)
     rows.append(Row("10 Hz, total variation of u / feed-forward", None, chattering[1], smooth[1], 2.0, note=note))
     rows.append(Row("10 Hz, tracking of these two", None, chattering[0], smooth[0], 0.05))
-    return rows
+    return rows, loops.drawings()
