@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from hystfmu.data import Dataset as Dataset
     from hystfmu.data import signals as signals
     from hystfmu.data import synthetic as synthetic
+    from hystfmu.data.reader import read as read
     from hystfmu.face.model import Model as Model
     from hystfmu.face.running import run as run
     from hystfmu.face.scenario import Scenario as Scenario
     from hystfmu.face.verbs import fit as fit
-    from hystfmu.face.verbs import read_csv as read_csv
     from hystfmu.face.verbs import study as study
     from hystfmu.face.verbs import validate as validate
     from hystfmu.graph import Graph as Graph
@@ -49,7 +49,7 @@ _HOME = {  # where each name lives; an empty name: the module itself
     "blocks": "graph.blocks:",
     "design": "design:",
     "fit": "face.verbs:fit",
-    "read_csv": "face.verbs:read_csv",
+    "read": "data.reader:read",
     "run": "face.running:run",
     "signals": "data.signals:",
     "study": "face.verbs:study",
@@ -69,7 +69,7 @@ __all__ = [
     "blocks",
     "design",
     "fit",
-    "read_csv",
+    "read",
     "run",
     "signals",
     "study",

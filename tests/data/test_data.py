@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hystfmu import Dataset, InputError
+from hystfmu import Dataset, InputError, read
 
 N = 12
 T = np.arange(N) / 8
@@ -22,7 +22,7 @@ def rows(t=T, u=U, y=Y, form="{!r},{!r},{!r}"):
 
 def refused(path, *words, **options):
     with pytest.raises(InputError) as e:
-        Dataset.from_csv(path, **options)
+        read(path, **options)
     text = str(e.value)
     assert "\n" not in text
     assert text.startswith(str(path))
@@ -33,7 +33,7 @@ def refused(path, *words, **options):
 def test_round_trip_keeps_every_bit(tmp_path):
     first = Dataset(T, U, Y, "x", train="3:9")
     first.to_csv(tmp_path / "a.csv")
-    second = Dataset.from_csv(tmp_path / "a.csv", train="3:9")
+    second = read(tmp_path / "a.csv", train="3:9")
     for key in "tuy":
         np.testing.assert_array_equal(getattr(second, key), getattr(first, key))
     assert (second.h, second.train, second.name, second.sha256) == (0.125, slice(3, 9), "a", first.sha256)
@@ -41,25 +41,25 @@ def test_round_trip_keeps_every_bit(tmp_path):
 
 def test_columns_units_separators_and_order(tmp_path):
     path = write(tmp_path / "b.csv", rows(form="7;{2!r};{1!r};{0!r}"), "n;out [um];drive [V];time [s]")
-    d = Dataset.from_csv(path, time="time", input="drive", output="out")
+    d = read(path, time="time", input="drive", output="out")
     np.testing.assert_array_equal(d.u, U)
     np.testing.assert_array_equal(d.y, Y)
     assert (d.unit_u, d.unit_y) == ("V", "um")
     path.write_text("\ufeff" + path.read_text().replace("\n", "\r\n").replace(";", "\t"), newline="")
-    np.testing.assert_array_equal(Dataset.from_csv(path, time="time", input="drive", output="out").t, T)
+    np.testing.assert_array_equal(read(path, time="time", input="drive", output="out").t, T)
 
 
 def test_rate_replaces_the_time_column(tmp_path):
     path = write(tmp_path / "c.csv", rows(form="{1!r},{2!r}"), "u,y")
-    assert Dataset.from_csv(path, rate=200.0).h == 0.005
-    refused(path, "line 1", "columns must include 't'. Got u, y instead.", "rate")
+    assert read(path, rate=200.0).h == 0.005
+    refused(path, "line 1", "columns must include a time. Got u, y instead.", "--rate")
     refused(path, "rate", "-3", rate=-3.0)
 
 
 def test_a_file_without_output_can_be_predicted_but_not_fitted(tmp_path):
     from hystfmu.identify import fit
 
-    d = Dataset.from_csv(write(tmp_path / "d.csv", rows(form="{0!r},{1!r}"), "t,u"), output=None)
+    d = read(write(tmp_path / "d.csv", rows(form="{0!r},{1!r}"), "t,u"), output=None)
     assert not d.has_output
     with pytest.raises(InputError, match="must have a measured output"):
         fit(d, "prandtl_ishlinskii")
@@ -70,14 +70,14 @@ def test_missing_file_and_column(tmp_path):
     refused(tmp_path / "none.csv", "No such file")
     refused(write(tmp_path / "e.csv", rows()), "columns must include 'volts'. Got t, u, y instead.", input="volts")
     refused(write(tmp_path / "f.csv", rows(), "t,u,u"), "The column 'u' must occur once", output="u", input="u")
-    refused(write(tmp_path / "g.csv", rows()[1:], rows()[0]), "first line must name the columns")
-    refused(write(tmp_path / "h.csv", [], ""), "first line must name the columns. Got an empty line")
+    refused(write(tmp_path / "g.csv", rows()[1:], rows()[0]), "must include a time. Got 3 columns without names")
+    refused(write(tmp_path / "h.csv", [], ""), "must have data rows. Got none.")
 
 
 @pytest.mark.parametrize(
     ("cell", "words"),
     [
-        ("abc", ("line 7: The 'u' column must hold numbers, with a point. Got 'abc' instead.",)),
+        ("abc", ("line 7: The 'u' column must hold numbers. Got 'abc' instead.",)),
         ("", ("line 7", "'u'", "must hold numbers", "Got ''")),
         ("nan", ("line 7", "'u'", "finite", "Got nan")),
         ("-inf", ("line 7", "'u'", "finite", "Got -inf")),
@@ -101,29 +101,26 @@ def test_lines_are_counted_as_an_editor_counts_them(tmp_path, cell):
     refused(path, "a.csv: line 9: ", cell)
 
 
-def test_decimal_commas(tmp_path):
-    refused(
-        write(tmp_path / "j.csv", [r.replace(",", ";").replace(".", ",") for r in rows()], "t;u;y"), "decimal comma"
-    )
+def test_decimal_commas_between_commas(tmp_path):
     refused(write(tmp_path / "k.csv", [r.replace(".", ",") for r in rows()]), "line 2", "6 cells", "decimal comma")
 
 
-def test_units_in_brackets_and_a_time_that_is_not_in_seconds(tmp_path):
-    d = Dataset.from_csv(write(tmp_path / "a.csv", rows(), "t (s),u (V),y (um)"))
+def test_units_in_brackets_and_a_time_that_is_none(tmp_path):
+    d = read(write(tmp_path / "a.csv", rows(), "t (s),u (V),y (um)"))
     assert (d.unit_u, d.unit_y, d.h) == ("V", "um", 0.125)
-    for head in ("t [ms],u,y", "t (min),u,y"):
-        refused(write(tmp_path / "b.csv", rows(), head), "The 't' column must be a time in s", head[3:5])
-    assert Dataset.from_csv(write(tmp_path / "c.csv", rows(), "t [ms],u,y"), rate=8.0).h == 0.125
+    refused(
+        write(tmp_path / "b.csv", rows(), "t [samples],u,y"),
+        "'t' column must be a time in s, ms",
+        "[samples]",
+        "--rate",
+    )
+    assert read(write(tmp_path / "c.csv", rows(), "t [ms],u,y"), rate=8.0).h == 0.125
 
 
-def test_a_separator_at_the_end_of_the_rows_is_named(tmp_path):
-    refused(write(tmp_path / "a.csv", [f"{r}," for r in rows()]), "line 2", "Got 4 cells", "ends with ','")
-
-
-def test_other_column_names_are_asked_for(tmp_path):
-    path = write(tmp_path / "a.csv", rows(), "Time [s],Voltage [V],Displacement [um]")
-    refused(path, "must include 't'", "Voltage [V]", "--time, --input, --output")
-    assert Dataset.from_csv(path, "Time", "Voltage", "Displacement").unit_y == "um"
+def test_a_separator_at_the_end_of_some_rows_is_named(tmp_path):
+    lines = rows()
+    lines[3] += ","
+    refused(write(tmp_path / "a.csv", lines), "line 5", "Got 4 cells", "ends with ','")
 
 
 def test_short_rows_few_rows_no_rows_binary_and_size(tmp_path):
@@ -134,9 +131,9 @@ def test_short_rows_few_rows_no_rows_binary_and_size(tmp_path):
     refused(write(tmp_path / "n.csv", []), "must have data rows")
     path = tmp_path / "o.csv"
     path.write_bytes(b"t,u,y\n\x00\x01,2\n")
-    refused(path, "must be UTF-8 text", "zero byte at offset 6")
-    path.write_bytes(b"t,u,y\n\xff\xfe,2\n")
-    refused(path, "must be UTF-8 text", "offset 6")
+    refused(path, "line 2", "must be text. Got the character 0x00")
+    path.write_bytes(b"t,u,y\n\x81\xfe,2\n")
+    refused(path, "line 2", "must be text. Got the byte 0x81")
     refused(write(tmp_path / "p.csv", rows()), "at most 100 bytes", most=100)
 
 
@@ -157,7 +154,7 @@ def test_a_missing_sample_is_found_at_its_line(tmp_path):
 def test_printed_digits_are_rounding_not_jitter(tmp_path):
     t = np.arange(200) / 60
     path = write(tmp_path / "t.csv", rows(t, np.sin(t), np.cos(t), "{:.4f},{:.6f},{:.6f}"))
-    d = Dataset.from_csv(path)
+    d = read(path)
     assert abs(d.h - 1 / 60) < 1e-6
     assert np.ptp(np.diff(d.t)) < 1e-12, "the rounded times are put back on the grid"
 
@@ -204,10 +201,10 @@ def test_rows_of_a_file_are_named_by_the_lines_of_an_editor(tmp_path):
     lines = ["t,u,y", "0,0,0", "1,1,1", "", "2,2,1", "  ", "3,1,0", "4,0,0", ""]
     path = tmp_path / "gaps.csv"
     path.write_text("\n".join(lines))
-    data = Dataset.from_csv(path)
+    data = read(path)
     for row in range(5):
         line = int(data.place(row).rpartition(" ")[2])
         assert lines[line - 1].startswith(f"{row},")
     assert data.with_train("0:4").with_output(data.u).place(4) == f"{path}: line 8"
-    assert Dataset.from_csv(path, resample=1.0).place(4) == f"{path}: row 4"  # rows of no file
+    assert read(path, resample=1.0).place(4) == f"{path}: row 4"  # rows of no file
     assert Dataset(data.t, data.u, data.y).place(4) == "data: row 4"

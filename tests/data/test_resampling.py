@@ -5,7 +5,7 @@ import plants
 import pytest
 from click.testing import CliRunner
 
-from hystfmu import Dataset, InputError, Model
+from hystfmu import InputError, Model, read
 from hystfmu.cli import main
 from hystfmu.data.resampling import resample
 
@@ -71,7 +71,7 @@ def test_one_lost_sample_is_bridged_and_a_gap_is_not(tmp_path):
     path = write(tmp_path / "g.csv", t[gap], u[gap], u[gap])
     words = r"g.csv: line 22: The gap .* must be at most 2.5 median steps of 0.1 s .* Got 0.4 s instead"
     with pytest.raises(InputError, match=words):
-        Dataset.from_csv(path, resample="median")
+        read(path, resample="median")
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, 2100.0, np.nan, np.inf])
@@ -84,7 +84,7 @@ def test_rates_out_of_reach(rate):
 def test_the_train_rows_cover_the_same_time(tmp_path):
     t, u = uneven()
     path = write(tmp_path / "t.csv", t, u, u)
-    d = Dataset.from_csv(path, train="500:1500", resample=500.0)
+    d = read(path, train="500:1500", resample=500.0)
     assert t[500] <= d.t[d.train][0] < t[500] + d.h
     assert t[1499] - d.h < d.t[d.train][-1] <= t[1499]
     again = d.resampled(250.0)
@@ -106,7 +106,7 @@ def test_on_the_command_line(tmp_path):
     assert Model.load(out).fit["rms_percent"] < 0.3
     done = CliRunner().invoke(main, ["predict", out, str(path), "--resample", "1000", "-o", str(predicted)])
     assert done.exit_code == 0, done.output
-    assert Dataset.from_csv(predicted).h == pytest.approx(1e-3)
+    assert read(predicted).h == pytest.approx(1e-3)
     wrong = CliRunner().invoke(main, [*command, "--resample", "fast"])
     assert wrong.exit_code == 2
     assert "--resample" in wrong.stderr

@@ -65,7 +65,9 @@ def fitted(tmp_path_factory):
 
 def test_fit_prints_one_table_and_no_escape_codes_in_a_pipe(fitted):
     folder, out = fitted
-    assert out.splitlines()[0].split("  ")[0] == "model"
+    read, head = out.splitlines()[:2]
+    assert read == "read data.csv: time 't' in s (no unit of measure is stated), input 'u', output 'y'"
+    assert head.split("  ")[0] == "model"
     for word in ("prandtl_ishlinskii", "parameters", "RMS %FS", "max %FS", "seconds"):
         assert word in out
     assert "\x1b" not in out
@@ -110,7 +112,7 @@ def damaged(rows, row, column, value):
 @pytest.mark.parametrize(
     ("rows", "head", "words"),
     [
-        (record(), "t,u,z", ["column", "'y'"]),
+        (record(), "t,u,z", ["The output must be one of the columns. Got t, u, z", "--output"]),
         (damaged(record(), 17, 1, "nan"), "t,u,y", ["line 19", "u", "nan"]),
         (damaged(record(), 30, 2, "abc"), "t,u,y", ["line 32", "abc"]),
         (damaged(record(), 40, 0, "0.1"), "t,u,y", ["line 42", "0.1"]),

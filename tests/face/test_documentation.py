@@ -63,7 +63,7 @@ def undocumented(thing, text):
 
 
 def test_there_is_something_to_walk():
-    assert {"hystfmu.Dataset.from_csv", "hystfmu.identify.fit", "hystfmu.scenario.run_scenarios"} <= set(FOUND)
+    assert {"hystfmu.read", "hystfmu.identify.fit", "hystfmu.scenario.run_scenarios"} <= set(FOUND)
 
 
 @pytest.mark.parametrize("name", FOUND)

@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 PROGRAM = """
 import hystfmu as hy
 
-data  = hy.read_csv("piezo.csv")                    # or hy.Dataset(t, u, y), arrays or columns of a data frame
+data  = hy.read("piezo.csv")                    # or hy.Dataset(t, u, y), arrays or columns of a data frame
 model = hy.fit(data)                                # picks the model
 print(model)                                        # one screen: kind, ports, parameters, errors, warnings
 model.score(other); model.plot(other)               # errors; a figure (and _repr_html_ in a notebook)

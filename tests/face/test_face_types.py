@@ -19,7 +19,7 @@ from pathlib import Path
 import hystfmu as hy
 
 hy.synthetic.piezo(reversals=60, rate=1000.0).to_csv("piezo.csv")
-data: hy.Dataset = hy.read_csv("piezo.csv", train="0:9000")
+data: hy.Dataset = hy.read("piezo.csv", train="0:9000")
 made: hy.Dataset = hy.Dataset([0.0, 0.1, 0.2, 0.3], [0, 1, 2, 1], [0.0, 0.5, 1.5, 1.2], unit_u="V")
 model: hy.Model = hy.fit(data, "prandtl_ishlinskii", seed=1, N=20)
 print(model)

@@ -11,7 +11,7 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset
+from hystfmu import Dataset, read
 from hystfmu.data import signals
 from hystfmu.identify import fit
 from hystfmu.model import accuracy
@@ -80,6 +80,6 @@ def test_measured_piezo_stack(key, limit, measured, tmp_path):
         pytest.skip(f"no {path}")
     rows = np.loadtxt(path)
     Dataset.from_signal(rows[:-1, 0], rows[1:, 4], 1 / 200).to_csv(tmp_path / "p.csv")
-    data = Dataset.from_csv(tmp_path / "p.csv", train="2000:4200")
+    data = read(tmp_path / "p.csv", train="2000:4200")
     e = (fit(data, key).predict(data.u) - data.y)[3000:13800]
     assert np.sqrt(np.mean(e**2)) <= limit

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import io
 import random
 import resource
@@ -14,11 +15,13 @@ from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 
+import h5py
 import numpy as np
 import pytest
 from embedded import graphs
+from scipy.io import savemat
 
-from hystfmu import Dataset, InputError, Model
+from hystfmu import InputError, Model, read
 from hystfmu.fmu import export_fmu
 from hystfmu.scenario import Scenario
 from hystfmu.scenario.ssp.read import read_ssp
@@ -135,6 +138,33 @@ def csv_file(folder: Path) -> Path:
     return folder / "data.csv"
 
 
+def gzip_file(folder: Path) -> Path:
+    (folder / "data.csv.gz").write_bytes(gzip.compress(csv_file(folder).read_bytes()))
+    return folder / "data.csv.gz"
+
+
+def german_file(folder: Path) -> Path:
+    rows = [f'{k * 0.5:.1f};"{np.sin(k / 5):.6g}";{np.cos(k / 7):.6g};'.replace(".", ",") for k in range(60)]
+    head = ["Messung;3", "", "# Stapel", "Zeit;Spannung;Weg;", "ms;V;µm;"]
+    (folder / "data.txt").write_bytes("\r\n".join([*head, *rows]).encode("cp1252"))
+    return folder / "data.txt"
+
+
+def matlab_file(folder: Path) -> Path:
+    t = np.arange(60) * 0.01
+    columns = {"t": t, "u": np.sin(9 * t), "y": np.cos(7 * t)}
+    savemat(folder / "data.mat", {**columns, "run": {"t": t}, "label": "stack"}, do_compression=False)
+    return folder / "data.mat"
+
+
+def hdf5_file(folder: Path) -> Path:
+    t = np.arange(60) * 0.01
+    with h5py.File(folder / "data.h5", "w") as file:
+        for name, column in (("t", t), ("u", np.sin(9 * t)), ("y", np.cos(7 * t))):
+            file.create_dataset(f"run/{name}", data=column, compression="gzip")
+    return folder / "data.h5"
+
+
 def model_file(folder: Path) -> Path:
     Model("prandtl_ishlinskii", graphs()["loop"], 1e-3).save(folder / "m.model.toml")
     return folder / "m.model.toml"
@@ -178,7 +208,11 @@ def read_scenario(path: Path) -> None:
 
 
 READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
-    "csv": (csv_file, lambda p: Dataset.from_csv(p)),
+    "csv": (csv_file, read),
+    "german": (german_file, read),
+    "gzip": (gzip_file, read),
+    "matlab": (matlab_file, read),
+    "hdf5": (hdf5_file, read),
     "model": (model_file, Model.load),
     "scenario": (scenario_file, read_scenario),
     "extended": (extended_file, lambda p: read_scenario(p.parents[1] / "pid")),
@@ -291,8 +325,8 @@ def test_many_mutated_files(
 def test_findings_of_the_stress_test(name: str, content: bytes, tmp_path: Path) -> None:
     (tmp_path / "baseline.toml").write_text("")
     (tmp_path / name).write_bytes(content)
-    read = {"data.csv": Dataset.from_csv, "m.model.toml": Model.load, "baseline.csv": READERS["baseline"][1]}[name]
-    assert verdict(read, tmp_path / name) == "refused"
+    reader = {"data.csv": read, "m.model.toml": Model.load, "baseline.csv": READERS["baseline"][1]}[name]
+    assert verdict(reader, tmp_path / name) == "refused"
 
 
 @pytest.mark.parametrize("encoding", ["UF-8", "utf-32", "shift_jis", "cp65001", "idna"])

@@ -11,7 +11,7 @@ EXTRAS = {
     "control": "control",
     "dask": "study",
     "distributed": "study",
-    "h5py": "dev",
+    "h5py": "hdf5",
     "optuna": "study",
     "pyarrow": "study",
     "torch": "train",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import stat
 import tempfile
 import tomllib
 from collections.abc import Callable, Iterator
@@ -29,10 +30,13 @@ def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
     Raises
     ------
     InputError
-        The file cannot be read or is too large.
+        The file cannot be read, is no regular file or is too large.
     """
     try:
-        size = Path(path).stat().st_size
+        found = Path(path).stat()
+        if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
+            raise InputError(f"{path}: The file must be a regular file. Got a device, pipe or socket.")
+        size = found.st_size
         if size > most:
             raise InputError(f"{path}: The file must have at most {most} bytes. Got {size} instead.")
         return Path(path).read_bytes()

@@ -85,8 +85,13 @@ def fit(
 ) -> None:
     """Identify a model from measured data.
 
+    DATA is a text file of columns, as it is or packed by gzip, a MAT or an HDF5 file.  Encoding, separator, decimal
+    sign, preamble and units of measure are found; one line says what was assumed.
+
     \b
     Example: hystfmu fit piezo.csv --model zhao_tan_mlp --train 2000:4200 -o piezo.model.toml
+             hystfmu fit stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output 3 -o stage.model.toml
+             hystfmu fit record.dat --rate 200 --input 1 --output 5 -o record.model.toml
              hystfmu fit --models
     """
     import hystfmu as hy
@@ -94,6 +99,8 @@ def fit(
 
     options = assignments(settings)
     measured = columns.read(data, train)
+    if not as_json:
+        click.echo(measured.read_as)
     with progress(f"fitting {key}") as report:
         model = hy.fit(measured, key, seed=seed, progress=report, **options)
     model.save(out)

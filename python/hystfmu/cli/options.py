@@ -6,7 +6,7 @@ import functools
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -29,14 +29,23 @@ class Columns:
     output: str
     rate: float | None
     resample: str | None
+    decimal: Literal[".", ","] | None
 
     def read(self, path: str, train: str | None = None, with_output: bool = True) -> Dataset:
         """Read the data file at `path`.
 
+        Parameters
+        ----------
+        path : str
+        train : str, optional
+            Rows that a fit counts.
+        with_output : bool
+            Whether an output is needed; else it is read where it is clear which column it is.
+
         Raises
         ------
         InputError
-            If the rate is not a number, or the file is invalid (see `Dataset.from_csv`).
+            The rate is not a number, or the file is invalid (see `hystfmu.read`).
         """
         import hystfmu as hy
 
@@ -46,8 +55,13 @@ class Columns:
             raise InputError(
                 f"--resample must be a rate in Hz, or empty for the median step. Got {self.resample!r} instead."
             ) from None
-        output = self.output if with_output else None
-        return hy.read_csv(path, self.time, self.input_, output, rate=self.rate, train=train, resample=to)
+        options: Any = {"rate": self.rate, "train": train, "resample": to, "decimal": self.decimal}
+        try:
+            return hy.read(path, self.time, self.input_, self.output, **options)
+        except InputError:
+            if with_output or self.output:
+                raise
+            return hy.read(path, self.time, self.input_, None, **options)
 
 
 def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
@@ -57,8 +71,16 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
     """
 
     @functools.wraps(f)
-    def command(time: str, input_: str, output: str, rate: float | None, resample: str | None, **others: Any) -> Any:
-        return f(columns=Columns(time, input_, output, rate, resample), **others)
+    def command(
+        time: str,
+        input_: str,
+        output: str,
+        rate: float | None,
+        resample: str | None,
+        decimal: Literal[".", ","] | None,
+        **others: Any,
+    ) -> Any:
+        return f(columns=Columns(time, input_, output, rate, resample, decimal), **others)
 
     for option in (
         click.option(
@@ -68,10 +90,19 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
             metavar="[HZ]",
             help="Resample uneven steps to this rate, by default the median step.  Gaps are refused.",
         ),
+        click.option(
+            "--decimal", type=click.Choice([".", ","]), help="Decimal sign, where 1,234 could be read in two ways."
+        ),
         click.option("--rate", type=float, metavar="HZ", help="Sample rate of a file without a time column."),
-        click.option("--output", default="y", show_default=True, help="Name of the output column."),
-        click.option("--input", "input_", default="u", show_default=True, help="Name of the input column."),
-        click.option("--time", default="t", show_default=True, help="Name of the time column (s)."),
+        click.option("--output", default="", metavar="COLUMN", help="Name or number of the output column."),
+        click.option("--input", "input_", default="", metavar="COLUMN", help="Name or number of the input column."),
+        click.option(
+            "--time",
+            default="",
+            metavar="COLUMN",
+            help="Name or number of the time column, from 1; its unit of measure is converted.  Columns that are not "
+            "stated are recognised by their names, such as t, u, y, or by their units of measure.",
+        ),
     ):
         option(command)
     return command

@@ -8,18 +8,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.data.csv_file import read_columns, write_csv
+from hystfmu.data.csv_file import write_csv
 from hystfmu.data.time_grid import check_increasing, check_time
 
 LEAST_ROWS = 4
-SECONDS = ("", "s", "sec", "second", "seconds")  # units of measure that the time column may state
 _RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
 
 
@@ -44,6 +42,11 @@ class Dataset:
     unit_u, unit_y : str
         Units of measure of input and output.
 
+    Attributes
+    ----------
+    read_as : str
+        What was assumed about the file of origin, one line; empty for generated data.
+
     Raises
     ------
     InputError
@@ -65,6 +68,7 @@ class Dataset:
     train: slice
     unit_u: str
     unit_y: str
+    read_as: str = field(init=False, repr=False)
     _lines: Sequence[int] | None = field(init=False, repr=False)
 
     def __init__(
@@ -101,11 +105,12 @@ class Dataset:
             )
         if len(self.t) < LEAST_ROWS:
             raise InputError(f"{where}: The data must have at least {LEAST_ROWS} rows. Got {len(self.t)} instead.")
-        place = partial(_row, where)
+        place = partial(row_of, where)
         for key in ("t", "u", "y") if self.has_output else ("t", "u"):
-            _check_finite(getattr(self, key), key, place)
+            check_finite(getattr(self, key), key, place)
         check_time(self.t, place, None)
         object.__setattr__(self, "train", train_rows(train, len(self.t), where))
+        object.__setattr__(self, "read_as", "")
         object.__setattr__(self, "_lines", None)
 
     def __repr__(self) -> str:
@@ -148,72 +153,6 @@ class Dataset:
         return float(np.ptp(self.y[self.train]))
 
     @classmethod
-    def from_csv(
-        cls,
-        path: str | Path,
-        time: str = "t",
-        input: str = "u",
-        output: str | None = "y",
-        rate: float | None = None,
-        train: slice | tuple[int, int] | str | None = None,
-        resample: float | Literal["median"] | None = None,
-        most: int = 256 * 2**20,
-    ) -> Dataset:
-        """Read a CSV file whose first line names the columns.
-
-        Columns are separated by commas, semicolons or tabs; numbers have a decimal point.  A unit of measure may follow
-        a name in brackets, ``u [V]`` or ``u (V)``; that of the time must be s.  Errors count lines as an editor does,
-        so the names are line 1; `train` counts data rows from 0.
-
-        Parameters
-        ----------
-        path : path
-            File to read.
-        time, input, output : str
-            Names of the columns; output None if no output was measured.
-        rate : float, optional
-            Sample rate (Hz), instead of a time column.
-        train : slice, (first, end) or "first:end", optional
-            Data rows whose residuals count.
-        resample : float or "median", optional
-            Resample uneven steps to this rate (Hz), or to one over the median step (`hystfmu.data.resampling`).
-            Without it, uneven steps raise.
-        most : int
-            Largest size of the file in bytes.
-
-        Raises
-        ------
-        InputError
-            One line with file, line, column, rule and value.
-        """
-        if rate is not None and not (np.isfinite(rate) and rate > 0):
-            raise InputError(f"{path}: The rate must be a finite number of Hz greater than 0. Got {rate} instead.")
-        wanted = [None if rate is not None else time, input, output]
-        names = [name for name in wanted if name is not None]
-        file = read_columns(path, names, most, "" if rate is not None else time)
-        place = partial(_line, str(path), file.lines)
-        columns, units = file.values, file.units
-        for name in names:
-            _check_finite(columns[name], name, place)
-        if units.get(time, "") not in SECONDS and rate is None:
-            raise InputError(f"{path}: line 1: The {time!r} column must be a time in s. Got [{units[time]}] instead.")
-        n = len(columns[input])
-        y: Array = np.full(n, np.nan) if output is None else columns[output]
-        t: Array = columns[time] if rate is None else np.arange(n) / rate
-        u, rows = columns[input], slice(None)
-        if n >= LEAST_ROWS:
-            rows = train_rows(train, n, str(path))
-            if resample is not None:
-                to = None if resample == "median" else resample
-                t, u, y, rows = _resampled(t, u, y, rows, to, str(path), place)
-            elif rate is None:
-                t = check_time(t, place, lambda: file.printed(time))
-        made = cls(t, u, y, Path(path).stem, str(path), rows, units[input], "" if output is None else units[output])
-        if resample is None:
-            object.__setattr__(made, "_lines", file.lines)
-        return made
-
-    @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
         """Make a dataset from evenly sampled input and output, the first row at t = 0.
 
@@ -244,7 +183,7 @@ class Dataset:
             A rate out of range; fewer than 4 training rows left.
         """
         where = self.path or self.name
-        t, u, y, rows = _resampled(self.t, self.u, self.y, self.train, rate, where, partial(_row, where))
+        t, u, y, rows = resample_rows(self.t, self.u, self.y, self.train, rate, where, partial(row_of, where))
         return replace(self, t=t, u=u, y=y, train=rows)
 
     def with_output(self, y: Array) -> Dataset:
@@ -254,11 +193,26 @@ class Dataset:
     def place(self, row: int) -> str:
         """Name a `row`, counted from 0, for a message: by its line where the data come from a file."""
         where = self.path or self.name
-        return _row(where, row) if self._lines is None else _line(where, self._lines, row)
+        return row_of(where, row) if self._lines is None else line_of(where, self._lines, row)
 
     def _of_same_rows(self, other: Dataset) -> Dataset:
         object.__setattr__(other, "_lines", self._lines)
+        object.__setattr__(other, "read_as", self.read_as)
         return other
+
+    def from_file(self, read_as: str, lines: Sequence[int] | None) -> Dataset:
+        """Note that the data come from a file.
+
+        Parameters
+        ----------
+        read_as : str
+            What was assumed, one line.
+        lines : sequence of int, optional
+            The line of each row as an editor counts it; None if rows are no lines.
+        """
+        object.__setattr__(self, "_lines", lines)
+        object.__setattr__(self, "read_as", read_as)
+        return self
 
     def to_csv(self, path: str | Path) -> None:
         """Write the columns t, u, y to the CSV file `path`; they read back to the same bits."""
@@ -304,24 +258,25 @@ def _one_line(e: Exception) -> str:
 
 
 # ---- checks ----------------------------------------------------------------------------------------------------------
-def _row(where: str, row: int) -> str:
+def row_of(where: str, row: int) -> str:
     """Name a row for a message."""
     return f"{where}: row {row}"
 
 
-def _line(where: str, lines: Sequence[int], row: int) -> str:
+def line_of(where: str, lines: Sequence[int], row: int) -> str:
     """Name a row of a file for a message, as an editor counts it."""
     return f"{where}: line {lines[row]}"
 
 
-def _check_finite(column: Array, name: str, place: Callable[[int], str]) -> None:
+def check_finite(column: Array, name: str, place: Callable[[int], str]) -> None:
+    """Check that the values (n,) of a column are finite."""
     bad = ~np.isfinite(column)
     if bad.any():
         n = int(np.argmax(bad))
         raise InputError(f"{place(n)}: The {name!r} column must hold finite numbers. Got {column[n]} instead.")
 
 
-def _resampled(
+def resample_rows(
     t: Array, u: Array, y: Array, rows: slice, rate: float | None, where: str, place: Callable[[int], str]
 ) -> tuple[Array, Array, Array, slice]:
     """Resample t, u, y; return them with the new rows that cover the time of the old ones."""

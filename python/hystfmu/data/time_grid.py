@@ -33,7 +33,7 @@ def check_increasing(t: Array, place: Callable[[int], str]) -> None:
         raise InputError(f"{place(n)}: The time must increase. Got {t[n]:.12g} after {t[n - 1]:.12g} instead.")
 
 
-def check_time(t: Array, place: Callable[[int], str], printed: Callable[[], list[str]] | None) -> Array:
+def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array] | None) -> Array:
     """Check that the time has equal steps; put rounded printed times back on the even grid.
 
     Steps may differ by 1e-6 of the step.  Printed times may instead differ from the even grid by half a count of their
@@ -45,8 +45,8 @@ def check_time(t: Array, place: Callable[[int], str], printed: Callable[[], list
         Times (s).
     place : function
         Name of a row, for messages.
-    printed : function, optional
-        Returns the times as the file prints them; called only if their digits matter.
+    digits : function, optional
+        Returns the value (s) of one count in the last printed digit of each time; called only if it matters.
 
     Returns
     -------
@@ -62,8 +62,8 @@ def check_time(t: Array, place: Callable[[int], str], printed: Callable[[], list
     h, error = _step_error(t)
     if (error <= STEP_TOLERANCE * h + 4 * np.spacing(np.abs(t).max())).all():
         return t
-    if printed:
-        unit = np.array([_last_digit(c) for c in printed()])
+    if digits:
+        unit = digits()
         grid: Array = t[0] + h * np.arange(len(t))
         slack = STEP_TOLERANCE * h + 0.5 * unit + 0.5 * max(unit[0], unit[-1])
         if unit.max() <= h / 4 and (np.abs(t - grid) <= slack).all():
@@ -73,12 +73,6 @@ def check_time(t: Array, place: Callable[[int], str], printed: Callable[[], list
         f"{place(n)}: The time must increase in equal steps (to 1e-6 of the step, or to the digits printed). "
         f"Got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s: resample on request (--resample)."
     )
-
-
-def _last_digit(text: str) -> float:
-    """Return the value of one count in the last printed digit."""
-    mantissa, _, exponent = text.strip().lower().partition("e")
-    return 10.0 ** ((int(exponent) if exponent else 0) - len(mantissa.partition(".")[2]))
 
 
 def _step_error(t: Array) -> tuple[float, Array]:

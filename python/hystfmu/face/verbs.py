@@ -1,10 +1,10 @@
-"""The verbs of the face: read, fit, run, study, validate."""
+"""The verbs of the face: fit, study, validate."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model, held_out
@@ -12,49 +12,7 @@ from hystfmu.face.model import Model, held_out
 if TYPE_CHECKING:
     from hystfmu.studies.run import Outcome
 
-__all__ = ["fit", "read_csv", "study", "validate"]
-
-
-def read_csv(
-    path: str | Path,
-    time: str = "t",
-    input: str = "u",
-    output: str | None = "y",
-    *,
-    rate: float | None = None,
-    train: slice | tuple[int, int] | str | None = None,
-    resample: float | Literal["median"] | None = None,
-) -> Dataset:
-    """Read a measurement from a CSV file whose first line names the columns.
-
-    Columns are separated by commas, semicolons or tabs.  A name may carry its unit of measure, ``u [V]``.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    time, input, output : str
-        Names of the columns; output None: no output was measured.
-    rate : float, optional
-        Sample rate in Hz, instead of a time column.
-    train : slice, (first, end) or "first:end", optional
-        Rows that a fit counts, from 0 on, the end excluded.
-    resample : float or "median", optional
-        Rate in Hz, or one over the median step, to bring uneven steps to; without it they are refused.
-
-    Raises
-    ------
-    InputError
-        One line with file, line or column, rule and value.
-
-    Examples
-    --------
-    >>> import hystfmu as hy
-    >>> hy.synthetic.piezo(60, 1000.0).to_csv("piezo.csv")
-    >>> hy.read_csv("piezo.csv")
-    Dataset('piezo', 12801 rows, step 0.001 s)
-    """
-    return Dataset.from_csv(path, time, input, output, rate, train, resample)
+__all__ = ["fit", "study", "validate"]
 
 
 def fit(

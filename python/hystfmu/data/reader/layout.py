@@ -1,0 +1,215 @@
+"""Layout of a text file: separator, lines of headings and units of measure, first row of numbers.
+
+The layout is read from the first lines.  A row of numbers has at least one number; the headings are the line of text
+above the first row.  Lines above them are preamble.  A line that fits neither is named, not skipped.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from hystfmu.base.errors import InputError
+from hystfmu.data.reader.cells import SEPARATORS, is_comment, is_number, split
+from hystfmu.data.reader.measures import is_unit
+
+LOOK = 400  # lines that are looked at, comments and empty lines not counted
+LAST = 7  # of them: the lines at the end, that show how a row looks
+LEAST_SHARE = 0.3  # of numbers in the cells of a row; the others are text, e.g. a date
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line with its number from 1 and the place of its first character."""
+
+    number: int
+    start: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a file is written.
+
+    Parameters
+    ----------
+    separator : str or None
+        Separator of cells; None for blanks.
+    width : int
+        Cells of a row, an empty one behind a trailing separator included.
+    first : Line
+        First row of numbers.
+    labels, units : list of str
+        Headings and units of measure; empty lists if the file has none.
+    named : int
+        Line of the headings; 0 if there are none.
+    preamble : int
+        Lines above the headings that are neither empty nor comments.
+    trailing : bool
+        Whether rows end with a separator.
+    """
+
+    separator: str | None
+    width: int
+    first: Line
+    labels: list[str]
+    units: list[str]
+    named: int
+    preamble: int
+    trailing: bool
+
+
+def layout_of(text: str, path: str | Path) -> Layout:
+    """Find the layout of a file.
+
+    Raises
+    ------
+    InputError
+        No rows of numbers, a first row that cannot be told from headings, headings that do not fit the rows.
+    """
+    lines, comments = _first_lines(text)
+    if not lines:
+        raise InputError(f"{path}: The file must have data rows. Got none.")
+    separator, width = _separator(lines)
+    rows = [_cells(line.text, separator) for line in lines]
+    k = _first_row(rows, width)
+    if k == len(rows):
+        if open_quote := next((line for line in lines if line.text.count('"') % 2), None):
+            raise InputError(
+                f"{path}: line {open_quote.number}: A quoted cell must end in its line. "
+                f"Got {open_quote.text[:60]!r} instead."
+            )
+        raise InputError(f"{path}: The file must have data rows. Got none in {len(rows)} lines that are no comments.")
+    for line, cells in zip(lines[:k], rows[:k], strict=True):
+        if len(cells) == width and _is_row(cells):
+            bad = next((n for n in lines[:k] if n.number > line.number and not _numeric(n, separator)), lines[k - 1])
+            raise InputError(f"{path}: line {bad.number}: The line must hold numbers. Got {bad.text[:60]!r} instead.")
+    trailing = width > 1 and not any(r[-1] for r in rows[k:] if len(r) == width)
+    before = [c for c in comments if c.number < lines[k].number]
+    labels, units, named = _headings(lines[:k], before, separator, width, trailing)
+    if not labels and k and separator is not None and len(rows[k - 1]) > 1:
+        _refuse_width(path, lines[k - 1], lines[k], len(rows[k - 1]), width, separator)
+    preamble = sum(line.number < named or not named for line in lines[:k])
+    return Layout(separator, width, lines[k], labels, units, named, preamble, trailing)
+
+
+def _refuse_width(path: str | Path, head: Line, row: Line, names: int, width: int, separator: str) -> None:
+    hint = ""
+    if separator == "," and width > names:
+        hint = " Numbers need a decimal point: is this a decimal comma?"
+    raise InputError(
+        f"{path}: line {row.number}: The line must have {names} cells, as line {head.number}. "
+        f"Got {width} cells in {row.text[:60]!r}.{hint}"
+    )
+
+
+def _first_lines(text: str) -> tuple[list[Line], list[Line]]:
+    """Return the first lines with something on them, and the comments among them."""
+    lines: list[Line] = []
+    comments: list[Line] = []
+    at, number = 0, 0
+    while at < len(text) and len(lines) < LOOK:
+        end = text.find("\n", at)
+        end = len(text) if end < 0 else end
+        number += 1
+        line = Line(number, at, text[at:end])
+        if line.text.strip():
+            (comments if is_comment(line.text) else lines).append(line)
+        at = end + 1
+    return lines, comments[-LOOK:]
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    with suppress(csv.Error):
+        return split(line, separator)
+    return [line]
+
+
+def _is_row(cells: list[str]) -> bool:
+    """Whether cells look like data: a number first, numbers in more than half of the cells that hold something."""
+    filled = [c for c in cells if c]
+    return is_number(cells[0]) and 2 * sum(map(is_number, filled)) > len(filled)
+
+
+def _numeric(line: Line, separator: str | None) -> bool:
+    return any(map(is_number, _cells(line.text, separator)))
+
+
+def _separator(lines: list[Line]) -> tuple[str | None, int]:
+    """Find the separator that makes numbers of most cells at the end of the lines, and the cells of a row."""
+    best: tuple[bool, float] = (False, -1.0)
+    found: tuple[str | None, int] = (",", 1)
+    for separator in SEPARATORS:
+        rows = [_cells(line.text, separator) for line in lines]
+        numeric = [r for r in rows if any(map(is_number, r))][-LAST:]
+        if not numeric:
+            continue
+        counts = Counter(map(len, numeric))
+        width = max(counts, key=lambda n: (counts[n], n))
+        cells = [c for r in numeric if len(r) == width for c in r if c]
+        share = sum(map(is_number, cells)) / len(cells) * counts[width] / len(numeric)
+        rating = (width > 1 and share >= LEAST_SHARE, round(share, 6))
+        if rating > best:
+            best, found = rating, (separator, width)
+    return found
+
+
+def _first_row(rows: list[list[str]], width: int) -> int:
+    """Walk back from the last row with numbers to the first; return its index, the number of rows if there is none."""
+    k = max((i + 1 for i, r in enumerate(rows) if any(map(is_number, r))), default=0)
+    if not k:
+        return len(rows)
+    while k and any(map(is_number, rows[k - 1])):
+        if len(rows[k - 1]) != width and not is_number(rows[k - 1][0]):  # "Samples, 1000": preamble
+            break
+        k -= 1
+    if k == len(rows):
+        return k
+    top, below = rows[k], rows[k + 1] if k + 1 < len(rows) else []
+    mixed = len(top) == len(below) and any(
+        a and not is_number(a) and is_number(b) for a, b in zip(top, below, strict=True)
+    )
+    if mixed and not is_number(top[0]) and not (k and len(rows[k - 1]) == width):
+        k += 1  # headings some of which are numbers: Time, 1, 2
+    return k
+
+
+def _headings(
+    lines: list[Line], comments: list[Line], separator: str | None, width: int, trailing: bool
+) -> tuple[list[str], list[str], int]:
+    """Find headings and units of measure above the rows, in plain lines or else in comments: labels, units, line."""
+
+    def fitted(line: Line) -> list[str] | None:
+        text = line.text.lstrip().lstrip("#%/!").strip() if line in comments else line.text
+        return _fitted(text, separator, width, trailing)
+
+    heads = [line for line in lines[-2:] if fitted(line) is not None]
+    if not heads or heads[-1] is not lines[-1]:
+        heads = [line for line in comments if fitted(line) is not None][-2:]
+    if not heads:
+        return [], [], 0
+    *above, last = heads
+    cells = fitted(last) or []
+    if above and all(not c or c == "-" or is_unit(c) for c in cells):
+        return fitted(above[-1]) or [], [c.strip("[]() -") for c in cells], above[-1].number
+    return cells, [], last.number
+
+
+def _fitted(text: str, separator: str | None, width: int, trailing: bool) -> list[str] | None:
+    """Return the cells of a line of headings if they fit the rows, else None."""
+    cells = _cells(text, separator)
+    if separator is None and len(cells) != width:  # names with blanks: two or more apart, or before brackets
+        for pattern in (r"\s{2,}|\t", r"\s+(?![\[(])", r"\s*[,;]\s*"):
+            cells = [c for c in re.split(pattern, text.strip()) if c]
+            if len(cells) == width:
+                break
+    cells = [c.strip() for c in cells]
+    if len(cells) == width + 1 and (not cells[-1] or cells[-1].lower() == "comment"):
+        cells.pop()  # LabVIEW: a comment that no row has
+    if len(cells) == width - 1 and trailing:
+        cells.append("")
+    return cells if len(cells) == width and any(c and not is_number(c) for c in cells) else None

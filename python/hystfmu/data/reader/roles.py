@@ -1,0 +1,177 @@
+"""Which column is time, input, output: as the user names or numbers it, else by its name or its unit of measure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from hystfmu.base.errors import InputError
+from hystfmu.data.reader.measures import DRIVES, LENGTHS, TIME
+from hystfmu.data.reader.table import Column, Table
+
+NAMES = {  # in small letters, best first
+    "time": (
+        ("t",),
+        ("time", "zeit", "temps", "tiempo", "tempo", "x_value", "timestamp", "time stamp", "elapsed time"),
+    ),
+    "input": (
+        ("u",),
+        ("input", "drive", "command", "excitation", "u_in", "v_in", "vin", "vi", "eingang", "stellspannung"),
+    ),
+    "output": (("y",), ("output", "response", "y_out", "ausgang", "sensor", "measured")),
+}
+UNITS = {"time": tuple(TIME), "input": DRIVES, "output": LENGTHS}
+QUANTITIES = {  # a sensor has them the other way round: see `chosen`
+    "time": (),
+    "input": ("voltage", "spannung", "current", "strom", "tension", "field"),
+    "output": (
+        "displacement",
+        "position",
+        "deflection",
+        "weg",
+        "auslenkung",
+        "hub",
+        "stroke",
+        "verschiebung",
+        "déplacement",
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Roles:
+    """Numbers of the chosen columns, from 0; None where there is none."""
+
+    time: int | None
+    input: int
+    output: int | None
+    record: int | None
+
+
+def chosen(
+    table: Table,
+    time: str | int,
+    input: str | int,
+    output: str | int | None,
+    record: str | int | None,
+    rate: float | None,
+) -> Roles:
+    """Choose the columns.
+
+    Parameters
+    ----------
+    table : Table
+        The file.
+    time, input, output, record : str or int
+        Heading with or without its unit of measure, or number from 1.  Empty: recognised by name, then by unit of
+        measure.  Output and record None: none is read.
+    rate : float, optional
+        Sample rate (Hz): no time column is needed.
+
+    Raises
+    ------
+    InputError
+        No such column, or more than one that suits.
+    """
+    marked = None if record is None else _named(table, record, "record")
+    given = {"time": time if rate is None else None, "input": input, "output": output}
+    found = {role: _named(table, key, role) for role, key in given.items() if key not in ("", None)}
+    taken = {*found.values(), marked} - {None}
+    if rate is not None and time == "" and (clock := _recognised(table, "time", taken)) is not None:
+        taken.add(clock)  # not the input
+    if rate is None and time == "":
+        place = _recognised(table, "time", taken)
+        if place is None:
+            raise InputError(
+                f"{_where(table)}The columns must include a time. Got {_listed(table)} instead. Name it with --time, "
+                "or give the sample rate in Hz (--rate)."
+            )
+        found["time"] = place
+        taken.add(place)
+    for role in ("input", "output"):
+        if given[role] != "":
+            continue
+        place = _recognised(table, role, taken)
+        if place is not None:
+            found[role] = place
+            taken.add(place)
+    if "input" not in found or (output == "" and "output" not in found and _left(table, taken)):
+        role = "output" if "input" in found else "input"
+        raise InputError(
+            f"{_where(table)}The {role} must be one of the columns. Got {_listed(table)}, of which none is known as "
+            f"{role}: name or number it, e.g. --{role} 2."
+        )
+    by_unit = input == "" and output == "" and "output" in found
+    if by_unit and found["output"] < found["input"] and not _is_named(table.columns[found["input"]], "input"):
+        raise InputError(
+            f"{_where(table)}The input must be clear. Got {_listed(table)}: an actuator driven by "
+            f"{table.title(found['input'])} or a sensor of {table.title(found['output'])}? Name them with --input and "
+            "--output."
+        )
+    return Roles(found.get("time"), found["input"], found.get("output"), marked)
+
+
+def _named(table: Table, key: str | int | None, role: str) -> int:
+    """Find a column by heading or number."""
+    text = re.sub(r"\s+", " ", str(key)).strip().replace("\u03bc", "\u00b5")
+    columns = list(enumerate(table.columns))
+    for part in ("label", "name"):
+        same = [k for k, c in columns if getattr(c, part).replace("\u03bc", "\u00b5") == text]
+        if len(same) > 1:
+            numbers = " and ".join(str(k + 1) for k in same[:2])
+            raise InputError(
+                f"{_where(table)}The column {text!r} must occur once. Got two in {_listed(table)}: number it, "
+                f"{numbers}."
+            )
+        if same:
+            return same[0]
+    if re.fullmatch(r"\d{1,6}", text):
+        if not 1 <= int(text) <= len(columns):
+            raise InputError(
+                f"{_where(table)}The number of the {role} column must be from 1 to {len(columns)}. Got {text} instead."
+            )
+        return int(text) - 1
+    hint = " Name the columns with --time, --input, --output, or number them from 1."
+    hint += " Without a time column give the sample rate in Hz (--rate)." if role == "time" else ""
+    raise InputError(f"{_where(table)}The columns must include {text!r}. Got {_listed(table)} instead.{hint}")
+
+
+def _recognised(table: Table, role: str, taken: Collection[int | None]) -> int | None:
+    """Find the column of a role by its name, then by its unit of measure; None if there is none."""
+    free = [(k, c) for k, c in enumerate(table.columns) if k not in taken]
+    tests = [[k for k, c in free if _last(c) in names] for names in NAMES[role]]
+    tests.append([k for k, c in free if c.unit in UNITS[role]])
+    tests.append([k for k, c in free if _last(c) in QUANTITIES[role] and not c.unit])
+    for hits in tests:
+        if len(hits) == 1:
+            return hits[0]
+        if hits:
+            labels = " and ".join(repr(table.columns[k].label) for k in hits[:3])
+            raise InputError(
+                f"{_where(table)}The {role} must be one of the columns. Got {labels}, which both suit: name it with "
+                f"--{role} {table.columns[hits[0]].label!r} or --{role} {hits[0] + 1}."
+            )
+    return None
+
+
+def _is_named(column: Column, role: str) -> bool:
+    return any(_last(column) in names for names in NAMES[role])
+
+
+def _last(column: Column) -> str:
+    return column.name.rpartition("/")[2].lower()
+
+
+def _left(table: Table, taken: Collection[int | None]) -> bool:
+    return any(c.label for k, c in enumerate(table.columns) if k not in taken)
+
+
+def _where(table: Table) -> str:
+    return f"{table.path}: {table.named_in}: " if table.named_in else f"{table.path}: "
+
+
+def _listed(table: Table) -> str:
+    if not any(c.label for c in table.columns):
+        return f"{len(table.columns)} columns without names"
+    return ", ".join(c.label for c in table.columns)[:200]

@@ -1,0 +1,295 @@
+"""Files as labs write them: read to the truth with units of measure, or refused with the remedy in one line."""
+
+import gzip
+import io
+import sys
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from hystfmu import InputError, read
+
+N = 40
+T = np.arange(N) / 2000
+U = np.round(60 * np.sin(400 * T) + 0.125, 4)
+Y = np.round(9 * np.cos(370 * T) - 0.5, 4)
+
+
+def lines(separator=";", comma=False, factor=1000.0, form="{:.4f}", end="", columns=(T, U, Y), edge=""):
+    """Rows of text: time times a factor, input, output."""
+    made = []
+    for t, *others in zip(*columns, strict=True):
+        cells = [f"{t * factor:.6g}", *(form.format(v) for v in others)]
+        cells = [c.replace(".", ",") if comma else c for c in cells]
+        made.append(edge + separator.join(cells) + end)
+    return made
+
+
+def text(head, rows, encoding="utf-8", newline="\n", tail="\n"):
+    return (newline.join([*head, *rows]) + tail.replace("\n", newline)).encode(encoding)
+
+
+GERMAN = ["Zeit [ms];Spannung [V];Weg [µm]"]
+PREAMBLE = ["Messung;Piezo 3", "Datum;22.11.2026", "Abtastrate;2000", ""]
+LABVIEW = [
+    "LabVIEW Measurement\t",
+    "Writer_Version\t2",
+    "Separator\tTab",
+    "Decimal_Separator\t,",
+    "***End_of_Header***\t",
+    "Channels\t2\t\t",
+    "Samples\t40\t40\t",
+    "***End_of_Header***\t\t\t",
+    "X_Value\tSpannung [V]\tWeg [um]\tComment",
+]
+
+
+def quoted(row):
+    return ",".join(f'"{c}"' for c in row.split(";"))
+
+
+def mat(**arrays):
+    out = io.BytesIO()
+    compressed = arrays.pop("compressed", False)
+    savemat(out, arrays, do_compression=compressed)
+    return out.getvalue()
+
+
+def hdf5(fill):
+    h5py = pytest.importorskip("h5py")
+    out = io.BytesIO()
+    with h5py.File(out, "w") as file:
+        fill(file)
+    return out.getvalue()
+
+
+def in_group(file):
+    for name, column, unit in (("t", T * 1e3, "ms"), ("u", U, "V"), ("y", Y, "µm")):
+        file.create_dataset(f"run/{name}", data=column).attrs["units"] = unit
+    file.create_dataset("run/fs", data=[2000.0])
+
+
+def as_matlab_7_3(file):
+    for name, column in (("time_ms", T * 1e3), ("u", U), ("y", Y)):
+        file.create_dataset(name, data=column[None])
+
+
+# name of the file, its bytes, options; the answer is the same for all: T, U in V, Y in um
+VARIANTS = {
+    "plain": ("a.csv", text(["t,u [V],y [um]"], lines(",", factor=1.0)), {}),
+    "byte order mark, CRLF": ("a.csv", text(["t [s],u [V],y [um]"], lines(",", factor=1.0), "utf-8-sig", "\r\n"), {}),
+    "line ends of an old Mac": ("a.csv", text(["t,u [V],y [um]"], lines(",", factor=1.0), newline="\r"), {}),
+    "German Excel": ("a.csv", text(GERMAN, lines(comma=True), "cp1252", "\r\n"), {}),
+    "German Excel, named": (
+        "a.csv",
+        text(GERMAN, lines(comma=True), "cp1252", "\r\n"),
+        {"time": "Zeit [ms]", "input": "Spannung", "output": "Weg [µm]"},
+    ),
+    "UTF-16 of Excel": ("a.txt", text([GERMAN[0].replace(";", "\t")], lines("\t", comma=True), "utf-16"), {}),
+    "UTF-16 without mark": ("a.txt", text(["t/ms\tu/V\ty/um"], lines("\t"), "utf-16-le"), {}),
+    "UTF-16, big end first": ("a.txt", b"\xfe\xff" + text(["t/ms;u/V;y/um"], lines(), "utf-16-be"), {}),
+    "micro sign of Greek": ("a.csv", text(["t (us);u (V);y (μm)"], lines(factor=1e6)), {}),
+    "preamble": ("a.csv", text([*PREAMBLE, *GERMAN], lines(comma=True)), {}),
+    "sep= of Excel": ("a.csv", text(["sep=;", *GERMAN], lines()), {}),
+    "line of units": ("a.csv", text(["time;input;output", "ms;V;µm"], lines()), {}),
+    "line of units in brackets": ("a.csv", text(["Time,Drive,Response", "(ms),(V),(um)", ""], lines(",")), {}),
+    "LabVIEW": ("a.lvm", text(LABVIEW, lines("\t", comma=True, factor=1.0)), {}),
+    "numpy.savetxt": ("a.txt", text(["# t u_V y_um"], lines(" ", factor=1.0, form="{:.18e}")), {}),
+    "comments of MATLAB": ("a.dat", text(["% piezo stack", "% time_ms, u [V], y [um]"], lines(", ")), {}),
+    "comments between rows": (
+        "a.csv",
+        text(["# rig 2", "t [ms],u [V],y [um]"], [*lines(",")[:7], "# pause", "", *lines(",")[7:]]),
+        {},
+    ),
+    "aligned blanks": (
+        "a.txt",
+        text(["  time (ms)   Voltage (V)   Displacement (um)"], lines("     ", form="{:9.4f}", edge="   ", end="  ")),
+        {},
+    ),
+    "blanks and decimal comma": ("a.txt", text(["t/ms  u/V  y/um"], lines("  ", comma=True)), {}),
+    "quotes": ("a.csv", text(['"t [ms]","u [V]","y [um]"'], map(quoted, lines())), {}),
+    "quotes and decimal comma": ("a.csv", text([quoted(GERMAN[0])], [quoted(r) for r in lines(comma=True)]), {}),
+    "quoted name with a separator": (
+        "a.csv",
+        text(['"time, ms";"drive; u [V]";"y [um]"'], lines()),
+        {"input": "drive; u"},
+    ),
+    "separator at the end": ("a.csv", text(["t [ms];u [V];y [um];"], lines(end=";")), {}),
+    "separator at the end of rows": ("a.csv", text(["t [ms];u [V];y [um]"], lines(end=";")), {}),
+    "blank behind separators": ("a.csv", text(["t [ms]; u [V]; y [um]"], lines("; ")), {}),
+    "thousands": (
+        "a.csv",
+        text(["t [us];u [V];y [um]"], [r.replace(".", ",").replace("1000;", "1.000;") for r in lines(factor=1e6)]),
+        {},
+    ),
+    "decimal sign said": ("a.csv", text(["t [ms];u [V];y [um]"], lines(comma=True)), {"decimal": ","}),
+    "minutes": ("a.csv", text(["t [min];u [V];y [um]"], [
+        f"{t / 60:.17g};{u!r};{y!r}" for t, u, y in zip(T.tolist(), U.tolist(), Y.tolist(), strict=True)
+    ]), {}),
+    "other columns": (
+        "a.csv",
+        text(["Nr;Datum;t [ms];u [V];y [um]"], [f"{k};22.11.2026;{r}" for k, r in enumerate(lines())]),
+        {},
+    ),
+    "by units of measure": ("a.csv", text(["Stempel in ms;Kanal 1 in V;Kanal 2 in µm"], lines(comma=True)), {}),
+    "by number": ("a.csv", text(["ms;V;um;V"], [f"{r};{r.split(';')[1]}" for r in lines()]), {
+        "time": 1, "input": "2", "output": 3
+    }),
+    "no names": ("a.dat", text([], lines("\t")), {"rate": 2000.0, "input": 2, "output": 3}),
+    "gzip": ("a.csv.gz", gzip.compress(text(GERMAN, lines(comma=True), "cp1252")), {}),
+    "gzip in two members": (
+        "a.csv.gz",
+        gzip.compress(text(GERMAN, lines()[:20])) + gzip.compress(text([], lines()[20:])),
+        {},
+    ),
+    "MAT": ("a.mat", mat(time_ms=T * 1e3, u_V=U, y_um=Y, fs=2000.0), {}),
+    "MAT, packed": ("a.mat", mat(time_ms=T * 1e3, u_V=U[:, None], y_um=Y[:, None], compressed=True), {}),
+    "MAT, one matrix": ("a.mat", mat(data=np.column_stack([T, U, Y])), {
+        "time": 1, "input": "data(:,2)", "output": 3
+    }),
+    "MAT, float32": ("a.mat", mat(t=T.astype(np.float32), u_V=U, y_um=Y), {}),
+    "HDF5 with units": ("a.h5", lambda: hdf5(in_group), {}),
+    "MAT 7.3": ("a.mat", lambda: hdf5(as_matlab_7_3), {}),
+}  # fmt: skip
+WITHOUT_UNITS = {"no names", "MAT, one matrix", "MAT 7.3"}
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_a_file_is_read_to_the_truth(name, tmp_path):
+    file, content, options = VARIANTS[name]
+    path = tmp_path / file
+    path.write_bytes(content() if callable(content) else content)
+    data = read(path, **options)
+    assert len(data.t) == N
+    np.testing.assert_allclose(data.t, T, rtol=0, atol=1e-9)
+    assert data.h == pytest.approx(1 / 2000, rel=1e-6)
+    np.testing.assert_array_equal(data.u, U)
+    np.testing.assert_array_equal(data.y, Y)
+    assert (data.unit_u, data.unit_y) == (("", "") if name in WITHOUT_UNITS else ("V", "um"))
+    assert data.read_as.startswith(f"read {file}: ")
+    assert "\n" not in data.read_as
+    if name in ("preamble", "comments between rows", "German Excel"):
+        shown = f"{U[30]:.4f}"
+        line = int(data.place(30).rpartition(" ")[2])
+        text_line = path.read_bytes().decode("cp1252").splitlines()[line - 1]
+        assert shown in text_line.replace(",", "."), text_line
+
+
+def test_one_line_says_what_was_assumed(tmp_path):
+    path = tmp_path / "piezo.csv"
+    path.write_bytes(text([*PREAMBLE, *GERMAN], lines(comma=True), "cp1252"))
+    assert read(path).read_as == (
+        "read piezo.csv: cp1252, separator ';', decimal comma, 3 lines of preamble; time 'Zeit [ms]' in ms, "
+        "input 'Spannung [V]', output 'Weg [µm]'"
+    )
+    path.write_bytes(text(["t,u,y"], lines(",", factor=1.0)))
+    assert "time 't' in s (no unit of measure is stated)" in read(path).read_as
+
+
+# ---- refused ---------------------------------------------------------------------------------------------------------
+REFUSED = {
+    "thousands or decimals": (
+        text(["t [s];u;y"], [f"{k};{k + 1},125;{k + 2},250" for k in range(9)]), {},
+        ["line 2", "decimal sign must be clear", "'1,125'", "--decimal , or --decimal ."],
+    ),
+    "two inputs": (
+        text(["t;CH1 [V];CH2 [V];y"], [f"{k};1;2;{k}" for k in range(9)]), {},
+        ["line 1", "The input must be one of the columns", "'CH1 [V]' and 'CH2 [V]'", "--input 2"],
+    ),
+    "two outputs": (text(["t;u;a [um];b [um]"], [f"{k};1;2;{k}" for k in range(9)]), {}, ["output", "--output 3"]),
+    "two times": (text(["time;Zeit;u;y"], [f"{k};{k};2;{k}" for k in range(9)]), {}, ["time", "--time 'time'"]),
+    "unknown columns": (text(["t,a,b"], [f"{k},1,{k}" for k in range(9)]), {}, ["input", "Got t, a, b", "--input 2"]),
+    "sensor or actuator": (
+        text(["t,x [um],v [mV]"], [f"{k},1,{k}" for k in range(9)]), {},
+        ["an actuator driven by 'v' or a sensor of 'x'"],
+    ),
+    "no time": (text(["u;y"], [f"{k};{k}" for k in range(9)]), {}, ["must include a time", "--rate"]),
+    "no names": (text([], [f"{k};{k};1" for k in range(9)]), {"rate": 1.0}, ["3 columns without names", "--input 2"]),
+    "number of no column": (
+        text(["t;u;y"], [f"{k};{k};1" for k in range(9)]), {"input": 4}, ["input column must be from 1 to 3. Got 4"],
+    ),
+    "a name twice": (
+        text(["t;u;u;y"], [f"{k};{k};1;1" for k in range(9)]), {"input": "u"},
+        ["'u' must occur once", "number it, 2 and 3"],
+    ),
+    "time of unknown unit": (
+        text(["t [ticks];u;y"], [f"{k};1;{k}" for k in range(9)]), {}, ["time in s, ms", "--rate"],
+    ),
+    "time of day": (
+        text(["Time;u;y"], [f"12:00:0{k};{k};1" for k in range(9)]), {}, ["line 2", "'12:00:00'", "--rate"],
+    ),
+    "a line of text between rows": (
+        text(["t;u;y"], [*(f"{k};1;{k}" for k in range(5)), "overload", *(f"{k};1;{k}" for k in range(5, 9))]), {},
+        ["line 7", "'overload'"],
+    ),
+    "a row of text between rows": (
+        text(["t;u;y"], [*(f"{k};1;{k}" for k in range(5)), "-;-;-", *(f"{k};1;{k}" for k in range(5, 9))]), {},
+        ["line 7", "'-;-;-'"],
+    ),
+    "a row of text, separators at the end": (
+        text(["t;u;y;"], [*(f"{k};1;{k};" for k in range(5)), "s;V;m;", *(f"{k};1;{k};" for k in range(5, 9))]), {},
+        ["line 7", "'s;V;m;'"],
+    ),
+    "an end of text": (text(["t;u;y"], [*(f"{k};1;{k}" for k in range(9)), "End"]), {}, ["line 11", "'End'"]),
+    "a missing value": (text(["t;u;y"], [f"{k};{'' if k == 4 else 1};{k}" for k in range(9)]), {}, ["line 6", "'u'"]),
+    "two decimal signs": (
+        text(["t;u;y"], [f"{k};{'1.5' if k == 4 else '2,5'};{k}" for k in range(9)]), {}, ["decimal sign", "--decimal"],
+    ),
+    "a quote without end": (text(["t;u;y"], [f'{k};"1;{k}' for k in range(9)]), {}, ["line 2", "quoted cell must end"]),
+    "names that do not fit": (
+        text(["t;u"], [f"{k};1;{k}" for k in range(9)]), {}, ["line 2", "2 cells, as line 1", "Got 3"],
+    ),
+    "a workbook": (b"PK\x03\x04" + bytes(50), {}, ["zip archive", "as CSV"]),
+    "a MAT file that breaks off": (mat(t=T, u=U, y=Y)[:400], {}, ["whole MAT file"]),
+    "a MAT file with a structure": (mat(run={"t": T, "u": U}), {}, ["'run' of class struct", "-struct"]),
+    "gzip that breaks off": (gzip.compress(text(GERMAN, lines()))[:60], {}, ["whole gzip archive"]),
+    "gzip that unpacks to more": (gzip.compress(bytes(10**6)), {"most": 10**5}, ["at most 100000 bytes when unpacked"]),
+    "columns of different lengths": (
+        mat(t=T, u=U, y=Y[:-1]), {}, ["equal lengths. Got u (40), y (39), t (40) instead"],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_not_clear_is_refused_with_the_remedy(name, tmp_path):
+    content, options, words = REFUSED[name]
+    path = tmp_path / "a.csv"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as e:
+        read(path, **options)
+    message = str(e.value)
+    assert message.startswith(f"{path}: ")
+    assert "\n" not in message
+    for word in words:
+        assert word in message, message
+
+
+def test_a_packed_mat_file_is_unpacked_within_the_limit(tmp_path):
+    path = tmp_path / "a.mat"
+    path.write_bytes(mat(t=np.zeros(10**6), compressed=True))
+    with pytest.raises(InputError, match="at most 100000 bytes when unpacked"):
+        read(path, most=10**5)
+
+
+def test_hdf5_without_h5py_names_the_command(tmp_path, monkeypatch):
+    path = tmp_path / "a.h5"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(InputError, match=r"needs h5py, which is not installed: pip install 'hystfmu\[hdf5\]'"):
+        read(path)
+
+
+def test_links_out_of_an_hdf5_file_are_not_followed(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    (tmp_path / "other.h5").write_bytes(hdf5(in_group))
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name in "tuy":
+            file[name] = h5py.ExternalLink("other.h5", f"run/{name}")
+    with pytest.raises(InputError, match="arrays of numbers"):
+        read(tmp_path / "a.h5")
+
+
+def test_special_files_are_refused():
+    with pytest.raises(InputError, match="must be a regular file"):
+        read("/dev/zero")
