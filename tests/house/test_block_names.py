@@ -40,6 +40,10 @@ ALLOWED: dict[str, dict[str, str]] = {
         "delay": "_chain(): no other method inverts a delay",
         "transfer_function": "_chain(): no other method inverts linear dynamics",
     },
+    "inverse/learned.py": {
+        **dict.fromkeys(("scaling", "play_bank", "zhao_tan_inverse"), "_corrected(): what the network reads"),
+        "prandtl_ishlinskii": MODEL,
+    },
     "inverse/implicit.py": {"implicit_inverse": "implicit_inverse(): the block around the model"},
     "model/coverage.py": {"scaling": "_limiters(): the block that limits the inputs of a network"},
     "model/from_torch.py": {"mlp": "torch_blocks(): the block of two linear layers"},

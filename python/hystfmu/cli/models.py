@@ -180,24 +180,37 @@ def predict(
     type=click.Choice(["auto", "exact", "implicit", "learned"]),
     default="auto",
     show_default=True,
-    help="Closed-form inverse, one root of the model per step, or a network trained on the inverse loop; auto: the "
+    help="Closed-form inverse, one root of the model per step, or a network by the recipe of the papers; auto: the "
     "first that the model admits.",
 )
-def inverse(model: str, out: str, method: Literal["auto", "exact", "implicit", "learned"]) -> None:
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Option of the method; repeatable.")
+@click.option("--seed", default=0, show_default=True, help="Seed of the learned inverse.")
+def inverse(
+    model: str,
+    out: str,
+    method: Literal["auto", "exact", "implicit", "learned"],
+    settings: tuple[str, ...],
+    seed: int,
+) -> None:
     """Compute the inverse of a model.
 
     The input of the inverse is the wanted output of the model; its output is the model input that produces it.
 
+    Recipe of the learned inverse: the model answers random nested reversals; input and output are exchanged; the
+    inverse operator of Zhao & Tan and a few plays of the wanted output feed a network of 12 neurons, which corrects the
+    wanted output in front of the exact inverse of fitted plays.  Options: hidden, N (plays), starts, iterations, ...
+    Options of the implicit inverse: lo, hi.
+
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
+             hystfmu inverse piezo.model.toml --method learned --set hidden=16 -o inverse.model.toml
     """
     import hystfmu as hy
-    from hystfmu.face.model import POOR
 
-    made = hy.Model.load(model).inverse(method)
+    made = hy.Model.load(model).inverse(method, seed, **assignments(settings))
     made.save(out)
     rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
     worth = "" if rms is None else f": error of inverse and model in cascade: RMS {rms:.2g} %, max {most:.2g} % of span"
     click.echo(f"wrote {out}, {made.provenance['inverse']} inverse{worth}")
-    if rms is not None and rms > POOR:
-        click.echo("warning: the inverse is inaccurate; --method implicit is exact for static models", err=True)
+    for warning in made.fit.get("warnings", ()):
+        click.echo(f"warning: {warning}", err=True)

@@ -196,7 +196,8 @@ class Model(Record):
         ----------
         method : {"auto", "exact", "implicit", "learned"}
             exact: block by block; implicit: the root of a static model in every step; learned: a network on the
-            response of the model with input and output exchanged.  auto: the first of them that the model admits.
+            response of the model with input and output exchanged and on the inverse operator, by the recipe of
+            `hystfmu.inverse.learned`.  auto: the first of them that the model admits.
         seed : int
             Of the learned inverse.
         **options
@@ -372,7 +373,10 @@ def _warned(model: Model) -> Model:
     rms = model.fit.get("cascade_rms_percent")
     if rms is None or rms <= POOR:
         return model
-    line = f"a poor inverse: in cascade with its model RMS {rms:.2g} % of the span"
+    line = (
+        f"a poor inverse: in cascade with its model RMS {rms:.2g} % of the span; the method 'implicit' is exact for "
+        "static models"
+    )
     return replace(model, fit={**model.fit, "warnings": [*model.fit.get("warnings", []), line]})
 
 

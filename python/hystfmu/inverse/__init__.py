@@ -4,7 +4,8 @@ exact    inverts block by block from output to input; every block of the chain n
          (Prandtl-Ishlinskii with a linear term, Zhao-Tan, constraint factor, dead zones, scaling).
 implicit runs the model itself inside the block `implicit_inverse`, which finds the input by bounded root finding in the
          core; the model must be static: operators with memory and functions of one input.
-learned  trains a bank of plays and a network on the model's own response with input and output exchanged.
+learned  trains a network on the model's own response with input and output exchanged, on the inverse operator of Zhao
+         & Tan and a few plays; `hystfmu.inverse.learned` gives the recipe.
 
 Every inverse states its accuracy: `fit` holds the errors of the cascade inverse -> model, in percent of the span of the
 wanted output, for the worst of the held-out signals within 90 % of the input range.
