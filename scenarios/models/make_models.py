@@ -133,9 +133,9 @@ def main() -> None:
         identified = fit(data, "prandtl_ishlinskii", N=20)
         save(identified, f"{name}_identified")
         save(inverse(identified, "learned"), f"{name}_learned_inverse")
-        # Zhao & Tan 2008: operator and 2-12-1 network trained on input and output exchanged
+        # Zhao & Tan 2008: inverse operator and 2-12-1 network trained on input and output exchanged
         response = Dataset.from_signal(identified.predict(data.u), data.u, data.h, f"response of {name}_identified")
-        save(fit(response, "zhao_tan_mlp"), f"{name}_zhao_tan_inverse")
+        save(fit(response, "zhao_tan_mlp", operator="zhao_tan_inverse"), f"{name}_zhao_tan_inverse")
     exact = Node("hysteresis", "prandtl_ishlinskii", {}, BACKLASH)
     save(Model("prandtl_ishlinskii", Graph.single(exact), None, "the backlash plant, known exactly"), "backlash_exact")
 

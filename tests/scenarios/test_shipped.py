@@ -250,6 +250,21 @@ def test_the_plants_are_what_their_maker_says(plant: str) -> None:
         assert graph.to_bytes() == make(dynamics).to_bytes()
 
 
+@pytest.mark.stress
+def test_the_script_makes_the_models_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = _make_models()
+    monkeypatch.setattr(made, "HERE", tmp_path)
+    made.main()
+    files = sorted(f.name for f in tmp_path.iterdir())
+    assert len(files) == 15
+    t = np.linspace(0, 3, 1501)
+    x = 0.9 * np.exp(-0.3 * t) * np.sin(2 * np.pi * t)
+    for name in files:
+        again, shipped = (Model.load(folder / name).graph for folder in (tmp_path, ROOT / "models"))
+        u = np.column_stack([x] + [0 * x] * (len(again.inputs) - 1))
+        np.testing.assert_allclose(again.run(u, 1e-4), shipped.run(u, 1e-4), rtol=0, atol=1e-6, err_msg=name)
+
+
 @pytest.mark.parametrize(("plant", "percent"), [("backlash", 0.55), ("bouc_wen", 3.5)])
 def test_the_identified_models_fit_data_they_have_not_seen(plant: str, percent: float) -> None:
     """A decaying sine through the plant; identified from random reversals with 1 % noise."""
