@@ -12,6 +12,7 @@
   B(constraint_factor)          \
   B(constraint_factor_inverse)  \
   B(creep)                      \
+  B(creep_inverse)              \
   B(dead_zones)                 \
   B(delay)                      \
   B(differentiator)             \

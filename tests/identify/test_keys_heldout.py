@@ -33,6 +33,7 @@ ON = {  # key: plant, limit, options
 TESTS = Path(__file__).parents[1]
 ELSEWHERE = {  # dynamics, by another rule or step than the core's in that test
     "rate_mlp": ("test_rate", "test_a_rate_is_no_memory"),
+    "actuator": ("test_actuator", "test_plants_of_its_class"),
     "g0_prandtl_ishlinskii": ("test_rate", "test_the_dynamics_are_recovered_and_hold_on_other_signals"),
     "g0_bouc_wen": ("test_g0_bouc_wen", "test_hysteresis_and_dynamics_are_recovered_and_hold_on_other_signals"),
     "bouc_wen_oscillator": ("test_benchmarks", "test_grey_box_oscillator_recovers_a_plant_of_another_integrator"),

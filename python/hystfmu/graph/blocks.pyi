@@ -93,7 +93,7 @@ class ConstraintFactorInverse(Block):
     ) -> None: ...
 
 class Creep(Block):
-    """Creep: weighted sum of first-order lags."""
+    """Creep: weighted sum of the input and its first-order lags."""
 
     def __init__(
         self,
@@ -101,6 +101,20 @@ class Creep(Block):
         n: int = ...,
         w: float | Sequence[float] | Array = 1.0,
         T: float | Sequence[float] | Array = 1.0,
+        w0: float = 0.0,
+        start: Literal["rest", "steady"] = "rest",
+    ) -> None: ...
+
+class CreepInverse(Block):
+    """Exact inverse of creep."""
+
+    def __init__(
+        self,
+        *,
+        n: int = ...,
+        w: float | Sequence[float] | Array = 1.0,
+        T: float | Sequence[float] | Array = 1.0,
+        w0: float = 1.0,
         start: Literal["rest", "steady"] = "rest",
     ) -> None: ...
 

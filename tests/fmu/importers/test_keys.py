@@ -36,14 +36,18 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "polynomial_narx": {"n_u": 3, "n_f": 3, "n_k": 0},
     "preisach": {"n": 16},
     "krasnoselskii_pokrovskii": {"levels": 12},
+    "actuator": {"N": 10, "dynamics": "no", "creep": "yes"},
     "g0_prandtl_ishlinskii": {"N": 10},
 }
 # words of the error for keys without an inverse of that kind
 NO_CHAIN, PAST = ("no exact inverse", "learned"), ("past inputs only", "feedforward")
 REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
-    **{("exact", key): NO_CHAIN for key in METHODS if key not in ("prandtl_ishlinskii", "auto")},
+    **{("exact", key): NO_CHAIN for key in METHODS if key not in ("prandtl_ishlinskii", "actuator", "auto")},
     **{(way, key): PAST for way in WAYS for key in ("g0_prandtl_ishlinskii", "g0_bouc_wen", "bouc_wen_oscillator")},
-    **{("implicit", key): ("at creep", "dynamics") for key in ("prandtl_ishlinskii_asym", "prandtl_ishlinskii_rate")},
+    **{
+        ("implicit", key): ("at creep", "dynamics")
+        for key in ("actuator", "prandtl_ishlinskii_asym", "prandtl_ishlinskii_rate")
+    },
     ("implicit", "rate_mlp"): ("at rate", "time between samples"),
     ("implicit", "polynomial_narx"): ("at network", "time between samples"),
 }

@@ -220,10 +220,23 @@ def demagnetised(everett: Callable[..., Array], u: float, lo: float, hi: float, 
 def creep(u: Array, v: Values, h: float) -> Array:
     T, q = np.asarray(v["T"]), np.full(len(v["T"]), u[0] if v["start"] == "steady" else 0.0)
     y = np.empty(len(u))
-    y[0] = np.dot(v["w"], q)
+    y[0] = v["w0"] * u[0] + np.dot(v["w"], q)
     for k in range(1, len(u)):
         q = np.exp(-h / T) * q + (1 - np.exp(-h / T)) * u[k]
-        y[k] = np.dot(v["w"], q)
+        y[k] = v["w0"] * u[k] + np.dot(v["w"], q)
+    return y[:, None]
+
+
+def creep_inverse(u: Array, v: Values, h: float) -> Array:
+    """The output of creep is linear in its inputs: its rows are solved for them, one after the other."""
+    T, w, w0 = np.asarray(v["T"]), np.asarray(v["w"]), float(np.squeeze(v["w0"]))
+    assert v["start"] == "rest"
+    n = len(u)
+    answer = np.array([np.dot(w, np.exp(-j * h / T) * (1 - np.exp(-h / T))) for j in range(n)])  # to a pulse of a step
+    y = np.empty(n)
+    y[0] = u[0] / w0
+    for k in range(1, n):
+        y[k] = (u[k] - np.dot(answer[1:k], y[k - 1 : 0 : -1])) / (w0 + answer[0])
     return y[:, None]
 
 
@@ -299,4 +312,5 @@ FORMS = {
     # a staircase of many loops
     "Preisach": Form(lambda u, v, h, rows: preisach(u, rows, v), bound=1e-5),
     "Creep": Form(lambda u, v, h, rows: creep(u, v, h), fast=True),
+    "CreepInverse": Form(lambda u, v, h, rows: creep_inverse(u, v, h)),
 }

@@ -39,6 +39,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "bouc_wen": {"starts": 1},
     "duhem": {"q": 2},
     "rate_mlp": {**QUICK, "N": 4},
+    "actuator": {"N": 6, "dynamics": "no", "creep": "yes"},
     "g0_prandtl_ishlinskii": {"N": 6},
 }
 

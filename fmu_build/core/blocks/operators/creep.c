@@ -1,4 +1,4 @@
-/* Creep: a weighted sum of first-order lags of the input, discretised exactly for an input held over the step.
+/* Creep: the input and a weighted sum of its first-order lags, discretised exactly for an input held over the step.
  * Krejci & Kuhnen 2001 (log(t) creep as a few lags). */
 #include "core/elementary/elementary.h"
 #include "core/hyst.h"
@@ -7,6 +7,7 @@
 #define VARS(V)                                                                                                 \
   V(w, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "weights of the lags")                                  \
   V(T, PARAM, n, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time constants")                                   \
+  V(w0, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the input itself")                          \
   V(start, FIXED, 1, "rest|steady", "1", 0, 0, 1, "lags start at 0, or at the first input")                     \
   V(share, DERIVED, n, "real", "1", 0.0, 0.0, 1.0, "approach of a lag to its input in one step: 1 - e^(-dt/T)") \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                \
@@ -24,7 +25,7 @@ HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
   double sum = 0;
   for (int i = 0; i < n; i++) sum += w[i] * q[i];
-  *y = sum;
+  *y = *w0 != 0 ? sum + *w0 * *u : sum;
 }
 HYST_DERIV_FN(deriv) {
   HYST_OPEN_DERIV
@@ -38,8 +39,8 @@ HYST_UPDATE_FN(update) {
   }
 }
 HYST_FEEDTHROUGH_FN(feedthrough) {
-  (void)dim_, (void)p_;
-  return 0; /* y depends on the states only */
+  HYST_OPEN_FEEDTHROUGH
+  return *w0 != 0; /* otherwise y depends on the states only */
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
@@ -48,10 +49,10 @@ HYST_TANGENT_FN(tangent) {
     sum += w[i] * s_q[i];
     t_q[i] = (*s_u - s_q[i]) / T[i];
   }
-  *t_y = sum;
+  *t_y = sum + *w0 * *s_u;
 }
 HYST_BLOCK(creep,
-           (.text = "Creep: weighted sum of first-order lags", .equation = "q_i' = (u - q_i)/T_i, y = sum_i w_i q_i",
-            .source = "Krejci & Kuhnen 2001", .family = "operators", .tolerance = "rounding"),
+           (.text = "Creep: weighted sum of the input and its first-order lags",
+            .equation = "q_i' = (u - q_i)/T_i, y = w0 u + sum_i w_i q_i", .source = "Krejci & Kuhnen 2001", .family = "operators", .tolerance = "rounding"),
            .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
            .deriv = deriv, .update = update, .feedthrough = feedthrough)

@@ -1,5 +1,5 @@
 within HystFMU.Operators.Sampled;
-block Creep "Weighted sum of first-order lags, sampled"
+block Creep "Weighted sum of the input and its first-order lags, sampled"
   extends BaseClasses.Creep(y(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
@@ -7,7 +7,7 @@ protected
 equation
   when sample(0, Ts) then
     q = if time < 0.5*Ts then (if start == Types.Start.steady then fill(u, n) else zeros(n)) else Functions.lag(u, T, Ts, pre(q));
-    y = w*q;
+    y = w0*u + w*q;
   end when;
   annotation (Documentation(info = "<html>
 <p><b>Limitations:</b> linear: the creep of an actuator follows its hysteresis. The simulation must start at time 0.</p>

@@ -1,5 +1,5 @@
 within HystFMU.Operators.Smooth;
-block Creep "Weighted sum of first-order lags, smooth"
+block Creep "Weighted sum of the input and its first-order lags, smooth"
   extends BaseClasses.Creep;
   extends Icons.Smooth;
   Real q[n] "Lagged inputs";
@@ -13,7 +13,7 @@ equation
   for i in 1:n loop
     T[i]*der(q[i]) = u - q[i];
   end for;
-  y = w*q;
+  y = w0*u + w*q;
   annotation (Documentation(info = "<html>
 <p><b>Limitations:</b> linear: the creep of an actuator follows its hysteresis.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.Creep\">Operators.BaseClasses.Creep</a>: equation, source, example.</p>

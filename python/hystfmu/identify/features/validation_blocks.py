@@ -1,0 +1,28 @@
+"""Validation blocks: parts of a record between two reversals, spread over the whole record.
+
+A split into a first and a last part extrapolates wherever the record changes (a decaying sine, a staircase).  Blocks
+between reversals interpolate: both sets of rows hold large and small, early and late loops.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.base.arrays import Array
+from hystfmu.data.reversals import reversals
+
+BLOCKS = 40  # at most
+EVERY = 4  # the last of so many consecutive blocks is a validation block
+
+
+def validation_rows(u: Array) -> NDArray[np.bool_]:
+    """Return which rows of the input u (n,) belong to validation blocks, shape (n,)."""
+    n = len(u)
+    turns = reversals(u)
+    # without reversals enough, cuts at even distances serve
+    cuts = turns if len(turns) >= 2 * EVERY else np.arange(1, 5 * EVERY) * n // (5 * EVERY)
+    wanted = np.arange(1, BLOCKS) * n // BLOCKS
+    chosen = np.unique(cuts[np.searchsorted(cuts, wanted).clip(0, len(cuts) - 1)])
+    block = np.searchsorted(chosen, np.arange(n), side="right")
+    return np.asarray(block % EVERY == EVERY - 1)
