@@ -1,7 +1,7 @@
 /* Exact inverse of creep with the same parameters: the lags run on the output, which is what the lags of the creep get.
  * With s_i = 1 - e^(-dt/T_i), a step of the creep gives u = (w0 + sum w_i s_i) y + sum w_i (1 - s_i) q_i, which is
- * linear in y.  It is sampled because it inverts these steps, not the differential equation: an input held over a step is
- * not what a held output needs.  Krejci & Kuhnen 2001. */
+ * linear in y.  It is sampled because it inverts these steps, not the differential equation: an input held over a step
+ * is not what a held output needs.  Krejci & Kuhnen 2001. */
 #include "core/elementary/elementary.h"
 #include "core/hyst.h"
 
@@ -15,7 +15,7 @@
   V(gain, DERIVED, 2, "real", "1", 1.0, -HYST_INF, HYST_INF, "gain of creep: over one step, in steady state")   \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the creep")                           \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the creep that gives it")                    \
-  V(q, STATE, n,  "real", "1", 0.0, -HYST_INF, HYST_INF, "lagged outputs")
+  V(q, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "lagged outputs")
 
 enum { REST, STEADY };
 
@@ -53,7 +53,8 @@ HYST_TANGENT_FN(tangent) {
   *t_y = *s_u / *w0;
 }
 HYST_BLOCK(creep_inverse,
-           (.text = "Exact inverse of creep", .equation = "y = (u - sum_i w_i q_i)/w0; q_i: first-order lags of y, held over a step",
+           (.text = "Exact inverse of creep",
+            .equation = "y = (u - sum_i w_i q_i)/w0; q_i: first-order lags of y, held over a step",
             .source = "Krejci & Kuhnen 2001", .family = "inverses", .inverts = "creep",
             .invert_condition = "w0 other than 0", .tolerance = "rounding"),
            .rate = HYST_SAMPLED, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,

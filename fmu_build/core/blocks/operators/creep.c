@@ -53,6 +53,7 @@ HYST_TANGENT_FN(tangent) {
 }
 HYST_BLOCK(creep,
            (.text = "Creep: weighted sum of the input and its first-order lags",
-            .equation = "q_i' = (u - q_i)/T_i, y = w0 u + sum_i w_i q_i", .source = "Krejci & Kuhnen 2001", .family = "operators", .tolerance = "rounding"),
+            .equation = "q_i' = (u - q_i)/T_i, y = w0 u + sum_i w_i q_i", .source = "Krejci & Kuhnen 2001",
+            .family = "operators", .tolerance = "rounding"),
            .rate = HYST_CONTINUOUS, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
            .deriv = deriv, .update = update, .feedthrough = feedthrough)
