@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.design import loop, margins, to_control
+from hystfmu.design import linearise, loop, margins, to_control
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 
@@ -72,6 +72,15 @@ def test_pade_on_request():
     assert complex(to_control(chain(3), pade=3)(s)) == pytest.approx(exact, rel=1e-6)
 
 
+def test_a_model_with_delay_is_linearised():
+    model, s = Model("m", chain(3), H), 2j * np.pi * 200
+    A, B, C, D = linearise(model, pade=3)
+    assert len(A) == 2 + 3
+    (value,) = np.ravel(C @ np.linalg.solve(s * np.eye(len(A)) - A, B) + D)
+    assert value == pytest.approx(complex(to_control(model, pade=3)(s)), rel=1e-9)
+    assert value == pytest.approx(2.5 * complex(to_control(G0)(s)) * np.exp(-s * 3 * H), rel=1e-6)
+
+
 def test_margins_of_a_model_with_delay():
     """A model with two steps of delay has the margins of the same model and `delay=2`."""
     pid = Node("pid", "pid", {}, {"Kp": 0.3, "Ki": 900.0})
@@ -83,6 +92,8 @@ def test_margins_of_a_model_with_delay():
 def test_refusals():
     with pytest.raises(InputError, match=r"must be given for a delay in continuous form.*pade=ORDER"):
         to_control(chain(2))
+    with pytest.raises(InputError, match=r"must be given for a delay in continuous form.*pade=ORDER"):
+        linearise(Model("m", chain(2), H))
     with pytest.raises(InputError, match=r"must be that of the model, 0.0001 s.*Got 0.001"):
         to_control(chain(2), 1e-3)
     with pytest.raises(InputError, match=r"'h' must be a float in \(0, inf\)"):

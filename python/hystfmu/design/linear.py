@@ -88,17 +88,24 @@ def _graph_to_control(graph: Graph, h: float | None, pade: int | None, control: 
             system = close(system, shift_registers(opened.steps))
         return control.ss(*system, h)
     if opened.steps:
-        if pade is None:
-            raise InputError(
-                "The order 'pade' must be given for a delay in continuous form. Got None: give pade=ORDER, or the "
-                "step h for a discrete system."
-            )
-        if not graph.step > 0:
-            raise InputError(
-                "The model must state its step for a delay in continuous form. Got none: give the step h instead."
-            )
-        system = close(system, pade_of([n * graph.step for n in opened.steps], pade, control))
+        system = _with_pade(system, opened.steps, graph, pade, control)
     return control.ss(*system)
+
+
+def _with_pade(
+    system: tuple[Array, Array, Array, Array], steps: tuple[int, ...], graph: Graph, pade: int | None, control: Any
+) -> tuple[Array, Array, Array, Array]:
+    """Close the state space of a cut graph with Pade approximants of its delays."""
+    if pade is None:
+        raise InputError(
+            "The order 'pade' must be given for a delay in continuous form. Got None: give pade=ORDER, or, to "
+            "to_control(), the step h for a discrete system."
+        )
+    if not graph.step > 0:
+        raise InputError(
+            "The model must state its step for a delay in continuous form. Got none: give the step h instead."
+        )
+    return close(system, pade_of([n * graph.step for n in steps], pade, control))
 
 
 def _check_step(graph: Graph, h: float) -> None:
@@ -108,15 +115,17 @@ def _check_step(graph: Graph, h: float) -> None:
         )
 
 
-def linearise(graph: Graph) -> tuple[Array, Array, Array, Array]:
-    """Linearise a graph at its start by its exact tangent.
+def linearise(part: Graph | Model, pade: int | None = None) -> tuple[Array, Array, Array, Array]:
+    """Linearise a graph or a model at its start by its exact tangent.
 
     Inputs are at their start values; hysteresis enters with the slope for a rising input.
 
     Parameters
     ----------
-    graph : Graph
-        Graph without sampled blocks.
+    part : Graph or Model
+        Graph without sampled blocks but delays.
+    pade : int, optional
+        Order of the Pade approximants that replace delays; it needs python-control.
 
     Returns
     -------
@@ -126,8 +135,12 @@ def linearise(graph: Graph) -> tuple[Array, Array, Array, Array]:
     Raises
     ------
     InputError
-        The graph has a sampled block, which has no continuous form.
+        The graph has a sampled block, which has no continuous form, or a delay and no `pade`.
     """
+    graph = part.graph if isinstance(part, Model) else part
+    opened = cut(graph)
+    if opened.steps:
+        return _with_pade(linearise(opened.graph), opened.steps, graph, pade, python_control())
     executor = ContinuousExecutor(graph.to_bytes())
     if executor.is_sampled:
         raise InputError("A graph to linearise must have no sampled blocks. Got one, which has no continuous form.")
