@@ -20,7 +20,7 @@ COMPLETE = {  # equations, tables and figures that each paper has
     "yu_alici_2005_smc": (5, 0, 11),
 }
 ITEMS = paper_items.read()
-SLOW = ("hystfmu reproduce", "hystfmu run scenarios/papers")  # the latter run in tests/scenarios
+SLOW = ("hystfmu reproduce", "hystfmu run scenarios/papers")  # run under the stress marker; the latter in scenarios too
 COMMANDS = sorted({(i.command, i.status) for items in ITEMS.values() for i in items})
 
 
@@ -61,6 +61,16 @@ def test_quick_commands_exit_as_stated(command, status, monkeypatch):
     monkeypatch.chdir(ROOT)
     done = CliRunner().invoke(main, shlex.split(command)[1:])
     assert done.exit_code == status, done.output
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize(("command", "status"), [c for c in COMMANDS if c[0].startswith(SLOW)])
+def test_slow_commands_exit_as_stated(command, status, monkeypatch, tmp_path):
+    monkeypatch.chdir(ROOT)
+    words = [str(tmp_path) if word == "out" else word for word in shlex.split(command)[1:]]
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == status, done.output
+    assert "out" not in shlex.split(command) or list(tmp_path.glob("*.html"))
 
 
 def test_a_miss_says_by_how_much():
