@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from hystfmu.base.arrays import Array
@@ -82,7 +83,7 @@ class Problem:
 
     columns: Array
     y: Array
-    rows: Array
+    rows: NDArray[np.intp]
     h: float
     T: Array
     after: Filter | None = None
@@ -90,7 +91,7 @@ class Problem:
 
     def seen(self, columns: Array) -> Array:
         """Return columns after the dynamics, on the rows of the fit."""
-        return (columns if self.after is None else self.after(columns))[self.rows]
+        return np.asarray((columns if self.after is None else self.after(columns))[self.rows])
 
     def lags(self, columns: Array) -> list[Array]:
         """Return the first-order lags of columns, from their steady state, held over each step as `creep` does."""
@@ -113,7 +114,7 @@ def lagged(columns: Array, share: float) -> Array:
 
 def model(p: Problem, s: BentSum) -> Array:
     """Return the output on the rows of the fit."""
-    b = legendre.legval(p.columns @ s.w, s.q)[:, None]
+    b = np.asarray(legendre.legval(p.columns @ s.w, s.q), float)[:, None]
     return p.seen(p.crept(b, s.k))[:, 0]
 
 
@@ -191,6 +192,6 @@ def _with_bend(p: Problem, s: BentSum) -> BentSum:
     if not size > 0:
         return replace(s, rms=np.inf)
     w, v = s.w / size, v / size
-    basis = p.seen(p.crept(legendre.legvander(v, len(s.q) - 1), s.k))
-    q = np.linalg.lstsq(basis, p.y, rcond=1e-12)[0]
+    basis = p.seen(p.crept(np.asarray(legendre.legvander(v, len(s.q) - 1), float), s.k))
+    q = np.asarray(np.linalg.lstsq(basis, p.y, rcond=1e-12)[0], float)
     return BentSum(w, q, s.k, float(np.sqrt(np.mean((basis @ q - p.y) ** 2))))

@@ -252,4 +252,4 @@ def dead_zones(q: Array) -> tuple[float, Array, Array, float]:
     change = np.diff(slope)  # at at[1:-1]
     r = at[1:-1]
     weights = np.where(r > 0, change, -change)
-    return centre, r, weights, float(height[m - 1] - centre * at[m - 1])
+    return centre, np.asarray(r), np.asarray(weights, float), float(height[m - 1] - centre * at[m - 1])
