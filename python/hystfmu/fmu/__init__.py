@@ -1,8 +1,24 @@
-"""FMUs: `export_fmu` writes one, `check_fmu` checks one of any origin."""
+"""FMUs: `export_fmu` writes one, `check_fmu` checks one of any origin.
+
+Both load on first use, because the child process of `check_fmu` needs neither.
+"""
 
 from __future__ import annotations
 
-from hystfmu.fmu.check.check import check_fmu
-from hystfmu.fmu.write.export import export_fmu
+import importlib
+from typing import TYPE_CHECKING, Any
 
+if TYPE_CHECKING:
+    from hystfmu.fmu.check.check import check_fmu
+    from hystfmu.fmu.write.export import export_fmu
+
+_HOME = {"check_fmu": "check.check", "export_fmu": "write.export"}  # where each name lives
 __all__ = ["check_fmu", "export_fmu"]
+
+
+if not TYPE_CHECKING:  # a type checker must find a misspelt name
+
+    def __getattr__(name: str) -> Any:
+        if name not in _HOME:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)

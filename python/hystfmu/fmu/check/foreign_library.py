@@ -49,6 +49,7 @@ class Instance:
         from fmpy.fmi3 import FMU3Model, FMU3Slave
 
         self.fmi2 = description.fmiVersion.startswith("2")
+        self._methods: dict[tuple[str, str], Callable[..., Any]] = {}
         kinds = (FMU2Slave, FMU2Model) if self.fmi2 else (FMU3Slave, FMU3Model)
         kind = kinds[exchange]
         name = (description.modelExchange if exchange else description.coSimulation).modelIdentifier
@@ -82,19 +83,30 @@ class Instance:
         else:
             self.call("entering Initialization Mode", "enterInitializationMode", startTime=t)
 
-    def _type(self, v: Any) -> str:
-        return ("Integer" if self.fmi2 else "Int64") if v.type == "Enumeration" else str(v.type)
+    def _method(self, verb: str, v: Any) -> Callable[..., Any]:
+        """Return the method of the fmpy instance that reads or sets variables of the type of v."""
+        key = verb, v.type
+        if key not in self._methods:
+            kind = ("Integer" if self.fmi2 else "Int64") if v.type == "Enumeration" else str(v.type)
+            self._methods[key] = getattr(self.unit, f"{verb}{kind}")
+        return self._methods[key]
 
     def get(self, v: Any) -> Values:
         """Read all elements of a variable."""
-        what = f"{v.name} (value reference {v.valueReference}) cannot be read"
-        more = {} if self.fmi2 else {"nValues": _count(v)}
-        return tuple(map(float, self.call(what, f"get{self._type(v)}", [v.valueReference], **more)))
+        references = [v.valueReference]
+        try:
+            get = self._method("get", v)
+            return tuple(map(float, get(references) if self.fmi2 else get(references, _count(v))))
+        except Exception as e:
+            raise Finding(f"{v.name} (value reference {v.valueReference}) cannot be read: {e}") from None
 
     def set(self, v: Any, values: Sequence[float]) -> None:
         """Set all elements of a variable."""
-        what = f"{v.name} (value reference {v.valueReference}) cannot be set to {values[0]:g}"
-        self.call(what, f"set{self._type(v)}", [v.valueReference], list(values))
+        try:
+            self._method("set", v)([v.valueReference], list(values))
+        except Exception as e:
+            what = f"{v.name} (value reference {v.valueReference}) cannot be set to {values[0]:g}"
+            raise Finding(f"{what}: {e}") from None
 
     def derivative(self, unknown: Any, known: Any) -> float:
         """Read one directional derivative, with seed 1."""
@@ -125,6 +137,7 @@ class ForeignFmu:
         self.outputs = [v for v in self.variables if v.causality == "output"]
         self.inputs = [v for v in self.variables if v.causality == "input" and v.type in ("Real", "Float64")]
         flag = "providesDirectionalDerivative" + ("" if description.fmiVersion.startswith("2") else "s")
+        self._ranges: dict[Any, tuple[float, float, float, Values]] = {}  # phase, bounds, start values of an input
         root = ET.parse(folder / "modelDescription.xml").getroot()
         # fmpy reads the attribute name of FMI 2.0 in both standards
         self.with_derivatives = {e.tag for e in root if e.get(flag) in ("true", "1")}
@@ -159,19 +172,17 @@ class ForeignFmu:
 
         Every input has its own phase, because equal inputs would hide a dependency on their difference.
         """
-        phase = 2.4 * self.inputs.index(v)
-        low = float(v.min) if v.min is not None else -math.inf
-        high = float(v.max) if v.max is not None else math.inf
+        if v not in self._ranges:
+            low = float(v.min) if v.min is not None else -math.inf
+            high = float(v.max) if v.max is not None else math.inf
+            self._ranges[v] = 2.4 * self.inputs.index(v), low, high, self.start(v)
+        phase, low, high, start = self._ranges[v]
         swing = math.sin(0.7 * k + phase) * math.cos(0.11 * k)
-
-        def inside(x: float) -> float:
-            return min(max(x, low), high)
-
-        return tuple(inside(inside(x + swing) + off) for x in self.start(v))
+        return tuple([min(max(min(max(x + swing, low), high) + off, low), high) for x in start])
 
     def read(self, made: Instance) -> Values:
         """Read all elements of all outputs."""
-        return tuple(x for v in self.outputs for x in made.get(v))
+        return tuple([x for v in self.outputs for x in made.get(v)])
 
     def step(self, made: Instance, k: int, row: int | None = None, h: float | None = None) -> Values:
         """Set row k (or `row`) of the inputs, make step k (of length h), read the outputs."""
