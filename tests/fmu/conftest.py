@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -16,6 +17,19 @@ from hystfmu.model import Model
 @pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])
 def fmi(request: pytest.FixtureRequest) -> int:
     return int(request.param)
+
+
+@pytest.fixture
+def without_fmutool(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`check_fmu` as without fmutool, which reads the archive only and takes longer than the trials of the binary."""
+    monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)
+
+
+@pytest.fixture(params=[False, pytest.param(True, marks=pytest.mark.stress)], ids=["alone", "with fmutool"])
+def fmutool_or_not(request: pytest.FixtureRequest) -> None:
+    """`check_fmu` without fmutool; the long runs repeat the test with it."""
+    if not request.param:
+        request.getfixturevalue("without_fmutool")
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,7 @@
-/* broken.c - a small FMI 2.0 unit for Co-Simulation, x' = u and y = k x + u, with a selected defect: -DDEFECT=n. */
+/* broken.c - a small FMI 2.0 unit for Co-Simulation, x' = u and y = k x + u, with a defect: the guid {broken n}. */
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "fmi2Functions.h"
 
@@ -33,7 +34,7 @@ typedef struct {
   int steps, number;
 } unit;
 
-static int instances, made;
+static int defect, instances, made;
 static double shared;
 static void *volatile lost; /* volatile: the compiler may remove an unused allocation */
 
@@ -45,16 +46,17 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 }
 
 static void start(unit *i) {
-  const unit fresh = {0, 0.25, DEFECT == LOSES_PARAMETER ? 2.5 : 2, 0, 0, made};
+  const unit fresh = {0, 0.25, defect == LOSES_PARAMETER ? 2.5 : 2, 0, 0, made};
   *i = fresh;
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging_on) {
   (void)name, (void)type, (void)functions, (void)visible, (void)logging_on;
-  if (strcmp(guid, "{broken}") != 0) return NULL;
-  if (DEFECT == ODD_FOLDER && strchr(location, '%')) return NULL;
-  if (DEFECT == CRASHES_ON_SECOND && instances > 0) *(volatile int *)8 = 1;
+  if (strncmp(guid, "{broken", 7) != 0) return NULL;
+  defect = atoi(guid + 7);
+  if (defect == ODD_FOLDER && strchr(location, '%')) return NULL;
+  if (defect == CRASHES_ON_SECOND && instances > 0) *(volatile int *)8 = 1;
   unit *i = malloc(sizeof *i);
   made++;
   start(i);
@@ -73,7 +75,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with, fmi2Real toler
 
 static double *at(unit *i, fmi2ValueReference r) { return r == 0 ? &i->u : r == 1 ? &i->y : r == 2 ? &i->k : NULL; }
 
-static void output(unit *i) { i->y = i->k * (DEFECT == SHARES_MEMORY ? shared : i->x) + i->u; }
+static void output(unit *i) { i->y = i->k * (defect == SHARES_MEMORY ? shared : i->x) + i->u; }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
   output(c);
@@ -88,7 +90,7 @@ fmi2Status fmi2Terminate(fmi2Component c) {
   return fmi2OK;
 }
 fmi2Status fmi2Reset(fmi2Component c) {
-  if (DEFECT != RESETS_NOTHING) start(c);
+  if (defect != RESETS_NOTHING) start(c);
   return fmi2OK;
 }
 
@@ -97,7 +99,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, 
   for (size_t k = 0; k < n; k++) {
     if (!at(i, r[k])) return fmi2Error;
     if (i->steps == 0) output(i);
-    if (DEFECT == ADVANCES_ON_GET && r[k] == 1) i->y += 1e-9;
+    if (defect == ADVANCES_ON_GET && r[k] == 1) i->y += 1e-9;
     value[k] = *at(i, r[k]);
   }
   return fmi2OK;
@@ -106,8 +108,8 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, 
   unit *i = c;
   for (size_t k = 0; k < n; k++) {
     if (!at(i, r[k])) return fmi2Error;
-    if (DEFECT == ADVANCES_ON_SET && r[k] == 0) i->x += 1e-9 * value[k];
-    if (DEFECT != IGNORES_INPUT || r[k] != 0) *at(i, r[k]) = value[k];
+    if (defect == ADVANCES_ON_SET && r[k] == 0) i->x += 1e-9 * value[k];
+    if (defect != IGNORES_INPUT || r[k] != 0) *at(i, r[k]) = value[k];
   }
   return fmi2OK;
 }
@@ -130,8 +132,8 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
   return fmi2OK;
 }
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-  if (DEFECT != RESTORES_NOTHING) memcpy(c, state, sizeof(unit));
-  if (DEFECT == RESTORES_ONCE) ((unit *)state)->x += 1;
+  if (defect != RESTORES_NOTHING) memcpy(c, state, sizeof(unit));
+  if (defect == RESTORES_ONCE) ((unit *)state)->x += 1;
   return fmi2OK;
 }
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
@@ -148,7 +150,7 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
   (void)c;
   memcpy(bytes, state, size);
-  if (DEFECT == LOSES_BYTES) memset(bytes, 0, 16);
+  if (defect == LOSES_BYTES) memset(bytes, 0, 16);
   return fmi2OK;
 }
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
@@ -160,7 +162,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n,
                                         const fmi2ValueReference known[], size_t m, const fmi2Real d[], fmi2Real s[]) {
   (void)c, (void)unknown, (void)n, (void)known, (void)m;
-  s[0] = (DEFECT == WRONG_DERIVATIVE ? -1 : 1) * d[0];
+  s[0] = (defect == WRONG_DERIVATIVE ? -1 : 1) * d[0];
   return fmi2OK;
 }
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer o[],
@@ -182,19 +184,19 @@ fmi2Status doStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set);
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set) {
   unit *i = c;
   (void)t, (void)no_set;
-  if (DEFECT == HANGS && i->steps == 20)
-    for (volatile int forever = 1; forever;) continue;
-  if (DEFECT == CRASHES && i->steps == 20) abort();
-  if (DEFECT == EXITS && i->steps == 20) exit(3);
-  if (DEFECT == REFUSES_STEP && i->steps == 20) return fmi2Error;
-  if (DEFECT == LEAKS) memset(lost = malloc(752), 1, 752);
-  if (DEFECT == TAKES_ALL_MEMORY) memset(lost = malloc((size_t)1 << 30), 1, 4096);
+  if (defect == HANGS && i->steps == 20)
+    for (;;) sleep(1);
+  if (defect == CRASHES && i->steps == 20) abort();
+  if (defect == EXITS && i->steps == 20) exit(3);
+  if (defect == REFUSES_STEP && i->steps == 20) return fmi2Error;
+  if (defect == LEAKS) memset(lost = malloc(752), 1, 752);
+  if (defect == TAKES_ALL_MEMORY) memset(lost = malloc((size_t)1 << 30), 1, 4096);
   i->x += h * i->u;
-  shared = DEFECT == SHARES_MEMORY ? shared + h * i->u : 0;
+  shared = defect == SHARES_MEMORY ? shared + h * i->u : 0;
   i->steps++;
   output(i);
-  if (DEFECT == GIVES_NAN && i->steps == 7) i->y = 0.0 / (h - h);
-  if (DEFECT == NOT_REPEATABLE) i->y += 1e-12 * i->number;
+  if (defect == GIVES_NAN && i->steps == 7) i->y = 0.0 / (h - h);
+  if (defect == NOT_REPEATABLE) i->y += 1e-12 * i->number;
   return fmi2OK;
 }
 

@@ -1,6 +1,6 @@
 """`hystfmu validate` finds every defect of a table of broken FMUs and names it; a correct FMU passes.
 
-broken.c is compiled once for each defect of a binary.  Defects of an archive are made from the correct FMU.
+broken.c is compiled once: the guid selects the defect.  Defects of an archive are made from the correct FMU.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ ARCHIVES: dict[str, tuple[Callable[[Entries], Entries], str]] = {
     "no description": (_drop(XML), "the archive has no modelDescription.xml"),
     "zip slip": (_add("../evil.txt"), "'../evil.txt' would be written outside the folder"),
     "absolute path": (_add("/evil.txt"), "'/evil.txt' would be written outside the folder"),
-    "not XML": (_add(XML, b"<fmiModelDescription"), "XML"),
+    "not XML": (_add(XML, b"<fmiModelDescription"), "(modelDescription.xml, line 1)"),
     "external entity": (
         lambda e: {**e, XML: e[XML].replace(b"<fmi", b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]><fmi', 1)},
         "must not declare a document type",
@@ -130,11 +130,10 @@ def compile_unit(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., byte
     compiler = shutil.which("cc")
     if not compiler:
         pytest.skip("no C compiler")
-    folder = tmp_path_factory.mktemp("broken")
+    out = tmp_path_factory.mktemp("broken") / "broken.so"
 
-    def build(defect: int, *more: str) -> bytes:
-        out = folder / "broken.so"
-        flags = ["-shared", "-fPIC", "-O1", "-w", "-fvisibility=hidden", f"-I{HEADERS}", f"-DDEFECT={defect}", *more]
+    def build(*more: str) -> bytes:
+        flags = ["-shared", "-fPIC", "-O1", "-w", "-fvisibility=hidden", f"-I{HEADERS}", *more]
         subprocess.run([compiler, *flags, str(SOURCE), "-o", str(out)], check=True, timeout=60)
         return out.read_bytes()
 
@@ -143,7 +142,7 @@ def compile_unit(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., byte
 
 @pytest.fixture(scope="module")
 def good(compile_unit: Callable[..., bytes]) -> Entries:
-    return {XML: GOOD.encode(), BINARY: compile_unit(0)}
+    return {XML: GOOD.encode(), BINARY: compile_unit()}
 
 
 def _pack(entries: Entries) -> bytes:
@@ -169,6 +168,7 @@ def test_the_good_one_passes(tmp_path: Path, good: Entries) -> None:
     assert _problems(tmp_path, _pack(good)) == []
 
 
+@pytest.mark.usefixtures("fmutool_or_not")
 @pytest.mark.parametrize("defect", list(ARCHIVES))
 def test_broken_archive(tmp_path: Path, good: Entries, defect: str) -> None:
     change, message = ARCHIVES[defect]
@@ -176,17 +176,25 @@ def test_broken_archive(tmp_path: Path, good: Entries, defect: str) -> None:
     assert any(message in p for p in problems), problems
 
 
+@pytest.mark.usefixtures("fmutool_or_not")
 @pytest.mark.parametrize("defect", list(UNITS))
-def test_broken_unit(tmp_path: Path, good: Entries, compile_unit: Callable[..., bytes], defect: str) -> None:
+def test_broken_unit(tmp_path: Path, good: Entries, defect: str) -> None:
     number, message = UNITS[defect]
     limit = 3 if defect == "doStep hangs" else 30
-    problems = _problems(tmp_path, _pack({**good, BINARY: compile_unit(number)}), limit)
+    problems = _problems(tmp_path, _pack(_swap("{broken}", f"{{broken {number}}}")(good)), limit)
     assert any(message in p for p in problems), problems
 
 
+@pytest.mark.usefixtures("fmutool_or_not")
 def test_missing_symbol(tmp_path: Path, good: Entries, compile_unit: Callable[..., bytes]) -> None:
-    (problem,) = _problems(tmp_path, _pack({**good, BINARY: compile_unit(0, "-DNO_STEP")}))
+    (problem,) = _problems(tmp_path, _pack({**good, BINARY: compile_unit("-DNO_STEP")}))
     assert problem.startswith("the binary does not export fmi2DoStep")
+
+
+def test_errors_of_fmutool_are_reported(tmp_path: Path, good: Entries) -> None:
+    pytest.importorskip("fmu_manipulation_toolbox")
+    problems = _problems(tmp_path, _pack(ARCHIVES["unknown attribute"][0](good)))
+    assert any(p.startswith("fmutool: ") and "colour" in p for p in problems), problems
 
 
 def test_entry_twice(tmp_path: Path, good: Entries) -> None:
