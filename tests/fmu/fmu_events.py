@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as C
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from fmu_master import OK, Array, Master
@@ -87,7 +88,7 @@ class Events(Master):
         status = self.call(name, values, C.c_size_t(len(values)))
         return status, np.array(values)
 
-    @property
+    @cached_property
     def n_states(self) -> int:
         """Number of continuous states."""
         return len(self.graph.continuous_states)
@@ -127,13 +128,17 @@ class Events(Master):
         assert self.call(name) == OK
 
     # ---- runs --------------------------------------------------------------------------------------------------------
+    @cached_property
+    def inputs(self) -> list[tuple[str, int]]:
+        """Names and sizes of the inputs."""
+        return [(p.name, p.size) for p in self.graph.ports if p.kind == "input"]
+
     def put(self, row: Array) -> None:
         """Set all inputs."""
         at = 0
-        for p in self.graph.ports:
-            if p.kind == "input":
-                assert self.set(p.name, *map(float, row[at : at + p.size])) == OK
-                at += p.size
+        for name, size in self.inputs:
+            assert self.set(name, *map(float, row[at : at + size])) == OK
+            at += size
 
     def outputs(self) -> list[float]:
         """Read all elements of all outputs."""

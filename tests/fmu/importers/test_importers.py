@@ -16,12 +16,12 @@ import pytest
 from fmu_events import Events, Solver, adaptive, euler
 from fmu_master import Array
 from runners import clock, exchange_by_fmpy, run_by_fmpy, run_by_libcosim, run_by_unit, run_in_container
-from test_keys import LEARNED, REFUSED, H, data_for, every_option, ramps
+from test_keys import LEARNED, REFUSED, H, fitted_model, ramps
 
 from hystfmu import Model
 from hystfmu.data import signals
 from hystfmu.fmu import check_fmu, export_fmu
-from hystfmu.identify import METHODS, fit
+from hystfmu.identify import METHODS
 from hystfmu.inverse import METHODS as WAYS
 from hystfmu.inverse import inverse
 
@@ -34,21 +34,20 @@ FILES = {
         "sources/buildDescription.xml": "fmi3/fmi3BuildDescription.xsd",
     },
 }
-CASES = [(key, way) for key in METHODS for way in ("", *WAYS)]
-# operators with and without exact inverse, samples, continuous states
+# operators with and without exact inverse, samples, continuous states; libcosim reads FMI 2.0 only
 SLICE = [
-    ("prandtl_ishlinskii", ""),
-    ("prandtl_ishlinskii", "exact"),
-    ("polynomial_narx", ""),
-    ("bouc_wen_oscillator", ""),
+    ("prandtl_ishlinskii", "", 3),
+    ("prandtl_ishlinskii", "exact", 2),
+    ("polynomial_narx", "", 2),
+    ("bouc_wen_oscillator", "", 3),
 ]
+CASES = [(key, way, fmi) for key in METHODS for way in ("", *WAYS) for fmi in (2, 3)]
+LONG = [pytest.param(*c, marks=pytest.mark.stress) for c in CASES if c not in SLICE]
 FREE = 2e-2  # of the range: a solver against Newmark's method with steps of a period / 50
 
 
 def model_of(key: str, way: str, fitted: dict[str, Model]) -> Model:
-    if key not in fitted:
-        fitted[key] = fit(data_for(key), key, seed=1, **every_option(key))
-    model = fitted[key]
+    model = fitted_model(key, fitted)
     if not way:
         return model
     if (way, model.key) in REFUSED:
@@ -99,8 +98,8 @@ def model_exchange(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
         unit.free()
         return
     assert np.abs(run(adaptive, u) - want).max() <= (FREE if ramps(graph) else 1e-9) * moves
-    exact = run(adaptive, u[:20])
-    coarse, fine = (np.abs(run(euler(n), u[:20]) - exact).max() for n in (256, 512))
+    exact = run(adaptive, u[:10])
+    coarse, fine = (np.abs(run(euler(n), u[:10]) - exact).max() for n in (256, 512))
     assert np.log2(coarse / fine) == pytest.approx(1, abs=0.2), (coarse, fine)
     unit.free()
     held = np.full_like(u, u.max())  # fmpy changes inputs only between the steps of CVode
@@ -116,12 +115,6 @@ def every_importer(model: Model, fmi: int, folder: Path) -> None:
     model_exchange(model, fmu, fmi, folder)
 
 
-@pytest.mark.parametrize(("key", "way"), SLICE)
+@pytest.mark.parametrize(("key", "way", "fmi"), [*SLICE, *LONG])
 def test_every_importer(key: str, way: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
-    every_importer(model_of(key, way, fitted), fmi, tmp_path)
-
-
-@pytest.mark.stress
-@pytest.mark.parametrize(("key", "way"), [c for c in CASES if c not in SLICE])
-def test_every_importer_and_every_key(key: str, way: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
     every_importer(model_of(key, way, fitted), fmi, tmp_path)
