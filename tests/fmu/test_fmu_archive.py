@@ -62,6 +62,7 @@ def _seconds(f: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
+@pytest.mark.usefixtures("fmutool_or_not")
 def test_export_of_a_model(tmp_path: Path, fmi: int) -> None:
     model = Model("zhao-tan 1", single("prandtl_ishlinskii"), 1e-4, "one line for a reader")
     path = export_fmu(model, tmp_path / "m.fmu", fmi)  # type: ignore[arg-type]
@@ -222,6 +223,7 @@ def _xml(old: bytes, new: bytes) -> Callable[[str, bytes], bytes]:
     return change
 
 
+@pytest.mark.usefixtures("fmutool_or_not")
 def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
     token = single("prandtl_ishlinskii").token.encode()
     (problem,) = _problems(tmp_path, _rewrite(good[fmi], _xml(token, b"other")))
@@ -234,7 +236,8 @@ def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], f
     assert all("XML" in p or "xml" in p for p in not_xml)
 
 
-def test_binary_that_is_missing_crashes_or_hangs(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
+@pytest.mark.usefixtures("fmutool_or_not")
+def test_binary_that_is_missing_or_cannot_be_loaded(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
     def without(name: str, b: bytes) -> bytes | None:
         return None if name.startswith("binaries/") else b
 

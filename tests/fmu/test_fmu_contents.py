@@ -178,6 +178,7 @@ def test_documentation_describes_the_content(tmp_path: Path, fmi: int, name: str
     assert entries["documentation/licenses/license.txt"].startswith(b"BSD 3-Clause License")
 
 
+@pytest.mark.usefixtures("fmutool_or_not")
 def test_documentation_reports_the_fit(tmp_path: Path, model: Model, fmi: int) -> None:
     path = export_fmu(model, tmp_path / "x.fmu", fmi)  # type: ignore[arg-type]
     text = "".join(_Page(_entries(path)["documentation/index.html"].decode()).words)

@@ -52,12 +52,16 @@ def _compile(compiler: str, source: Path, out: Path, *options: str) -> None:
     assert done.returncode == 0, done.stderr[:3000]
 
 
+@pytest.mark.parametrize("mode", ["-fsyntax-only", pytest.param("-O0", marks=pytest.mark.stress)])
 @pytest.mark.parametrize("compiler", list(LANGUAGES))
-def test_compiles_without_a_warning(tmp_path: Path, fmi: int, compiler: str) -> None:
-    """Compile all blocks, and one block, which leaves most functions of the headers unused."""
+def test_compiles_without_a_warning(tmp_path: Path, fmi: int, compiler: str, mode: str) -> None:
+    """Compile all blocks, and one block, which leaves most functions of the headers unused.
+
+    Without an object gcc does not tell of unused functions: the tests below, which make objects, see these too.
+    """
     for graph, name in ((every_block(), "every"), (single("sum"), "one")):
         folder = _source(graph, tmp_path, fmi, name)
-        _compile(compiler, folder / "sources" / f"{name}.c", tmp_path / "x.o", "-c", "-O0")
+        _compile(compiler, folder / "sources" / f"{name}.c", tmp_path / "x.o", "-c", mode)
 
 
 def _symbols(objects: Path, *options: str) -> set[str]:
@@ -65,15 +69,18 @@ def _symbols(objects: Path, *options: str) -> set[str]:
     return {line.split()[-1] for line in out.splitlines()}
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_core_is_freestanding(tmp_path: Path, compiler: str) -> None:
+@pytest.mark.parametrize(
+    ("compiler", "level"),
+    [("gcc", "-O1"), *(pytest.param(c, "-O2", marks=pytest.mark.stress) for c in ("gcc", "clang"))],
+)
+def test_core_is_freestanding(tmp_path: Path, compiler: str, level: str) -> None:
     """Blocks and graph need only the four functions that compilers call themselves, and string functions."""
     source = (_source(every_block(), tmp_path, 2) / "sources" / "m.c").read_text()
     above = r"/\* ==== (?:core/graph/message\.c|fmi/\S*|sources/\S*) ==== \*/.*?(?=/\* ====|\Z)"
     core = re.sub(above, "", source, flags=re.S)
     core = core.replace("static const unsigned char hyst_block_file", "const unsigned char hyst_block_file")
     (tmp_path / "core.c").write_text(core)
-    _compile(compiler, tmp_path / "core.c", tmp_path / "core.o", "-c", "-O2", "-ffreestanding")
+    _compile(compiler, tmp_path / "core.c", tmp_path / "core.o", "-c", level, "-ffreestanding")
     needed = _symbols(tmp_path / "core.o", "--undefined-only")
     assert needed <= {"memcpy", "memset", "memcmp", "memmove", "memchr", "strlen", "strcmp"} | {
         n for n in needed if n.startswith(("m_hyst_number", "m_hyst_interval", "_GLOBAL_OFFSET_TABLE_"))
@@ -111,7 +118,10 @@ def _run(graph: Graph, folder: Path, fmi: int, library: Path) -> np.ndarray:
     return np.array(y)
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang++"])
+@pytest.mark.parametrize(
+    ("fmi", "compiler"),
+    [(2, "gcc"), (3, "clang++"), *(pytest.param(*c, marks=pytest.mark.stress) for c in ((3, "gcc"), (2, "clang++")))],
+)
 def test_same_bits_as_the_prebuilt_binary(tmp_path: Path, fmi: int, compiler: str) -> None:
     graph = loop()
     folder = _source(graph, tmp_path, fmi)
@@ -123,6 +133,8 @@ def test_same_bits_as_the_prebuilt_binary(tmp_path: Path, fmi: int, compiler: st
     assert (folder / "binaries" / host).is_dir()
 
 
+@pytest.mark.usefixtures("fmutool_or_not")
+@pytest.mark.parametrize("fmi", [pytest.param(2, marks=pytest.mark.stress), 3])
 def test_fmpy_builds_it(tmp_path: Path, fmi: int) -> None:
     """The build files of the archive are enough for an importer; what comes out is a good FMU."""
     if not shutil.which("cmake") or not shutil.which("make"):
@@ -138,6 +150,7 @@ def test_fmpy_builds_it(tmp_path: Path, fmi: int) -> None:
     assert check_fmu(tmp_path / "built.zip") == []
 
 
+@pytest.mark.usefixtures("fmutool_or_not")
 def test_build_description(tmp_path: Path) -> None:
     """FMI 3.0: the file is valid and has the options for equal bits; FMI 2.0: each interface lists the files."""
     three = _source(single("creep"), tmp_path, 3, "three")

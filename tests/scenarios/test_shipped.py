@@ -154,8 +154,17 @@ def test_the_exact_inverse_leaves_rounding_only() -> None:
             assert metrics["worst"] <= 1e-10, case  # percent of stroke: 1e-12 of it
 
 
-def test_they_pass_on_real_fmus(tmp_path: Path) -> None:
-    results = run_scenarios([ROOT / "pid", ROOT / "cascade_static", ROOT / "pid_bouc_wen"], report_dir=tmp_path)
+@pytest.mark.parametrize(
+    ("names", "case"),
+    [
+        (("cascade_static",), None),
+        (("pid", "pid_bouc_wen"), "sine_10"),
+        pytest.param(("pid", "cascade_static", "pid_bouc_wen"), None, marks=pytest.mark.stress),
+    ],
+)
+def test_they_pass_on_real_fmus(tmp_path: Path, names: tuple[str, ...], case: str | None) -> None:
+    results = run_scenarios([ROOT / name for name in names], report_dir=tmp_path, case=case)
+    assert {r.scenario for r in results} == set(names)
     assert [line for r in results for line in r.failures()] == []
     assert (tmp_path / "report.html").exists()
 
@@ -199,9 +208,12 @@ def test_the_experiments_of_the_papers_run_from_their_folder(tmp_path: Path) -> 
     assert all(folder.name in result.output for folder in PAPERS)
 
 
+@pytest.mark.parametrize("cases", [("--case", "exact_sine_10"), pytest.param((), marks=pytest.mark.stress)])
 @pytest.mark.parametrize("parameter", ["hysteresis_w", "hysteresis_w0", "hysteresis_r", "g0_b"])
-def test_a_plant_that_is_20_percent_off_fails_with_scenario_metric_value_limit(parameter: str) -> None:
-    result = CliRunner().invoke(main, ["run", str(ROOT / "cascade"), "--set", f"plant.{parameter}=*1.2"])
+def test_a_plant_that_is_20_percent_off_fails_with_scenario_metric_value_limit(
+    parameter: str, cases: tuple[str, ...]
+) -> None:
+    result = CliRunner().invoke(main, ["run", str(ROOT / "cascade"), *cases, "--set", f"plant.{parameter}=*1.2"])
     assert result.exit_code == 1, result.output
     lines = [line for line in result.output.splitlines() if line.startswith("cascade/exact_sine_10: tracking (")]
     assert any("exceeds the limit" in line for line in lines), result.output
