@@ -72,6 +72,7 @@ def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int) 
 
 SOURCE = r"""
 #include <stdlib.h>
+#include <unistd.h>
 #include "fmi2Functions.h"
 static double u, y;
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
@@ -130,6 +131,7 @@ STUB(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer 
 STUB(fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind k, fmi2Boolean *s)
 STUB(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *s)
 """
+SLEEPS, SPINS = "for (;;) sleep(1)", "for (;;)"
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="bad" guid="bad">
   <CoSimulation modelIdentifier="bad" canHandleVariableCommunicationStepSize="true"/>
@@ -163,7 +165,8 @@ def bad_fmu(path: Path, defect: str, limit: float = 0.5) -> None:
     [
         ("abort()", "the process that ran bad ended with status -6"),
         ("*(volatile int *)0 = 0", "the process that ran bad ended with status -11"),
-        ("for (;;)", "not finished after 3 s"),
+        (SLEEPS, "not finished after 3 s"),
+        pytest.param(SPINS, "not finished after 3 s", marks=pytest.mark.stress),
         ("return fmi2Error", "bad refuses the step"),
     ],
 )
@@ -179,12 +182,20 @@ def test_what_foreign_code_does_stays_in_its_process(
     loop["connections"]["bad.u"] = "reference.r"
     system = ready(write(loop))
     with pytest.raises(Stopped, match=message):
-        simulate(system, engine, seconds=3.0 if "for" in defect else 60.0)  # type: ignore[arg-type]
+        simulate(system, engine, seconds=3.0 if "finished" in message else 60.0)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("where", "steps"), [("local", 10), ("cluster", 4)])
+@pytest.mark.parametrize(
+    ("where", "steps", "hangs"),
+    [
+        ("local", 4, SLEEPS),
+        ("cluster", 2, SLEEPS),
+        pytest.param("local", 10, SPINS, marks=pytest.mark.stress),
+        pytest.param("cluster of processes", 4, SPINS, marks=pytest.mark.stress),
+    ],
+)
 def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(
-    loop: Any, write: Any, tmp_path: Path, where: str, steps: int
+    loop: Any, write: Any, tmp_path: Path, where: str, steps: int, hangs: str
 ) -> None:
     """Amplitudes above the limit kill or stop their process; all other rows are those of a good FMU."""
     pytest.importorskip("pyarrow")
@@ -211,11 +222,12 @@ def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(
     rows = {}
     with contextlib.ExitStack() as stack:
         place: dict[str, Any] = {"workers": 2}
-        if where == "cluster":
-            sizes = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+        if where != "local":
+            sizes: dict[str, Any] = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+            sizes |= {"processes": where.endswith("processes"), "protocol": "tcp://"}
             cluster = stack.enter_context(distributed.LocalCluster(**sizes, local_directory=str(tmp_path)))
             place = {"on": cluster.scheduler_address.replace("tcp://", "dask://")}
-        for name, defect in (("good", "y = u"), ("killed", "abort()"), ("timeout", "for (;;)")):
+        for name, defect in (("good", "y = u"), ("killed", "abort()"), ("timeout", hangs)):
             bad_fmu(folder / "bad.fmu", defect, 1.65)
             rows[name] = run_study(folder / "s.study.toml", tmp_path / name, **place).rows
     assert {r["status"] for r in rows["good"]} == {"ok"}
