@@ -79,9 +79,14 @@ class Slave:
             self.fmu.setFMUState(self.fmu.deserializeFMUState(content))
 
 
-@pytest.mark.parametrize("form", ["plain", "corrected"])
-def test_an_fmu_learns_as_well_as_batch_and_survives_being_saved(form: str, tmp_path: Path) -> None:
-    phi, voltage = regression(synthetic_ipmc.ipmc(60, rest=1.0, seed=3))
+LONG = [pytest.param(60, f, v, marks=pytest.mark.stress) for f in ("plain", "corrected") for v in (2, 3)]
+
+
+@pytest.mark.parametrize(("reversals", "form", "fmi"), [(30, "plain", 2), (30, "corrected", 3), *LONG])
+def test_an_fmu_learns_as_well_as_batch_and_survives_being_saved(
+    reversals: int, form: str, fmi: int, tmp_path: Path
+) -> None:
+    phi, voltage = regression(synthetic_ipmc.ipmc(reversals, rest=1.0, seed=3))
     held, truth = regression(synthetic_ipmc.ipmc(30, (1.5, 3.0, 4.0), noise=0.0, seed=4))
     batch, _ = least_squares(phi, voltage, RIDGE)
     values = {"form": form, "mu": 1.0, "eta": 1 / (len(phi) * RIDGE**2)}
@@ -90,16 +95,15 @@ def test_an_fmu_learns_as_well_as_batch_and_survives_being_saved(form: str, tmp_
     n, u = phi.shape[1], np.column_stack([phi, voltage])
     graph = Graph.single(Node("learner", "recursive_least_squares", {"n": n}, values)).with_step(H)
     native, half = graph.run(u, H), len(u) // 2
-    for fmi in (2, 3):
-        folder = unpack(export_fmu(graph, tmp_path / f"{fmi}.fmu", fmi), tmp_path / f"{fmi}")  # type: ignore[arg-type]
-        straight, other = Slave(folder), Slave(folder)
-        first = straight.run(u[:half], 0)
-        saved = straight.save()
-        second = straight.run(u[half:], half)
-        assert np.concatenate([first, second]).tobytes() == native.tobytes()
-        other.run(u[:1], 0)
-        other.restore(saved)
-        assert other.run(u[half:], half).tobytes() == second.tobytes()
+    folder = unpack(export_fmu(graph, tmp_path / f"{fmi}.fmu", fmi), tmp_path / f"{fmi}")  # type: ignore[arg-type]
+    straight, other = Slave(folder), Slave(folder)
+    first = straight.run(u[:half], 0)
+    saved = straight.save()
+    second = straight.run(u[half:], half)
+    assert np.concatenate([first, second]).tobytes() == native.tobytes()
+    other.run(u[:1], 0)
+    other.restore(saved)
+    assert other.run(u[half:], half).tobytes() == second.tobytes()
     theta = native[-1, 1:-1]
     ratio = float(np.linalg.norm(held @ theta - truth) / np.linalg.norm(held @ batch - truth))
     print(f"{form}: {ratio:.3f} of batch")
