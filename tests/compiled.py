@@ -38,7 +38,7 @@ STRICT = [
     f"-I{FMU_BUILD}",
     f"-isystem{HEADERS}",
 ]
-SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
+SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g1", "-O1"]
 
 
 def objects(sources: Sequence[Path], flags: Sequence[str], compiler: str = "cc") -> list[Path]:
