@@ -65,7 +65,9 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     metavar="KEY",
     help="Kind of model; 'auto' selects one from the data.",
 )
-@click.option("-o", "out", required=True, metavar="M.model.toml", help="Model file to write.")
+@click.option(
+    "-o", "out", metavar="M.model.toml", help="Model file to write; by default named after DATA, in the current folder."
+)
 @data_options
 @click.option("--train", metavar="A:B", help="Rows to fit, first:end.  The model runs from row 0 in any case.")
 @click.option(
@@ -76,7 +78,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 def fit(
     data: str,
     key: str,
-    out: str,
+    out: str | None,
     columns: Columns,
     train: str | None,
     settings: tuple[str, ...],
@@ -91,7 +93,7 @@ def fit(
     \b
     Example: hystfmu fit piezo.csv --model zhao_tan_mlp --train 2000:4200 -o piezo.model.toml
              hystfmu fit stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output 3 -o stage.model.toml
-             hystfmu fit record.dat --rate 200 --input 1 --output 5 -o record.model.toml
+             hystfmu fit record.dat --rate 200 --input 1 --output 5
              hystfmu fit --models
     """
     import hystfmu as hy
@@ -103,6 +105,7 @@ def fit(
         click.echo(measured.read_as)
     with progress(f"fitting {key}") as report:
         model = hy.fit(measured, key, seed=seed, progress=report, **options)
+    out = out or f"{measured.name}.model.toml"
     model.save(out)
     f = model.fit
     if as_json:

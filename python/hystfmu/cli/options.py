@@ -29,6 +29,7 @@ class Columns:
     output: str
     rate: float | None
     resample: str | None
+    lag: int
     decimal: Literal[".", ","] | None
 
     def read(self, path: str, train: str | None = None, with_output: bool = True) -> Dataset:
@@ -55,7 +56,7 @@ class Columns:
             raise InputError(
                 f"--resample must be a rate in Hz, or empty for the median step. Got {self.resample!r} instead."
             ) from None
-        options: Any = {"rate": self.rate, "train": train, "resample": to, "decimal": self.decimal}
+        options: Any = {"rate": self.rate, "train": train, "resample": to, "lag": self.lag, "decimal": self.decimal}
         try:
             return hy.read(path, self.time, self.input_, self.output, **options)
         except InputError:
@@ -77,10 +78,11 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
         output: str,
         rate: float | None,
         resample: str | None,
+        lag: int,
         decimal: Literal[".", ","] | None,
         **others: Any,
     ) -> Any:
-        return f(columns=Columns(time, input_, output, rate, resample, decimal), **others)
+        return f(columns=Columns(time, input_, output, rate, resample, lag, decimal), **others)
 
     for option in (
         click.option(
@@ -92,6 +94,13 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
         ),
         click.option(
             "--decimal", type=click.Choice([".", ","]), help="Decimal sign, where 1,234 could be read in two ways."
+        ),
+        click.option(
+            "--lag",
+            type=click.IntRange(0),
+            default=0,
+            metavar="ROWS",
+            help="Rows by which the sensor of the output is late; a fit reports a lag that it finds.",
         ),
         click.option("--rate", type=float, metavar="HZ", help="Sample rate of a file without a time column."),
         click.option("--output", default="", metavar="COLUMN", help="Name or number of the output column."),

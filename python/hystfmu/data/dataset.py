@@ -186,6 +186,27 @@ class Dataset:
         t, u, y, rows = resample_rows(self.t, self.u, self.y, self.train, rate, where, partial(row_of, where))
         return replace(self, t=t, u=u, y=y, train=rows)
 
+    def aligned(self, lag: int) -> Dataset:
+        """Return the same run with the output of a late sensor moved back.
+
+        Parameters
+        ----------
+        lag : int
+            Rows by which the output comes late; as many rows at the end are lost.
+
+        Raises
+        ------
+        InputError
+            A lag below 0, or so long that fewer than 4 rows are left.
+        """
+        where, n = self.path or self.name, len(self.t) - lag
+        if not 0 <= lag <= len(self.t) - LEAST_ROWS:
+            raise InputError(f"{where}: The lag must be from 0 to {len(self.t) - LEAST_ROWS} rows. Got {lag} instead.")
+        if lag == 0:
+            return self
+        rows = train_rows((self.train.start, min(self.train.stop, n)), n, where)
+        return self._of_same_rows(replace(self, t=self.t[:n], u=self.u[:n], y=self.y[lag:], train=rows))
+
     def with_output(self, y: Array) -> Dataset:
         """Return the same time and input with another output y (n,), e.g. a prediction."""
         return self._of_same_rows(replace(self, y=y))

@@ -9,6 +9,7 @@ from typing import Any
 from hystfmu.data import Dataset
 from hystfmu.identify import auto
 from hystfmu.identify.catalogue import AUTO, METHODS, description, options
+from hystfmu.identify.excitation import sensor_lag
 from hystfmu.identify.one import Progress, check, fit_one
 from hystfmu.identify.options import resolve
 from hystfmu.model import Model
@@ -48,7 +49,7 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     """
     report = progress or (lambda fraction: None)
     if key != AUTO:
-        return fit_one(data, key, seed, report, given)
+        return _with_lag(fit_one(data, key, seed, report, given), data)
     resolve(key, options(key), given)
     check(data)
     started = time.perf_counter()
@@ -56,4 +57,12 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     model = fit_one(data, choice.method, seed, lambda fraction: None, choice.options)
     warned = [*choice.fit["warnings"], *model.fit.get("warnings", [])]
     found = {**model.fit, **choice.fit, "warnings": warned, "seconds": round(time.perf_counter() - started, 4)}
-    return replace(model, fit=found, provenance={**model.provenance, **choice.provenance})
+    return _with_lag(replace(model, fit=found, provenance={**model.provenance, **choice.provenance}), data)
+
+
+def _with_lag(model: Model, data: Dataset) -> Model:
+    """Add a warning if the output lags by rows that the model does not follow."""
+    warned = sensor_lag.warnings(data, model.fit["rms_percent"])
+    if not warned:
+        return model
+    return replace(model, fit={**model.fit, "warnings": [*model.fit.get("warnings", []), *warned]})

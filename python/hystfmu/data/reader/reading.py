@@ -33,6 +33,7 @@ def read(
     rate: float | None = None,
     train: slice | tuple[int, int] | str | None = None,
     resample: float | Literal["median"] | None = None,
+    lag: int = 0,
     decimal: Literal[".", ","] | None = None,
     most: int = MOST_BYTES,
 ) -> Dataset:
@@ -56,6 +57,8 @@ def read(
         Data rows that a fit counts, from 0 on, the end excluded.
     resample : float or "median", optional
         Rate (Hz), or one over the median step, to bring uneven steps to; without it they are refused.
+    lag : int
+        Rows by which the sensor of the output is late: y of row k + lag belongs to u of row k.
     decimal : {".", ","}, optional
         Decimal sign, for numbers such as 1,234 that could be read in two ways.
     most : int
@@ -109,7 +112,9 @@ def read(
             t = check_time(t, place, partial(_digits, table, roles))
     units = [table.columns[k].unit if k is not None else "" for k in (roles.input, roles.output)]
     made = Dataset(t, u, y, _stem(path), where, rows, *units)
-    return made.from_file(_line(table, roles, unit, rate), table.lines if resample is None else None)
+    late = f", y {lag} row{'s' * (lag > 1)} late" if lag else ""
+    assumed = _line(table, roles, unit, rate) + late
+    return made.from_file(assumed, table.lines if resample is None else None).aligned(lag)
 
 
 def table_in(path: str | Path, decimal: str | None, most: int) -> Table:

@@ -1,0 +1,52 @@
+"""Lag of the sensor: found in rows, reported once, never seen where there is none."""
+
+import numpy as np
+import plants
+import pytest
+
+from hystfmu import Dataset, InputError, fit
+from hystfmu.data.signals import training
+from hystfmu.identify.excitation.sensor_lag import lag
+
+
+def late(rows, seed=3, plant=plants.prandtl_ishlinskii):
+    u = training(30, seed, 0.03)
+    y = plant(u)
+    y = y + 1e-3 * np.ptp(y) * np.random.default_rng(seed).normal(size=len(y))
+    return Dataset.from_signal(u[rows:], y[: len(y) - rows], 1e-3, "late")
+
+
+@pytest.mark.parametrize("rows", [0, 1, 3])
+def test_the_lag_is_found_and_none_is_invented(rows):
+    assert lag(late(rows))[0] == rows
+
+
+@pytest.mark.parametrize("plant", [plants.asymmetric, plants.bouc_wen])
+def test_plants_that_no_sum_of_plays_fits(plant):
+    assert lag(late(0, plant=plant))[0] == 0
+
+
+def test_creep_moves_the_lag_by_a_row_at_most():
+    assert abs(lag(late(4, plant=plants.asymmetric))[0] - 4) <= 1
+
+
+def test_a_fit_reports_it_with_the_remedy():
+    data = late(2)
+    (warning,) = [w for w in fit(data, "prandtl_ishlinskii").fit["warnings"] if "lags" in w]
+    assert "the output lags the input by about 2 rows, 0.002 s" in warning
+    assert "--lag 2" in warning
+    aligned = fit(data.aligned(2), "prandtl_ishlinskii")
+    assert not [w for w in aligned.fit.get("warnings", []) if "lags" in w]
+    assert aligned.fit["rms_percent"] < 0.5 * fit(data, "prandtl_ishlinskii").fit["rms_percent"]
+
+
+def test_a_lag_moves_the_output_alone():
+    data = late(0)
+    moved = data.with_train("10:40").aligned(3)
+    np.testing.assert_array_equal(moved.u, data.u[:-3])
+    np.testing.assert_array_equal(moved.y, data.y[3:])
+    assert moved.train == slice(10, 40)
+    assert data.aligned(3).train == slice(0, len(data.t) - 3)
+    for wrong in (-1, len(data.t)):
+        with pytest.raises(InputError, match="lag must be from 0 to"):
+            data.aligned(wrong)
