@@ -12,7 +12,7 @@ from pathlib import Path
 import compiled
 import pytest
 from embedded import write_corpus, write_source
-from targets import CORE, CORE_SOURCES, FMI_SOURCES, MEANING, Target, fmi_headers, run
+from targets import CORE_SOURCES, FMI_SOURCES, Target, run
 
 HERE = Path(__file__).parent
 SANITIZE = "-fsanitize=fuzzer,address,undefined,float-cast-overflow"
@@ -35,12 +35,12 @@ def fuzzer(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
 
     def one(name: str) -> Path:
         if not (folder / name).exists():
-            sources = [HERE / f"{name}.c", *CORE_SOURCES]
+            sources, own = CORE_SOURCES, [HERE / f"{name}.c"]
             if name == "fuzz_fmi":
-                own = [s for s in FMI_SOURCES if s.name != "open_file.c"]  # replaced, so that no file is opened
-                sources += [*own, write_source(folder / "files.c")]
-            flags = [*MEANING, "-Wall", "-Wextra", f"-I{CORE.parent}", f"-I{HERE}", f"-isystem{fmi_headers()}"]
-            made = compiled.objects(sources, [*CLANG.compiler[1:], *flags], CLANG.compiler[0])
+                sources = [*sources, *(s for s in FMI_SOURCES if s.name != "open_file.c")]
+                own.append(write_source(folder / "files.c"))  # instead of it, so that no file is opened
+            flags = [*compiled.STRICT, *compiled.SANITIZERS["clang"]]  # objects that other sanitized programs share
+            made = compiled.objects(sources, flags, "clang") + compiled.objects(own, [*flags, f"-I{HERE}"], "clang")
             run([*CLANG.compiler, *map(str, made), "-o", str(folder / name)], 300)
         return folder / name
 
