@@ -47,7 +47,7 @@ def test_a_model_without_limits_cuts_nothing():
     u = signals.training(40, 3)[::2]
     m = fit(data(u), "prandtl_ishlinskii")
     assert not clamped(m.graph, 100 * u, 1e-3).any()
-    assert coverage(m.graph, u, 1e-3, slice(None)) is None
+    assert coverage(m.graph, data(u)) is None
     assert "coverage_percent" not in m.fit
 
 
@@ -65,10 +65,10 @@ def test_coverage_of_a_signal_whose_rows_can_be_counted():
     low, high = np.linspace(0, 0.3, 400), np.linspace(0.7, 1, 400)
     u = np.concatenate([low, high])
     graph = Graph.single(Node("s", "scaling", {"n": 1}, {"lo": 0.0, "hi": 1.0}))
-    assert coverage(graph, np.linspace(0, 1, 500), 1.0, slice(None)) == 100
+    assert coverage(graph, Dataset.from_signal(np.linspace(0, 1, 500), np.zeros(500))) == 100
     v = 0.5 + 0.5 * signals.training(200, 4242, np.sqrt(np.mean(np.diff(u) ** 2)) / 0.5)
     left = np.mean((v > 0.4) & (v < 0.6))
-    assert abs(coverage(graph, u, 1.0, slice(None)) - 100 * (1 - left)) < 2
+    assert abs(coverage(graph, Dataset.from_signal(u, u)) - 100 * (1 - left)) < 2
 
 
 def test_held_out_tables_say_it(model):

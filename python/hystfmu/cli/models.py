@@ -48,7 +48,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 
 
 @click.command()
-@click.argument("data")
+@click.argument("data", nargs=-1, required=True)
 @click.option(
     "--models",
     is_flag=True,
@@ -76,7 +76,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 @click.option("--seed", default=0, show_default=True, help="Seed of the random starts.")
 @json_option
 def fit(
-    data: str,
+    data: tuple[str, ...],
     key: str,
     out: str | None,
     columns: Columns,
@@ -88,12 +88,14 @@ def fit(
     """Identify a model from measured data.
 
     DATA is a text file of columns, as it is or packed by gzip, a MAT or an HDF5 file.  Encoding, separator, decimal
-    sign, preamble and units of measure are found; one line says what was assumed.
+    sign, preamble and units of measure are found; one line says what was assumed.  Several files are several records,
+    each with a memory of its own.
 
     \b
     Example: hystfmu fit piezo.csv --model zhao_tan_mlp --train 2000:4200 -o piezo.model.toml
              hystfmu fit stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output 3 -o stage.model.toml
              hystfmu fit record.dat --rate 200 --input 1 --output 5
+             hystfmu fit monday.csv tuesday.csv --model prandtl_ishlinskii
              hystfmu fit --models
     """
     import hystfmu as hy
@@ -105,7 +107,7 @@ def fit(
         click.echo(measured.read_as)
     with progress(f"fitting {key}") as report:
         model = hy.fit(measured, key, seed=seed, progress=report, **options)
-    out = out or f"{measured.name}.model.toml"
+    out = out or f"{measured.name.partition(' ')[0]}.model.toml"
     model.save(out)
     f = model.fit
     if as_json:
@@ -159,7 +161,7 @@ def predict(
 
     m = hy.Model.load(model)
     measured = columns.read(data, with_output=False)
-    y = m.predict(measured.u, measured.h)
+    y = measured.along(lambda u: m.predict(u, measured.h))
     measured.with_output(y).to_csv(out)
     outside = clamped(m.graph, measured.u, measured.h)
     share = 100 * float(outside.mean())

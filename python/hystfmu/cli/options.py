@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -30,14 +30,15 @@ class Columns:
     rate: float | None
     resample: str | None
     lag: int
+    record: str | None
     decimal: Literal[".", ","] | None
 
-    def read(self, path: str, train: str | None = None, with_output: bool = True) -> Dataset:
-        """Read the data file at `path`.
+    def read(self, path: str | Sequence[str], train: str | None = None, with_output: bool = True) -> Dataset:
+        """Read a data file, or several as records.
 
         Parameters
         ----------
-        path : str
+        path : str or sequence of str
         train : str, optional
             Rows that a fit counts.
         with_output : bool
@@ -56,7 +57,8 @@ class Columns:
             raise InputError(
                 f"--resample must be a rate in Hz, or empty for the median step. Got {self.resample!r} instead."
             ) from None
-        options: Any = {"rate": self.rate, "train": train, "resample": to, "lag": self.lag, "decimal": self.decimal}
+        options: Any = {"rate": self.rate, "train": train, "resample": to, "lag": self.lag}
+        options |= {"record": self.record, "decimal": self.decimal}
         try:
             return hy.read(path, self.time, self.input_, self.output, **options)
         except InputError:
@@ -79,10 +81,11 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
         rate: float | None,
         resample: str | None,
         lag: int,
+        record: str | None,
         decimal: Literal[".", ","] | None,
         **others: Any,
     ) -> Any:
-        return f(columns=Columns(time, input_, output, rate, resample, lag, decimal), **others)
+        return f(columns=Columns(time, input_, output, rate, resample, lag, record, decimal), **others)
 
     for option in (
         click.option(
@@ -95,6 +98,7 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--decimal", type=click.Choice([".", ","]), help="Decimal sign, where 1,234 could be read in two ways."
         ),
+        click.option("--record", metavar="COLUMN", help="Column that marks records; each has a memory of its own."),
         click.option(
             "--lag",
             type=click.IntRange(0),

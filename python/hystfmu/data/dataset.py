@@ -18,12 +18,13 @@ from hystfmu.data.csv_file import write_csv
 from hystfmu.data.time_grid import check_increasing, check_time
 
 LEAST_ROWS = 4
+SAME_STEP = 1e-3  # relative difference of the steps of records; rounded times make it
 _RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
 
 
 @dataclass(frozen=True, eq=False, init=False)
 class Dataset:
-    """One run of an experiment, evenly sampled.
+    """One run of an experiment, or several records of it, evenly sampled.
 
     Parameters
     ----------
@@ -41,6 +42,9 @@ class Dataset:
         row 0, because its memory needs the whole history.
     unit_u, unit_y : str
         Units of measure of input and output.
+    starts : sequence of int
+        Rows at which records start, the first 0.  Every record has the same step, its own times, and a memory of its
+        own: a model runs on each from a fresh start.
 
     Attributes
     ----------
@@ -68,6 +72,7 @@ class Dataset:
     train: slice
     unit_u: str
     unit_y: str
+    starts: tuple[int, ...]
     read_as: str = field(init=False, repr=False)
     _lines: Sequence[int] | None = field(init=False, repr=False)
 
@@ -81,6 +86,7 @@ class Dataset:
         train: slice | Sequence[int] | str | None = None,
         unit_u: str = "",
         unit_y: str = "",
+        starts: Sequence[int] = (0,),
     ) -> None:
         texts = {"name": name, "path": path, "unit_u": unit_u, "unit_y": unit_y}
         for text, value in texts.items():
@@ -108,7 +114,10 @@ class Dataset:
         place = partial(row_of, where)
         for key in ("t", "u", "y") if self.has_output else ("t", "u"):
             check_finite(getattr(self, key), key, place)
-        check_time(self.t, place, None)
+        object.__setattr__(self, "starts", _starts(starts, len(self.t), where))
+        for rows in self.records:
+            check_time(self.t[rows], partial(_row_behind, where, rows.start), None)
+        _check_one_step(self.t, self.records, where)
         object.__setattr__(self, "train", train_rows(train, len(self.t), where))
         object.__setattr__(self, "read_as", "")
         object.__setattr__(self, "_lines", None)
@@ -116,6 +125,7 @@ class Dataset:
     def __repr__(self) -> str:
         n, rows = len(self.t), self.train
         parts = [repr(self.name), f"{n} rows", f"step {self.h:g} s"]
+        parts += [f"{len(self.starts)} records"] if len(self.starts) > 1 else []
         parts += [f"{k} in {unit}" for k, unit in (("u", self.unit_u), ("y", self.unit_y)) if unit]
         parts += [] if self.has_output else ["no output"]
         parts += [] if (rows.start, rows.stop) == (0, n) else [f"train {rows.start}:{rows.stop}"]
@@ -138,19 +148,101 @@ class Dataset:
     @property
     def h(self) -> float:
         """Sample step in s."""
-        h = float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
+        first = self.t[self.records[0]]
+        h = float(first[-1] - first[0]) / (len(first) - 1)
         short = float(f"{h:.12g}")  # 0.005, not 0.0050000000000000001 from the rounding of the last time
         return short if abs(short - h) <= 1e-13 * h else h
 
     @property
+    def records(self) -> tuple[slice, ...]:
+        """The rows of each record."""
+        return tuple(slice(a, b) for a, b in zip(self.starts, (*self.starts[1:], len(self.t)), strict=True))
+
+    def along(self, run: Callable[[Array], Array], end: int | None = None) -> Array:
+        """Run a function along the input of each record from a fresh start.
+
+        Parameters
+        ----------
+        run : function
+            Takes the input (m,) of one record and returns an array of m rows.
+        end : int, optional
+            Row to stop at; later rows are not run.
+
+        Returns
+        -------
+        array, shape (n, ...)
+        """
+        last = len(self.t) if end is None else end
+        parts = [run(self.u[rows.start : min(rows.stop, last)]) for rows in self.records if rows.start < last]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def longest(self) -> Dataset:
+        """Return the record with the most training rows alone."""
+        if len(self.starts) == 1:
+            return self
+        count = [min(r.stop, self.train.stop) - max(r.start, self.train.start) for r in self.records]
+        r = self.records[int(np.argmax(count))]
+        rows = (max(r.start, self.train.start) - r.start, min(r.stop, self.train.stop) - r.start)
+        return replace(
+            self, t=self.t[r], u=self.u[r], y=self.y[r], train=train_rows(rows, r.stop - r.start), starts=(0,)
+        )
+
+    @property
     def sha256(self) -> str:
         """Hash of the values of t, u, y; a model records it as provenance."""
-        return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in (self.t, self.u, self.y))).hexdigest()
+        content = [np.ascontiguousarray(a).tobytes() for a in (self.t, self.u, self.y)]
+        content += [repr(self.starts).encode()] if len(self.starts) > 1 else []
+        return hashlib.sha256(b"".join(content)).hexdigest()
 
     @property
     def span(self) -> float:
         """Range of the output over the training rows, 100 % of full scale (%FS)."""
         return float(np.ptp(self.y[self.train]))
+
+    @classmethod
+    def joined(cls, records: Sequence[Dataset], train: slice | Sequence[int] | str | None = None) -> Dataset:
+        """Join records to one data set, e.g. for a fit to all of them.
+
+        Parameters
+        ----------
+        records : sequence of Dataset
+            In order; with the same step and the same units of measure.
+        train : slice, (first, end) or "first:end", optional
+            Rows of the whole whose residuals count; default all.
+
+        Raises
+        ------
+        InputError
+            No record; units of measure or steps that differ; some with an output and some without.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> parts = [hy.synthetic.piezo(60, 1000.0, seed=k) for k in (1, 2)]
+        >>> hy.Dataset.joined(parts).starts == (0, len(parts[0].t))
+        True
+        """
+        if not records:
+            raise InputError("The records to join must be at least one. Got none.")
+        first = records[0]
+        for other in records[1:]:
+            for key in ("unit_u", "unit_y", "has_output"):
+                mine, theirs = getattr(first, key), getattr(other, key)
+                if mine != theirs:
+                    raise InputError(
+                        f"{other.path or other.name}: The records must agree in {key}. "
+                        f"Got {theirs!r} after {mine!r} of {first.path or first.name}."
+                    )
+        starts, at = [], 0
+        for part in records:
+            starts += [at + s for s in part.starts]
+            at += len(part.t)
+        t, u, y = (np.concatenate([getattr(part, key) for part in records]) for key in "tuy")
+        name = " ".join(dict.fromkeys(part.name for part in records))
+        if len(records) == 1:
+            return first if train is None else first.with_train(train)
+        made = cls(t, u, y, name, "", train, first.unit_u, first.unit_y, starts)
+        return made.from_file("; ".join(part.read_as for part in records if part.read_as), None)
 
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
@@ -170,7 +262,7 @@ class Dataset:
         t = np.arange(len(u), dtype=np.float64) * np.float64(h)
         return cls(t, u, y, name, train=slice(None) if train is None else train)
 
-    def with_train(self, train: slice | tuple[int, int] | str | None) -> Dataset:
+    def with_train(self, train: slice | Sequence[int] | str | None) -> Dataset:
         """Return the same data with other training rows `train`, in a form that `Dataset` takes."""
         return self._of_same_rows(replace(self, train=train_rows(train, len(self.t), self.path or self.name)))
 
@@ -183,6 +275,10 @@ class Dataset:
             A rate out of range; fewer than 4 training rows left.
         """
         where = self.path or self.name
+        if len(self.starts) > 1:
+            raise InputError(
+                f"{where}: The data to resample must be one record. Got {len(self.starts)} records instead."
+            )
         t, u, y, rows = resample_rows(self.t, self.u, self.y, self.train, rate, where, partial(row_of, where))
         return replace(self, t=t, u=u, y=y, train=rows)
 
@@ -200,6 +296,8 @@ class Dataset:
             A lag below 0, or so long that fewer than 4 rows are left.
         """
         where, n = self.path or self.name, len(self.t) - lag
+        if lag and len(self.starts) > 1:
+            raise InputError(f"{where}: The data to align must be one record. Got {len(self.starts)} records.")
         if not 0 <= lag <= len(self.t) - LEAST_ROWS:
             raise InputError(f"{where}: The lag must be from 0 to {len(self.t) - LEAST_ROWS} rows. Got {lag} instead.")
         if lag == 0:
@@ -273,6 +371,28 @@ def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "
     return slice(first, end)
 
 
+def _starts(starts: Sequence[int], n: int, where: str) -> tuple[int, ...]:
+    """Check the first rows of records."""
+    found = tuple(int(s) for s in starts)
+    if found[:1] != (0,) or any(b - a < LEAST_ROWS for a, b in zip(found, (*found[1:], n), strict=True)):
+        raise InputError(
+            f"{where}: The starts of records must be rows from 0 on, at least {LEAST_ROWS} apart, before {n}. "
+            f"Got {found} instead."
+        )
+    return found
+
+
+def _check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
+    """Check that all records have the same step."""
+    steps = [float(t[r][-1] - t[r][0]) / (r.stop - r.start - 1) for r in records]
+    for k, step in enumerate(steps):
+        if abs(step - steps[0]) > SAME_STEP * steps[0]:
+            raise InputError(
+                f"{where}: The records must have one step. Got {step:.6g} s in record {k + 1} after "
+                f"{steps[0]:.6g} s in the first: resample them (--resample HZ)."
+            )
+
+
 def _one_line(e: Exception) -> str:
     text = " ".join(str(e).split())
     return f"{text[:1].upper()}{text[1:].rstrip(chr(46))}."
@@ -282,6 +402,10 @@ def _one_line(e: Exception) -> str:
 def row_of(where: str, row: int) -> str:
     """Name a row for a message."""
     return f"{where}: row {row}"
+
+
+def _row_behind(where: str, first: int, row: int) -> str:
+    return row_of(where, first + row)
 
 
 def line_of(where: str, lines: Sequence[int], row: int) -> str:

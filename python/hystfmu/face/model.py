@@ -160,7 +160,7 @@ class Model(Record):
             raise InputError(
                 f"{where}: The output must vary for an error in percent. Got {measured[0]:g} in every row."
             )
-        return errors(self.predict(other.u, other.h)[counted], measured, span)
+        return errors(other.along(lambda u: self.predict(u, other.h))[counted], measured, span)
 
     def plot(self, other: Dataset) -> Plot:
         """The loop of a record and of the model on its input.
@@ -184,7 +184,7 @@ class Model(Record):
         """
         self._one_to_one("plot")
         lines = [Line("measured", other.u, other.y)] if other.has_output else []
-        lines.append(Line("model", other.u, self.predict(other.u, other.h)))
+        lines.append(Line("model", other.u, other.along(lambda u: self.predict(u, other.h))))
         source, sink = self.graph.inputs[0], self.graph.outputs[0]
         u, y = _with_unit("u", other.unit_u or source.unit), _with_unit("y", other.unit_y or sink.unit)
         return Plot(f"{self.key}: y over u", u, y, lines, points=LOOP_POINTS)

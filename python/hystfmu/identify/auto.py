@@ -12,12 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.identify.catalogue import takes_records
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.one import fit_one
 from hystfmu.identify.options import Option
@@ -129,8 +131,10 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choic
     first, end = data.train.start, data.train.stop
     middle = first + round(SHARE * (end - first))
     part = data.with_train((first, middle))
-    seen = examine(data)
+    seen = examine(data.longest())
     reasons = left_out(seen, middle)
+    if len(data.starts) > 1:
+        reasons |= {c.name: "it takes one record only" for c in CANDIDATES.values() if not takes_records(c.method)}
     fitted = [name for name in CANDIDATES if name not in reasons]
     costs = np.array([CANDIDATES[name].cost(middle) for name in fitted])
     done = np.concatenate([[0.0], np.cumsum(costs)]) / (costs.sum() + costs.max())  # the winner is fitted once more
@@ -147,7 +151,8 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choic
         except InputError as e:
             reasons[name] = str(e)
             continue
-        score = errors(model.predict(data.u, data.h)[middle:end], data.y[middle:end], data.span)["rms_percent"]
+        free = data.along(partial(model.predict, h=data.h))
+        score = errors(free[middle:end], data.y[middle:end], data.span)["rms_percent"]
         if model.fit["parameters"] > middle - first:
             reasons[name] = f"{model.fit['parameters']} parameters for {middle - first} rows"
         elif not np.isfinite(score):

@@ -29,6 +29,11 @@ def method(key: str) -> ModuleType:
         return importlib.import_module("hystfmu.identify.auto" if key == AUTO else f"{methods.__name__}.{key}")
 
 
+def takes_records(key: str) -> bool:
+    """Whether the method `key` fits several records, each from a fresh start; its module states ``RECORDS``."""
+    return bool(getattr(method(key), "RECORDS", False))
+
+
 def description(key: str) -> str:
     """Return the line that describes the method `key`.
 

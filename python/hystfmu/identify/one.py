@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import method
+from hystfmu.identify.catalogue import AUTO, METHODS, method, takes_records
 from hystfmu.identify.excitation import drift
 from hystfmu.identify.features import dead_band
 from hystfmu.identify.options import resolve
@@ -35,6 +35,12 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     module = method(key)
     chosen = resolve(key, module.OPTIONS, given)
     check(data)
+    if len(data.starts) > 1 and not takes_records(key):
+        kinds = ", ".join(k for k in METHODS if k != AUTO and takes_records(k))
+        raise InputError(
+            f"{data.path or data.name}: The data of {key} must be one record. Got {len(data.starts)} records, which "
+            f"{kinds} take."
+        )
     started = time.perf_counter()
     if chosen.get(dead_band.OPTION.name, 0.0) is None:
         chosen[dead_band.OPTION.name] = dead_band.half_width(data.u[: data.train.stop])
@@ -46,14 +52,14 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     found = dict(more[0]) if more else {}
     graph = dead_band.in_front(graph, band)
     seconds = time.perf_counter() - started
-    y = graph.run(data.u, data.h)
+    y = data.along(lambda u: graph.run(u, data.h))
     rows = data.train.stop - data.train.start
     warned = [*found.pop("warnings", ()), *drift.warnings((data.y - y)[data.train], data.span)]
     if parameters >= rows:
         warned.append(
             f"{parameters} parameters from {rows} train rows: the error on these rows does not predict other errors"
         )
-    covered = coverage(graph, data.u, data.h, data.train)
+    covered = coverage(graph, data)
     result = {
         **errors(y[data.train], data.y[data.train], data.span),
         "parameters": int(parameters),
@@ -110,6 +116,7 @@ def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, A
         "sha256": data.sha256,
         "rows": len(data.t),
         "train": f"{data.train.start}:{data.train.stop}",
+        **({"starts": list(data.starts)} if len(data.starts) > 1 else {}),
         "span_u": [float(data.u.min()), float(data.u.max())],
         "seed": seed,
         "options": chosen,

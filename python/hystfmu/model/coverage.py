@@ -15,6 +15,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.core.library import NO_LIMIT
+from hystfmu.data import Dataset
 from hystfmu.data.signals import ramps, training
 from hystfmu.graph import Graph, Node, Output
 
@@ -48,19 +49,15 @@ def clamped(graph: Graph, u: Array, h: float) -> Array:
     return rows
 
 
-def coverage(graph: Graph, u: Array, h: float, rows: slice) -> float | None:
+def coverage(graph: Graph, data: Dataset) -> float | None:
     """Compute the coverage of the input space of a network by the training rows.
 
     Parameters
     ----------
     graph : Graph
         Graph with one input.
-    u : array, shape (n,)
-        Input of the identification, from row 0.
-    h : float
-        Time between rows (s).
-    rows : slice
-        Training rows.
+    data : Dataset
+        Data of the identification.
 
     Returns
     -------
@@ -73,6 +70,7 @@ def coverage(graph: Graph, u: Array, h: float, rows: slice) -> float | None:
     if not limiters:
         return None
     node = limiters[-1]
+    u, h, rows = data.u, data.h, data.train
     lo, hi = float(u[rows].min()), float(u[rows].max())
     middle, half = (lo + hi) / 2, (hi - lo) / 2
     speed = float(np.clip(np.sqrt(np.mean(np.diff(u[rows]) ** 2)) / half, *STEPS))
@@ -81,7 +79,7 @@ def coverage(graph: Graph, u: Array, h: float, rows: slice) -> float | None:
     width = node.value("hi") - node.value("lo")
     width[width == 0] = 1.0
     width *= np.sqrt(len(width))
-    seen = _thinned(_inputs(graph, node, u, h)[rows] / width)
+    seen = _thinned(data.along(lambda v: _inputs(graph, node, v, h))[rows] / width)
     asked = _thinned(_inputs(graph, node, reference, h)[len(way_in) :] / width)
     distance, _ = cKDTree(seen).query(asked, distance_upper_bound=NEAR)
     return 100 * float(np.mean(np.isfinite(distance)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -25,7 +27,7 @@ ZIP = b"PK\x03\x04"
 
 
 def read(
-    path: str | Path,
+    path: str | Path | Sequence[str | Path],
     time: str | int = "",
     input: str | int = "",
     output: str | int | None = "",
@@ -34,6 +36,7 @@ def read(
     train: slice | tuple[int, int] | str | None = None,
     resample: float | Literal["median"] | None = None,
     lag: int = 0,
+    record: str | int | None = None,
     decimal: Literal[".", ","] | None = None,
     most: int = MOST_BYTES,
 ) -> Dataset:
@@ -46,19 +49,22 @@ def read(
 
     Parameters
     ----------
-    path : str or Path
-        The file.
+    path : str, Path or sequence of them
+        The file; of several files each is a record with a memory of its own.
     time, input, output : str or int
         Heading of a column with or without its unit of measure, ``"Zeit [ms]"`` or ``"Zeit"``, or its number from 1.
         Empty: recognised by its name, such as t, u, y, or by its unit of measure.  Output None: none is read.
     rate : float, optional
         Sample rate (Hz), instead of a time column.
     train : slice, (first, end) or "first:end", optional
-        Data rows that a fit counts, from 0 on, the end excluded.
+        Data rows that a fit counts, from 0 on, the end excluded; of several records the rows of all, one after the
+        other.
     resample : float or "median", optional
         Rate (Hz), or one over the median step, to bring uneven steps to; without it they are refused.
     lag : int
         Rows by which the sensor of the output is late: y of row k + lag belongs to u of row k.
+    record : str or int, optional
+        Column that marks records: a new one starts where its cells change.
     decimal : {".", ","}, optional
         Decimal sign, for numbers such as 1,234 that could be read in two ways.
     most : int
@@ -91,30 +97,79 @@ def read(
         raise InputError(f"{path}: The rate must be a finite number of Hz greater than 0. Got {rate} instead.")
     if decimal not in (None, ".", ","):
         raise InputError(f"{path}: The decimal sign must be '.' or ','. Got {decimal!r} instead.")
-    table = table_in(path, decimal, most)
-    roles = chosen(table, time, input, output, None, rate)
-    order = [k for k in (roles.input, roles.output, roles.time) if k is not None]
-    numbers = table.numbers(order)
-    n = len(numbers)
-    where = str(path)
-    place = partial(row_of, where) if table.lines is None else partial(line_of, where, table.lines)
-    for i, k in reversed(list(enumerate(order))):
+    paths = [path] if isinstance(path, (str, Path)) else list(path)
+    pieces: list[_Piece] = []
+    for each in paths:
+        table = table_in(each, decimal, most)
+        roles = chosen(table, time, input, output, record, rate)
+        numbers = table.numbers(roles.order)
+        pieces += [_Piece(table, roles, rows, numbers[rows]) for rows in _records(table, roles, len(numbers))]
+    if len(pieces) == 1:
+        return _dataset(pieces[0], rate, train, resample, lag)
+    return Dataset.joined([_dataset(piece, rate, None, resample, lag) for piece in pieces], train)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """One record of a file: its rows and their numbers, in the order of `Roles.order`."""
+
+    table: Table
+    roles: Roles
+    rows: slice
+    numbers: Array
+
+
+def _records(table: Table, roles: Roles, n: int) -> list[slice]:
+    """Return the rows of each record: consecutive rows with the same word in the record column."""
+    if roles.record is None:
+        return [slice(0, n)]
+    words = table.words(roles.record)
+    starts = [0, *(k for k in range(1, n) if words[k] != words[k - 1])]
+    for k, (a, b) in enumerate(zip(starts, [*starts[1:], n], strict=True), 1):
+        if b - a < LEAST_ROWS:
+            raise InputError(
+                f"{_place(table)(a)}: A record must have at least {LEAST_ROWS} rows. Got {b - a} in record {k}, "
+                f"{words[a][:40]!r}."
+            )
+    return [slice(a, b) for a, b in zip(starts, [*starts[1:], n], strict=True)]
+
+
+def _place(table: Table, rows: slice = slice(0, None)) -> Callable[[int], str]:
+    """Return the function that names a row of a record for a message."""
+    if table.lines is None:
+        return lambda k: row_of(table.path, rows.start + k)
+    lines = table.lines[rows]
+    return partial(line_of, table.path, lines)
+
+
+def _dataset(
+    piece: _Piece,
+    rate: float | None,
+    train: slice | tuple[int, int] | str | None,
+    resample: float | Literal["median"] | None,
+    lag: int,
+) -> Dataset:
+    """Make a data set of one record."""
+    table, roles, numbers = piece.table, piece.roles, piece.numbers
+    n, place = len(numbers), _place(table, piece.rows)
+    for i, k in reversed(list(enumerate(roles.order))):
         check_finite(numbers[:, i], table.columns[k].name or str(k + 1), place)
     u = numbers[:, 0]
     y: Array = np.full(n, np.nan) if roles.output is None else numbers[:, 1]
-    t, unit = (np.arange(n) / rate, "") if rate is not None else _seconds(table, roles, numbers[:, -1])
+    t: Array = np.arange(n) / rate if rate is not None else _seconds(table, roles, numbers[:, -1])
     rows = slice(None)
     if n >= LEAST_ROWS:
-        rows = train_rows(train, n, where)
+        rows = train_rows(train, n, table.path)
         if resample is not None:
-            t, u, y, rows = resample_rows(t, u, y, rows, None if resample == "median" else resample, where, place)
+            to = None if resample == "median" else resample
+            t, u, y, rows = resample_rows(t, u, y, rows, to, table.path, place)
         elif rate is None:
-            t = check_time(t, place, partial(_digits, table, roles))
-    units = [table.columns[k].unit if k is not None else "" for k in (roles.input, roles.output)]
-    made = Dataset(t, u, y, _stem(path), where, rows, *units)
-    late = f", y {lag} row{'s' * (lag > 1)} late" if lag else ""
-    assumed = _line(table, roles, unit, rate) + late
-    return made.from_file(assumed, table.lines if resample is None else None).aligned(lag)
+            t = check_time(t, place, lambda: _digits(table, roles)[piece.rows])
+    unit_u = table.columns[roles.input].unit
+    unit_y = "" if roles.output is None else table.columns[roles.output].unit
+    made = Dataset(t, u, y, _stem(table.path), table.path, rows, unit_u, unit_y)
+    lines = None if table.lines is None or resample is not None else table.lines[piece.rows]
+    return made.from_file(_line(table, roles, rate, lag), lines).aligned(lag)
 
 
 def table_in(path: str | Path, decimal: str | None, most: int) -> Table:
@@ -135,10 +190,9 @@ def table_in(path: str | Path, decimal: str | None, most: int) -> Table:
     return delimited(content, path, decimal, packed)
 
 
-def _seconds(table: Table, roles: Roles, t: Array) -> tuple[Array, str]:
-    """Convert the time to s; return it with the unit of measure of the file."""
-    assert roles.time is not None
-    column = table.columns[roles.time]
+def _seconds(table: Table, roles: Roles, t: Array) -> Array:
+    """Convert the time to s."""
+    column = table.columns[roles.time or 0]
     if column.unit and column.unit not in TIME:
         where = f"{table.path}: {table.named_in}: " if table.named_in else f"{table.path}: "
         raise InputError(
@@ -146,30 +200,31 @@ def _seconds(table: Table, roles: Roles, t: Array) -> tuple[Array, str]:
             "the sample rate in Hz (--rate)."
         )
     per_second, seconds = TIME[column.unit or "s"]
-    return t / per_second * seconds, column.unit
+    return t / per_second * seconds
 
 
 def _digits(table: Table, roles: Roles) -> Array:
-    assert roles.time is not None
-    per_second, seconds = TIME[table.columns[roles.time].unit or "s"]
-    return table.digits(roles.time) / per_second * seconds
+    per_second, seconds = TIME[table.columns[roles.time or 0].unit or "s"]
+    return table.digits(roles.time or 0) / per_second * seconds
 
 
-def _line(table: Table, roles: Roles, unit: str, rate: float | None) -> str:
+def _line(table: Table, roles: Roles, rate: float | None, lag: int) -> str:
     """Say in one line what was assumed."""
     parts = []
     if rate is not None:
         parts.append(f"{rate:g} Hz")
     else:
-        parts.append(f"time {_label(table, roles.time, False)} in {unit or 's (no unit of measure is stated)'}")
+        unit = table.columns[roles.time or 0].unit or "s (no unit of measure is stated)"
+        parts.append(f"time {_label(table, roles.time or 0, False)} in {unit}")
     parts.append(f"input {_label(table, roles.input)}")
     parts.append("no output" if roles.output is None else f"output {_label(table, roles.output)}")
+    parts += [] if roles.record is None else [f"records by {_label(table, roles.record)}"]
+    parts += [f"y {lag} row{'s' * (lag > 1)} late"] if lag else []
     assumed = ", ".join(table.assumed)
     return f"read {Path(table.path).name}: {assumed + '; ' if assumed else ''}{', '.join(parts)}"
 
 
-def _label(table: Table, k: int | None, with_unit: bool = True) -> str:
-    assert k is not None
+def _label(table: Table, k: int, with_unit: bool = True) -> str:
     column = table.columns[k]
     stated = f" in {column.unit}" if with_unit and column.unit and split_name(column.label)[1] != column.unit else ""
     return f"{column.label!r}{stated}" if column.label else f"column {k + 1}"

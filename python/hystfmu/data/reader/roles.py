@@ -48,6 +48,11 @@ class Roles:
     output: int | None
     record: int | None
 
+    @property
+    def order(self) -> list[int]:
+        """The columns of numbers to read: input, output, time, as far as there are any."""
+        return [k for k in (self.input, self.output, self.time) if k is not None]
+
 
 def chosen(
     table: Table,

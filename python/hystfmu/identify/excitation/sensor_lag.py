@@ -26,6 +26,7 @@ LEAST = 0.1  # % of the span: the residual that the lag takes away
 
 def residuals(data: Dataset) -> Array:
     """Return the RMS residual (% of the span of y) of a sum of plays for a lag of 0, 1, ... rows, shape (m,)."""
+    data = data.longest()
     rows = data.train
     first, end = rows.start, rows.stop
     most = min(MOST_LAG, (end - first) // 10)

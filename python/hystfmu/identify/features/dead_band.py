@@ -39,7 +39,10 @@ def half_width(u: Array) -> float:
 
 def behind(data: Dataset, band: float) -> Dataset:
     """Return the data with the input that a model behind a play of that half-width sees."""
-    return data if band == 0 else replace(data, u=plays(data.u, np.array([band]), float(data.u[0]))[:, 0])
+    if band == 0:
+        return data
+    r, u0 = np.array([band]), float(data.u[0])
+    return replace(data, u=data.along(lambda u: plays(u, r, u0)[:, 0]))
 
 
 def in_front(graph: Graph, band: float) -> Graph:

@@ -20,6 +20,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "Krasnosel'skii-Pokrovskii kernels, weights >= 0"
+RECORDS = True
 OPTIONS = (
     Option("levels", 20, 1, 200, text="points of the grid; levels (levels + 1) / 2 kernels"),
     u0_option("demagnetised"),
@@ -59,7 +60,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     u = data.u[rows]
     a, p1, p2 = grid(float(u.min()), float(u.max()), options["levels"])
     k0 = ridge(u0 - (p1 + p2) / 2, a)  # demagnetised: each kernel as the middle of its ramps gives it
-    columns = kernels(data.u[: rows.stop], a, p1, p2, k0)[rows]
+    columns = data.along(lambda u: kernels(u, a, p1, p2, k0), rows.stop)[rows]
     progress(0.2)
     w, (offset,) = nonnegative(columns, data.y[rows], np.ones((len(columns), 1)))
     values = {"a": a, "p1": p1, "p2": p2, "w": w, "offset": offset, "k0": k0}

@@ -18,6 +18,7 @@ from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option
 
 TEXT = "bank of plays and a network on them"
+RECORDS = True
 OPTIONS = (
     Option("N", 16, 1, 10000, text="number of plays"),
     u0_option("every play rests"),

@@ -19,6 +19,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "weighted plays, non-negative least squares; exact inverse"
+RECORDS = True
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
     Option("w0_min", 0.0, 0.0, 1e300, text="least weight of the linear term; above 0 a continuous inverse exists"),
@@ -31,7 +32,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     u0 = u0_of(data, options)
     rows = data.train
     r = thresholds(data.u[rows], options["N"])
-    columns = np.column_stack([data.u, plays(data.u, r, u0)])[rows]
+    columns = np.column_stack([data.u, data.along(lambda u: plays(u, r, u0))])[rows]
     progress(0.1)
     least = options["w0_min"]
     w, (offset,) = nonnegative(columns, data.y[rows] - least * columns[:, 0], np.ones((len(columns), 1)))

@@ -13,6 +13,7 @@ ridge, and splits of one decaying sine disagree about it (0 to 0.03).  Validate 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "plays, dead zones and creep of the input, least squares"
+RECORDS = True
 OPTIONS = (
     Option("N", 20, 1, 10000, text="number of plays"),
     Option("dead_zones", 6, 1, 1000, text="number of dead zones, evenly over the training range"),
@@ -45,9 +47,9 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     s = knots(u[rows], options["dead_zones"])
     shortest = data.h if options["T_min"] is None else options["T_min"]
     T = np.geomspace(shortest, max(shortest, options["T_max"]), options["lags"])
-    lagged = np.column_stack([lag(u, data.h, t) for t in T])
+    lagged = np.column_stack([data.along(partial(lag, h=data.h, T=t)) for t in T])
     progress(0.3)
-    bounded = np.column_stack([u, plays(u, r, u0), lagged])[rows]
+    bounded = np.column_stack([u, data.along(lambda u: plays(u, r, u0)), lagged])[rows]
     x, (*v, offset) = ridge_fit(bounded, dead_zones(u[rows], s), data.y[rows], options["ridge"])
     w, k = x[1 : 1 + len(r)], x[1 + len(r) :]
     nodes = [

@@ -15,6 +15,7 @@ least (Breiman et al. 1984; Hastie, Tibshirani & Friedman 2009, section 7.10).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "plays, creep, dead zones of the input and of a lagged input; ridge by cross-validation"
+RECORDS = True
 FOLDS = 10
 RIDGES = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2)
 
@@ -56,10 +58,10 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     shortest = data.h if options["T_min"] is None else options["T_min"]
     T = np.geomspace(shortest, max(shortest, options["T_max"]), options["lags"])
     T_bend = 4 * data.h if options["T_bend"] is None else options["T_bend"]
-    lagged = [lag(u, data.h, t)[rows] for t in T]
-    bent = lag(u, data.h, T_bend)[rows]
+    lagged = [data.along(partial(lag, h=data.h, T=t))[rows] for t in T]
+    bent = data.along(partial(lag, h=data.h, T=T_bend))[rows]
     progress(0.2)
-    bounded = np.column_stack([u, plays(u, r, u0)])[rows]
+    bounded = np.column_stack([u, data.along(lambda u: plays(u, r, u0))])[rows]
     free = np.column_stack([dead_zones(u[rows] - middle, s), dead_zones(bent - middle, s), *lagged])
     y = data.y[rows]
     ridge = cross_validated(bounded, free, y) if options["ridge"] is None else options["ridge"]

@@ -21,6 +21,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "density of relays on a grid, weights >= 0; gives the Everett function"
+RECORDS = True
 OPTIONS = (
     Option("n", 32, 1, 100, text="steps of the grid over the range of u; n (n + 1) / 2 cells"),
     Option("start", "demagnetised", choices=("demagnetised", "low", "high"), text="memory before the first row"),
@@ -61,7 +62,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     rows, n, start = data.train, options["n"], options["start"]
     u, y = data.u[rows], data.y[rows]
     lo, hi = float(u.min()), float(u.max())
-    A = columns(data.u[: rows.stop], n, lo, hi, start)[rows]
+    A = data.along(lambda u: columns(u, n, lo, hi, start), rows.stop)[rows]
     progress(0.5)
     sign = -1.0 if np.sum((u - u.mean()) * (y - y.mean())) < 0 else 1.0  # -1 if the output falls as u rises
     mu, (offset,) = nonnegative(A, sign * y, np.ones((len(y), 1)))

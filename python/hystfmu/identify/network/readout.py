@@ -59,7 +59,8 @@ class Features:
             name, variable = source.split(".")
             n = sizes[name][variable]
             self._scalars += [source] if n == 1 else [f"{source}[{i + 1}]" for i in range(n)]
-        self.values = Graph(nodes, wires, [Input("u", self.to)], ends).run(data.u, data.h).reshape(len(data.u), -1)
+        front = Graph(nodes, wires, [Input("u", self.to)], ends)
+        self.values = data.along(lambda u: front.run(u, data.h).reshape(len(u), -1))
 
     def into(self, end: str) -> list[tuple[str, str]]:
         """Return wires from every feature to the elements of an array input."""

@@ -1,0 +1,96 @@
+"""Several records in one fit: each runs from a fresh start of its own, from files, a record column or Python."""
+
+import json
+
+import numpy as np
+import plants
+import pytest
+from click.testing import CliRunner
+
+from hystfmu import Dataset, InputError, Model, fit, read
+from hystfmu.cli import main
+from hystfmu.data.signals import training
+from hystfmu.identify import METHODS
+from hystfmu.identify.catalogue import takes_records
+
+H = 1e-3
+KINDS = [key for key in METHODS if takes_records(key)]
+CHEAP = {"play_bank_mlp": {"iterations": 20, "starts": 1, "hidden": 2}, "preisach": {"n": 6}}
+
+
+def record(seed, first=0.0):
+    """A run from rest: the plays of the plant start at 0."""
+    u = np.concatenate([[0.0], np.linspace(0, first, 12)[1:], training(12, seed, 0.05)])
+    return Dataset.from_signal(u, plants.prandtl_ishlinskii(u), H, f"run_{seed}")
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return [record(1), record(2, 0.9), record(3, -0.7)]
+
+
+def test_a_fit_to_several_records_forgets_between_them(parts):
+    data = Dataset.joined(parts)
+    model = fit(data, "prandtl_ishlinskii", N=100)
+    free = np.concatenate([model.predict(part.u, H) for part in parts])
+    assert model.fit["rms"] == pytest.approx(float(np.sqrt(np.mean((free - data.y) ** 2))), rel=1e-12)
+    assert model.fit["rms_percent"] < 0.3
+    one = Dataset(np.arange(len(data.u)) * H, data.u, data.y)  # as if the memory went on
+    assert fit(one, "prandtl_ishlinskii", N=100).fit["rms_percent"] > 4 * model.fit["rms_percent"]
+    assert model.provenance["starts"] == list(data.starts)
+
+
+@pytest.mark.parametrize("key", KINDS)
+def test_every_kind_that_takes_records_runs_each_from_a_fresh_start(key, parts):
+    data = Dataset.joined(parts)
+    model = fit(data, key, **CHEAP.get(key, {}))
+    free = np.concatenate([model.predict(part.u, H) for part in parts])
+    assert model.fit["rms"] == pytest.approx(float(np.sqrt(np.mean((free - data.y) ** 2))), rel=1e-9)
+    assert model.fit["rms_percent"] < 4
+
+
+def test_other_kinds_name_those_that_do(parts):
+    with pytest.raises(InputError, match=r"The data of duhem must be one record. Got 3 records, which .*preisach"):
+        fit(Dataset.joined(parts), "duhem")
+
+
+def test_one_record_gives_the_same_bits_as_before(parts):
+    alone = fit(parts[0], "prandtl_ishlinskii")
+    joined = fit(Dataset.joined(parts[:1]), "prandtl_ishlinskii")
+    np.testing.assert_array_equal(joined.predict(parts[1].u), alone.predict(parts[1].u))
+    assert "starts" not in joined.provenance
+
+
+def test_records_from_files_and_from_a_column(tmp_path, parts):
+    names = []
+    for k, part in enumerate(parts):
+        names.append(str(tmp_path / f"run{k}.csv"))
+        part.to_csv(names[-1])
+    data = read(names)
+    lines = [f"{name};{t!r};{u!r};{y!r}" for name, part in zip("aba", parts, strict=True)
+             for t, u, y in zip(part.t.tolist(), part.u.tolist(), part.y.tolist(), strict=True)]  # fmt: skip
+    (tmp_path / "all.csv").write_text("\n".join(["run;t;u;y", *lines]))
+    column = read(tmp_path / "all.csv", record="run")
+    for found in (data, column):
+        assert found.starts == Dataset.joined(parts).starts
+        assert found.h == pytest.approx(H)
+        np.testing.assert_array_equal(found.u, np.concatenate([part.u for part in parts]))
+        assert "3 records" in repr(found)
+    assert "records by 'run'" in column.read_as
+    out = str(tmp_path / "m.model.toml")
+    done = CliRunner().invoke(main, ["fit", *names, "--model", "prandtl_ishlinskii", "-o", out, "--json"])
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["rms_percent"] == Model.load(out).fit["rms_percent"] < 1
+
+
+def test_records_that_do_not_belong_together(tmp_path, parts):
+    with pytest.raises(InputError, match=r"must have one step. Got 0.002 s in record 2 after 0.001 s"):
+        Dataset.joined([parts[0], Dataset.from_signal(parts[1].u, parts[1].y, 2 * H)])
+    with pytest.raises(InputError, match=r"must agree in unit_u. Got 'V' after ''"):
+        Dataset.joined([parts[0], Dataset(parts[1].t, parts[1].u, parts[1].y, unit_u="V")])
+    with pytest.raises(InputError, match="at least 4 apart"):
+        Dataset(parts[0].t, parts[0].u, parts[0].y, starts=[0, 2])
+    path = tmp_path / "short.csv"
+    path.write_text("\n".join(["run,t,u,y", *(f"{int(k == 5)},{k},{k},{k}" for k in range(9))]))
+    with pytest.raises(InputError, match=r"short.csv: line 7: A record must have at least 4 rows. Got 1 in record 2"):
+        read(path, record="run")
