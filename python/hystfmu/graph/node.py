@@ -6,6 +6,7 @@ import ctypes as C
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -128,7 +129,7 @@ class Node:
             dims[d.name] = int(n)
         return dims
 
-    @property
+    @cached_property
     def sizes(self) -> dict[str, int]:
         """Number of elements of every variable."""
         return self.block.sizes(self.dims)
