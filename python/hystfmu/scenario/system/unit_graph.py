@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.files import read_bytes
 from hystfmu.graph import Graph, Node, Port, Value
 from hystfmu.model import Model
 from hystfmu.scenario.system.case import Case
@@ -49,7 +51,16 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
 def _model(case: Case, relative: str, where: str) -> Model:
     """The model that a path of the case stands for."""
     attached = case.attached.get(relative)
-    return attached if isinstance(attached, Model) else Model.load(_path(case, relative, where))
+    if isinstance(attached, Model):
+        return attached
+    path = _path(case, relative, where)
+    return _parsed(path, read_bytes(path))
+
+
+@lru_cache(maxsize=16)
+def _parsed(path: Path, content: bytes) -> Model:
+    """The model in a file, read once for all cases as long as its content stays."""
+    return Model.load(path)
 
 
 def _path(case: Case, relative: str, where: str) -> Path:
