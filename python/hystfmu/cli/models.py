@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
 import click
 
@@ -74,6 +75,9 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Option of the identification method; repeatable."
 )
 @click.option("--seed", default=0, show_default=True, help="Seed of the random starts.")
+@click.option(
+    "--report", "folder", metavar="DIR", help="Write a page about the fit; without -o also into the current folder."
+)
 @json_option
 def fit(
     data: tuple[str, ...],
@@ -83,6 +87,7 @@ def fit(
     train: str | None,
     settings: tuple[str, ...],
     seed: int,
+    folder: str | None,
     as_json: bool,
 ) -> None:
     """Identify a model from measured data.
@@ -99,6 +104,9 @@ def fit(
              hystfmu fit --models
     """
     import hystfmu as hy
+    from hystfmu.face.fit_page import interval_text
+    from hystfmu.face.rows import free_run, held_out_errors, parts, table_of
+    from hystfmu.model.conformal import interval
     from hystfmu.report.terminal import progress, table
 
     options = assignments(settings)
@@ -107,11 +115,19 @@ def fit(
         click.echo(measured.read_as)
     with progress(f"fitting {key}") as report:
         model = hy.fit(measured, key, seed=seed, progress=report, **options)
-    out = out or f"{measured.name.partition(' ')[0]}.model.toml"
+    name = measured.name.partition(" ")[0]
+    if out is None:
+        out, folder = f"{name}.model.toml", folder or "."
     model.save(out)
+    page = None if folder is None else model.report(measured, Path(folder) / f"{name}.html")
     f = model.fit
+    y = free_run(model, measured)
+    found, new = parts(y, measured, True), interval(held_out_errors(y, measured))
     if as_json:
-        click.echo(json.dumps({"model": model.key, "file": out, **f}))
+        told = [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
+        more: dict[str, Any] = {"interval": vars(new)} if new else {}
+        more |= {"page": str(page)} if page else {}
+        click.echo(json.dumps({"model": model.key, "file": out, **f, "errors": told, **more}))
         return
     if key == "auto":
         p = model.provenance
@@ -131,7 +147,12 @@ def fit(
     if "coverage_percent" in f:
         head, row = [*head, "coverage %"], [*row, f"{f['coverage_percent']:.0f}"]
     click.echo(table(head, [row]))
-    click.echo(f"wrote {out}")
+    if len(found) > 1:
+        shown = table_of(found, measured.unit_y)
+        click.echo("\n" + table(shown.head, shown.rows))
+    if new is not None:
+        click.echo(interval_text(new, measured.unit_y))
+    click.echo(f"wrote {out}" + ("" if page is None else f" and {page}"))
 
 
 @click.command()
@@ -149,15 +170,18 @@ def predict(
 ) -> None:
     """Simulate a model on the input column of a file.
 
-    Measured outputs are not used (free run).  Row 0 is the output after initialisation with the first input.  Row k is
-    the output of an FMU after setting u_k and calling doStep(t_{k-1}, h).  Warns if rows lie outside the range that a
-    network was trained on; the network clips its inputs there.
+    Measured outputs are not used (free run); where there are any, the errors against them are printed.  Row 0 is the
+    output after initialisation with the first input.  Row k is the output of an FMU after setting u_k and calling
+    doStep(t_{k-1}, h).  Warns if rows lie outside the range that a network was trained on; the network clips its inputs
+    there.
 
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
     """
     import hystfmu as hy
+    from hystfmu.face.rows import parts, table_of
     from hystfmu.model.coverage import WARN, clamped
+    from hystfmu.report.terminal import table
 
     m = hy.Model.load(model)
     measured = columns.read(data, with_output=False)
@@ -171,9 +195,15 @@ def predict(
             f"range of {model}, which clips its inputs there",
             err=True,
         )
+    found = parts(y, measured, False) if measured.has_output else []
     if as_json:
-        click.echo(json.dumps({"file": out, "rows": len(y), "clamped_percent": share}))
+        told = {"errors": [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]}
+        click.echo(json.dumps({"file": out, "rows": len(y), "clamped_percent": share, **(told if found else {})}))
         return
+    click.echo(measured.read_as)
+    if found:
+        shown = table_of(found, measured.unit_y)
+        click.echo(table(shown.head, shown.rows))
     click.echo(f"wrote {out}: {len(y)} rows")
 
 

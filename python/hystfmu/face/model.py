@@ -189,6 +189,43 @@ class Model(Record):
         u, y = _with_unit("u", other.unit_u or source.unit), _with_unit("y", other.unit_y or sink.unit)
         return Plot(f"{self.key}: y over u", u, y, lines, points=LOOP_POINTS)
 
+    def report(self, data: Dataset, path: str | Path) -> Path:
+        """Write a page about the fit: errors, interval for new rows, loops, residuals, parameters, warnings.
+
+        Parameters
+        ----------
+        data : Dataset
+            The data of the fit, with their training rows.
+        path : str or Path
+            The file, ``*.html``.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            No measured output, or a file that cannot be written.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> data = hy.synthetic.piezo(60, 1000.0).with_train(":9000")
+        >>> hy.fit(data, "prandtl_ishlinskii").report(data, "piezo.html").name
+        'piezo.html'
+        """
+        from hystfmu.base.files import write_text
+        from hystfmu.face.fit_page import fit_page
+
+        self._one_to_one("report")
+        if not data.has_output:
+            where = data.path or data.name
+            raise InputError(f"{where}: The data must have a measured output to compare with. Got none.")
+        write_text(path, fit_page(self, data))
+        return Path(path)
+
     def inverse(self, method: InverseMethod = "auto", seed: int = 0, **options: Any) -> Model:
         """The inverse: a model again, whose input `u` is the wanted output and whose output `y` is the input to apply.
 

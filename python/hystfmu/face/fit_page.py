@@ -1,0 +1,116 @@
+"""The page of a fit to data of one's own: errors, interval, loops, residuals, parameters, warnings, provenance."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.face.rows import free_run, held_out_errors, parts, table_of
+from hystfmu.face.summary import tables
+from hystfmu.model import Model
+from hystfmu.model.conformal import Interval, interval
+from hystfmu.report.page import Section, Table, page, section
+from hystfmu.report.plot import LOOP_POINTS, Line, Plot
+
+SEGMENT = 1024  # rows of a segment of the spectrum
+FLOOR = 1e-12  # least amplitude that is drawn, relative to the span
+
+
+def fit_page(model: Model, data: Dataset) -> str:
+    """Return the page as HTML.
+
+    Parameters
+    ----------
+    model : Model
+        Fitted to the training rows of `data`.
+    data : Dataset
+        With a measured output.
+    """
+    y = free_run(model, data)
+    found = interval(held_out_errors(y, data))
+    first = Section(
+        "Errors",
+        interval_text(found, data.unit_y),
+        [table_of(parts(y, data, True), data.unit_y)],
+        [_loop(y, data), *_errors(y, data)],
+    )
+    warned = model.fit.get("warnings", [])
+    warnings = Section(
+        "Warnings", "" if warned else "None.", [Table(("warning",), [(w,) for w in warned])] if warned else []
+    )
+    body = [
+        f"<h1>{escape(model.key)} fitted to {escape(data.name)}</h1>",
+        f'<p class="lead">{escape(model.text)}</p>',
+        section(first),
+        section(warnings),
+        section(Section("Model", "", tables(model))),
+        section(Section("Origin", data.read_as, [_origin(model)])),
+    ]
+    return page(f"{model.key} fitted to {data.name}", body)
+
+
+def interval_text(found: Interval | None, unit: str) -> str:
+    """Say in a sentence what interval the errors on new rows fall into."""
+    if found is None:
+        return "No interval for new rows: it needs 80 rows that are no training rows (--train A:B)."
+    of = f" {unit}" if unit else ""
+    return (
+        f"95 % of the errors on held-out rows are within +-{found.half_width:.4g}{of} (split conformal). Measured on "
+        f"blocks that did not give the interval: {found.coverage:.1f} % of {found.rows} rows are inside, "
+        f"{found.lowest:.0f} % in the worst of {found.blocks} blocks."
+    )
+
+
+def _loop(y: Array, data: Dataset) -> Plot:
+    lines = [Line("measured", data.u, data.y), Line("model", data.u, y)]
+    return Plot("loops", _with("u", data.unit_u), _with("y", data.unit_y), lines, points=LOOP_POINTS)
+
+
+def _errors(y: Array, data: Dataset) -> list[Plot]:
+    """Draw the error over time and over the input, and its spectrum."""
+    e, label = data.y - y, _with("measured - model", data.unit_y)
+    t: Array = np.arange(len(e), dtype=np.float64) * data.h  # records follow one another
+    rows = {"training rows": np.zeros(len(e), dtype=bool)}
+    rows["training rows"][data.train] = True
+    if not rows["training rows"].all():
+        rows["held-out rows"] = ~rows["training rows"]
+    over_time = [Line(name, t[k], e[k]) for name, k in rows.items()]
+    over_input = [Line(name, data.u[k], e[k]) for name, k in rows.items()]
+    return [
+        Plot("error over time", "time (s)", label, over_time, envelope=True),
+        Plot("error over the input", _with("u", data.unit_u), label, over_input, points=LOOP_POINTS),
+        _spectrum(e, data),
+    ]
+
+
+def _spectrum(e: Array, data: Dataset) -> Plot:
+    """Draw the amplitude densities of the error and of the output."""
+    from scipy.signal import welch
+
+    def line(name: str, v: Array) -> Line:
+        f, power = welch(v - v.mean(), 1 / data.h, nperseg=min(SEGMENT, len(v)))
+        amplitude: Array = np.sqrt(np.asarray(power[1:], dtype=np.float64)) / data.span
+        return Line(name, np.log10(np.asarray(f[1:], dtype=np.float64)), 20 * np.log10(np.maximum(amplitude, FLOOR)))
+
+    return Plot(
+        "spectrum of the error",
+        "log10 of the frequency (Hz)",
+        "dB of the span per sqrt(Hz)",
+        [line("error", e), line("output", data.y)],
+    )
+
+
+def _origin(model: Model) -> Table:
+    known = model.provenance
+    rows: list[tuple[str, object]] = [(k, known[k]) for k in ("data", "rows", "train", "seed", "sha256") if k in known]
+    options = known.get("options", {})
+    rows += [(f"option {k}", options[k]) for k in options]
+    rows += [(f"version of {k}", v) for k, v in known.get("versions", {}).items()]
+    return Table(("origin", "value"), rows)
+
+
+def _with(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if unit not in ("", "1") else name

@@ -1,0 +1,75 @@
+"""Errors of a model on every part of a data set that has an output: training rows, rows held out, each record."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.model import Model
+from hystfmu.model.accuracy import errors
+from hystfmu.report.page import Table
+
+LEAST = 4  # rows with a varying output that an error needs
+
+
+@dataclass(frozen=True)
+class Part:
+    """Rows with their name and the errors on them (`hystfmu.model.accuracy.errors`)."""
+
+    name: str
+    rows: slice
+    errors: dict[str, float]
+
+
+def free_run(model: Model, data: Dataset) -> Array:
+    """Run a model on every record of the data from a fresh start, shape (n,)."""
+    return data.along(lambda u: model.predict(u, data.h))
+
+
+def parts(y: Array, data: Dataset, fitted: bool) -> list[Part]:
+    """Compute the errors of an output y (n,) of a model.
+
+    Parameters
+    ----------
+    y : array, shape (n,)
+        Output of the model.
+    data : Dataset
+        With a measured output.
+    fitted : bool
+        Whether the model was fitted to the training rows; else they are rows as the others.  Percent count of the span
+        of y in the training rows, or in all rows.
+    """
+    n, train = len(data.t), data.train
+    named: list[tuple[str, slice]] = []
+    whole = (train.start, train.stop) == (0, n)
+    if fitted:
+        named.append(("training rows", train))
+        named += [("held-out rows", slice(*ends)) for ends in ((0, train.start), (train.stop, n))]
+    if not fitted:
+        named.append(("all rows", slice(0, n)))
+    if len(data.starts) > 1:
+        named += [(f"record {k}", rows) for k, rows in enumerate(data.records, 1)]
+    span = data.span if fitted and not whole else float(np.ptp(data.y))
+    if not span > 0:
+        return []
+    return [
+        Part(name, rows, errors(y[rows], data.y[rows], span)) for name, rows in named if rows.stop - rows.start >= LEAST
+    ]
+
+
+def table_of(found: list[Part], unit: str) -> Table:
+    """Make a table of errors; the unit of measure is that of y."""
+    of = f" ({unit})" if unit else ""
+    head = ("errors", "rows", "RMS %FS", "max %FS", f"RMS{of}", f"max{of}")
+    keys = ("rms_percent", "max_percent", "rms", "max")
+    rows = [(p.name, f"{p.rows.start}:{p.rows.stop}", *(f"{p.errors[k]:.4g}" for k in keys)) for p in found]
+    return Table(head, rows)
+
+
+def held_out_errors(y: Array, data: Dataset) -> Array:
+    """Return measured minus model on the rows that are no training rows, shape (m,)."""
+    e = data.y - y
+    return np.concatenate([e[: data.train.start], e[data.train.stop :]])

@@ -1,0 +1,100 @@
+"""Errors on every part of a record, the interval for new rows, and the page of a fit."""
+
+import json
+import re
+
+import numpy as np
+import plants
+import pytest
+from click.testing import CliRunner
+
+import hystfmu as hy
+from hystfmu.cli import main
+from hystfmu.data.signals import training
+from hystfmu.face.rows import parts
+from hystfmu.model.conformal import interval, quantile
+
+
+def measured(name="<b>&"):
+    u = 50 + 40 * training(30, 4, 0.05)
+    y = plants.prandtl_ishlinskii(u / 40)
+    y = y + 2e-3 * np.ptp(y) * np.random.default_rng(0).normal(size=len(y))
+    n = len(u)
+    return hy.Dataset(np.arange(n) * 1e-3, u, y, name, train=(n // 4, n // 2), unit_u="V", unit_y="um")
+
+
+def test_errors_of_every_part():
+    data = measured()
+    y = data.y + np.arange(len(data.y))
+    found = {(p.name, p.rows.start, p.rows.stop): p.errors for p in parts(y, data, True)}
+    n, (a, b) = len(data.t), (data.train.start, data.train.stop)
+    assert list(found) == [("training rows", a, b), ("held-out rows", 0, a), ("held-out rows", b, n)]
+    assert [e["max"] for e in found.values()] == pytest.approx([b - 1, a - 1, n - 1])
+    assert found["held-out rows", 0, a]["max_percent"] == pytest.approx(100 * (a - 1) / data.span)
+    two = hy.Dataset.joined([data, data])
+    named = [(p.name, p.rows.start) for p in parts(np.concatenate([y, y]), two, False)]
+    assert named == [("all rows", 0), ("record 1", 0), ("record 2", n)]
+
+
+def test_the_interval_of_normal_errors():
+    e = 3 * np.random.default_rng(1).normal(size=40000)
+    found = interval(e)
+    assert found.half_width == pytest.approx(3 * 1.96, rel=0.02)
+    assert found.coverage == pytest.approx(95, abs=0.5)
+    assert 92 < found.lowest < found.coverage
+
+
+def test_the_interval_says_where_it_does_not_hold():
+    e = np.random.default_rng(2).normal(size=4000)
+    e[1000:1200] *= 10  # a block of its own
+    found = interval(e)
+    assert found.lowest < 30
+    assert 90 < found.coverage < 97
+    assert interval(e[:79]) is None
+
+
+@pytest.mark.parametrize(("n", "k"), [(19, 19), (20, 20), (39, 38), (99, 95), (10, 10)])
+def test_the_quantile_counts_one_more_row(n, k):
+    assert quantile(np.random.default_rng(n).permutation(np.arange(1.0, n + 1))) == k
+
+
+def test_the_page_of_a_fit(tmp_path):
+    data = measured()
+    model = hy.fit(data, "prandtl_ishlinskii", N=20)
+    page = model.report(data, tmp_path / "fit.html").read_text()
+    for text in ("&lt;b&gt;&amp;", "u (V)", "measured - model (um)", "spectrum of the error", "loops", "held-out rows"):
+        assert text in page, text
+    assert "<b>&" not in page
+    assert page.count("<svg") == 4
+    assert re.search(r"within \+-[\d.]+ um \(split conformal\)", page)
+    assert "http" not in page.replace("http://www.w3.org", "")
+    whole = data.with_train(None)
+    assert (
+        "No interval for new rows"
+        in hy.fit(whole, "prandtl_ishlinskii", N=5).report(whole, tmp_path / "b.html").read_text()
+    )
+    with pytest.raises(hy.InputError, match="must have a measured output"):
+        model.report(hy.Dataset(data.t, data.u, np.full(len(data.t), np.nan)), tmp_path / "c.html")
+
+
+def test_fit_and_predict_print_the_errors_of_every_part(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    data = measured("a")
+    data.to_csv("a.csv")
+    rows = f"{data.train.start}:{data.train.stop}"
+    done = CliRunner().invoke(main, ["fit", "a.csv", "--model", "prandtl_ishlinskii", "--train", rows])
+    assert done.exit_code == 0, done.output
+    assert done.stdout.count("held-out rows  ") == 2
+    assert "split conformal" in done.stdout
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.csv", "a.html", "a.model.toml"]
+    done = CliRunner().invoke(main, ["predict", "a.model.toml", "a.csv", "-o", "p.csv"])
+    assert "all rows" in done.stdout
+    as_json = json.loads(CliRunner().invoke(main, ["predict", "a.model.toml", "a.csv", "-o", "p.csv", "--json"]).stdout)
+    (found,) = as_json["errors"]
+    assert found["rows"] == [0, len(data.t)]
+    assert f"{found['rms_percent']:.4g}" in done.stdout
+    (tmp_path / "u.csv").write_text("t,u\n" + "".join(f"{k * 1e-3!r},{v!r}\n" for k, v in enumerate(data.u.tolist())))
+    without = CliRunner().invoke(main, ["predict", "a.model.toml", "u.csv", "-o", "q.csv"])
+    assert without.exit_code == 0, without.output
+    assert "no output" in without.stdout
+    assert "all rows" not in without.stdout
