@@ -247,5 +247,10 @@ def inverse(
     rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
     worth = "" if rms is None else f": error of inverse and model in cascade: RMS {rms:.2g} %, max {most:.2g} % of span"
     click.echo(f"wrote {out}, {made.provenance['inverse']} inverse{worth}")
+    if late := made.fit.get("lag_steps"):
+        click.echo(
+            f"the output of the model is the wanted one of {late} steps ({made.fit['lag']:.3g} s) ago, accurate up to "
+            f"{made.fit['band']:.3g} Hz: give the reference that much earlier"
+        )
     for warning in made.fit.get("warnings", ()):
         click.echo(f"warning: {warning}", err=True)

@@ -243,7 +243,9 @@ class Model(Record):
         Returns
         -------
         Model
-            `fit` holds the errors of inverse and model in cascade, and a warning if they are large.
+            `fit` holds the errors of inverse and model in cascade, and a warning if they are large.  With linear
+            dynamics or a delay behind the hysteresis also ``lag_steps`` and ``lag`` (s): in cascade the output is the
+            wanted one of so many steps ago, accurate up to ``band`` (Hz).  Give the reference that much ahead.
 
         Raises
         ------

@@ -41,10 +41,11 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "g0_prandtl_ishlinskii": {"N": 10},
 }
 # words of the error for keys without an inverse of that kind
-NO_CHAIN, PAST = ("no exact inverse", "learned"), ("past inputs only", "feedforward")
+NO_CHAIN, PAST = ("no exact inverse", "learned"), ("past inputs only", "no causal inverse")
+CHAINS = ("prandtl_ishlinskii", "g0_prandtl_ishlinskii", "actuator", "auto")
 REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
-    **{("exact", key): NO_CHAIN for key in METHODS if key not in ("prandtl_ishlinskii", "actuator", "auto")},
-    **{(way, key): PAST for way in WAYS for key in ("g0_prandtl_ishlinskii", "g0_bouc_wen", "bouc_wen_oscillator")},
+    **{("exact", key): NO_CHAIN for key in METHODS if key not in CHAINS},
+    **{(way, "bouc_wen_oscillator"): PAST for way in WAYS},
     **{
         ("implicit", key): ("at creep", "dynamics")
         for key in ("actuator", "prandtl_ishlinskii_asym", "prandtl_ishlinskii_rate")
@@ -57,6 +58,7 @@ BOUND = {
     "implicit": 1e-10,
     "learned": 8.0,
 }  # max error of inverse -> model, % of span; learned: little training
+LATE = 0.1  # the same with dynamics, after the lag
 LEARNED: dict[str, Any] = {"starts": 1, "iterations": 30, "N": 8, "hidden": 6}
 # a learned inverse has one structure and knows its model by predictions only: an operator, an ODE, a network
 TAUGHT = ("prandtl_ishlinskii", "bouc_wen", "rate_mlp")
@@ -200,10 +202,13 @@ def test_a_key_has_an_inverse_or_a_reason(model: Model, way: str, tmp_path: Path
     made = inverse(model, way, **options)
     assert made.key == f"{model.key}_inverse"
     worth = made.fit["cascade_max_percent"]
-    assert made.fit["cascade_rms_percent"] <= worth <= BOUND[way]
+    late = made.fit.get("lag_steps")
+    assert made.fit["cascade_rms_percent"] <= worth <= max(BOUND[way], LATE if late else 0.0)
     r = model.predict(0.8 * signals.nested_reversals(12, 5, step=0.02))
     u = same_bits(made, r, tmp_path)
     in_model_exchange(made, r[:150], tmp_path / "exchange")
+    if late is not None:  # dynamics do not follow the kinks of this signal; see test_inverse_dynamics
+        return
     assert np.abs(model.predict(u) - r).max() <= max(2 * worth, BOUND["exact"]) / 100 * np.ptp(r)  # another signal
 
 

@@ -1,0 +1,227 @@
+"""Inverse of a model with linear dynamics behind the hysteresis: y = e^(-s tau) G(s) H[u].
+
+G has no causal inverse, but one that looks `p` samples ahead.  The unit therefore lags: in cascade with its model the
+output is the wanted output of ``lag_steps`` = p + delay steps ago, exactly at low frequencies.  Give it the reference
+that many steps ahead (``lead`` of the block `reference`) and the cascade has no lag.
+
+Feed-forward: 2 p + 1 weights f_i on the last samples of the wanted output, so that
+
+  sum_i f_i z^-i = z^-p / G(z),  z = e^theta,
+
+holds for the value and the first 2 p derivatives at theta = 0.  For p = 1 and a second-order G these are r + 2 zeta /
+omega_n r' + r'' / omega_n^2 by central differences; G(z) is the block as it steps, so hold and Pade delay are included.
+The hysteresis in front is inverted by the method asked for; it sees the samples of the feed-forward.
+
+Noise of the wanted output is amplified, by 4 / (omega_n h)^2 at the highest frequency: wanted outputs are computed, not
+measured.  The error grows with frequency.  `p` is the smallest with an error of at most `ACCURATE` at a tenth of the
+slowest natural frequency; a wanted output with kinks (a triangle) is followed as far as G can follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import factorial
+
+import numpy as np
+from scipy.signal import cont2discrete
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import NO_LIMIT
+from hystfmu.graph import Graph, Input, Node
+from hystfmu.inverse.input_range import over_range
+from hystfmu.model import Model
+
+ACCURATE, MOST_AHEAD = 1e-4, 8
+BAND = 0.1  # of the slowest natural frequency: where the feed-forward is accurate and the cascade is tested
+LEAST_SAMPLES = 20  # in a cycle of the test signals
+DYNAMICS, LINEAR = ("transfer_function", "delay"), ("transfer_function", "delay", "scaling")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """A model as `front`, its hysteresis, and the chain of linear blocks behind it."""
+
+    front: Model
+    tail: tuple[Node, ...]
+
+    @property
+    def delay(self) -> int:
+        """Whole steps of delay."""
+        return sum(n.dims["n"] for n in self.tail if n.type == "delay")
+
+    @property
+    def readout(self) -> tuple[float, float]:
+        """Gain and offset of the scalings at the end."""
+        gain, offset = 1.0, 0.0
+        for n in self.tail:
+            if n.type == "scaling":
+                k = float(n.value("gain")[0])
+                gain, offset = gain * k, offset * k + float(n.value("offset")[0])
+        return gain, offset
+
+    def fractions(self, h: float) -> list[tuple[Array, Array, bool]]:
+        """Return numerator and denominator in z of each transfer function, and whether it acts a step early."""
+        found = []
+        for n in self.tail:
+            if n.type == "transfer_function":
+                held = n.value("hold")[0] == 0
+                # time in steps, because coefficients in seconds are many decades apart
+                b, a = (n.value(v) * h ** (n.dims["na"] - np.arange(n.dims[f"n{v}"], -1, -1.0)) for v in "ba")
+                top, bottom, _ = cont2discrete((b, a), 1.0, "zoh" if held else "foh")
+                found.append((np.ravel(top), np.ravel(bottom), held))  # a held input acts from the start of its step
+        return found
+
+    def frequency(self) -> float:
+        """Return the slowest natural frequency (Hz)."""
+        poles = [abs(p) for n in self.tail if n.type == "transfer_function" for p in np.roots(n.value("a"))]
+        return float(min(poles, default=np.inf) / (2 * np.pi))
+
+
+def split(model: Model) -> Parts | None:
+    """Cut the linear dynamics at the end of a model off; None if there are none, or nothing in front of them."""
+    g = model.graph
+    drives = {b: a for a, b in g.wires}
+    tail: list[Node] = []
+    source = g.outputs[0].source
+    while (node := g.node(source.split(".")[0])).type in LINEAR and f"{node.name}.u" in drives:
+        limits = [abs(v) for name in ("lo", "hi") if name in node.values for v in node.value(name)]
+        if min(limits, default=NO_LIMIT) < NO_LIMIT or sum(a.startswith(f"{node.name}.") for a, _ in g.wires) > 1:
+            break
+        tail.insert(0, node)
+        source = drives[f"{node.name}.u"]
+    while tail and tail[0].type not in DYNAMICS:
+        source = f"{tail.pop(0).name}.y"
+    if not tail or any(a.type == "scaling" for a, b in pairwise(tail) if b.type in DYNAMICS):
+        return None
+    names = {n.name for n in tail}
+    nodes = [n for n in g.nodes if n.name not in names]
+    wires = [(a, b) for a, b in g.wires if b.split(".")[0] not in names]
+    front = Graph(nodes, wires, g.inputs, [replace(g.outputs[0], source=source)])
+    return Parts(replace(model, key=model.key.removeprefix("g0_"), graph=front, fit={}), tuple(tail))
+
+
+def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Model]) -> Model:
+    """Put the feed-forward of the dynamics before the inverse of the hysteresis.
+
+    Parameters
+    ----------
+    model : Model
+        The whole model.
+    parts : Parts
+        Its parts, from `split`.
+    inverted : function
+        Returns the inverse of the model of the hysteresis.
+
+    Returns
+    -------
+    Model
+        `fit` states ``lag_steps`` and ``lag`` (s), and ``band`` (Hz), up to which it is accurate.
+
+    Raises
+    ------
+    InputError
+        The hysteresis has no such inverse, or the dynamics have no static gain.
+    """
+    if model.step is None:
+        raise InputError(f"The model {model.key} must state its step for an inverse of its dynamics. Got none.")
+    ahead, taps = _feedforward(parts, model.step)
+    behind = inverted(parts.front)
+    g = behind.graph
+    name = "dynamics"
+    while name in {n.name for n in g.nodes}:
+        name += "_"
+    gain, offset = parts.readout
+    theta = np.append(taps / gain, -offset / gain * taps.sum())
+    dims = {"n_u": len(taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
+    sink = model.graph.outputs[0]
+    start = float(model.predict(np.full(2, model.graph.inputs[0].start))[0])
+    graph = Graph(
+        [Node(name, "polynomial_narx", dims, {"theta": theta}), *g.nodes],
+        [*g.wires, *((f"{name}.y", end) for end in g.inputs[0].to)],
+        [Input("u", (f"{name}.u",), sink.unit, start, "wanted output")],
+        g.outputs,
+    )
+    steps = ahead + parts.delay
+    lag = {"lag_steps": steps, "lag": steps * model.step, "band": BAND * parts.frequency()}
+    provenance = {
+        **behind.provenance,
+        "feedforward": f"{len(taps)} samples of the wanted output",
+        "of": model.provenance,
+    }
+    text = f"{behind.provenance['inverse']} inverse, {steps} steps late: {model.text}"
+    return Model(f"{model.key}_inverse", graph, model.step, text, {**behind.fit, **lag}, provenance)
+
+
+def _feedforward(parts: Parts, h: float) -> tuple[int, Array]:
+    """Return the number of samples ahead and the weights of the last samples, newest first."""
+    fractions = parts.fractions(h)
+    theta = min(2 * np.pi * BAND * parts.frequency() * h, np.pi / 10)
+    z = np.exp(1j * theta)
+    there = np.prod([np.polyval(b, z) / np.polyval(a, z) * (z if held else 1) for b, a, held in fractions])
+    for ahead in range(1, MOST_AHEAD + 1):
+        n = 2 * ahead + 1
+        order = np.arange(n)
+        target = _exponential(-ahead, n)
+        for b, a, held in fractions:
+            top = _quotient(_polynomial(a, n), _polynomial(b, n))
+            target = np.convolve(target, np.convolve(top, _exponential(-1 if held else 0, n))[:n])[:n]
+        moments = np.array([_exponential(-float(i), n) for i in range(n)]).T
+        taps = np.linalg.solve(moments, target)
+        found = np.sum(taps * z ** (-order.astype(float))) * z**ahead * there
+        if abs(found - 1) <= ACCURATE:
+            return ahead, taps
+    raise InputError(
+        f"The dynamics of {parts.front.key} must have an inverse that looks at most {MOST_AHEAD} samples ahead. Got "
+        f"none to {ACCURATE:g} at {BAND * parts.frequency():.4g} Hz and steps of {h:g} s."
+    )
+
+
+def _exponential(k: float, n: int) -> Array:
+    """Return the first n Taylor coefficients of e^(k theta)."""
+    return np.array([k**m / factorial(m) for m in range(n)])
+
+
+def _polynomial(p: Array, n: int) -> Array:
+    """Return the first n Taylor coefficients in theta of a polynomial in z = e^theta, highest power first."""
+    degree = len(p) - 1
+    return np.asarray(sum(c * _exponential(degree - i, n) for i, c in enumerate(p)))
+
+
+def _quotient(a: Array, b: Array) -> Array:
+    """Divide power series: the first len(a) coefficients of a / b."""
+    out = np.zeros(len(a))
+    for m in range(len(a)):
+        out[m] = (a[m] - out[:m] @ b[m:0:-1]) / b[0] if b[0] else np.nan
+    return out
+
+
+def wanted(model: Model, parts: Parts, share: float) -> list[Array]:
+    """Return wanted outputs up to `BAND` of the slowest natural frequency: decaying sines and two tones, with a ramp.
+
+    Parameters
+    ----------
+    model, parts : Model, Parts
+        Model with its parts, from `split`.
+    share : float
+        Share of the input range that they use.
+    """
+    from hystfmu.data.signals import decaying_sine, two_tones
+
+    assert model.step is not None
+    reached = parts.front.predict(over_range(parts.front, share * np.array([0.0, 1.0, -1.0, 1.0])))
+    gain, offset = parts.readout
+    start, least, most = (gain * v + offset for v in (float(reached[0]), float(reached.min()), float(reached.max())))
+    samples = max(round(1 / (BAND * parts.frequency() * model.step)), LEAST_SAMPLES)
+    shapes = (
+        (samples, decaying_sine(8, 0.1, samples)),
+        (samples, decaying_sine(6, 0.3, samples)),
+        (round(3.7 * samples), two_tones(4, 3.7, 0.4, round(3.7 * samples))),
+    )
+    out = []
+    for cycle, v in shapes:
+        way_in = 0.5 - 0.5 * np.cos(np.pi * np.minimum(np.arange(len(v)) / cycle, 1))
+        out.append(start + way_in * ((least + most) / 2 - start + (most - least) / 2 * v))
+    return out

@@ -1,0 +1,133 @@
+"""Inverses of a hysteresis with linear dynamics behind it: the cascade tracks late by whole steps, as stated."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import hystfmu as hy
+from hystfmu import Graph, InputError, Model, Node
+from hystfmu.cli import main
+from hystfmu.graph import Input, Output
+from hystfmu.identify.features.dynamics import Dynamics
+from hystfmu.inverse import inverse
+from hystfmu.inverse.dynamic import split
+
+F_N = 500.0
+PLAYS = Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": 0.6, "r": [0.05, 0.2, 0.5], "w": [0.3, 0.2, 0.1]})
+
+
+def plays(h: float, hold: str, zeta: float = 0.7, delay: float = 0.0) -> Model:
+    """Return three plays, G0 with delay, and a readout."""
+    chain = [
+        Node("input", "scaling", {"n": 1}, {"gain": 0.02, "offset": -1.0}),
+        PLAYS,
+        *Dynamics(F_N, zeta, delay).nodes(h, hold),
+        Node("readout", "scaling", {"n": 1}, {"gain": -5.0, "offset": 3.0}),
+    ]
+    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
+    graph = Graph(chain, wires, [Input("u", ("input.u",), "V", 50.0)], [Output("y", "readout.y", "um")])
+    return Model("g0_prandtl_ishlinskii", graph, h, "", {}, {"span_u": [0.0, 100.0]})
+
+
+def bouc_wen(h: float, hold: str) -> Model:
+    """Return a linear term minus a Bouc-Wen state, G0, and a readout."""
+    nodes = [
+        Node("operator", "bouc_wen", {}, {"A": 1.0, "beta": 1.4, "gamma": -0.3, "n": 1.0, "alpha": 0.0, "k": 1.0}),
+        Node("hysteresis", "sum", {"n": 2}, {"k": [2.4, -1.1]}),
+        *Dynamics(F_N, 0.7, 2e-5).nodes(h, hold),
+        Node("readout", "scaling", {"n": 1}, {"offset": 0.2}),
+    ]
+    wires = [("operator.z", "hysteresis.u[2]"), ("hysteresis.y", "g0.u"), ("g0.y", "readout.u")]
+    inputs = [Input("u", ("operator.u", "hysteresis.u[1]"))]
+    return Model("g0_bouc_wen", Graph(nodes, wires, inputs, [Output("y", "readout.y")]), h, "", {}, {"span_u": [-1, 1]})
+
+
+def tracked(model: Model, made: Model, f: float, middle: float, amplitude: float) -> float:
+    """Return the largest error (% of span) of a sine that starts smoothly, after the stated lag."""
+    assert model.step is not None
+    t = np.arange(round(6 / f / model.step)) * model.step
+    wanted = middle + amplitude * (1 - np.exp(-((t * f) ** 3))) * np.sin(2 * np.pi * f * t)
+    reached = model.predict(made.predict(wanted, model.step))
+    late = made.fit["lag_steps"]
+    return float(100 * np.abs(reached[late:] - wanted[: len(t) - late]).max() / np.ptp(wanted))
+
+
+@pytest.mark.parametrize("hold", ["zoh", "foh"])
+@pytest.mark.parametrize(("h", "zeta", "delay"), [(1e-4, 0.7, 0.0), (1e-4, 0.04, 3.4e-4), (4e-4, 0.7, 9e-4)])
+def test_plays_and_dynamics_track_within_a_thousandth(hold: str, h: float, zeta: float, delay: float) -> None:
+    model = plays(h, hold, zeta, delay)
+    made = inverse(model)
+    assert made.fit["cascade_max_percent"] <= 0.1
+    assert made.fit["lag"] == made.fit["lag_steps"] * h >= delay // h * h
+    assert made.fit["band"] == pytest.approx(F_N / 10)
+    for f in (5.0, F_N / 10):
+        assert tracked(model, made, f, 3.0, 3.0) <= 0.1
+    assert made.predict(np.full(9, 3.0)).tolist() == [pytest.approx(50.0, abs=1e-10)] * 9  # at rest from the start
+
+
+def test_bouc_wen_and_dynamics_track_by_one_root_a_step() -> None:
+    model = bouc_wen(1e-4, "zoh")
+    with pytest.raises(InputError, match="'implicit'"):
+        inverse(model)
+    made = inverse(model, "implicit")
+    assert made.fit["cascade_max_percent"] <= 0.1
+    assert tracked(model, made, F_N / 10, 0.2, 1.0) <= 0.1
+    assert any(n.type == "implicit_inverse" for n in made.graph.nodes)
+
+
+def test_three_samples_are_the_feedforward_by_central_differences() -> None:
+    """2 zeta / omega_n and 1 / omega_n^2 from the weights; the step is so short that the hold does not count."""
+    h = 1e-6
+    made = inverse(plays(h, "foh"))
+    (node,) = (n for n in made.graph.nodes if n.type == "polynomial_narx")
+    taps = -5.0 * node.value("theta")[:-1]
+    w = 2 * np.pi * F_N
+    assert len(taps) == 3
+    first, second = (taps[0] - taps[2]) / 2, taps[0] + taps[2]
+    assert taps.sum() == pytest.approx(1, abs=1e-9)
+    assert 2 * h * first == pytest.approx(2 * 0.7 / w, rel=1e-3)
+    assert h**2 * second / 2 == pytest.approx(1 / w**2, rel=1e-3)
+
+
+def test_a_scenario_with_that_preview_has_no_lag() -> None:
+    model = plays(1e-4, "zoh", delay=3.4e-4)
+    made = inverse(model)
+    lead = made.fit["lag"]
+    loop = hy.Scenario("preview", step=1e-4, stop=0.1)
+    sine = hy.blocks.Reference(frequency=50.0, amplitude=3.0, offset=3.0, lead=lead)
+    loop.add("reference", sine).add("inverse", hy.Model.of(made)).add("plant", hy.Model.of(model))
+    loop.connect("reference.r_lead", "inverse.u").connect("inverse.y", "plant.u")
+    loop.metric("worst", "max_percent", "plant.y", against="reference.r", limit=0.1, after=0.04)
+    assert hy.run(loop, engine="native").passed
+
+
+def test_the_command_says_how_late(tmp_path: Path) -> None:
+    plays(1e-4, "zoh", delay=3e-4).save(tmp_path / "m.model.toml")
+    out = tmp_path / "i.model.toml"
+    result = CliRunner().invoke(main, ["inverse", str(tmp_path / "m.model.toml"), "-o", str(out)])
+    assert result.exit_code == 0, result.output
+    late = Model.load(out).fit["lag_steps"]
+    assert f"the wanted one of {late} steps ({late * 1e-4:.3g} s) ago, accurate up to 50 Hz" in result.output
+
+
+def test_what_is_not_linear_at_the_end_is_not_split() -> None:
+    assert split(Model("p", Graph.single(PLAYS), 1e-4)) is None
+    assert split(Model("t", Graph.single(Node("g0", "transfer_function")), 1e-4)) is None
+    limited = plays(1e-4, "zoh")
+    nodes = [n if n.name != "readout" else n.with_values(lo=-1.0) for n in limited.graph.nodes]
+    graph = Graph(nodes, limited.graph.wires, limited.graph.inputs, limited.graph.outputs)
+    assert split(Model("limited", graph, 1e-4)) is None
+
+
+def test_dynamics_without_static_gain_are_refused() -> None:
+    model = plays(1e-4, "zoh")
+    high_pass = Node("g0", "transfer_function", {}, {"b": [1.0, 0.0], "a": [1.0, 100.0]})
+    nodes = [n if n.name != "g0" else high_pass for n in model.graph.nodes]
+    graph = Graph(nodes, model.graph.wires, model.graph.inputs, model.graph.outputs)
+    with pytest.raises(InputError, match=r"dynamics of .* must have an inverse .* at most 8 samples .* Got none"):
+        inverse(Model("high_pass", graph, 1e-4))
