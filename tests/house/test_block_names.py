@@ -33,6 +33,10 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/streaming.py": dict.fromkeys(
         ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"
     ),
+    "inverse/dynamic.py": {
+        **dict.fromkeys(("delay", "scaling", "transfer_function"), "split(): linear blocks at the end of a chain"),
+        "polynomial_narx": "dynamic_inverse(): weights of the last samples, which start at the first one",
+    },
     "inverse/exact.py": {
         "prandtl_ishlinskii": "_INVERT: asks for a linear term and positive slopes",
         "dead_zones": "_INVERT: the inverse has other knots and slopes",
