@@ -123,7 +123,7 @@ def exchanged(model: Model) -> Dataset:
 
 def bank_inverse(model: Model) -> Model:
     """Bank of 24 plays and a network that give the input of the model from its output."""
-    return fit(exchanged(model), "play_bank_mlp", N=24, decay=1e-8)
+    return fit(exchanged(model), "play_bank_mlp", N=24, starts=4, decay=1e-6)
 
 
 def zhao_tan_inverse(model: Model) -> Model:
