@@ -10,7 +10,8 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-sys.path += [str(p) for p in Path(__file__).parent.iterdir() if p.is_dir()]  # as pytest has them
+# as pytest has them
+sys.path += [str(Path(__file__).parents[1]), *(str(p) for p in Path(__file__).parent.iterdir() if p.is_dir())]
 
 import compare
 import exported

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -97,8 +98,9 @@ def scenario_parts(name: str) -> tuple[dict[str, Any], Graph]:
 def test_modelica_plant_in_the_loop_gives_the_loop_of_the_units(tmp_path: Path) -> None:
     """The first 6 ms of the scenario sliding_mode; that units and FMUs give the same bits is tested elsewhere."""
     script, out = Path(__file__).with_name("plant_in_loop.py"), tmp_path / "rows.npz"
+    path = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(
-        [sys.executable, str(script), str(out)], capture_output=True, text=True, timeout=900, check=False
+        [sys.executable, str(script), str(out)], env=path, capture_output=True, text=True, timeout=900, check=False
     )
     assert done.returncode == 0, done.stderr[-1000:]
     with np.load(out) as file:

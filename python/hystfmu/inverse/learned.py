@@ -25,6 +25,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.extras import extras
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.exact import exact_inverse
@@ -78,8 +79,10 @@ def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, 
     """Fit plays, invert them, and train a network in front that corrects the wanted output."""
     from hystfmu.identify import errors, fit, options
     from hystfmu.identify.features.plays import thresholds
-    from hystfmu.identify.network.readout import Features, fit_readout
     from hystfmu.identify.options import resolve
+
+    with extras("a learned inverse"):
+        from hystfmu.identify.network.readout import Features, fit_readout
 
     chosen = resolve("the learned inverse", options("play_bank_mlp"), {**CORRECTED, **NO_NOISE, **given})
     least = LEAST_SLOPE * float(np.ptp(y) / np.ptp(u)) if np.ptp(y) > 0 else 0.0

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
+sys.path += [str(p) for p in Path(__file__).parents[1:3]]  # as pytest has them
+
 import library
 
 from hystfmu.model import Model
