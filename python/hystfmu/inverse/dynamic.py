@@ -146,12 +146,9 @@ def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Mode
     )
     steps = ahead + parts.delay
     lag = {"lag_steps": steps, "lag": steps * model.step, "band": BAND * parts.frequency()}
-    provenance = {
-        **behind.provenance,
-        "feedforward": f"{len(taps)} samples of the wanted output",
-        "of": model.provenance,
-    }
-    text = f"{behind.provenance['inverse']} inverse, {steps} steps late: {model.text}"
+    provenance = {**behind.provenance, "samples": len(taps), "of": model.provenance}
+    late = "1 step" if steps == 1 else f"{steps} steps"
+    text = f"{behind.provenance['inverse']} inverse, {late} late: {model.text}"
     return Model(f"{model.key}_inverse", graph, model.step, text, {**behind.fit, **lag}, provenance)
 
 
