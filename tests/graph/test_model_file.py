@@ -32,7 +32,13 @@ def test_round_trip_keeps_every_bit(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("format = 1", "format = 9", "format: Input should be 1. Got '9' instead."),
+        (
+            "format = 1",
+            "format = 9",
+            "format: The format must be 1 or older. Got 9 of a newer version .*: pip install --upgrade hystfmu",
+        ),
+        ("format = 1", "format = 2\nkeys_to_come = 3", "format: The format must be 1 or older. Got 2"),
+        ("format = 1", "format = 0", "format: Input should be 1. Got '0' instead."),
         ("format = 1\n", "", "format: Field required"),
         ('type = "prandtl_ishlinskii"', 'type = "preisach2"', "Got 'preisach2' instead"),
         ("w0 = 0.333", 'w0 = "a"\nw9 = 0.333', "A parameter of .* must be one of .*. Got 'w9' instead."),

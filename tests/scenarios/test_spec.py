@@ -142,6 +142,17 @@ def test_an_engine_that_does_not_exist_is_refused_with_those_that_do(loop: Any, 
     assert result.output.splitlines()[-1].endswith("'python' is not one of 'fmpy', 'native'.")
 
 
+@pytest.mark.parametrize("below", [False, True])
+def test_a_file_of_a_newer_version_names_the_remedy(loop: Any, write: Any, below: bool) -> None:
+    path = write({**loop, "format": 2, "key_to_come": 1})
+    if below:
+        path = write({"extends": "../loop/scenario.toml"}, "child")
+    with pytest.raises(InputError, match=r"format: The format must be 1 or older. Got 2 .*: pip install --upgrade"):
+        Scenario(path)
+    write({**loop, "format": 1})
+    assert Scenario(path).spec.format == 1
+
+
 def test_a_misspelt_key_is_named_and_not_the_one_that_it_leaves_out(loop: Any, write: Any) -> None:
     loop["stopp"] = loop.pop("stop")
     with pytest.raises(InputError, match=r"scenario\.toml: stopp: there is no such key"):

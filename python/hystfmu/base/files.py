@@ -111,6 +111,22 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
         raise InputError(f"{path}: The file must be valid TOML. Got arrays or tables nested too deeply.") from None
 
 
+def check_format(data: dict[str, Any], newest: int, path: str | Path) -> None:
+    """Refuse a file whose key `format` is newer than `newest`, before a key that only a newer version knows is met.
+
+    Raises
+    ------
+    InputError
+        One line with the file, its format and the command that installs a newer version.
+    """
+    found = data.get("format")
+    if isinstance(found, int) and found > newest:
+        raise InputError(
+            f"{path}: format: The format must be {newest} or older. Got {found} of a newer version of HystFMU: "
+            "pip install --upgrade hystfmu"
+        )
+
+
 def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key], Path]) -> M:
     """Validate a dictionary against the pydantic model `kind`.
 

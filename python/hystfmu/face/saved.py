@@ -10,7 +10,7 @@ from typing import Any
 from hystfmu.base.files import read_bytes, write_bytes, write_toml
 from hystfmu.face.parts import files
 from hystfmu.model import Model
-from hystfmu.scenario.system.spec import ScenarioSpec
+from hystfmu.scenario.system.spec import FORMAT, ScenarioSpec
 
 
 def save(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], folder: Path) -> Path:
@@ -47,7 +47,7 @@ def save(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], folder: 
             what.save(folder / name)
         else:
             write_bytes(folder / name, read_bytes(what))
-    ordered = {k: content[k] for k in ScenarioSpec.model_fields if k in content}
+    ordered = {"format": FORMAT, **{k: content[k] for k in ScenarioSpec.model_fields if k in content}}
     write_toml(folder / "scenario.toml", ordered)
     return folder
 

@@ -114,7 +114,7 @@ class Scenario:
         read = Cases(path)
         made = cls(read.spec.name, step=read.spec.step)
         made._origin, made._folder = read.origin, read.folder
-        made._spec = read.spec.model_dump(by_alias=True, exclude_unset=True)
+        made._spec = read.spec.model_dump(by_alias=True, exclude_unset=True, exclude={"format"})
         return made
 
     # ---- what a scenario says ---------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from typing import Any
 from hystfmu.data import Dataset
 from hystfmu.identify import auto
 from hystfmu.identify.catalogue import AUTO, METHODS, description, options
-from hystfmu.identify.excitation import sensor_lag
+from hystfmu.identify.excitation import closed_loop, sensor_lag
 from hystfmu.identify.one import Progress, check, fit_one
 from hystfmu.identify.options import resolve
 from hystfmu.model import Model
@@ -49,7 +49,7 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     """
     report = progress or (lambda fraction: None)
     if key != AUTO:
-        return _with_lag(fit_one(data, key, seed, report, given), data)
+        return _examined(fit_one(data, key, seed, report, given), data)
     resolve(key, options(key), given)
     check(data)
     started = time.perf_counter()
@@ -57,12 +57,12 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     model = fit_one(data, choice.method, seed, lambda fraction: None, choice.options)
     warned = [*choice.fit["warnings"], *model.fit.get("warnings", [])]
     found = {**model.fit, **choice.fit, "warnings": warned, "seconds": round(time.perf_counter() - started, 4)}
-    return _with_lag(replace(model, fit=found, provenance={**model.provenance, **choice.provenance}), data)
+    return _examined(replace(model, fit=found, provenance={**model.provenance, **choice.provenance}), data)
 
 
-def _with_lag(model: Model, data: Dataset) -> Model:
-    """Add a warning if the output lags by rows that the model does not follow."""
-    warned = sensor_lag.warnings(data, model.fit["rms_percent"])
+def _examined(model: Model, data: Dataset) -> Model:
+    """Add warnings about the record: an output that lags, an input that follows the output."""
+    warned = [*sensor_lag.warnings(data, model.fit["rms_percent"]), *closed_loop.warnings(data)]
     if not warned:
         return model
     return replace(model, fit={**model.fit, "warnings": [*model.fit.get("warnings", []), *warned]})

@@ -11,9 +11,12 @@ from pydantic import Field
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_toml, write_toml
+from hystfmu.base.files import check, check_format, load_toml, write_toml
 from hystfmu.graph import Graph
 from hystfmu.graph.tables import GraphTable, graph_tables
+
+FORMAT = 1
+"""Version of the keys of a model file; a reader refuses newer ones and states what to do with older ones."""
 
 
 class _File(GraphTable):
@@ -82,7 +85,7 @@ class Model:
 
     def save(self, path: str | Path) -> None:
         """Write ``*.model.toml`` to `path`, atomically."""
-        data: dict[str, Any] = {"format": 1, "key": self.key, "text": self.text}
+        data: dict[str, Any] = {"format": FORMAT, "key": self.key, "text": self.text}
         if self.step is not None:
             data["step"] = float(self.step)
         data.update(fit=self.fit, provenance=self.provenance, **graph_tables(self.graph))
@@ -97,7 +100,9 @@ class Model:
         InputError
             One line with file, key, rule and value.
         """
-        f = read_toml(path, _File)
+        table = load_toml(path)
+        check_format(table, FORMAT, path)
+        f = check(table, _File, path)
         try:
             graph = f.graph()
         except InputError as e:

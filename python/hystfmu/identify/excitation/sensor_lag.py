@@ -24,6 +24,15 @@ FOLLOWED = 0.25  # of the residual with the lag: a model whose error is below fo
 LEAST = 0.1  # % of the span: the residual that the lag takes away
 
 
+def columns(data: Dataset) -> Array:
+    """Return a constant, the powers of the input to the third, and plays, up to the last training row; (rows, 16)."""
+    rows = data.train
+    u = data.u[: rows.stop]
+    x = (u - u[rows].mean()) / np.ptp(u[rows])
+    bank = plays(u, thresholds(u[rows], PLAYS), float(u[0]))
+    return np.column_stack([np.ones(len(u)), x, x**2, x**3, bank])
+
+
 def residuals(data: Dataset) -> Array:
     """Return the RMS residual (% of the span of y) of a sum of plays for a lag of 0, 1, ... rows, shape (m,)."""
     data = data.longest()
@@ -32,15 +41,12 @@ def residuals(data: Dataset) -> Array:
     most = min(MOST_LAG, (end - first) // 10)
     if most < 1 or end - first < 4 * PLAYS:
         return np.zeros(1)
-    u = data.u[:end]
-    x = (u - u[rows].mean()) / np.ptp(u[rows])
-    bank = plays(u, thresholds(u[rows], PLAYS), float(u[0]))
-    columns = np.column_stack([np.ones(end), x, x**2, x**3, bank])
+    table = columns(data)
     asked = np.arange(max(first, most), end)[:: -(-(end - first) // MOST_ROWS)]
     y = data.y[asked]
 
     def residual(lag: int) -> float:
-        a = columns[asked - lag]
+        a = table[asked - lag]
         return rms(y - a @ np.linalg.lstsq(a, y, rcond=None)[0])
 
     with threadpool_limits(1):

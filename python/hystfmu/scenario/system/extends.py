@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import check, load_toml
+from hystfmu.base.files import check, check_format, load_toml
 from hystfmu.scenario.system.inside import inside, is_relative
-from hystfmu.scenario.system.spec import SOURCES, ScenarioSpec
+from hystfmu.scenario.system.spec import FORMAT, SOURCES, ScenarioSpec
 
 MOST_BYTES = 2**20  # of each file
 MOST_FILES = 8  # of a chain
@@ -58,6 +58,7 @@ def _chain(file: Path) -> list[tuple[Path, Table]]:
             table = load_toml(path, MOST_BYTES)
         except InputError as e:
             raise InputError(f"{layers[-1][0]}: extends: {e}" if layers else str(e)) from None
+        check_format(table, FORMAT, path)
         below = table.pop("extends", None)
         layers.append((path, _rebased(table, path.parent, file.parent)))
         if below is None:

@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from hystfmu.graph.tables import STRICT, GraphTable, Name, Number, Value
 
+FORMAT: Literal[1] = 1
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -147,6 +148,9 @@ class ScenarioSpec(pydantic.BaseModel):
     """The whole file."""
 
     model_config = STRICT
+    format: Literal[1] = Field(
+        FORMAT, description="version of the keys; newer ones are refused, renamed keys are named"
+    )
     name: Name
     text: str = ""
     delay: str = Field("", description="a note on delays in the loop, printed beside the computed delay budget")
