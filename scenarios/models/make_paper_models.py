@@ -7,22 +7,38 @@ The inverse is trained with input and output exchanged and with the paper's inve
 Yu & Alici 2005: figs. 6 to 8 one after the other through hysteresis and G0; the inverse is a network on (y, dy/dt).
 IPMC: a decaying sine of 10 Hz through the synthetic sensor, and the network on it.  The compensator is trained with
 voltage and displacement exchanged, on sines and random reversals of 1, 2, 5 and 10 Hz.
+
+Every record goes through a CSV file, as a measurement would: an inverse names the columns the other way round, as
+`hystfmu fit record.csv --input y --output u` does.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from hystfmu.data import Dataset
 from hystfmu.data.signals import decaying_sine
 from hystfmu.data.synthetic_ipmc import BEND, DRIFT, LAG, RADII, STROKE, W0, WEIGHTS, ipmc, sensor
 from hystfmu.data.synthetic_ipmc import RATE as IPMC_RATE
+from hystfmu.data.reader.reading import read
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify import fit
 from hystfmu.model import Model
 from hystfmu.papers.rate_plant import FIGURES, excitation
 from make_models import backlash, bouc_wen, save
+
+
+def columns(record: Dataset, name: str, exchanged: bool = False, train: slice | None = None) -> Dataset:
+    """Columns t, u, y of a CSV file of the record; `exchanged` takes y as input and u as output."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "record.csv"
+        record.to_csv(path)
+        data = read(path, "t", *(("y", "u") if exchanged else ("u", "y")), train=train)
+    return replace(data, name=name, path="")
+
 
 # ---- Zhao & Tan 2008 ---------------------------------------------------------------------------------------------
 ROWS, CYCLE, STEP = 1200, 200, 1e-3
@@ -49,8 +65,8 @@ def zhao_tan_record() -> Dataset:
 def zhao_tan_models() -> dict[str, Model]:
     """The actuator, and operator and network of the model and of the inverse."""
     record = zhao_tan_record()
-    half = record.with_train((VIRGIN, ROWS // 2))
-    exchanged = Dataset.from_signal(record.y, record.u, STEP, f"{record.name}, exchanged", record.train)
+    half = columns(record, record.name, train=slice(VIRGIN, ROWS // 2))
+    exchanged = columns(record, f"{record.name}, exchanged", exchanged=True, train=record.train)
     model = fit(half, "zhao_tan_mlp")
     inverse = fit(exchanged, "zhao_tan_mlp", operator="zhao_tan_inverse")
     actuator = Model("actuator", zhao_tan_actuator(), None, "ten backlashes of full widths 0.1 .. 1")
@@ -106,7 +122,7 @@ def yu_alici_models() -> dict[str, Model]:
     for name, plant in (("backlash", backlash), ("bouc_wen", bouc_wen)):
         d = yu_alici_record(plant(True), name)
         models[f"yu_alici_{name}_inverse"] = fit(
-            replace(d, u=d.y, y=d.u), "rate_mlp", memory="none", hidden=12, starts=3
+            columns(d, d.name, exchanged=True), "rate_mlp", memory="none", hidden=12, starts=3
         )
     return models
 
@@ -143,8 +159,9 @@ def ipmc_models() -> dict[str, Model]:
     x = decaying_sine(CYCLES, TRAINED, round(IPMC_RATE / F_SINE))
     noise = 1e-3 * np.random.default_rng(0).normal(size=len(x))
     sine = Dataset.from_signal(STROKE * x, sensor(x) + noise, 1 / IPMC_RATE, "decaying sine of 10 Hz")
+    sine = columns(sine, sine.name)
     rich = ipmc(frequencies=(1.0, 2.0, 5.0, 10.0))
-    exchanged = Dataset.from_signal(rich.y, rich.u, rich.h, "displacement from voltage, 1 to 10 Hz")
+    exchanged = columns(rich, "displacement from voltage, 1 to 10 Hz", exchanged=True)
     compensator = fit(exchanged, "polynomial_narx", n_k=0)
     return {
         "ipmc_sensor": Model("sensor", ipmc_sensor(), None, "synthetic IPMC sensor"),
