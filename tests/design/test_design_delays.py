@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
 from hystfmu.design import linearise, loop, margins, to_control
+from hystfmu.design.delays import unfolded
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.features.dynamics import Dynamics
+from hystfmu.inverse import inverse
 from hystfmu.model import Model
 
 pytest.importorskip("control")
@@ -98,3 +103,35 @@ def test_refusals():
         to_control(chain(2), 1e-3)
     with pytest.raises(InputError, match=r"'h' must be a float in \(0, inf\)"):
         to_control(chain(2), -1.0)
+
+
+def late_inverse() -> tuple[Model, Model]:
+    """Plays, G0 and a delay of 3.4 steps as the kinds g0_..., and their inverse."""
+    values = {"w0": 0.6, "r": [0.05, 0.2], "w": [0.3, 0.2]}
+    chain = [
+        Node("hysteresis", "prandtl_ishlinskii", {}, values),
+        *Dynamics(500.0, 0.7, 3.4 * H).nodes(H, "zoh"),
+        Node("readout", "scaling", {"n": 1}, {"gain": -5.0, "offset": 3.0}),
+    ]
+    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
+    graph = Graph(chain, wires, [Input("u", ("hysteresis.u",))], [Output("y", "readout.y")])
+    model = Model("g0_prandtl_ishlinskii", graph, H, "", {}, {"span_u": [-1, 1]})
+    return model, inverse(model)
+
+
+def test_weights_of_past_samples_become_delays() -> None:
+    _, made = late_inverse()
+    opened = unfolded(made.graph)
+    assert "polynomial_narx" not in {n.type for n in opened.nodes}
+    u = 3 + np.append(0, np.cumsum(np.random.default_rng(0).normal(size=300)))
+    np.testing.assert_allclose(opened.run(u, H), made.graph.run(u, H), rtol=0, atol=1e-10)
+
+
+def test_an_inverse_of_dynamics_cancels_its_model_but_for_the_lag() -> None:
+    """The product of both responses is a delay: the lag of the inverse, and the step for which the model is held."""
+    model, made = late_inverse()
+    first, second = to_control(made, H), to_control(model, H)
+    for f in (0.1, 10.0, 50.0):
+        z = np.exp(2j * np.pi * f * H)
+        assert abs(first(z) * second(z) * z ** (made.fit["lag_steps"] + 1) - 1) < 1e-4
+    assert margins(loop(model, Node("pid", "pid", {}, {"Kp": -0.1, "Ki": -50.0, "Kd": 0.0}), H)).stable

@@ -51,7 +51,11 @@ ALLOWED: dict[str, dict[str, str]] = {
     "inverse/implicit.py": {"implicit_inverse": "implicit_inverse(): the block around the model"},
     "model/coverage.py": {"scaling": "_limiters(): the block that limits the inputs of a network"},
     "model/from_torch.py": {"mlp": "torch_blocks(): the block of two linear layers"},
-    "design/delays.py": {"delay": "cut(): delays become states", "scaling": "cut(): gains of 1 at the ends of a delay"},
+    "design/delays.py": {
+        "delay": "cut(): delays become states",
+        "scaling": "cut(): gains of 1 at the ends of a delay",
+        **dict.fromkeys(("polynomial_narx", "sum"), "unfolded(): weights of past samples as delays and a sum"),
+    },
     "design/linear.py": {
         **dict.fromkeys(("delay", "pid", "lead_lag", "sliding_mode", "super_twisting"), "_SAMPLED: its function of z"),
         "transfer_function": "to_control(): the block is a transfer function already",

@@ -7,7 +7,8 @@ replaces it on request.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from scipy.linalg import block_diag
 from hystfmu.base.arrays import Array
 from hystfmu.graph import Graph, Input, Node, Output
 
-DELAY = "delay"
+DELAY, WEIGHTS = "delay", "polynomial_narx"
 StateSpace = tuple[Array, Array, Array, Array]
 
 
@@ -41,6 +42,7 @@ def cut(graph: Graph) -> Cut:
     Cut
         Two gains of 1 replace each delay: one drives an additional output, an additional input drives the other.
     """
+    graph = unfolded(graph)
     delays = [n for n in graph.nodes if n.type == DELAY]
     if not delays:
         return Cut(graph, ())
@@ -60,6 +62,41 @@ def cut(graph: Graph) -> Cut:
     wires = [(behind(a), b) for a, b in graph.wires]
     opened = Graph(nodes, wires, [*graph.inputs, *late], [*outputs, *taken], step=graph.step)
     return Cut(opened, tuple(n.dims["n"] for n in delays))
+
+
+def unfolded(graph: Graph) -> Graph:
+    """Replace weights of past samples (polynomial_narx of degree 1 in its input) by delays of a step and a sum."""
+    nodes: list[Node] = []
+    wires, own, to = list(graph.wires), list[tuple[str, str]](), dict[str, str]()
+    for n in graph.nodes:
+        if n.type != WEIGHTS or n.dims["q"] > 1 or n.dims["n_f"] or n.dims["n_y"]:
+            nodes.append(n)
+            continue
+        count, theta = n.dims["n_u"], n.value("theta")
+        line = [Node(f"{n.name}_0", "scaling", {"n": 1})]
+        past = {"y0": _at_start(graph, f"{n.name}.u")}
+        line += [Node(f"{n.name}_{i}", DELAY, {"n": 1}, past) for i in range(1, count + n.dims["n_k"])]
+        nodes += [*line, Node(n.name, "sum", {"n": count}, {"k": theta[:-1], "offset": theta[-1]})]
+        wires += [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(line)]
+        to[f"{n.name}.u"] = f"{n.name}_0.u"
+        taps = [f"{part.name}.y" for part in line[n.dims["n_k"] :]]
+        ends = [f"{n.name}.u"] if count == 1 else [f"{n.name}.u[{i}]" for i in range(1, count + 1)]
+        own += zip(taps, ends, strict=True)
+    if not to:
+        return graph
+    wires = [*((a, to.get(b, b)) for a, b in wires), *own]
+    inputs = [replace(i, to=tuple(to.get(end, end) for end in i.to)) for i in graph.inputs]
+    return Graph(nodes, wires, inputs, graph.outputs, step=graph.step)
+
+
+def _at_start(graph: Graph, end: str) -> float:
+    """Return the value of an input of a block when the inputs of the graph have their start values."""
+    for i in graph.inputs:
+        if end in i.to:
+            return float(i.start)
+    source = next(a for a, b in graph.wires if b == end)
+    first = np.array([[i.start for i in graph.inputs]])
+    return float(Graph(graph.nodes, graph.wires, graph.inputs, [Output("v", source)]).run(first)[0, 0])
 
 
 def close(system: StateSpace, line: StateSpace) -> StateSpace:
