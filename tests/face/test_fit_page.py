@@ -11,7 +11,7 @@ from click.testing import CliRunner
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.data.signals import training
-from hystfmu.face.rows import parts
+from hystfmu.face.rows import parts, split_errors
 from hystfmu.model.conformal import interval, quantile
 
 
@@ -69,12 +69,23 @@ def test_the_page_of_a_fit(tmp_path):
     assert re.search(r"within \+-[\d.]+ um \(split conformal\)", page)
     assert "http" not in page.replace("http://www.w3.org", "")
     whole = data.with_train(None)
-    assert (
-        "No interval for new rows"
-        in hy.fit(whole, "prandtl_ishlinskii", N=5).report(whole, tmp_path / "b.html").read_text()
-    )
+    page = hy.fit(whole, "prandtl_ishlinskii", N=5).report(whole, tmp_path / "b.html").read_text()
+    assert "on the last 30 % of the rows, of the same kind of model fitted to the others, are within" in page
+    short = hy.Dataset(data.t[:90], data.u[:90], data.y[:90])
+    page = hy.fit(short, "prandtl_ishlinskii", N=5).report(short, tmp_path / "d.html").read_text()
+    assert "No interval for new rows" in page
     with pytest.raises(hy.InputError, match="must have a measured output"):
         model.report(hy.Dataset(data.t, data.u, np.full(len(data.t), np.nan)), tmp_path / "c.html")
+
+
+def test_rows_that_were_fitted_give_no_interval_but_a_second_fit_does():
+    data = measured().with_train(None)
+    model = hy.fit(data, "prandtl_ishlinskii", N=20)
+    e = split_errors(model, data, 0)
+    n = round(0.7 * len(data.t))
+    assert len(e) == len(data.t) - n
+    other = hy.fit(data.with_train((0, n)), "prandtl_ishlinskii", N=20)
+    np.testing.assert_array_equal(e, (data.y - other.predict(data.u, data.h))[n:])
 
 
 def test_fit_and_predict_print_the_errors_of_every_part(tmp_path, monkeypatch):

@@ -87,7 +87,7 @@ def test_auto_prints_candidates_memory_and_warnings(tmp_path, monkeypatch):
     out = tmp_path / "m.model.toml"
     done = CliRunner().invoke(main, ["fit", str(path), "--model", "auto", "-o", str(out)])
     assert done.exit_code == 0, done.output
-    for words in ("held-out RMS", "parameters", "memory: unknown", "warning: the input is one decaying", "60 samples"):
+    for words in ("validation RMS", "parameters", "unknown", "warning: the input is one decaying", "60 samples"):
         assert words in done.output, words
     saved = Model.load(out)
     assert len(saved.fit["warnings"]) == 2

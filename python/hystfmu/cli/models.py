@@ -104,9 +104,8 @@ def fit(
              hystfmu fit --models
     """
     import hystfmu as hy
-    from hystfmu.face.fit_page import interval_text
-    from hystfmu.face.rows import free_run, held_out_errors, parts, table_of
-    from hystfmu.model.conformal import interval
+    from hystfmu.face.fit_page import interval_of, interval_text
+    from hystfmu.face.rows import free_run, parts, table_of
     from hystfmu.report.terminal import progress, table
 
     options = assignments(settings)
@@ -122,7 +121,7 @@ def fit(
     page = None if folder is None else model.report(measured, Path(folder) / f"{name}.html")
     f = model.fit
     y = free_run(model, measured)
-    found, new = parts(y, measured, True), interval(held_out_errors(y, measured))
+    found, (new, which) = parts(y, measured, True), interval_of(model, y, measured, False)
     if as_json:
         told = [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
         more: dict[str, Any] = {"interval": vars(new)} if new else {}
@@ -132,7 +131,7 @@ def fit(
     if key == "auto":
         p = model.provenance
         rated = [[k, p["auto_parameters"][k], f"{e:.4g}"] for k, e in p["auto"].items()]
-        click.echo(table(["candidate", "parameters", "held-out RMS %FS"], rated))
+        click.echo(table(["candidate", "parameters", "validation RMS %FS"], rated))
         for name, reason in p["auto_left_out"].items():
             click.echo(f"not tried: {name}: {reason}")
         click.echo(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
@@ -151,7 +150,7 @@ def fit(
         shown = table_of(found, measured.unit_y)
         click.echo("\n" + table(shown.head, shown.rows))
     if new is not None:
-        click.echo(interval_text(new, measured.unit_y))
+        click.echo(interval_text(new, which, measured.unit_y))
     click.echo(f"wrote {out}" + ("" if page is None else f" and {page}"))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
-from hystfmu.face.rows import free_run, held_out_errors, parts, table_of
+from hystfmu.face.rows import free_run, held_out_errors, parts, split_errors, table_of
 from hystfmu.face.summary import tables
 from hystfmu.model import Model
 from hystfmu.model.conformal import Interval, interval
@@ -30,10 +30,9 @@ def fit_page(model: Model, data: Dataset) -> str:
         With a measured output.
     """
     y = free_run(model, data)
-    found = interval(held_out_errors(y, data))
     first = Section(
         "Errors",
-        interval_text(found, data.unit_y),
+        interval_text(*interval_of(model, y, data, True), data.unit_y),
         [table_of(parts(y, data, True), data.unit_y)],
         [_loop(y, data), *_errors(y, data)],
     )
@@ -52,13 +51,34 @@ def fit_page(model: Model, data: Dataset) -> str:
     return page(f"{model.key} fitted to {data.name}", body)
 
 
-def interval_text(found: Interval | None, unit: str) -> str:
+def interval_of(model: Model, y: Array, data: Dataset, refit: bool) -> tuple[Interval | None, str]:
+    """Return the interval for new rows, and which rows gave it.
+
+    Parameters
+    ----------
+    model : Model
+    y : array, shape (n,)
+        Its output.
+    data : Dataset
+        The data of the fit.
+    refit : bool
+        Whether to fit the same kind to 70 % of the rows if all were fitted.
+    """
+    if (data.train.start, data.train.stop) != (0, len(data.t)):
+        return interval(held_out_errors(y, data)), "on held-out rows"
+    if not refit:
+        return None, ""
+    which = "on the last 30 % of the rows, of the same kind of model fitted to the others,"
+    return interval(split_errors(model, data, model.provenance.get("seed", 0))), which
+
+
+def interval_text(found: Interval | None, which: str, unit: str) -> str:
     """Say in a sentence what interval the errors on new rows fall into."""
     if found is None:
         return "No interval for new rows: it needs 80 rows that are no training rows (--train A:B)."
     of = f" {unit}" if unit else ""
     return (
-        f"95 % of the errors on held-out rows are within +-{found.half_width:.4g}{of} (split conformal). Measured on "
+        f"95 % of the errors {which} are within +-{found.half_width:.4g}{of} (split conformal). Measured on "
         f"blocks that did not give the interval: {found.coverage:.1f} % of {found.rows} rows are inside, "
         f"{found.lowest:.0f} % in the worst of {found.blocks} blocks."
     )

@@ -12,6 +12,7 @@ from hystfmu.model import Model
 from hystfmu.model.accuracy import errors
 from hystfmu.report.page import Table
 
+SHARE = 0.7  # of the rows: fitted, where an interval needs rows that are not
 LEAST = 4  # rows with a varying output that an error needs
 
 
@@ -73,3 +74,14 @@ def held_out_errors(y: Array, data: Dataset) -> Array:
     """Return measured minus model on the rows that are no training rows, shape (m,)."""
     e = data.y - y
     return np.concatenate([e[: data.train.start], e[data.train.stop :]])
+
+
+def split_errors(model: Model, data: Dataset, seed: int) -> Array:
+    """Return measured minus model on the last 30 % of the rows, of the same kind fitted to the others, shape (m,).
+
+    For data that were fitted as a whole: the kind and its options are those of `model`.
+    """
+    from hystfmu.identify import fit
+
+    part = data.with_train((0, round(SHARE * len(data.t))))
+    return held_out_errors(free_run(fit(part, model.key, seed, **model.provenance.get("options", {})), part), part)

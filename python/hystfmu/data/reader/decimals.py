@@ -36,6 +36,8 @@ def decimal_sign(text: str) -> str | None:
     """
     if COMMA not in text or not (_SIGNED[COMMA].search(text) or _DECIMAL[COMMA].search(text)):
         return POINT
+    if POINT not in text and _DECIMAL[COMMA].search(text):
+        return COMMA  # a cell such as 1,234,567 beside it is no number
     comma = bool(_DECIMAL[COMMA].search(text)) or bool(_PARTED[POINT].search(text))
     point = bool(_DECIMAL[POINT].search(text)) or bool(_PARTED[COMMA].search(text))
     return None if comma == point else COMMA if comma else POINT

@@ -16,7 +16,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.identify.excitation.sensor_lag import columns
 
-MOST_ROWS = 4000  # consecutive training rows that are looked at
+MOST_ROWS = 2000  # consecutive training rows that are looked at
 ORDER = 12  # of the prediction
 LATER = 10  # rows between residual and increment
 SURE = 60.0  # sum of LATER squared normal variables: its mean is 10, and 60 is exceeded once in 3e8
