@@ -84,9 +84,13 @@ def test_any_phases_and_noise_give_the_dynamics(seed):
     assert errors(m.predict(held, H), y, np.ptp(y))["rms_percent"] <= 0.1
 
 
-def test_a_difference_quotient_at_the_bound_of_the_delay():
-    """delay_max = 0 lets a quotient step to a delay just below 0, which is none."""
-    assert [n.name for n in Dynamics(500.0, 0.7, -1e-9).nodes(H, "foh")] == ["g0"]
+def test_without_a_delay_none_is_found_or_warned_of():
+    """delay_max = 0: a difference quotient steps below 0, which is no delay."""
+    assert Dynamics.at([0.0, 0.0, -1e-5], H).delay == 0
+    m = fit(record(multisine(0.15, 500, 6), 500.0, 0.7, 0.0), "g0_prandtl_ishlinskii", N=4, delay_max=0.0)
+    assert m.fit["delay"] == 0
+    assert not any("delay 0" in w for w in m.fit["warnings"])
+    assert [n.name for n in m.graph.nodes if n.type == "delay"] == []
 
 
 def test_a_lightly_damped_plant_with_delay():

@@ -46,7 +46,8 @@ class Dynamics:
     @classmethod
     def at(cls, p: Sequence[float] | Array, h: float) -> Dynamics:
         """Make the dynamics at the point p = (ln f_n, ln zeta, delay in samples) of a search, for the step h (s)."""
-        return cls(float(np.exp(p[0])), float(np.exp(p[1])), float(p[2]) * h)
+        samples = float(p[2])
+        return cls(float(np.exp(p[0])), float(np.exp(p[1])), samples * h if samples > LEAST_REST else 0.0)
 
     def point(self, h: float) -> Array:
         """Return the point of a search for the step h (s), the inverse of `at`."""
@@ -54,7 +55,7 @@ class Dynamics:
 
     def nodes(self, h: float, hold: str) -> list[Node]:
         """Return a chain of blocks for the step h (s): ``g0`` (transfer_function), and ``delay`` from one sample on."""
-        whole = max(math.floor(self.delay / h + LEAST_REST), 0)  # a difference quotient may step below 0
+        whole = math.floor(self.delay / h + LEAST_REST)
         b, a = polynomials(self, max(self.delay - whole * h, 0.0) if self.delay / h - whole > LEAST_REST else 0.0)
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})
         return [g0, Node("delay", "delay", {"n": whole})] if whole else [g0]
@@ -171,7 +172,7 @@ def unknown(g: Dynamics, spread: Array, data: Dataset, options: Mapping[str, Any
         )
     if spread[1] > KNOWN:
         found.append(f"zeta = {g.zeta:.3g} is known to {100 * spread[1]:.2g} % only (standard error)")
-    if 2 * np.pi * g.f_n * spread[2] * data.h > KNOWN_PHASE:
+    if options["delay_max"] > 0 and 2 * np.pi * g.f_n * spread[2] * data.h > KNOWN_PHASE:
         found.append(f"the delay {g.delay:.3g} s is known to {spread[2] * data.h:.2g} s only (standard error)")
     return found
 
