@@ -235,6 +235,9 @@ def inverse(
     wanted output in front of the exact inverse of fitted plays.  Options: hidden, N (plays), starts, iterations, ...
     Options of the implicit inverse: lo, hi.
 
+    Linear dynamics and a delay behind the hysteresis are inverted by a feed-forward from a few samples of the wanted
+    output.  The output of the model is then the wanted one of some steps ago; the command prints how many.
+
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
              hystfmu inverse piezo.model.toml --method learned --set hidden=16 -o inverse.model.toml
