@@ -45,7 +45,7 @@ def automatic(plant):
 @pytest.mark.parametrize(
     ("plant", "memory", "chosen", "limit"),
     [
-        (plants.prandtl_ishlinskii, "return-point", {"prandtl_ishlinskii", "fitted_operator_mlp"}, 0.1),
+        (plants.prandtl_ishlinskii, "return-point", {"prandtl_ishlinskii", "actuator", "fitted_operator_mlp"}, 0.1),
         (plants.bouc_wen, "no return-point", {"bouc_wen"}, 0.01),
         pytest.param(last_extremum, "no return-point", {"zhao_tan_mlp"}, 5.0, marks=pytest.mark.stress),
         pytest.param(

@@ -24,7 +24,14 @@ from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts
 from hystfmu.scenario.shipped import shipped_scenarios
 
-KEYS = ("prandtl_ishlinskii", "prandtl_ishlinskii_asym", "zhao_tan_mlp", "play_bank_mlp", "bouc_wen")
+KEYS = (
+    "actuator",
+    "prandtl_ishlinskii",
+    "prandtl_ishlinskii_asym",
+    "zhao_tan_mlp",
+    "play_bank_mlp",
+    "bouc_wen",
+)
 HEAD = ("model", "parameters", "nested RMS %FS", "worst RMS %FS", "worst max %FS", "seconds")
 
 
@@ -115,6 +122,8 @@ def _plots(models: list[Model], data: Dataset) -> list[Plot]:
     compensator = inverse(models[0])
     wanted = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
     reached = displacement(compensator.predict(wanted, data.h), data.h)
+    late = int(compensator.fit.get("lag_steps", 0))  # an inverse of dynamics needs the reference so many steps ahead
+    wanted, reached = wanted[: len(wanted) - late], reached[late:]
     shown = slice(0, min(len(data.t), 4000))
 
     def line(name: str, x: Array, values: Array) -> Line:
@@ -123,7 +132,7 @@ def _plots(models: list[Model], data: Dataset) -> list[Plot]:
     return [
         Plot("before", "voltage (V)", "displacement (um)", [line("measured", data.u, data.y)]),
         Plot(
-            "after: with the inverse of prandtl_ishlinskii in cascade",
+            f"after: with the inverse of {models[0].key} in cascade",
             "wanted (um)",
             "displacement (um)",
             [line("reached", wanted, reached)],

@@ -19,6 +19,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.data.reversals import noise
 from hystfmu.identify.catalogue import takes_records
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.one import fit_one
@@ -30,6 +31,7 @@ OPTIONS: tuple[Option, ...] = ()
 SHARE = 0.7  # of the training rows: fitted; the rest is the validation split
 AS_GOOD = 1.05  # of the candidates within 5 % of the best, the one with the fewest parameters is chosen
 EXACT = 0.01  # % of the span: errors below it count as equal
+NOISE = 1.25  # an error of so many sigma of the output's noise leaves nothing to explain
 CLEARLY, FINE = 1.2, 0.1  # error ratio and error in % of the span: static models must exceed both to show a rate
 LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return-point model can represent the data
 BUDGET = 60.0  # s for all candidates; estimated, not timed, because the choice must not depend on the load
@@ -75,13 +77,14 @@ _LISTED = (  # cheapest first
     Candidate("krasnoselskii_pokrovskii", CLOSES, 0.02, 0.03),
     Candidate("prandtl_ishlinskii_rate", LAGS, 0.05, 0.05),
     Candidate("polynomial_narx", "", 0.05, 0.02),
+    Candidate("actuator", "", 1.0, 0.4),
     Candidate("constraint_factor_mlp", CLOSES, 0.3, 0.2),
     Candidate("preisach", CLOSES, 0.1, 0.25),
+    Candidate("bouc_wen", OPENS, 0.2, 1.5),  # before duhem, which follows it with more parameters
     Candidate("duhem", OPENS, 0.2, 0.5),
     Candidate("fitted_operator_mlp", CLOSES, 2.0, 0.1),
     Candidate("rate_mlp", LAGS, 4.0, 0.1),
     Candidate("g0_prandtl_ishlinskii", LAGS, 1.0, 1.0),
-    Candidate("bouc_wen", OPENS, 0.2, 1.5),
     Candidate("play_bank_mlp", CLOSES, 6.0, 0.1),
     Candidate("zhao_tan_mlp", CLOSES, 7.0, 0.1),
     Candidate("zhao_tan_mlp", OPENS, 7.0, 0.1, {"memory": "last"}),
@@ -138,10 +141,15 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choic
     fitted = [name for name in CANDIDATES if name not in reasons]
     costs = np.array([CANDIDATES[name].cost(middle) for name in fitted])
     done = np.concatenate([[0.0], np.cumsum(costs)]) / (costs.sum() + costs.max())  # the winner is fitted once more
+    # a dearer candidate cannot do better than the noise
+    floor = max(EXACT, NOISE * 100 * noise(data.y[data.train]) / data.span)
     scores: dict[str, float] = {}
     parameters: dict[str, int] = {}
     for k, name in enumerate(fitted):
         candidate = CANDIDATES[name]
+        if min(scores.values(), default=np.inf) <= floor:
+            reasons[name] = f"{min(scores, key=lambda n: scores[n])} leaves nothing but noise"
+            continue
 
         def share(fraction: float, k: int = k) -> None:
             progress(float(done[k] + fraction * (done[k + 1] - done[k])))

@@ -161,7 +161,7 @@ def build(
 
         warned = unknown(parts.g, uncertainty(residuals, parts.g, data, options), data, options)
         told |= {**vars(parts.g), **({"warnings": warned} if warned else {})}
-    count = int(np.count_nonzero(fitted.w)) + parts.degree + 1 + len(parts.T) + (3 if parts.g else 0)
+    count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (3 if parts.g else 0)
     return _graph(f, parts, fitted), count, told
 
 
