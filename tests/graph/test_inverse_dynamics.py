@@ -80,6 +80,24 @@ def test_bouc_wen_and_dynamics_track_by_one_root_a_step() -> None:
     assert any(n.type == "implicit_inverse" for n in made.graph.nodes)
 
 
+def test_bend_and_creep_before_the_dynamics_track_too() -> None:
+    """The chain of the kind `actuator`."""
+    h = 1e-4
+    chain = [
+        PLAYS,
+        Node("bend", "dead_zones", {}, {"w0": 1.0, "r": [-0.3, 0.4], "w": [0.2, -0.3]}),
+        Node("creep", "creep", {}, {"w0": 1.0, "w": [0.05, 0.1], "T": [0.01, 0.1], "start": "steady"}),
+        *Dynamics(F_N, 0.05, 3.4e-4).nodes(h, "zoh"),
+        Node("readout", "scaling", {"n": 1}, {"offset": 0.3}),
+    ]
+    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
+    graph = Graph(chain, wires, [Input("u", ("hysteresis.u",))], [Output("y", "readout.y")])
+    model = Model("actuator", graph, h, "", {}, {"span_u": [-1.0, 1.0]})
+    made = inverse(model)
+    assert made.fit["cascade_max_percent"] <= 0.1
+    assert tracked(model, made, F_N / 10, 0.3, 0.5) <= 0.1
+
+
 def test_three_samples_are_the_feedforward_by_central_differences() -> None:
     """2 zeta / omega_n and 1 / omega_n^2 from the weights; the step is so short that the hold does not count."""
     h = 1e-6
