@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import AUTO, METHODS, method, takes_records
@@ -22,10 +23,11 @@ from hystfmu.identify.excitation import drift
 from hystfmu.identify.features import dead_band
 from hystfmu.identify.options import resolve
 from hystfmu.model import Model
-from hystfmu.model.accuracy import errors
+from hystfmu.model.accuracy import errors, rms
 from hystfmu.model.coverage import coverage
 
 Progress = Callable[[float], None]
+WORST = 0.5  # of the span: no constant has a larger RMS error
 SMALLEST = 1e-100
 """Least span, and one over the largest value: beyond them squares overflow or vanish, and NNLS aborts the process."""
 
@@ -53,6 +55,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     graph = dead_band.in_front(graph, band)
     seconds = time.perf_counter() - started
     y = data.along(lambda u: graph.run(u, data.h))
+    _check_run(key, y, data)
     rows = data.train.stop - data.train.start
     warned = [*found.pop("warnings", ()), *drift.warnings((data.y - y)[data.train], data.span)]
     if parameters >= rows:
@@ -74,6 +77,18 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
         module.TEXT,
         {**result, "seconds": round(seconds, 4)},
         _provenance(data, {k: v for k, v in chosen.items() if v is not None}, seed),
+    )
+
+
+def _check_run(key: str, y: Array, data: Dataset) -> None:
+    """Refuse a model that runs away: the mean of the output is never worse than half the span."""
+    e = (y - data.y)[data.train]
+    if np.isfinite(y).all() and rms(e) <= WORST * data.span * (1 + 1e-9):
+        return
+    got = f"an error of {100 * rms(e) / data.span:.3g} % of the span" if np.isfinite(y).all() else "a run that diverges"
+    raise InputError(
+        f"{data.path or data.name}: A model of the kind {key} must follow the data. Got {got}: take another kind, or "
+        "data with more reversals."
     )
 
 
