@@ -2,13 +2,15 @@
 
 import gzip
 import io
+import re
 import sys
+import zipfile
 
 import numpy as np
 import pytest
 from scipy.io import savemat
 
-from hystfmu import InputError, read
+from hystfmu import InputError, fit, read
 
 N = 40
 T = np.arange(N) / 2000
@@ -174,6 +176,18 @@ def test_a_file_is_read_to_the_truth(name, tmp_path):
         line = int(data.place(30).rpartition(" ")[2])
         text_line = path.read_bytes().decode("cp1252").splitlines()[line - 1]
         assert shown in text_line.replace(",", "."), text_line
+
+
+def test_units_of_measure_go_on_to_the_ports_of_an_fmu(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(text(["t [ms];Eingang [mV];Ausgang [pm]"], lines(comma=True)))
+    model = fit(read(path, output="Ausgang"), "prandtl_ishlinskii", N=3)
+    assert [p.unit for p in model.graph.ports if p.kind in ("input", "output")] == ["mV", "pm"]
+    with zipfile.ZipFile(model.export(tmp_path / "a.fmu")) as archive:
+        description = archive.read("modelDescription.xml").decode()
+    for unit, factor in (("mV", "0.001"), ("pm", "1e-12")):
+        assert re.search(rf'<Unit name="{unit}">\s*<BaseUnit [^>]*factor="{factor}"', description)
+        assert f'unit="{unit}"' in description
 
 
 def test_one_line_says_what_was_assumed(tmp_path):
