@@ -45,6 +45,7 @@ def test_it_is_the_exact_inverse_where_there_is_one(make):
     assert np.abs(v - u).max() <= 1e-7
 
 
+@pytest.mark.stress
 def test_bank_and_network_linearise_the_true_plant_on_nested_loops():
     """S6: at most 0.5 % of span, the plant itself behind the inverse, on signals held out from the fit."""
     m = fitted("play_bank_mlp", starts=1, iterations=60, N=24)

@@ -45,7 +45,13 @@ def automatic(plant):
 @pytest.mark.parametrize(
     ("plant", "memory", "chosen", "limit"),
     [
-        (plants.prandtl_ishlinskii, "return-point", {"prandtl_ishlinskii", "actuator", "fitted_operator_mlp"}, 0.1),
+        pytest.param(
+            plants.prandtl_ishlinskii,
+            "return-point",
+            {"prandtl_ishlinskii", "actuator", "fitted_operator_mlp"},
+            0.1,
+            marks=pytest.mark.stress,
+        ),
         (plants.bouc_wen, "no return-point", {"bouc_wen"}, 0.01),
         pytest.param(last_extremum, "no return-point", {"zhao_tan_mlp"}, 5.0, marks=pytest.mark.stress),
         pytest.param(
@@ -84,7 +90,7 @@ def test_each_class_of_memory(plant, memory, chosen, limit):
     ("plant", "expected", "other"),
     [
         (plants.bouc_wen, "bouc_wen", "prandtl_ishlinskii"),
-        (plants.prandtl_ishlinskii, "prandtl_ishlinskii", "bouc_wen"),
+        pytest.param(plants.prandtl_ishlinskii, "prandtl_ishlinskii", "bouc_wen", marks=pytest.mark.stress),
     ],
 )
 def test_s3_the_class_is_picked_automatically(plant, expected, other):

@@ -93,6 +93,7 @@ def test_without_a_delay_none_is_found_or_warned_of():
     assert [n.name for n in m.graph.nodes if n.type == "delay"] == []
 
 
+@pytest.mark.stress
 def test_a_lightly_damped_plant_with_delay():
     m = fit(record(multisine(0.6, 400, 4), 230.0, 0.15, 3.3 * H), "g0_bouc_wen")
     assert m.fit["f_n"] == pytest.approx(230, rel=0.005)

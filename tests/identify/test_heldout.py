@@ -25,6 +25,7 @@ def table(key, plant, **options):
     return accuracy.held_out_table(fit(data, key, **options), plant, data.span)
 
 
+@pytest.mark.stress
 def test_s1_replica_of_zhao_and_tan():
     """2-12-1 on (x, h), ten backlash operators, decaying sine in [-1, 1], virgin branch excluded: paper 0.026735."""
     u = signals.decaying_sine(10, 0.1)
@@ -47,7 +48,8 @@ def test_s2_bank_of_plays_and_network(plant):
         assert e["max_percent"] <= 0.8, name
 
 
-@pytest.mark.parametrize("plant", [STRESS_PI, plants.asymmetric])
+@pytest.mark.stress
+@pytest.mark.parametrize("plant", [plants.prandtl_ishlinskii, plants.asymmetric])
 def test_s2_operator_and_network(plant):
     dominant, last = (table("zhao_tan_mlp", plant, memory=m)["nested reversals"] for m in ("dominant", "last"))
     assert dominant["rms_percent"] <= 1.0

@@ -61,7 +61,7 @@ def test_every_method_reports_what_its_saved_model_does(key, small, tmp_path):
     assert ([i.name for i in m.graph.inputs], [o.name for o in m.graph.outputs]) == (["u"], ["y"])
 
 
-@pytest.mark.parametrize("key", ["zhao_tan_mlp", "bouc_wen"])
+@pytest.mark.parametrize("key", ["zhao_tan_mlp", pytest.param("bouc_wen", marks=pytest.mark.stress)])
 def test_the_same_seed_gives_the_same_model(key, small):
     first, second = (fit(small, key, seed=4, **QUICK.get(key, {})) for _ in range(2))
     assert first.graph.to_bytes() == second.graph.to_bytes()

@@ -37,6 +37,7 @@ def test_example_follows_and_agrees_with_the_unit(tmp_path: Path) -> None:
     assert np.abs(u - np.ravel(unit.run(r))).max() <= 1e-12
 
 
+@pytest.mark.stress
 def test_exported_static_forms_give_what_predict_gives(tmp_path: Path) -> None:
     model = static_forms()
     tried = {n.type for n in model.graph.nodes} - {"implicit_inverse", "delay"}

@@ -78,6 +78,7 @@ def test_lint_finds(rule: str, body: str, tmp_path: Path) -> None:
     assert rule in {m.split(":")[0] for m in lint.complaints(library.Class("HystFMU.Operators.Bad", file, tree))}
 
 
+@pytest.mark.stress
 def test_every_class_loads() -> None:
     """Every block; the models are compiled where they are simulated, one by one (test_validation.py)."""
     names = sorted({n for n, c in CLASSES.items() if simulate.can_load(c)} - set(compare.models()))

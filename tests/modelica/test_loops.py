@@ -95,6 +95,7 @@ def scenario_parts(name: str) -> tuple[dict[str, Any], Graph]:
     return units, Model.load(SCENARIOS / name / units["inverse"]["inverse_of"]).graph
 
 
+@pytest.mark.stress
 def test_modelica_plant_in_the_loop_gives_the_loop_of_the_units(tmp_path: Path) -> None:
     """The first 6 ms of the scenario sliding_mode; that units and FMUs give the same bits is tested elsewhere."""
     script, out = Path(__file__).with_name("plant_in_loop.py"), tmp_path / "rows.npz"

@@ -16,10 +16,13 @@ import validation_signal
 OPERATORS = [n for n in compare.models() if compare_operator.is_realisation(n, "Validation")]
 
 
-# more than a second each, and a realisation of something whose other realisations are quick
+# 0.7 s and more each, and a realisation of something whose other realisations are quick
 LONG = {
     "Events.BoucWenKnee", "Sampled.BoucWenKnee", "Sampled.DuhemSteps", "Sampled.ConstraintFactorInverse",
-    "Events.ConstraintFactorInverse", "Smooth.ConstraintFactor", "Smooth.ZhaoTan",
+    "Events.ConstraintFactorInverse", "Smooth.ConstraintFactor", "Smooth.ZhaoTan", "Smooth.Duhem",
+    "Sampled.ImplicitInverse", "Events.PrandtlIshlinskiiInverse", "Smooth.BacklashSum", "Events.ZhaoTanInverse",
+    "Events.ZhaoTan", "Smooth.StopBank", "Smooth.KrasnoselskiiPokrovskii", "Events.ConstraintFactor",
+    "Events.PreisachLow", "Events.PreisachHigh",
 }  # fmt: skip
 MODELS = [
     pytest.param(n, marks=pytest.mark.stress) if n.removeprefix("HystFMU.Validation.") in LONG else n

@@ -12,7 +12,7 @@ from hystfmu.data.signals import held_out
 from hystfmu.data.synthetic import VOLTS, displacement, piezo
 from hystfmu.fmu.check.check import check_fmu
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.identify import fit
+from hystfmu.identify import description, fit
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
 from hystfmu.model.accuracy import held_out_table
@@ -53,6 +53,8 @@ def demo(out: Path) -> bool:
     InputError
         If `out` cannot be written, or the package is installed without its scenarios.
     """
+    for key in KEYS:  # a missing extra is told before anything is fitted
+        description(key)
     scenarios = sorted(p.parent for p in shipped_scenarios().glob("*/scenario.toml"))
     train, other = piezo(seed=0), piezo(seed=1000)
     train.to_csv(out / "piezo.csv")

@@ -32,7 +32,10 @@ def test_every_kind_gives_what_predict_gives(key: str, tmp_path: Path) -> None:
     check(exported.compare(exported.small(key), key, tmp_path))
 
 
-@pytest.mark.parametrize("name", MADE)
+LONG = ("sources", "large_network")
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.stress) if n in LONG else n for n in MADE])
 def test_exported_graph_gives_what_predict_gives(name: str, tmp_path: Path) -> None:
     check(exported.compare(MADE[name](), name, tmp_path))
 

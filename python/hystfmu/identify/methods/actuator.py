@@ -38,6 +38,7 @@ from hystfmu.identify.options import Option
 
 TEXT = "plays, bend, creep, G0(s) with delay: the parts that validation blocks support"
 MOST_ROWS = 6000  # more rows are thinned evenly, after filtering at the full rate
+FIRST = 3  # the first search of the dynamics uses every third of these rows
 DEGREES = (1, 3, 5, 8)  # of the bend, tried in turn
 LAGS = 6  # at most, one decade apart
 BETTER, NEEDED = 0.95, 0.5  # ratio of validation errors below which a part, or a bend without inverse, is kept
@@ -142,7 +143,8 @@ def build(
     best = _bent(f, f.tried(Parts())).or_better(_bent(f, f.tried(Parts(stops=True))))
     progress(0.2)
     if options["dynamics"] != "no":
-        best = _moving(f, best, lambda done: progress(0.2 + 0.4 * done))
+        # a missing bend hides creep, and missing dynamics hide the bend
+        best = _bent(f, _moving(f, best, lambda done: progress(0.2 + 0.4 * done)))
     if options["creep"] != "no":
         best = _creeping(f, best)
     best = _bent(f, best)
@@ -184,7 +186,7 @@ def _bent(f: _Fitting, trial: Trial) -> Trial:
 
 def _moving(f: _Fitting, trial: Trial, progress: Callable[[float], None]) -> Trial:
     """Put dynamics behind it."""
-    g = f.dynamics(trial, f.kept, progress)
+    g = f.dynamics(trial, f.kept[::FIRST], progress)
     moved = f.tried(replace(trial.parts, g=g), trial.fit)
     return moved if f.options["dynamics"] == "yes" else trial.or_better(moved)
 
@@ -195,6 +197,9 @@ def _creeping(f: _Fitting, trial: Trial) -> Trial:
     longest = np.log10(max(n * h / 3, 20 * h))
     T = 10 ** np.arange(longest, np.log10(10 * h) - 1e-9, -1.0)[:LAGS][::-1]
     crept = f.tried(replace(trial.parts, T=tuple(float(t) for t in T)), trial.fit)
+    if crept.parts.g:  # found without creep, they stand in for a part of it
+        g = f.dynamics(crept, f.kept[::FIRST], lambda done: None)
+        crept = f.tried(replace(crept.parts, g=g), crept.fit)
     return crept if f.options["creep"] == "yes" else trial.or_better(crept)
 
 
