@@ -38,7 +38,7 @@ STRICT = [
     f"-I{FMU_BUILD}",
     f"-isystem{HEADERS}",
 ]
-SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g1", "-O1"]
+SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g1", "-O0"]
 # clang's objects serve its fuzzers too; other compilers have no libFuzzer
 SANITIZERS = {"clang": ["-fsanitize=fuzzer-no-link", *SANITIZE], "cc": SANITIZE}
 

@@ -149,7 +149,7 @@ def test_duhem_needs_both_directions():
 
 
 # ---- both -----------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("name", ["preisach_model", "duhem_model"])
+@pytest.mark.parametrize("name", [pytest.param("preisach_model", marks=pytest.mark.stress), "duhem_model"])
 def test_fmu_unit_and_native_run_give_the_same_bits(name, request, tmp_path):
     fmpy, fmi2 = pytest.importorskip("fmpy"), pytest.importorskip("fmpy.fmi2")
     from hystfmu.fmu import export_fmu

@@ -176,6 +176,7 @@ def test_identified_with_noise_its_inverse_linearises_the_true_plant():
     assert 100 * np.abs(e).max() / np.ptp(plant(u)) <= worst["max_percent"] * (1 + 1e-12)
 
 
+@pytest.mark.stress
 def test_learned_inverse_of_ten_backlashes_by_the_recipe_of_the_papers():
     """A network of ten backlashes with a linear term: at most 2 % on held-out signals; its choices saw others."""
     record = nested_loops.recorded(zhao_tan_2008.actuator(zhao_tan_2008.LINEAR), 200)

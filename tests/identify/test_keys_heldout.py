@@ -49,7 +49,10 @@ def test_no_key_is_left_out():
         assert f"def {name}(" in text, f"{module}.{name}"
 
 
-@pytest.mark.parametrize("key", ON)
+LONG = ("bouc_wen", "duhem")
+
+
+@pytest.mark.parametrize("key", [pytest.param(k, marks=pytest.mark.stress) if k in LONG else k for k in ON])
 def test_a_key_on_an_independent_plant(key):
     plant, limit, options = ON[key]
     u = signals.training(40, 1)

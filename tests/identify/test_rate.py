@@ -55,7 +55,9 @@ def noisy(d, seed):
     return d.with_output(d.y + 5e-4 * np.ptp(d.y) * np.random.default_rng(seed).normal(size=len(d.y)))
 
 
-@pytest.mark.parametrize(("f_n", "zeta", "delay"), [(230.0, 0.4, 3.35), (400.0, 0.7, 0.6)])
+@pytest.mark.parametrize(
+    ("f_n", "zeta", "delay"), [pytest.param(230.0, 0.4, 3.35, marks=pytest.mark.stress), (400.0, 0.7, 0.6)]
+)
 def test_the_dynamics_are_recovered_and_hold_on_other_signals(f_n, zeta, delay):
     d = noisy(plant(chirp, 0.6, f_n, zeta, delay), 1)
     m = fit(d, "g0_prandtl_ishlinskii", N=20)
@@ -135,7 +137,10 @@ def test_the_excitations_fall_and_rise_as_in_the_figures():
         assert abs(u[-1]) < 0.05, "the next one begins at 0"
 
 
-@pytest.mark.parametrize(("key", "options"), [("rate_mlp", {"iterations": 20}), ("g0_prandtl_ishlinskii", {"N": 10})])
+@pytest.mark.parametrize(
+    ("key", "options"),
+    [pytest.param("rate_mlp", {"iterations": 20}, marks=pytest.mark.stress), ("g0_prandtl_ishlinskii", {"N": 10})],
+)
 def test_fmu_and_python_unit_give_the_bits_of_the_model(key, options, tmp_path):
     u = np.concatenate([excitation("8", 0.2), excitation("7", 0.2)])
     d = Dataset.from_signal(u, actuator(u), 1 / RATE)

@@ -293,7 +293,10 @@ def run(name: str, folder: Path, times: int, monkeypatch: pytest.MonkeyPatch) ->
     return refused, longest, grown
 
 
-@pytest.mark.parametrize("name", READERS)
+SOME = [pytest.param(name, marks=pytest.mark.stress) if name == "ssp" else name for name in READERS]
+
+
+@pytest.mark.parametrize("name", SOME)
 def test_some_mutated_files(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run(name, tmp_path, 12 if name == "ssp" else 40, monkeypatch)[0] > 1
 

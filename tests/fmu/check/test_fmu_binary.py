@@ -175,7 +175,7 @@ def _with_binary(tmp_path: Path, patch: str, function: str = "DoStep") -> Path:
 
 STEP = "fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean n)"
 SPINS = "for (;;) if (theirs(c, t, h, n) == fmi2Fatal) break; return fmi2OK;"
-HANGS = "did not finish within 3 s while making 100 steps"
+HANGS = "did not finish within 2 s while making 100 steps"
 
 
 @linux
@@ -199,7 +199,7 @@ HANGS = "did not finish within 3 s while making 100 steps"
 )
 def test_check_survives_foreign_binaries(tmp_path: Path, body: str, expected: str) -> None:
     fmu = _with_binary(tmp_path, f"{STEP} {{ {body} }}\n")
-    problems = check_fmu(fmu, seconds=3)
+    problems = check_fmu(fmu, seconds=2)
     assert any(expected in p for p in problems), problems
 
 
