@@ -134,7 +134,8 @@ def test_same_bits_as_the_prebuilt_binary(tmp_path: Path, fmi: int, compiler: st
 
 
 @pytest.mark.usefixtures("fmutool_or_not")
-@pytest.mark.parametrize("fmi", [pytest.param(2, marks=pytest.mark.stress), 3])
+@pytest.mark.stress
+@pytest.mark.parametrize("fmi", [2, 3])
 def test_fmpy_builds_it(tmp_path: Path, fmi: int) -> None:
     """The build files of the archive are enough for an importer; what comes out is a good FMU."""
     if not shutil.which("cmake") or not shutil.which("make"):

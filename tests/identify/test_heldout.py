@@ -16,8 +16,6 @@ from hystfmu.data import signals
 from hystfmu.identify import fit
 from hystfmu.model import accuracy
 
-STRESS_PI = pytest.param(plants.prandtl_ishlinskii, marks=pytest.mark.stress)
-
 
 def table(key, plant, **options):
     u = signals.training(150, 1)
@@ -37,7 +35,8 @@ def test_s1_replica_of_zhao_and_tan():
     assert np.median([f["rms"] for f in fits]) <= 0.006
 
 
-@pytest.mark.parametrize("plant", [STRESS_PI, plants.asymmetric])
+@pytest.mark.stress
+@pytest.mark.parametrize("plant", [plants.prandtl_ishlinskii, plants.asymmetric])
 def test_s2_bank_of_plays_and_network(plant):
     errors = table("play_bank_mlp", plant)
     nested = errors.pop("nested reversals")

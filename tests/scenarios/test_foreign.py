@@ -188,7 +188,7 @@ def test_what_foreign_code_does_stays_in_its_process(
 @pytest.mark.parametrize(
     ("where", "steps", "hangs"),
     [
-        ("local", 4, SLEEPS),
+        pytest.param("local", 4, SLEEPS, marks=pytest.mark.stress),
         pytest.param("cluster", 2, SLEEPS, marks=pytest.mark.stress),
         pytest.param("local", 10, SPINS, marks=pytest.mark.stress),
         pytest.param("cluster of processes", 4, SPINS, marks=pytest.mark.stress),
