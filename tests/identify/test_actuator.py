@@ -75,7 +75,7 @@ def test_creep_is_found_and_its_inverse_is_exact():
     u = 0.8 * signals.nested_reversals(40, 7)
     assert errors(m.predict(u), crept(u, h), 2.0)["rms_percent"] <= 0.1
     found = inverse(m)
-    assert found.fit["inverse"] if "inverse" in found.fit else found.provenance["inverse"] == "exact"
+    assert found.provenance["inverse"] == "exact"
     assert found.fit["cascade_max_percent"] <= 1e-10
 
 

@@ -93,16 +93,16 @@ class Problem:
         """Return columns after the dynamics, on the rows of the fit."""
         return np.asarray((columns if self.after is None else self.after(columns))[self.rows])
 
-    def lags(self, columns: Array) -> list[Array]:
-        """Return the first-order lags of columns, from their steady state, held over each step as `creep` does."""
-        return [lagged(columns, -np.expm1(-self.h / t)) for t in self.T]
+    def lag(self, columns: Array, T: float) -> Array:
+        """Return the first-order lag of columns, from their steady state, held over each step as `creep` does."""
+        return lagged(columns, -np.expm1(-self.h / T))
 
     def crept(self, columns: Array, k: Array) -> Array:
         """Return columns with their creep."""
         found = columns
-        for weight, t in zip(k, self.T, strict=True):
+        for weight, T in zip(k, self.T, strict=True):
             if weight > 0:
-                found = found + weight * lagged(columns, -np.expm1(-self.h / t))
+                found = found + weight * self.lag(columns, T)
         return found
 
 
@@ -180,7 +180,7 @@ def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array]:
     slope = legendre.legval(v, legendre.legder(s.q)) if len(s.q) > 1 else np.zeros(len(v))
     b = legendre.legval(v, s.q)[:, None]
     moved = p.seen(p.crept(slope[:, None] * p.columns, s.k))
-    creep = np.hstack([np.zeros((len(p.y), 0)), *(p.seen(lag) for lag in p.lags(b - b[:1]))])
+    creep = np.hstack([np.zeros((len(p.y), 0)), *(p.seen(p.lag(b - b[:1], T)) for T in p.T)])
     linear = np.hstack([moved, creep])
     return linear, p.y - model(p, s) + moved @ s.w + creep @ s.k
 

@@ -109,12 +109,11 @@ class _Fitting:
 
     def dynamics(self, trial: Trial, rows: NDArray[np.intp], progress: Callable[[float], None]) -> Dynamics:
         """Search the dynamics behind a given hysteresis, whose weights follow for every trial."""
-        parts = trial.parts
+        return search(self.residuals(trial, rows), self.data, self.options, progress, trial.parts.g)
 
-        def residuals(g: Dynamics) -> Array:
-            return bent_sum.residuals(self.problem(replace(parts, g=g), rows), trial.fit)
-
-        return search(residuals, self.data, self.options, progress, parts.g)
+    def residuals(self, trial: Trial, rows: NDArray[np.intp]) -> Callable[[Dynamics], Array]:
+        """Return the function from other dynamics to the residuals that a hysteresis near that of the trial leaves."""
+        return lambda g: bent_sum.residuals(self.problem(replace(trial.parts, g=g), rows), trial.fit)
 
 
 @dataclass(frozen=True)
@@ -156,11 +155,7 @@ def build(
     fitted = f.fit(parts, f.all, best.fit)
     told: dict[str, Any] = {"parts": _named(parts), "validation_percent": 100 * best.error / data.span}
     if parts.g:
-        p = replace(best, fit=fitted)
-
-        def residuals(g: Dynamics) -> Array:
-            return bent_sum.residuals(f.problem(replace(parts, g=g), f.all), p.fit)
-
+        residuals = f.residuals(replace(best, fit=fitted), f.all)
         warned = unknown(parts.g, uncertainty(residuals, parts.g, data, options), data, options)
         told |= {**vars(parts.g), **({"warnings": warned} if warned else {})}
     count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (3 if parts.g else 0)
