@@ -107,13 +107,26 @@ class Problem:
 
 
 def lagged(columns: Array, share: float) -> Array:
-    """Run q[i] = q[i - 1] + share (x[i] - q[i - 1]) along the rows, from q[0] = x[0]."""
+    """Run q[i] = q[i - 1] + share (x[i] - q[i - 1]) along the rows, from q[0] = x[0].
+
+    Parameters
+    ----------
+    columns : array, shape (n, p)
+        Inputs x.
+    share : float
+        Approach of a lag to its input in one step, 1 - e^(-h/T).
+
+    Returns
+    -------
+    array, shape (n, p)
+        Lags q.
+    """
     first = columns[:1]
     return np.asarray(lfilter([share], [1.0, share - 1.0], columns - first, axis=0) + first)
 
 
 def model(p: Problem, s: BentSum) -> Array:
-    """Return the output on the rows of the fit."""
+    """Return the output on the rows of the fit, shape (m,), in the unit of measure of y."""
     b = np.asarray(legendre.legval(p.columns @ s.w, s.q), float)[:, None]
     return p.seen(p.crept(b, s.k))[:, 0]
 
@@ -159,7 +172,7 @@ def fit(p: Problem, start: BentSum) -> BentSum:
 
 
 def residuals(p: Problem, s: BentSum) -> Array:
-    """Return the residuals after one Gauss-Newton step from `s`: what is left for other dynamics than those of `s`."""
+    """Return the residuals (m,) after one Gauss-Newton step from `s`: what is left for other dynamics than its own."""
     linear, target = _linearised(p, s)
     x, free = nonnegative(linear, target, np.ones((len(p.y), 1)))
     return np.asarray(linear @ x + free[0] - target)

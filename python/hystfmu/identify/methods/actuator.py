@@ -235,6 +235,20 @@ def dead_zones(q: Array) -> tuple[float, Array, Array, float]:
     """Return linear weight, thresholds, weights and value at 0 of dead zones that follow a Legendre series on [-1, 1].
 
     No threshold is 0, which is the input itself; beyond the thresholds the curve is straight.
+
+    Parameters
+    ----------
+    q : array, shape (degree + 1,)
+        Legendre coefficients.
+
+    Returns
+    -------
+    w0 : float
+        Weight of the linear term.
+    r, w : array, shape (n,)
+        Thresholds and weights of the dead zones.
+    at_0 : float
+        Value of the curve at 0, where the dead zones give 0.
     """
     if len(q) <= 2:
         return float(q[1]) if len(q) > 1 else 0.0, np.array([1.0]), np.zeros(1), float(q[0])
