@@ -21,6 +21,7 @@
   B(duhem)                      \
   B(feedforward)                \
   B(implicit_inverse)           \
+  B(in_range)                   \
   B(iterative_learning)         \
   B(krasnoselskii_pokrovskii)   \
   B(lead_lag)                   \

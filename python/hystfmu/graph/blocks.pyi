@@ -197,6 +197,17 @@ class ImplicitInverse(Block):
 
     def __init__(self, *, lo: float = -1.0, hi: float = 1.0) -> None: ...
 
+class InRange(Block):
+    """Whether signals lie within their limits."""
+
+    def __init__(
+        self,
+        *,
+        n: int = ...,
+        lo: float | Sequence[float] | Array = -1.0,
+        hi: float | Sequence[float] | Array = 1.0,
+    ) -> None: ...
+
 class IterativeLearning(Block):
     """Iterative learning control: corrections from the errors of earlier periods."""
 

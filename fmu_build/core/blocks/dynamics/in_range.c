@@ -1,0 +1,28 @@
+/* In range: whether every signal lies within its limits.  Beside a model it says whether the input was seen by the fit.
+ */
+#include "core/hyst.h"
+
+#define DIMS(D) D(n, 1, 1, 100000, "number of signals")
+#define VARS(V)                                                                         \
+  V(lo, PARAM, n, "real", "1", -1.0, -1e300, 1e300, "least value inside (-1e300: any)") \
+  V(hi, PARAM, n, "real", "1", 1.0, -1e300, 1e300, "largest value inside (1e300: any)") \
+  V(u, INPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "signals")                      \
+  V(y, OUTPUT, 1, "real", "1", 0.0, 0.0, 1.0, "1 if all signals are inside, else 0")
+
+HYST_PREPARE_FN(prepare) {
+  HYST_OPEN_PREPARE
+  for (int i = 0; i < n; i++)
+    if (lo[i] > hi[i]) return "the limits need lo <= hi";
+  return NULL;
+}
+HYST_OUTPUT_FN(output) {
+  HYST_OPEN_OUTPUT
+  int inside = 1;
+  for (int i = 0; i < n; i++) inside &= u[i] >= lo[i] && u[i] <= hi[i];
+  *y = inside;
+}
+HYST_BLOCK(in_range,
+           (.text = "Whether signals lie within their limits",
+            .equation = "y = 1 if lo_i <= u_i <= hi_i for all i, else 0", .source = "definition", .family = "dynamics",
+            .tolerance = "rounding"),
+           .rate = HYST_FUNCTION, .prepare = prepare, .output = output)
