@@ -50,6 +50,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     },
     "inverse/implicit.py": {"implicit_inverse": "implicit_inverse(): the block around the model"},
     "model/coverage.py": {"scaling": "_limiters(): the block that limits the inputs of a network"},
+    "model/trained_range.py": {"in_range": "with_in_range(): the block that compares the input with its range"},
     "model/from_torch.py": {"mlp": "torch_blocks(): the block of two linear layers"},
     "design/delays.py": {
         "delay": "cut(): delays become states",

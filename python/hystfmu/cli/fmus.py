@@ -38,6 +38,11 @@ if TYPE_CHECKING:
 @click.option("--modelica", "folder", metavar="DIR", help="Folder to write a Modelica package into.")
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Size or value of BLOCK (repeatable).")
 @click.option("--step", type=float, metavar="SECONDS", help="Sample period of BLOCK.")
+@click.option(
+    "--in-range",
+    is_flag=True,
+    help="Add an output in_range: 1 if the input lies within that of the training rows, else 0.",
+)
 def export(
     model: str,
     out: str | None,
@@ -48,6 +53,7 @@ def export(
     folder: str | None,
     settings: tuple[str, ...],
     step: float | None,
+    in_range: bool,
 ) -> None:
     """Export a model or a single block as an FMU or Modelica package.
 
@@ -71,6 +77,8 @@ def export(
         loaded = hy.Model.load(model)
     else:
         loaded = hy.Model.of_block(_block(model, assignments(settings)), step)
+    if in_range:
+        loaded = loaded.with_in_range()
     if folder is not None:
         from hystfmu.modelica.package import package_name
 

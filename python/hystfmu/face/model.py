@@ -272,6 +272,29 @@ class Model(Record):
                 return Model.of(inverse(self, each, seed))
         return _warned(Model.of(inverse(self, "learned", seed)))
 
+    def with_in_range(self) -> Model:
+        """The model with a second output ``in_range``: 1 if the input lies in the range of the training rows, else 0.
+
+        For an inverse its output counts, which is the input of the inverted model, and the ends of the range are
+        outside.  Exports, units and scenarios have the output too.
+
+        Raises
+        ------
+        InputError
+            The model does not state that range (provenance ``trained_u``), or has several inputs.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> model = hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii").with_in_range()
+        >>> lo, hi = model.provenance["trained_u"]
+        >>> model.predict([lo, hi, hi + 1])[:, 1].tolist()
+        [1.0, 1.0, 0.0]
+        """
+        from hystfmu.model.trained_range import with_in_range
+
+        return Model.of(with_in_range(self))
+
     def export(
         self,
         path: str | Path,

@@ -25,6 +25,7 @@ from hystfmu.identify.options import resolve
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors, rms
 from hystfmu.model.coverage import coverage
+from hystfmu.model.trained_range import KEY, trained_range
 
 Progress = Callable[[float], None]
 WORST = 0.5  # of the span: no constant has a larger RMS error
@@ -133,6 +134,7 @@ def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, A
         "train": f"{data.train.start}:{data.train.stop}",
         **({"starts": list(data.starts)} if len(data.starts) > 1 else {}),
         "span_u": [float(data.u.min()), float(data.u.max())],
+        KEY: trained_range(data),
         "seed": seed,
         "options": chosen,
         "versions": {

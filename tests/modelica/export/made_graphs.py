@@ -118,5 +118,8 @@ MADE = {
         Node("g0", "transfer_function", {}, {"a": [1, 75, OMEGA**2], "b": [0.01, OMEGA**2], "start": "steady"}),
         Node("g1", "transfer_function", {}, {"a": [0.02, 1, 0], "b": [1.0]}),
     ),
+    "in_range": lambda: chain(
+        Node("twice", "scaling", {"n": 1}, {"gain": 2.0}), Node("inside", "in_range", {}, {"lo": -0.3, "hi": 0.2})
+    ),
     "nfir_without_auxiliary": lambda: chain(Node("network", "polynomial_narx", {"n_f": 0, "n_y": 2, "q": 3})),
 }  # fmt: skip

@@ -32,7 +32,7 @@ def test_every_kind_gives_what_predict_gives(key: str, tmp_path: Path) -> None:
     check(exported.compare(exported.small(key), key, tmp_path))
 
 
-LONG = ("sources", "large_network")
+LONG = ("sources", "large_network", "in_range")
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.stress) if n in LONG else n for n in MADE])

@@ -40,6 +40,7 @@ _HISTORY = {
     "rows": "rows",
     "train": "fitted rows",
     "span_u": "range of the input",
+    "trained_u": "range of the input in the fitted rows",
     "span_y": "range of the output",
     "seed": "seed",
     "options": "options",
