@@ -24,6 +24,7 @@ PAPERS: dict[str, str] = {
     "yu_alici_2005_smc": "network on (u, du/dt), its inverse, sliding mode; against H -> G0(s) identified",
     "boucwen_benchmark": "oscillator with a Bouc-Wen force: grey box, structured Duhem, black box, published results",
     "dbo_piezo": "measured piezo stack, protocol P1: every model; needs --data",
+    "fresh_plants": "random plants, seeds fixed and drawn at run time: models and inverses on held-out signals",
 }
 NEEDS_DATA = ("dbo_piezo",)
 """Names that have only the published numbers without measured data."""
