@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
@@ -19,6 +19,8 @@ from hystfmu.data.time_grid import check_increasing, check_time
 
 LEAST_ROWS = 4
 SAME_STEP = 1e-3  # relative difference of the steps of records; rounded times make it
+Rows = slice | NDArray[np.intp]
+"""Index of rows."""
 _RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
 
 
@@ -50,6 +52,8 @@ class Dataset:
     ----------
     read_as : str
         What was assumed about the file of origin, one line; empty for generated data.
+    held : array of bool, shape (n,), or None
+        Rows among the training rows whose residuals do not count, see `with_held`; default none.
 
     Raises
     ------
@@ -74,6 +78,7 @@ class Dataset:
     unit_y: str
     starts: tuple[int, ...]
     read_as: str = field(init=False, repr=False)
+    held: NDArray[np.bool_] | None = field(init=False, repr=False)
     _lines: Sequence[int] | None = field(init=False, repr=False)
 
     def __init__(
@@ -120,6 +125,7 @@ class Dataset:
         _check_one_step(self.t, self.records, where)
         object.__setattr__(self, "train", train_rows(train, len(self.t), where))
         object.__setattr__(self, "read_as", "")
+        object.__setattr__(self, "held", None)
         object.__setattr__(self, "_lines", None)
 
     def __repr__(self) -> str:
@@ -186,6 +192,26 @@ class Dataset:
         return replace(
             self, t=self.t[r], u=self.u[r], y=self.y[r], train=train_rows(rows, r.stop - r.start), starts=(0,)
         )
+
+    @property
+    def counted(self) -> Rows:
+        """Rows whose residuals count: `train` without the rows that are held out, as an index."""
+        if self.held is None:
+            return self.train
+        found: NDArray[np.intp] = np.flatnonzero(~self.held[self.train]) + self.train.start
+        return found
+
+    def with_held(self, held: NDArray[np.bool_]) -> Dataset:
+        """Return the same data with rows that no fit may use the output of; the input runs through them.
+
+        Parameters
+        ----------
+        held : array of bool, shape (n,)
+            Rows to hold out of the training rows, e.g. validation blocks.
+        """
+        made = self._of_same_rows(replace(self))
+        object.__setattr__(made, "held", held)
+        return made
 
     @property
     def sha256(self) -> str:
@@ -305,6 +331,10 @@ class Dataset:
         rows = train_rows((self.train.start, min(self.train.stop, n)), n, where)
         return self._of_same_rows(replace(self, t=self.t[:n], u=self.u[:n], y=self.y[lag:], train=rows))
 
+    def with_input(self, u: Array) -> Dataset:
+        """Return the same time and output with another input u (n,), e.g. behind a dead band."""
+        return self._of_same_rows(replace(self, u=u))
+
     def with_output(self, y: Array) -> Dataset:
         """Return the same time and input with another output y (n,), e.g. a prediction."""
         return self._of_same_rows(replace(self, y=y))
@@ -317,6 +347,7 @@ class Dataset:
     def _of_same_rows(self, other: Dataset) -> Dataset:
         object.__setattr__(other, "_lines", self._lines)
         object.__setattr__(other, "read_as", self.read_as)
+        object.__setattr__(other, "held", self.held)
         return other
 
     def from_file(self, read_as: str, lines: Sequence[int] | None) -> Dataset:

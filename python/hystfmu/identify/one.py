@@ -57,15 +57,15 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     seconds = time.perf_counter() - started
     y = data.along(lambda u: graph.run(u, data.h))
     _check_run(key, y, data)
-    rows = data.train.stop - data.train.start
-    warned = [*found.pop("warnings", ()), *drift.warnings((data.y - y)[data.train], data.span)]
+    rows = len(data.y[data.counted])
+    warned = [*found.pop("warnings", ()), *drift.warnings((data.y - y)[data.counted], data.span)]
     if parameters >= rows:
         warned.append(
             f"{parameters} parameters from {rows} train rows: the error on these rows does not predict other errors"
         )
     covered = coverage(graph, data)
     result = {
-        **errors(y[data.train], data.y[data.train], data.span),
+        **errors(y[data.counted], data.y[data.counted], data.span),
         "parameters": int(parameters),
         **({} if covered is None else {"coverage_percent": covered}),
         **found,
@@ -83,7 +83,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
 
 def _check_run(key: str, y: Array, data: Dataset) -> None:
     """Refuse a model that runs away: the mean of the output is never worse than half the span."""
-    e = (y - data.y)[data.train]
+    e = (y - data.y)[data.counted]
     if np.isfinite(y).all() and rms(e) <= WORST * data.span * (1 + 1e-9):
         return
     got = f"an error of {100 * rms(e) / data.span:.3g} % of the span" if np.isfinite(y).all() else "a run that diverges"

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from hystfmu.base.arrays import Array
+from hystfmu.data.dataset import Rows
 
 LEAST_SLOPE = 1e-3  # of the mean slope: keeps the branch increasing between the grid points too
 GRID = 400
@@ -136,7 +137,7 @@ def stack_coordinates(x: Array, x0: float, memory: str = "dominant") -> StackCoo
     return StackCoordinates(start, weight, d)
 
 
-def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: slice, m: int, roughness: float) -> Branch:
+def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: Rows, m: int, roughness: float) -> Branch:
     """Fit the increasing branch whose operator plus a combination of `free` is nearest to y over `rows`.
 
     Parameters
@@ -147,7 +148,7 @@ def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: slic
         Target of the operator on the rows that count.
     free : array, shape (n, q)
         Columns with free weights, the constant among them.
-    rows : slice
+    rows : slice or array of int
         Rows that count.
     m : int
         Number of odd powers in the polynomial.
@@ -185,10 +186,10 @@ def _nearest(f: Array, E: Array, least: Array) -> Array:
     return np.asarray(f + scale * (A[:-1] @ v) / r[-1])
 
 
-def literal_branch(where: StackCoordinates, y: Array, rows: slice, m: int) -> Branch:
+def literal_branch(where: StackCoordinates, y: Array, rows: Rows, m: int) -> Branch:
     """Fit as Shen & Ma 2017, eq. 8-10: A = X^-1 Y, increments of y (n,) along branches, X the normal matrix."""
-    first = where.start[rows]
-    used = np.flatnonzero(first >= 0) + (rows.start or 0)
+    every = np.arange(len(where.start))[rows]
+    used = every[where.start[every] >= 0]
     v = np.sign(where.weight[used]) * (y[used] - y[where.start[used]])
     B = basis(where.d[used], m)
     X = B.T @ B

@@ -9,8 +9,6 @@ memory wipe out such reversals as soon as the input moves on; a dead band does n
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from hystfmu.base.arrays import Array
@@ -42,7 +40,7 @@ def behind(data: Dataset, band: float) -> Dataset:
     if band == 0:
         return data
     r, u0 = np.array([band]), float(data.u[0])
-    return replace(data, u=data.along(lambda u: plays(u, r, u0)[:, 0]))
+    return data.with_input(data.along(lambda u: plays(u, r, u0)[:, 0]))
 
 
 def in_front(graph: Graph, band: float) -> Graph:

@@ -13,11 +13,23 @@ from hystfmu.base.arrays import Array
 from hystfmu.data.reversals import reversals
 
 BLOCKS = 40  # at most
-EVERY = 4  # the last of so many consecutive blocks is a validation block
+EVERY = 4  # one of so many consecutive blocks is a validation block
 
 
-def validation_rows(u: Array) -> NDArray[np.bool_]:
-    """Return which rows of the input u (n,) belong to validation blocks, shape (n,)."""
+def validation_rows(u: Array, which: int = EVERY - 1) -> NDArray[np.bool_]:
+    """Return which rows of an input belong to validation blocks.
+
+    Parameters
+    ----------
+    u : array, shape (n,)
+        Input.
+    which : int
+        Block of every `EVERY` consecutive ones, from 0; another number gives disjoint rows.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+    """
     n = len(u)
     turns = reversals(u)
     # without reversals enough, cuts at even distances serve
@@ -25,4 +37,4 @@ def validation_rows(u: Array) -> NDArray[np.bool_]:
     wanted = np.arange(1, BLOCKS) * n // BLOCKS
     chosen = np.unique(cuts[np.searchsorted(cuts, wanted).clip(0, len(cuts) - 1)])
     block = np.searchsorted(chosen, np.arange(n), side="right")
-    return np.asarray(block % EVERY == EVERY - 1)
+    return np.asarray(block % EVERY == which)

@@ -78,7 +78,7 @@ class _Fitting:
         self.r = thresholds(x[rows], options["N"])
         self.plays = np.column_stack([x, plays(x, self.r, self.x0)])
         self.stops = np.column_stack([x, x[:, None] - self.plays[:, 1:]])
-        every = np.arange(rows.start, rows.stop)
+        every = np.arange(rows.stop)[data.counted]
         self.all = every[:: -(-len(every) // MOST_ROWS)]
         held = np.zeros(rows.stop, dtype=bool)
         held[rows] = validation_rows(data.u[rows])

@@ -49,8 +49,8 @@ def operator(u: Array, p: Array) -> tuple[dict[str, float], Array]:
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """Build the graph ``(scaling, bouc_wen) -> sum``; return it with the number of its parameters."""
-    rows = data.train
-    seen = data.u[: rows.stop]  # later rows do not affect the training rows
+    rows = data.counted
+    seen = data.u[: data.train.stop]  # later rows do not affect the training rows
     middle, half = (seen.max() + seen.min()) / 2, np.ptp(seen) / 2
     u = (seen - middle) / half  # the operator acts on an input of about [-1, 1]
     y = data.y[rows]

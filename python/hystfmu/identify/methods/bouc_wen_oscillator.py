@@ -47,7 +47,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     InputError
         The spectra give a mass or stiffness that is not positive.
     """
-    rows = slice(data.train.start, data.train.stop, options["stride"])
+    rows = np.arange(len(data.u))[data.counted][:: options["stride"]]
     y = data.y[rows]
     size = float(np.sqrt(np.mean(y**2))) * np.sqrt(len(y))
     m, c, k = linear_oscillator(data.u[data.train], data.y[data.train], data.h)

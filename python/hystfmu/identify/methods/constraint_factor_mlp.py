@@ -50,10 +50,10 @@ OPTIONS = (
 
 def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, Branch]:
     """Fit ``scaling -> constraint_factor``; the features are the scaled input x and the operator h."""
-    u, y, rows = data.u, data.y, data.train
+    u, y, rows = data.u, data.y, data.counted
     u0 = u0_of(data, options)
-    gain = options["range"] / float(np.ptp(u[rows]))
-    offset = -gain * float(u[rows].min() + u[rows].max()) / 2
+    gain = options["range"] / float(np.ptp(u[data.train]))
+    offset = -gain * float(u[data.train].min() + u[data.train].max()) / 2
     x, x0 = gain * u + offset, gain * u0 + offset
     where = stack_coordinates(x, x0, options["memory"])
     if options["branch"] == "literal":

@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from hystfmu.base.arrays import Array
@@ -36,7 +37,7 @@ OPTIONS = (
     dead_band.OPTION,
 )
 
-Rows = np.typing.NDArray[np.intp]
+Rows = NDArray[np.intp]
 
 
 def basis(u: Array, w: Array, m: int, q: int) -> Array:
@@ -69,11 +70,13 @@ def segments(u: Array, least: float) -> tuple[Rows, Rows]:
 class _Slopes:
     """Linear least-squares problem by direction: increments of w over pieces of the path, sums of the terms."""
 
-    def __init__(self, u: Array, y: Array, m: int, q: int, least: float) -> None:
+    def __init__(self, u: Array, y: Array, kept: NDArray[np.bool_], m: int, q: int, least: float) -> None:
         self.u, self.y, self.m, self.q = u, y, m, q
         self.terms = (m + 1) * (2 * q + 1)
         self.first, self.last = segments(u, least)
         way = u[self.last] - u[self.first]
+        out = np.concatenate([[0], np.cumsum(~kept)])
+        way[out[self.last + 1] > out[self.first]] = 0.0  # no piece with a row whose output does not count
         self.parts = [np.flatnonzero(s * way > 0) for s in (1, -1)]
 
     def solve(self, k: float, c: float) -> tuple[list[Array], list[Array], Array]:
@@ -120,13 +123,16 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     InputError
         There are fewer rows of rising or of falling input than coefficients.
     """
-    rows, m, q = data.train, options["m"], options["q"]
+    rows, counted, m, q = data.train, data.counted, options["m"], options["q"]
     seen = data.u[: rows.stop]  # later rows do not affect the training rows
     middle, half = (seen.max() + seen.min()) / 2, np.ptp(seen) / 2
     u = (seen - middle) / half
-    centre, size = float(data.y[rows].mean()), data.span / 2
+    centre, size = float(data.y[counted].mean()), data.span / 2
     y = (data.y[rows] - centre) / size
-    slopes = _Slopes(u[rows], y, m, q, PIECE * options["dead_band"] / half)
+    kept = np.zeros(len(data.u), dtype=bool)
+    kept[counted] = True
+    kept = kept[rows]
+    slopes = _Slopes(u[rows], y, kept, m, q, PIECE * options["dead_band"] / half)
     if min(map(len, slopes.parts)) < slopes.terms:
         rises, falls = map(len, slopes.parts)
         raise InputError(
@@ -137,15 +143,15 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     def increments(p: Array) -> Array:
         return slopes.solve(p[0], p[1])[2]
 
-    line = np.linalg.lstsq(np.column_stack([u[rows], np.ones(len(y))]), y, rcond=None)[0]
+    line = np.linalg.lstsq(np.column_stack([u[rows], np.ones(len(y))])[kept], y[kept], rcond=None)[0]
     tries = []
     for i, share in enumerate(STARTS):
         progress(0.3 * i / len(STARTS))
         tries.append(least_squares(increments, [share * line[0], 0.0], x_scale=0.1, max_nfev=EVALUATIONS[0]))
     k, c = min(tries, key=lambda r: r.cost).x
     theta, factors, _ = slopes.solve(k, c)
-    w = y - k * u[rows] - c
-    w_max, first, p = ROOM * float(np.abs(w).max()), float(w[0]) if rows.start == 0 else 0.0, slopes.terms
+    w = (y - k * u[rows] - c)[kept]
+    w_max, first, p = ROOM * float(np.abs(w).max()), float(w[0]) if kept[0] and rows.start == 0 else 0.0, slopes.terms
 
     def parts(x: Array) -> tuple[list[Array], float, float, float]:
         changed = [t + f @ x[3 + d * p : 3 + (d + 1) * p] for d, (t, f) in enumerate(zip(theta, factors, strict=True))]
@@ -154,7 +160,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     def error(x: Array) -> Array:
         now, slope, offset, w0 = parts(x)
         run = Graph.single(_node(now, slope, w0, w_max, m, q)).run(u)
-        return np.asarray((run[rows] + offset - y) / np.sqrt(len(y)))
+        return np.asarray((run[rows] + offset - y)[kept] / np.sqrt(len(w)))
 
     progress(0.3)
     found = least_squares(error, np.zeros(3 + 2 * p), x_scale="jac", max_nfev=EVALUATIONS[1])

@@ -33,9 +33,9 @@ OPTIONS = (
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """Build ``(u, prandtl_ishlinskii) -> scaling -> mlp -> scaling``; return it with the number of its parameters."""
-    u, rows = data.u, data.train
+    u, rows = data.u, data.counted
     u0 = u0_of(data, options)
-    r = thresholds(u[rows], options["N"])
+    r = thresholds(u[data.train], options["N"])
     columns = np.column_stack([u, plays(u, r, u0)])[rows]
     v, free = output_bend.straightened(u[rows], data.y[rows], options["bend"])
     w, _ = nonnegative(columns, v, free)

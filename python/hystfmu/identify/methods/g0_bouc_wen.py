@@ -48,11 +48,11 @@ def build(
     It returns the graph, the number of its parameters, and f_n (Hz), zeta, delay (s), with a warning for each of these
     that the data do not determine.
     """
-    rows, h, hold = data.train, data.h, options["hold"]
-    seen = data.u[: rows.stop]
+    rows, h, hold = data.counted, data.h, options["hold"]
+    seen = data.u[: data.train.stop]
     middle, half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
     x = (data.u - middle) / half
-    stride = -(-(rows.stop - rows.start) // MOST_ROWS)
+    stride = -(-len(data.y[rows]) // MOST_ROWS)
 
     def project(columns: Array, g: Dynamics, stride: int = stride) -> tuple[Array, Array]:
         """Return residuals, and the coefficients of 1 and of the columns after the dynamics."""

@@ -51,12 +51,13 @@ def build(
     It returns the graph, the number of its parameters, and f_n (Hz), zeta, delay (s), with a warning for each of these
     that the data do not determine.
     """
-    rows, h = data.train, data.h
+    rows, h = data.counted, data.h
     u0 = u0_of(data, options)
-    middle, half = float(data.u[rows].max() + data.u[rows].min()) / 2, float(np.ptp(data.u[rows])) / 2
+    seen = data.u[data.train]
+    middle, half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
     x = (data.u - middle) / half
     x0 = (u0 - middle) / half
-    stride = -(-(rows.stop - rows.start) // MOST_ROWS)
+    stride = -(-len(data.y[rows]) // MOST_ROWS)
     y = data.y[rows][::stride]
     ones = np.ones((len(y), 1))
     hold, least = options["hold"], options["w0_min"] * half
@@ -68,11 +69,11 @@ def build(
         w[0] += least
         return filtered @ w + offset - y, w, float(offset)
 
-    r = thresholds(x[rows], options["N"])
+    r = thresholds(x[data.train], options["N"])
     columns = np.column_stack([x, plays(x, r, x0)])
     g = search(lambda g: project(g, columns)[0], data, options, lambda f: progress(0.5 * f))
     for i in range(ROUNDS):
-        finer = thresholds(x[rows], FINER * options["N"])
+        finer = thresholds(x[data.train], FINER * options["N"])
         columns = np.column_stack([x, plays(x, finer, x0)])
         r = finer[project(g, columns)[1][1:] > 0]
         if not len(r):

@@ -56,11 +56,11 @@ def kernels(u: Array, a: float, p1: Array, p2: Array, k0: Array) -> Array:
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """Build the graph of one ``krasnoselskii_pokrovskii``; return it with the number of its parameters."""
     u0 = u0_of(data, options)
-    rows = data.train
-    u = data.u[rows]
+    rows = data.counted
+    u = data.u[data.train]
     a, p1, p2 = grid(float(u.min()), float(u.max()), options["levels"])
     k0 = ridge(u0 - (p1 + p2) / 2, a)  # demagnetised: each kernel as the middle of its ramps gives it
-    columns = data.along(lambda u: kernels(u, a, p1, p2, k0), rows.stop)[rows]
+    columns = data.along(lambda u: kernels(u, a, p1, p2, k0), data.train.stop)[rows]
     progress(0.2)
     w, (offset,) = nonnegative(columns, data.y[rows], np.ones((len(columns), 1)))
     values = {"a": a, "p1": p1, "p2": p2, "w": w, "offset": offset, "k0": k0}

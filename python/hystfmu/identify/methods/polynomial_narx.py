@@ -19,6 +19,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.monomials import basis, count, lagged
@@ -88,7 +89,7 @@ class Signals:
 
 def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -> Signals:
     """Run the front end of the model, ``scaling -> zhao_tan``, over the data."""
-    u, y = data.u[data.train], data.y[data.train]
+    u, y = data.u[data.train], data.y[data.counted]
     lo, hi, width = float(u.min()), float(u.max()), float(np.ptp(u))
     gain = span / width
     offset = -gain * (lo + hi) / 2
@@ -128,7 +129,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
         Too many weights for the rows, a dead zone without its training, a model that is unstable in a free run.
     """
     n_u, n_f, n_y, n_k, q = (options[name] for name in ("n_u", "n_f", "n_y", "n_k", "q"))
-    parameters, rows = count(n_u + n_f + n_y, q), len(data.u[data.train])
+    parameters, rows = count(n_u + n_f + n_y, q), len(data.u[data.counted])
     if parameters > min(rows, MOST_PARAMETERS):
         raise InputError(
             f"The number of weights must be at most {MOST_PARAMETERS} and at most the {rows} train rows. "
@@ -142,11 +143,11 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     span = options["range"]
     if span is None:
         quick = [*(min(n, QUICK_LAGS) for n in (n_u, n_f, n_y)), n_k]
-        trials = [(solve(front(trial), data.train, quick, q, options["ridge"])[1], trial) for trial in RANGES]
+        trials = [(solve(front(trial), data.counted, quick, q, options["ridge"])[1], trial) for trial in RANGES]
         span = min(trials)[1] if n_f else 2.0
         progress(0.2)
     seen, lags = front(span), [n_u, n_f, n_y, n_k]
-    theta, _, gains = solve(seen, data.train, lags, q, options["ridge"])
+    theta, _, gains = solve(seen, data.counted, lags, q, options["ridge"])
     progress(0.4)
     if options["training"] != "batch":
         r = options["dead_zone"]
@@ -154,7 +155,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
             raise InputError(
                 f"The option 'dead_zone' must come with training = 'dead_zone'. Got {options['training']!r}."
             )
-        theta = _recursive(seen, data.train, lags, options, theta, gains, progress)
+        theta = _recursive(seen, data.counted, lags, options, theta, gains, progress)
     graph = assemble(data, seen, dict(zip(("n_u", "n_f", "n_y", "n_k"), lags, strict=True)), q, theta * basis(gains, q))
     if n_y and not np.isfinite(graph.run(data.u, data.h)).all():
         raise InputError(
@@ -164,7 +165,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     return graph, parameters
 
 
-def solve(seen: Signals, rows: slice, lags: list[int], q: int, ridge: float) -> tuple[Array, float, Array]:
+def solve(seen: Signals, rows: Rows, lags: list[int], q: int, ridge: float) -> tuple[Array, float, Array]:
     """Solve by batch least squares: weights of the scaled monomials, RMS error of y, gains of the variables."""
     z, gains = seen.lags(*lags)
     theta, rms = least_squares(basis(z[rows] * gains, q), seen.y[rows], ridge)
@@ -173,7 +174,7 @@ def solve(seen: Signals, rows: slice, lags: list[int], q: int, ridge: float) -> 
 
 def _recursive(
     seen: Signals,
-    rows: slice,
+    rows: Rows,
     lags: list[int],
     options: Mapping[str, Any],
     batch: Array,

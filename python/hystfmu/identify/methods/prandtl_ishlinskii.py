@@ -30,8 +30,8 @@ OPTIONS = (
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """Build the graph ``prandtl_ishlinskii -> scaling`` (offset); return it with the number of its parameters."""
     u0 = u0_of(data, options)
-    rows = data.train
-    r = thresholds(data.u[rows], options["N"])
+    rows = data.counted
+    r = thresholds(data.u[data.train], options["N"])
     columns = np.column_stack([data.u, data.along(lambda u: plays(u, r, u0))])[rows]
     progress(0.1)
     least = options["w0_min"]

@@ -41,10 +41,10 @@ OPTIONS = (
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """Build the graph ``(prandtl_ishlinskii, dead_zones, creep) -> sum``; return it with the number of its weights."""
-    rows, u = data.train, data.u
+    rows, u = data.counted, data.u
     u0 = u0_of(data, options)
-    r = thresholds(u[rows], options["N"])
-    s = knots(u[rows], options["dead_zones"])
+    r = thresholds(u[data.train], options["N"])
+    s = knots(u[data.train], options["dead_zones"])
     shortest = data.h if options["T_min"] is None else options["T_min"]
     T = np.geomspace(shortest, max(shortest, options["T_max"]), options["lags"])
     lagged = np.column_stack([data.along(partial(lag, h=data.h, T=t)) for t in T])

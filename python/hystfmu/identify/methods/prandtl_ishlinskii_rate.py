@@ -50,11 +50,11 @@ OPTIONS = (
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """Build the graph of the equation above; return it with the number of its weights."""
-    rows, u = data.train, data.u
+    rows, u = data.counted, data.u
     u0 = u0_of(data, options)
-    r = thresholds(u[rows], options["N"])
-    middle = float(u[rows].mean())
-    s = knots(u[rows] - middle, options["dead_zones"])
+    r = thresholds(u[data.train], options["N"])
+    middle = float(u[data.train].mean())
+    s = knots(u[data.train] - middle, options["dead_zones"])
     shortest = data.h if options["T_min"] is None else options["T_min"]
     T = np.geomspace(shortest, max(shortest, options["T_max"]), options["lags"])
     T_bend = 4 * data.h if options["T_bend"] is None else options["T_bend"]

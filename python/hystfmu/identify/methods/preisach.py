@@ -59,10 +59,10 @@ def columns(u: Array, n: int, lo: float, hi: float, start: str) -> Array:
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """Build the graph of one ``preisach``; return it with the number of its parameters."""
-    rows, n, start = data.train, options["n"], options["start"]
+    rows, n, start = data.counted, options["n"], options["start"]
     u, y = data.u[rows], data.y[rows]
-    lo, hi = float(u.min()), float(u.max())
-    A = data.along(lambda u: columns(u, n, lo, hi, start), rows.stop)[rows]
+    lo, hi = float(data.u[data.train].min()), float(data.u[data.train].max())
+    A = data.along(lambda u: columns(u, n, lo, hi, start), data.train.stop)[rows]
     progress(0.5)
     sign = -1.0 if np.sum((u - u.mean()) * (y - y.mean())) < 0 else 1.0  # -1 if the output falls as u rises
     mu, (offset,) = nonnegative(A, sign * y, np.ones((len(y), 1)))

@@ -64,6 +64,6 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
 
 def _weights(data: Dataset, n: int, u0: float) -> dict[str, float | Array]:
     r = thresholds(data.u[data.train], n)
-    columns = np.column_stack([data.u, plays(data.u, r, u0)])[data.train]
-    w, _ = nonnegative(columns, data.y[data.train], np.ones((len(columns), 1)))
+    columns = np.column_stack([data.u, plays(data.u, r, u0)])[data.counted]
+    w, _ = nonnegative(columns, data.y[data.counted], np.ones((len(columns), 1)))
     return {"w0": float(w[0]), "r": r, "w": w[1:], "u0": u0}

@@ -112,7 +112,7 @@ def fit_readout(
     rms : float
         Training error in the unit of measure of y.
     """
-    x, y = features.values[data.train], data.y[data.train]
+    x, y = features.values[data.counted], data.y[data.counted]
     middle, gain = centre_and_gain(x)
     scaled = (x - middle) * gain
     a = least_squares(scaled, y) if linear else np.zeros(0)

@@ -1,0 +1,66 @@
+"""Rows that are held out of the training rows: no kind of model may use their output."""
+
+import numpy as np
+import plants
+import pytest
+
+from hystfmu import Dataset
+from hystfmu.data import signals
+from hystfmu.identify import METHODS
+from hystfmu.identify.features.validation_blocks import EVERY, validation_rows
+from hystfmu.identify.one import fit_one
+
+CHEAP = ("prandtl_ishlinskii", "prandtl_ishlinskii_asym", "krasnoselskii_pokrovskii", "polynomial_narx")
+SHORT = {"starts": 1, "iterations": 5}
+U = signals.training(12, 3, 0.05)
+Y = plants.asymmetric(U)
+
+
+def held():
+    rows = validation_rows(U, 1)
+    rows[: int(np.argmin(Y)) + 1] = False  # the span of y stays that of all rows
+    return rows
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        k if k in CHEAP else pytest.param(k, marks=pytest.mark.stress)
+        for k in METHODS
+        if k not in ("auto", "bouc_wen_oscillator")
+    ],
+)
+def test_no_kind_uses_the_output_of_held_rows(key):
+    """The same model from data whose held rows are wrong, another one if they count."""
+    rows, wrong = held(), Y.copy()
+    wrong[rows] *= 0.7
+    given = (
+        SHORT
+        if key.endswith("_mlp")
+        else {"m": 2, "q": 1}
+        if key == "duhem"
+        else {"n_u": 2, "n_f": 2}
+        if "narx" in key
+        else {}
+    )
+    made = [
+        fit_one(Dataset.from_signal(U, y, 1e-3).with_held(rows), key, 0, lambda f: None, given).graph.run(U, 1e-3)
+        for y in (Y, wrong)
+    ]
+    assert made[0].tobytes() == made[1].tobytes()
+    counting = fit_one(Dataset.from_signal(U, wrong, 1e-3), key, 0, lambda f: None, given).graph.run(U, 1e-3)
+    assert counting.tobytes() != made[0].tobytes()
+
+
+def test_rows_that_count():
+    rows = held()
+    data = Dataset.from_signal(U, Y, 1e-3, train=slice(30, len(U) - 10)).with_held(rows)
+    wanted = [k for k in range(30, len(U) - 10) if not rows[k]]
+    assert list(data.counted) == wanted
+    assert data.with_output(Y + 1).held is rows
+    assert Dataset.from_signal(U, Y).counted == slice(0, len(U))
+
+
+def test_validation_blocks_are_disjoint_and_cover_all_rows():
+    count = sum(validation_rows(U, which).astype(int) for which in range(EVERY))
+    assert (count == 1).all()
