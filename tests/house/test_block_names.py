@@ -33,6 +33,10 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/streaming.py": dict.fromkeys(
         ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"
     ),
+    "inverse/creep_states.py": {
+        "creep": "known_states(): the block whose lags are known",
+        **dict.fromkeys(("sum", "scaling"), "_separated(): a step of creep, and lags that start at 0"),
+    },
     "inverse/dynamic.py": {
         **dict.fromkeys(("delay", "scaling", "transfer_function"), "split(): linear blocks at the end of a chain"),
         "polynomial_narx": "dynamic_inverse(): weights of the last samples, which start at the first one",

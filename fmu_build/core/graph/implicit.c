@@ -15,6 +15,9 @@ static const char *unfit(const hyst_node *n) {
   return NULL;
 }
 
+/* whether the output of a block follows from its states alone */
+static int holds(const hyst_node *n) { return n->block->feedthrough && !n->block->feedthrough(n->dim, n->p); }
+
 /* marks the sources of node k as the model of i: those of input h if k is i, else all */
 static hyst_status mark(hyst_graph *g, int i, int k) {
   const hyst_node *n = g->nodes + k;
@@ -24,6 +27,7 @@ static hyst_status mark(hyst_graph *g, int i, int k) {
       return hyst_fail(&g->error, HYST_E_IMPLICIT, n->name, NULL,
                        "between u and h of an implicit inverse no block may read another input");
     hyst_node *source = g->nodes + w->source;
+    if (w->source < i && holds(source)) continue; /* known before the search */
     const char *wrong = unfit(source);
     if (!wrong && (w->source < i || (k > i && w->source > k)))
       wrong = "the model of an implicit inverse must follow it in the order of the file";

@@ -25,7 +25,7 @@ static void tangent_of_block(const hyst_node *n, const double *dx, double *ddx) 
   for (int64_t k = 0; k < n->n_c; k++) ddx[k] = 0;
 }
 
-/* tangent of the model output h for the seed du of its input */
+/* tangent of the model output h for the seed du of its input and the tangents of blocks that hold during the search */
 static double tried(const hyst_graph *g, const hyst_node *n, double du) {
   n->dy[0] = du;
   for (const hyst_node *m = n + 1, *end = g->nodes + g->n_nodes; m < end; m++) {
@@ -44,13 +44,13 @@ static double tried(const hyst_graph *g, const hyst_node *n, double du) {
 
 /* du / dy of a block with trials, in the direction of u for which h follows y; 0 at a limit */
 static void tangent_by_trial(const hyst_graph *g, const hyst_node *n) {
-  const double wanted = n->du[HYST_IMPLICIT_WANTED], off = hyst_implicit_off(n);
+  const double held = tried(g, n, 0), wanted = n->du[HYST_IMPLICIT_WANTED] - held, off = hyst_implicit_off(n);
   const double size = n->u[HYST_IMPLICIT_WANTED] < 0 ? -n->u[HYST_IMPLICIT_WANTED] : n->u[HYST_IMPLICIT_WANTED];
   const int reached = (off < 0 ? -off : off) <= 1e-12 * (1 + size);
   double du = 0;
   for (int side = 1; side >= -1 && wanted != 0 && reached; side -= 2) {
     const double beyond = side > 0 ? n->p[HYST_IMPLICIT_HI] : n->p[HYST_IMPLICIT_LO];
-    const double steps = wanted / tried(g, n, side); /* infinite if the output is stationary */
+    const double steps = wanted / (tried(g, n, side) - held); /* infinite if the output is stationary */
     if (n->y[0] == beyond || !(steps >= 0 && steps < HYST_INF)) continue;
     du = side * steps;
     break;

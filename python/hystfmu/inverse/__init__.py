@@ -3,7 +3,8 @@
 exact    inverts block by block from output to input; every block of the chain needs an inverse
          (Prandtl-Ishlinskii with a linear term, Zhao-Tan, constraint factor, dead zones, scaling).
 implicit runs the model itself inside the block `implicit_inverse`, which finds the input by bounded root finding in the
-         core; the model must be static: operators with memory and functions of one input.
+         core; the model must be static, operators with memory and functions of one input, or creep beside them, whose
+         lags before a step are known.
 learned  trains a network on the model's own response with input and output exchanged, on the inverse operator of Zhao
          & Tan and a few plays; `hystfmu.inverse.learned` gives the recipe.
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.inverse.creep_states import known_states
 from hystfmu.inverse.input_range import input_range
 from hystfmu.model import Model
 
@@ -13,30 +14,37 @@ FLAT = 1e-4  # step back after a reversal, relative to the input range, on which
 
 
 def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = None) -> Model:
-    """Invert a static model by root finding.
+    """Invert a model by root finding: a static one, or one with creep, whose lags before a step are known.
 
     Parameters
     ----------
     model : Model
-        Static model with one input and one output.
+        Model with one input and one output; with creep, the inverse is exact for steps of ``model.step``.
     lo, hi : float, optional
         Limits of the input, in its unit of measure; default the range of the data (provenance ``span_u``).
 
     Raises
     ------
     InputError
-        The model is not static, its output stands still after a reversal, or its input range is unknown.
+        The model has other dynamics than creep, its output stands still after a reversal, or its input range is not
+        known.
     """
     if lo is None or hi is None:
         lo, hi = input_range(
             model, "An implicit inverse must have the options lo and hi, or the input range of the model"
         )
-    g, source, sink = model.graph, model.graph.inputs[0], model.graph.outputs[0]
+    states, stepped = known_states(model)
+    first = {n.name for n in states}
+    g, source, sink = stepped.graph, stepped.graph.inputs[0], stepped.graph.outputs[0]
     name = "inverse"
     while name in {n.name for n in g.nodes}:
         name += "_"
     graph = Graph(
-        [Node(name, "implicit_inverse", {}, {"lo": lo, "hi": hi}), *g.nodes],
+        [
+            *states,
+            Node(name, "implicit_inverse", {}, {"lo": lo, "hi": hi}),
+            *(n for n in g.nodes if n.name not in first),
+        ],
         [*g.wires, *((f"{name}.u", end) for end in source.to), (sink.source, f"{name}.h")],
         [Input("u", (f"{name}.y",), sink.unit, float(model.predict(np.full(2, source.start))[0]), "wanted output")],
         [Output("y", f"{name}.u", source.unit, "input that gives it")],
