@@ -99,6 +99,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         ),
         STATIC,
     ),
+    "scenario/loop_margins.py": {"scaling": "_gain(), _static(): a gain in the place of a hysteresis or of dynamics"},
     "scenario/report/page.py": {"delay": "label of a row of the report, not a block"},
     "scenario/system/delay_budget.py": {"delay": "delay_budget(): its samples count"},
     "scenario/system/events.py": {

@@ -50,6 +50,7 @@ for _command in (
     fmus.export,
     fmus.validate,
     scenarios.run,
+    scenarios.margins,
     scenarios.compare,
     scenarios.ssp,
     scenarios.study,

@@ -1,4 +1,4 @@
-"""Commands for scenarios: run, compare, ssp and study."""
+"""Commands for scenarios: run, margins, compare, ssp and study."""
 
 from __future__ import annotations
 
@@ -96,10 +96,7 @@ def run(
 
     if everything == bool(scenarios):
         raise InputError("run needs scenarios or --all (example: hystfmu run scenarios/pid)")
-    files = [f for depth in ("*", "*/*") for f in Path("scenarios").glob(f"{depth}/scenario.toml")]
-    paths = sorted(f.parent for f in files) if everything else scenarios
-    if not paths:
-        raise InputError("the current folder has no scenarios/*/scenario.toml")
+    paths = _everything() if everything else scenarios
 
     def agreed(found: list[Change]) -> bool:
         click.echo(changes(found), err=as_json)
@@ -128,6 +125,43 @@ def run(
     else:
         click.echo(verdicts(results))
     sys.exit(0 if results.passed else FAILED)
+
+
+@click.command()
+@click.argument("scenarios", nargs=-1)
+@click.option("--all", "everything", is_flag=True, help="Every scenario in ./scenarios.")
+@click.option("--case", metavar="NAME", help="Only the cases with this name.")
+@json_option
+def margins(scenarios: tuple[str, ...], everything: bool, case: str | None, as_json: bool) -> None:
+    """Compute the stability margins of the loops of scenarios.
+
+    The loop of each case is opened at the input of its plant and linearised: controllers, observers and delays by their
+    exact tangent, the plant by its dynamics, hysteresis and inverse by the sector of slopes along the path of the case.
+    Margins hold for slope 1; stability is checked over the sector with 0, 1/2, 1 and 2 further steps of delay.
+
+    \b
+    Example: hystfmu margins scenarios/pid scenarios/pid_observer
+    """
+    from hystfmu.report.terminal import progress
+    from hystfmu.scenario.margin_table import margin_rows, margin_text
+
+    if everything == bool(scenarios):
+        raise InputError("margins needs scenarios or --all (example: hystfmu margins scenarios/pid)")
+    with progress("margins") as report:
+        rows, refused = margin_rows(_everything() if everything else scenarios, case, report)
+    if as_json:
+        click.echo(json.dumps({"loops": [vars(r) for r in rows], "refused": refused}))
+    else:
+        click.echo(margin_text(rows, refused))
+    sys.exit(0 if rows else FAILED)
+
+
+def _everything() -> list[Path]:
+    """Return the folders of all scenarios in ./scenarios."""
+    files = [f for depth in ("*", "*/*") for f in Path("scenarios").glob(f"{depth}/scenario.toml")]
+    if not files:
+        raise InputError("the current folder has no scenarios/*/scenario.toml")
+    return sorted(f.parent for f in files)
 
 
 _NOT_OF_AN_SSP = ("everything", "settings", "case", "record", "yes", "junit", "report_dir", "as_json")

@@ -12,6 +12,7 @@ from hystfmu.design.describing import DescribingFunction, describing_function
 from hystfmu.design.gains import Gain, gains
 from hystfmu.design.linear import linearise, to_control
 from hystfmu.design.loop import Margins, loop, margins
+from hystfmu.design.sampled import sampled
 
 __all__ = [
     "DescribingFunction",
@@ -22,5 +23,6 @@ __all__ = [
     "linearise",
     "loop",
     "margins",
+    "sampled",
     "to_control",
 ]

@@ -19,6 +19,8 @@ from hystfmu.design.linear import python_control, to_control
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
+POINTS = 4000  # frequencies, four decades below half the sampling frequency
+
 
 @dataclass(frozen=True)
 class Margins:
@@ -38,6 +40,8 @@ class Margins:
         Modulus margin: smallest abs(1 + L), 1 / peak of the sensitivity.
     crossover_hz : float
         Crossover frequency, abs(L) = 1, with the smallest phase margin (Hz).
+    bandwidth_hz : float
+        Frequency up to which the sensitivity stays below -3 dB (Hz).
     """
 
     stable: bool
@@ -47,13 +51,19 @@ class Margins:
     delay_steps: float
     modulus: float
     crossover_hz: float
+    bandwidth_hz: float
+
+    @property
+    def Ms_db(self) -> float:
+        """Peak of the sensitivity abs(1 / (1 + L)) (dB)."""
+        return float(-20 * np.log10(self.modulus))
 
     def __str__(self) -> str:
         state = "stable" if self.stable else "UNSTABLE"
         return (
             f"{state}: gain margin {self.gain_db:.1f} dB, phase margin {self.phase_deg:.1f} deg at "
             f"{self.crossover_hz:.4g} Hz, delay margin {1e3 * self.delay_s:.3g} ms ({self.delay_steps:.2f} steps), "
-            f"modulus margin {self.modulus:.2f}"
+            f"modulus margin {self.modulus:.2f} (Ms {self.Ms_db:.1f} dB), bandwidth {self.bandwidth_hz:.4g} Hz"
         )
 
 
@@ -105,11 +115,11 @@ def margins(L: Any) -> Margins:
     h = float(L.dt)
 
     def at(w: float) -> complex:
-        return complex(L(np.exp(1j * w * h)))
+        return complex(_values(L, np.exp(1j * np.array([w]) * h))[0])
 
     poles = python_control().feedback(L, 1).poles()
-    w = np.geomspace(1e-4, 1.0, 20_000) * np.pi / h
-    values = L(np.exp(1j * w * h))
+    w = np.geomspace(1e-4, 1.0, POINTS) * np.pi / h
+    values = _values(L, np.exp(1j * w * h))
     crossing = [_root(lambda w: abs(at(w)) - 1, *w[i : i + 2]) for i in _changes(np.abs(values) - 1)]
     # phase margin at each crossover: as the delay grows, the crossover with the least phase / frequency is lost first
     left = [float(np.mod(np.angle(at(w_c)) + np.pi, 2 * np.pi)) for w_c in crossing]
@@ -120,6 +130,7 @@ def margins(L: Any) -> Margins:
     factors = [-1 / r for r in real if -1 < r < 0]
     signed = [(abs(_wrap(phase)), w_c) for phase, w_c in zip(left, crossing, strict=True)]
     phase, w_c = min(signed, default=(np.inf, np.inf))
+    large = np.flatnonzero(np.abs(1 + values) < np.sqrt(2))
     return Margins(
         bool((np.abs(poles) < 1).all()),
         float(20 * np.log10(min(factors, default=np.inf))),
@@ -128,7 +139,19 @@ def margins(L: Any) -> Margins:
         float(delay / h),
         float(np.abs(1 + values).min()),
         float(w_c / (2 * np.pi)),
+        float(w[large[0]] / (2 * np.pi)) * bool(large[0]) if len(large) else np.inf,
     )
+
+
+def _values(L: Any, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return L(z), shape (n,); a state space is solved for all points at once."""
+    if not hasattr(L, "A"):
+        return np.asarray(L(z))
+    A, B, C, D = (np.asarray(m) for m in (L.A, L.B, L.C, L.D))
+    if not len(A):
+        return np.full(len(z), complex(D[0, 0]))
+    x = np.linalg.solve(z[:, None, None] * np.eye(len(A)) - A, B.astype(complex)[None])
+    return np.asarray((C @ x)[:, 0, 0] + D[0, 0])
 
 
 def _changes(f: Array) -> NDArray[np.intp]:

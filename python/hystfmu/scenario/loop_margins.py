@@ -1,0 +1,305 @@
+"""Margins of the loop of a case, opened at the input of its plant.
+
+The units of the loop are linear but for the hysteresis of the plant and its inverse.  These two together have local
+slopes around 1 that depend on the path; the case itself is run to find the sector that they fill.  The loop is
+L(z) = -slope K(z) G(z): K is the exact tangent of all other units, G the dynamics of the plant with static gain 1,
+exact for the held command, with any delay, also a fraction of a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.linalg import expm, solve_discrete_lyapunov
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.design.delays import StateSpace
+from hystfmu.design.linear import linearise, python_control
+from hystfmu.design.loop import Margins, margins
+from hystfmu.design.sampled import sampled
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.fused import fuse
+from hystfmu.scenario.system.system import Link, Part, System
+
+DELAYS = (0.0, 0.5, 1.0, 2.0)  # steps beyond those of the case
+SLOPES = 7  # of the sector at which stability is checked
+MOVED = 1e-3  # of the largest step of the path: smaller ones say nothing about a slope
+CONTINUOUS = "continuous"  # rate of the blocks of a plant that become G(z)
+MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the slope stands for
+
+
+@dataclass(frozen=True)
+class OpenedLoop:
+    """The loop of a case, opened at the input of its plant.
+
+    Attributes
+    ----------
+    system : System
+        Case made ready to run.
+    controller : (A, B, C, D)
+        From the output of the plant to its input, step h.
+    plant : (A, B, C, D)
+        Continuous dynamics with static gain 1; time in s.
+    h : float
+        Step (s).
+    slopes : (float, float)
+        Least and largest local slope of the plant over its inverse along the path of the case.
+    hysteresis : tuple of str
+        Models of the plant and of its inverse.
+    """
+
+    system: System
+    controller: StateSpace
+    plant: StateSpace
+    h: float
+    slopes: tuple[float, float]
+    hysteresis: tuple[str, ...]
+
+    def open_loop(self, slope: float, delay: float) -> Any:
+        """Return L(z) as a state space of python-control for one slope and a delay in steps."""
+        control = python_control()
+        A, B, C, D = self.controller
+        K = control.ss(A, B, C, D, self.h)
+        return -slope * K * control.ss(*held(self.plant, self.h, delay), self.h)
+
+    def margins(self, slope: float = 1.0, delay: float = 0.0) -> Margins:
+        """Return the margins for one slope and a delay in steps beyond those of the case."""
+        return margins(self.open_loop(slope, delay))
+
+    def stable(self, slope: float, delay: float) -> bool:
+        """Whether the closed loop is stable."""
+        poles = python_control().feedback(self.open_loop(slope, delay), 1).poles()
+        return bool((np.abs(poles) < 1).all())
+
+    def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
+        """Return the largest of these delays up to which every slope of the sector is stable; NaN if none."""
+        found = np.nan
+        for delay in sorted(delays):
+            if not all(self.stable(slope, delay) for slope in np.linspace(*self.slopes, SLOPES)):
+                break
+            found = delay
+        return float(found)
+
+    def noise_gain(self, slope: float = 1.0, delay: float = 0.0) -> float:
+        """Return the RMS of the command that white noise of RMS 1 at the sensor makes; infinite if unstable."""
+        if not self.stable(slope, delay):
+            return np.inf
+        control = python_control()
+        A, B, C, D = self.controller
+        K, G = control.ss(A, B, C, D, self.h), control.ss(*held(self.plant, self.h, delay), self.h)
+        closed = control.feedback(K, slope * G, sign=1)
+        X = solve_discrete_lyapunov(closed.A, closed.B @ closed.B.T, "bilinear")
+        return float(np.sqrt((closed.C @ X @ closed.C.T + closed.D @ closed.D.T)[0, 0]))
+
+
+def open_loop(system: System) -> OpenedLoop:
+    """Open the loop of a case at the input of the unit whose output is tracked.
+
+    Raises
+    ------
+    InputError
+        The case has no feedback, or in its loop a foreign FMU, several rates, a plant without linear dynamics, or units
+        that are not linear at rest.
+    """
+    where = system.case.title
+    plant, entry = _plant(system)
+    around = _loop(system, plant)
+    parts = [system.parts[k] for k in around]
+    if any(isinstance(p.graph, Foreign) for p in (system.parts[plant], *parts)):
+        raise InputError(f"{where}: The loop must have no foreign FMU to have margins. Got one.")
+    if system.case.coupling.scheme != "gauss_seidel":
+        raise InputError(f"{where}: The coupling must be gauss_seidel. Got {system.case.coupling.scheme} instead.")
+    if {p.period for p in parts} != {system.case.ripple} or any(plant > k for k in around):
+        raise InputError(f"{where}: The loop must have one rate, its plant first in the order. Got another order.")
+    between = [k for k in around if _has_memory(system.parts[k].own)]
+    slopes = _slopes(system, plant, entry, between)
+    straight = tuple(replace(p, graph=_gain(p.own)) if k in between else p for k, p in enumerate(system.parts))
+    graph, _ = fuse(replace(system, parts=straight), tuple(around))
+    measured = [i for i in graph.inputs if _source(system, i.name) == plant]
+    ends = tuple(end for i in measured for end in i.to)
+    maker = system.maker(entry)
+    out = f"{maker.name}_{maker.outputs[entry.source - maker.first]}"
+    command = next(o for o in graph.outputs if o.name == out)
+    controller = Graph(graph.nodes, graph.wires, [Input("y", ends)], [Output("u", command.source)], sort=False)
+    dynamics = linearise(_dynamics(system.parts[plant].own, where))
+    A, B, C, D = sampled(_wired(controller, graph), system.case.step)
+    specs = [system.case.units[system.parts[k].name] for k in (plant, *between)]
+    models = tuple(str(s.model or s.inverse_of or s.block) for s in specs)
+    return OpenedLoop(system, (A, B[:, :1], C, D[:, :1]), dynamics, system.case.step, slopes, models)
+
+
+def _wired(controller: Graph, graph: Graph) -> Graph:
+    """Give every input that the loop leaves open its own input, so that the graph is complete."""
+    taken = {end for i in controller.inputs for end in i.to}
+    rest = [Input(i.name, i.to) for i in graph.inputs if not taken & set(i.to)]
+    return Graph(controller.nodes, controller.wires, [*controller.inputs, *rest], controller.outputs, sort=False)
+
+
+def _plant(system: System) -> tuple[int, Link]:
+    """Return the unit whose output is tracked, and the connection through which the loop drives it."""
+    case = system.case
+    tracked = next((m.signal for m in case.metrics.values() if m.against is not None), None)
+    if tracked is None:
+        raise InputError(f"{case.title}: A metric must compare an output with a reference. Got none.")
+    name = tracked.partition(".")[0]
+    k = next(i for i, p in enumerate(system.parts) if p.name == name)
+    after = _after(system, k)
+    closing = [n for n in system.links if n.to == k and _owner(system, n) in after]
+    if len(closing) != 1:
+        raise InputError(f"{case.title}: One connection must close the loop at {name}. Got {len(closing) or 'none'}.")
+    return k, closing[0]
+
+
+def _loop(system: System, plant: int) -> list[int]:
+    """Return the other units of the loop, in the order of evaluation."""
+    after = _after(system, plant)
+    before = {plant}
+    for _ in system.parts:
+        before |= {_owner(system, n) for n in system.links if n.to in before}
+    return [k for k in range(len(system.parts)) if k in after and k in before and k != plant]
+
+
+def _after(system: System, first: int) -> set[int]:
+    found: set[int] = set()
+    for _ in system.parts:
+        found |= {n.to for n in system.links if _owner(system, n) in found | {first}}
+    return found
+
+
+def _owner(system: System, link: Link) -> int:
+    return system.parts.index(system.maker(link))
+
+
+def _source(system: System, name: str) -> int | None:
+    """Return the unit that drives an input of a fused graph, named unit_input."""
+    for n in system.links:
+        part = system.parts[n.to]
+        if name == f"{part.name}_{part.inputs[n.input]}":
+            return _owner(system, n)
+    return None
+
+
+def _has_memory(graph: Graph) -> bool:
+    return any(n.block.family in MEMORY for n in graph.nodes)
+
+
+def _gain(graph: Graph) -> Graph:
+    """Replace the inverse of a hysteresis by a gain of 1, which keeps its ports."""
+    node = Node("gain", "scaling", {"n": 1})
+    (first, *others) = graph.inputs
+    if others or any(o.source.endswith("]") for o in graph.outputs):
+        raise InputError(f"The inverse in a loop must have one input. Got {len(graph.inputs)}.")
+    return Graph([node], (), [Input(first.name, ("gain.u",))], [Output(o.name, "gain.y") for o in graph.outputs])
+
+
+def _dynamics(graph: Graph, where: str) -> Graph:
+    """Return the linear dynamics behind the hysteresis of a plant as a chain with static gain 1."""
+    chain = [Node("gain", "scaling", {"n": 1}, {"gain": 1 / _static_gain(graph)})]
+    chain += [n for n in graph.nodes if n.block.rate == CONTINUOUS]
+    if len(chain) == 1:
+        raise InputError(f"{where}: The plant must have linear dynamics to have margins. Got a static one.")
+    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
+    return Graph(chain, wires, [Input("u", ("gain.u",))], [Output("y", f"{chain[-1].name}.y")])
+
+
+def _static_gain(graph: Graph) -> float:
+    """Return the product of the static gains of the dynamics of a plant."""
+    return float(np.prod([_gain_at_rest(n) for n in graph.nodes if n.block.rate == CONTINUOUS]))
+
+
+def _gain_at_rest(node: Node) -> float:
+    A, B, C, D = linearise(Graph.single(node))
+    return float((D - C @ np.linalg.solve(A, B))[0, 0]) if len(A) else float(D[0, 0])
+
+
+def _static(graph: Graph) -> Graph:
+    """Return a plant without its dynamics, which keep their static gain."""
+    for n in graph.nodes:
+        if n.block.rate == CONTINUOUS:
+            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": _gain_at_rest(n)}))
+    return graph
+
+
+def _slopes(system: System, plant: int, entry: Link, between: Sequence[int]) -> tuple[float, float]:
+    """Run the case and return the least and the largest slope of plant over inverse along its path."""
+    first = next((n for n in system.links if n.to == between[0]), entry) if between else entry
+    column = next(name for name, place in system.columns.items() if place == first.source)
+    try:
+        v = Native(system, [column]).run()[column][:: system.case.ripple]
+    except Stopped as e:
+        raise InputError(f"{system.case.title}: The case must run to its end to have a sector of slopes. {e}") from None
+    y = v
+    for k in between:
+        y = _along(system.parts[k], y, system.case.step)
+    part = system.parts[plant]
+    port = part.inputs[entry.input]
+    y = _along(replace(part, graph=_static(part.own)), y, system.case.step, port)
+    dv, dy = np.diff(v), np.diff(y)
+    moved = np.abs(dv) > MOVED * np.abs(dv).max()
+    found = dy[moved] / dv[moved]
+    return float(found.min()), float(found.max())
+
+
+def _along(part: Part, u: Array, h: float, port: str = "") -> Array:
+    """Run a unit along a path of one of its inputs, the others constant; return its first output."""
+    rows = np.tile([part.constants.get(name, 0.0) for name in part.inputs], (len(u), 1))
+    rows[:, part.inputs.index(port) if port else 0] = u
+    return np.asarray(part.own.executor().run(rows, len(part.outputs), h)[:, 0])
+
+
+def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
+    """Discretise dynamics for a command that is held for a step h (s) and comes `delay` steps late, exactly.
+
+    Parameters
+    ----------
+    plant : (A, B, C, D)
+        One input and one output, without direct feed-through.
+    h : float
+        Step (s).
+    delay : float
+        Delay in steps, also a fraction.
+
+    Returns
+    -------
+    (A, B, C, D)
+        States of the plant, then past commands.
+
+    Raises
+    ------
+    InputError
+        Direct feed-through: the output of a step would depend on a command of the same step.
+    """
+    A, B, C, D = plant
+    if np.any(D):
+        raise InputError("The dynamics of the plant must have no direct feed-through. Got some.")
+    whole = int(np.floor(delay + 1e-12))
+    part = max(delay - whole, 0.0) if delay - whole > 1e-9 else 0.0
+    late, now = _over(A, B, part * h), _over(A, B, (1 - part) * h)
+    n, past = len(A), whole + (part > 0)
+    M, N = np.zeros((n + past, n + past)), np.zeros((n + past, 1))
+    M[:n, :n] = now[0] @ late[0]
+    weights = {whole: now[1], whole + 1: now[0] @ late[1]}  # of u(k - j)
+    for j, w in weights.items():
+        if j == 0:
+            N[:n] += w
+        elif j <= past:
+            M[:n, n + j - 1 : n + j] += w
+    if past:
+        N[n] = 1.0
+        M[n + 1 :, n:-1] = np.eye(past - 1)
+    return M, N, np.hstack([C, np.zeros((1, past))]), np.zeros((1, 1))
+
+
+def _over(A: Array, B: Array, t: float) -> tuple[Array, Array]:
+    """Return e^(A t) and the integral of e^(A s) B over 0 .. t."""
+    n = len(A)
+    M = expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * t)
+    return M[:n, :n], M[:n, n:]
