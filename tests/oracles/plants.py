@@ -30,6 +30,12 @@ def asymmetric(u):
     return z + 0.15 * z**2 - 0.1 * z**3
 
 
+def drifting(u, T, load):
+    """The same with gain and bend that drift with the temperature (degC), and an offset that follows the load (N)."""
+    z, warm = prandtl_ishlinskii(u) / 8, (T - 40) / 20
+    return (1 + 0.15 * warm) * (z + 0.15 * (1 + 0.5 * warm) * z**2 - 0.1 * z**3) + 0.05 * load
+
+
 def bouc_wen(u, A=1.3, beta=1.1, gamma=0.6, n=1.4, a=0.35, b=0.9, c=0.2):
     """c + a u + b z with dz/du = A - (beta sgn(du z) + gamma) |z|^n, by scipy's RK45 along every ramp."""
     from scipy.integrate import solve_ivp

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -101,6 +102,7 @@ def fit(
              hystfmu fit stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output 3 -o stage.model.toml
              hystfmu fit record.dat --rate 200 --input 1 --output 5
              hystfmu fit monday.csv tuesday.csv --model prandtl_ishlinskii
+             hystfmu fit oven.csv --model actuator --covariate "T [degC]" --covariate load
              hystfmu fit --models
     """
     import hystfmu as hy
@@ -157,7 +159,9 @@ def fit(
 @click.command()
 @click.argument("model")
 @click.argument("data")
-@click.option("-o", "out", required=True, metavar="OUT.csv", help="CSV file to write, with columns t, u, y.")
+@click.option(
+    "-o", "out", required=True, metavar="OUT.csv", help="CSV file to write, with columns t, u, y and covariates."
+)
 @data_options
 @json_option
 def predict(
@@ -172,21 +176,25 @@ def predict(
     Measured outputs are not used (free run); where there are any, the errors against them are printed.  Row 0 is the
     output after initialisation with the first input.  Row k is the output of an FMU after setting u_k and calling
     doStep(t_{k-1}, h).  Warns if rows lie outside the range that a network was trained on; the network clips its inputs
-    there.
+    there.  Covariates are the columns that have their names in the model; --covariate names others, in its order.
 
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
     """
     import hystfmu as hy
-    from hystfmu.face.rows import parts, table_of
+    from hystfmu.face.rows import free_run, parts, table_of
     from hystfmu.model.coverage import WARN, clamped
+    from hystfmu.model.inputs import beside, rows_of
     from hystfmu.report.terminal import table
 
     m = hy.Model.load(model)
-    measured = columns.read(data, with_output=False)
-    y = measured.along(lambda u: m.predict(u, measured.h))
+    names = beside(m.graph)
+    measured = replace(columns, covariates=columns.covariates or names).read(data, with_output=False)
+    if len(columns.covariates) == len(names):
+        measured = measured.with_names(names)
+    y = free_run(m, measured)
     measured.with_output(y).to_csv(out)
-    outside = clamped(m.graph, measured.u, measured.h)
+    outside = measured.along(lambda rows: clamped(m.graph, rows, measured.h), inputs=rows_of(m.graph, measured))
     share = 100 * float(outside.mean())
     if share > WARN:
         click.echo(

@@ -32,6 +32,7 @@ class Columns:
     lag: int
     record: str | None
     decimal: Literal[".", ","] | None
+    covariates: tuple[str, ...] = ()
 
     def read(self, path: str | Sequence[str], train: str | None = None, with_output: bool = True) -> Dataset:
         """Read a data file, or several as records.
@@ -58,7 +59,7 @@ class Columns:
                 f"--resample must be a rate in Hz, or empty for the median step. Got {self.resample!r} instead."
             ) from None
         options: Any = {"rate": self.rate, "train": train, "resample": to, "lag": self.lag}
-        options |= {"record": self.record, "decimal": self.decimal}
+        options |= {"record": self.record, "decimal": self.decimal, "covariates": self.covariates}
         try:
             return hy.read(path, self.time, self.input_, self.output, **options)
         except InputError:
@@ -83,9 +84,10 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
         lag: int,
         record: str | None,
         decimal: Literal[".", ","] | None,
+        covariates: tuple[str, ...],
         **others: Any,
     ) -> Any:
-        return f(columns=Columns(time, input_, output, rate, resample, lag, record, decimal), **others)
+        return f(columns=Columns(time, input_, output, rate, resample, lag, record, decimal, covariates), **others)
 
     for option in (
         click.option(
@@ -97,6 +99,13 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
         ),
         click.option(
             "--decimal", type=click.Choice([".", ","]), help="Decimal sign, where 1,234 could be read in two ways."
+        ),
+        click.option(
+            "--covariate",
+            "covariates",
+            multiple=True,
+            metavar="COLUMN",
+            help="Name or number of the column of a further input, such as load or temperature; repeatable.",
         ),
         click.option("--record", metavar="COLUMN", help="Column that marks records; each has a memory of its own."),
         click.option(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.data.covariates import Covariates
 from hystfmu.data.csv_file import write_csv
 from hystfmu.data.time_grid import check_increasing, check_time
 
@@ -47,6 +48,9 @@ class Dataset:
     starts : sequence of int
         Rows at which records start, the first 0.  Every record has the same step, its own times, and a memory of its
         own: a model runs on each from a fresh start.
+    covariates : dict of str to array, shape (n,), optional
+        Further inputs beside u, such as load or temperature, by name, with a unit of measure in square brackets if
+        there is one: ``{"T [degC]": values}``.
 
     Attributes
     ----------
@@ -66,6 +70,8 @@ class Dataset:
     >>> import hystfmu as hy
     >>> hy.Dataset(t=[0.0, 0.1, 0.2, 0.3], u=[0.0, 1.0, 2.0, 1.0], y=[0.0, 0.5, 1.5, 1.2], unit_u="V", unit_y="um")
     Dataset('data', 4 rows, step 0.1 s, u in V, y in um)
+    >>> hy.Dataset([0, 1, 2, 3], [0, 1, 2, 1], [0.0, 0.5, 1.5, 1.2], covariates={"T [degC]": [20, 21, 22, 23]})
+    Dataset('data', 4 rows, step 1 s, covariates T [degC])
     """
 
     t: Array
@@ -77,6 +83,7 @@ class Dataset:
     unit_u: str
     unit_y: str
     starts: tuple[int, ...]
+    covariates: Covariates
     read_as: str = field(init=False, repr=False)
     held: NDArray[np.bool_] | None = field(init=False, repr=False)
     _lines: Sequence[int] | None = field(init=False, repr=False)
@@ -92,6 +99,7 @@ class Dataset:
         unit_u: str = "",
         unit_y: str = "",
         starts: Sequence[int] = (0,),
+        covariates: Mapping[str, ArrayLike] | Covariates | None = None,
     ) -> None:
         texts = {"name": name, "path": path, "unit_u": unit_u, "unit_y": unit_y}
         for text, value in texts.items():
@@ -119,6 +127,13 @@ class Dataset:
         place = partial(row_of, where)
         for key in ("t", "u", "y") if self.has_output else ("t", "u"):
             check_finite(getattr(self, key), key, place)
+        if not isinstance(covariates, Covariates):
+            covariates = Covariates.of(covariates or {}, len(self.t), where, place)
+        if len(covariates.values) != len(self.t):
+            raise InputError(
+                f"{where}: The covariates must have {len(self.t)} rows. Got {len(covariates.values)} instead."
+            )
+        object.__setattr__(self, "covariates", covariates)
         object.__setattr__(self, "starts", _starts(starts, len(self.t), where))
         for rows in self.records:
             check_time(self.t[rows], partial(_row_behind, where, rows.start), None)
@@ -133,6 +148,7 @@ class Dataset:
         parts = [repr(self.name), f"{n} rows", f"step {self.h:g} s"]
         parts += [f"{len(self.starts)} records"] if len(self.starts) > 1 else []
         parts += [f"{k} in {unit}" for k, unit in (("u", self.unit_u), ("y", self.unit_y)) if unit]
+        parts += [f"covariates {', '.join(self.covariates.labels)}"] if self.covariates else []
         parts += [] if self.has_output else ["no output"]
         parts += [] if (rows.start, rows.stop) == (0, n) else [f"train {rows.start}:{rows.stop}"]
         return f"Dataset({', '.join(parts)})"
@@ -164,7 +180,7 @@ class Dataset:
         """The rows of each record."""
         return tuple(slice(a, b) for a, b in zip(self.starts, (*self.starts[1:], len(self.t)), strict=True))
 
-    def along(self, run: Callable[[Array], Array], end: int | None = None) -> Array:
+    def along(self, run: Callable[[Array], Array], end: int | None = None, inputs: Array | None = None) -> Array:
         """Run a function along the input of each record from a fresh start.
 
         Parameters
@@ -173,13 +189,16 @@ class Dataset:
             Takes the input (m,) of one record and returns an array of m rows.
         end : int, optional
             Row to stop at; later rows are not run.
+        inputs : array, shape (n, ...), optional
+            Rows to run along instead of u.
 
         Returns
         -------
         array, shape (n, ...)
         """
         last = len(self.t) if end is None else end
-        parts = [run(self.u[rows.start : min(rows.stop, last)]) for rows in self.records if rows.start < last]
+        v = self.u if inputs is None else inputs
+        parts = [run(v[rows.start : min(rows.stop, last)]) for rows in self.records if rows.start < last]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def longest(self) -> Dataset:
@@ -189,9 +208,8 @@ class Dataset:
         count = [min(r.stop, self.train.stop) - max(r.start, self.train.start) for r in self.records]
         r = self.records[int(np.argmax(count))]
         rows = (max(r.start, self.train.start) - r.start, min(r.stop, self.train.stop) - r.start)
-        return replace(
-            self, t=self.t[r], u=self.u[r], y=self.y[r], train=train_rows(rows, r.stop - r.start), starts=(0,)
-        )
+        t, u, y, beside = self.t[r], self.u[r], self.y[r], self.covariates.rows(r)
+        return replace(self, t=t, u=u, y=y, covariates=beside, train=train_rows(rows, len(t)), starts=(0,))
 
     @property
     def counted(self) -> Rows:
@@ -215,9 +233,11 @@ class Dataset:
 
     @property
     def sha256(self) -> str:
-        """Hash of the values of t, u, y; a model records it as provenance."""
+        """Hash of the values of t, u, y and the covariates; a model records it as provenance."""
         content = [np.ascontiguousarray(a).tobytes() for a in (self.t, self.u, self.y)]
         content += [repr(self.starts).encode()] if len(self.starts) > 1 else []
+        for label, values in zip(self.covariates.labels, self.covariates.values.T, strict=True):
+            content += [label.encode(), np.ascontiguousarray(values).tobytes()]
         return hashlib.sha256(b"".join(content)).hexdigest()
 
     @property
@@ -259,6 +279,12 @@ class Dataset:
                         f"{other.path or other.name}: The records must agree in {key}. "
                         f"Got {theirs!r} after {mine!r} of {first.path or first.name}."
                     )
+            if other.covariates.labels != first.covariates.labels:
+                mine, theirs = (", ".join(part.covariates.labels) or "none" for part in (first, other))
+                raise InputError(
+                    f"{other.path or other.name}: The records must agree in covariates. "
+                    f"Got {theirs} after {mine} of {first.path or first.name}."
+                )
         starts, at = [], 0
         for part in records:
             starts += [at + s for s in part.starts]
@@ -267,7 +293,8 @@ class Dataset:
         name = " ".join(dict.fromkeys(part.name for part in records))
         if len(records) == 1:
             return first if train is None else first.with_train(train)
-        made = cls(t, u, y, name, "", train, first.unit_u, first.unit_y, starts)
+        covariates = Covariates.joined([part.covariates for part in records])
+        made = cls(t, u, y, name, "", train, first.unit_u, first.unit_y, starts, covariates)
         return made.from_file("; ".join(part.read_as for part in records if part.read_as), None)
 
     @classmethod
@@ -306,7 +333,7 @@ class Dataset:
                 f"{where}: The data to resample must be one record. Got {len(self.starts)} records instead."
             )
         t, u, y, rows = resample_rows(self.t, self.u, self.y, self.train, rate, where, partial(row_of, where))
-        return replace(self, t=t, u=u, y=y, train=rows)
+        return replace(self, t=t, u=u, y=y, train=rows, covariates=self.covariates.at(t, self.t))
 
     def aligned(self, lag: int) -> Dataset:
         """Return the same run with the output of a late sensor moved back.
@@ -329,7 +356,8 @@ class Dataset:
         if lag == 0:
             return self
         rows = train_rows((self.train.start, min(self.train.stop, n)), n, where)
-        return self._of_same_rows(replace(self, t=self.t[:n], u=self.u[:n], y=self.y[lag:], train=rows))
+        t, u, y, beside = self.t[:n], self.u[:n], self.y[lag:], self.covariates.rows(slice(n))
+        return self._of_same_rows(replace(self, t=t, u=u, y=y, covariates=beside, train=rows))
 
     def with_input(self, u: Array) -> Dataset:
         """Return the same time and output with another input u (n,), e.g. behind a dead band."""
@@ -338,6 +366,12 @@ class Dataset:
     def with_output(self, y: Array) -> Dataset:
         """Return the same time and input with another output y (n,), e.g. a prediction."""
         return self._of_same_rows(replace(self, y=y))
+
+    def with_names(self, names: Sequence[str]) -> Dataset:
+        """Return the same data with other names of the covariates, unless they are these in another order."""
+        if set(names) == set(self.covariates.names):
+            return self
+        return self._of_same_rows(replace(self, covariates=replace(self.covariates, names=tuple(names))))
 
     def place(self, row: int) -> str:
         """Name a `row`, counted from 0, for a message: by its line where the data come from a file."""
@@ -365,8 +399,9 @@ class Dataset:
         return self
 
     def to_csv(self, path: str | Path) -> None:
-        """Write the columns t, u, y to the CSV file `path`; they read back to the same bits."""
-        write_csv(path, {"t": self.t, "u": self.u, "y": self.y})
+        """Write the columns t, u, y and the covariates to the CSV file `path`; they read back to the same bits."""
+        columns = dict(zip(self.covariates.labels, self.covariates.values.T, strict=True))
+        write_csv(path, {"t": self.t, "u": self.u, "y": self.y, **columns})
 
 
 def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "data") -> slice:

@@ -148,6 +148,7 @@ class Model(Record):
         """
         from hystfmu.data.dataset import train_rows
         from hystfmu.model.accuracy import errors
+        from hystfmu.model.inputs import run_along
 
         self._one_to_one("score")
         where = other.path or other.name
@@ -160,7 +161,7 @@ class Model(Record):
             raise InputError(
                 f"{where}: The output must vary for an error in percent. Got {measured[0]:g} in every row."
             )
-        return errors(other.along(lambda u: self.predict(u, other.h))[counted], measured, span)
+        return errors(run_along(self.graph, other)[counted], measured, span)
 
     def plot(self, other: Dataset) -> Plot:
         """The loop of a record and of the model on its input.
@@ -182,9 +183,11 @@ class Model(Record):
         >>> hy.fit(data, "prandtl_ishlinskii").plot(data)
         Plot('prandtl_ishlinskii: y over u', measured, model)
         """
+        from hystfmu.model.inputs import run_along
+
         self._one_to_one("plot")
         lines = [Line("measured", other.u, other.y)] if other.has_output else []
-        lines.append(Line("model", other.u, other.along(lambda u: self.predict(u, other.h))))
+        lines.append(Line("model", other.u, run_along(self.graph, other)))
         source, sink = self.graph.inputs[0], self.graph.outputs[0]
         u, y = _with_unit("u", other.unit_u or source.unit), _with_unit("y", other.unit_y or sink.unit)
         return Plot(f"{self.key}: y over u", u, y, lines, points=LOOP_POINTS)
@@ -412,10 +415,11 @@ class Model(Record):
         return title + "".join(map(table, tables(self))) + warnings
 
     def _one_to_one(self, verb: str) -> None:
-        if self.graph.n_inputs != 1 or self.graph.n_outputs != 1:
+        sizes = [p.size for p in self.graph.ports if p.kind == "input"]
+        if not sizes or max(sizes) > 1 or self.graph.n_outputs != 1:
             raise InputError(
-                f"The model of {verb}() must have one input and one output. "
-                f"Got {self.graph.n_inputs} and {self.graph.n_outputs} of {self.key}."
+                f"The model of {verb}() must have one output, one input and covariates beside it. "
+                f"Got {self.graph.n_inputs} inputs and {self.graph.n_outputs} outputs of {self.key}."
             )
 
 

@@ -10,6 +10,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors
+from hystfmu.model.inputs import run_along
 from hystfmu.report.page import Table
 
 SHARE = 0.7  # of the rows: fitted, where an interval needs rows that are not
@@ -27,7 +28,7 @@ class Part:
 
 def free_run(model: Model, data: Dataset) -> Array:
     """Run a model on every record of the data from a fresh start, shape (n,)."""
-    return data.along(lambda u: model.predict(u, data.h))
+    return run_along(model.graph, data)
 
 
 def parts(y: Array, data: Dataset, fitted: bool) -> list[Part]:

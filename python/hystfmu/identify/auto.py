@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,11 +19,12 @@ import numpy as np
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
-from hystfmu.identify.catalogue import takes_records
+from hystfmu.identify.catalogue import takes_covariates, takes_records
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.one import fit_one
 from hystfmu.identify.options import Option
 from hystfmu.model.accuracy import errors
+from hystfmu.model.inputs import run_along
 
 TEXT = "selection by minor loops, rate dependence and the validation split, the last 30 % of the training rows"
 OPTIONS: tuple[Option, ...] = ()
@@ -138,6 +138,8 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choic
     reasons = left_out(seen, middle)
     if len(data.starts) > 1:
         reasons |= {c.name: "it takes one record only" for c in CANDIDATES.values() if not takes_records(c.method)}
+    if data.covariates:
+        reasons |= {c.name: "it takes no covariates" for c in CANDIDATES.values() if not takes_covariates(c.method)}
     fitted = [name for name in CANDIDATES if name not in reasons]
     costs = np.array([CANDIDATES[name].cost(middle) for name in fitted])
     done = np.concatenate([[0.0], np.cumsum(costs)]) / (costs.sum() + costs.max())  # the winner is fitted once more
@@ -159,7 +161,7 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choic
         except InputError as e:
             reasons[name] = str(e)
             continue
-        free = data.along(partial(model.predict, h=data.h))
+        free = run_along(model.graph, data)
         score = errors(free[middle:end], data.y[middle:end], data.span)["rms_percent"]
         if model.fit["parameters"] > middle - first:
             reasons[name] = f"{model.fit['parameters']} parameters for {middle - first} rows"

@@ -34,6 +34,11 @@ def takes_records(key: str) -> bool:
     return bool(getattr(method(key), "RECORDS", False))
 
 
+def takes_covariates(key: str) -> bool:
+    """Whether the method `key` takes inputs beside u; its module states ``COVARIATES``."""
+    return bool(getattr(method(key), "COVARIATES", False))
+
+
 def description(key: str) -> str:
     """Return the line that describes the method `key`.
 

@@ -18,13 +18,14 @@ from threadpoolctl import threadpool_limits
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import AUTO, METHODS, method, takes_records
+from hystfmu.identify.catalogue import AUTO, METHODS, method, takes_covariates, takes_records
 from hystfmu.identify.excitation import drift
 from hystfmu.identify.features import dead_band
 from hystfmu.identify.options import resolve
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors, rms
 from hystfmu.model.coverage import coverage
+from hystfmu.model.inputs import run_along
 from hystfmu.model.trained_range import KEY, trained_range
 
 Progress = Callable[[float], None]
@@ -44,6 +45,12 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
             f"{data.path or data.name}: The data of {key} must be one record. Got {len(data.starts)} records, which "
             f"{kinds} take."
         )
+    if data.covariates and not takes_covariates(key):
+        kinds = ", ".join(k for k in METHODS if k != AUTO and takes_covariates(k))
+        raise InputError(
+            f"{data.path or data.name}: The data of {key} must have no covariates. Got "
+            f"{', '.join(data.covariates.names)}, which {kinds} take."
+        )
     started = time.perf_counter()
     if chosen.get(dead_band.OPTION.name, 0.0) is None:
         chosen[dead_band.OPTION.name] = dead_band.half_width(data.u[: data.train.stop])
@@ -55,7 +62,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     found = dict(more[0]) if more else {}
     graph = dead_band.in_front(graph, band)
     seconds = time.perf_counter() - started
-    y = data.along(lambda u: graph.run(u, data.h))
+    y = run_along(graph, data)
     _check_run(key, y, data)
     rows = len(data.y[data.counted])
     warned = [*found.pop("warnings", ()), *drift.warnings((data.y - y)[data.counted], data.span)]
@@ -104,7 +111,7 @@ def check(data: Dataset) -> None:
     where = data.path or data.name
     if not data.has_output:
         raise InputError(f"{where}: The data must have a measured output. Got none to fit.")
-    for name, column in (("u", data.u), ("y", data.y)):
+    for name, column in (("u", data.u), ("y", data.y), *((name, values) for name, _, values in data.covariates)):
         large = np.abs(column) > 1 / SMALLEST
         if large.any():
             row = int(np.argmax(large))
@@ -135,6 +142,7 @@ def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, A
         **({"starts": list(data.starts)} if len(data.starts) > 1 else {}),
         "span_u": [float(data.u.min()), float(data.u.max())],
         KEY: trained_range(data),
+        **({"span_covariates": data.covariates.ranges} if data.covariates else {}),
         "seed": seed,
         "options": chosen,
         "versions": {

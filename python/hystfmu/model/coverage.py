@@ -18,6 +18,7 @@ from hystfmu.core.library import NO_LIMIT
 from hystfmu.data import Dataset
 from hystfmu.data.signals import ramps, training
 from hystfmu.graph import Graph, Node, Output
+from hystfmu.model.inputs import rows_of
 
 NEAR = 0.1  # RMS over the features, each relative to its range
 MOST_ROWS = 2000  # limit on reference and training rows: more are thinned evenly
@@ -32,9 +33,9 @@ def clamped(graph: Graph, u: Array, h: float) -> Array:
     Parameters
     ----------
     graph : Graph
-        Graph with one input.
-    u : array, shape (n,)
-        Input from a fresh start.
+        Graph of a model.
+    u : array, shape (n,) or (n, n_inputs)
+        Input rows from a fresh start.
     h : float
         Time between rows (s).
 
@@ -55,7 +56,7 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
     Parameters
     ----------
     graph : Graph
-        Graph with one input.
+        Graph of a model.
     data : Dataset
         Data of the identification.
 
@@ -76,13 +77,21 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
     speed = float(np.clip(np.sqrt(np.mean(np.diff(u[rows]) ** 2)) / half, *STEPS))
     way_in = ramps([(float(u[0]) - middle) / half, 0.0], speed)[:-1]
     reference = middle + half * np.concatenate([way_in, training(REVERSALS, SEED, speed)])
+    if data.covariates:
+        reference = np.column_stack([reference, _drawn(data, len(reference))])
     width = node.value("hi") - node.value("lo")
     width[width == 0] = 1.0
     width *= np.sqrt(len(width))
-    seen = _thinned(data.along(lambda v: _inputs(graph, node, v, h))[rows] / width)
+    seen = _thinned(data.along(lambda v: _inputs(graph, node, v, h), inputs=rows_of(graph, data))[rows] / width)
     asked = _thinned(_inputs(graph, node, reference, h)[len(way_in) :] / width)
     distance, _ = cKDTree(seen).query(asked, distance_upper_bound=NEAR)
     return 100 * float(np.mean(np.isfinite(distance)))
+
+
+def _drawn(data: Dataset, n: int) -> Array:
+    """Draw n rows of covariates, each even over its range in the training rows."""
+    seen = data.covariates.values[data.train]
+    return np.random.default_rng(SEED).uniform(seen.min(axis=0), seen.max(axis=0), (n, seen.shape[1]))
 
 
 def _thinned(v: Array) -> Array:
@@ -97,10 +106,17 @@ def _limiters(graph: Graph) -> list[Node]:
 
 def _inputs(graph: Graph, node: Node, u: Array, h: float) -> Array:
     """Return the input signals of a block, shape (n, n_elements)."""
-    n = node.sizes["u"]
+    n, rows = node.sizes["u"], np.asarray(u, dtype=np.float64).reshape(len(u), -1)
     source: dict[str, str] = {end: a for a, end in graph.wires}
-    ends = [f"{node.name}.u"] if f"{node.name}.u" in source else [f"{node.name}.u[{k + 1}]" for k in range(n)]
-    if ends[0] not in source:  # the input of the graph itself
-        return np.tile(np.asarray(u, dtype=np.float64)[:, None], n)
-    outputs = [Output(f"limited_{k}", source[end]) for k, end in enumerate(ends)]
-    return Graph(graph.nodes, graph.wires, graph.inputs, outputs).run(u, h).reshape(len(u), n)
+    outside = {end: k for k, port in enumerate(graph.inputs) for end in port.to}
+    whole = f"{node.name}.u"
+    ends = [whole] if whole in source or whole in outside else [f"{whole}[{k + 1}]" for k in range(n)]
+    inner = [end for end in ends if end in source]
+    if not inner:  # inputs of the graph itself
+        return np.column_stack([rows[:, outside[end]] for end in ends])
+    outputs = [Output(f"limited_{k}", source[end]) for k, end in enumerate(inner)]
+    found = Graph(graph.nodes, graph.wires, graph.inputs, outputs).run(u, h).reshape(len(u), -1)
+    if len(inner) == len(ends):
+        return found
+    parts = iter(found.T)
+    return np.column_stack([next(parts) if end in source else rows[:, outside[end]] for end in ends])

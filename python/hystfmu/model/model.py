@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from hystfmu.base.arrays import Array
@@ -14,6 +15,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import check, check_format, load_toml, write_toml
 from hystfmu.graph import Graph
 from hystfmu.graph.tables import GraphTable, graph_tables
+from hystfmu.model.inputs import input_rows
 
 FORMAT = 1
 """Version of the keys of a model file; a reader refuses newer ones and states what to do with older ones."""
@@ -59,7 +61,12 @@ class Model:
         if self.step is not None and self.graph.step != self.step:  # Model Exchange reads the step from the block file
             object.__setattr__(self, "graph", self.graph.with_step(self.step))
 
-    def predict(self, u: Array | Sequence[float], h: float | None = None) -> Array:
+    def predict(
+        self,
+        u: Array | Sequence[float],
+        h: float | None = None,
+        covariates: Mapping[str, ArrayLike] | None = None,
+    ) -> Array:
         """Run the model free from a fresh start.
 
         Row 0 is the output after initialisation with ``u[0]``; row k is the output of an FMU after set u_k,
@@ -71,6 +78,8 @@ class Model:
             Input.
         h : float, optional
             Step (s); default the step of the model, else 1 s.
+        covariates : dict of str to array or float, optional
+            Further inputs that the model takes, by name, shape (n,); a number is held.
 
         Returns
         -------
@@ -79,9 +88,10 @@ class Model:
         Raises
         ------
         InputError
-            Values that are not finite, a step that the core refuses.
+            Values that are not finite, a covariate that is missing or unknown, a step that the core refuses.
         """
-        return self.graph.run(u, h if h is not None else self.step if self.step is not None else 1.0)
+        rows = input_rows(self.graph, u, covariates)
+        return self.graph.run(rows, h if h is not None else self.step if self.step is not None else 1.0)
 
     def save(self, path: str | Path) -> None:
         """Write ``*.model.toml`` to `path`, atomically."""

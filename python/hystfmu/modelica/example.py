@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from hystfmu.graph import Graph
 from hystfmu.model import Model
 from hystfmu.modelica.block import names
 from hystfmu.modelica.layout import placed
@@ -41,7 +40,9 @@ def example(model: Model, name: str, within: str, block_name: str, record_name: 
     if model.graph.inputs:
         lines.append(f"  HystFMU.Sources.DecayingSine signal({signal}) annotation ({placed(-50, 0)});")
     lines += [f"  {block_name} tested annotation ({placed(10, 0)});", "equation"]
-    lines += [f"  connect(signal.r, tested.{end});" for end in _inputs(model.graph, {block_name, record_name})]
+    ends, held = _inputs(model, {block_name, record_name})
+    lines += [f"  connect(signal.r, tested.{end});" for end in ends]
+    lines += [f"  tested.{end} = {number(value)};" for end, value in held.items()]
     time = f"StopTime = {number((PERIODS * ROWS + 0.5) * h)}, Interval = {number(h)}, Tolerance = 1e-10"
     return "\n".join(
         [
@@ -55,15 +56,20 @@ def example(model: Model, name: str, within: str, block_name: str, record_name: 
     )
 
 
-def _inputs(graph: Graph, taken: set[str]) -> list[str]:
-    """Names of the scalar inputs of the block."""
+def _inputs(model: Model, taken: set[str]) -> tuple[list[str], dict[str, float]]:
+    """Names of the scalar inputs of the block that the signal drives, and the covariates with their start values."""
+    graph = model.graph
     ports, _ = names(graph, taken)
     sizes = {p.name: p.size for p in graph.ports if p.kind == "input"}
-    found = []
+    driven: list[str] = []
+    held: dict[str, float] = {}
     for i in graph.inputs:
         n = sizes[i.name]
-        found += [ports[i.name]] if n == 1 else [f"{ports[i.name]}[{k + 1}]" for k in range(n)]
-    return found
+        if i.name in model.provenance.get("span_covariates", {}):
+            held[ports[i.name]] = i.start
+        else:
+            driven += [ports[i.name]] if n == 1 else [f"{ports[i.name]}[{k + 1}]" for k in range(n)]
+    return driven, held
 
 
 def _range(model: Model) -> tuple[float, float]:

@@ -99,17 +99,18 @@ def complaints(package: Path) -> list[str]:
 
 
 def compare(model: Model, name: str, folder: Path) -> Outcome:
-    """Export a model with one input and one output, simulate it, and hold it against `predict`."""
+    """Export a model with one output, simulate it, and hold it against `predict`."""
     package = export_modelica(model, folder, package_name(name), "a test")
     assert complaints(package) == []
     began = time.perf_counter()
     rows = simulated(package)
     seconds = time.perf_counter() - began
     ports, _ = names(model.graph, {"Model", "Values"})
-    u, y = (rows[f"tested.{ports[p.name]}"] for p in (model.graph.inputs[0], model.graph.outputs[0]))
-    expected = (
-        fine(model, rows["time"]) if model.key == "bouc_wen_oscillator" else model.predict(u).reshape(len(u), -1)[:, 0]
-    )
+    u, *others, y = (rows[f"tested.{ports[p.name]}"] for p in (*model.graph.inputs, model.graph.outputs[0]))
+    if model.key == "bouc_wen_oscillator":
+        expected = fine(model, rows["time"])
+    else:
+        expected = model.predict(np.column_stack([u, *others]) if others else u).reshape(len(u), -1)[:, 0]
     assert len(u) >= 399
     assert np.ptp(u) > 0
     assert np.ptp(expected) > 0, "an output that does not move tests nothing"

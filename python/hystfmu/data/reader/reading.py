@@ -12,6 +12,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.data.covariates import Covariates, identifier
 from hystfmu.data.dataset import LEAST_ROWS, Dataset, check_finite, line_of, resample_rows, row_of, train_rows
 from hystfmu.data.reader.delimited import delimited
 from hystfmu.data.reader.hdf5 import hdf5, is_hdf5
@@ -37,6 +38,7 @@ def read(
     resample: float | Literal["median"] | None = None,
     lag: int = 0,
     record: str | int | None = None,
+    covariates: Sequence[str | int] = (),
     decimal: Literal[".", ","] | None = None,
     most: int = MOST_BYTES,
 ) -> Dataset:
@@ -65,6 +67,8 @@ def read(
         Rows by which the sensor of the output is late: y of row k + lag belongs to u of row k.
     record : str or int, optional
         Column that marks records: a new one starts where its cells change.
+    covariates : sequence of str or int
+        Columns of further inputs, such as load or temperature, stated as `input`; none is recognised by its name.
     decimal : {".", ","}, optional
         Decimal sign, for numbers such as 1,234 that could be read in two ways.
     most : int
@@ -101,7 +105,7 @@ def read(
     pieces: list[_Piece] = []
     for each in paths:
         table = table_in(each, decimal, most)
-        roles = chosen(table, time, input, output, record, rate)
+        roles = chosen(table, time, input, output, record, rate, covariates)
         numbers = table.numbers(roles.order)
         pieces += [_Piece(table, roles, rows, numbers[rows]) for rows in _records(table, roles, len(numbers))]
     if len(pieces) == 1:
@@ -156,20 +160,36 @@ def _dataset(
         check_finite(numbers[:, i], table.columns[k].name or str(k + 1), place)
     u = numbers[:, 0]
     y: Array = np.full(n, np.nan) if roles.output is None else numbers[:, 1]
+    beside = _covariates(piece)
     t: Array = np.arange(n) / rate if rate is not None else _seconds(table, roles, numbers[:, -1])
     rows = slice(None)
     if n >= LEAST_ROWS:
         rows = train_rows(train, n, table.path)
         if resample is not None:
             to = None if resample == "median" else resample
-            t, u, y, rows = resample_rows(t, u, y, rows, to, table.path, place)
+            even, u, y, rows = resample_rows(t, u, y, rows, to, table.path, place)
+            t, beside = even, beside.at(even, t)
         elif rate is None:
             t = check_time(t, place, lambda: _digits(table, roles)[piece.rows])
     unit_u = table.columns[roles.input].unit
     unit_y = "" if roles.output is None else table.columns[roles.output].unit
-    made = Dataset(t, u, y, _stem(table.path), table.path, rows, unit_u, unit_y)
+    made = Dataset(t, u, y, _stem(table.path), table.path, rows, unit_u, unit_y, covariates=beside)
     lines = None if table.lines is None or resample is not None else table.lines[piece.rows]
     return made.from_file(_line(table, roles, rate, lag), lines).aligned(lag)
+
+
+def _covariates(piece: _Piece) -> Covariates:
+    """Return the further inputs of a record, each named after its heading."""
+    table, roles = piece.table, piece.roles
+    columns = [table.columns[k] for k in roles.covariates]
+    names = [identifier(c.name, f"column_{k + 1}") for k, c in zip(roles.covariates, columns, strict=True)]
+    for k, name in zip(roles.covariates, names, strict=True):
+        if names.count(name) > 1:
+            raise InputError(
+                f"{table.path}: The covariates must have different names. Got {name!r} twice, once of {table.title(k)}."
+            )
+    first = 1 if roles.output is None else 2
+    return Covariates(tuple(names), tuple(c.unit for c in columns), piece.numbers[:, first : first + len(names)].copy())
 
 
 def table_in(path: str | Path, decimal: str | None, most: int) -> Table:
@@ -218,6 +238,9 @@ def _line(table: Table, roles: Roles, rate: float | None, lag: int) -> str:
         parts.append(f"time {_label(table, roles.time or 0, False)} in {unit}")
     parts.append(f"input {_label(table, roles.input)}")
     parts.append("no output" if roles.output is None else f"output {_label(table, roles.output)}")
+    for k in roles.covariates:
+        name = identifier(table.columns[k].name, f"column_{k + 1}")
+        parts.append(f"covariate {_label(table, k)}" + (f" as {name}" if name != table.columns[k].name else ""))
     parts += [] if roles.record is None else [f"records by {_label(table, roles.record)}"]
     parts += [f"y {lag} row{'s' * (lag > 1)} late"] if lag else []
     assumed = ", ".join(table.assumed)

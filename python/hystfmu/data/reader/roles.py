@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from hystfmu.base.errors import InputError
+from hystfmu.data.covariates import identifier
 from hystfmu.data.reader.measures import DRIVES, LENGTHS, TIME
 from hystfmu.data.reader.table import Column, Table
 
@@ -47,11 +48,12 @@ class Roles:
     input: int
     output: int | None
     record: int | None
+    covariates: tuple[int, ...] = ()
 
     @property
     def order(self) -> list[int]:
-        """The columns of numbers to read: input, output, time, as far as there are any."""
-        return [k for k in (self.input, self.output, self.time) if k is not None]
+        """The columns of numbers to read: input, output, covariates, time, as far as there are any."""
+        return [k for k in (self.input, self.output, *self.covariates, self.time) if k is not None]
 
 
 def chosen(
@@ -61,6 +63,7 @@ def chosen(
     output: str | int | None,
     record: str | int | None,
     rate: float | None,
+    covariates: Sequence[str | int] = (),
 ) -> Roles:
     """Choose the columns.
 
@@ -73,16 +76,25 @@ def chosen(
         measure.  Output and record None: none is read.
     rate : float, optional
         Sample rate (Hz): no time column is needed.
+    covariates : sequence of str or int
+        Further inputs, as `time`.
 
     Raises
     ------
     InputError
-        No such column, or more than one that suits.
+        No such column, more than one that suits, or one column for two covariates.
     """
     marked = None if record is None else _named(table, record, "record")
     given = {"time": time if rate is None else None, "input": input, "output": output}
     found = {role: _named(table, key, role) for role, key in given.items() if key not in ("", None)}
-    taken = {*found.values(), marked} - {None}
+    beside = tuple(_named(table, key, "covariate") for key in covariates)
+    taken: set[int | None] = {*found.values(), marked} - {None}
+    for k in beside:
+        if k in taken:
+            raise InputError(
+                f"{_where(table)}A covariate must be a column of its own. Got {table.title(k)}, which has another role."
+            )
+        taken.add(k)
     if rate is not None and time == "" and (clock := _recognised(table, "time", taken)) is not None:
         taken.add(clock)  # not the input
     if rate is None and time == "":
@@ -114,7 +126,7 @@ def chosen(
             f"{table.title(found['input'])} or a sensor of {table.title(found['output'])}? Name them with --input and "
             "--output."
         )
-    return Roles(found.get("time"), found["input"], found.get("output"), marked)
+    return Roles(found.get("time"), found["input"], found.get("output"), marked, beside)
 
 
 def _named(table: Table, key: str | int | None, role: str) -> int:
@@ -131,6 +143,9 @@ def _named(table: Table, key: str | int | None, role: str) -> int:
             )
         if same:
             return same[0]
+    written = [k for k, c in columns if text == identifier(c.name, f"column_{k + 1}")]
+    if role == "covariate" and len(written) == 1:  # as a model names it
+        return written[0]
     if re.fullmatch(r"\d{1,6}", text):
         if not 1 <= int(text) <= len(columns):
             raise InputError(
@@ -138,6 +153,7 @@ def _named(table: Table, key: str | int | None, role: str) -> int:
             )
         return int(text) - 1
     hint = " Name the columns with --time, --input, --output, or number them from 1."
+    hint = hint.replace("--output,", "--output, --covariate,") if role == "covariate" else hint
     hint += " Without a time column give the sample rate in Hz (--rate)." if role == "time" else ""
     raise InputError(f"{_where(table)}The columns must include {text!r}. Got {_listed(table)} instead.{hint}")
 

@@ -60,14 +60,23 @@ class Reference:
 
     @classmethod
     def of(cls, graph: Graph, model: Model | None = None) -> Reference:
-        """Simulate the response of a graph to the stimulus; `model` gives the step and the range of the data."""
+        """Simulate the response of a graph to the stimulus; `model` gives the step and the range of the data.
+
+        Covariates drift over the range of the data, from its lower to its upper end.
+        """
         h = model.step if model and model.step else DEFAULT_STEP
         columns = []
+        drifting = model.provenance.get("span_covariates", {}) if model else {}
+        rows = len(_path())
         for port in graph.ports:
-            if port.kind == "input":
+            if port.kind != "input":
+                continue
+            if port.name in drifting:
+                lo, hi = drifting[port.name]
+                columns.append(lo + (hi - lo) * np.arange(rows) / (rows - 1))
+            else:
                 lo, hi = _span(port, model)
                 columns += [lo + (hi - lo) * (_path() + 1) / 2] * port.size
-        rows = len(_path())
         u = np.column_stack([*columns, np.zeros((rows, 0))])
         held = np.vstack([u[:1], u[:-1]])
         return cls(graph, h, u, graph.executor().run(held, graph.n_outputs, h))

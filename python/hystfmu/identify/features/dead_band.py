@@ -44,11 +44,11 @@ def behind(data: Dataset, band: float) -> Dataset:
 
 
 def in_front(graph: Graph, band: float) -> Graph:
-    """Return the graph with a play of that half-width in front of its input; unchanged for 0."""
+    """Return the graph with a play of that half-width in front of its first input; unchanged for 0."""
     if band == 0:
         return graph
-    (port,) = graph.inputs
+    port, *others = graph.inputs
     node = Node("dead_band", "play_bank", {"n": 1}, {"r": band, "z0": port.start})
     wires = [*((f"{node.name}.z", end) for end in port.to), *graph.wires]
     entry = Input(port.name, (f"{node.name}.u",), port.unit, port.start, port.text)
-    return Graph([node, *graph.nodes], wires, [entry], graph.outputs)
+    return Graph([node, *graph.nodes], wires, [entry, *others], graph.outputs)

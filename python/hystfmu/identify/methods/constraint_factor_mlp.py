@@ -23,6 +23,7 @@ from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option
 
 TEXT = "constraint-factor operator and a network on (x, h)"
+COVARIATES = True
 SHARE = 0.7  # of the training rows: fitted in a sweep; the rest is the validation split
 
 OPTIONS = (
@@ -59,7 +60,7 @@ def fit_operator(data: Dataset, options: Mapping[str, Any]) -> tuple[Features, B
     if options["branch"] == "literal":
         branch = literal_branch(where, y / data.span, rows, options["m"])
     else:
-        v, free = output_bend.straightened(x[rows], y[rows], options["bend"])
+        v, free = output_bend.straightened(x[rows], y[rows], options["bend"], data.covariates.values[rows])
         branch = increasing_branch(where, v, free, rows, options["m"], options["roughness"])
     values = {"a0": branch.a[0], "a": branch.a[1:], "d_max": branch.d_max, "memory": options["memory"], "x0": x0}
     nodes = [

@@ -23,6 +23,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "fitted weighted plays and a network on (x, their sum)"
+COVARIATES = True
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
     output_bend.OPTION,
@@ -37,7 +38,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     u0 = u0_of(data, options)
     r = thresholds(u[data.train], options["N"])
     columns = np.column_stack([u, plays(u, r, u0)])[rows]
-    v, free = output_bend.straightened(u[rows], data.y[rows], options["bend"])
+    v, free = output_bend.straightened(u[rows], data.y[rows], options["bend"], data.covariates.values[rows])
     w, _ = nonnegative(columns, v, free)
     progress(0.2)
     nodes = [

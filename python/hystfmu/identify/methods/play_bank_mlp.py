@@ -19,6 +19,7 @@ from hystfmu.identify.options import Option
 
 TEXT = "bank of plays and a network on them"
 RECORDS = True
+COVARIATES = True
 OPTIONS = (
     Option("N", 16, 1, 10000, text="number of plays"),
     u0_option("every play rests"),

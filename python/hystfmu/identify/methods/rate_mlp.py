@@ -26,6 +26,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "network on the input, its rate and a bank of plays"
+COVARIATES = True
 SAMPLES = {"none": 0, "plays": 5}  # tau in samples; with fewer, the second derivative is noise
 FINER = 3  # plays in the differentiated fit, relative to those in the bank
 
@@ -65,5 +66,6 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
 def _weights(data: Dataset, n: int, u0: float) -> dict[str, float | Array]:
     r = thresholds(data.u[data.train], n)
     columns = np.column_stack([data.u, plays(data.u, r, u0)])[data.counted]
-    w, _ = nonnegative(columns, data.y[data.counted], np.ones((len(columns), 1)))
+    free = np.column_stack([np.ones(len(columns)), data.covariates.values[data.counted]])
+    w, _ = nonnegative(columns, data.y[data.counted], free)
     return {"w0": float(w[0]), "r": r, "w": w[1:], "u0": u0}

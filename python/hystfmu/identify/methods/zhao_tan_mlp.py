@@ -21,6 +21,7 @@ from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option
 
 TEXT = "Zhao-Tan operator and a network on (x, h)"
+COVARIATES = True
 RANGES = (0.5, 1.0, 2.0)  # trial ranges of x: g is convex up to d = 2, which loops of this class need
 QUICK_ROWS = 500  # rows in the trials
 OPERATORS = {  # block -> its input and output

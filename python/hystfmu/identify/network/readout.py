@@ -10,6 +10,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
+from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.network.trainers import TRAINERS
 from hystfmu.identify.network.training import MOST_ROWS, decay_for, train
 from hystfmu.identify.options import Option
@@ -40,7 +41,7 @@ class Features:
     outputs : sequence of str
         Endpoints of the features, in the order of the network's inputs.
     data : Dataset
-        Data whose input they run on, from row 0.
+        Data whose input they run on, from row 0; its covariates are further features.
     """
 
     def __init__(
@@ -52,6 +53,7 @@ class Features:
         data: Dataset,
     ) -> None:
         self.nodes, self.wires, self.to, self.outputs = nodes, wires, tuple(to), outputs
+        self._data = data
         ends = [Output(f"f{i}", source) for i, source in enumerate(outputs)]
         sizes = {n.name: n.sizes for n in nodes}
         self._scalars: list[str] = []
@@ -60,11 +62,18 @@ class Features:
             n = sizes[name][variable]
             self._scalars += [source] if n == 1 else [f"{source}[{i + 1}]" for i in range(n)]
         front = Graph(nodes, wires, [Input("u", self.to)], ends)
-        self.values = data.along(lambda u: front.run(u, data.h).reshape(len(u), -1))
+        own = data.along(lambda u: front.run(u, data.h).reshape(len(u), -1))
+        self.values = np.hstack([own, data.covariates.values]) if data.covariates else own
 
     def into(self, end: str) -> list[tuple[str, str]]:
-        """Return wires from every feature to the elements of an array input."""
+        """Return wires from every feature to the elements of an array input; the covariates follow them."""
         return [(source, f"{end}[{i + 1}]") for i, source in enumerate(self._scalars)]
+
+    def inputs(self, ends: Sequence[str]) -> list[Input]:
+        """Return the inputs of the model, where the covariates drive the last elements of these array inputs."""
+        data, n = self._data, len(self._scalars)
+        driven = [tuple(f"{end}[{n + j + 1}]" for end in ends) for j in range(len(data.covariates.names))]
+        return [Input("u", self.to, data.unit_u, float(data.u[0])), *covariate_inputs(data, driven)]
 
 
 def centre_and_gain(v: Array) -> tuple[Array, Array]:
@@ -105,8 +114,8 @@ def fit_readout(
     Returns
     -------
     graph : Graph
-        Features -> scaling ``features`` -> mlp ``network`` -> scaling ``readout``, input `u`, output `y`; with the
-        linear readout also sum ``linear`` and sum ``total``.
+        Features -> scaling ``features`` -> mlp ``network`` -> scaling ``readout``, input `u` and the covariates, output
+        `y`; with the linear readout also sum ``linear`` and sum ``total``.
     parameters : int
         Number of weights and biases.
     rms : float
@@ -155,7 +164,8 @@ def fit_readout(
         ]
         wires += [*features.into("linear.u"), ("linear.y", "total.u[1]"), ("readout.y", "total.u[2]")]
     output = Output("y", "total.y" if linear else "readout.y", data.unit_y)
-    graph = Graph(nodes, wires, [Input("u", features.to, data.unit_u, float(data.u[0]))], [output])
+    inputs = features.inputs(("features.u", "linear.u") if linear else ("features.u",))
+    graph = Graph(nodes, wires, inputs, [output])
     return graph, network.parameters + len(a), rms * scale
 
 

@@ -1,0 +1,178 @@
+"""Kinds of model with covariates: error on held-out signals with and without them; file, FMU, Modelica, refusals."""
+
+import json
+import xml.etree.ElementTree as ET
+import zipfile
+
+import exported
+import numpy as np
+import plants
+import pytest
+from click.testing import CliRunner
+
+from hystfmu import Dataset, InputError, Model, fit, validate
+from hystfmu.cli import main
+from hystfmu.data.signals import training
+from hystfmu.identify import METHODS
+from hystfmu.identify.catalogue import takes_covariates
+
+H = 1e-3
+KINDS = [key for key in METHODS if takes_covariates(key)]
+QUICK = {"starts": 1, "iterations": 40}
+CHEAP = "constraint_factor_mlp"
+REACHED = {  # % of the span on another signal, after a quick fit
+    "constraint_factor_mlp": 0.5,
+    "fitted_operator_mlp": 1.0,
+    "play_bank_mlp": 0.5,
+    "rate_mlp": 0.5,
+    "zhao_tan_mlp": 1.5,
+}
+
+
+def record(seed, reversals=60, speed=0.05):
+    """Random reversals, while temperature and load wander."""
+    u = training(reversals, seed, speed)
+    rng, n = np.random.default_rng(seed), len(u)
+    T, load = (np.interp(np.arange(n), np.linspace(0, n, 16), rng.uniform(-1, 1, 16)) for _ in range(2))
+    T, load = 40 + 20 * T, 5 * load
+    y = plants.drifting(u, T, load)
+    return Dataset(np.arange(n) * H, u, y, unit_u="V", unit_y="um", covariates={"T [degC]": T, "load [N]": load})
+
+
+@pytest.fixture(scope="module")
+def data():
+    return record(1)
+
+
+@pytest.fixture(scope="module")
+def model(data):
+    return fit(data, CHEAP, **QUICK)
+
+
+def bare(data):
+    return Dataset(data.t, data.u, data.y)
+
+
+def test_no_kind_is_left_out():
+    assert sorted(KINDS) == sorted(REACHED)
+
+
+def test_the_covariates_explain_the_drift(model, data):
+    """On another signal with other temperatures and loads; without them the error is that of the drift."""
+    other = record(2)
+    assert model.score(other)["rms_percent"] < REACHED[CHEAP]
+    assert fit(bare(data), CHEAP, **QUICK).score(other)["rms_percent"] > 4
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("key", [key for key in KINDS if key != CHEAP])
+def test_every_kind_explains_the_drift(key, data, tmp_path):
+    """And goes from its file to Modelica."""
+    other = record(2)
+    fit(data, key).save(tmp_path / "m.model.toml")
+    found = Model.load(tmp_path / "m.model.toml")
+    assert found.score(other)["rms_percent"] < REACHED[key]
+    assert fit(bare(data), key).score(other)["rms_percent"] > 4
+    outcome = exported.compare(found, key, tmp_path)
+    assert outcome.error <= outcome.bound
+
+
+def test_the_file_keeps_names_and_units_of_measure(model, data, tmp_path):
+    model.save(tmp_path / "m.model.toml")
+    again = Model.load(tmp_path / "m.model.toml")
+    assert [(i.name, i.unit) for i in again.graph.inputs] == [("u", "V"), ("T", "degC"), ("load", "N")]
+    assert again.graph.inputs[1].start == data.covariates.values[:, 0].mean()
+    assert again.provenance["span_covariates"] == data.covariates.ranges
+    given = {name: values for name, _, values in data.covariates}
+    np.testing.assert_array_equal(again.predict(data.u, covariates=given), model.predict(data.u, covariates=given))
+    held = again.predict(data.u, covariates={"T": 25, "load": 0.0})
+    np.testing.assert_array_equal(held, model.graph.run(np.column_stack([data.u, 0 * data.u + 25, 0 * data.u])))
+
+
+def test_the_unit_takes_them_step_by_step(model, data):
+    expected = model.graph.run(np.column_stack([data.u, data.covariates.values])[:50], H)
+    unit, found = model.unit(), []
+    for k in range(50):
+        inputs = dict(zip(("u", "T", "load"), (data.u[k], *data.covariates.values[k]), strict=True))
+        if k == 0:
+            unit.initialize(0.0, **inputs)
+        else:
+            for name, value in inputs.items():
+                unit.set(name, value)
+            unit.do_step((k - 1) * H, H)
+        found.append(unit.get("y"))
+    np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_the_fmu_has_them_as_inputs_with_units_of_measure(model, fmi, tmp_path):
+    path = model.export(tmp_path / "m.fmu", fmi=fmi)
+    if fmi == 3:
+        assert validate(path) == []
+    with zipfile.ZipFile(path) as archive:
+        root = ET.fromstring(archive.read("modelDescription.xml"))
+        header = archive.read("extra/org.fmi-standard.fmi-ls-ref/input.csv").splitlines()
+    found = [e for e in root.iter() if e.get("causality") == "input"]
+    assert [e.get("name") for e in found] == ["u", "T", "load"]
+    units = [e.get("unit") or e[0].get("unit") for e in found]
+    assert units == ["V", "degC", "N"]
+    drift = [float(line.split(b",")[2]) for line in (header[1], header[-1])]
+    assert drift == model.provenance["span_covariates"]["T"]
+
+
+def test_modelica_has_them_as_connectors(model, tmp_path):
+    package = model.export_modelica(tmp_path / "Warm")
+    text = (package / "Model.mo").read_text()
+    for name, unit in (("T", "degC"), ("load", "N")):
+        assert f'HystFMU.Interfaces.RealInput {name} "Covariate ({unit})"' in text
+    start = model.graph.inputs[1].start
+    assert f"  tested.T = {start!r};" in (package / "Example.mo").read_text()
+
+
+@pytest.mark.parametrize("key", [key for key in METHODS if key not in ("auto", *KINDS)])
+def test_other_kinds_name_those_that_take_them(key, data):
+    with pytest.raises(InputError, match=f"The data of {key} must have no covariates. Got T, load, which .* take"):
+        fit(data, key)
+
+
+def test_refusals_name_the_covariate(model, data):
+    cases = (
+        (lambda: model.predict(data.u), "covariates of the model must be given: T, load. Got no 'T'"),
+        (lambda: model.predict(data.u, covariates={"T": 1}), "Got no 'load'"),
+        (lambda: model.predict(data.u, covariates={"heat": 1}), "must be one of T, load. Got 'heat'"),
+        (lambda: model.predict(data.u, covariates={"T": 1, "load": data.u[:3]}), "'load' must be a number or have"),
+        (lambda: model.score(bare(data)), "data: The data must have the covariates of the model, T, load. Got no 'T'"),
+        (
+            lambda: model.score(Dataset(data.t, data.u, data.y, covariates={"T [K]": data.u, "load": data.u})),
+            "The covariate 'T' must be in degC, as in the model. Got K instead",
+        ),
+        (
+            lambda: fit(Dataset(data.t, data.u, data.y, covariates={"T": 0 * data.u}), KINDS[0]),
+            "The T of the train rows must vary. Got the constant 0",
+        ),
+    )
+    for call, words in cases:
+        with pytest.raises(InputError, match=words):
+            call()
+
+
+def test_fit_and_predict_on_the_command_line(data, tmp_path):
+    """Fit names the columns; predict finds them by the names in the model, whatever their order."""
+    csv, out, predicted = (str(tmp_path / name) for name in ("d.csv", "m.model.toml", "p.csv"))
+    data.to_csv(csv)
+    run = CliRunner()
+    asked = ["fit", csv, "--covariate", "load", "--covariate", "T [degC]", "--model", "zhao_tan_mlp", "-o", out]
+    quick = [s for o in ("range=1", "starts=1", "iterations=10", "hidden=2") for s in ("--set", o)]
+    told = json.loads(run.invoke(main, [*asked, *quick, "--json"]).stdout)
+    done = json.loads(run.invoke(main, ["predict", out, csv, "-o", predicted, "--json"]).stdout)
+    assert done["errors"][0]["rms"] == pytest.approx(told["rms"], rel=1e-9)
+    with open(predicted) as f:
+        assert f.readline() == "t,u,y,load [N],T [degC]\n"
+    with open(csv) as f:
+        text = f.read().replace("T [degC]", "oven", 1)
+    (tmp_path / "e.csv").write_text(text)
+    refused = run.invoke(main, ["predict", out, str(tmp_path / "e.csv"), "-o", predicted])
+    assert refused.exit_code == 2
+    named = ["--covariate", "load", "--covariate", "oven"]
+    renamed = run.invoke(main, ["predict", out, str(tmp_path / "e.csv"), "-o", predicted, "--json", *named])
+    assert json.loads(renamed.stdout)["errors"] == done["errors"]
