@@ -1,7 +1,7 @@
 """Plants that no default was chosen on, from fixed seeds and from one drawn at run time: models and their inverses.
 
 Every model is trained on random nested reversals (the structured actuator with dynamics on a multisine) with the
-default options of its kind, and judged on other signals of the same plant.  A target that holds on the fixed seeds
+default options of its kind, and tested on other signals of the same plant.  A target that holds on the fixed seeds
 only would not be one: each row states its seeds.
 """
 
