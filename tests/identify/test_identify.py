@@ -7,13 +7,14 @@ import numpy as np
 import plants
 import pytest
 from scipy.optimize import lsq_linear, minimize, nnls
+from torch_network import perceptron
 
 from hystfmu import Dataset, InputError, Model
 from hystfmu.data import signals
 from hystfmu.identify import METHODS, fit, options
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.network.torch_module import problem
-from hystfmu.identify.network.training import Network, decay_for, perceptron, train
+from hystfmu.identify.network.training import Fit, decay_for, train
 from hystfmu.identify.solvers.levenberg_marquardt import minimise
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.identify.solvers.positive_solution import positive_solution, row_space
@@ -237,8 +238,10 @@ def test_jacobian_against_differences(activation):
     a = x @ p[:15].reshape(5, 3).T + p[15:20]
     hidden = 1 / (1 + np.exp(-a)) if activation == "sigmoid" else np.tanh(a)
     np.testing.assert_allclose(r, hidden @ p[20:25] + p[25] - y, atol=1e-14)
-    fit.store(p)
-    np.testing.assert_allclose(Network.of(module, activation)(x) - y, r, atol=1e-14)
+    own = Fit(x, y, 5, activation)
+    for found, wanted in ((own.residuals(p), (r, J)), (own.gradient(p), fit.gradient(p)), ((own.errors(p),), (r,))):
+        for a, b in zip(found, wanted, strict=True):
+            np.testing.assert_allclose(a, b, atol=1e-13)
 
 
 def test_levenberg_marquardt_on_rosenbrocks_valley():

@@ -4,6 +4,7 @@ import numpy as np
 import plants
 import pytest
 import reasons
+from torch_network import perceptron
 
 from hystfmu import Dataset, Graph, InputError, Model, Node
 from hystfmu.data import signals
@@ -11,7 +12,7 @@ from hystfmu.identify import fit
 from hystfmu.identify.methods.krasnoselskii_pokrovskii import grid
 from hystfmu.identify.network.torch_module import problem
 from hystfmu.identify.network.trainers import TRAINERS
-from hystfmu.identify.network.training import perceptron, start
+from hystfmu.identify.network.training import start
 from hystfmu.identify.solvers import conjugate_gradient
 from hystfmu.papers import zhao_tan_2008
 

@@ -12,7 +12,7 @@ Recipe, after Zhao & Tan 2008, section III:
 4. Choice.  If inverse and model in cascade are off by more than `ENOUGH` on a validation split, a bank of plays and a
    network that give the input directly are trained too, and the smaller error decides.
 
-Trap: torch with two threads takes ten times as long for these small matrices as with one.
+Trap: two threads take ten times as long for these small matrices as with one.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.extras import extras
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.exact import exact_inverse
@@ -79,10 +78,8 @@ def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, 
     """Fit plays, invert them, and train a network in front that corrects the wanted output."""
     from hystfmu.identify import errors, fit, options
     from hystfmu.identify.features.plays import thresholds
+    from hystfmu.identify.network.readout import Features, fit_readout
     from hystfmu.identify.options import resolve
-
-    with extras("a learned inverse"):
-        from hystfmu.identify.network.readout import Features, fit_readout
 
     chosen = resolve("the learned inverse", options("play_bank_mlp"), {**CORRECTED, **NO_NOISE, **given})
     least = LEAST_SLOPE * float(np.ptp(y) / np.ptp(u)) if np.ptp(y) > 0 else 0.0
@@ -103,7 +100,7 @@ def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, 
     wires.append(("input.y", "bank.u"))
     data = _record(model, y, forward.predict(u))
     front = Features(nodes, wires, into, [*ends, "bank.z"], data)
-    with threadpool_limits(1):  # after torch was imported
+    with threadpool_limits(1):  # see hystfmu.identify.fit
         g, parameters, _ = fit_readout(front, data, chosen, seed, lambda fraction: None, linear=True)
     last, inside, starts, out = _renamed(back, "last")
     graph = Graph(

@@ -1,6 +1,6 @@
-"""Network with one hidden layer and a linear output: a torch module, trained from several starts.
+"""Network with one hidden layer and a linear output, trained from several starts.
 
-Torch computes the residuals and their Jacobian, a trainer of this package the steps.
+Residuals, Jacobian and gradient are written out: torch takes seconds to import and twice as long per step.
 """
 
 from __future__ import annotations
@@ -10,19 +10,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from torch import nn
 
 from hystfmu.base.arrays import Array
-from hystfmu.identify.network.torch_module import problem
 from hystfmu.identify.solvers import levenberg_marquardt
 
 MOST_ROWS = 3000  # more rows are thinned evenly, because neighbouring rows are nearly equal
-
-
-def perceptron(n_in: int, hidden: int, activation: str = "sigmoid") -> nn.Sequential:
-    """Build y = W2 f(W1 x + b1) + b2 in float64, f the sigmoid or tanh, from (n, n_in) to (n, 1)."""
-    f = {"sigmoid": nn.Sigmoid, "tanh": nn.Tanh}[activation]
-    return nn.Sequential(nn.Linear(n_in, hidden), f(), nn.Linear(hidden, 1)).double()
 
 
 @dataclass(frozen=True)
@@ -44,17 +36,62 @@ class Network:
         """Return outputs (n,) for input rows x (n, n_in)."""
         return np.asarray(_hidden(x @ self.W1.T + self.b1, self.activation)[0] @ self.W2 + self.b2)
 
-    @classmethod
-    def of(cls, module: nn.Sequential, activation: str) -> Network:
-        """Copy the weights of a `perceptron`."""
-        W1, b1, W2, b2 = (w.detach().numpy().copy() for w in module.parameters())
-        return cls(W1, b1, W2.ravel(), float(b2[0]), activation)
-
 
 def _hidden(a: Array, activation: str) -> tuple[Array, Array]:
     """Return hidden values and their derivatives."""
     t = np.tanh(a if activation == "tanh" else 0.5 * a)
     return (t, 1 - t * t) if activation == "tanh" else (0.5 + 0.5 * t, 0.25 * (1 - t * t))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Least-squares problem of a network over its flat weights p: W1 row by row, b1, W2, b2.
+
+    Parameters
+    ----------
+    x : array, shape (n, n_in)
+        Inputs.
+    y : array, shape (n,)
+        Wanted output.
+    hidden, activation : int, str
+        Size of the hidden layer, "sigmoid" or "tanh".
+    """
+
+    x: Array
+    y: Array
+    hidden: int
+    activation: str
+
+    def network(self, p: Array) -> Network:
+        """Return the network with these weights."""
+        h, n = self.hidden, self.hidden * self.x.shape[1]
+        return Network(p[:n].reshape(h, -1), p[n : n + h], p[n + h : n + 2 * h], float(p[-1]), self.activation)
+
+    def errors(self, p: Array) -> Array:
+        """Return the residuals (n,)."""
+        return self.network(p)(self.x) - self.y
+
+    def _layers(self, p: Array) -> tuple[Array, Array, Array]:
+        """Return residuals (n,), hidden values and derivatives of the output by the hidden sums, each (n, hidden)."""
+        net = self.network(p)
+        f, slope = _hidden(self.x @ net.W1.T + net.b1, self.activation)
+        return f @ net.W2 + net.b2 - self.y, f, slope * net.W2
+
+    def residuals(self, p: Array) -> tuple[Array, Array]:
+        """Return the residuals (n,) and their Jacobian (n, len(p))."""
+        r, f, d = self._layers(p)
+        J = np.empty((len(r), len(p)))
+        n = d.shape[1] * self.x.shape[1]
+        np.multiply(d[:, :, None], self.x[:, None, :], out=J[:, :n].reshape(len(r), d.shape[1], -1))
+        J[:, n : n + d.shape[1]], J[:, n + d.shape[1] : -1], J[:, -1] = d, f, 1.0
+        return r, J
+
+    def gradient(self, p: Array) -> tuple[float, Array]:
+        """Return the sum of squares and its gradient (len(p),) by back-propagation."""
+        r, f, d = self._layers(p)
+        d = d * r[:, None]
+        parts = [(d.T @ self.x).ravel(), d.sum(axis=0), f.T @ r, [r.sum()]]
+        return float(r @ r), 2 * np.concatenate(parts)
 
 
 def start(
@@ -132,8 +169,7 @@ def train(
 
     ridge = np.sqrt(decay * len(x)) * np.eye(hidden * (x.shape[1] + 2) + 1)[:-1]  # no decay on the output bias
 
-    module = perceptron(x.shape[1], hidden, activation)
-    fit = problem(module, x, y[:, None])
+    fit = Fit(x, y, hidden, activation)
 
     def function(p: Array) -> tuple[Array, Array]:
         r, J = fit.residuals(p)
@@ -157,9 +193,7 @@ def train(
         trials.append(trainer(p, function, first, progress=part(i * first, first)) if first else (p, 0.0))
     best = min(trials, key=lambda trial: trial[1])
     p, cost = trainer(best[0], function, iterations, progress=part(starts * first, iterations))
-    fit.store(p)
-    network = Network.of(module, activation)
-    return network, float(np.sqrt(cost / len(x)))
+    return fit.network(p), float(np.sqrt(cost / len(x)))
 
 
 def decay_for(y: Array) -> float:
