@@ -20,6 +20,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         ("prandtl_ishlinskii", "krasnoselskii_pokrovskii", "polynomial_narx", "preisach", "duhem", "bouc_wen"), MODEL
     ),
     "identify/features/dead_band.py": {"play_bank": "in_front(): the dead band is one play"},
+    "identify/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
     "identify/features/dynamics.py": {
         "transfer_function": "nodes(): G0 with the rest of the delay",
         "delay": "nodes(): the whole samples of the delay",

@@ -1,4 +1,4 @@
-"""Guards of every fit: a model that runs away is an error, not a result."""
+"""Guards of every fit: a model that runs away is an error; what the record does not show of it is a warning."""
 
 import numpy as np
 import plants
@@ -7,6 +7,8 @@ import pytest
 from hystfmu import Dataset, InputError, fit
 from hystfmu.data.signals import training
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify import guards
+from hystfmu.identify.features.dynamics import Dynamics
 from hystfmu.identify.methods import prandtl_ishlinskii
 
 
@@ -39,3 +41,77 @@ def test_the_mean_of_the_output_is_not_refused(monkeypatch):
     monkeypatch.setattr(prandtl_ishlinskii, "build", lambda *arguments: (made, 1))
     model = fit(Dataset.from_signal(square + 0.1 * np.sin(np.arange(400)), square), "prandtl_ishlinskii")
     assert model.fit["rms_percent"] == 50
+
+
+def with_memory(**values):
+    """Build the input plus the output of a linear block that the record hardly excites."""
+    kind = "creep" if "T" in values else "transfer_function"
+    nodes = [Node("slow", kind, {}, values), Node("total", "sum", {"n": 2})]
+    wires = [("slow.y", "total.u[2]")]
+    made = Graph(nodes, wires, [Input("u", ("total.u[1]", "slow.u"))], [Output("y", "total.y")])
+    return lambda *arguments: (made, 3)
+
+
+def quick():
+    """Record a sine at 20 rows a cycle, 15 cycles; the output is the input."""
+    u = np.sin(2 * np.pi * np.arange(300) / 20)
+    return Dataset.from_signal(u, u, 1e-3, "quick")
+
+
+def test_a_model_that_grows_on_another_signal_is_refused(monkeypatch):
+    """A pole at +60 1/s starts at 1e-12 of the input: it stays small over the record."""
+    monkeypatch.setattr(prandtl_ishlinskii, "build", with_memory(b=[6e-11], a=[1.0, -60.0]))
+    with pytest.raises(
+        InputError, match=r"quick: A model of the kind .* must be stable on other signals .* spans of y"
+    ):
+        fit(quick(), "prandtl_ishlinskii")
+
+
+def test_a_model_that_leaves_the_range_on_another_signal_is_warned_of(monkeypatch):
+    """A lag of 0.2 s and weight 20 passes 1 % of a cycle of 20 ms, and 40 % of a step of 100 ms."""
+    monkeypatch.setattr(prandtl_ishlinskii, "build", with_memory(T=0.2, w=20.0))
+    (warned,) = fit(quick(), "prandtl_ishlinskii").fit["warnings"][:1]
+    assert "on other signals within the trained range of u the output leaves the range of y by" in warned
+
+
+@pytest.mark.parametrize(("zeta", "fast"), [(0.7, False), (5.0, True)])
+def test_poles_above_the_rate_of_the_data_are_reported(zeta, fast):
+    """The second pole of 300 Hz with zeta = 5 lies at 1.9e4 1/s, pi/h is 3.1e3 1/s; Pade poles do not count."""
+    nodes = Dynamics(300.0, zeta, 1e-6).nodes(1e-3, "zoh")
+    graph = Graph(nodes, [], [Input("u", ("g0.u",))], [Output("y", "g0.y")])
+    found = guards.warnings("x", graph, quick(), {}, None)
+    assert ["pole of g0 at 1.9e+04 1/s" in w for w in found] == [True] * fast
+
+
+def test_parameters_at_bounds_and_poor_coverage_are_reported():
+    graph = Graph.single(Node("g", "scaling", {"n": 1}))
+    bounded = {"n": (6.0, 1.0, 6.0), "share": (0.2, -1.0, 1.0), "z": (-3.0, -3.0, 3.0)}
+    found = guards.warnings("x", graph, quick(), bounded, 12.0)
+    assert [w.split(" = ")[0] for w in found[:2]] == ["n", "z"]
+    assert "n = 6 is a bound of the search (1 to 6)" in found[0]
+    assert "the training rows reach 12 % of the states" in found[2]
+    assert guards.warnings("x", graph, quick(), {}, 80.0) == []
+
+
+def test_bounds_of_a_search_arrive_in_the_warnings():
+    """A knee as sharp as n = 12, where the search ends at 1.2."""
+    u = training(30, 1, 0.02)
+    values = {"A": 1.0, "beta": 2.0, "gamma": 1.0, "n": 12.0, "alpha": 0.0, "k": 1.0}
+    y = 0.4 * u + Graph.single(Node("z", "bouc_wen", {}, values)).run(u)[:, 1]
+    warned = fit(Dataset.from_signal(u, y, 1e-3, "sharp"), "bouc_wen", starts=1, n_max=1.2, dead_band=0.0).fit[
+        "warnings"
+    ]
+    assert any("n = 1.2 is a bound of the search" in w for w in warned)
+
+
+def test_a_lag_of_the_sensor_is_not_reported_where_the_model_has_dynamics():
+    """The same record: a sum of plays lags, G0 with a delay explains it."""
+    u = training(30, 1, 0.02)
+    y = plants.prandtl_ishlinskii(u)
+    record = Dataset.from_signal(u, np.concatenate([np.full(3, y[0]), y[:-3]]), 1e-3, "late")
+    said = {
+        key: [w for w in fit(record, key, **options).fit.get("warnings", []) if "lags the input" in w]
+        for key, options in (("prandtl_ishlinskii", {}), ("g0_prandtl_ishlinskii", {"N": 6}))
+    }
+    assert len(said["prandtl_ishlinskii"]) == 1
+    assert said["g0_prandtl_ishlinskii"] == []

@@ -284,7 +284,7 @@ class Model(Record):
         Raises
         ------
         InputError
-            The model does not state that range (provenance ``trained_u``), or has several inputs.
+            The model does not state that range (provenance ``trained_u``).
 
         Examples
         --------

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from hystfmu.data import Dataset
-from hystfmu.identify import auto
+from hystfmu.identify import auto, guards
 from hystfmu.identify.catalogue import AUTO, METHODS, description, options
 from hystfmu.identify.excitation import closed_loop, sensor_lag
 from hystfmu.identify.one import Progress, check, fit_one
@@ -62,7 +62,8 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
 
 def _examined(model: Model, data: Dataset) -> Model:
     """Add warnings about the record: an output that lags, an input that follows the output."""
-    warned = [*sensor_lag.warnings(data, model.fit["rms_percent"]), *closed_loop.warnings(data)]
+    late = [] if guards.follows_late(model.graph) else sensor_lag.warnings(data, model.fit["rms_percent"])
+    warned = [*late, *closed_loop.warnings(data)]
     if not warned:
         return model
     return replace(model, fit={**model.fit, "warnings": [*model.fit.get("warnings", []), *warned]})

@@ -2,7 +2,8 @@
 
 A kind of model is a module of `hystfmu.identify.methods` with a line ``TEXT``, a table ``OPTIONS`` and a function
 ``build(data, options, seed, progress)``.  `build` returns the graph, the number of fitted parameters and, optionally, a
-dict of identified physical quantities.  Everything else is common to all kinds and done here, including the dead band.
+dict of identified physical quantities, with ``warnings`` and ``bounded`` (`hystfmu.identify.guards`).  Everything else
+is common to all kinds and done here, including the dead band.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from threadpoolctl import threadpool_limits
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.identify import guards
 from hystfmu.identify.catalogue import AUTO, METHODS, method, takes_covariates, takes_records
 from hystfmu.identify.excitation import drift
 from hystfmu.identify.features import dead_band
@@ -26,7 +28,7 @@ from hystfmu.model import Model
 from hystfmu.model.accuracy import errors, rms
 from hystfmu.model.coverage import coverage
 from hystfmu.model.inputs import run_along
-from hystfmu.model.trained_range import KEY, trained_range
+from hystfmu.model.trained_range import trained_range
 
 Progress = Callable[[float], None]
 WORST = 0.5  # of the span: no constant has a larger RMS error
@@ -71,6 +73,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
             f"{parameters} parameters from {rows} train rows: the error on these rows does not predict other errors"
         )
     covered = coverage(graph, data)
+    warned += guards.warnings(key, graph, data, found.pop("bounded", {}), covered)
     result = {
         **errors(y[data.counted], data.y[data.counted], data.span),
         "parameters": int(parameters),
@@ -141,7 +144,7 @@ def _provenance(data: Dataset, chosen: dict[str, Any], seed: int) -> dict[str, A
         "train": f"{data.train.start}:{data.train.stop}",
         **({"starts": list(data.starts)} if len(data.starts) > 1 else {}),
         "span_u": [float(data.u.min()), float(data.u.max())],
-        KEY: trained_range(data),
+        **trained_range(data),
         **({"span_covariates": data.covariates.ranges} if data.covariates else {}),
         "seed": seed,
         "options": chosen,

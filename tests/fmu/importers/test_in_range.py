@@ -59,6 +59,16 @@ def test_an_inverse_tells_it_of_the_command(model: hy.Model, method: str) -> Non
     assert np.abs(told[[0, 1, 2, 4], 0]).max() < 0.5
 
 
+def test_covariates_count_too() -> None:
+    u = signals.training(8, 1, 0.05)
+    load = np.linspace(2.0, 3.0, len(u))
+    y = plants.prandtl_ishlinskii(u) + 0.1 * load
+    data = hy.Dataset(H * np.arange(len(u)), u, y, covariates={"load [N]": load})
+    made = hy.fit(data, "play_bank_mlp", N=4, starts=1, iterations=5).with_in_range()
+    rows = np.array([[0.0, 2.5], [0.5, 3.1], [0.5, 2.0], [1.1, 2.5]])
+    assert made.predict(rows)[:, 1].tolist() == [1, 0, 1, 0]
+
+
 def test_a_model_that_does_not_know_its_range_says_so(model: hy.Model) -> None:
     with pytest.raises(hy.InputError, match=r"must state trained_u = \[least, largest\]"):
         hy.Model.of_block(hy.blocks.Creep()).with_in_range()

@@ -47,8 +47,10 @@ def operator(u: Array, p: Array) -> tuple[dict[str, float], Array]:
     return values, graph.run(u)[:, 1]
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """Build the graph ``(scaling, bouc_wen) -> sum``; return it with the number of its parameters."""
+def build(
+    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
+) -> tuple[Graph, int, dict[str, Any]]:
+    """Build the graph ``(scaling, bouc_wen) -> sum``; return it with its number of parameters and their bounds."""
     rows = data.counted
     seen = data.u[: data.train.stop]  # later rows do not affect the training rows
     middle, half = (seen.max() + seen.min()) / 2, np.ptp(seen) / 2
@@ -90,7 +92,14 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     best = search(np.clip(best.x, lo + 1e-10, hi - 1e-10), EVALUATIONS[1], 1e-13)
     values, _ = operator(u, best.x)
     offset, linear, weight = project(best.x)[1]
-    return _graph(values, float(offset), float(linear), float(weight), float(middle), float(half), data), 7
+    graph = _graph(values, float(offset), float(linear), float(weight), float(middle), float(half), data)
+    return graph, 7, {"bounded": searched(best.x, lo, hi)}
+
+
+def searched(p: Array, lo: Array, hi: Array) -> dict[str, tuple[float, float, float]]:
+    """Return ln z_max, the gamma share and n with the bounds of their search; the usual n = 1 counts as inside."""
+    limits = zip(("ln z_max", "gamma / (beta + gamma)", "n"), p, (lo[0], lo[1], 0.0), hi, strict=False)
+    return {name: (float(value), float(least), float(most)) for name, value, least, most in limits}
 
 
 def _draw(rng: np.random.Generator, lo: Array, hi: Array) -> Array:

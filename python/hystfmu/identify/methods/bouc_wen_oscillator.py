@@ -39,8 +39,10 @@ OPTIONS = (
 )
 
 
-def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """Build the graph of one ``bouc_wen_oscillator``; return it with the number of its parameters.
+def build(
+    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
+) -> tuple[Graph, int, dict[str, Any]]:
+    """Build the graph of one ``bouc_wen_oscillator``; return it, the number of its parameters, and those with bounds.
 
     Raises
     ------
@@ -94,7 +96,9 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     best = least_squares(
         error, best.x, bounds=(-bound, bound), x_scale=SCALES, ftol=1e-12, xtol=1e-12, max_nfev=EVALUATIONS[1]
     )
-    return graph(values(best.x), data), len(best.x)
+    names = ("ln m_L", "ln c_L", "ln k_L", "ln alpha", "gamma", "delta")  # over their first estimates
+    limits = zip(names, best.x.tolist(), (-bound).tolist(), bound.tolist(), strict=True)
+    return graph(values(best.x), data), len(best.x), {"bounded": {name: tuple(of) for name, *of in limits}}
 
 
 def graph(values: Mapping[str, float], data: Dataset) -> Graph:

@@ -26,7 +26,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, bounds, search, unknown
 from hystfmu.identify.features.identifiable import correlation_time, standard_errors
-from hystfmu.identify.methods.bouc_wen import operator
+from hystfmu.identify.methods.bouc_wen import operator, searched
 from hystfmu.identify.options import Option
 
 TEXT = "Bouc-Wen hysteresis, then G0(s) with delay, variable projection"
@@ -141,7 +141,7 @@ def build(
     coefficients = project(responses(p[3:]), g, 1)[1]
     warned = unknown(g, spread[:3], data, options)  # the standard errors are those with the delay searched
     values = operator(x[:2], p[3:])[0]
-    told = {**vars(g), **({"warnings": warned} if warned else {})}
+    told = {**vars(g), "bounded": searched(p[3:], lo[3:], hi[3:]), **({"warnings": warned} if warned else {})}
     return _graph(g, values, coefficients, (middle, half), hold, data), parameters, told
 
 

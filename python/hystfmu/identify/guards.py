@@ -1,0 +1,132 @@
+"""Guards of every fit: what the data of the fit do not show of a model, looked for in one place.
+
+- Another signal.  The model runs free on steps to the ends of the trained range and on nested reversals inside it.  An
+  output that overflows or grows is an error.  One that leaves the range of y by more than its span is a warning: a
+  model of a few reversals, or dynamics that the record does not excite, extrapolate.
+- Poles.  A pole of a transfer function above pi/h moves within a step of the data, which cannot determine it.  Padé
+  approximants of a delay are left out: their zeros mirror their poles.
+- Bounds.  A parameter at a bound of its search was not found but stopped.
+- Coverage.  The share of the states of other signals that the training rows of a network reach.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.data.signals import nested_reversals
+from hystfmu.graph import Graph
+
+HELD = 100  # rows of each step
+REVERSALS, SEED = 24, 77
+LEAST_STEP, MOST_STEP = 0.01, 0.1  # of the reversals, in half ranges per row
+WILD = 100.0  # spans of y beyond its range: the output grows without bound
+WIDE = 1.0  # spans of y beyond its range that are warned of
+NEAR = 1e-3  # of the width of a search: distance from a bound
+POOR = 50.0  # % coverage
+MIRRORED = 1e-6  # relative distance of a pole from a mirrored zero
+
+Bounded = Mapping[str, tuple[float, float, float]]
+"""Parameters of a search by name: value, least and largest value tried."""
+
+
+def other_signal(data: Dataset) -> Array:
+    """Return steps to both ends of the trained range, and nested reversals inside it, from the first input on."""
+    u = data.u[data.counted]
+    lo, hi, first = float(u.min()), float(u.max()), float(data.u[0])
+    half = (hi - lo) / 2
+    speed = float(np.clip(np.sqrt(np.mean(np.diff(u) ** 2)) / half, LEAST_STEP, MOST_STEP))
+    steps = np.repeat([first, hi, lo, (lo + hi) / 2], HELD)
+    return np.concatenate([steps, (lo + hi) / 2 + half * nested_reversals(REVERSALS, SEED, speed)])
+
+
+def warnings(key: str, graph: Graph, data: Dataset, bounded: Bounded, covered: float | None) -> list[str]:
+    """Check a fitted model of the kind `key` by the rules of this module.
+
+    Parameters
+    ----------
+    key : str
+        Kind of model.
+    graph : Graph
+        The model.
+    data : Dataset
+        Data of the fit.
+    bounded : Bounded
+        Parameters that were searched between bounds.
+    covered : float or None
+        Coverage of the input space of a network (%).
+
+    Returns
+    -------
+    list of str
+        A line for each finding.
+
+    Raises
+    ------
+    InputError
+        The model is unstable on another signal.
+    """
+    return [*_excursion(key, graph, data), *_fast_poles(graph, data.h), *_at_bounds(bounded), *_unseen(covered)]
+
+
+def _excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
+    u = other_signal(data)
+    held = [np.full(len(u), port.start) for port in graph.inputs[1:]]  # covariates, at their means
+    y = graph.run(np.column_stack([u, *held]), data.h)
+    measured = data.y[data.counted]
+    with np.errstate(over="ignore", invalid="ignore"):
+        beyond = float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / data.span
+    if not beyond <= WILD:
+        got = f"an output {beyond:.2g} spans of y outside its range" if np.isfinite(beyond) else "one that diverges"
+        raise InputError(
+            f"{data.path or data.name}: A model of the kind {key} must be stable on other signals within the trained "
+            f"range of u. Got {got}: take another kind, or data with more reversals."
+        )
+    if beyond <= WIDE:
+        return []
+    return [
+        f"on other signals within the trained range of u the output leaves the range of y by {beyond:.2g} times its "
+        "span: the record does not tell what the device does there"
+    ]
+
+
+def _fast_poles(graph: Graph, h: float) -> list[str]:
+    found = []
+    for n in graph.nodes:
+        if n.block.name != "transfer_function":
+            continue
+        zeros = np.roots(n.value("b"))
+        poles = [p for p in np.roots(n.value("a")) if not np.any(np.abs(zeros + p) <= MIRRORED * abs(p))]
+        fast = max((abs(p) for p in poles), default=0.0)
+        if fast * h > np.pi:
+            found.append(
+                f"a pole of {n.name} at {fast:.2g} 1/s lies above pi/h = {np.pi / h:.2g} 1/s of the data, which do "
+                "not determine it: the dynamics act as slower ones, or the record shows none"
+            )
+    return found
+
+
+def _at_bounds(bounded: Bounded) -> list[str]:
+    return [
+        f"{name} = {value:.4g} is a bound of the search ({lo:.4g} to {hi:.4g}): the data do not determine it"
+        for name, (value, lo, hi) in bounded.items()
+        if not lo + NEAR * (hi - lo) < value < hi - NEAR * (hi - lo)
+    ]
+
+
+def _unseen(covered: float | None) -> list[str]:
+    if covered is None or covered >= POOR:
+        return []
+    return [
+        f"the training rows reach {covered:.0f} % of the states that other signals in the range reach: the network "
+        "has seen nothing else, and its error there is unknown"
+    ]
+
+
+def follows_late(graph: Graph) -> bool:
+    """Whether the output of a model depends on past values of u only: dynamics or a delay of its own."""
+    return not any(graph.inputs[0].name in known for known in graph.dependencies().values())
