@@ -13,6 +13,7 @@ from runners import run_by_fmpy, run_by_unit
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.data import signals
+from hystfmu.model.trained_range import trained_range
 
 H = 1e-3
 
@@ -62,9 +63,11 @@ def test_an_inverse_tells_it_of_the_command(model: hy.Model, method: str) -> Non
 def test_covariates_count_too() -> None:
     u = signals.training(8, 1, 0.05)
     load = np.linspace(2.0, 3.0, len(u))
-    y = plants.prandtl_ishlinskii(u) + 0.1 * load
-    data = hy.Dataset(H * np.arange(len(u)), u, y, covariates={"load [N]": load})
-    made = hy.fit(data, "play_bank_mlp", N=4, starts=1, iterations=5).with_in_range()
+    data = hy.Dataset(H * np.arange(len(u)), u, u + load, covariates={"load [N]": load})
+    total = hy.Node("total", "sum", {"n": 2})
+    inputs = [hy.Input("u", ("total.u[1]",)), hy.Input("load", ("total.u[2]",))]
+    graph = hy.Graph([total], [], inputs, [hy.Output("y", "total.y")])
+    made = hy.Model("loaded", graph, H, provenance=trained_range(data)).with_in_range()
     rows = np.array([[0.0, 2.5], [0.5, 3.1], [0.5, 2.0], [1.1, 2.5]])
     assert made.predict(rows)[:, 1].tolist() == [1, 0, 1, 0]
 
