@@ -46,6 +46,7 @@ for _command in (
     models.blocks,
     models.fit,
     models.predict,
+    models.check,
     models.inverse,
     fmus.export,
     fmus.validate,

@@ -1,15 +1,16 @@
-"""Commands for blocks and models: blocks, fit, predict and inverse."""
+"""Commands for blocks and models: blocks, fit, predict, check and inverse."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+import sys
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import click
 
-from hystfmu.cli.options import Columns, assignments, data_options, json_option
+from hystfmu.cli.options import FAILED, Columns, assignments, data_options, json_option
 
 
 @click.command()
@@ -212,6 +213,45 @@ def predict(
         shown = table_of(found, measured.unit_y)
         click.echo(table(shown.head, shown.rows))
     click.echo(f"wrote {out}: {len(y)} rows")
+
+
+@click.command()
+@click.argument("model")
+@click.argument("data")
+@data_options
+@click.option(
+    "--factor",
+    type=float,
+    default=2.0,
+    show_default=True,
+    help="Growth of the RMS error that counts as drift, relative to the error that the model file states.",
+)
+@json_option
+def check(model: str, data: str, columns: Columns, factor: float, as_json: bool) -> None:
+    """Tell from a new record whether a device has drifted.
+
+    The model runs free on DATA.  Its error is compared with the one on held-out rows that MODEL states, or on training
+    rows; rows whose input lies outside the trained range do not count.  The table shows the error that would be left if
+    only the offset, the gain, the lag or the loop of the device had changed.  The exit status is 1 if it has drifted.
+
+    \b
+    Example: hystfmu check piezo.model.toml today.csv
+    """
+    import hystfmu as hy
+    from hystfmu.report.terminal import table
+
+    measured = columns.read(data)
+    found = hy.Model.load(model).check(measured, factor)
+    if as_json:
+        click.echo(json.dumps(asdict(found)))
+    else:
+        click.echo(measured.read_as)
+        unit = f" ({measured.unit_y})" if measured.unit_y else ""
+        rows = [[p.name, p.value, f"{p.left:.4g}"] for p in found.parts]
+        click.echo(table(["change of", "value", f"RMS left{unit}"], [["nothing", "", f"{found.rms:.4g}"], *rows]))
+        click.echo(f"{found.inside:.3g} % of the rows lie in the trained range and reach {found.reached:.3g} % of it")
+        click.echo(str(found))
+    sys.exit(FAILED if found.drifted else 0)
 
 
 @click.command()

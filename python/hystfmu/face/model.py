@@ -22,6 +22,8 @@ from hystfmu.unit import Unit
 if TYPE_CHECKING:
     from torch import nn
 
+    from hystfmu.identify.device_check import DeviceCheck
+
 __all__ = ["Model"]
 
 InverseMethod = Literal["auto", "exact", "implicit", "learned"]
@@ -162,6 +164,41 @@ class Model(Record):
                 f"{where}: The output must vary for an error in percent. Got {measured[0]:g} in every row."
             )
         return errors(run_along(self.graph, other)[counted], measured, span)
+
+    def check(self, new: Dataset, factor: float = 2.0) -> DeviceCheck:
+        """Tell from a new record whether the device has drifted: whether the error of its model has grown.
+
+        Parameters
+        ----------
+        new : Dataset
+            New record, with a measured output.  Rows whose input lies in the trained range count.
+        factor : float
+            Growth of the RMS error that counts as drift; the model states the error on held-out or training rows.
+
+        Returns
+        -------
+        DeviceCheck
+            ``drifted``, the errors, and in ``parts`` what a change of offset, gain, lag or loop alone would explain.
+
+        Raises
+        ------
+        InputError
+            No measured output, too few rows in the trained range, or a model that states no error.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> model = hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii")
+        >>> new = hy.synthetic.piezo(60, 1000.0, seed=1)
+        >>> model.check(new).drifted
+        False
+        >>> model.check(new.with_output(1.1 * new.y)).moved
+        'gain'
+        """
+        from hystfmu.identify.device_check import check_device
+
+        self._one_to_one("check")
+        return check_device(self, new, factor)
 
     def plot(self, other: Dataset) -> Plot:
         """The loop of a record and of the model on its input.

@@ -1,0 +1,176 @@
+"""Check of a device by a new record: whether the error of its model has grown, and what would explain it.
+
+The model runs free on the record.  Its RMS error, on the rows whose input lies within the trained range, is compared
+with the error on held-out rows that the model file states, or with that on the training rows.  Changes of the device
+are then tried alone by least squares of the measured output on the output of the model:
+
+- offset  y + a: the mean moved (a sensor, a temperature).
+- gain    a + b y: the stroke changed (depolarisation, a spring, a sensor).
+- lag     a + b y some rows later or earlier: the timing changed (a sampling of the sensor, dynamics).
+- loop    a + b y + c u + plays of u: the shape of the hysteresis changed.
+
+The part that moved is the first that leaves at most `AS_GOOD` times the error that the best one leaves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.model import Model
+from hystfmu.model.accuracy import rms
+from hystfmu.model.inputs import run_along
+
+FACTOR = 2.0  # growth of the error that counts as drift
+AS_GOOD = 1.25
+MOST_LAG = 8  # rows
+PLAYS = 10
+MOST_ROWS = 4000  # of the regressions; more are thinned evenly
+LEAST_ROWS = 4 * (PLAYS + 3)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A change that was tried: its name, its value in words, and the RMS error that it leaves."""
+
+    name: str
+    value: str
+    left: float
+
+
+@dataclass(frozen=True)
+class DeviceCheck:
+    """Result of a check.
+
+    Parameters
+    ----------
+    drifted : bool
+        Whether the error is more than `factor` times the stated one.
+    rms, max : float
+        Error on the new record, in the unit of measure of y.
+    stated : float
+        RMS error that the model file states.
+    of : str
+        ``held-out`` or ``training``: the rows of the stated error.
+    factor : float
+        Growth that counts as drift.
+    inside : float
+        Share of the rows with an input in the trained range (%); only these count.
+    reached : float
+        Share of the trained range that the new record reaches (%).
+    parts : tuple of Part
+        Changes that were tried alone.
+    moved : str
+        Name of the part that explains the error; empty if nothing drifted.
+    """
+
+    drifted: bool
+    rms: float
+    max: float
+    stated: float
+    of: str
+    factor: float
+    inside: float
+    reached: float
+    parts: tuple[Part, ...]
+    moved: str
+
+    def __str__(self) -> str:
+        """Verdict in one line."""
+        ratio = f"{self.rms / self.stated:.3g} times the {self.of} error of the fit"
+        if not self.drifted:
+            return f"no drift: RMS {self.rms:.4g}, {ratio}"
+        return f"drifted: RMS {self.rms:.4g}, {ratio}; the {self.moved} moved most"
+
+
+def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceCheck:
+    """Compare a model with a new record of its device.
+
+    Parameters
+    ----------
+    model : Model
+        Model that states its error and the range of its input.
+    data : Dataset
+        New record, with a measured output.
+    factor : float
+        Growth of the RMS error that counts as drift.
+
+    Raises
+    ------
+    InputError
+        No measured output, a model without stated error, too few rows in the trained range, a factor of at most 1.
+    """
+    where = data.path or data.name
+    if not data.has_output:
+        raise InputError(f"{where}: The data must have a measured output to compare with. Got none.")
+    if not factor > 1:
+        raise InputError(f"The factor of a check must be greater than 1. Got {factor:g} instead.")
+    of = "held-out" if "held_out_rms" in model.fit else "training"
+    stated = model.fit.get("held_out_rms" if of == "held-out" else "rms")
+    if not (isinstance(stated, float) and stated > 0):
+        raise InputError(
+            f"The model to check with must state its RMS error, fit.rms > 0. Got {stated!r} of {model.key}."
+        )
+    span = model.provenance.get("trained_u", model.provenance.get("span_u"))
+    if not (isinstance(span, list) and len(span) == 2):
+        raise InputError(f"The model to check with must state provenance.trained_u = [least, largest]. Got {span!r}.")
+    counted = (data.u >= span[0]) & (data.u <= span[1])
+    if counted.sum() < LEAST_ROWS:
+        raise InputError(
+            f"{where}: At least {LEAST_ROWS} rows must have an input within the trained range, {span[0]:g} to "
+            f"{span[1]:g}. Got {counted.sum()} rows."
+        )
+    y = run_along(model.graph, data)
+    e = (data.y - y)[counted]
+    error = rms(e)
+    parts = _parts(data, y, counted)
+    drifted = error > factor * stated
+    seen = np.clip(data.u[counted], *span)
+    return DeviceCheck(
+        drifted,
+        error,
+        float(np.abs(e).max()),
+        stated,
+        of,
+        factor,
+        100 * float(counted.mean()),
+        100 * float(np.ptp(seen)) / (span[1] - span[0]),
+        parts,
+        _moved(parts) if drifted else "",
+    )
+
+
+def _moved(parts: tuple[Part, ...]) -> str:
+    least = min(p.left for p in parts)
+    return next(p.name for p in parts if p.left <= AS_GOOD * least)
+
+
+def _parts(data: Dataset, y: Array, counted: NDArray[np.bool_]) -> tuple[Part, ...]:
+    """Try each change by least squares on the counted rows."""
+    rows = np.flatnonzero(counted)
+    rows = rows[(rows >= MOST_LAG) & (rows < len(y) - MOST_LAG)]
+    rows = rows[:: -(-len(rows) // MOST_ROWS)]
+    measured, ones = data.y[rows], np.ones(len(rows))
+
+    def solved(*columns: Array) -> tuple[Array, float]:
+        a = np.column_stack(columns)
+        x = np.asarray(np.linalg.lstsq(a, measured, rcond=None)[0], dtype=np.float64)
+        return x, rms(measured - a @ x)
+
+    offset = float(np.mean(measured - y[rows]))
+    found = [Part("offset", f"{offset:+.4g}", rms(measured - y[rows] - offset))]
+    (_, gain), left = solved(ones, y[rows])
+    found.append(Part("gain", f"{gain:.4g}", left))
+    late = {k: solved(ones, y[rows - k])[1] for k in range(-MOST_LAG, MOST_LAG + 1)}
+    lag = min(late, key=lambda k: (late[k], abs(k)))
+    found.append(Part("lag", f"{lag:+d} rows ({lag * data.h:+.3g} s)", late[lag]))
+    r = thresholds(data.u, PLAYS)
+    columns = [data.u[rows], *data.along(lambda u: plays(u, r, float(u[0])))[rows].T]
+    found.append(Part("loop", f"{len(columns)} further weights", solved(ones, y[rows], *columns)[1]))
+    return tuple(found)
