@@ -111,8 +111,31 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
         raise InputError(f"{path}: The file must be valid TOML. Got arrays or tables nested too deeply.") from None
 
 
-def check_format(data: dict[str, Any], newest: int, path: str | Path) -> None:
-    """Refuse a file whose key `format` is newer than `newest`, before a key that only a newer version knows is met.
+def check_format(data: dict[str, Any], newest: int, path: str | Path, required: bool = False) -> None:
+    """Refuse a file of another format than `newest`, before a key that only another version knows is met.
+
+    Parameters
+    ----------
+    data : dict
+    newest : int
+    path : str or Path
+    required : bool
+        Whether a file without the key is one of an older version.
+
+    Raises
+    ------
+    InputError
+        One line with the file, its format and the command that helps: an upgrade, or ``hystfmu migrate``.
+    """
+    check_newest(data, newest, path)
+    found = data.get("format", None if required else newest)
+    if found is None or (isinstance(found, int) and found < newest):
+        got = "none" if found is None else f"{found} of an older version"
+        raise InputError(f"{path}: format: The format must be {newest}. Got {got}: hystfmu migrate {path}")
+
+
+def check_newest(data: dict[str, Any], newest: int, path: str | Path) -> None:
+    """Refuse a file whose key `format` is newer than `newest`.
 
     Raises
     ------

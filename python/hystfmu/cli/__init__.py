@@ -48,6 +48,7 @@ for _command in (
     models.predict,
     models.check,
     models.inverse,
+    models.migrate,
     fmus.export,
     fmus.validate,
     scenarios.run,

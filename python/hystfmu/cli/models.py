@@ -1,4 +1,4 @@
-"""Commands for blocks and models: blocks, fit, predict, check and inverse."""
+"""Commands for blocks and models: blocks, fit, predict, check, inverse and migrate."""
 
 from __future__ import annotations
 
@@ -304,3 +304,26 @@ def inverse(
         )
     for warning in made.fit.get("warnings", ()):
         click.echo(f"warning: {warning}", err=True)
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@json_option
+def migrate(files: tuple[str, ...], as_json: bool) -> None:
+    """Bring files of an older version to the present format.
+
+    Model files, scenario.toml and baseline.toml are changed in place and as a whole; comments stay.  What changed is
+    printed.  A file of a newer version is refused.
+
+    \b
+    Example: hystfmu migrate mine.model.toml scenarios/mine/scenario.toml scenarios/mine/baseline.toml
+    """
+    from hystfmu.face.migrate import migrate as migrate_file
+
+    told = {}
+    for file in files:
+        told[file] = migrate_file(file)
+        if not as_json:
+            click.echo(f"{file}: {', '.join(told[file]) or 'has the present format'}")
+    if as_json:
+        click.echo(json.dumps(told))

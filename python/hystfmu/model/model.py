@@ -111,7 +111,7 @@ class Model:
             One line with file, key, rule and value.
         """
         table = load_toml(path)
-        check_format(table, FORMAT, path)
+        check_format(table, FORMAT, path, required=True)
         f = check(table, _File, path)
         try:
             graph = f.graph()
