@@ -33,6 +33,7 @@
   B(prandtl_ishlinskii)         \
   B(prandtl_ishlinskii_inverse) \
   B(preisach)                   \
+  B(product)                    \
   B(recursive_least_squares)    \
   B(reference)                  \
   B(scaling)                    \

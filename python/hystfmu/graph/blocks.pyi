@@ -355,6 +355,11 @@ class Preisach(Block):
         start: Literal["demagnetised", "low", "high"] = "demagnetised",
     ) -> None: ...
 
+class Product(Block):
+    """Product of signals, over a product of others."""
+
+    def __init__(self, *, n: int = ..., m: int = ..., least: float = 0.001) -> None: ...
+
 class RecursiveLeastSquares(Block):
     """Recursive least squares with a dead zone: learns the weights of regressors while it runs."""
 
