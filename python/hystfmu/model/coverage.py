@@ -67,7 +67,8 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
     """
     from scipy.spatial import cKDTree
 
-    limiters = _limiters(graph)
+    beside = {end for port in graph.inputs[1:] for end in port.to}
+    limiters = [n for n in _limiters(graph) if f"{n.name}.u[1]" not in beside]  # of covariates alone
     if not limiters:
         return None
     node = limiters[-1]

@@ -5,14 +5,15 @@
 F is linear (G0 with delay, or nothing) with gain 1 at rest, L_T a first-order lag, b a polynomial (Legendre basis on
 the range of v).  The fit takes Gauss-Newton steps in the non-negative w and k, each a non-negative least-squares
 problem on the columns F[(1 + sum k_j L_j)[b'(v) p_i]] and F[L_j[b]]; between the steps the coefficients of b follow by
-linear least squares.  This is a Wiener-Hammerstein structure with a hysteresis at its front (Giri & Bai 2010,
+linear least squares.  With covariates b follows them (`following`); their gains g are variables of the Gauss-Newton
+steps, without bounds.  This is a Wiener-Hammerstein structure with a hysteresis at its front (Giri & Bai 2010,
 Block-oriented Nonlinear System Identification, ch. 1), solved as a separable problem (Golub & Pereyra 1973).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from hystfmu.base.arrays import Array
+from hystfmu.identify.features.following import Following
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 STEPS = 30  # most Gauss-Newton steps
@@ -45,18 +47,27 @@ class BentSum:
         Weights of the lags.
     rms : float
         RMS error on the rows of the fit.
+    g : array, shape (m,)
+        Gains of the covariates.
+    c : array, shape (m, degree + 1)
+        Legendre coefficients of the bends of the covariates.
     """
 
     w: Array
     q: Array
     k: Array
     rms: float = np.inf
+    g: Array = field(default_factory=lambda: np.zeros(0))
+    c: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def monotone(self) -> bool:
-        """Whether the bend rises, or falls, on the whole range of v."""
+        """Whether the bend rises, or falls, on the whole range of v and of the covariates."""
         slope = legendre.legval(GRID, legendre.legder(self.q)) if len(self.q) > 1 else np.zeros(1)
-        return bool(np.min(slope * np.sign(slope.mean())) > LEAST_SLOPE * abs(slope.mean()))
+        least = slope * np.sign(slope.mean()) - np.abs(self.g).sum() * np.abs(slope)
+        if self.c.shape[1] > 1:
+            least = least - np.abs(legendre.legval(GRID, legendre.legder(self.c, axis=1).T)).sum(axis=0)
+        return bool(np.min(least) > LEAST_SLOPE * abs(slope.mean()))
 
 
 @dataclass(frozen=True)
@@ -79,6 +90,8 @@ class Problem:
         Linear dynamics F applied to columns; None: F = 1.
     least : float
         Least weight of the first column, relative to the sum of all.
+    following : Following, optional
+        Covariates that the bend follows, over all rows.
     """
 
     columns: Array
@@ -88,6 +101,7 @@ class Problem:
     T: Array
     after: Filter | None = None
     least: float = 0.0
+    following: Following | None = None
 
     def seen(self, columns: Array) -> Array:
         """Return columns after the dynamics, on the rows of the fit."""
@@ -127,16 +141,19 @@ def lagged(columns: Array, share: float) -> Array:
 
 def model(p: Problem, s: BentSum) -> Array:
     """Return the output on the rows of the fit, shape (m,), in the unit of measure of y."""
-    b = np.asarray(legendre.legval(p.columns @ s.w, s.q), float)[:, None]
-    return p.seen(p.crept(b, s.k))[:, 0]
+    return p.seen(p.crept(_bend(p, s, p.columns @ s.w)[:, None], s.k))[:, 0]
 
 
 def fit_linear(p: Problem, degree: int) -> BentSum:
     """Return the fit without bend and creep, as the start of `fit`; for `degree` the coefficients of b are padded."""
-    w, _ = nonnegative(p.seen(p.columns), p.y, np.ones((len(p.y), 1)))
+    free = np.ones((len(p.y), 1)) if p.following is None else p.following.rows(p.rows).started(p.y)
+    w, _ = nonnegative(p.seen(p.columns), p.y, free)
     if not w.any():
         w = np.full(len(w), 1.0)
-    return _with_bend(p, BentSum(w, np.zeros(degree + 1), np.zeros(len(p.T))))
+    m = 0 if p.following is None else len(p.following.levels)
+    return _with_bend(
+        p, BentSum(w, np.zeros(degree + 1), np.zeros(len(p.T)), g=np.zeros(m), c=np.zeros((m, degree + 1)))
+    )
 
 
 def fit(p: Problem, start: BentSum) -> BentSum:
@@ -158,9 +175,8 @@ def fit(p: Problem, start: BentSum) -> BentSum:
     for _ in range(STEPS):
         step = _newton(p, best)
         for share in SHARES:
-            trial = _with_bend(
-                p, replace(best, w=best.w + share * (step.w - best.w), k=best.k + share * (step.k - best.k))
-            )
+            moved = {name: old + share * (getattr(step, name) - old) for name, old in _variables(best).items()}
+            trial = _with_bend(p, replace(best, **moved))
             if trial.rms < best.rms:
                 break
         else:
@@ -173,29 +189,52 @@ def fit(p: Problem, start: BentSum) -> BentSum:
 
 def residuals(p: Problem, s: BentSum) -> Array:
     """Return the residuals (m,) after one Gauss-Newton step from `s`: what is left for other dynamics than its own."""
-    linear, target = _linearised(p, s)
-    x, free = nonnegative(linear, target, np.ones((len(p.y), 1)))
-    return np.asarray(linear @ x + free[0] - target)
+    linear, free, target = _linearised(p, s)
+    x, v = nonnegative(linear, target, free)
+    return np.asarray(linear @ x + free @ v - target)
+
+
+def _variables(s: BentSum) -> dict[str, Array]:
+    return {"w": s.w, "k": s.k, "g": s.g}
 
 
 def _newton(p: Problem, s: BentSum) -> BentSum:
     """Return the weights that a linearisation at `s` asks for."""
-    linear, target = _linearised(p, s)
-    x, _ = nonnegative(linear, target, np.ones((len(p.y), 1)))
-    w, k = x[: len(s.w)], x[len(s.w) :]
+    linear, free, target = _linearised(p, s)
+    x, v = nonnegative(linear, target, free)
+    w, k, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
     w[0] = max(w[0], p.least * w.sum())
-    return replace(s, w=w, k=k)
+    if p.following is not None:
+        g[p.following.gains] = v[1:]
+    return replace(s, w=w, k=k, g=g)
 
 
-def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array]:
-    """Return the derivatives of the output by w and k at `s`, and the target of a regression on them."""
+def _bend(p: Problem, s: BentSum, v: Array) -> Array:
+    if p.following is None:
+        return np.asarray(legendre.legval(v, s.q), float)
+    return p.following.value(v, s.q, s.c, s.g)
+
+
+def _slope(p: Problem, s: BentSum, v: Array) -> Array:
+    if p.following is not None:
+        return p.following.slope(v, s.q, s.c, s.g)
+    return np.asarray(legendre.legval(v, legendre.legder(s.q))) if len(s.q) > 1 else np.zeros(len(v))
+
+
+def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array, Array]:
+    """Return the derivatives of the output by w and k at `s`, those by free variables, and the target of both."""
     v = p.columns @ s.w
-    slope = legendre.legval(v, legendre.legder(s.q)) if len(s.q) > 1 else np.zeros(len(v))
-    b = legendre.legval(v, s.q)[:, None]
+    slope, b = _slope(p, s, v), _bend(p, s, v)[:, None]
     moved = p.seen(p.crept(slope[:, None] * p.columns, s.k))
     creep = np.hstack([np.zeros((len(p.y), 0)), *(p.seen(p.lag(b - b[:1], T)) for T in p.T)])
-    linear = np.hstack([moved, creep])
-    return linear, p.y - model(p, s) + moved @ s.w + creep @ s.k
+    linear, target = np.hstack([moved, creep]), p.y - model(p, s) + moved @ s.w + creep @ s.k
+    constant = np.ones((len(p.y), 1))
+    which = p.following.gains if p.following is not None else []
+    if p.following is None or len(which) == 0:
+        return linear, constant, target
+    own = np.asarray(legendre.legval(v, s.q), float)[:, None]
+    gained = p.seen(p.crept(p.following.theta[:, which] * own, s.k))
+    return linear, np.hstack([constant, gained]), target + gained @ s.g[which]
 
 
 def _with_bend(p: Problem, s: BentSum) -> BentSum:
@@ -205,6 +244,13 @@ def _with_bend(p: Problem, s: BentSum) -> BentSum:
     if not size > 0:
         return replace(s, rms=np.inf)
     w, v = s.w / size, v / size
-    basis = p.seen(p.crept(np.asarray(legendre.legvander(v, len(s.q) - 1), float), s.k))
+    columns = np.asarray(legendre.legvander(v, len(s.q) - 1), float)
+    if p.following is not None:
+        columns = p.following.columns(columns, s.g)
+    basis = p.seen(p.crept(columns, s.k))
     q = np.asarray(np.linalg.lstsq(basis, p.y, rcond=1e-12)[0], float)
-    return BentSum(w, q, s.k, float(np.sqrt(np.mean((basis @ q - p.y) ** 2))))
+    rms = float(np.sqrt(np.mean((basis @ q - p.y) ** 2)))
+    if p.following is None:
+        return BentSum(w, q, s.k, rms)
+    q, c = p.following.coefficients(q, len(s.q))
+    return BentSum(w, q, s.k, rms, s.g, c)

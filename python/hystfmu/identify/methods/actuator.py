@@ -10,6 +10,9 @@ Alici 2005.  `bent_sum` fits weights, bend and creep for given dynamics; f_n, ze
 A part is kept if it reduces the error on validation blocks inside the training rows by more than `BETTER`.  Stops take
 the place of plays where the loop runs clockwise.  A bend that is not monotone has no inverse: it must gain `NEEDED`.
 
+With covariates, such as temperature and load, the bend follows each of them, by an offset, a gain, or all of its
+coefficients (`following`), as far as the validation blocks support it; one without effect is no input of the model.
+
 In the graph the bend is a sum of dead zones that interpolates the polynomial, because that has an exact inverse and
 continues as a straight line outside the range of the training rows.
 """
@@ -30,13 +33,16 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Problem
+from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, search, uncertainty, unknown
+from hystfmu.identify.features.following import LEVELS, Following
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.features.validation_blocks import validation_rows
 from hystfmu.identify.options import Option
 
 TEXT = "plays, bend, creep, G0(s) with delay: the parts that validation blocks support"
+COVARIATES = True
 MOST_ROWS = 6000  # more rows are thinned evenly, after filtering at the full rate
 FIRST = 3  # the first search of the dynamics uses every third of these rows
 DEGREES = (1, 3, 5, 8)  # of the bend, tried in turn
@@ -44,12 +50,20 @@ LAGS = 6  # at most, one decade apart
 BETTER, NEEDED = 0.95, 0.5  # ratio of validation errors below which a part, or a bend without inverse, is kept
 SMOOTH = 1e-5  # largest distance of the dead zones from the polynomial, relative to its range
 MOST_KNOTS = 400
+PAIR = {"n": 2, "m": 0}
+MARGIN = 0.05  # covariates are limited to the training range and this fraction of it
 
 OPTIONS = (
     Option("N", 40, 1, 10000, text="number of plays"),
     Option("bend", None, 1, 20, text="degree of the bend, 1: none; default: chosen on validation blocks"),
     Option("creep", None, choices=("yes", "no"), text="creep; default: chosen on validation blocks"),
     Option("dynamics", None, choices=("yes", "no"), text="G0(s) with delay; default: chosen on validation blocks"),
+    Option(
+        "covariates",
+        None,
+        choices=LEVELS[1:],
+        text="what of the bend follows the covariates; default: chosen on validation blocks",
+    ),
     Option("w0_min", 1e-3, 0.0, 1.0, text="least weight of the linear term, relative to the sum of all weights"),
     u0_option("every play rests"),
     *DYNAMICS_OPTIONS,
@@ -58,12 +72,13 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Parts:
-    """Structure of a candidate: sign of the plays, degree of the bend, time constants of creep, dynamics."""
+    """Structure of a candidate: sign of the plays, degree of the bend, time constants of creep, dynamics, covariates."""
 
     stops: bool = False
     degree: int = 1
     T: tuple[float, ...] = ()
     g: Dynamics | None = None
+    levels: tuple[str, ...] = ()
 
 
 class _Fitting:
@@ -78,6 +93,9 @@ class _Fitting:
         self.r = thresholds(x[rows], options["N"])
         self.plays = np.column_stack([x, plays(x, self.r, self.x0)])
         self.stops = np.column_stack([x, x[:, None] - self.plays[:, 1:]])
+        seen = data.covariates.values[: rows.stop]
+        self.low, self.high = seen[rows].min(axis=0), seen[rows].max(axis=0)
+        self.theta = (seen - (self.low + self.high) / 2) * 2 / (self.high - self.low)
         every = np.arange(rows.stop)[data.counted]
         self.all = every[:: -(-len(every) // MOST_ROWS)]
         held = np.zeros(rows.stop, dtype=bool)
@@ -89,7 +107,8 @@ class _Fitting:
         data, hold, g = self.data, self.options["hold"], parts.g
         after = None if g is None else lambda columns: g.filter(columns, data.h, hold)
         columns = self.stops if parts.stops else self.plays
-        return Problem(columns, data.y[rows], rows, data.h, np.array(parts.T), after, self.options["w0_min"])
+        least, beside = self.options["w0_min"], Following(self.theta, parts.levels) if parts.levels else None
+        return Problem(columns, data.y[rows], rows, data.h, np.array(parts.T), after, least, beside)
 
     def fit(self, parts: Parts, rows: NDArray[np.intp], start: BentSum | None = None) -> BentSum:
         """Fit weights, bend and creep on some rows, from a fit with fewer parts or from a straight one."""
@@ -99,7 +118,10 @@ class _Fitting:
         grown = np.zeros(parts.degree + 1)
         grown[: min(len(grown), len(start.q))] = start.q[: len(grown)]
         k = start.k if len(start.k) == len(parts.T) else np.full(len(parts.T), 1e-3)
-        return bent_sum.fit(p, replace(start, q=grown, k=k))
+        if p.following is None:
+            return bent_sum.fit(p, replace(start, q=grown, k=k))
+        g = np.where([level == "gain" for level in parts.levels], start.g, 0.0)
+        return bent_sum.fit(p, replace(start, q=grown, k=k, g=g, c=np.zeros((len(g), len(grown)))))
 
     def tried(self, parts: Parts, start: BentSum | None = None) -> Trial:
         """Fit a structure on the rows outside the validation blocks, and give its error on those."""
@@ -139,27 +161,58 @@ def build(
     of these that the data do not determine.
     """
     f = _Fitting(data, options)
-    best = _bent(f, f.tried(Parts())).or_better(_bent(f, f.tried(Parts(stops=True))))
+    first = Parts(levels=(options["covariates"] or "gain",) * len(data.covariates.names))
+    best = _bent(f, f.tried(first)).or_better(_bent(f, f.tried(replace(first, stops=True))))
+    best = _following(f, best)
     progress(0.2)
     if options["dynamics"] != "no":
         # a missing bend hides creep, and missing dynamics hide the bend
         best = _bent(f, _moving(f, best, lambda done: progress(0.2 + 0.4 * done)))
     if options["creep"] != "no":
         best = _creeping(f, best)
-    best = _bent(f, best)
+    best = _following(f, _bent(f, best))
     progress(0.8)
     parts = best.parts
     for _ in range(2 if parts.g else 0):
         parts = replace(parts, g=f.dynamics(replace(best, parts=parts), f.all, lambda done: None))
         best = replace(best, parts=parts, fit=f.fit(parts, f.all, best.fit))
     fitted = f.fit(parts, f.all, best.fit)
-    told: dict[str, Any] = {"parts": _named(parts), "validation_percent": 100 * best.error / data.span}
+    told: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
+    warned = [
+        f"the covariate {name!r} does not reduce the error on validation blocks: it is no input of the model"
+        for name, level in zip(data.covariates.names, parts.levels, strict=True)
+        if level == "none"
+    ]
     if parts.g:
         residuals = f.residuals(replace(best, fit=fitted), f.all)
-        warned = unknown(parts.g, uncertainty(residuals, parts.g, data, options), data, options)
-        told |= {**vars(parts.g), **({"warnings": warned} if warned else {})}
+        warned += unknown(parts.g, uncertainty(residuals, parts.g, data, options), data, options)
+        told |= vars(parts.g)
+    told |= {"warnings": warned} if warned else {}
     count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (3 if parts.g else 0)
+    count += Following(f.theta, parts.levels).parameters(parts.degree + 1)
     return _graph(f, parts, fitted), count, told
+
+
+def _following(f: _Fitting, trial: Trial) -> Trial:
+    """Find what follows each covariate: all of the bend if that is clearly better, less if that is not clearly worse."""
+    if f.options["covariates"] is not None:
+        return trial
+    best = trial
+
+    def at(j: int, level: str) -> Trial:
+        levels = list(best.parts.levels)
+        levels[j] = level
+        return f.tried(replace(best.parts, levels=tuple(levels)), best.fit)
+
+    for j in range(len(trial.parts.levels)):
+        if best.parts.degree > 1 and best.parts.levels[j] != LEVELS[-1]:
+            best = best.or_better(at(j, LEVELS[-1]))
+        while (place := LEVELS.index(best.parts.levels[j])) > 0:
+            simpler = at(j, LEVELS[place - 1])
+            if simpler.or_better(best) is best:
+                break
+            best = simpler
+    return best
 
 
 def _bent(f: _Fitting, trial: Trial) -> Trial:
@@ -198,9 +251,11 @@ def _creeping(f: _Fitting, trial: Trial) -> Trial:
     return crept if f.options["creep"] == "yes" else trial.or_better(crept)
 
 
-def _named(parts: Parts) -> str:
+def _named(parts: Parts, data: Dataset) -> str:
     words = ["stops" if parts.stops else "plays"]
     words += [f"bend of degree {parts.degree}"] if parts.degree > 1 else []
+    for name, level in zip(data.covariates.names, parts.levels, strict=True):
+        words += [] if level == "none" else [f"{level} that follows {name}"]
     words += [f"creep with {len(parts.T)} lags"] if parts.T else []
     return ", ".join([*words, *(["G0(s) with delay"] if parts.g else [])])
 
@@ -214,16 +269,67 @@ def _graph(f: _Fitting, parts: Parts, s: BentSum) -> Graph:
         Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w[0], "r": f.r, "w": w[1:], "u0": f.x0}),
         Node("bend", "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights}),
     ]
+    nodes, wires, inputs = [*chain], wired(chain), [Input("u", ("input.u",), data.unit_u, data.u[0])]
+    used = [j for j, level in enumerate(parts.levels) if level != "none"]
+    if used:
+        more, joined, ends = _beside(f, parts, s, used, at_0)
+        nodes, wires = nodes + more, wires + joined
+        inputs += [covariate_inputs(data, ends)[j] for j in used]
+    tail = [nodes[-1]]
     if parts.T:
-        chain.append(Node("creep", "creep", {}, {"w0": 1.0, "w": s.k, "T": np.array(parts.T), "start": "steady"}))
+        tail.append(Node("creep", "creep", {}, {"w0": 1.0, "w": s.k, "T": np.array(parts.T), "start": "steady"}))
     if parts.g:
-        at_rest = Graph(chain, wired(chain), [Input("u", ("input.u",))], [Output("y", f"{chain[-1].name}.y")])
-        first = float(at_rest.run(data.u[:1], data.h)[0])
+        source = Output("y", f"{tail[-1].name}.y")
+        at_rest = Graph(nodes + tail[1:], wires + wired(tail), inputs, [source])
+        beside = data.covariates.values[:1, used]
+        first = float(at_rest.run(np.column_stack([data.u[:1], beside]), data.h)[0])
         dynamics = parts.g.nodes(data.h, f.options["hold"])
-        chain += [dynamics[0], *(n.with_values(y0=first) for n in dynamics[1:])]
-    chain.append(Node("readout", "scaling", {"n": 1}, {"offset": at_0 * (1 + s.k.sum())}))
-    inputs = [Input("u", ("input.u",), data.unit_u, data.u[0])]
-    return Graph(chain, wired(chain), inputs, [Output("y", "readout.y", data.unit_y)])
+        tail += [dynamics[0], *(n.with_values(y0=first) for n in dynamics[1:])]
+    tail.append(Node("readout", "scaling", {"n": 1}, {"offset": at_0 * (1 + s.k.sum())}))
+    return Graph(nodes + tail[1:], wires + wired(tail), inputs, [Output("y", "readout.y", data.unit_y)])
+
+
+def _beside(
+    f: _Fitting, parts: Parts, s: BentSum, used: list[int], at_0: float
+) -> tuple[list[Node], list[tuple[str, str]], list[tuple[str, ...]]]:
+    """Return blocks and wires that let the bend follow covariates, the last block with the output; and their ends.
+
+    Parameters
+    ----------
+    f, parts, s
+        As in `_graph`.
+    used : list of int
+        Numbers of the covariates that act.
+    at_0 : float
+        Value of the bend at 0, which its block leaves out.
+    """
+    names, n = f.data.covariates.names, len(used)
+    half = (f.high - f.low)[used] / 2
+    middle = (f.high + f.low)[used] / 2
+    limits = {"lo": f.low[used] - 2 * MARGIN * half, "hi": f.high[used] + 2 * MARGIN * half}
+    nodes = [Node("covariates", "scaling", {"n": n}, {"gain": 1 / half, "offset": -middle / half, **limits})]
+    wires: list[tuple[str, str]] = []
+    source, theta = "bend.y", [f"covariates.y[{i + 1}]" for i in range(n)]
+    offsets = s.g[used] * at_0 + s.c[used, 0]
+    bent: list[str] = []
+    if s.g.any():
+        nodes += [Node("gain", "sum", {"n": n}, {"k": s.g[used], "offset": 1.0}), Node("scheduled", "product", PAIR)]
+        wires += [("covariates.y", "gain.u"), (source, "scheduled.u[1]"), ("gain.y", "scheduled.u[2]")]
+        source = "scheduled.y"
+    for i, j in enumerate(used):
+        if parts.levels[j] != "bend":
+            continue
+        slope, r, weights, offsets[i] = dead_zones(s.c[j])
+        bend, times = f"bend_{names[j]}", f"times_{names[j]}"
+        nodes.append(Node(bend, "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights}))
+        nodes.append(Node(times, "product", PAIR))
+        wires += [("hysteresis.y", f"{bend}.u"), (f"{bend}.y", f"{times}.u[1]"), (theta[i], f"{times}.u[2]")]
+        bent.append(f"{times}.y")
+    k = np.concatenate([[1.0], offsets, np.ones(len(bent))])
+    nodes.append(Node("following", "sum", {"n": len(k)}, {"k": k}))
+    wires += [(end, f"following.u[{i + 1}]") for i, end in enumerate([source, *theta, *bent])]
+    ends = [(f"covariates.u[{used.index(j) + 1}]",) if j in used else () for j in range(len(names))]
+    return nodes, wires, ends
 
 
 def wired(chain: list[Node]) -> list[tuple[str, str]]:
