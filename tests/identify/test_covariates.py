@@ -21,6 +21,7 @@ KINDS = [key for key in METHODS if takes_covariates(key)]
 QUICK = {"starts": 1, "iterations": 40}
 CHEAP = "constraint_factor_mlp"
 REACHED = {  # % of the span on another signal, after a quick fit
+    "actuator": 0.3,
     "constraint_factor_mlp": 0.5,
     "fitted_operator_mlp": 1.0,
     "play_bank_mlp": 0.5,
@@ -62,6 +63,41 @@ def test_the_covariates_explain_the_drift(model, data):
     other = record(2)
     assert model.score(other)["rms_percent"] < REACHED[CHEAP]
     assert fit(bare(data), CHEAP, **QUICK).score(other)["rms_percent"] > 4
+
+
+def scheduled(seed):
+    """A chain with creep whose gain follows the temperature and whose offset follows the load."""
+    part = record(seed)
+    warm, load = ((part.covariates.values - [40, 0]) / [20, 5]).T
+    v = plants.prandtl_ishlinskii(part.u) / 8
+    bent = (1 + 0.2 * warm) * (v + 0.15 * v**2 - 0.05 * v**3) + 0.1 * load
+    lag = np.empty(len(bent))
+    lag[0] = bent[0]
+    for k in range(1, len(bent)):
+        lag[k] = lag[k - 1] - np.expm1(-H / 0.05) * (bent[k] - lag[k - 1])
+    return part.with_output(bent + 0.05 * lag)
+
+
+@pytest.fixture(scope="module")
+def actuator():
+    return fit(scheduled(1), "actuator", dynamics="no", N=20)
+
+
+def test_the_actuator_finds_what_follows_each_covariate(actuator):
+    assert actuator.fit["parts"].startswith("plays, bend of degree 3, gain that follows T, offset that follows load")
+    assert actuator.score(scheduled(2))["rms_percent"] < 0.2
+    T = scheduled(1).covariates.values[:, 0]
+    middle, half = (T.max() + T.min()) / 2, np.ptp(T) / 2  # the gain counts from the middle of the range
+    g = 0.2 * half / 20 / (1 + 0.2 * (middle - 40) / 20)
+    assert actuator.graph.node("gain").value("k") == pytest.approx([g, 0], abs=2e-3)
+
+
+def test_a_covariate_without_effect_is_no_input(data):
+    part = Dataset(data.t, data.u, plants.asymmetric(data.u), covariates={"T": data.covariates.values[:, 0]})
+    model = fit(part, "actuator", dynamics="no", creep="no", N=20)
+    assert [i.name for i in model.graph.inputs] == ["u"]
+    assert model.fit["warnings"][0].startswith("the covariate 'T' does not reduce the error on validation blocks")
+    assert model.score(part)["rms"] == model.fit["rms"]
 
 
 @pytest.mark.stress

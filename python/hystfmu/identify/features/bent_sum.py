@@ -229,9 +229,9 @@ def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array, Array]:
     creep = np.hstack([np.zeros((len(p.y), 0)), *(p.seen(p.lag(b - b[:1], T)) for T in p.T)])
     linear, target = np.hstack([moved, creep]), p.y - model(p, s) + moved @ s.w + creep @ s.k
     constant = np.ones((len(p.y), 1))
-    which = p.following.gains if p.following is not None else []
-    if p.following is None or len(which) == 0:
+    if p.following is None or len(p.following.gains) == 0:
         return linear, constant, target
+    which = p.following.gains
     own = np.asarray(legendre.legval(v, s.q), float)[:, None]
     gained = p.seen(p.crept(p.following.theta[:, which] * own, s.k))
     return linear, np.hstack([constant, gained]), target + gained @ s.g[which]

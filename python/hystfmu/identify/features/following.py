@@ -75,13 +75,14 @@ class Following:
     def value(self, v: Array, q: Array, c: Array, g: Array) -> Array:
         """Return b(v, theta), shape (n,), for coefficients q of b and c of b_j."""
         own = self.factor(g) * np.asarray(legendre.legval(v, q), float)
-        return own + np.sum(self.theta * np.asarray(legendre.legval(v, c.T), float).T, axis=1)
+        return np.asarray(own + np.sum(self.theta * np.asarray(legendre.legval(v, c.T), float).T, axis=1))
 
     def slope(self, v: Array, q: Array, c: Array, g: Array) -> Array:
         """Return the derivative of b(v, theta) by v, shape (n,)."""
         if len(q) == 1:
             return np.zeros(len(v))
-        return self.value(v, legendre.legder(q), legendre.legder(c, axis=1), g)
+        of_q, of_c = (np.asarray(legendre.legder(each, axis=-1), float) for each in (q, c))
+        return self.value(v, of_q, of_c, g)
 
     def started(self, y: Array) -> Array:
         """Return free columns (rows, ...) that stand for offset and gain in a fit without a bend."""

@@ -72,7 +72,7 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Parts:
-    """Structure of a candidate: sign of the plays, degree of the bend, time constants of creep, dynamics, covariates."""
+    """Structure of a candidate: sign of plays, degree of bend, time constants of creep, dynamics, covariates."""
 
     stops: bool = False
     degree: int = 1
@@ -194,7 +194,7 @@ def build(
 
 
 def _following(f: _Fitting, trial: Trial) -> Trial:
-    """Find what follows each covariate: all of the bend if that is clearly better, less if that is not clearly worse."""
+    """Find what follows each covariate: the whole bend if clearly better, less than the gain if not clearly worse."""
     if f.options["covariates"] is not None:
         return trial
     best = trial
@@ -328,7 +328,9 @@ def _beside(
     k = np.concatenate([[1.0], offsets, np.ones(len(bent))])
     nodes.append(Node("following", "sum", {"n": len(k)}, {"k": k}))
     wires += [(end, f"following.u[{i + 1}]") for i, end in enumerate([source, *theta, *bent])]
-    ends = [(f"covariates.u[{used.index(j) + 1}]",) if j in used else () for j in range(len(names))]
+    ends: list[tuple[str, ...]] = [
+        (f"covariates.u[{used.index(j) + 1}]",) if j in used else () for j in range(len(names))
+    ]
     return nodes, wires, ends
 
 
