@@ -9,8 +9,8 @@ import pytest
 from hystfmu import Dataset, InputError, Unit
 from hystfmu.data import signals
 from hystfmu.identify import fit
+from hystfmu.identify.features.smooth_density import smooth_density, splines, triangles
 from hystfmu.identify.methods.duhem import basis
-from hystfmu.identify.methods.preisach import columns, triangles
 from hystfmu.model import accuracy
 
 STEP = 0.01
@@ -64,11 +64,13 @@ def test_preisach_on_relays_that_are_no_sum_of_plays(preisach_like, preisach_mod
     assert max(table.values()) <= 0.6, table
     plays = worst(fit(preisach_like, "prandtl_ishlinskii"), relays, preisach_like)
     assert min(plays.values()) >= 3 * max(table.values()), plays
-    assert preisach_model.fit["parameters"] == 32 * 33 // 2 + 1
+    assert preisach_model.fit["parameters"] == 32 * 5 + 8 + 1, (
+        "32 hats times 5 splines, 8 splines of the reversible part, an offset"
+    )
 
 
 def test_preisach_on_plays():
-    u = signals.training()
+    u = signals.training(50)
     data = Dataset.from_signal(u, plants.prandtl_ishlinskii(u))
     table = worst(fit(data, "preisach"), plants.prandtl_ishlinskii, data)
     assert max(table.values()) <= 0.1, table
@@ -76,14 +78,49 @@ def test_preisach_on_plays():
 
 @pytest.mark.parametrize("start", ["demagnetised", "low", "high"])
 @pytest.mark.parametrize("sign", [1, -1])
-def test_preisach_finds_a_density_on_its_own_grid(start, sign):
+def test_preisach_finds_a_density_of_its_own_basis(start, sign):
     """With other scales, before and after the memory is wiped out, with rising or falling outputs."""
-    n, scaled = 6, signals.training(100, 4)
-    mu = np.random.default_rng(1).uniform(0, 1, n * (n + 1) // 2)
-    y = sign * (columns(scaled, n, -1.0, 1.0, start) @ mu) - 7
-    m = fit(Dataset.from_signal(50 + 20 * scaled, y), "preisach", n=n, start=start)
-    assert m.fit["max_percent"] <= 1e-9
-    np.testing.assert_allclose(m.graph.node("hysteresis").value("E"), sign * (triangles(n) @ mu), atol=1e-8)
+    size = {"n": 12, "widths": 4, "means": 3}
+    u = 50 + 20 * signals.training(40, 4)[::2]
+    basis_of_u = smooth_density(u, *size.values(), start)
+    w = np.random.default_rng(1).uniform(0.5, 1, basis_of_u.E.shape[1])
+    y = sign * (basis_of_u.columns(u) @ w) - 7
+    m = fit(Dataset.from_signal(u, y), "preisach", start=start, rate="no", **size)
+    assert m.fit["max_percent"] <= 0.3
+    v = 50 + 20 * signals.nested_reversals(20, 9, 0.02)
+    wanted = sign * (basis_of_u.columns(v) @ w) - 7
+    np.testing.assert_allclose(m.predict(v), wanted, atol=3e-3 * np.ptp(y))
+
+
+def test_a_density_goes_on_beyond_the_trained_range():
+    """The loops of a sum of plays are the same a little outside, where a grid of relays would be saturated."""
+    u = signals.training(40, 2)[::2]
+    m = fit(Dataset.from_signal(u, plants.prandtl_ishlinskii(u)), "preisach", widths=16)
+    wide = 1.05 * u
+    e = m.predict(wide) - plants.prandtl_ishlinskii(wide)
+    assert np.abs(e).max() <= 0.01 * np.ptp(plants.prandtl_ishlinskii(u))
+
+
+def test_rate_dependence_is_kept_only_where_it_explains_something():
+    h, T = 1e-3, 0.02
+    t = h * np.arange(1500)
+    u = np.sin(2 * np.pi * 2 * t) + 0.6 * np.sin(2 * np.pi * 9 * t)
+    static = plants.prandtl_ishlinskii(u)
+    late = np.empty(len(u))
+    q = static[0]
+    for k, v in enumerate(static):
+        q += (1 - np.exp(-h / T)) * (v - q)
+        late[k] = q
+    size = {"n": 16, "widths": 6, "means": 2}
+    nodes = [len(fit(Dataset.from_signal(u, y, h), "preisach", **size).graph.nodes) for y in (static, late)]
+    assert nodes == [1, 6]
+
+
+def test_splines_of_the_mean_add_up_to_one():
+    x = np.linspace(-1.5, 1.5, 31)
+    for n in (1, 2, 3, 5):
+        assert splines(x, n).shape == (31, n)
+        np.testing.assert_allclose(splines(x, n).sum(axis=1), 1, rtol=1e-14)
 
 
 def test_everett_function_of_a_cell_counts_the_triangle():

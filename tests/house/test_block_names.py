@@ -26,6 +26,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "delay": "nodes(): the whole samples of the delay",
     },
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression"},
+    "identify/features/smooth_density.py": {"preisach": "node(): the block of the density and of its columns"},
     "identify/network/readout.py": {
         "scaling": "fit_readout(): limits and output scaling",
         "mlp": "fit_readout(): the network",

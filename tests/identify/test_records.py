@@ -15,7 +15,7 @@ from hystfmu.identify.catalogue import takes_records
 
 H = 1e-3
 KINDS = [key for key in METHODS if takes_records(key)]
-CHEAP = {"play_bank_mlp": {"iterations": 20, "starts": 1, "hidden": 2}, "preisach": {"n": 6}}
+CHEAP = {"play_bank_mlp": {"iterations": 20, "starts": 1, "hidden": 2}, "preisach": {"n": 6, "widths": 4, "means": 2}}
 
 
 def record(seed, first=0.0):

@@ -316,7 +316,7 @@ def test_table_with_one_seed_and_less_data(monkeypatch):
     monkeypatch.setattr(zhao_tan_2008, "SPLITS", (1200,))
     fractions = []
     report = reproduce("zhao_tan_2008", progress=fractions.append)
-    needs_data = ("operator and network", "the same", "16 plays", "implicit", "training of")
+    needs_data = ("operator and network", "the same", "bank of plays", "implicit", "training of")
     missed = [
         f"{r.quantity}: {r.verdict()}" for r in report.rows if not r.quantity.startswith(needs_data) and r.met is False
     ]

@@ -13,8 +13,9 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset, signals
+from hystfmu.graph import Graph, Node
 from hystfmu.identify import errors
-from hystfmu.identify.methods.preisach import columns
+from hystfmu.identify.features.smooth_density import triangles
 from hystfmu.papers.table import Drawing, Row
 from hystfmu.report.plot import Line, Plot
 
@@ -28,14 +29,23 @@ ALPHA, BETA = 0.3, -0.2  # thresholds of the relay that is drawn
 Response = Callable[[Array], Array]
 
 
+def relays(u: Array, n: int, most: float) -> Array:
+    """Return the output of the relays of every cell of a grid over [-most, most], shape (rows, n (n + 1) / 2)."""
+    cells = triangles(n)
+    out = np.empty((len(u), cells.shape[1]), order="F")
+    for c, E in enumerate(cells.T):
+        out[:, c] = Graph.single(Node("relays", "preisach", {"n": n}, {"lo": -most, "hi": most, "E": E})).run(u)
+    return out
+
+
 def preisach(record: Dataset, dynamic: bool) -> Response:
     """Fit the sum of eq. 2, or of eq. 3 if `dynamic`, and return its response to an input at the rate of the record."""
     most = REACH * float(np.abs(record.u).max())
 
     def regressors(u: Array) -> Array:
-        relays = columns(u, STEPS, -most, most, "demagnetised")
-        parts = [np.ones((len(u), 1)), relays]
-        return np.hstack([*parts, relays * np.gradient(u, record.h)[:, None]] if dynamic else parts)
+        cells = relays(u, STEPS, most)
+        parts = [np.ones((len(u), 1)), cells]
+        return np.hstack([*parts, cells * np.gradient(u, record.h)[:, None]] if dynamic else parts)
 
     A, y = regressors(record.u)[::THIN], record.y[::THIN]
     scale = np.maximum(np.linalg.norm(A, axis=0), 1e-12)

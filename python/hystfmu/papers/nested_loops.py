@@ -44,7 +44,7 @@ def recorded(plant: Response, reversals: int, noise: float = 0.0) -> Dataset:
 
 
 def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
-    """Compute S2: bank of 16 plays and a network, RMS and largest error, nested reversals and worst other signal."""
+    """Compute S2: bank of plays and a network, RMS and largest error, nested reversals and worst other signal."""
     found = accuracy.held_out_table(fit(data, "play_bank_mlp"), plant, data.span)
     nested = found.pop("nested reversals")
     rows = []
@@ -53,7 +53,13 @@ def bank_rows(name: str, plant: Response, data: Dataset) -> list[Row]:
         ("worst of the other signals", _worst(found), (0.2, 0.8)),
     ):
         rows += [
-            Row(f"16 plays and network, {name}, {where}, {k}, % of span", None, None, e[f"{k.lower()}_percent"], limit)
+            Row(
+                f"bank of plays and network, {name}, {where}, {k}, % of span",
+                None,
+                None,
+                e[f"{k.lower()}_percent"],
+                limit,
+            )
             for k, limit in zip(("RMS", "max"), limits, strict=True)
         ]
     return rows
@@ -81,10 +87,10 @@ def inverse_rows(plant: Response, reversals: int) -> list[Row]:
 def implicit_rows(name: str, plant: Response, reversals: int) -> list[Row]:
     """Compute S6: implicit inverse of a bank of plays and a network in front of the plant."""
     data = recorded(plant, reversals)
-    few, made = (inverse(fit(data, "play_bank_mlp", N=n), "implicit") for n in (16, 24))
+    few, made = (inverse(fit(data, "play_bank_mlp", N=n), "implicit") for n in (16, 32))
     worst = [cascade(m, plant)["max_percent"] for m in (few, made)]
     note = f"16 plays: {worst[0]:.2g}"
-    what = f"implicit inverse of 24 plays and network before the plant, {name}, worst held-out max, % of span"
+    what = f"implicit inverse of 32 plays and network before the plant, {name}, worst held-out max, % of span"
     return [Row(what, ours=worst[1], target=0.5, note=note)]
 
 

@@ -35,7 +35,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "play_bank_mlp": {**SHORT, "N": 8},
     "rate_mlp": {**SHORT, "N": 6},
     "polynomial_narx": {"n_u": 3, "n_f": 3, "n_k": 0},
-    "preisach": {"n": 16},
+    "preisach": {"n": 16, "widths": 8, "means": 3, "rate": "no"},
     "krasnoselskii_pokrovskii": {"levels": 12},
     "actuator": {"N": 10, "dynamics": "no", "creep": "yes"},
     "g0_prandtl_ishlinskii": {"N": 10},

@@ -34,7 +34,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "fitted_operator_mlp": {**QUICK, "N": 8},
     "play_bank_mlp": {**QUICK, "N": 4},
     "krasnoselskii_pokrovskii": {"levels": 4},
-    "preisach": {"n": 6},
+    "preisach": {"n": 6, "widths": 4, "means": 2, "rate": "yes"},
     "polynomial_narx": {"n_u": 2, "n_f": 2, "n_y": 1},
     "bouc_wen": {"starts": 1},
     "duhem": {"q": 2},

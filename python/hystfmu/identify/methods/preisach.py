@@ -1,15 +1,20 @@
-"""Preisach model: a non-negative density of relays on the cells of a grid, by least squares, and an offset.
+"""Preisach model with a smooth density, weights >= 0; rate dependence beside it where the data show it.
 
-y = c + integral over alpha >= beta of mu(alpha, beta) relay_{alpha, beta}[u].  The output is linear in mu: the columns
-of the regression are the outputs of the block `preisach` for one cell at a time.  These are steps between saturations;
-columns for the values of the Everett function would cancel each other.  The Everett function is the sum of mu over the
-triangle between beta and alpha.  Minor loops differ with their place, unlike those of a sum of plays, but wiping-out
-and congruence hold.  Mayergoyz, Mathematical Models of Hysteresis, 1991, ch. 1.
+  y = c + integral over alpha >= beta of mu(alpha, beta) relay_{alpha, beta}[u]
+        [ + sum_l k_l q_l + sum_j x_j S(q_b - m, s_j) ],   T_l q_l' = u - q_l,  T_b q_b' = u - q_b
+
+mu is a smooth function of few parameters (`smooth_density`).  Minor loops differ with their place, unlike those of a
+sum of plays, but wiping-out and congruence hold.  Mayergoyz, Mathematical Models of Hysteresis, 1991, ch. 1.  The terms
+in brackets are creep (Krejci & Kuhnen 2001) and dead zones S of a lagged input, which widen the loop with the rate.
+
+The model is linear in all weights.  A ridge and two penalties make the density smooth; their strengths, and whether the
+model has the rate-dependent terms, follow from tenfold cross-validation over consecutive training rows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,59 +22,80 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.features.smooth_density import smooth_density
+from hystfmu.identify.methods.prandtl_ishlinskii_asym import dead_zones, knots, lag
 from hystfmu.identify.options import Option
-from hystfmu.identify.solvers.nonnegative import nonnegative
+from hystfmu.identify.solvers.penalised import Penalised, best_strengths
 
-TEXT = "density of relays on a grid, weights >= 0; gives the Everett function"
+TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the Everett function"
 RECORDS = True
+LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))  # of ridge, penalty over the mean, over the width
+LAGS, DEAD_ZONES = 6, 6
+BETTER = 0.6  # ratio of errors below which rate dependence is kept: on one slow record it mimics a memory
 OPTIONS = (
-    Option("n", 32, 1, 100, text="steps of the grid over the range of u; n (n + 1) / 2 cells"),
+    Option("n", 40, 1, 100, text="steps of the grid of the Everett function"),
+    Option("widths", 32, 2, 100, text="hat functions of the half-difference of the thresholds"),
+    Option("means", 5, 1, 50, text="B-splines of their mean"),
+    Option("rate", None, choices=("yes", "no"), text="creep and rate dependence; default: by cross-validation"),
     Option("start", "demagnetised", choices=("demagnetised", "low", "high"), text="memory before the first row"),
 )
 
 
-def triangles(n: int) -> Array:
-    """Return the Everett function of one cell at a time: 1 at the nodes whose triangle contains the cell.
-
-    Parameters
-    ----------
-    n : int
-        Steps of the grid.
-
-    Returns
-    -------
-    array, shape (n (n + 1) / 2, n (n + 1) / 2)
-        Rows are nodes (alpha_i, beta_j), i > j, in the order of the block's `E`.  Columns are cells between alpha_k,
-        alpha_k+1 and beta_l, beta_l+1, k >= l, row by row of k; for k = l the triangle on the diagonal.
-    """
-    up, down = np.tril_indices(n)
-    inside = (up[None, :] <= up[:, None]) & (down[None, :] >= down[:, None])
-    return np.asarray(inside, dtype=np.float64)
-
-
-def columns(u: Array, n: int, lo: float, hi: float, start: str) -> Array:
-    """Return the output of the block for weight 1 on each cell alone, along u (rows,); shape (rows, n (n + 1) / 2)."""
-    cells = triangles(n)
-    out = np.empty((len(u), cells.shape[1]), order="F")
-    for c in range(cells.shape[1]):
-        values: dict[str, Any] = {"lo": lo, "hi": hi, "E": cells[:, c], "start": start}
-        out[:, c] = Graph.single(Node("relays", "preisach", {"n": n}, values)).run(u)
-    return out
-
-
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
-    """Build the graph of one ``preisach``; return it with the number of its parameters."""
-    rows, n, start = data.counted, options["n"], options["start"]
+    """Build the graph of the equation above; return it with the number of its weights."""
+    rows = data.train
     u, y = data.u[rows], data.y[rows]
-    lo, hi = float(data.u[data.train].min()), float(data.u[data.train].max())
-    A = data.along(lambda u: columns(u, n, lo, hi, start), data.train.stop)[rows]
-    progress(0.5)
+    density = smooth_density(u, options["n"], options["widths"], options["means"], options["start"])
+    bounded = data.along(density.columns, rows.stop)[rows]
     sign = -1.0 if np.sum((u - u.mean()) * (y - y.mean())) < 0 else 1.0  # -1 if the output falls as u rises
-    mu, (offset,) = nonnegative(A, sign * y, np.ones((len(y), 1)))
-    values = {"lo": lo, "hi": hi, "E": sign * (triangles(n) @ mu), "offset": sign * float(offset), "start": start}
-    return Graph(
-        [Node("hysteresis", "preisach", {"n": n}, values)],
-        (),
-        [Input("u", ("hysteresis.u",), data.unit_u, float(data.u[0]))],
-        [Output("y", "hysteresis.y", data.unit_y)],
-    ), len(mu) + 1
+    progress(0.2)
+    rate = _Rate(data)
+    tried: list[tuple[float, Array, Array, float]] = []
+    for free in [np.zeros((len(u), 0))] * (options["rate"] != "yes") + [rate.columns] * (options["rate"] != "no"):
+        problem = Penalised(bounded, free, sign * y, (density.along_mean, density.along_width))
+        strengths, error = best_strengths(problem, LEVELS, partial(_report, progress, 0.2 + 0.4 * len(tried)))
+        if not tried or error < BETTER * tried[-1][0]:
+            tried.append((error, *problem.solve(strengths)))
+    _, x, v, offset = tried[-1]
+    hysteresis = density.node("hysteresis", sign * (density.E @ x), sign * offset)
+    graph = rate.behind(hysteresis, sign * v, data) if len(v) else _alone(hysteresis, data)
+    return graph, len(x) + len(v) + 1
+
+
+def _report(progress: Callable[[float], None], done: float, fraction: float) -> None:
+    progress(done + 0.4 * fraction)
+
+
+def _alone(hysteresis: Node, data: Dataset) -> Graph:
+    inputs = [Input("u", ("hysteresis.u",), data.unit_u, float(data.u[0]))]
+    return Graph([hysteresis], (), inputs, [Output("y", "hysteresis.y", data.unit_y)])
+
+
+class _Rate:
+    """Columns of the rate-dependent terms, and their blocks."""
+
+    def __init__(self, data: Dataset) -> None:
+        rows, h = data.train, data.h
+        longest = max(rows.stop * h / 3, 10 * h)
+        self.T = np.geomspace(h, longest, LAGS)
+        self.T_bend = 4 * h
+        self.middle = float(data.u[rows].mean())
+        self.s = knots(data.u[rows] - self.middle, DEAD_ZONES)
+        lagged = [data.along(partial(lag, h=h, T=T))[rows] for T in self.T]
+        bent = data.along(partial(lag, h=h, T=self.T_bend))[rows]
+        self.columns = np.column_stack([*lagged, dead_zones(bent - self.middle, self.s)])
+
+    def behind(self, hysteresis: Node, v: Array, data: Dataset) -> Graph:
+        """Return the graph of the hysteresis and the terms with weights v, in the order of the columns."""
+        nodes = [
+            hysteresis,
+            Node("creep", "creep", {}, {"w": v[:LAGS], "T": self.T, "start": "steady"}),
+            Node("lag", "creep", {}, {"w": 1.0, "T": self.T_bend, "start": "steady"}),
+            Node("middle", "scaling", {"n": 1}, {"offset": -self.middle}),
+            Node("bend_of_lag", "dead_zones", {}, {"w0": 0.0, "r": self.s, "w": v[LAGS:]}),
+            Node("readout", "sum", {"n": 3}),
+        ]
+        wires = [("lag.y", "middle.u"), ("middle.y", "bend_of_lag.u")]
+        wires += [(f"{name}.y", f"readout.u[{i}]") for i, name in enumerate(("hysteresis", "creep", "bend_of_lag"), 1)]
+        inputs = [Input("u", ("hysteresis.u", "creep.u", "lag.u"), data.unit_u, float(data.u[0]))]
+        return Graph(nodes, wires, inputs, [Output("y", "readout.y", data.unit_y)])

@@ -12,21 +12,20 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.network.trainers import TRAINERS
-from hystfmu.identify.network.training import MOST_ROWS, decay_for, train
+from hystfmu.identify.network.training import LEAST_DECAY, MOST_ROWS, decay_for, train
 from hystfmu.identify.options import Option
 
 
-def options(hidden: int, starts: int, iterations: int) -> tuple[Option, ...]:
+def options(hidden: int, starts: int, iterations: int, least_decay: float = LEAST_DECAY) -> tuple[Option, ...]:
     """Return the options of a network readout with these defaults."""
+    decay = f"weight decay; default: a tenth of the noise variance of y, at least {least_decay:g}"
     return (
         Option("hidden", hidden, 1, 10000, text="hidden neurons"),
         Option("activation", "sigmoid", choices=("sigmoid", "tanh"), text="activation of the hidden neurons"),
         Option("starts", starts, 1, 1000, text="random starts; training continues from the best"),
         Option("trainer", "levenberg_marquardt", choices=tuple(TRAINERS), text="optimiser"),
         Option("iterations", iterations, 1, 100000, text="iterations of the best start"),
-        Option(
-            "decay", None, 0.0, 1e3, text="weight decay; default: a tenth of the noise variance of y, at least 1e-9"
-        ),
+        Option("decay", None, 0.0, 1e3, text=decay),
         Option("margin", 0.05, 0.0, 1e300, text="features are limited to the training range and this fraction of it"),
     )
 
@@ -91,6 +90,7 @@ def fit_readout(
     progress: Callable[[float], None],
     linear: bool = False,
     most_rows: int = MOST_ROWS,
+    least_decay: float = LEAST_DECAY,
 ) -> tuple[Graph, int, float]:
     """Train the network on the training rows.
 
@@ -110,6 +110,8 @@ def fit_readout(
         Fit a linear readout of the features by least squares first; the network learns its residual.
     most_rows : int
         Limit on rows; more are thinned evenly.
+    least_decay : float
+        Least weight decay, where the options give none.
 
     Returns
     -------
@@ -135,7 +137,7 @@ def fit_readout(
         chosen["activation"],
         chosen["starts"],
         chosen["iterations"],
-        decay_for(target) if chosen["decay"] is None else chosen["decay"],
+        decay_for(target, least_decay) if chosen["decay"] is None else chosen["decay"],
         seed,
         a[:-1] if linear else None,
         progress,

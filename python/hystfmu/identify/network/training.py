@@ -14,6 +14,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.identify.solvers import levenberg_marquardt
 
+LEAST_DECAY = 1e-9
 MOST_ROWS = 3000  # more rows are thinned evenly, because neighbouring rows are nearly equal
 
 
@@ -196,12 +197,12 @@ def train(
     return fit.network(p), float(np.sqrt(cost / len(x)))
 
 
-def decay_for(y: Array) -> float:
-    """Return the weight decay for noisy data: noise variance over a weight variance of 10 (MacKay 1992), at least 1e-9.
+def decay_for(y: Array, least: float = LEAST_DECAY) -> float:
+    """Return the weight decay for noisy data: noise variance over a weight variance of 10 (MacKay 1992).
 
     The noise is estimated from third differences of y (n,).  Kinks that no feature explains count a little, unlike in
     `hystfmu.data.reversals.noise`.
     """
     third = np.diff(y, 3)
     variance = (np.median(np.abs(third)) / 0.6745) ** 2 / 20 if len(third) else 0.0
-    return max(1e-9, float(variance) / 10)
+    return max(least, float(variance) / 10)

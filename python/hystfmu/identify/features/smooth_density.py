@@ -1,0 +1,113 @@
+"""Preisach density of few parameters: a smooth function of the mean of the two thresholds at each half-difference.
+
+With m = (alpha + beta) / 2 and d = (alpha - beta) / 2 the density is a sum of products of a hat function of d and a
+quadratic B-spline of m / (h - d), h half the trained range of the input: the triangle of all relays becomes a
+rectangle, so that every function is excited.  On the line d = 0 a row of B-splines of its own gives the reversible
+part, a monotone function of the input.  A density that does not depend on m is a sum of plays.
+
+Outside the trained range the density goes on as at its border; the grid reaches `MARGIN` of the range beyond it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from hystfmu.base.arrays import Array
+from hystfmu.graph import Graph, Node
+
+MARGIN = 0.1
+DEGREE = 2
+
+
+def triangles(n: int) -> Array:
+    """Return the Everett function of one cell at a time: 1 at the nodes whose triangle contains the cell.
+
+    Parameters
+    ----------
+    n : int
+        Steps of the grid.
+
+    Returns
+    -------
+    array, shape (n (n + 1) / 2, n (n + 1) / 2)
+        Rows are nodes (alpha_i, beta_j), i > j, in the order of the block's `E`.  Columns are cells between alpha_k,
+        alpha_k+1 and beta_l, beta_l+1, k >= l, row by row of k; for k = l the triangle on the diagonal.
+    """
+    up, down = np.tril_indices(n)
+    inside = (up[None, :] <= up[:, None]) & (down[None, :] >= down[:, None])
+    return np.asarray(inside, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class SmoothDensity:
+    """A basis of densities on the grid of the block ``preisach``.
+
+    Parameters
+    ----------
+    n : int
+        Steps of the grid.
+    lo, hi : float
+        Range of the grid.
+    start : str
+        Initial memory of the block.
+    E : array, shape (n (n + 1) / 2, p)
+        Everett function of every density of the basis.
+    along_mean, along_width : array, shape (m, p)
+        First differences of the weights over the mean, second differences over the half-difference.
+    """
+
+    n: int
+    lo: float
+    hi: float
+    start: str
+    E: Array
+    along_mean: Array
+    along_width: Array
+
+    def node(self, name: str, E: Array, offset: float = 0.0) -> Node:
+        """Return the block with an Everett function (n (n + 1) / 2,)."""
+        values: dict[str, Any] = {"lo": self.lo, "hi": self.hi, "E": E, "offset": offset, "start": self.start}
+        return Node(name, "preisach", {"n": self.n}, values)
+
+    def columns(self, u: Array) -> Array:
+        """Return the output of the block for every density of the basis alone, along u (rows,); shape (rows, p)."""
+        out = np.empty((len(u), self.E.shape[1]), order="F")
+        for i, E in enumerate(self.E.T):
+            out[:, i] = Graph.single(self.node("relays", E)).run(u)
+        return out
+
+
+def smooth_density(u: Array, n: int, widths: int, means: int, start: str) -> SmoothDensity:
+    """Make the basis for an input u (rows,): `widths` hats of d, `means` B-splines of m, on n steps of the grid."""
+    low, high = float(u.min()), float(u.max())
+    half, reversible = (high - low) / 2, means + DEGREE + 1
+    lo, hi = low - 2 * MARGIN * half, high + 2 * MARGIN * half
+    step = (hi - lo) / n
+    up, down = np.tril_indices(n)
+    m = lo + (up + down + 1) * step / 2 - (low + high) / 2
+    d = (up - down) * step / 2
+    diagonal = (up == down)[:, None]
+    of_mean = splines(m / np.maximum(half - d, step / 2), means)
+    of_width = np.maximum(0.0, 1 - np.abs((widths - 1) * np.minimum(d / half, 1.0)[:, None] - np.arange(widths)))
+    weights = np.hstack(
+        [splines(m / half, reversible) * diagonal, *(of_mean * w[:, None] * ~diagonal for w in of_width.T)]
+    )
+    p = reversible + widths * means
+    mean = np.zeros((reversible - 1 + widths * (means - 1), p))
+    mean[: reversible - 1, :reversible] = np.diff(np.eye(reversible), axis=0)
+    mean[reversible - 1 :, reversible:] = np.kron(np.eye(widths), np.diff(np.eye(means), axis=0))
+    width = np.zeros((max(widths - 2, 0) * means, p))
+    width[:, reversible:] = np.kron(np.diff(np.eye(widths), 2, axis=0), np.eye(means))
+    return SmoothDensity(n, lo, hi, start, triangles(n) @ weights, mean, width)
+
+
+def splines(x: Array, n: int) -> Array:
+    """Return n B-splines on [-1, 1], of degree `DEGREE` or as many as n allows, at x (m,); constant outside."""
+    degree = min(DEGREE, n - 1)
+    inner = np.linspace(-1.0, 1.0, n - degree + 1)
+    knots = np.concatenate([np.full(degree, -1.0), inner, np.full(degree, 1.0)])
+    return np.asarray(BSpline.design_matrix(np.clip(x, -1.0, 1.0), knots, degree).toarray())
