@@ -64,8 +64,8 @@ def test_preisach_on_relays_that_are_no_sum_of_plays(preisach_like, preisach_mod
     assert max(table.values()) <= 0.6, table
     plays = worst(fit(preisach_like, "prandtl_ishlinskii"), relays, preisach_like)
     assert min(plays.values()) >= 3 * max(table.values()), plays
-    assert preisach_model.fit["parameters"] == 32 * 5 + 8 + 1, (
-        "32 hats times 5 splines, 8 splines of the reversible part, an offset"
+    assert preisach_model.fit["parameters"] == 32 * 8 + 11 + 1, (
+        "32 hats times 8 splines, 11 splines of the reversible part, an offset"
     )
 
 

@@ -35,7 +35,7 @@ BETTER = 0.6  # ratio of errors below which rate dependence is kept: on one slow
 OPTIONS = (
     Option("n", 40, 1, 100, text="steps of the grid of the Everett function"),
     Option("widths", 32, 2, 100, text="hat functions of the half-difference of the thresholds"),
-    Option("means", 5, 1, 50, text="B-splines of their mean"),
+    Option("means", 8, 1, 50, text="B-splines of their mean"),
     Option("rate", None, choices=("yes", "no"), text="creep and rate dependence; default: by cross-validation"),
     Option("start", "demagnetised", choices=("demagnetised", "low", "high"), text="memory before the first row"),
 )
