@@ -1,14 +1,18 @@
 /* root.h - finds the u in [lo, hi] at which an output has its wanted value: bracketed, bounded, deterministic.
  *
- * Bracketing.  Rings around the last u, with radii doubling from 1/1024 of the range, are searched for a sign change of
- * output - wanted, in each ring first on the side where an increasing output would approach the wanted value; the first
- * sign change brackets the root.  So among several roots (of an output that is not monotone) the nearest is found, up
- * to the width of its ring; two roots within one ring may be missed.  Without a sign change the result is the bound
- * with the closer output (for equal distances, the upper one if the output is too low), or a searched point that is
- * closer still: an extremum of the output, around which the search is repeated until no ring comes closer.
+ * Secants.  While the output is monotone on the points tried, the last root and the one before start a secant iteration
+ * with inverse quadratic interpolation: 2 to 4 evaluations for a small step of a smooth output.
+ *
+ * Bracketing, where they do not close in on a root.  Rings around the last u, with radii doubling from 1/1024 of the
+ * range, are searched for a sign change of output - wanted, in each ring first on the side where an increasing output
+ * would approach the wanted value; the first sign change brackets the root.  So among several roots (of an output that
+ * is not monotone) the nearest is found, up to the width of its ring; two roots within one ring may be missed.  Without
+ * a sign change the result is the bound with the closer output (for equal distances, the upper one if the output is too
+ * low), or a searched point that is closer still: an extremum of the output, around which the search is repeated until
+ * no ring comes closer.
  *
  * Iteration: Chandrupatla, Advances in Engineering Software 28 (1997) 145-149: inverse quadratic interpolation where it
- * is safe, else bisection.  Piecewise linear operators need 3 to 8 evaluations. */
+ * is safe, else bisection. */
 #ifndef HYST_ROOT_H
 #define HYST_ROOT_H
 #include "core/elementary/elementary.h"
@@ -70,11 +74,55 @@ static inline double hyst_root_around(hyst_residual f, void *ctx, double lo, dou
   return *off = f_at[end], at[end];
 }
 
-/* *off: output - wanted at `last`, which is in [lo, hi]; on return at the result */
-static inline double hyst_root(hyst_residual f, void *ctx, double lo, double hi, double last, double *off) {
+/* a point tried: u and output - wanted there */
+typedef struct {
+  double u, off;
+} hyst_tried;
+
+/* secants from `last` and the root before it, whose point may belong to another branch of the memory; 1: *last is now
+ * the root, and *last did not move otherwise */
+static inline int hyst_root_by_secants(hyst_residual f, void *ctx, double lo, double hi, hyst_tried before,
+                                       hyst_tried *last) {
+  enum { MOST = 8 };
+  const double range = hi - lo;
+  double slope = (last->u - before.u) / (last->off - before.off); /* du / d off */
+  const int onward = slope * last->off * (last->u - before.u) < 0;
+  hyst_tried a = *last, b;
+  b.u = hyst_clamp(a.u - a.off * slope, lo, hi);
+  if (!(b.u != a.u)) return 0;
+  b.off = f(ctx, b.u);
+  for (int i = 0; i < MOST; i++) {
+    const double between = (b.u - a.u) / (b.off - a.off), fine = 4.5e-16 * hyst_fabs(b.u) + 1e-16 * range;
+    if (b.off == 0) return *last = b, 1;
+    if (!(between * slope > 0)) return 0; /* not monotone, or at a limit */
+    double step = -b.off * between;
+    const double bend = b.off * a.off * (between - slope) / (b.off - before.off);
+    if ((onward || i > 0) && hyst_fabs(bend) < 0.5 * hyst_fabs(step)) step += bend;
+    if (!(hyst_fabs(step) > fine)) return *last = b, 1;
+    const double u = hyst_clamp(b.u + step, lo, hi);
+    const hyst_tried next = {u, f(ctx, u)};
+    const int nearer = hyst_fabs(next.off) < hyst_fabs(b.off);
+    if (!(hyst_fabs(next.off) < 0.5 * hyst_fabs(b.off)) && hyst_fabs(step) < 1e-12 * range) /* rounding of the output */
+      return *last = nearer ? next : b, 1;
+    before = a;
+    slope = between;
+    a = b;
+    b = next;
+  }
+  if (!hyst_opposite(a.off, b.off)) return 0;
+  last->u = hyst_root_between(f, ctx, a.u, a.off, b.u, b.off, 1e-16 * range, &last->off);
+  return 1;
+}
+
+/* last: in [lo, hi], its `off` may be a guess; before: the root before it; *off: output - wanted at the result */
+static inline double hyst_root(hyst_residual f, void *ctx, double lo, double hi, hyst_tried before, hyst_tried last,
+                               double *off) {
   enum { MOST = 8 }; /* each search leaves a third of the distance: enough to reach the smallest ring */
+  if (hyst_root_by_secants(f, ctx, lo, hi, before, &last)) return *off = last.off, last.u;
   int more = 1;
-  for (int i = 0; i < MOST && more; i++) last = hyst_root_around(f, ctx, lo, hi, last, off, &more);
-  return last;
+  double u = last.u;
+  *off = f(ctx, u);
+  for (int i = 0; i < MOST && more; i++) u = hyst_root_around(f, ctx, lo, hi, u, off, &more);
+  return u;
 }
 #endif

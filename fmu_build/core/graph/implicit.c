@@ -78,10 +78,17 @@ static double residual(void *ctx, double u) {
 double hyst_implicit_solve(const hyst_graph *g, const hyst_node *n, double t, int starting) {
   trial c = {g, n, t, starting};
   const double lo = n->p[HYST_IMPLICIT_LO], hi = n->p[HYST_IMPLICIT_HI], wanted = n->u[HYST_IMPLICIT_WANTED];
-  const double *asked = n->x + HYST_IMPLICIT_ASKED, last = hyst_clamp(n->x[HYST_IMPLICIT_ROOT], lo, hi);
-  double off = residual(&c, last);
-  const int same = wanted == asked[0] && lo == asked[1] && hi == asked[2] && off == asked[3];
-  n->y[0] = same ? last : hyst_root(residual, &c, lo, hi, last, &off);
+  const double *asked = n->x + HYST_IMPLICIT_ASKED, *before = n->x + HYST_IMPLICIT_BEFORE;
+  /* the output at the last root as it was then: parameters may have changed */
+  hyst_tried last = {hyst_clamp(n->x[HYST_IMPLICIT_ROOT], lo, hi), asked[0] + asked[3] - wanted};
+  const hyst_tried older = {before[0], before[1] - wanted};
+  const int again = wanted == asked[0] && lo == asked[1] && hi == asked[2];
+  double off = again || starting ? residual(&c, last.u) : 0;
+  if (again && off == asked[3]) n->y[0] = last.u;
+  else {
+    if (again || starting) last.off = off;
+    n->y[0] = hyst_root(residual, &c, lo, hi, older, last, &off);
+  }
   for (const hyst_node *m = n + 1, *end = g->nodes + g->n_nodes; starting && m < end; m++)
     if (m->tried_by == (int)(n - g->nodes)) hyst_rest(m);
   return off;

@@ -11,16 +11,16 @@
  * Equal requests get equal results, to the last bit.  A search from the last root would end with other last bits, so an
  * importer that updates a unit twice at one time would see other outputs than one that updates once.  Hence the memory
  * holds the request of the root and h - y there: if they are unchanged (the parameters of the model may have changed),
- * the root stays. */
+ * the root stays.  The root before it and the output there give the next search its first slope. */
 #ifndef HYST_IMPLICIT_FILE_H
 #define HYST_IMPLICIT_FILE_H
 #include "core/graph/graph.h"
 #include "core/graph/node.h"
 
 /* indices in the arrays of such a block */
-enum { HYST_IMPLICIT_LO, HYST_IMPLICIT_HI };      /* p */
-enum { HYST_IMPLICIT_WANTED };                    /* u; input k has index k - 1 */
-enum { HYST_IMPLICIT_ROOT, HYST_IMPLICIT_ASKED }; /* x; request: y, lo, hi, h - y */
+enum { HYST_IMPLICIT_LO, HYST_IMPLICIT_HI };                                /* p */
+enum { HYST_IMPLICIT_WANTED };                                              /* u; input k has index k - 1 */
+enum { HYST_IMPLICIT_ROOT, HYST_IMPLICIT_ASKED, HYST_IMPLICIT_BEFORE = 5 }; /* x; request: y, lo, hi, h - y */
 
 /* whether this wire carries the output of the model */
 static inline int hyst_closes_implicit(const hyst_node *n, const hyst_wire *w) {
@@ -38,8 +38,13 @@ double hyst_implicit_solve(const hyst_graph *g, const hyst_node *n, double t, in
 
 /* stores the root in the memory; off: h - y there */
 static inline void hyst_implicit_take(const hyst_node *n, double off) {
+  double *last = n->x + HYST_IMPLICIT_ROOT;
+  if (n->y[0] != *last) {
+    n->x[HYST_IMPLICIT_BEFORE] = *last;
+    n->x[HYST_IMPLICIT_BEFORE + 1] = n->x[HYST_IMPLICIT_ASKED] + n->x[HYST_IMPLICIT_ASKED + 3];
+  }
   const double asked[] = {n->u[HYST_IMPLICIT_WANTED], n->p[HYST_IMPLICIT_LO], n->p[HYST_IMPLICIT_HI], off};
-  n->x[HYST_IMPLICIT_ROOT] = n->y[0];
+  *last = n->y[0];
   memcpy(n->x + HYST_IMPLICIT_ASKED, asked, sizeof asked);
 }
 #endif

@@ -8,22 +8,24 @@
 #include "core/hyst.h"
 
 #define DIMS(D)
-#define VARS(V)                                                           \
-  V(lo, PARAM, 1, "real", "1", -1.0, -1e300, 1e300, "lower limit of u")   \
-  V(hi, PARAM, 1, "real", "1", 1.0, -1e300, 1e300, "upper limit of u")    \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output")  \
-  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model output")   \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model input")   \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last root") \
-  V(asked, STATE, 4, "real", "1", 0.0, -HYST_INF, HYST_INF, "request of the root: y, lo, hi; h - y at the root")
+#define VARS(V)                                                                                                  \
+  V(lo, PARAM, 1, "real", "1", -1.0, -1e300, 1e300, "lower limit of u")                                          \
+  V(hi, PARAM, 1, "real", "1", 1.0, -1e300, 1e300, "upper limit of u")                                           \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output")                                         \
+  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model output")                                          \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model input")                                          \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last root")                                        \
+  V(asked, STATE, 4, "real", "1", 0.0, -HYST_INF, HYST_INF, "request of the root: y, lo, hi; h - y at the root") \
+  V(before, STATE, 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "another root before it, and h there")
 
 static double constant(void *off, double u) {
   (void)u;
   return *(const double *)off;
 }
 static double alone(double off, double lo, double hi, double last) {
-  double at_root = off;
-  return hyst_root(constant, &off, lo, hi, hyst_clamp(last, lo, hi), &at_root);
+  const hyst_tried at = {hyst_clamp(last, lo, hi), off};
+  double at_root;
+  return hyst_root(constant, &off, lo, hi, at, at, &at_root);
 }
 
 HYST_PREPARE_FN(prepare) {
