@@ -137,21 +137,44 @@ def test_210_kernels_on_the_triangle_of_zhao_and_tan(signal: str) -> None:
     p1, p2 = triangle(np.linspace(-1, 0.9, 20))
     w = np.random.default_rng(2).normal(size=210)
     assert len(p1) == 210
-    y = KrasnoselskiiPokrovskii(a=0.1, p1=p1, p2=p2, w=w, offset=0.5, k0=-np.ones(210))(u)
+    y = KrasnoselskiiPokrovskii(n=20, lo=-1.0, hi=1.0, w=w, offset=0.5, u0=-9.0)(u)
     assert np.abs(y - (kernels(u, 0.1, p1, p2) @ w + 0.5)).max() <= 1e-14 * np.abs(w).sum()
+
+
+@pytest.mark.parametrize("u0", [0.137, -0.6, 0.4, -1.1, 3.0])
+def test_kernels_start_as_the_middle_of_their_ramps_at_u0(u0: float) -> None:
+    """The first branch of either direction, the branches that it closes, and what follows."""
+    rng, lo, hi, n = np.random.default_rng(3), -1.1, 0.9, 8
+    a, w = (hi - lo) / n, rng.normal(size=36)
+    p1, p2 = triangle(lo + a * np.arange(n))
+
+    def r(x: Array) -> Array:
+        return np.interp(x, [0, a], [-1, 1])
+
+    for u in (
+        np.linspace(u0, 1.2, 41),
+        np.linspace(u0, -1.4, 41),
+        1.5 * np.linspace(0, 1, 99) * rng.uniform(-1, 1, 99),
+    ):
+        k, expected = r(u0 - (p1 + p2) / 2), []
+        for x in u:
+            k = np.clip(k, r(x - p2), r(x - p1))
+            expected.append(w @ k)
+        y = KrasnoselskiiPokrovskii(n=n, lo=lo, hi=hi, w=w, u0=u0)(u).ravel()
+        assert np.abs(y - expected).max() <= 1e-14 * np.abs(w).sum()
 
 
 def test_a_kernel_inside_its_ramps_is_a_play() -> None:
     """k = 2/a times a play of half-width (p2 - p1)/2 around (p1 + p2 + a)/2 as long as nothing saturates."""
-    u, a, p1, p2 = SIGNALS["white"], 8.0, -4.2, -3.8
-    k = KrasnoselskiiPokrovskii(a=a, p1=[p1], p2=[p2], w=[1.0])(u)
-    play = PlayBank(r=[(p2 - p1) / 2], z0=[(p1 + p2 + a) / 2])(u)
-    assert np.abs(k - 2 / a * (play.ravel() - (p1 + p2 + a) / 2)).max() <= 1e-15
+    u, a = SIGNALS["white"], 8.0
+    k = KrasnoselskiiPokrovskii(n=2, lo=-8.0, hi=8.0, w=[0.0, 1.0, 0.0])(7 * u)
+    play = PlayBank(r=[a / 2], z0=[0.0])(7 * u)
+    assert np.abs(k - 2 / a * play.ravel()).max() <= 1e-15
 
 
-def test_kernels_that_fall_right_of_where_they_rise_are_refused() -> None:
-    with pytest.raises(InputError, match="p1 must not be greater than p2"):
-        KrasnoselskiiPokrovskii(p1=[0.0, 0.2], p2=[0.1, 0.1], w=[1.0, 1.0])([0.0])
+def test_an_empty_grid_of_kernels_is_refused() -> None:
+    with pytest.raises(InputError, match="lo must be less than hi"):
+        KrasnoselskiiPokrovskii(lo=1.0, hi=1.0)([0.0])
 
 
 # ---- Preisach -------------------------------------------------------------------------------------------------------

@@ -112,7 +112,7 @@ def test_trials_have_the_places_that_the_graph_expects(name: str) -> None:
     assert {v.size for v in (*inputs, *outputs)} == {"1"}
     assert block.tried == inputs[block.trial - 1].name != inputs[0].name
     assert len(outputs) == 1
-    assert [v.size for v in block.of("cstate", "state")] == ["1", "4"]
+    assert [v.size for v in block.of("cstate", "state")] == ["1", "4", "2"]
 
 
 @every_block

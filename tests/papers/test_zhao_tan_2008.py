@@ -167,8 +167,9 @@ def test_kp_model_of_210_kernels_against_a_plain_loop():
     assert node.value("w").shape == (210,)
     assert node.value("w").min() >= 0
     v = signals.nested_reversals(15, 8)
-    a, p1, p2, k0 = (node.value(n) for n in ("a", "p1", "p2", "k0"))
-    expected = kp_loop(v, a[0], p1, p2, k0) @ node.value("w") + node.value("offset")
+    a, p1, p2 = grid(float(u.min()), float(u.max()), 20)
+    k0 = np.clip(2 * (node.value("u0") - (p1 + p2) / 2) / a - 1, -1, 1)
+    expected = kp_loop(v, a, p1, p2, k0) @ node.value("w") + node.value("offset")
     np.testing.assert_allclose(m.predict(v), expected, atol=1e-13)
 
 

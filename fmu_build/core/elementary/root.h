@@ -89,7 +89,7 @@ static inline int hyst_root_by_secants(hyst_residual f, void *ctx, double lo, do
   const int onward = slope * last->off * (last->u - before.u) < 0;
   hyst_tried a = *last, b;
   b.u = hyst_clamp(a.u - a.off * slope, lo, hi);
-  if (!(b.u != a.u)) return 0;
+  if (!(b.u < a.u || b.u > a.u)) return 0;
   b.off = f(ctx, b.u);
   for (int i = 0; i < MOST; i++) {
     const double between = (b.u - a.u) / (b.off - a.off), fine = 4.5e-16 * hyst_fabs(b.u) + 1e-16 * range;

@@ -229,12 +229,12 @@ class KrasnoselskiiPokrovskii(Block):
         self,
         *,
         n: int = ...,
-        a: float = 4.0,
-        p1: float | Sequence[float] | Array = -2.25,
-        p2: float | Sequence[float] | Array = -1.75,
+        depth: int = ...,
+        lo: float = -1.0,
+        hi: float = 1.0,
         w: float | Sequence[float] | Array = 0.1,
         offset: float = 0.0,
-        k0: float | Sequence[float] | Array = 0.0,
+        u0: float = 0.0,
     ) -> None: ...
 
 class LeadLag(Block):

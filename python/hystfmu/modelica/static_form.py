@@ -107,6 +107,8 @@ def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
         ref = f"values.{field(graph, node, key)}"
         if key in ("origin", "virgin"):
             found[key] = _preisach(graph, node, key)
+        elif key in ("a", "p1", "p2") and node.type == "krasnoselskii_pokrovskii":
+            found[key] = _kernels(graph, node, key)
         elif rows[key].choices:
             found[key] = f"{{{int(node.value(key)[0])}}}", 1
         elif count := matrix_rows(rows[key]):
@@ -132,6 +134,21 @@ def _preisach(graph: Graph, node: Node, key: str) -> tuple[str, int]:
     return f"HystFMU.Functions.saturatedBranch({n}, {of('E')}, {of('offset')}, {kind})", 2 * n + 1
 
 
+def _kernels(graph: Graph, node: Node, key: str) -> tuple[str, int]:
+    """Rise length, ramps or start values of the kernels, as in Operators.Sampled.KrasnoselskiiPokrovskii."""
+
+    def of(k: str) -> str:
+        return f"values.{field(graph, node, k)}"
+
+    n = node.dims["n"]
+    count, grid = n * (n + 1) // 2, f"{n}, {of('lo')}, {of('hi')}"
+    if key == "a":
+        return f"{{({of('hi')} - {of('lo')})/{n}}}", 1
+    if key == "k0":
+        return f"HystFMU.Functions.kernelStart({grid}, {of('u0')})", count
+    return f"HystFMU.Functions.kernelGrid({grid}, {'false' if key == 'p1' else 'true'})", count
+
+
 def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
     """State of a block before the first input, output first, and its size; 0: a function."""
 
@@ -148,7 +165,8 @@ def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
         case "play_bank":
             return [of("z0")], node.dims["n"]
         case "krasnoselskii_pokrovskii":
-            return ["{0}", of("k0")], 1 + node.dims["n"]
+            k0, n = _kernels(graph, node, "k0")
+            return ["{0}", k0], 1 + n
         case "bouc_wen" | "duhem":
             return ["{0, 0, 0, 0}"], 4
     return [], 0

@@ -162,8 +162,10 @@ def _rows(flat: Array, rows: int) -> list[list[float]]:
 
 
 def kernels(u: Array, v: Values) -> Array:
-    a, k = v["a"], np.asarray(v["k0"])
-    rising, falling = (np.clip(2 * np.subtract.outer(u, v[p]) / a - 1, -1, 1) for p in ("p2", "p1"))
+    i, j = np.tril_indices(int(v["n"]))
+    a = (v["hi"] - v["lo"]) / v["n"]
+    k = np.clip(2 * (v["u0"] - v["lo"] - a * (i + j) / 2) / a - 1, -1, 1)
+    rising, falling = (np.clip(2 * np.subtract.outer(u, v["lo"] + a * p) / a - 1, -1, 1) for p in (i, j))
     y = np.empty(len(u))
     for i in range(len(u)):
         k = np.minimum(np.maximum(k, rising[i]), falling[i])

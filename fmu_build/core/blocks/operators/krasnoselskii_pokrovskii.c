@@ -1,74 +1,124 @@
 /* Krasnosel'skii-Pokrovskii operator: a weighted sum of kernels between two ramps, r(x) = -1 for x < 0, +1 for x > a,
  * straight between.  A kernel rises along r(u - p2) and falls along r(u - p1), p1 <= p2:
  *   k = max(k_last, r(u - p2)) for rising u, k = min(k_last, r(u - p1)) for falling u.
- * Since r(u - p2) <= r(u - p1), this limits k_last to the interval between the two for either direction of u: a
- * generalised play.
- * Unlike a play a kernel saturates, and p1 != -p2 makes it asymmetric. 210 = 20 * 21 / 2 kernels on the triangle p1 <=
- * p2 of a grid of 20 are the reference model of Zhao & Tan 2008, section V. */
+ * p1 <= p2 are the points lo, lo + a, .., hi - a of an even grid: 210 = 20 * 21 / 2 kernels are the reference model of
+ * Zhao & Tan 2008, section V.  A kernel is a line of relays from (alpha, beta) = (p2, p1) to (p2 + a, p1 + a).  So the
+ * sum is a Preisach operator whose Everett function is linear on the triangles of the grid, with the sum of the weights
+ * of all kernels between beta and alpha at its nodes (everett.h): a step does not depend on the number of kernels.
+ *
+ * Before the first reversal each kernel has the value of the middle of its ramps at u0, as after ever smaller loops
+ * around u0.  Then a rise to u moves the kernels with p2 - p1 < 2 (u - u0), which adds a kink in every half step. */
 #include "core/elementary/limit.h"
 #include "core/hyst.h"
+#include "core/memory/everett.h"
+#include "core/memory/return_point.h"
 
-#define DIMS(D) D(n, 10, 1, 100000, "number of kernels")
-#define VARS(V)                                                                                                   \
-  V(a, PARAM, 1, "real", "1", 4.0, 1e-300, HYST_INF, "rise length of the ridge function")                         \
-  V(p1, PARAM, n, "real", "1", -2.25, -HYST_INF, HYST_INF, "inputs at which the falling ramps reach -1")          \
-  V(p2, PARAM, n, "real", "1", -1.75, -HYST_INF, HYST_INF, "inputs at which the rising ramps leave -1; p1 <= p2") \
-  V(w, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the kernels")                                 \
-  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output for cancelling kernels")                     \
-  V(k0, FIXED, n, "real", "1", 0.0, -1.0, 1.0, "values of the kernels before the first input")                    \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                  \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                \
-  V(k, STATE, n, "real", "1", 0.0, -1.0, 1.0, "kernels")
+#define DIMS(D)                                              \
+  D(n, 4, 1, 1000, "points of the grid; n(n + 1)/2 kernels") \
+  D(depth, 256, 4, 100000, "extrema that the memory holds")
+#define VARS(V)                                                                                                 \
+  V(lo, FIXED, 1, "real", "1", -1.0, -HYST_INF, HYST_INF, "input at which the lowest ramp leaves -1")           \
+  V(hi, FIXED, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "input at which the highest ramp reaches 1")           \
+  V(w, FIXED, n *(n + 1) / 2, "real", "1", 0.1, -HYST_INF, HYST_INF,                                            \
+    "weights of the kernels (p2, p1) = (0, 0), (1, 0), (1, 1), (2, 0), .., (n - 1, n - 1) in steps from lo")    \
+  V(offset, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output for cancelling kernels")                   \
+  V(u0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: every kernel is as its middle at u0") \
+  V(E, DERIVED, n *(n + 1) / 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "Everett function at the nodes")         \
+  V(virgin, DERIVED, 6 * n, "real", "1", 0.0, -HYST_INF, HYST_INF, "first branch: value at the cell, slope")    \
+  V(kink, DERIVED, 1, "real", "1", 0.0, 0.0, 1.0, "first kink of the first branch in a cell")                   \
+  V(origin, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "u0 within [lo, hi]")                            \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                              \
+  V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")
 
-static double ridge(double x, double slope) { return hyst_clamp(x * slope - 1, -1, 1); }
+typedef struct {
+  hyst_everett grid;
+  const double *virgin;
+  double kink;
+} law;
 
-/* k is within -1 and +1, so that only one bound of each ramp matters.  The other two would cost half of the time,
- * because compilers use conditional jumps to limit a value between constants. */
-static double kernel(double k, double u, double p1, double p2, double slope) {
-  const double rising = (u - p2) * slope - 1, falling = (u - p1) * slope - 1;
-  return hyst_clamp(k, rising > 1 ? 1 : rising, falling < -1 ? -1 : falling);
+static law law_of(const double *E, const double *virgin, double kink, int n, double lo, double hi) {
+  const law l = {{E, n, lo, hi}, virgin, kink};
+  return l;
 }
+
+/* a cell has three pieces: up to `kink`, half a step further, and the rest */
+static double first_branch(const void *ctx, double u) {
+  const law *l = (const law *)ctx;
+  double rest;
+  const int i = hyst_everett_cell(&l->grid, u, l->grid.n, &rest);
+  const double *piece = l->virgin + 6 * i + 2 * ((rest >= l->kink) + (rest >= l->kink + 0.5));
+  return piece[0] + piece[1] * rest;
+}
+
+static double first_slope(const void *ctx, double u, double seed) {
+  const law *l = (const law *)ctx;
+  double rest;
+  const int i = hyst_everett_cell_toward(&l->grid, u, l->grid.n, seed, &rest), up = seed > 0;
+  const double later = l->kink + 0.5;
+  const int k = (rest > l->kink || (up && rest == l->kink)) + (rest > later || (up && rest == later));
+  return seed * l->virgin[6 * i + 2 * k + 1] * (l->grid.n / (l->grid.hi - l->grid.lo));
+}
+
+static hyst_turn turn(law l, const double *memory, int depth, double u, double origin) {
+  return hyst_everett_turn(&l.grid, memory, depth, u, origin, first_branch, &l);
+}
+
+/* the weights of the kernels (i, first .. last) for along = 0, of (first .. last, i) for along = 1 */
+static double weights(const double *w, int along, int i, int first, int last) {
+  double sum = 0;
+  for (int k = first; k <= last; k++) {
+    const ptrdiff_t row = along ? k : i, column = along ? i : k;
+    sum += w[row * (row + 1) / 2 + column];
+  }
+  return sum;
+}
+
+static int within(int i, int least, int most) { return i < least ? least : i > most ? most : i; }
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  for (int i = 0; i < n; i++)
-    if (p1[i] > p2[i]) return "p1 must not be greater than p2: a kernel falls to the left of its rise";
+  if (!(*lo < *hi)) return "lo must be less than hi";
+  double all = *offset;
+  for (int i = 1; i <= n; i++) { /* E(i, j): kernels with p2 < i and p1 >= j */
+    double row = 0, *now = E + (ptrdiff_t)i * (i - 1) / 2;
+    for (int j = i - 1; j >= 0; j--) {
+      row += w[(ptrdiff_t)i * (i - 1) / 2 + j];
+      now[j] = row + (j < i - 1 ? now[j - (i - 1)] : 0);
+    }
+    all += row;
+  }
+  *origin = hyst_clamp(*u0, *lo, *hi);
+  const double middle = (*origin - *lo) / (*hi - *lo) * (2 * n); /* p1 + p2 of the kernels in the middle, in steps */
+  const int whole = middle >= 2 * n ? 2 * n : (int)middle;
+  *kink = 0.5 * (middle - whole);
+  double end = all; /* from the right, where all kernels are 1 */
+  for (int i = n - 1; i >= 0; i--)
+    for (int k = 2; k >= 0; k--) {
+      const double from = k == 0 ? 0 : *kink + 0.5 * (k - 1), to = k == 2 ? 1 : *kink + 0.5 * k;
+      const int rises = 2 * i + k > whole; /* the piece is above u0 */
+      const double slope = 2 * (rises ? weights(w, 0, i, within(whole - i + 1 - k, 0, n), i)
+                                      : weights(w, 1, i, i, within(whole - i - k, -1, n - 1)));
+      double *piece = virgin + 6 * i + 2 * k;
+      piece[1] = slope;
+      piece[0] = end - slope * to;
+      end -= slope * (to - from);
+    }
   return NULL;
 }
-HYST_INIT_FN(init) {
-  HYST_OPEN_INIT
-  for (int i = 0; i < n; i++) k[i] = k0[i];
+static double at_origin(const double *E, const double *virgin, double kink, int n, double lo, double hi,
+                        double origin) {
+  const law l = law_of(E, virgin, kink, n, lo, hi);
+  return first_branch(&l, origin);
 }
-HYST_OUTPUT_FN(output) {
-  HYST_OPEN_OUTPUT
-  const double slope = 2 / *a;
-  double sum = *offset;
-  for (int i = 0; i < n; i++) sum += w[i] * kernel(k[i], *u, p1[i], p2[i], slope);
-  *y = sum;
-}
-HYST_UPDATE_FN(update) {
-  HYST_OPEN_UPDATE
-  const double slope = 2 / *a;
-  for (int i = 0; i < n; i++) k[i] = kernel(k[i], *u, p1[i], p2[i], slope);
-}
-static double ridge_tangent(double x, double slope, double seed) {
-  return slope * hyst_clamp_tangent(x * slope - 1, -1, 1, seed);
-}
-
-/* a kernel is constant between its ramps and follows a ramp in one direction */
-static double kernel_tangent(double k, double u, double p1, double p2, double slope, double seed) {
-  const double low = ridge(u - p2, slope), high = ridge(u - p1, slope);
-  const double d_low = ridge_tangent(u - p2, slope, seed), d_high = ridge_tangent(u - p1, slope, seed);
-  if (k < low || (k == low && d_low > 0)) return d_low;
-  if (k > high || (k == high && d_high < 0)) return d_high;
-  return 0;
-}
+HYST_RETURN_POINT(memory, hyst_clamp(*u, *lo, *hi), y,
+                  turn(law_of(E, virgin, *kink, n, *lo, *hi), memory, depth, hyst_clamp(*u, *lo, *hi), *origin),
+                  *origin, at_origin(E, virgin, *kink, n, *lo, *hi, *origin))
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
-  const double slope = 2 / *a;
-  double sum = 0;
-  for (int i = 0; i < n; i++) sum += w[i] * kernel_tangent(k[i], *u, p1[i], p2[i], slope, *s_u);
-  *t_y = sum;
+  const law l = law_of(E, virgin, *kink, n, *lo, *hi);
+  const double seed = hyst_clamp_tangent(*u, *lo, *hi, *s_u), at = hyst_clamp(*u, *lo, *hi);
+  *t_y = seed == 0 ? 0 : hyst_everett_turn_tangent(&l.grid, memory, depth, at, *origin, seed, first_slope, &l);
 }
 HYST_BLOCK(krasnoselskii_pokrovskii,
            (.text = "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps",

@@ -1,17 +1,13 @@
-/* Preisach operator in Everett's form: from an extremum (u_p, y_p) a falling branch is y = y_p - 2 E(u_p, u), a rising
- * one y = y_p + 2 E(u, u_p).  E(alpha, beta), alpha >= beta, is half the height of the loop between beta and alpha, the
- * integral of the relay density over the triangle between them (Mayergoyz, Mathematical Models of Hysteresis, 1991,
- * ch. 1).  It is the turning-point machine with branches that depend on their start, not only on their length.
- *
- * E is given at the nodes of an even grid of n steps over [lo, hi], 0 on the diagonal, and linear on triangles, each
- * square cut parallel to the diagonal; a Prandtl-Ishlinskii operator with thresholds on half steps, E = phi((alpha -
- * beta) / 2), is represented exactly.  Outside [lo, hi] nothing switches.
+/* Preisach operator in Everett's form on a grid over [lo, hi], see everett.h.  E is the integral of the relay density
+ * over the triangle between alpha and beta; a Prandtl-Ishlinskii operator with thresholds on half steps, E = phi((alpha
+ * - beta) / 2), is represented exactly.  Outside [lo, hi] nothing switches.
  *
  * Before the first reversal: low and high, from saturation, along E(u, lo) or E(hi, u).  demagnetised, from the middle
  * of the range after ever smaller loops: then a rise to u switches the relays between the diagonal and the line
  * alpha + beta = lo + hi, so its slope is 2 dE/dalpha on that line. */
 #include "core/elementary/limit.h"
 #include "core/hyst.h"
+#include "core/memory/everett.h"
 #include "core/memory/return_point.h"
 
 #define DIMS(D)                                       \
@@ -33,56 +29,32 @@
 enum { DEMAGNETISED, LOW, HIGH };
 
 typedef struct {
-  const double *E, *virgin;
-  int n;
-  double lo, hi;
+  hyst_everett grid;
+  const double *virgin;
 } law;
 
 static law law_of(const double *E, const double *virgin, int n, double lo, double hi) {
-  const law l = {E, virgin, n, lo, hi};
+  const law l = {{E, n, lo, hi}, virgin};
   return l;
 }
 
-static double at_node(const law *l, int i, int j) {
-  return i > j ? l->E[(ptrdiff_t)i * (i - 1) / 2 + j] : 0; /* alpha_i, beta_j */
-}
+static double at_node(const law *l, int i, int j) { return hyst_everett_node(&l->grid, i, j); }
 
-/* (x - lo) in steps, divided into an integer 0..steps - 1 and a rest; x may come from an untrusted memory */
-static int cell(const law *l, double x, int steps, double *rest) {
-  const double place = (x - l->lo) / (l->hi - l->lo) * steps;
-  const int i = place >= steps ? steps - 1 : place >= 0 ? (int)place : 0;
-  *rest = place - i;
-  return i;
-}
-
-static double everett(const law *l, double alpha, double beta) {
-  double a, b;
-  const int i = cell(l, alpha, l->n, &a), j = cell(l, beta, l->n, &b);
-  const double far = at_node(l, i, j), near = at_node(l, i + 1, j + 1);
-  if (a >= b) return far + a * (at_node(l, i + 1, j) - far) + b * (near - at_node(l, i + 1, j));
-  return far + b * (at_node(l, i, j + 1) - far) + a * (near - at_node(l, i, j + 1));
-}
-
-static double first_branch(const law *l, double u) {
+static double first_branch(const void *ctx, double u) {
+  const law *l = (const law *)ctx;
   double rest;
-  const int k = cell(l, u, 2 * l->n, &rest);
+  const int k = hyst_everett_cell(&l->grid, u, 2 * l->grid.n, &rest);
   return l->virgin[k] + rest * (l->virgin[k + 1] - l->virgin[k]);
 }
 
 static hyst_turn turn(law l, const double *memory, int depth, double u, double origin) {
-  hyst_turn t = hyst_turn_wipe_out(memory, depth, u, origin);
-  if (u == memory[HYST_TP_X]) return t;
-  const double *last = memory + HYST_TP_LIST + t.count - 1; /* the extremum; its output is depth + 1 elements later */
-  if (t.count == 0) t.h = first_branch(&l, u);
-  else if (t.direction > 0) t.h = last[depth + 1] + 2 * everett(&l, u, *last);
-  else t.h = last[depth + 1] - 2 * everett(&l, *last, u);
-  return t;
+  return hyst_everett_turn(&l.grid, memory, depth, u, origin, first_branch, &l);
 }
 
 /* From the middle: 2 dE/dalpha upwards, -2 dE/dbeta downwards, for each half step on alpha + beta = lo + hi.  That line
  * crosses the squares of the grid diagonally and changes triangle in the middle of each. */
 static void fill_demagnetised(const law *l, double *virgin, double offset) {
-  const int n = l->n;
+  const int n = l->grid.n;
   virgin[n] = 0;
   for (int k = n; k < 2 * n; k++) {
     const int i = k / 2, j = n - 1 - i, beyond = k % 2;
@@ -119,39 +91,18 @@ HYST_RETURN_POINT(memory, hyst_clamp(*u, *lo, *hi), y,
                   virgin[*start == LOW    ? 0
                          : *start == HIGH ? 2 * n
                                           : n])
-/* the cell that x enters in the direction of the seed */
-static int cell_toward(const law *l, double x, int steps, double seed, double *rest) {
-  const int i = cell(l, x, steps, rest);
-  if (*rest > 0 || seed > 0 || i == 0) return i;
-  *rest = 1;
-  return i - 1;
-}
-
-/* dE for changes da of alpha or db of beta, one of them 0 */
-static double everett_tangent(const law *l, double alpha, double beta, double da, double db) {
-  double a, b;
-  const int i = cell_toward(l, alpha, l->n, da, &a), j = cell_toward(l, beta, l->n, db, &b);
-  const double far = at_node(l, i, j), near = at_node(l, i + 1, j + 1), steps = l->n / (l->hi - l->lo);
-  const double right = at_node(l, i + 1, j), above = at_node(l, i, j + 1);
-  if (a > b || (a == b && da >= db)) return steps * (da * (right - far) + db * (near - right));
-  return steps * (db * (above - far) + da * (near - above));
-}
-
-static double turn_tangent(const law *l, const double *memory, int depth, double u, double origin, double seed) {
-  const hyst_turn t = hyst_turn_toward(memory, depth, u, origin, seed);
-  if (t.count == 0) {
-    double rest;
-    const int k = cell_toward(l, u, 2 * l->n, seed, &rest);
-    return seed * (l->virgin[k + 1] - l->virgin[k]) * (2 * l->n / (l->hi - l->lo));
-  }
-  const double last = memory[HYST_TP_LIST + t.count - 1];
-  return t.direction > 0 ? 2 * everett_tangent(l, u, last, seed, 0) : -2 * everett_tangent(l, last, u, 0, seed);
+static double first_slope(const void *ctx, double u, double seed) {
+  const law *l = (const law *)ctx;
+  const int n = l->grid.n;
+  double rest;
+  const int k = hyst_everett_cell_toward(&l->grid, u, 2 * n, seed, &rest);
+  return seed * (l->virgin[k + 1] - l->virgin[k]) * (2 * n / (l->grid.hi - l->grid.lo));
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   const law l = law_of(E, virgin, n, *lo, *hi);
   const double seed = hyst_clamp_tangent(*u, *lo, *hi, *s_u), at = hyst_clamp(*u, *lo, *hi);
-  *t_y = seed == 0 ? 0 : turn_tangent(&l, memory, depth, at, *origin, seed);
+  *t_y = seed == 0 ? 0 : hyst_everett_turn_tangent(&l.grid, memory, depth, at, *origin, seed, first_slope, &l);
 }
 HYST_BLOCK(preisach,
            (.text = "Preisach operator in Everett's form",

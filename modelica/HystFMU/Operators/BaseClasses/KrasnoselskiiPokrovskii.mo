@@ -2,13 +2,13 @@
 within HystFMU.Operators.BaseClasses;
 partial block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps: parameters and ports"
   extends Icons.Hysteresis;
-  parameter Integer n(min = 1) = 10 "Number of kernels" annotation (Dialog(group = "Sizes"));
-  parameter Real a(min = 1e-300) = 4 "Rise length of the ridge function";
-  parameter Real p1[n] = fill(-2.25, n) "Inputs at which the falling ramps reach -1";
-  parameter Real p2[n] = fill(-1.75, n) "Inputs at which the rising ramps leave -1; p1 <= p2";
-  parameter Real w[n] = fill(0.1, n) "Weights of the kernels";
+  parameter Integer n(min = 1) = 4 "Points of the grid; n(n + 1)/2 kernels" annotation (Dialog(group = "Sizes"));
+  parameter Integer depth(min = 4) = 256 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Real lo = -1 "Input at which the lowest ramp leaves -1";
+  parameter Real hi = 1 "Input at which the highest ramp reaches 1";
+  parameter Real w[div(n*(n + 1), 2)] = fill(0.1, div(n*(n + 1), 2)) "Weights of the kernels (p2, p1) = (0, 0), (1, 0), (1, 1), (2, 0), .., (n - 1, n - 1) in steps from lo";
   parameter Real offset = 0 "Output for cancelling kernels";
-  parameter Real k0[n](each min = -1, each max = 1) = fill(0.0, n) "Values of the kernels before the first input" annotation (Dialog(group = "Start"));
+  parameter Real u0 = 0 "Initial memory: every kernel is as its middle at u0" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));

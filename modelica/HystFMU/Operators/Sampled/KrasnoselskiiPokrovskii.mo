@@ -3,15 +3,20 @@ block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weighted kern
   extends BaseClasses.KrasnoselskiiPokrovskii;
   extends Interfaces.Sampled;
 protected
-  discrete Real k[n](start = k0, each fixed = true) "Kernels";
+  parameter Integer m = div(n*(n + 1), 2) "Number of kernels";
+  parameter Real a = (hi - lo)/n "Rise length of the ridge function";
+  parameter Real p1[m] = Functions.kernelGrid(n, lo, hi, false) "Inputs at which the falling ramps reach -1";
+  parameter Real p2[m] = Functions.kernelGrid(n, lo, hi, true) "Inputs at which the rising ramps leave -1";
+  parameter Real k0[m] = Functions.kernelStart(n, lo, hi, u0) "Kernels before the first input";
+  discrete Real k[m](start = k0, each fixed = true) "Kernels";
 equation
-  assert(min(p2 - p1) >= 0, "p1 must not be greater than p2: a kernel falls left of where it rises");
+  assert(lo < hi, "lo must be less than hi");
   when sample(0, Ts) then
     k = Functions.kernel(u, a, p1, p2, pre(k));
     y = offset + w*k;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> p1 must not be greater than p2.</p>
+<p><b>Limitations:</b> lo must be less than hi.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.KrasnoselskiiPokrovskii\">Operators.BaseClasses.KrasnoselskiiPokrovskii</a>: equation, source, example.</p>
 </html>"));
 end KrasnoselskiiPokrovskii;

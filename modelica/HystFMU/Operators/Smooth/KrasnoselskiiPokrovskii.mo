@@ -4,18 +4,23 @@ block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weighted kern
   extends Interfaces.Rated;
   parameter Real width(min = 0) = 1e-3 "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play";
 protected
-  Real k[n] "Kernels";
+  parameter Integer m = div(n*(n + 1), 2) "Number of kernels";
+  parameter Real a = (hi - lo)/n "Rise length of the ridge function";
+  parameter Real p1[m] = Functions.kernelGrid(n, lo, hi, false) "Inputs at which the falling ramps reach -1";
+  parameter Real p2[m] = Functions.kernelGrid(n, lo, hi, true) "Inputs at which the rising ramps leave -1";
+  parameter Real k0[m] = Functions.kernelStart(n, lo, hi, u0) "Kernels before the first input";
+  Real k[m] "Kernels";
 initial equation
   k = Functions.kernel(u, a, p1, p2, k0);
 equation
   connect(du, rate);
-  assert(min(p2 - p1) >= 0, "p1 must not be greater than p2: a kernel falls left of where it rises");
-  for i in 1:n loop
+  assert(lo < hi, "lo must be less than hi");
+  for i in 1:m loop
     der(k[i]) = Functions.kernelRate(u, rate, a, p1[i], p2[i], k[i], width);
   end for;
   y = offset + w*k;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> p1 must not be greater than p2. A play lags behind the exact one by at most width.</p>
+<p><b>Limitations:</b> lo must be less than hi. A play lags behind the exact one by at most width.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.KrasnoselskiiPokrovskii\">Operators.BaseClasses.KrasnoselskiiPokrovskii</a>: equation, source, example.</p>
 </html>"));
 end KrasnoselskiiPokrovskii;

@@ -1,15 +1,15 @@
 // generated from modelica/validation.toml by `make generate` - do not edit
 within HystFMU.Validation.Events;
-model KrasnoselskiiPokrovskii "Six kernels, asymmetric, events"
+model KrasnoselskiiPokrovskii "Six kernels, asymmetric, beyond their ramps too, events"
   extends Icons.Example;
-  Operators.Events.KrasnoselskiiPokrovskii tested(n = 6, a = 0.5, p1 = {-0.7, -0.5, -0.3, -0.25, 0.1, 0.2}, p2 = {-0.4, -0.5, -0.1, 0.2, 0.3, 0.4}, w = {0.1, 0.2, 0.15, 0.3, -0.05, 0.1}, offset = 0.1, k0 = {0, 0.5, -1, 1, 0.2, -0.3}) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  Operators.Events.KrasnoselskiiPokrovskii tested(n = 3, depth = 32, lo = -0.7, hi = 0.9, w = {0.1, 0.2, 0.15, 0.3, -0.05, 0.1}, offset = 0.1, u0 = 0.15) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
   connect(signal.r, tested.u);
   connect(signal.dr, tested.du);
   annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Six kernels, asymmetric. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every row of the simulation.</p>
+<p>Six kernels, asymmetric, beyond their ramps too. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every row of the simulation.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.KrasnoselskiiPokrovskii\">Operators.Events.KrasnoselskiiPokrovskii</a>.</p>
 </html>"));
 end KrasnoselskiiPokrovskii;

@@ -34,9 +34,9 @@ def grid(lo: float, hi: float, levels: int) -> tuple[float, Array, Array]:
     range.
     """
     a = (hi - lo) / levels
-    i, j = np.triu_indices(levels)
+    i, j = np.tril_indices(levels)
     points = np.asarray(lo + a * np.arange(levels), dtype=np.float64)
-    return a, points[i], points[j]
+    return a, points[j], points[i]
 
 
 def ridge(x: Array, a: float) -> Array:
@@ -58,14 +58,15 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     u0 = u0_of(data, options)
     rows = data.counted
     u = data.u[data.train]
-    a, p1, p2 = grid(float(u.min()), float(u.max()), options["levels"])
+    lo, hi = float(u.min()), float(u.max())
+    a, p1, p2 = grid(lo, hi, options["levels"])
     k0 = ridge(u0 - (p1 + p2) / 2, a)  # demagnetised: each kernel as the middle of its ramps gives it
     columns = data.along(lambda u: kernels(u, a, p1, p2, k0), data.train.stop)[rows]
     progress(0.2)
     w, (offset,) = nonnegative(columns, data.y[rows], np.ones((len(columns), 1)))
-    values = {"a": a, "p1": p1, "p2": p2, "w": w, "offset": offset, "k0": k0}
+    values = {"lo": lo, "hi": hi, "w": w, "offset": offset, "u0": u0}
     return Graph(
-        [Node("hysteresis", "krasnoselskii_pokrovskii", {}, values)],
+        [Node("hysteresis", "krasnoselskii_pokrovskii", {"n": options["levels"]}, values)],
         (),
         [Input("u", ("hysteresis.u",), data.unit_u, u0)],
         [Output("y", "hysteresis.y", data.unit_y)],
