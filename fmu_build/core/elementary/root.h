@@ -122,6 +122,10 @@ static inline double hyst_root(hyst_residual f, void *ctx, double lo, double hi,
   int more = 1;
   double u = last.u;
   *off = f(ctx, u);
+  if (*off != last.off) { /* the guess was wrong: the model changed otherwise than by u */
+    last.off = *off;
+    if (hyst_root_by_secants(f, ctx, lo, hi, before, &last)) return *off = last.off, last.u;
+  }
   for (int i = 0; i < MOST && more; i++) u = hyst_root_around(f, ctx, lo, hi, u, off, &more);
   return u;
 }
