@@ -1,6 +1,7 @@
 """Every key of METHODS from data to the FMU of its inverse: fit, file, run, inverse or the reason why none exists.
 
-The native run of the saved model, the Python unit, and the FMI 2.0 and 3.0 FMUs in fmpy give the same bits.
+The native run of the saved model, the Python unit, and the FMI 2.0 and 3.0 FMUs in fmpy give the same bits.  The
+Modelica packages of models and of their inverses are written here, and simulated in tests/modelica/export.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from fmpy.validation import validate_fmu
 from fmu_events import Events, adaptive
 from runners import run_by_fmpy, run_by_unit
@@ -17,12 +19,14 @@ from scipy.integrate import solve_ivp
 
 from hystfmu import Dataset, InputError, Model
 from hystfmu.base.arrays import Array
+from hystfmu.cli import main
 from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
 from hystfmu.identify import METHODS, auto, fit
 from hystfmu.inverse import METHODS as WAYS
 from hystfmu.inverse import inverse
+from hystfmu.modelica import export_modelica
 
 H = 1e-3
 SHORT: dict[str, Any] = {"starts": 1, "iterations": 25}
@@ -159,6 +163,16 @@ def in_model_exchange(model: Model, u: Array, folder: Path, every: int = 5) -> N
             assert got.tobytes() == y.tobytes()
 
 
+def in_modelica(model: Model, folder: Path) -> None:
+    """Write the Modelica package, or refuse in one line that names the block."""
+    if any(n.block.trial for n in model.graph.nodes) and model.graph.continuous_states:
+        with pytest.raises(InputError, match="no static form of 'creep' for an implicit inverse"):
+            export_modelica(model, folder, "Kind")
+        return
+    package = export_modelica(model, folder, "Kind")
+    assert {"Model.mo", "Values.mo", "Example.mo"} <= {f.name for f in package.iterdir()}
+
+
 def signal_for(model: Model) -> Array:
     lo, hi = model.provenance["span_u"]
     return (lo + hi) / 2 + (hi - lo) / 2 * signals.nested_reversals(12, 5, step=0.02)
@@ -168,6 +182,7 @@ def signal_for(model: Model) -> Array:
 def test_a_key_gives_the_same_bits_everywhere(model: Model, tmp_path: Path) -> None:
     u = signal_for(model)
     same_bits(model, u, tmp_path)
+    in_modelica(model, tmp_path)
     in_model_exchange(model, u[:150], tmp_path / "exchange")
     assert model.fit["rms_percent"] < 5
 
@@ -187,22 +202,28 @@ def ways() -> list[Any]:
 
 @pytest.mark.parametrize(("model", "way"), ways(), indirect=["model"])
 def test_a_key_has_an_inverse_or_a_reason(model: Model, way: str, tmp_path: Path) -> None:
-    options = LEARNED if way == "learned" else {}
+    model.save(tmp_path / "forward.model.toml")
+    settings = [w for k, v in LEARNED.items() for w in ("--set", f"{k}={v}")] if way == "learned" else []
+    out = tmp_path / "inverse.model.toml"
+    done = CliRunner().invoke(
+        main, ["inverse", str(tmp_path / "forward.model.toml"), "-o", str(out), "--method", way, *settings]
+    )
     words = REFUSED.get((way, model.key))
     if words:
-        with pytest.raises(InputError) as e:
-            inverse(model, way, **options)
-        assert "\n" not in str(e.value)
+        assert done.exit_code == 2
+        assert done.output.count("\n") == 1
         for w in words:
-            assert w in str(e.value)
+            assert w in done.output
         return
-    made = inverse(model, way, **options)
+    assert done.exit_code == 0, done.output
+    made = Model.load(out)
     assert made.key == f"{model.key}_inverse"
     worth = made.fit["cascade_max_percent"]
     late = made.fit.get("lag_steps")
     assert made.fit["cascade_rms_percent"] <= worth <= max(BOUND[way], LATE if late else 0.0)
     r = model.predict(0.8 * signals.nested_reversals(12, 5, step=0.02))
     u = same_bits(made, r, tmp_path)
+    in_modelica(made, tmp_path)
     in_model_exchange(made, r[:150], tmp_path / "exchange")
     if late is not None:  # dynamics do not follow the kinks of this signal; see test_inverse_dynamics
         return
@@ -215,6 +236,14 @@ def test_a_dead_band_is_part_of_the_model(tmp_path: Path) -> None:
     model = fit(Dataset.from_signal(u, data.y, H), "duhem")
     assert model.graph.node("dead_band").value("r")[0] == model.provenance["options"]["dead_band"] > 0.01
     same_bits(model, u[:400], tmp_path)
+
+
+def test_every_key_has_an_inverse_or_a_proof() -> None:
+    """Exact or by one root a step; a network of lagged inputs and one of rates are learned; an oscillator has none."""
+    ways_of = {key: [way for way in WAYS if (way, key) not in REFUSED] for key in METHODS}
+    learned = [key for key, found in ways_of.items() if found == ["learned"]]
+    assert learned == ["polynomial_narx", "rate_mlp"]
+    assert [key for key, found in ways_of.items() if not found] == ["bouc_wen_oscillator"]
 
 
 def test_missing_inverses_are_refused() -> None:
