@@ -1,7 +1,7 @@
 """Guards of every fit: what the data of the fit do not show of a model, looked for in one place.
 
-- Another signal.  The model runs free on steps to the ends of the trained range and on nested reversals inside it.  An
-  output that overflows or grows is an error.  One that leaves the range of y by more than its span is a warning: a
+- Another signal.  The model runs free on steps to the ends of the trained range and on nested reversals inside it, at
+  the speed of the data and at 200 rows a cycle.  An output that overflows or grows is an error.  One that leaves the range of y by more than its span is a warning: a
   model of a few reversals, or dynamics that the record does not excite, extrapolate.
 - Poles.  A pole of a transfer function above pi/h moves within a step of the data, which cannot determine it.  Padé
   approximants of a delay are left out: their zeros mirror their poles.
@@ -22,12 +22,12 @@ from hystfmu.data.signals import nested_reversals
 from hystfmu.graph import Graph
 
 HELD = 100  # rows of each step
-REVERSALS, SEED = 24, 77
+REVERSALS, SEED = 80, 77
 LEAST_STEP, MOST_STEP = 0.01, 0.1  # of the reversals, in half ranges per row
 WILD = 100.0  # spans of y beyond its range: the output grows without bound
 WIDE = 1.0  # spans of y beyond its range that are warned of
 NEAR = 1e-3  # of the width of a search: distance from a bound
-POOR = 50.0  # % coverage
+POOR = 40.0  # % coverage
 MIRRORED = 1e-6  # relative distance of a pole from a mirrored zero
 
 Bounded = Mapping[str, tuple[float, float, float]]
@@ -35,13 +35,14 @@ Bounded = Mapping[str, tuple[float, float, float]]
 
 
 def other_signal(data: Dataset) -> Array:
-    """Return steps to both ends of the trained range, and nested reversals inside it, from the first input on."""
+    """Return steps to both ends of the trained range, and nested reversals inside it, at two speeds."""
     u = data.u[data.counted]
     lo, hi, first = float(u.min()), float(u.max()), float(data.u[0])
     half = (hi - lo) / 2
     speed = float(np.clip(np.sqrt(np.mean(np.diff(u) ** 2)) / half, LEAST_STEP, MOST_STEP))
     steps = np.repeat([first, hi, lo, (lo + hi) / 2], HELD)
-    return np.concatenate([steps, (lo + hi) / 2 + half * nested_reversals(REVERSALS, SEED, speed)])
+    turns = [nested_reversals(REVERSALS, SEED + k, step) for k, step in enumerate((speed, LEAST_STEP))]
+    return np.concatenate([steps, (lo + hi) / 2 + half * np.concatenate(turns)])
 
 
 def warnings(key: str, graph: Graph, data: Dataset, bounded: Bounded, covered: float | None) -> list[str]:
