@@ -1,8 +1,9 @@
 """Guards of every fit: what the data of the fit do not show of a model, looked for in one place.
 
 - Another signal.  The model runs free on steps to the ends of the trained range and on nested reversals inside it, at
-  the speed of the data and at 200 rows a cycle.  An output that overflows or grows is an error.  One that leaves the range of y by more than its span is a warning: a
-  model of a few reversals, or dynamics that the record does not excite, extrapolate.
+  the speed of the data and at 200 rows a cycle.  An output that overflows or grows is an error.  One that leaves the
+  range of y by more than its span is a warning: a model of a few reversals, or dynamics that the record does not
+  excite, extrapolate.
 - Poles.  A pole of a transfer function above pi/h moves within a step of the data, which cannot determine it.  Padé
   approximants of a delay are left out: their zeros mirror their poles.
 - Bounds.  A parameter at a bound of its search was not found but stopped.
