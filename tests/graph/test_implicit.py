@@ -160,12 +160,6 @@ def test_asked_again_it_answers_the_same_and_sees_new_parameters():
 A, B = Node("a", "backlash_sum"), Node("b", "backlash_sum")
 
 
-def reads_another_input():
-    nodes = [Node("inv", "implicit_inverse"), Node("s", "sum", {"n": 2})]
-    wires = [("inv.u", "s.u[1]"), ("s.y", "inv.h")]
-    return Graph(nodes, wires, [Input("y", ("inv.y",)), Input("d", ("s.u[2]",))], [Output("u", "inv.u")])
-
-
 def wrong_order():
     nodes = [A, Node("inv", "implicit_inverse")]
     wires = [("inv.u", "a.u"), ("a.y", "inv.h")]
@@ -200,7 +194,6 @@ def one_model_for_two():
             lambda: around([A, Node("i", "implicit_inverse")], [("a.y", "i.y")], ["a.u"], "i.u"),
             "at i: an implicit inverse cannot stand between",
         ),
-        (reads_another_input, "at s: between u and h .* no block may read another input"),
         (wrong_order, "at a: the model .* must follow it in the order of the file"),
         (model_from_behind, "at b: the model .* must follow it in the order of the file"),
         (one_model_for_two, "at c: it belongs to the models of two implicit inverses"),
@@ -210,6 +203,25 @@ def test_what_cannot_be_tried_is_refused_with_its_name(make, words):
     with pytest.raises(InputError, match=f"^no implicit inverse {words}") as e:
         make().executor()
     assert "\n" not in str(e.value)
+
+
+def test_a_model_reads_other_inputs_that_hold_during_the_search():
+    """y = 2 u d + d, so u = (y - d) / (2 d) and du = (dy - dd) / (2 d) - (y - d) dd / (2 d^2)."""
+    nodes = [
+        Node("inv", "implicit_inverse"),
+        Node("p", "product", {"n": 2, "m": 0}),
+        Node("s", "sum", {}, {"k": [2.0, 1.0]}),
+    ]
+    wires = [("inv.u", "p.u[1]"), ("p.y", "s.u[1]"), ("s.y", "inv.h")]
+    inputs = [Input("y", ("inv.y",)), Input("d", ("p.u[2]", "s.u[2]"), start=1.0)]
+    graph = Graph(nodes, wires, inputs, [Output("u", "inv.u")])
+    assert graph.dependencies() == {"u": ("y", "d")}
+    y, d = np.random.default_rng(0).uniform([[-1], [1]], [[1], [3]], (2, 50))
+    np.testing.assert_allclose(graph.run(np.column_stack([y, d])), (y - d) / (2 * d), rtol=1e-12)
+    unit = Unit(graph)
+    unit.initialize(0.0, y=0.3, d=2.0)
+    (found,) = unit.tangent(0.0, np.array([0.7, -0.4]))
+    assert found == pytest.approx((0.7 + 0.4) / 4 + (0.3 - 2) * 0.4 / 8, rel=1e-9)
 
 
 def test_a_loop_through_the_wanted_value_is_algebraic():

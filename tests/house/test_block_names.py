@@ -43,6 +43,10 @@ ALLOWED: dict[str, dict[str, str]] = {
         **dict.fromkeys(("delay", "scaling", "transfer_function"), "split(): linear blocks at the end of a chain"),
         "polynomial_narx": "dynamic_inverse(): weights of the last samples, which start at the first one",
     },
+    "inverse/beside.py": {
+        **dict.fromkeys(("sum", "product"), "inverted_beside(): solved for the input that the chain drives"),
+        "scaling": "_refuse_zero(): limits of the covariates in a factor",
+    },
     "inverse/exact.py": {
         "prandtl_ishlinskii": "_INVERT: asks for a linear term and positive slopes",
         "dead_zones": "_INVERT: the inverse has other knots and slopes",

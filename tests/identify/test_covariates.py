@@ -165,6 +165,33 @@ def test_modelica_has_them_as_connectors(model, tmp_path):
     assert f"  tested.T = {start!r};" in (package / "Example.mo").read_text()
 
 
+@pytest.mark.parametrize("name", ["actuator", "model"])
+def test_the_inverse_takes_them_too(name, request, data):
+    """Exact where they enter a gain and an offset, else by a root per step, at temperatures that move."""
+    forward = request.getfixturevalue(name)
+    inverse = forward.inverse()
+    assert inverse.provenance["inverse"] == {"actuator": "exact", "model": "implicit"}[name]
+    assert [i.name for i in inverse.graph.inputs] == ["u", "T", "load"]
+    assert inverse.fit["cascade_max_percent"] < 1e-9
+    given = {label: values for label, _, values in data.covariates}
+    wanted = forward.predict(0.8 * data.u, covariates=given)
+    reached = forward.predict(inverse.predict(wanted, covariates=given), covariates=given)
+    np.testing.assert_allclose(reached, wanted, atol=1e-9)
+
+
+def test_an_inverse_that_cannot_be_is_refused(actuator, model):
+    node = actuator.graph.node("gain")
+    falling = actuator.graph.replace(node.with_values(k=np.array([1.5, 0.0])))
+    with pytest.raises(
+        InputError, match=r"The factor gain.y of scheduled must keep its sign for an inverse. Got one from -0"
+    ):
+        type(actuator)(actuator.key, falling, actuator.step, "", {}, actuator.provenance).inverse("exact")
+    with pytest.raises(InputError, match=r"A model to invert by learning must have no covariates. Got T, load"):
+        model.inverse("learned")
+    with pytest.raises(InputError, match=r"must read its input alone in Modelica. Got 'features'"):
+        model.inverse("implicit").export_modelica("Inverse")
+
+
 @pytest.mark.parametrize("key", [key for key in METHODS if key not in ("auto", *KINDS)])
 def test_other_kinds_name_those_that_take_them(key, data):
     with pytest.raises(InputError, match=f"The data of {key} must have no covariates. Got T, load, which .* take"):

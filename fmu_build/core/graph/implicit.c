@@ -22,10 +22,7 @@ static int holds(const hyst_node *n) { return n->block->feedthrough && !n->block
 static hyst_status mark(hyst_graph *g, int i, int k) {
   const hyst_node *n = g->nodes + k;
   for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++) {
-    if (w->source == i || (k == i && (!hyst_closes_implicit(n, w) || w->source < 0))) continue;
-    if (w->source < 0)
-      return hyst_fail(&g->error, HYST_E_IMPLICIT, n->name, NULL,
-                       "between u and h of an implicit inverse no block may read another input");
+    if (w->source < 0 || w->source == i || (k == i && !hyst_closes_implicit(n, w))) continue; /* inputs hold */
     hyst_node *source = g->nodes + w->source;
     if (w->source < i && holds(source)) continue; /* known before the search */
     const char *wrong = unfit(source);

@@ -1,12 +1,13 @@
 /* implicit.h - blocks whose output the graph finds by trial (hyst_block.trial), such as implicit_inverse: values of u
  * are tried on other blocks until their output, the input h, equals the wanted value, the first input.
  *
- * The model of such a block consists of all blocks that h depends on.  They must depend on u alone, be static
- * (functions and hysteretic blocks) and follow the block in the file in topological order; hyst_implicit_check()
- * refuses all else.  They may also read blocks without direct feed-through that precede it in the file, such as the
- * lags of a creep: these have made their step from the last root and are constant during the search.  A wire into h is
- * no algebraic loop.  Because the inverse is a block and not a flag of the file, it can occur anywhere and several
- * times, in closed loops and fused scenarios, and the parameters of the model stay visible and tunable.
+ * The model of such a block consists of all blocks that h depends on.  They must depend on u and on inputs of the graph
+ * alone, which hold during the search, be static (functions and hysteretic blocks) and follow the block in the file in
+ * topological order; hyst_implicit_check() refuses all else.  They may also read blocks without direct feed-through
+ * that precede it in the file, such as the lags of a creep: these have made their step from the last root and are
+ * constant during the search.  A wire into h is no algebraic loop.  Because the inverse is a block and not a flag of
+ * the file, it can occur anywhere and several times, in closed loops and fused scenarios, and the parameters of the
+ * model stay visible and tunable.
  *
  * Equal requests get equal results, to the last bit.  A search from the last root would end with other last bits, so an
  * importer that updates a unit twice at one time would see other outputs than one that updates once.  Hence the memory

@@ -25,12 +25,13 @@ static void tangent_of_block(const hyst_node *n, const double *dx, double *ddx) 
   for (int64_t k = 0; k < n->n_c; k++) ddx[k] = 0;
 }
 
-/* tangent of the model output h for the seed du of its input and the tangents of blocks that hold during the search */
-static double tried(const hyst_graph *g, const hyst_node *n, double du) {
+/* tangent of the model output h for the seed du of its input, those of the inputs of the graph, and the tangents of
+ * blocks that hold during the search */
+static double tried(const hyst_graph *g, const hyst_node *n, double du, const double *d_external) {
   n->dy[0] = du;
   for (const hyst_node *m = n + 1, *end = g->nodes + g->n_nodes; m < end; m++) {
     if (m->tried_by != (int)(n - g->nodes)) continue;
-    gather(g, m, NULL); /* inputs of the graph reach the model only through u */
+    gather(g, m, d_external);
     tangent_of_block(m, NULL, NULL);
   }
   double change = 0;
@@ -43,14 +44,15 @@ static double tried(const hyst_graph *g, const hyst_node *n, double du) {
 }
 
 /* du / dy of a block with trials, in the direction of u for which h follows y; 0 at a limit */
-static void tangent_by_trial(const hyst_graph *g, const hyst_node *n) {
-  const double held = tried(g, n, 0), wanted = n->du[HYST_IMPLICIT_WANTED] - held, off = hyst_implicit_off(n);
+static void tangent_by_trial(const hyst_graph *g, const hyst_node *n, const double *d_external) {
+  const double held = tried(g, n, 0, d_external), wanted = n->du[HYST_IMPLICIT_WANTED] - held,
+               off = hyst_implicit_off(n);
   const double size = n->u[HYST_IMPLICIT_WANTED] < 0 ? -n->u[HYST_IMPLICIT_WANTED] : n->u[HYST_IMPLICIT_WANTED];
   const int reached = (off < 0 ? -off : off) <= 1e-12 * (1 + size);
   double du = 0;
   for (int side = 1; side >= -1 && wanted != 0 && reached; side -= 2) {
     const double beyond = side > 0 ? n->p[HYST_IMPLICIT_HI] : n->p[HYST_IMPLICIT_LO];
-    const double steps = wanted / (tried(g, n, side) - held); /* infinite if the output is stationary */
+    const double steps = wanted / (tried(g, n, side, d_external) - held); /* infinite if the output is stationary */
     if (n->y[0] == beyond || !(steps >= 0 && steps < HYST_INF)) continue;
     du = side * steps;
     break;
@@ -58,8 +60,8 @@ static void tangent_by_trial(const hyst_graph *g, const hyst_node *n) {
   n->dy[0] = du;
 }
 
-static void tangent(const hyst_graph *g, const hyst_node *n, const double *dx, double *ddx) {
-  if (n->block->trial) tangent_by_trial(g, n);
+static void tangent(const hyst_graph *g, const hyst_node *n, const double *d_external, const double *dx, double *ddx) {
+  if (n->block->trial) tangent_by_trial(g, n, d_external);
   else tangent_of_block(n, dx, ddx);
 }
 
@@ -77,7 +79,7 @@ void hyst_graph_tangent(hyst_graph *g, const double *d_external, const double *d
       int64_t first = 0;
       for (const hyst_node *m = g->nodes; n->n_c > 0 && m < n; m++) first += m->n_c;
       gather(g, n, d_external);
-      tangent(g, n, d_continuous + first, d_derivatives + first);
+      tangent(g, n, d_external, d_continuous + first, d_derivatives + first);
     }
   for (const hyst_port *p = g->ports + g->first_output, *end = g->ports + g->end_output; p < end; p++)
     if (p->kind == HYST_OUTPUT) {

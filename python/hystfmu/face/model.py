@@ -307,10 +307,11 @@ class Model(Record):
             raise InputError(
                 f"The method of an inverse with options must be named. Got {next(iter(options))!r} for 'auto'."
             )
+        last: InverseMethod = "learned" if len(self.graph.inputs) == 1 else "implicit"  # no network with covariates
         for each in ("exact", "implicit"):
             with suppress(InputError):
                 return Model.of(inverse(self, each, seed))
-        return _warned(Model.of(inverse(self, "learned", seed)))
+        return _warned(Model.of(inverse(self, last, seed)))
 
     def with_in_range(self) -> Model:
         """The model with a second output ``in_range``: 1 if the input lies in the range of the training rows, else 0.

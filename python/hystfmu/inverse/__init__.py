@@ -30,6 +30,7 @@ from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.inverse.input_range import over_range
 from hystfmu.inverse.learned import learned_inverse
 from hystfmu.model import Model
+from hystfmu.model.inputs import beside, with_starts
 
 __all__ = ["inverse"]
 
@@ -43,7 +44,7 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
     Parameters
     ----------
     model : Model
-        Model with one input and one output.
+        Model with one input and one output, and perhaps covariates, which the inverse takes too.
     method : {"exact", "implicit", "learned"}
         See the module docstring.
     seed : int
@@ -78,8 +79,14 @@ def invert(model: Model, method: str = "exact", seed: int = 0, **options: Any) -
     if method not in METHODS:
         raise InputError(f"The method of an inverse must be one of {', '.join(METHODS)}. Got {method!r} instead.")
     n_in, n_out = len(model.graph.inputs), len(model.graph.outputs)
-    if n_in != 1 or n_out != 1:
+    covariates = set(model.provenance.get("span_covariates", {}))
+    if n_in == 0 or n_out != 1 or not set(beside(model.graph)) <= covariates:
         raise InputError(f"A model to invert must have one input and one output. Got {n_in} and {n_out} instead.")
+    if n_in > 1 and method == "learned":
+        raise InputError(
+            f"A model to invert by learning must have no covariates. Got {', '.join(beside(model.graph))}: use the "
+            "method 'exact' or 'implicit'."
+        )
     parts = split(model)
     if parts is None and not any(model.graph.dependencies().values()):
         raise InputError(
@@ -111,11 +118,11 @@ def _cascade(model: Model, made: Model) -> dict[str, float]:
         return {}
     parts, late = split(model), made.fit.get("lag_steps", 0)
     if parts is None:
-        signals = [model.predict(over_range(model, SHARE * v)) for v in held_out().values()]
+        signals = [model.predict(with_starts(model.graph, over_range(model, SHARE * v))) for v in held_out().values()]
     else:
         signals = wanted(model, parts, SHARE)
     found = []
     for r in signals:
-        reached = model.predict(made.predict(r, model.step))
+        reached = model.predict(with_starts(model.graph, made.predict(with_starts(made.graph, r), model.step)))
         found.append(errors(reached[late:], r[: len(r) - late], float(np.ptp(r))))
     return {f"cascade_{k}": max(e[k] for e in found) for k in ("rms_percent", "max_percent")}

@@ -16,8 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph import Graph, Node, Output
 from hystfmu.model import Model
+from hystfmu.model.inputs import with_starts
 
 CREEP = "creep"
 
@@ -28,7 +29,7 @@ def known_states(model: Model) -> tuple[list[Node], Model]:
     Parameters
     ----------
     model : Model
-        Model with one input and one output.
+        Model with one output.
 
     Returns
     -------
@@ -83,10 +84,10 @@ def _separated(g: Graph, node: Node, h: float) -> tuple[Graph, Node]:
 
 
 def _first(g: Graph, node: Node) -> float:
-    """Return the input of a block at the start value of the graph."""
+    """Return the input of a block at the start values of the graph."""
     source = g.inputs[0]
     if f"{node.name}.u" in source.to:
         return float(source.start)
     (end,) = (a for a, b in g.wires if b == f"{node.name}.u")
-    inside = Graph(g.nodes, g.wires, [Input(source.name, source.to)], [Output("v", end)], sort=False)
-    return float(inside.run([source.start])[0])
+    inside = Graph(g.nodes, g.wires, g.inputs, [Output("v", end)], sort=False)
+    return float(inside.run(with_starts(g, [source.start]))[0])

@@ -31,8 +31,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node
-from hystfmu.inverse.input_range import over_range
+from hystfmu.inverse.input_range import at_start, over_range
 from hystfmu.model import Model
+from hystfmu.model.inputs import with_starts
 
 ACCURATE, MOST_AHEAD = 1e-4, 8
 BAND = 0.1  # of the slowest natural frequency: where the feed-forward is accurate and the cascade is tested
@@ -137,11 +138,10 @@ def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Mode
     theta = np.append(taps / gain, -offset / gain * taps.sum())
     dims = {"n_u": len(taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
     sink = model.graph.outputs[0]
-    start = float(model.predict(np.full(2, model.graph.inputs[0].start))[0])
     graph = Graph(
         [Node(name, "polynomial_narx", dims, {"theta": theta}), *g.nodes],
         [*g.wires, *((f"{name}.y", end) for end in g.inputs[0].to)],
-        [Input("u", (f"{name}.u",), sink.unit, start, "wanted output")],
+        [Input("u", (f"{name}.u",), sink.unit, at_start(model), "wanted output"), *g.inputs[1:]],
         g.outputs,
     )
     steps = ahead + parts.delay
@@ -208,7 +208,8 @@ def wanted(model: Model, parts: Parts, share: float) -> list[Array]:
     from hystfmu.data.signals import decaying_sine, two_tones
 
     assert model.step is not None
-    reached = parts.front.predict(over_range(parts.front, share * np.array([0.0, 1.0, -1.0, 1.0])))
+    there = over_range(parts.front, share * np.array([0.0, 1.0, -1.0, 1.0]))
+    reached = parts.front.predict(with_starts(parts.front.graph, there))
     gain, offset = parts.readout
     start, least, most = (gain * v + offset for v in (float(reached[0]), float(reached.min()), float(reached.max())))
     samples = max(round(1 / (BAND * parts.frequency() * model.step)), LEAST_SAMPLES)

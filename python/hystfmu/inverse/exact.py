@@ -10,29 +10,41 @@ import numpy as np
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.inverse.beside import driven_beside, inverted_beside, takes_beside
 from hystfmu.inverse.implicit import implicit_inverse
+from hystfmu.inverse.input_range import at_start
 from hystfmu.model import Model
 
 
 def exact_inverse(model: Model) -> Model:
-    """Invert a model whose blocks form one chain and have inverses.
+    """Invert a model whose blocks form one chain and have inverses; blocks that covariates drive stand beside it.
 
     Raises
     ------
     InputError
         The blocks form no chain, or one has no inverse; the message names it.
     """
-    chain = _chain(model)
-    nodes = [_INVERT.get(n.type, _same_values)(n) for n in reversed(chain)]
-    reads = [f"{n.name}.{n.block.of('input')[0].name}" for n in nodes]
+    g = model.graph
+    alone = driven_beside(g)
+    chain = _chain(model, alone)
+    made = [inverted_beside(g, n, alone) for n in reversed(chain)]
+    nodes = [
+        _INVERT.get(n.type, _same_values)(n) if other is None else other.node
+        for n, other in zip(reversed(chain), made, strict=True)
+    ]
+    reads = [
+        f"{n.name}.{n.block.of('input')[0].name}" + ("" if other is None else "[1]")
+        for n, other in zip(nodes, made, strict=True)
+    ]
     gives = [f"{n.name}.{n.block.of('output')[0].name}" for n in nodes]
     wires = list(zip(gives[:-1], reads[1:], strict=True))
-    source, sink = model.graph.inputs[0], model.graph.outputs[0]
-    start = float(model.predict(np.full(2, source.start))[0])
+    wires += [wire for other in made if other is not None for wire in other.wires]
+    wires += [(a, b) for a, b in g.wires if b.split(".")[0] in alone]
+    source, sink = g.inputs[0], g.outputs[0]
     graph = Graph(
-        nodes,
+        [*(n for n in g.nodes if n.name in alone), *nodes],
         wires,
-        [Input("u", (reads[0],), sink.unit, start, "wanted output")],
+        [Input("u", (reads[0],), sink.unit, at_start(model), "wanted output"), *g.inputs[1:]],
         [Output("y", gives[-1], source.unit, "input that gives it")],
     )
     graph.executor()  # the core refuses values that have no inverse
@@ -42,12 +54,13 @@ def exact_inverse(model: Model) -> Model:
     )
 
 
-def _chain(model: Model) -> list[Node]:
-    """Return the nodes from input to output, each with one invertible input and output."""
+def _chain(model: Model, alone: set[str]) -> list[Node]:
+    """Return the nodes from input to output, each with one invertible input and output, without those `alone`."""
     graph = model.graph
-    follows = {a.split(".")[0]: b for a, b in graph.wires}
+    path = [(a, b) for a, b in graph.wires if a.split(".")[0] not in alone]
+    follows = {a.split(".")[0]: b for a, b in path}
     for n in graph.nodes:
-        if n.block.inverse is None:
+        if n.name not in alone and n.block.inverse is None and not takes_beside(graph, n, alone):
             hint = _instead(model) if n.type not in ("delay", "transfer_function") else ""
             raise InputError(f"The blocks must be invertible. Got {n.name!r}: {n.type} has no exact inverse{hint}.")
     at = graph.inputs[0].to[0].split(".")[0]
@@ -55,7 +68,7 @@ def _chain(model: Model) -> list[Node]:
     while at in follows:
         at = follows[at].split(".")[0]
         chain.append(graph.node(at))
-    straight = len(graph.inputs[0].to) == 1 and len(graph.wires) == len(chain) - 1 == len(graph.nodes) - 1
+    straight = len(graph.inputs[0].to) == 1 and len(path) == len(chain) - 1 == len(graph.nodes) - len(alone) - 1
     if not straight or graph.outputs[0].source.split(".")[0] != at:
         raise InputError(
             "The blocks of an exact inverse must form one chain from input to output. "
@@ -72,7 +85,7 @@ def _instead(model: Model) -> str:
         implicit_inverse(model)
     except InputError:
         return "; use the method 'learned'"
-    return "; use the method 'implicit' or 'learned'"
+    return "; use the method 'implicit'" + ("" if len(model.graph.inputs) > 1 else " or 'learned'")
 
 
 def _invert_prandtl_ishlinskii(n: Node) -> Node:

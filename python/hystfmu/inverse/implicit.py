@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.creep_states import known_states
-from hystfmu.inverse.input_range import input_range
+from hystfmu.inverse.input_range import at_start, input_range
 from hystfmu.model import Model
+from hystfmu.model.inputs import with_starts
 
 FLAT = 1e-4  # step back after a reversal, relative to the input range, on which the output must move
 
@@ -19,7 +18,8 @@ def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = N
     Parameters
     ----------
     model : Model
-        Model with one input and one output; with creep, the inverse is exact for steps of ``model.step``.
+        Model with one input and one output, and perhaps covariates, which the inverse takes too; with creep, the
+        inverse is exact for steps of ``model.step``.
     lo, hi : float, optional
         Limits of the input, in its unit of measure; default the range of the data (provenance ``span_u``).
 
@@ -46,7 +46,7 @@ def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = N
             *(n for n in g.nodes if n.name not in first),
         ],
         [*g.wires, *((f"{name}.u", end) for end in source.to), (sink.source, f"{name}.h")],
-        [Input("u", (f"{name}.y",), sink.unit, float(model.predict(np.full(2, source.start))[0]), "wanted output")],
+        [Input("u", (f"{name}.y",), sink.unit, at_start(model), "wanted output"), *g.inputs[1:]],
         [Output("y", f"{name}.u", source.unit, "input that gives it")],
     )
     graph.executor()  # the core refuses dynamics and names the block
@@ -62,7 +62,7 @@ def _refuse_flat(model: Model, lo: float, hi: float) -> None:
     """
     middle = (lo + hi) / 2
     back = middle - FLAT * (hi - lo)
-    start, end, turned = model.predict([model.graph.inputs[0].start, middle, back])
+    start, end, turned = model.predict(with_starts(model.graph, [model.graph.inputs[0].start, middle, back]))
     if abs(turned - end) <= 1e-12 * abs(end - start):
         raise InputError(
             f"The output of {model.key} must move after a reversal. Got one that stands still and has no continuous "

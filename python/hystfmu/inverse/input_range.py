@@ -7,6 +7,12 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.model import Model
+from hystfmu.model.inputs import with_starts
+
+
+def at_start(model: Model) -> float:
+    """Return the output of a model at the start values of its inputs."""
+    return float(model.predict(with_starts(model.graph, np.full(2, model.graph.inputs[0].start)))[0])
 
 
 def over_range(model: Model, v: Array) -> Array:

@@ -59,6 +59,11 @@ def input_rows(graph: Graph, u: Array | Sequence[float], given: Mapping[str, Arr
     return np.column_stack(columns)
 
 
+def with_starts(graph: Graph, u: Array | Sequence[float]) -> Array:
+    """Return the input rows of a graph whose covariates hold their start values, (n,) or (n, n_inputs)."""
+    return input_rows(graph, u, {i.name: i.start for i in graph.inputs[1:]})
+
+
 def rows_of(graph: Graph, data: Dataset) -> Array:
     """Return the input rows of a graph on a record: u, and the covariates that the graph takes, by name.
 

@@ -87,7 +87,7 @@ def tried(graph: Graph, inverse: Node, within: str) -> Tried:
     Raises
     ------
     InputError
-        As `between`; or the library has no static form of a block.
+        As `between`; the library has no static form of a block; or the model reads covariates.
     """
     nodes = between(graph, inverse)
     forms = [static_form(graph, n) for n in nodes]
@@ -143,6 +143,11 @@ def _source(graph: Graph, node: Node, place: int, inverse: Node, names: dict[str
     at = graph.nodes.index(node)
     for d, first, s, from_place, n in graph.links:
         if d == at and first <= place < first + n:
+            if s < 0:
+                raise InputError(
+                    f"The model of {inverse.name!r} must read its input alone in Modelica. Got {node.name!r}, which "
+                    "reads another one: export an FMU, or take the exact inverse."
+                )
             source = graph.nodes[s]
             return "u" if source is inverse else f"{names[source.name]}[{from_place + place - first + 1}]"
     starts = [v.start for v in node.block.of("input") for _ in range(node.sizes[v.name])]
