@@ -53,11 +53,12 @@ def inverted_beside(g: Graph, n: Node, alone: set[str]) -> Inverted | None:
     (own,) = (k for k, a in enumerate(ends) if a is not None and a.split(".")[0] not in alone)
     others = [k for k in range(size) if k != own]
     if n.type == "sum":
-        k = n.value("k")
-        if k[own] == 0:
+        weights = n.value("k")
+        if weights[own] == 0:
             raise InputError(f"The weight of {ends[own]} in {n.name} must not be 0 for an inverse. Got 0.")
-        weights = np.concatenate([[1.0], -k[others]]) / k[own]
-        node = Node(n.name, n.type, {"n": size}, {"k": weights, "offset": -float(n.value("offset")[0]) / k[own]})
+        own_weight, offset = float(weights[own]), float(n.value("offset")[0])
+        solved = np.concatenate([[1.0], -weights[others]]) / own_weight
+        node = Node(n.name, n.type, {"n": size}, {"k": solved, "offset": -offset / own_weight})
     else:
         factors = n.dims["n"]
         if own >= factors or n.dims["m"] > 0:
