@@ -113,7 +113,19 @@ def _actuator_rows(seed: int) -> list[Row]:
         Row(f"{about}: worst of five signals, % of span", ours=found[worst], target=0.1, note=worst),
         Row(f"{about}: f_n, error in %", ours=100 * abs(f_n / drawn_plants.F_N - 1), target=0.1),
         Row(f"{about}: zeta, error in %", ours=100 * abs(zeta / drawn_plants.ZETA - 1), target=2.0),
+        _dynamic_row(model, about),
     ]
+
+
+def _dynamic_row(model: Model, about: str) -> Row:
+    """Compute the cascade of the inverse with preview and its own model, up to a tenth of the natural frequency."""
+    what = f"{about}: inverse with preview before its model up to f_n / 10, max, % of span"
+    try:
+        found = inverse(model).fit
+    except InputError as e:
+        return Row(what, note=str(e))
+    note = f"up to {found['band']:.3g} Hz, {found['lag_steps']} step late"
+    return Row(what, ours=found["cascade_max_percent"], target=0.1, note=note)
 
 
 def _inverse_rows(seed: int) -> list[Row]:
