@@ -5,6 +5,9 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
+from hystfmu.scenario import Scenario, build
+from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 CASES = {
     "sine_10": "10 Hz",
@@ -60,3 +63,39 @@ def markdown() -> str:
     plants = {"": "The ten-backlash plant", "_bouc_wen": "The Bouc-Wen plant"}
     rates = {"": "10 kHz", "_1khz": "1 kHz"}
     return "\n\n".join(f"{plants[p]} at {rates[r]}:\n\n{table(r, p)}" for p in plants for r in rates)
+
+
+LOOPS = {
+    "sliding_mode_2005": "law of 2005",
+    "pid": "PID",
+    "lead_lag": "lead-lag with observer",
+    "pid_observer": "PID with observer",
+    "pid_robust": "PID, tuned for margins",
+}
+NOMINAL, WITH_STEP = "sine_10", 1  # steps of delay in the table
+CORNERS = [f"{gain}_{f}" for gain in ("up", "down") for f in (400, 600)]
+MISMATCH = ("mismatch_up", "mismatch_down")
+
+
+def survival() -> str:
+    """Margins of the loops with a step of delay, the delay up to which their corners are stable, their worst errors."""
+    head = ["10 kHz, a step of delay", "Ms, dB", "delay margin, steps", "corners stable up to, steps"]
+    head += ["worst corner, 10 Hz", "worst corner, 100 Hz"]
+    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    for name, text in LOOPS.items():
+        found = baseline(name)
+        corners = [c for c in CORNERS if f"{c}_10" in found]
+        own = WITH_STEP if corners else 0  # the robust loops have the step in all cases
+        nominal = loop(name, NOMINAL).margins(delay=WITH_STEP - own)
+        stable = [loop(name, f"{c}_10").stable_to() + own for c in corners or MISMATCH]
+        after = "_{}" if corners else "_delay_{}"
+        worst = [max(found[c + after.format(f)]["tracking"] for c in corners or MISMATCH) for f in (10, 100)]
+        cells = [f"{nominal.Ms_db:.1f}", f"{nominal.delay_steps:.1f}", f"{min(stable):g}"]
+        lines.append(f"| {text} | {' | '.join([*cells, *(f'{w:.2g}' for w in worst)])} |")
+    return "\n".join(lines)
+
+
+def loop(name: str, case: str) -> OpenedLoop:
+    """Open the loop of a case."""
+    (found,) = (c for c in Scenario(SCENARIOS / name).cases if c.name == case)
+    return open_loop(build(found))

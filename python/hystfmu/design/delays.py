@@ -29,13 +29,15 @@ class Cut:
     steps: tuple[int, ...]
 
 
-def cut(graph: Graph) -> Cut:
+def cut(graph: Graph, sort: bool = True) -> Cut:
     """Cut the delays out of a graph.
 
     Parameters
     ----------
     graph : Graph
         Graph with or without delay blocks.
+    sort : bool
+        Sort the blocks again, as a continuous graph needs; in steps, each keeps its place and what it reads.
 
     Returns
     -------
@@ -60,7 +62,7 @@ def cut(graph: Graph) -> Cut:
     taken = [Output(f"{n.name}_out", f"{n.name}.y") for n in delays]
     outputs = [Output(o.name, behind(o.source), o.unit, o.text) for o in graph.outputs]
     wires = [(behind(a), b) for a, b in graph.wires]
-    opened = Graph(nodes, wires, [*graph.inputs, *late], [*outputs, *taken], step=graph.step)
+    opened = Graph(nodes, wires, [*graph.inputs, *late], [*outputs, *taken], sort=sort, step=graph.step)
     return Cut(opened, tuple(n.dims["n"] for n in delays))
 
 

@@ -42,7 +42,7 @@ def sampled(graph: Graph, h: float) -> StateSpace:
     InputError
         The graph is not linear at rest.
     """
-    opened = cut(graph)
+    opened = cut(graph, sort=False)
     system = _trimmed(_differences(opened.graph, h))
     if opened.steps:
         system = close(system, shift_registers(opened.steps))
@@ -113,4 +113,4 @@ def _check(graph: Graph, h: float, system: StateSpace) -> None:
     size = float(np.abs(said).max())
     if not (np.isfinite(moved).all() and np.abs(moved - said).max() <= SAME * size + 1e-3 * SMALL * (size == 0)):
         names = ", ".join(dict.fromkeys(n.type for n in graph.nodes))
-        raise InputError(f"The blocks must be linear at rest to have margins. Got {names}, which differ from any line.")
+        raise InputError(f"The blocks must be linear at rest to have margins. Got {names}, which move otherwise.")

@@ -74,10 +74,16 @@ class OpenedLoop:
         """Return the margins for one slope and a delay in steps beyond those of the case."""
         return margins(self.open_loop(slope, delay))
 
+    def radius(self, slope: float, delay: float) -> float:
+        """Return the largest modulus of a pole of the closed loop; it is stable below 1."""
+        A, B, C, D = self.controller
+        F, G, H, _ = held(self.plant, self.h, delay)
+        closed = np.block([[A, B @ H], [slope * G @ C, F + slope * G @ D @ H]])
+        return float(np.abs(np.linalg.eigvals(closed)).max())
+
     def stable(self, slope: float, delay: float) -> bool:
         """Whether the closed loop is stable."""
-        poles = python_control().feedback(self.open_loop(slope, delay), 1).poles()
-        return bool((np.abs(poles) < 1).all())
+        return self.radius(slope, delay) < 1
 
     def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
         """Return the largest of these delays up to which every slope of the sector is stable; NaN if none."""
@@ -100,8 +106,15 @@ class OpenedLoop:
         return float(np.sqrt((closed.C @ X @ closed.C.T + closed.D @ closed.D.T)[0, 0]))
 
 
-def open_loop(system: System) -> OpenedLoop:
+def open_loop(system: System, slopes: tuple[float, float] | None = None) -> OpenedLoop:
     """Open the loop of a case at the input of the unit whose output is tracked.
+
+    Parameters
+    ----------
+    system : System
+        Case made ready to run.
+    slopes : (float, float), optional
+        Sector of local slopes of the plant over its inverse; by default the case is run to find it.
 
     Raises
     ------
@@ -120,7 +133,7 @@ def open_loop(system: System) -> OpenedLoop:
     if {p.period for p in parts} != {system.case.ripple} or any(plant > k for k in around):
         raise InputError(f"{where}: The loop must have one rate, its plant first in the order. Got another order.")
     between = [k for k in around if _has_memory(system.parts[k].own)]
-    slopes = _slopes(system, plant, entry, between)
+    slopes = slopes or _slopes(system, plant, entry, between)
     straight = tuple(replace(p, graph=_gain(p.own)) if k in between else p for k, p in enumerate(system.parts))
     graph, _ = fuse(replace(system, parts=straight), tuple(around))
     measured = [i for i in graph.inputs if _source(system, i.name) == plant]
@@ -130,7 +143,10 @@ def open_loop(system: System) -> OpenedLoop:
     command = next(o for o in graph.outputs if o.name == out)
     controller = Graph(graph.nodes, graph.wires, [Input("y", ends)], [Output("u", command.source)], sort=False)
     dynamics = linearise(_dynamics(system.parts[plant].own, where))
-    A, B, C, D = sampled(_wired(controller, graph), system.case.step)
+    try:
+        A, B, C, D = sampled(_wired(controller, graph), system.case.step)
+    except InputError as e:
+        raise InputError(f"{where}: {e}") from None
     specs = [system.case.units[system.parts[k].name] for k in (plant, *between)]
     models = tuple(str(s.model or s.inverse_of or s.block) for s in specs)
     return OpenedLoop(system, (A, B[:, :1], C, D[:, :1]), dynamics, system.case.step, slopes, models)

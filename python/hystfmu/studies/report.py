@@ -14,6 +14,7 @@ from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.report.page import write_report as write_page
 from hystfmu.scenario.system.measures import label, unit_of, unit_of_metric
 from hystfmu.scenario.system.system import System
+from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.spec import Study
 
 WORST, BINS, MOST_PLOTS = 10, 12, 24
@@ -78,9 +79,12 @@ def best_variation(study: Study, rows: list[dict[str, Any]]) -> dict[str, Any] |
         if any(m[k] > limit for m in metrics for k, limit in objective.limits.items()):
             continue
         scores[variation] = objective.score(cases)
-    if not scores:
-        return None
-    return by_variation[min(scores, key=lambda v: (scores[v], v))][0]
+    loop = LoopLimits(study, objective.loop) if objective.loop else None
+    for variation in sorted(scores, key=lambda v: (scores[v], v)):
+        row = by_variation[variation][0]
+        if loop is None or max(loop.excess(study.settings(row["values"])).values()) <= 0:
+            return row
+    return None
 
 
 def _case(labels: dict[str, str], system: System, rows: list[dict[str, Any]]) -> Section:

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
+from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.spec import MOST_ROWS, Study
 
 
@@ -62,6 +63,7 @@ class Asked:
         objective = study.spec.objective
         assert objective is not None
         self._objective = objective
+        self._loop = LoopLimits(study, objective.loop) if objective.loop else None
         sampler = optuna.samplers.TPESampler(seed=study.spec.seed)
         self._asker = optuna.create_study(direction="minimize", sampler=sampler)
 
@@ -92,6 +94,9 @@ class Asked:
         for trial, cases in zip(self._trials, rows, strict=True):
             for m, limit in self._objective.limits.items():
                 trial.set_constraint(m, max(row["metrics"].get(m, math.inf) - limit for row in cases))
+            if self._loop is not None:
+                for name, excess in self._loop.excess(self._study.settings(cases[0]["values"])).items():
+                    trial.set_constraint(name, excess)
             value = self._objective.score(cases)
             if math.isfinite(value):
                 self._asker.tell(trial, value)

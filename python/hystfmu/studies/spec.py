@@ -68,6 +68,22 @@ class ParameterSpec(pydantic.BaseModel):
         return f"*{value!r}" if self.scale is not None else value
 
 
+class LoopSpec(pydantic.BaseModel):
+    """Limits of the linearised loop: peak of the sensitivity in one case, stability in the corners."""
+
+    model_config = STRICT
+    case: Name = Field(description="case whose sensitivity is limited, for slope 1 of plant over inverse")
+    Ms_db: Annotated[float, Field(gt=0, le=60)] = Field(6.0, description="largest peak of the sensitivity (dB)")
+    delay: Annotated[float, Field(ge=0, le=100)] = Field(0.0, description="steps beyond the delay of the case")
+    corners: list[Name] = Field([], max_length=100, description="cases whose loops must be stable")
+    slopes: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
+        [1.0, 1.0], description="local slopes of plant over inverse, without the gain of the dynamics: corners"
+    )
+    delays: list[Annotated[float, Field(ge=0, le=100)]] = Field(
+        [0.0], min_length=1, max_length=20, description="steps beyond the delay of the case: corners"
+    )
+
+
 class ObjectiveSpec(pydantic.BaseModel):
     """The objective that Optuna minimises."""
 
@@ -78,6 +94,7 @@ class ObjectiveSpec(pydantic.BaseModel):
         {}, description="reference value of the metric by case, so that easy and hard cases count alike; 1 by default"
     )
     limits: dict[Name, Finite] = Field({}, description="upper limits of metrics, for every case")
+    loop: LoopSpec | None = Field(None, description="limits of the linearised loop")
 
     def score(self, rows: Sequence[dict[str, Any]]) -> float:
         """Return the objective of a variation from its rows, one per case; NaN if a run failed."""
@@ -145,6 +162,11 @@ class Study:
             for name in self.spec.objective.targets:
                 if name not in names:
                     raise InputError(f"{self.file}: objective.targets: no case {name!r}; there are {', '.join(names)}")
+            loop = self.spec.objective.loop
+            for name in (loop.case, *loop.corners) if loop else ():
+                if name not in have:
+                    raise InputError(f"{self.file}: objective.loop: no case {name!r}; there are {', '.join(have)}")
+        self.scenario_cases = have
 
     @property
     def parameters(self) -> dict[str, ParameterSpec]:

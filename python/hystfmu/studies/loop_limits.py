@@ -1,0 +1,64 @@
+"""Limits of the linearised loop as constraints of a study: peak of the sensitivity, stability in the corners."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hystfmu.scenario import build
+from hystfmu.scenario.loop_margins import SLOPES, OpenedLoop, open_loop
+from hystfmu.scenario.system.case import split_end
+from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.unit_graph import with_values
+from hystfmu.studies.spec import LoopSpec, Study
+
+RADIUS = 0.9999  # largest modulus of a pole that counts as stable
+
+
+class LoopLimits:
+    """The limits of a study file, for any variation.
+
+    Parameters
+    ----------
+    study : Study
+        Its objective states the limits.
+    spec : LoopSpec
+    """
+
+    def __init__(self, study: Study, spec: LoopSpec) -> None:
+        self._spec = spec
+        self._systems = {name: build(study.scenario_cases[name]) for name in {spec.case, *spec.corners}}
+
+    def excess(self, settings: Mapping[str, Any]) -> dict[str, float]:
+        """Return by how much a variation exceeds each limit; it is met at most 0.
+
+        Parameters
+        ----------
+        settings : mapping
+            ``{"unit.parameter": value}`` in the form that `set` of a scenario takes.
+        """
+        spec = self._spec
+        nominal = self._opened(spec.case, settings)
+        peak = nominal.margins(1.0, spec.delay)
+        found = {"Ms_db": peak.Ms_db - spec.Ms_db if peak.stable else math.inf}
+        corners = [self._opened(name, settings) for name in spec.corners]
+        lo, hi = spec.slopes
+        slopes = np.linspace(lo, hi, SLOPES)
+        radii = [c.radius(float(s), d) for c in corners for s in slopes for d in spec.delays]
+        return found | {"radius": max(radii, default=0.0) - RADIUS}
+
+    def _opened(self, case: str, settings: Mapping[str, Any]) -> OpenedLoop:
+        lo, hi = self._spec.slopes
+        return open_loop(_changed(self._systems[case], settings), (lo, hi))
+
+
+def _changed(system: System, settings: Mapping[str, Any]) -> System:
+    parts = list(system.parts)
+    for key, value in settings.items():
+        unit, name = split_end(key, "parameters")
+        parts = [replace(p, graph=with_values(p.graph, {name: value})) if p.name == unit else p for p in parts]
+    return replace(system, parts=tuple(parts))

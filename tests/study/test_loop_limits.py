@@ -1,0 +1,58 @@
+"""Limits of the linearised loop as constraints of a study."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from hystfmu.cli import main
+from hystfmu.scenario import build
+from hystfmu.scenario.loop_margins import open_loop
+from hystfmu.studies.loop_limits import LoopLimits
+from hystfmu.studies.report import best_variation
+from hystfmu.studies.spec import Study
+
+ROOT = Path(__file__).parents[2]
+FILES = sorted((ROOT / "scenarios").glob("*_robust/gains.study.toml"))
+FILE = FILES[0]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda f: f.parent.name)
+def test_the_gains_of_the_scenario_meet_the_limits_of_their_study(file: Path) -> None:
+    study = Study(file)
+    assert study.spec.objective is not None
+    assert study.spec.objective.loop is not None
+    limits = LoopLimits(study, study.spec.objective.loop)
+    gains = study.scenario_cases["sine_10"].units["pid"].values
+    shipped = {key: gains[key.partition(".")[2]] for key in study.parameters}
+    excess = limits.excess(shipped)
+    assert max(excess.values()) <= 0
+    found = open_loop(build(study.scenario_cases["sine_10"]), (0.68, 1.64)).margins()
+    assert excess["Ms_db"] == pytest.approx(found.Ms_db - 6.0)
+    assert limits.excess(shipped | {"pid.Kd": 3 * shipped["pid.Kd"]})["radius"] > 0
+
+
+def test_the_best_variation_is_within_the_limits_of_the_loop() -> None:
+    study = Study(FILE)
+    gains = study.scenario_cases["sine_10"].units["pid"].values
+    shipped = {key: float(gains[key.partition(".")[2]]) for key in study.parameters}
+    rows: list[dict[str, Any]] = []
+    for variation, (factor, error) in enumerate(((1.0, 0.02), (3.0, 0.01))):
+        values = shipped | {"pid.Kd": factor * shipped["pid.Kd"]}
+        metrics = {"tracking": error, "variation": 1.0}
+        rows += [{"variation": variation, "case": "sine_10", "values": values, "metrics": metrics, "status": "ok"}]
+    best = best_variation(study, rows)
+    assert best is not None
+    assert best["variation"] == 0  # the other has the smaller error and an unstable corner
+
+
+def test_a_case_that_does_not_exist_is_refused(tmp_path: Path) -> None:
+    text = FILE.read_text().replace('scenario = "."', f'scenario = "{FILE.parent}"')
+    bad = tmp_path / "bad.study.toml"
+    bad.write_text(text.replace('corners = ["up_400_10"', 'corners = ["up_999_10"'))
+    result = CliRunner().invoke(main, ["study", str(bad), "-o", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert "objective.loop: no case 'up_999_10'" in result.output
