@@ -26,6 +26,7 @@
   B(krasnoselskii_pokrovskii)   \
   B(lead_lag)                   \
   B(mlp)                        \
+  B(narx_network)               \
   B(noise)                      \
   B(pid)                        \
   B(play_bank)                  \

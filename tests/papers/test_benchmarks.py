@@ -14,11 +14,11 @@ from hystfmu.data.reversals import turning_points
 from hystfmu.identify import auto, fit
 from hystfmu.identify.excitation.minor_loops import examine, gaps
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
+from hystfmu.identify.methods.narx_network import assemble, simulate
 from hystfmu.identify.methods.prandtl_ishlinskii_asym import dead_zones
 from hystfmu.identify.methods.prandtl_ishlinskii_rate import _Sums, cross_validated
 from hystfmu.model import accuracy
 from hystfmu.papers import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
-from hystfmu.papers.narx_network import simulate
 from hystfmu.papers.structured_duhem import KNOTS, DuhemOscillator, run_many
 
 QUICK = ("prandtl_ishlinskii", "bouc_wen", "prandtl_ishlinskii_asym", "prandtl_ishlinskii_rate")
@@ -220,6 +220,29 @@ def test_derivatives_of_a_free_run_against_differences():
     a, W1, b1, W2, b2 = p[:7], p[7:35].reshape(4, 7), p[35:39], p[39:43], p[43]
     x = np.r_[u[2:6], y[2:5]]
     np.testing.assert_allclose(y[5], a @ x + W2 @ np.tanh(W1 @ x + b1) + b2, rtol=1e-12)
+
+
+def test_graph_of_a_narx_network_is_the_free_run_of_its_parameters():
+    rng = np.random.default_rng(3)
+    lags, hidden = 3, 4
+    p = 0.2 * rng.normal(size=7 + hidden * 7 + 2 * hidden + 1)
+    u, y = rng.normal(size=50), 5 * rng.normal(size=50)
+    y[0] = 2.0
+    free, _ = simulate(p, u * 0.5, np.full(lags, 2.0 * 0.25), lags, hidden)
+    graph = assemble(p, lags, hidden, 0.5, 0.25, Dataset.from_signal(u, y))
+    np.testing.assert_allclose(graph.run(u), free / 0.25, rtol=1e-12)
+
+
+def test_narx_network_on_an_oscillator_with_a_bouc_wen_force():
+    """Trained on one multisine, run free on another; the plant is integrated by scipy."""
+    h = 1 / 750
+    force = [synthetic.multisine(1024, 5, 60, 60, seed) for seed in (1, 2)]
+    y = [bouc_wen_oscillator(u, h, 2.0, 15.0, 3e4, 4e4, 900.0, -400.0) for u in force]
+    m = fit(Dataset.from_signal(force[0], y[0], h), "narx_network", lags=4, hidden=4, iterations=15)
+    linear = fit(Dataset.from_signal(force[0], y[0], h), "polynomial_narx", n_u=4, n_f=0, n_y=4, q=1, n_k=0)
+    errors = [rms((k.predict(force[1]) - y[1])[100:]) / rms(y[1]) for k in (m, linear)]
+    assert errors[0] < 0.08
+    assert errors[0] < 0.3 * errors[1]
 
 
 # ---- tables ----------------------------------------------------------------------------------------------------------

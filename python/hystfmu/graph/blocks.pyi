@@ -267,6 +267,23 @@ class Mlp(Block):
         activation: Literal["sigmoid", "tanh", "relu"] = "sigmoid",
     ) -> None: ...
 
+class NarxNetwork(Block):
+    """NARX network: one hidden layer on lags of input and output."""
+
+    def __init__(
+        self,
+        *,
+        n_u: int = ...,
+        n_y: int = ...,
+        n_hidden: int = ...,
+        a: float | Sequence[float] | Array = 0.1,
+        W1: float | Sequence[float] | Array = 0.2,
+        b1: float | Sequence[float] | Array = 0.0,
+        W2: float | Sequence[float] | Array = 0.1,
+        b2: float = 0.0,
+        y0: float = 0.0,
+    ) -> None: ...
+
 class Noise(Block):
     """White Gaussian noise."""
 

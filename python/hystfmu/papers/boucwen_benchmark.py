@@ -133,12 +133,12 @@ def duhem(u: Array, y: Array, test: Records, progress: Callable[[float], None]) 
 
 def black_box(u: Array, y: Array, test: Records, progress: Callable[[float], None]) -> tuple[float, float]:
     """Return the errors (m) of the NARX network on both tests."""
-    from hystfmu.papers.narx_network import fit_narx
+    from hystfmu.identify import fit
 
-    model = fit_narx(u, y, lags=10, hidden=15, iterations=(40, 40), progress=progress)
+    model = fit(Dataset.from_signal(u, y, 1 / RATE, "Bouc-Wen benchmark"), "narx_network", progress=progress)
     n = len(test.multisine[0])
-    y1 = model.run(np.tile(test.multisine[0], 2))[n:]
-    return rms(y1 - test.multisine[1]), rms(model.run(test.sweep[0]) - test.sweep[1])
+    y1 = model.predict(np.tile(test.multisine[0], 2))[n:]
+    return rms(y1 - test.multisine[1]), rms(model.predict(test.sweep[0]) - test.sweep[1])
 
 
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:

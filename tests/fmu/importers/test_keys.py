@@ -38,6 +38,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "fitted_operator_mlp": {**SHORT, "N": 20},
     "play_bank_mlp": {**SHORT, "N": 8},
     "rate_mlp": {**SHORT, "N": 6},
+    "narx_network": {"lags": 2, "hidden": 3, "one_step": 20, "iterations": 10},
     "polynomial_narx": {"n_u": 3, "n_f": 3, "n_k": 0},
     "preisach": {"n": 16, "widths": 8, "means": 3, "rate": "no"},
     "krasnoselskii_pokrovskii": {"levels": 12},
@@ -52,6 +53,7 @@ REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     **{(way, "bouc_wen_oscillator"): PAST for way in WAYS},
     ("implicit", "rate_mlp"): ("at rate", "time between samples"),
     ("implicit", "polynomial_narx"): ("at network", "time between samples"),
+    ("implicit", "narx_network"): ("at network", "time between samples"),
 }
 BOUND = {
     "exact": 1e-12,

@@ -36,6 +36,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "krasnoselskii_pokrovskii": {"levels": 4},
     "preisach": {"n": 6, "widths": 4, "means": 2, "rate": "yes"},
     "polynomial_narx": {"n_u": 2, "n_f": 2, "n_y": 1},
+    "narx_network": {"lags": 2, "hidden": 2, "one_step": 10, "iterations": 5},
     "bouc_wen": {"starts": 1},
     "duhem": {"q": 2},
     "rate_mlp": {**QUICK, "N": 4},

@@ -1,0 +1,187 @@
+"""NARX network: a network of lagged inputs and outputs, trained in simulation; a black box for any dynamics.
+
+  y(k) = a'x(k) + W2 tanh(W1 x(k) + b1) + b2,   x(k) = (u(k), .., u(k-L), y(k-1), .., y(k-L))
+
+The first stage is a one-step-ahead regression on measured lags, biased by their noise.  The second stage uses the
+model's own lags: the derivatives of a free run obey s(k) = dy/dp + sum_j dy/dy(k-j) s(k-j) (real-time recurrent
+learning, Williams & Zipser 1989) and form the Jacobian of Levenberg-Marquardt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.network.training import train
+from hystfmu.identify.options import Option
+from hystfmu.identify.solvers.levenberg_marquardt import minimise
+
+TEXT = "network of lagged inputs and outputs, trained in simulation"
+RIDGE = 1e-5  # on the parameters, relative to the scaled output
+LIMIT = 10.0  # of the scaled output in a free run
+SKIPPED = 20  # lags: rows of the free run that do not count, because it starts from measured outputs
+
+OPTIONS = (
+    Option("lags", 10, 1, 1000, text="lags of input and output"),
+    Option("hidden", 15, 1, 10000, text="hidden neurons"),
+    Option("one_step", 40, 1, 100000, text="iterations of the regression one step ahead"),
+    Option("iterations", 40, 1, 100000, text="iterations in simulation"),
+)
+
+
+def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
+    """Build ``scaling -> narx_network -> scaling``; return it with the number of weights.
+
+    Raises
+    ------
+    InputError
+        Too few rows for the lags, or a model that is unstable in a free run.
+    """
+    lags, hidden = options["lags"], options["hidden"]
+    u, y = data.u[data.train], data.y[data.train]
+    least = (SKIPPED + 2) * lags
+    if len(u) < least:
+        raise InputError(f"The train rows must be at least {least} for {lags} lags. Got {len(u)} instead.")
+    gain_u, gain_y = 1 / float(np.abs(u).max()), 1 / float(np.abs(y).max())
+    p = trained(u * gain_u, y * gain_y, lags, hidden, (options["one_step"], options["iterations"]), seed, progress)
+    graph = assemble(p, lags, hidden, gain_u, gain_y, data)
+    if not np.abs(graph.run(data.u, data.h)).max() * gain_y < LIMIT:
+        raise InputError(
+            f"The model with {lags} lags must be stable in a free run. Got an unstable one: use fewer lags or neurons."
+        )
+    return graph, len(p)
+
+
+def trained(
+    u: Array,
+    y: Array,
+    lags: int,
+    hidden: int,
+    iterations: tuple[int, int],
+    seed: int,
+    progress: Callable[[float], None],
+) -> Array:
+    """Train on scaled input and output.
+
+    Parameters
+    ----------
+    u, y : array, shape (n,)
+        Input and output, evenly sampled, within [-1, 1].
+    lags, hidden : int
+        Size of the network.
+    iterations : (int, int)
+        Levenberg-Marquardt iterations, one step ahead and in simulation.
+    seed : int
+        Seed of the initial weights.
+    progress : function
+        Called with the fraction done.
+
+    Returns
+    -------
+    array, shape (m,)
+        Parameters (a, W1 row by row, b1, W2, b2), lags oldest first.
+    """
+    n = len(u) - lags
+    skip = SKIPPED * lags
+    x = np.column_stack([u[j : j + n] for j in range(lags + 1)] + [y[j : j + n] for j in range(lags)])
+    target = y[lags:]
+    a = np.linalg.lstsq(x, target, rcond=None)[0]
+    rest = target - x @ a
+    most = float(np.abs(rest).max())
+    gain = 1 / most if most > 0 else 1.0
+    net, _ = train(
+        x, rest * gain, hidden, "tanh", 1, iterations[0], 1e-7, seed, None, lambda f: progress(0.3 * f), len(x)
+    )
+    p = np.concatenate([a, net.W1.ravel(), net.b1, net.W2 / gain, [net.b2 / gain]])
+    size = float(np.sqrt(np.mean(y**2))) * np.sqrt(len(y))
+
+    def function(p: Array) -> tuple[Array, Array]:
+        free, s = simulate(p, u[lags:], y[:lags], lags, hidden, derivatives=True)
+        e = np.concatenate([(free - target)[skip:] / size, RIDGE * p])
+        return e, np.vstack([s[skip:] / size, RIDGE * np.eye(len(p))])
+
+    return minimise(p, function, iterations[1], progress=lambda f: progress(0.3 + 0.7 * f))[0]
+
+
+def assemble(p: Array, lags: int, hidden: int, gain_u: float, gain_y: float, data: Dataset) -> Graph:
+    """Build the graph of the parameters; the block takes its lags newest first."""
+    a, W1, b1, W2, b2 = _split(p, lags, hidden)
+    newest = np.r_[lags:-1:-1, 2 * lags : lags : -1]
+    values = {"a": a[newest], "W1": W1[:, newest].ravel(), "b1": b1, "W2": W2, "b2": b2, "y0": data.y[0] * gain_y}
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": gain_u}),
+        Node("network", "narx_network", {"n_u": lags + 1, "n_y": lags, "n_hidden": hidden}, values),
+        Node("readout", "scaling", {"n": 1}, {"gain": 1 / gain_y}),
+    ]
+    return Graph(
+        nodes,
+        [("input.y", "network.u"), ("network.y", "readout.u")],
+        [Input("u", ("input.u",), data.unit_u, float(data.u[0]))],
+        [Output("y", "readout.y", data.unit_y)],
+    )
+
+
+def _split(p: Array, lags: int, hidden: int) -> tuple[Array, Array, Array, Array, float]:
+    n = 2 * lags + 1
+    at = np.cumsum([n, hidden * n, hidden, hidden])
+    a, W1, b1, W2, b2 = np.split(p, at)
+    return a, W1.reshape(hidden, n), b1, W2, float(b2[0])
+
+
+def simulate(
+    p: Array, u: Array, before: Array, lags: int, hidden: int, derivatives: bool = False
+) -> tuple[Array, Array]:
+    """Run the network free, with derivatives by p.
+
+    Parameters
+    ----------
+    p : array, shape (m,)
+        Parameters.
+    u : array, shape (n,)
+        Scaled force; before row 0 it equals row 0.
+    before : array, shape (lags,)
+        Scaled displacements before row 0, oldest first.
+    lags, hidden : int
+        Size of the network.
+    derivatives : bool
+        Compute s.
+
+    Returns
+    -------
+    y : array, shape (n,)
+        Scaled displacement; a run that leaves [-10, 10] stays at that limit.
+    s : array, shape (n, m)
+        Derivatives of y by p; empty without `derivatives`.
+    """
+    a, W1, b1, W2, b2 = _split(p, lags, hidden)
+    n = len(u)
+    past_u = np.concatenate([np.full(lags, u[0]), u])
+    y = np.concatenate([before, np.zeros(n)])
+    s = np.zeros((n + lags if derivatives else 0, len(p)))
+    direct = np.empty(len(p))
+    width = 2 * lags + 1
+    x = np.empty(width)
+    for k in range(n):
+        x[: lags + 1] = past_u[k : k + lags + 1]  # oldest first, which avoids a reversal in the loop
+        x[lags + 1 :] = y[k : k + lags]
+        t = np.tanh(W1 @ x + b1)
+        value = float(a @ x + W2 @ t) + b2
+        if not abs(value) < LIMIT:
+            y[k + lags :] = np.copysign(LIMIT, value)
+            break
+        y[k + lags] = value
+        if derivatives:
+            g = W2 * (1 - t * t)
+            direct[:width] = x
+            direct[width : width * (hidden + 1)] = np.outer(g, x).ravel()
+            direct[width * (hidden + 1) : -hidden - 1] = g
+            direct[-hidden - 1 : -1] = t
+            direct[-1] = 1
+            s[k + lags] = direct + (a[lags + 1 :] + g @ W1[:, lags + 1 :]) @ s[k : k + lags]
+    return y[lags:], s[lags:]
