@@ -226,10 +226,9 @@ def test_graph_of_a_narx_network_is_the_free_run_of_its_parameters():
     rng = np.random.default_rng(3)
     lags, hidden = 3, 4
     p = 0.2 * rng.normal(size=7 + hidden * 7 + 2 * hidden + 1)
-    u, y = rng.normal(size=50), 5 * rng.normal(size=50)
-    y[0] = 2.0
+    u = rng.normal(size=50)
     free, _ = simulate(p, u * 0.5, np.full(lags, 2.0 * 0.25), lags, hidden)
-    graph = assemble(p, lags, hidden, 0.5, 0.25, Dataset.from_signal(u, y))
+    graph = assemble(p, lags, hidden, (0.5, 0.25), 2.0, Dataset.from_signal(u, u))
     np.testing.assert_allclose(graph.run(u), free / 0.25, rtol=1e-12)
 
 

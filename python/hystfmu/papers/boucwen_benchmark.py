@@ -135,7 +135,8 @@ def black_box(u: Array, y: Array, test: Records, progress: Callable[[float], Non
     """Return the errors (m) of the NARX network on both tests."""
     from hystfmu.identify import fit
 
-    model = fit(Dataset.from_signal(u, y, 1 / RATE, "Bouc-Wen benchmark"), "narx_network", progress=progress)
+    data = Dataset.from_signal(u, y, 1 / RATE, "Bouc-Wen benchmark")
+    model = fit(data, "narx_network", progress=progress, y0=0.0)  # tests start from rest
     n = len(test.multisine[0])
     y1 = model.predict(np.tile(test.multisine[0], 2))[n:]
     return rms(y1 - test.multisine[1]), rms(model.predict(test.sweep[0]) - test.sweep[1])

@@ -60,6 +60,7 @@ BOUND = {
     "implicit": 1e-10,
     "learned": 8.0,
 }  # max error of inverse -> model, % of span; learned: little training
+FED_BACK = 20.0  # the same of a network with fed-back outputs, whose memory is not that of plays
 LATE = 0.1  # the same with dynamics, after the lag
 LEARNED: dict[str, Any] = {"starts": 1, "iterations": 30, "N": 8, "hidden": 6}
 # a learned inverse has one structure and knows its model by predictions only: an operator, an ODE, a network
@@ -222,7 +223,11 @@ def test_a_key_has_an_inverse_or_a_reason(model: Model, way: str, tmp_path: Path
     assert made.key == f"{model.key}_inverse"
     worth = made.fit["cascade_max_percent"]
     late = made.fit.get("lag_steps")
-    assert made.fit["cascade_rms_percent"] <= worth <= max(BOUND[way], LATE if late else 0.0)
+    assert (
+        made.fit["cascade_rms_percent"]
+        <= worth
+        <= max(BOUND[way], LATE if late else 0.0, FED_BACK if model.key == "narx_network" else 0.0)
+    )
     r = model.predict(0.8 * signals.nested_reversals(12, 5, step=0.02))
     u = same_bits(made, r, tmp_path)
     in_modelica(made, tmp_path)
@@ -244,7 +249,7 @@ def test_every_key_has_an_inverse_or_a_proof() -> None:
     """Exact or by one root a step; a network of lagged inputs and one of rates are learned; an oscillator has none."""
     ways_of = {key: [way for way in WAYS if (way, key) not in REFUSED] for key in METHODS}
     learned = [key for key, found in ways_of.items() if found == ["learned"]]
-    assert learned == ["polynomial_narx", "rate_mlp"]
+    assert learned == ["narx_network", "polynomial_narx", "rate_mlp"]
     assert [key for key, found in ways_of.items() if not found] == ["bouc_wen_oscillator"]
 
 

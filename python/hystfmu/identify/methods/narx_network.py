@@ -32,6 +32,7 @@ OPTIONS = (
     Option("hidden", 15, 1, 10000, text="hidden neurons"),
     Option("one_step", 40, 1, 100000, text="iterations of the regression one step ahead"),
     Option("iterations", 40, 1, 100000, text="iterations in simulation"),
+    Option("y0", None, -1e300, 1e300, text="output before the first row; default: that of the first row"),
 )
 
 
@@ -50,7 +51,8 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
         raise InputError(f"The train rows must be at least {least} for {lags} lags. Got {len(u)} instead.")
     gain_u, gain_y = 1 / float(np.abs(u).max()), 1 / float(np.abs(y).max())
     p = trained(u * gain_u, y * gain_y, lags, hidden, (options["one_step"], options["iterations"]), seed, progress)
-    graph = assemble(p, lags, hidden, gain_u, gain_y, data)
+    y0 = float(data.y[0]) if options["y0"] is None else options["y0"]
+    graph = assemble(p, lags, hidden, (gain_u, gain_y), y0, data)
     if not np.abs(graph.run(data.u, data.h)).max() * gain_y < LIMIT:
         raise InputError(
             f"The model with {lags} lags must be stable in a free run. Got an unstable one: use fewer lags or neurons."
@@ -109,11 +111,12 @@ def trained(
     return minimise(p, function, iterations[1], progress=lambda f: progress(0.3 + 0.7 * f))[0]
 
 
-def assemble(p: Array, lags: int, hidden: int, gain_u: float, gain_y: float, data: Dataset) -> Graph:
-    """Build the graph of the parameters; the block takes its lags newest first."""
+def assemble(p: Array, lags: int, hidden: int, gains: tuple[float, float], y0: float, data: Dataset) -> Graph:
+    """Build the graph of the parameters for gains of input and output; the block takes its lags newest first."""
+    gain_u, gain_y = gains
     a, W1, b1, W2, b2 = _split(p, lags, hidden)
     newest = np.r_[lags:-1:-1, 2 * lags : lags : -1]
-    values = {"a": a[newest], "W1": W1[:, newest].ravel(), "b1": b1, "W2": W2, "b2": b2, "y0": data.y[0] * gain_y}
+    values = {"a": a[newest], "W1": W1[:, newest].ravel(), "b1": b1, "W2": W2, "b2": b2, "y0": y0 * gain_y}
     nodes = [
         Node("input", "scaling", {"n": 1}, {"gain": gain_u}),
         Node("network", "narx_network", {"n_u": lags + 1, "n_y": lags, "n_hidden": hidden}, values),
