@@ -17,7 +17,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.network.training import train
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.levenberg_marquardt import minimise
@@ -116,7 +116,8 @@ def assemble(p: Array, lags: int, hidden: int, gains: tuple[float, float], y0: f
     gain_u, gain_y = gains
     a, W1, b1, W2, b2 = _split(p, lags, hidden)
     newest = np.r_[lags:-1:-1, 2 * lags : lags : -1]
-    values = {"a": a[newest], "W1": W1[:, newest].ravel(), "b1": b1, "W2": W2, "b2": b2, "y0": y0 * gain_y}
+    values: dict[str, Value] = {"a": a[newest], "W1": W1[:, newest].ravel(), "b1": b1, "W2": W2, "b2": b2}
+    values["y0"] = y0 * gain_y
     nodes = [
         Node("input", "scaling", {"n": 1}, {"gain": gain_u}),
         Node("network", "narx_network", {"n_u": lags + 1, "n_y": lags, "n_hidden": hidden}, values),
