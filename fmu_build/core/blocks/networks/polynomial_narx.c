@@ -20,39 +20,69 @@ static inline int64_t monomials(int64_t p, int64_t q) {
   D(n_y, 1, 0, 1000, "lags of y")                \
   D(q, 2, 1, 10, "highest degree of a monomial") \
   D(n_k, 1, 0, 1, "first lag of u and f: 0 direct feed-through, 1 none")
-#define VARS(V)                                                                                          \
-  V(theta, PARAM, monomials(n_u + n_f + n_y, q), "real", "1", 0.05, -HYST_INF, HYST_INF,                 \
-    "weights of the monomials, by degree, the constant last")                                            \
-  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output before the first input")                \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                         \
-  V(f, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "auxiliary function of the input")               \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                       \
-  V(past_u, STATE, n_u + n_k, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_k and older ones, newest first") \
-  V(past_f, STATE, n_f + n_k, "real", "1", 0.0, -HYST_INF, HYST_INF, "f_k and older ones, newest first") \
-  V(past_y, STATE, n_y, "real", "1", 0.0, -HYST_INF, HYST_INF, "y_(k-1) and older ones, newest first")
+#define VARS(V)                                                                                            \
+  V(theta, PARAM, monomials(n_u + n_f + n_y, q), "real", "1", 0.05, -HYST_INF, HYST_INF,                   \
+    "weights of the monomials, by degree, the constant last")                                              \
+  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output before the first input")                  \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                           \
+  V(f, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "auxiliary function of the input")                 \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                         \
+  V(past, STATE, n_u + n_f + n_y, "real", "1", 0.0, -HYST_INF, HYST_INF, "z of the last input, see above") \
+  V(now, STATE, 2 * n_k, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_k and f_k, which z lacks if n_k = 1")
 
 enum { MOST_DEGREE = 10 };
 
 typedef struct {
-  double u, f; /* current inputs, in place of the first elements of past_u and past_f */
-  const double *past_u, *past_f, *past_y;
+  double u, f;     /* for n_k = 0, in place of the first elements of z for u and f */
+  const double *z; /* lags of u, f and y */
   int n_u, n_f, p, q, n_k;
   const double *next[MOST_DEGREE + 1]; /* by degree: the next weight */
 } network;
 
 static double variable(const network *n, int i) {
-  if (i < n->n_u) return i + n->n_k == 0 ? n->u : n->past_u[i + n->n_k];
-  i -= n->n_u;
-  if (i < n->n_f) return i + n->n_k == 0 ? n->f : n->past_f[i + n->n_k];
-  return n->past_y[i - n->n_f];
+  if (n->n_k > 0) return n->z[i];
+  return i == 0 ? n->u : i == n->n_u && n->n_f > 0 ? n->f : n->z[i];
+}
+
+/* four sums in parallel, because one would wait for each of its products */
+static inline double product(const double *a, const double *b, int n) {
+  double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
+  int i = 0;
+  for (; i + 4 <= n; i += 4) {
+    s0 += a[i] * b[i];
+    s1 += a[i + 1] * b[i + 1];
+    s2 += a[i + 2] * b[i + 2];
+    s3 += a[i + 3] * b[i + 3];
+  }
+  if (i + 2 <= n) {
+    s0 += a[i] * b[i];
+    s1 += a[i + 1] * b[i + 1];
+    i += 2;
+  }
+  if (i < n) s2 += a[i] * b[i];
+  return (s0 + s2) + (s1 + s3);
+}
+
+/* weights of the highest degree times z_first, .., z_(p-1) */
+static inline double innermost(network *n, int first) {
+  const double *weight = n->next[n->q] - first; /* of z_0, if there were one */
+  n->next[n->q] += n->p - first;
+  if (n->n_k > 0) return product(weight + first, n->z + first, n->p - first);
+  double sum = 0;
+  if (first == 0) sum += weight[first++] * n->u;
+  if (first < n->n_u) sum += product(weight + first, n->z + first, n->n_u - first);
+  if (first < n->n_u) first = n->n_u;
+  if (first == n->n_u && n->n_f > 0) sum += weight[first++] * n->f;
+  return sum + product(weight + first, n->z + first, n->p - first);
 }
 
 /* sum over i >= first of z_i times (its weight plus all longer products) */
 static double nested(network *n, int degree, int first) {
+  if (degree == n->q) return innermost(n, first);
   double sum = 0;
   for (int i = first; i < n->p; i++) {
     const double weight = *n->next[degree]++;
-    sum += variable(n, i) * (degree < n->q ? weight + nested(n, degree + 1, i) : weight);
+    sum += variable(n, i) * (weight + nested(n, degree + 1, i));
   }
   return sum;
 }
@@ -69,22 +99,26 @@ static void shift(double *past, int n, double now) {
 
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
-  const network now = {*u, *f, past_u, past_f, past_y, n_u, n_f, n_u + n_f + n_y, q, n_k, {NULL}};
-  *y = evaluate(now, theta);
+  const network at = {*u, *f, past, n_u, n_f, n_u + n_f + n_y, q, n_k, {NULL}};
+  *y = evaluate(at, theta);
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
+  double *past_f = past + n_u, *past_y = past_f + n_f;
   if (dt > 0) {
-    const network last = {
-        past_u[0], n_f + n_k > 0 ? past_f[0] : 0, past_u, past_f, past_y, n_u, n_f, n_u + n_f + n_y, q, n_k, {NULL}};
+    const network last = {past[0], n_f > 0 ? *past_f : 0, past, n_u, n_f, n_u + n_f + n_y, q, n_k, {NULL}};
     if (n_y > 0) shift(past_y, n_y, evaluate(last, theta));
-    shift(past_u, n_u + n_k, *u);
-    shift(past_f, n_f + n_k, *f);
-    return;
+    shift(past, n_u, n_k > 0 ? now[0] : *u);
+    shift(past_f, n_f, n_k > 0 ? now[1] : *f);
+  } else {
+    for (int i = 0; i < n_u; i++) past[i] = *u;
+    for (int i = 0; i < n_f; i++) past_f[i] = *f;
+    for (int i = 0; i < n_y; i++) past_y[i] = *y0;
   }
-  for (int i = 0; i < n_u + n_k; i++) past_u[i] = *u;
-  for (int i = 0; i < n_f + n_k; i++) past_f[i] = *f;
-  for (int i = 0; i < n_y; i++) past_y[i] = *y0;
+  if (n_k > 0) {
+    now[0] = *u;
+    now[1] = *f;
+  }
 }
 HYST_FEEDTHROUGH_FN(feedthrough) {
   HYST_OPEN_FEEDTHROUGH
@@ -112,7 +146,7 @@ static dual nested_tangent(network *n, double du, double df, int degree, int fir
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
-  network at = {*u, *f, past_u, past_f, past_y, n_u, n_f, n_u + n_f + n_y, q, n_k, {NULL}};
+  network at = {*u, *f, past, n_u, n_f, n_u + n_f + n_y, q, n_k, {NULL}};
   for (int degree = 1; degree <= q; degree++) at.next[degree] = theta + monomials(at.p, degree - 1) - 1;
   *t_y = nested_tangent(&at, *s_u, *s_f, 1, 0).tangent;
 }
