@@ -25,6 +25,7 @@ REACHED = {  # % of the span on another signal, after a quick fit
     "constraint_factor_mlp": 0.5,
     "fitted_operator_mlp": 1.0,
     "play_bank_mlp": 0.5,
+    "polynomial_narx": 1.5,
     "rate_mlp": 0.5,
     "zhao_tan_mlp": 1.5,
 }
@@ -98,6 +99,19 @@ def test_a_covariate_without_effect_is_no_input(data):
     assert [i.name for i in model.graph.inputs] == ["u"]
     assert model.fit["warnings"][0].startswith("the covariate 'T' does not reduce the error on validation blocks")
     assert model.score(part)["rms"] == model.fit["rms"]
+
+
+def test_a_polynomial_network_is_as_good_as_without_drift(data):
+    small, other = {"n_u": 2, "n_f": 2, "q": 3}, record(2)
+    steady = (part.with_output(plants.drifting(part.u, 40.0, 0.0)) for part in map(bare, (data, other)))
+    (fitted, held), model = steady, fit(data, "polynomial_narx", **small)
+    assert model.score(other)["rms_percent"] < 1.3 * fit(fitted, "polynomial_narx", **small).score(held)["rms_percent"]
+    assert fit(bare(data), "polynomial_narx", **small).score(other)["rms_percent"] > 4
+    for more in ({"n_y": 1}, {"training": "recursive"}):
+        with pytest.raises(InputError, match="polynomial_narx with covariates must be n_y = 0 and training = 'batch'"):
+            fit(data, "polynomial_narx", **{**small, **more})
+    with pytest.raises(InputError, match="Got a dependence on past inputs only, which has no causal inverse"):
+        model.inverse()
 
 
 @pytest.mark.stress

@@ -88,7 +88,7 @@ def invert(model: Model, method: str = "exact", seed: int = 0, **options: Any) -
             "method 'exact' or 'implicit'."
         )
     parts = split(model)
-    if parts is None and not any(model.graph.dependencies().values()):
+    if parts is None and model.graph.inputs[0].name not in model.graph.dependencies()[model.graph.outputs[0].name]:
         raise InputError(
             f"The output of {model.key} must depend on the present input, or end in linear dynamics. Got a dependence "
             "on past inputs only, which has no causal inverse."

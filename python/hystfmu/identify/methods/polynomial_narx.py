@@ -5,6 +5,9 @@ function in its correct form, the Zhao-Tan operator.  The model is linear in the
 once by QR or sample by sample.  Neighbouring lags are nearly equal.  A ridge on the scaled weights keeps them from
 cancelling, which would amplify noise and every frequency that the training data lack.
 
+Covariates are further regressors: y(k) = (theta_0 + sum_j c_j(k) theta_j)' h(k), c_j scaled to [-1, 1], which is again
+one least-squares problem and in the graph a network for each, weighted by its covariate.  h then has no lags of y.
+
 As in `zhao_tan_mlp`, the range to which the input is scaled is a parameter, chosen by the training error.
 """
 
@@ -21,12 +24,14 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.monomials import basis, count, lagged
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.recursive import Recursive
 
 TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"
+COVARIATES = True
 RANGES = (1.0, 2.0, 4.0)  # trial ranges of x in the operator
 QUICK_LAGS = 3  # lags in the trials
 MOST_PARAMETERS = 5000
@@ -71,6 +76,8 @@ class Signals:
         Signals.
     middle, half : float
         Scaling of the output: y is (measured - middle) / half.
+    beside : array, shape (rows, m)
+        Covariates, scaled to [-1, 1].
     """
 
     nodes: tuple[Node, ...]
@@ -79,6 +86,14 @@ class Signals:
     y: Array
     middle: float
     half: float
+    beside: Array
+
+    def regressors(self, z: Array, q: int, rows: Rows) -> Array:
+        """Return the monomials of z (rows, p), and after them the same times each covariate."""
+        own = basis(z[rows], q)
+        if self.beside.shape[1] == 0:
+            return own
+        return np.hstack([own, *(own * c[:, None] for c in self.beside[rows].T)])
 
     def lags(self, n_u: int, n_f: int, n_y: int, n_k: int) -> tuple[Array, Array]:
         """Return z(k) of every row, (rows, n_u + n_f + n_y), and per variable a gain that maps it to about [-1, 1]."""
@@ -101,7 +116,21 @@ def signals(data: Dataset, span: float, memory: str, u0: float, margin: float) -
     ends = [Output("x", "input.y"), Output("f", "operator.h")]
     x, f = Graph(nodes, [("input.y", "operator.x")], [Input("u", ("input.u",))], ends).run(data.u, data.h).T
     middle, half = float(y.min() + y.max()) / 2, float(np.ptp(y)) / 2
-    return Signals(nodes, x, f, (data.y - middle) / half, middle, half)
+    scaling = _scaling(data, margin)
+    c = (data.covariates.values - scaling["middle"]) / scaling["half"]
+    return Signals(nodes, x, f, (data.y - middle) / half, middle, half, c)
+
+
+def _scaling(data: Dataset, margin: float) -> dict[str, Array]:
+    """Return middle, half range and limits of the covariates in the training rows."""
+    c = data.covariates.values[data.train]
+    lo, hi = c.min(axis=0), c.max(axis=0)
+    return {
+        "middle": (lo + hi) / 2,
+        "half": (hi - lo) / 2,
+        "lo": lo - margin * (hi - lo),
+        "hi": hi + margin * (hi - lo),
+    }
 
 
 def least_squares(phi: Array, y: Array, ridge: float) -> tuple[Array, float]:
@@ -126,10 +155,17 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     Raises
     ------
     InputError
-        Too many weights for the rows, a dead zone without its training, a model that is unstable in a free run.
+        Too many weights for the rows, a dead zone without its training, a model that is unstable in a free run,
+        covariates with lags of y or another training than by batch.
     """
     n_u, n_f, n_y, n_k, q = (options[name] for name in ("n_u", "n_f", "n_y", "n_k", "q"))
-    parameters, rows = count(n_u + n_f + n_y, q), len(data.u[data.counted])
+    if data.covariates and (n_y or options["training"] != "batch"):
+        raise InputError(
+            "The options of polynomial_narx with covariates must be n_y = 0 and training = 'batch'. "
+            f"Got n_y = {n_y} and {options['training']!r}."
+        )
+    parameters = count(n_u + n_f + n_y, q) * (1 + len(data.covariates.names))
+    rows = len(data.u[data.counted])
     if parameters > min(rows, MOST_PARAMETERS):
         raise InputError(
             f"The number of weights must be at most {MOST_PARAMETERS} and at most the {rows} train rows. "
@@ -156,7 +192,10 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
                 f"The option 'dead_zone' must come with training = 'dead_zone'. Got {options['training']!r}."
             )
         theta = _recursive(seen, data.counted, lags, options, theta, gains, progress)
-    graph = assemble(data, seen, dict(zip(("n_u", "n_f", "n_y", "n_k"), lags, strict=True)), q, theta * basis(gains, q))
+    weights = (theta.reshape(-1, count(n_u + n_f + n_y, q)) * basis(gains, q)).ravel()
+    graph = assemble(data, seen, dict(zip(("n_u", "n_f", "n_y", "n_k"), lags, strict=True)), q, weights)
+    if data.covariates:
+        graph = _weighted(graph, data, _scaling(data, options["margin"]), weights)
     if n_y and not np.isfinite(graph.run(data.u, data.h)).all():
         raise InputError(
             f"The model with n_y = {n_y} must be stable in a free run. Got an unstable one: use fewer lags of y or a "
@@ -168,7 +207,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
 def solve(seen: Signals, rows: Rows, lags: list[int], q: int, ridge: float) -> tuple[Array, float, Array]:
     """Solve by batch least squares: weights of the scaled monomials, RMS error of y, gains of the variables."""
     z, gains = seen.lags(*lags)
-    theta, rms = least_squares(basis(z[rows] * gains, q), seen.y[rows], ridge)
+    theta, rms = least_squares(seen.regressors(z * gains, q, rows), seen.y[rows], ridge)
     return theta, rms * seen.half, gains
 
 
@@ -195,11 +234,33 @@ def _recursive(
     return model.theta
 
 
+def _weighted(graph: Graph, data: Dataset, scaling: Mapping[str, Array], theta: Array) -> Graph:
+    """Add a network for each covariate, weighted by it, to the graph of `assemble`."""
+    names, first = data.covariates.names, graph.node("network")
+    n = len(names)
+    parts = theta.reshape(n + 1, -1)
+    limits = {"gain": 1 / scaling["half"], "offset": -scaling["middle"] / scaling["half"]}
+    nodes = [n for n in graph.nodes if n.name != first.name]
+    nodes += [first.with_values(theta=parts[0]), Node("total", "sum", {"n": n + 1})]
+    nodes.append(Node("covariates", "scaling", {"n": n}, {**limits, "lo": scaling["lo"], "hi": scaling["hi"]}))
+    wires = [w for w in graph.wires if w[1] != "readout.u"]
+    wires += [(f"{first.name}.y", "total.u[1]"), ("total.y", "readout.u")]
+    for i, name in enumerate(names, 1):
+        own, times = f"network_{name}", f"times_{name}"
+        nodes.append(Node(own, first.type, first.dims, {"theta": parts[i]}))
+        nodes.append(Node(times, "product", {"n": 2, "m": 0}))
+        wires += [("input.y", f"{own}.u"), ("operator.h", f"{own}.f"), (f"{own}.y", f"{times}.u[1]")]
+        wires += [(f"covariates.y[{i}]", f"{times}.u[2]"), (f"{times}.y", f"total.u[{i + 1}]")]
+    ends = [(f"covariates.u[{i + 1}]",) for i in range(n)]
+    return Graph(nodes, wires, [*graph.inputs, *covariate_inputs(data, ends)], graph.outputs)
+
+
 def assemble(data: Dataset, seen: Signals, lags: Mapping[str, int], q: int, theta: Array) -> Graph:
     """Build the graph, input `u`, output `y`, for weights of the monomials of x, f and scaled y."""
+    size = count(lags["n_u"] + lags["n_f"] + lags["n_y"], q)
     nodes = [
         *seen.nodes,
-        Node("network", "polynomial_narx", {**lags, "q": q}, {"theta": theta, "y0": seen.y[0]}),
+        Node("network", "polynomial_narx", {**lags, "q": q}, {"theta": theta[:size], "y0": seen.y[0]}),
         Node("readout", "scaling", {"n": 1}, {"gain": seen.half, "offset": seen.middle}),
     ]
     wires = [
