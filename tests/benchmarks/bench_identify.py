@@ -162,6 +162,7 @@ def s11():
         "prandtl_ishlinskii": 0.48,
         "zhao_tan_mlp": 0.30,
         "prandtl_ishlinskii_asym": 0.203,
+        "preisach": 0.14,
         "play_bank_mlp": None,
         "bouc_wen": None,
     }
