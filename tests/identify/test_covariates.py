@@ -19,7 +19,7 @@ from hystfmu.identify.catalogue import takes_covariates
 H = 1e-3
 KINDS = [key for key in METHODS if takes_covariates(key)]
 QUICK = {"starts": 1, "iterations": 40}
-SMALL = {"polynomial_narx": {"n_u": 2, "n_f": 2, "q": 3}}
+SMALL = {"polynomial_narx": {"n_u": 2, "n_f": 2, "q": 3}, "play_bank_mlp": {"N": 16}}  # for the rows of a record
 CHEAP = "constraint_factor_mlp"
 REACHED = {  # % of the span on another signal, after a quick fit
     "actuator": 0.3,
