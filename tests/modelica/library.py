@@ -153,6 +153,10 @@ def evaluate(e: Any, scope: Mapping[str, Any]) -> Any:
             return a * b
         case "/", [a, b]:
             return a / b
+        case "max", [a]:
+            return np.max(a)
+        case "max", [a, b]:
+            return max(a, b)
         case "div", [a, b]:
             return int(a // b)
         case "==", [a, b]:

@@ -12,6 +12,7 @@ from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit, network
 from hystfmu.modelica.layout import placed, port_placed, spots
 from hystfmu.modelica.literals import NAME, number, sentence, string, unique
+from hystfmu.modelica.places import DEPTH
 from hystfmu.modelica.record import field
 from hystfmu.modelica.state_space import TEXTS
 
@@ -182,10 +183,10 @@ def _documentation(model: Model, sampled: bool, tied: bool, history: str) -> str
     if continuous:
         whose = "the accuracy is the solver's, and the unit integrates by a rule of its own"
         limits.append(f"continuous ({', '.join(continuous)}): {whose}")
-    deep = [f"{n.name}: {n.dims['depth']}" for n in model.graph.nodes if n.dims.get("depth", 0) > classes.DEPTH]
+    deep = [f"{n.name}: {n.dims['depth']}" for n in model.graph.nodes if n.dims.get("depth", 0) > DEPTH]
     if deep:
         limits.append(
-            f"an operator remembers {classes.DEPTH} extrema, which makes a step fast; the model file has more "
+            f"an operator remembers {DEPTH} extrema, which makes a step fast; the model file has more "
             f"({', '.join(deep)}): set the depth in values"
         )
     return (

@@ -6,9 +6,17 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import Var
 from hystfmu.graph import Node
-from hystfmu.modelica.places import camel, enumeration, has_shapes, is_sampled_class, lacks, matrix_rows, package_of
+from hystfmu.modelica.places import (
+    DEPTH,
+    camel,
+    enumeration,
+    has_shapes,
+    is_sampled_class,
+    lacks,
+    matrix_rows,
+    package_of,
+)
 
-DEPTH = 32  # extrema that an exported operator remembers: a step takes time in proportion; 32 nested loops are rare
 MOST_DEGREE = 3  # of Networks.PolynomialNarx
 MOST_PARAMETERS = 1000  # a larger network becomes a function: tools handle thousands of parameters one by one
 

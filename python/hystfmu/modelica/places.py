@@ -6,6 +6,7 @@ import re
 
 from hystfmu.core.library import BlockType, Var
 
+DEPTH = 16  # extrema that an operator remembers: a step takes time in proportion; 16 nested loops are rare
 _PRODUCT = re.compile(r"(\w+) ?\* ?\w+\Z")
 
 # package of a family; a plant, which is continuous in the library, stands apart from the linear dynamics

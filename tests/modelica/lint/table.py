@@ -9,7 +9,7 @@ import numpy as np
 from twin import TWINS
 
 from hystfmu.core.library import Var
-from hystfmu.modelica.places import lacks
+from hystfmu.modelica.places import DEPTH, lacks
 
 PAIRS = sorted(
     n
@@ -40,8 +40,9 @@ def differences(c: library.Class) -> Iterator[str]:
         yield f"the parameter {key} of the block is missing"
     sizes = block.sizes({d.name: d.start for d in block.dims})
     for key in own & set(dims):
-        if defaults[key] != dims[key].start:
-            yield f"{key} = {defaults[key]} by default, {dims[key].start} in the block"
+        start = min(dims[key].start, DEPTH) if key == "depth" else dims[key].start
+        if defaults[key] != start:
+            yield f"{key} = {defaults[key]} by default, not {start}"
         if library.evaluate(library.modifiers(parts[key].class_modification)["min"], {}) != dims[key].lo:
             yield f"{key}: another min than in the block"
     for key in own & set(rows):

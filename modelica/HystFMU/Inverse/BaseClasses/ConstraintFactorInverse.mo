@@ -3,7 +3,7 @@ within HystFMU.Inverse.BaseClasses;
 partial block ConstraintFactorInverse "Exact inverse of the constraint-factor operator: parameters and ports"
   extends Icons.Inverse;
   parameter Integer m(min = 1) = 1 "Number of odd powers" annotation (Dialog(group = "Sizes"));
-  parameter Integer depth(min = 4) = 256 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
   parameter Real a0 = 0 "Constant of the polynomial: slope at the branch start";
   parameter Real a[m] = fill(1.0, m) "Coefficients of d, d^3, .., d^(2m-1)";
   parameter Real d_max(min = 0) = 10 "Longest branch of the polynomial, virgin branches count double; a straight line beyond; greater than 0";

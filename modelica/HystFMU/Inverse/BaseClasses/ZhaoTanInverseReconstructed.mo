@@ -2,7 +2,7 @@
 within HystFMU.Inverse.BaseClasses;
 partial block ZhaoTanInverseReconstructed "Inverse Zhao-Tan operator, reconstructed from the paper: parameters and ports"
   extends Icons.Inverse;
-  parameter Integer depth(min = 4) = 256 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
   parameter Real x0 = 0 "Initial memory: the operator rests at x = x0, h = 0" annotation (Dialog(group = "Start"));
   Interfaces.RealInput h "Wanted output of the operator" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput dh(unit = "1/s") if usesRate "Rate of h; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));

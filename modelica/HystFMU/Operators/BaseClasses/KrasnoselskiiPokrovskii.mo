@@ -3,7 +3,7 @@ within HystFMU.Operators.BaseClasses;
 partial block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps: parameters and ports"
   extends Icons.Hysteresis;
   parameter Integer n(min = 1) = 4 "Points of the grid; n(n + 1)/2 kernels" annotation (Dialog(group = "Sizes"));
-  parameter Integer depth(min = 4) = 256 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
   parameter Real lo = -1 "Input at which the lowest ramp leaves -1";
   parameter Real hi = 1 "Input at which the highest ramp reaches 1";
   parameter Real w[div(n*(n + 1), 2)] = fill(0.1, div(n*(n + 1), 2)) "Weights of the kernels (p2, p1) = (0, 0), (1, 0), (1, 1), (2, 0), .., (n - 1, n - 1) in steps from lo";

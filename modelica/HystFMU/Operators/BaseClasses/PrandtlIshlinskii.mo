@@ -3,7 +3,7 @@ within HystFMU.Operators.BaseClasses;
 partial block PrandtlIshlinskii "Prandtl-Ishlinskii operator: linear term plus weighted plays: parameters and ports"
   extends Icons.Hysteresis;
   parameter Integer n(min = 1) = 10 "Number of play operators" annotation (Dialog(group = "Sizes"));
-  parameter Integer depth(min = 4) = 256 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
   parameter Real w0 = 0 "Weight of the linear term";
   parameter Real r[n](each min = 0) = fill(0.1, n) "Thresholds (play half-widths), not decreasing";
   parameter Real w[n] = fill(0.1, n) "Weights of the plays";

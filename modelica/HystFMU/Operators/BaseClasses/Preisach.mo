@@ -3,7 +3,7 @@ within HystFMU.Operators.BaseClasses;
 partial block Preisach "Preisach operator in Everett's form: parameters and ports"
   extends Icons.Hysteresis;
   parameter Integer n(min = 1) = 2 "Steps of the grid over [lo, hi]" annotation (Dialog(group = "Sizes"));
-  parameter Integer depth(min = 4) = 256 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
   parameter Real lo = -4 "Input of negative saturation";
   parameter Real hi = 4 "Input of positive saturation";
   parameter Real E[div(n*(n + 1), 2)] = fill(1.0, div(n*(n + 1), 2)) "Everett function at (alpha_1, beta_0), (alpha_2, beta_0), (alpha_2, beta_1), .., (alpha_n, beta_(n-1))";

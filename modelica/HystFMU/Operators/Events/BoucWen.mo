@@ -1,7 +1,7 @@
 within HystFMU.Operators.Events;
 block BoucWen "Bouc-Wen operator, events at reversals"
   extends BaseClasses.BoucWen(final usesRate = true);
-  extends Interfaces.Reversals;
+  extends Interfaces.Reversals(eps = 1e-9*(A/(beta + gamma))^(1/n)/A);
 protected
   discrete Real u_turn(start = 0, fixed = true) "Input at the last reversal";
   discrete Real z_turn(start = z0, fixed = true) "z there";

@@ -1,7 +1,7 @@
 within HystFMU.Operators.Events;
 block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps, events at reversals"
   extends BaseClasses.KrasnoselskiiPokrovskii(final usesRate = true);
-  extends Interfaces.Reversals;
+  extends Interfaces.Reversals(eps = 1e-9*(hi - lo));
 protected
   parameter Integer m = div(n*(n + 1), 2) "Number of kernels";
   parameter Real a = (hi - lo)/n "Rise length of the ridge function";

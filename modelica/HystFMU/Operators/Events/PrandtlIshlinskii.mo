@@ -1,7 +1,7 @@
 within HystFMU.Operators.Events;
 block PrandtlIshlinskii "Prandtl-Ishlinskii operator: linear term plus weighted plays, events at reversals"
   extends BaseClasses.PrandtlIshlinskii(final usesRate = true);
-  extends Interfaces.Reversals;
+  extends Interfaces.Reversals(eps = 1e-9*max(r));
 protected
   discrete Real memory[3 + 2*depth](start = cat(1, {0, 0, u0}, zeros(2*depth)), each fixed = true) "Dominant extrema of u";
   discrete Real y_turn(start = (w0 + sum(w))*u0, fixed = true) "Output at the last reversal";

@@ -1,7 +1,7 @@
 within HystFMU.Operators.Events;
 block Preisach "Preisach operator in Everett's form, events at reversals"
   extends BaseClasses.Preisach(final usesRate = true);
-  extends Interfaces.Reversals;
+  extends Interfaces.Reversals(eps = 1e-9*(hi - lo));
 protected
   parameter Real origin = if start == Types.Magnetisation.low then lo elseif start == Types.Magnetisation.high then hi else 0.5*lo + 0.5*hi "Where the first branch starts";
   parameter Real virgin[2*n + 1] = if start == Types.Magnetisation.demagnetised then Functions.demagnetisedBranch(n, E, offset) else Functions.saturatedBranch(n, E, offset, start) "First branch at half steps of the grid";

@@ -1,7 +1,7 @@
 within HystFMU.Operators.Events;
 block StopBank "Bank of stop operators, events at reversals"
   extends BaseClasses.StopBank(final usesRate = true);
-  extends Interfaces.Reversals;
+  extends Interfaces.Reversals(eps = 1e-9*max(r));
 protected
   discrete Real z_turn[n](start = z0, each fixed = true) "Plays at the last reversal";
 equation

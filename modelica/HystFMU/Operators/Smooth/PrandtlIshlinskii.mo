@@ -2,7 +2,7 @@ within HystFMU.Operators.Smooth;
 block PrandtlIshlinskii "Prandtl-Ishlinskii operator: linear term plus weighted plays, smooth"
   extends BaseClasses.PrandtlIshlinskii(final usesRate = true);
   extends Interfaces.Rated;
-  parameter Real width(min = 0) = 1e-3 "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play";
+  parameter Real width(min = 0) = 1e-3*max(max(r), 1e-300) "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play";
 protected
   Real z[n] "Plays";
 initial equation

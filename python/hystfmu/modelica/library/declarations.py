@@ -11,7 +11,7 @@ from hystfmu.core.library import BlockType, Dim, Var
 from hystfmu.modelica.layout import placed, port_placed
 from hystfmu.modelica.library.shelf import Shelf
 from hystfmu.modelica.literals import sentence
-from hystfmu.modelica.places import enumeration
+from hystfmu.modelica.places import DEPTH, enumeration
 
 _CALL = re.compile(r"(\w+)\(")
 _PRODUCT = re.compile(r"(\w+)\*(\w+)\Z")
@@ -56,7 +56,8 @@ def number(x: float) -> str:
 def dim(d: Dim) -> str:
     """The declaration of a size."""
     group = "Memory" if d.name == "depth" else "Sizes"
-    return f"parameter Integer {d.name}(min = {d.lo}) = {d.start} {sentence(d.text)}{_dialog(group)};"
+    start = min(d.start, DEPTH) if d.name == "depth" else d.start
+    return f"parameter Integer {d.name}(min = {d.lo}) = {start} {sentence(d.text)}{_dialog(group)};"
 
 
 def parameter(block: BlockType, v: Var, shelf: Shelf) -> str:

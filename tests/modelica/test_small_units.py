@@ -1,0 +1,58 @@
+"""A hysteresis of micrometres, in metres: nothing in the way from data to FMU and Modelica has a size of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import exported
+import fmpy
+import numpy as np
+import plants
+import simulate
+
+from hystfmu.data import Dataset, signals
+from hystfmu.fmu import export_fmu
+from hystfmu.graph import Graph, Node
+from hystfmu.identify import fit
+from hystfmu.model import Model
+
+MICRO = 1e-6
+
+
+def test_a_model_in_metres_is_the_one_in_micrometres(tmp_path: Path) -> None:
+    u, v = signals.training(20, 1), signals.nested_reversals(10, 5)
+    y = plants.prandtl_ishlinskii(u)
+    expected = fit(Dataset.from_signal(u, y), "prandtl_ishlinskii", N=8).predict(v)
+    fit(Dataset.from_signal(MICRO * u, MICRO * y), "prandtl_ishlinskii", N=8).save(tmp_path / "m.model.toml")
+    model = Model.load(tmp_path / "m.model.toml")
+    predicted = model.predict(MICRO * v)
+    assert np.abs(predicted / MICRO - expected).max() <= 1e-6 * np.ptp(expected)
+    export_fmu(model, tmp_path / "m.fmu")
+    t = np.arange(len(v)) * model.step
+    rows = np.array(list(zip(t, MICRO * v, strict=True)), dtype=[("time", float), ("u", float)])
+    found = fmpy.simulate_fmu(
+        str(tmp_path / "m.fmu"), input=rows, output=["y"], start_values={"u": MICRO * v[0]},
+        stop_time=t[-1], step_size=model.step, output_interval=model.step,
+    )  # fmt: skip
+    assert np.array_equal(found["y"][1:], predicted[:-1])  # a step from t to t + h takes the input at t
+    outcome = exported.compare(model, "Metres", tmp_path)
+    assert outcome.good, exported.line(outcome)
+
+
+def test_the_smooth_operator_keeps_plays_of_micrometres(tmp_path: Path) -> None:
+    r, w = np.array([0.1, 0.4]) * MICRO, [0.5, 1.0]
+    file = tmp_path / "M.mo"
+    kinds = {"Smooth": "s", "Events": "e"}
+    parts = " ".join(
+        f"HystFMU.Operators.{kind}.PrandtlIshlinskii {name}(n = 2, r = {{{r[0]}, {r[1]}}}, w = {{0.5, 1}}, w0 = 0.2);"
+        for kind, name in kinds.items()
+    )
+    wires = " ".join(f"connect(signal.r, {n}.u); connect(signal.dr_lead, {n}.du);" for n in kinds.values())
+    file.write_text(f"model M HystFMU.Sources.Sine signal(amplitude = {MICRO}); {parts} equation {wires} end M;")
+    assert simulate.rumoca(file, "M", "2", "0.002", "1e-14", tmp_path / "r.npz") == ""
+    with np.load(tmp_path / "r.npz") as stored:
+        rows = simulate.Trajectory({k: stored[k] for k in stored.files}).at(0.002)
+    plays = Node("p", "prandtl_ishlinskii", {"n": 2}, {"r": r, "w": w, "w0": 0.2})
+    expected = Graph.single(plays).run(rows["signal.r"]).ravel()
+    assert np.abs(rows["s.y"] - expected).max() <= 3e-3 * np.ptp(expected)
+    assert np.abs(rows["e.y"] - expected).max() <= 1e-9 * np.ptp(expected)
