@@ -69,6 +69,14 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     help="Kind of model; 'auto' selects one from the data.",
 )
 @click.option(
+    "--for",
+    "purpose",
+    type=click.Choice(["model", "inverse"]),
+    default="model",
+    show_default=True,
+    help="inverse: only models with a useful inverse compete.",
+)
+@click.option(
     "-o", "out", metavar="M.model.toml", help="Model file to write; by default named after DATA, in the current folder."
 )
 @data_options
@@ -84,6 +92,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 def fit(
     data: tuple[str, ...],
     key: str,
+    purpose: Literal["model", "inverse"],
     out: str | None,
     columns: Columns,
     train: str | None,
@@ -116,7 +125,7 @@ def fit(
     if not as_json:
         click.echo(measured.read_as)
     with progress(f"fitting {key}") as report:
-        model = hy.fit(measured, key, seed=seed, progress=report, **options)
+        model = hy.fit(measured, key, seed=seed, progress=report, purpose=purpose, **options)
     name = measured.name.partition(" ")[0]
     if out is None:
         out, folder = f"{name}.model.toml", folder or "."
@@ -133,10 +142,10 @@ def fit(
         return
     if key == "auto":
         p = model.provenance
-        rated = [[k, p["auto_parameters"][k], f"{e:.4g}"] for k, e in p["auto"].items()]
-        click.echo(table(["candidate", "parameters", "validation RMS %FS"], rated))
+        rated = [[k, f"{e:.4g}", p["auto_parameters"][k], p["auto_inverse"][k]] for k, e in p["auto"].items()]
+        click.echo(table(["candidate", "validation RMS %FS", "parameters", "inverse"], rated))
         for name, reason in p["auto_left_out"].items():
-            click.echo(f"not tried: {name}: {reason}")
+            click.echo(f"left out: {name}: {reason}")
         click.echo(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
         click.echo(f"rate dependence: {f['rate']}\n")
     for warning in f.get("warnings", ()):

@@ -31,15 +31,15 @@ def tables(model: Record) -> list[Table]:
 
 
 def _errors(model: Record) -> list[tuple[str, str, str]]:
-    """Of the training rows, of rows that were held out, of the validation split, of the cascade."""
+    """Of the training rows, of rows that were held out, of validation blocks, of the cascade."""
     f, rows = model.fit, []
     named = [("", f"training rows {model.provenance.get('train', '')}".strip()), ("held_out_", "held-out rows")]
     for prefix, name in [*named, ("cascade_", "inverse and model in cascade")]:
         if f"{prefix}rms_percent" in f:
             rows.append((name, f"{f[f'{prefix}rms_percent']:.3g}", f"{f[f'{prefix}max_percent']:.3g}"))
-    split = model.provenance.get("auto", {}).get(model.key)
+    split = model.provenance.get("auto", {}).get(model.provenance.get("auto_choice"))
     if split is not None:
-        rows.append(("validation split, that chose it", f"{split:.3g}", ""))
+        rows.append(("validation blocks, that chose it", f"{split:.3g}", ""))
     return rows
 
 

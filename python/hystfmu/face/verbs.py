@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
+from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model, held_out
 
@@ -16,7 +17,12 @@ __all__ = ["fit", "study", "validate"]
 
 
 def fit(
-    data: Dataset, key: str = "auto", seed: int = 0, progress: Callable[[float], None] | None = None, **options: Any
+    data: Dataset,
+    key: str = "auto",
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    purpose: Literal["model", "inverse"] = "model",
+    **options: Any,
 ) -> Model:
     """Identify a model.
 
@@ -26,12 +32,14 @@ def fit(
         The model runs free from row 0; the residuals of `data.train` count.
     key : str
         Kind of model (``hystfmu fit --models`` lists them).  ``"auto"`` tests the data for return-point memory and rate
-        dependence, discards the kinds that cannot represent it, and takes the best on the last 30 % of the training
-        rows.
+        dependence, discards the kinds that cannot represent it, and takes the best on validation blocks, which are cut
+        between reversals from all over the training rows.
     seed : int
         Seed of random starts; the same seed gives the same model.
     progress : function, optional
         Called with the fraction done, 0..1.
+    purpose : {"model", "inverse"}
+        inverse: only models with a useful exact or implicit inverse compete in ``"auto"``; a named one must have it.
     **options
         Options of the kind of model.
 
@@ -44,7 +52,8 @@ def fit(
     Raises
     ------
     InputError
-        Unknown kind or option, value out of range, data without output or without variation.
+        Unknown kind or option, value out of range, data without output or without variation; data that no kind of
+        ``"auto"`` follows; a purpose that no kind serves.
 
     Examples
     --------
@@ -55,8 +64,15 @@ def fit(
     True
     """
     from hystfmu.identify import fit
+    from hystfmu.inverse.worth import Inverses
 
-    return held_out(Model.of(fit(data, key, seed, progress, **options)), data)
+    if purpose not in ("model", "inverse"):
+        raise InputError(f"The purpose of a fit must be 'model' or 'inverse'. Got {purpose!r} instead.")
+    inverses = Inverses()
+    model = fit(data, key, seed, progress, inverses, purpose == "inverse", **options)
+    if purpose == "inverse" and (fault := inverses.fault(model)):
+        raise InputError(f"{data.path or data.name}: The model {model.key} must have a useful inverse. {fault}")
+    return held_out(Model.of(model), data)
 
 
 def study(

@@ -10,6 +10,7 @@ from hystfmu.data import Dataset
 from hystfmu.identify import auto, guards
 from hystfmu.identify.catalogue import AUTO, METHODS, description, options
 from hystfmu.identify.excitation import closed_loop, sensor_lag
+from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.one import Progress, check, fit_one
 from hystfmu.identify.options import resolve
 from hystfmu.model import Model
@@ -18,7 +19,15 @@ from hystfmu.model.accuracy import errors
 __all__ = ["METHODS", "description", "errors", "fit", "options"]
 
 
-def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None, **given: Any) -> Model:
+def fit(
+    data: Dataset,
+    key: str,
+    seed: int = 0,
+    progress: Progress | None = None,
+    inverses: auto.Inverses | None = None,
+    only_invertible: bool = False,
+    **given: Any,
+) -> Model:
     """Identify a model.
 
     Parameters
@@ -31,6 +40,10 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
         Seed of random starts; the same seed gives the same model.
     progress : function, optional
         Called with the fraction done, 0..1.
+    inverses : Inverses, optional
+        Tells ``auto`` which inverse a model has.
+    only_invertible : bool
+        Whether only models with a useful inverse compete in ``auto``.
     **given
         Options of the method; `options(key)` lists them.
 
@@ -53,7 +66,7 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
     resolve(key, options(key), given)
     check(data)
     started = time.perf_counter()
-    choice = auto.choose(data, seed, report)
+    choice = auto.choose(data, seed, report, inverses, only_invertible)
     model = fit_one(data, choice.method, seed, lambda fraction: None, choice.options)
     warned = [*choice.fit["warnings"], *model.fit.get("warnings", [])]
     found = {**model.fit, **choice.fit, "warnings": warned, "seconds": round(time.perf_counter() - started, 4)}
@@ -61,9 +74,9 @@ def fit(data: Dataset, key: str, seed: int = 0, progress: Progress | None = None
 
 
 def _examined(model: Model, data: Dataset) -> Model:
-    """Add warnings about the record: an output that lags, an input that follows the output."""
+    """Add warnings about the record: poor excitation, an output that lags, an input that follows the output."""
     late = [] if guards.follows_late(model.graph) else sensor_lag.warnings(data, model.fit["rms_percent"])
-    warned = [*late, *closed_loop.warnings(data)]
+    warned = [*examine(data.longest()).warnings, *late, *closed_loop.warnings(data)]
     if not warned:
         return model
     return replace(model, fit={**model.fit, "warnings": [*model.fit.get("warnings", []), *warned]})

@@ -1,95 +1,60 @@
-"""Model selection: test the data for return-point memory, fit the candidates, choose by the validation split.
+"""Choice of the kind of model: candidates, cheapest first, scored on validation blocks inside the training rows.
 
-A sum of plays returns to its path after a minor loop, a Bouc-Wen operator does not, and neither follows the other to
-better than a few percent.  So model classes whose memory contradicts the minor loops are discarded, and those for rate
-dependence if the input has one speed; each discard states its reason.  The other candidates are fitted to the first
-70 % of the training rows, cheapest first, and scored on the validation split, the last 30 %.  The split only selects:
-its error does not predict the error on another kind of signal.  If the excitation is not informative enough to identify
-memory, the model carries warnings.
+The blocks are cut between reversals over the whole record, because its last part extrapolates wherever the record
+changes (a decaying sine, a staircase of minor loops).  A model is fitted to the other rows, runs free over all of them,
+and its error counts in the blocks inside the range of u that those rows cover.  The blocks come in disjoint folds.
+After each fold losers stop (a race: Maron & Moore 1994; Birattari et al. 2002): kinds whose error, without the noise of
+the output, is `LOSER` times the least.  A kind that is expensive to fit starts with a short trial fit.
+
+Blocks tell nothing about states that no row has seen.  A network errs there, and a kind whose parameters are local, so
+the share of the states of other signals that the training rows leave out (`hystfmu.model.coverage`) counts with
+`OUTSIDE` % of the span.  A model that
+leaves the range of the output on another signal of the covered range is discarded (`hystfmu.identify.guards`).  Of
+kinds that are equally good, one with an exact inverse is preferred, then the one with the fewest parameters.  If the
+best leaves more than `REFUSED` % beside the noise, there is no model, and the reason is stated: an output that no kind
+follows needs other data.
+
+Kinds whose memory contradicts the minor loops in the data, and those for rate dependence if the input has one speed,
+do not compete.  If the excitation is not informative enough to identify memory, the model carries warnings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Protocol
 
 import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.data.reversals import noise
-from hystfmu.identify.catalogue import takes_covariates, takes_records
+from hystfmu.identify import guards
+from hystfmu.identify.candidate import CLOSES, LAGS, OPENS, Candidate
+from hystfmu.identify.catalogue import candidates, takes_covariates, takes_records
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
-from hystfmu.identify.one import fit_one
 from hystfmu.identify.options import Option
-from hystfmu.model.accuracy import errors
-from hystfmu.model.inputs import run_along
+from hystfmu.identify.race import EXACT, FOLDS, Race, Trial
+from hystfmu.model import Model
+from hystfmu.model.accuracy import rms
 
-TEXT = "selection by minor loops, rate dependence and the validation split, the last 30 % of the training rows"
+TEXT = "selection by minor loops, rate dependence and validation blocks between reversals of the training rows"
 OPTIONS: tuple[Option, ...] = ()
-SHARE = 0.7  # of the training rows: fitted; the rest is the validation split
-AS_GOOD = 1.05  # of the candidates within 5 % of the best, the one with the fewest parameters is chosen
-EXACT = 0.01  # % of the span: errors below it count as equal
-NOISE = 1.25  # an error of so many sigma of the output's noise leaves nothing to explain
 CLEARLY, FINE = 1.2, 0.1  # error ratio and error in % of the span: static models must exceed both to show a rate
 LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return-point model can represent the data
-BUDGET = 60.0  # s for all candidates; estimated, not timed, because the choice must not depend on the load
-CLOSES, OPENS, LAGS = "return-point", "open", "rate"
+REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse one
+EXACT_INVERSE = "exact"
+BUDGET = 25.0  # s for all candidates; estimated, not timed, because the choice must not depend on the load
 
 
-@dataclass(frozen=True)
-class Candidate:
-    """A candidate of the selection.
+class Inverses(Protocol):
+    """What the choice asks about inverses; the room of the inverses answers, which stands above this one."""
 
-    Parameters
-    ----------
-    method : str
-        Kind of model.
-    memory : str
-        ``return-point``: static, minor loops close; ``open``: static, minor loops stay open; ``rate``: rate-dependent;
-        empty: creep or lags may open a loop.
-    seconds, per_1000 : float
-        Estimated cost (s): fixed, and per 1000 rows up to the last training row.
-    options : dict
-        Options of the method that differ from its defaults.
-    """
+    def kind(self, model: Model) -> str:
+        """Return the method of the inverse of a model, or why there is none."""
 
-    method: str
-    memory: str
-    seconds: float
-    per_1000: float
-    options: dict[str, Any] = field(default_factory=dict)
-
-    @property
-    def name(self) -> str:
-        """Method with its options, e.g. ``zhao_tan_mlp memory=last``."""
-        return " ".join([self.method, *(f"{k}={v}" for k, v in self.options.items())])
-
-    def cost(self, rows: int) -> float:
-        """Return the estimated cost (s) for this number of rows."""
-        return self.seconds + self.per_1000 * rows / 1000
-
-
-_LISTED = (  # cheapest first
-    Candidate("prandtl_ishlinskii_asym", "", 0.02, 0.01),
-    Candidate("prandtl_ishlinskii", CLOSES, 0.02, 0.05),
-    Candidate("krasnoselskii_pokrovskii", CLOSES, 0.02, 0.03),
-    Candidate("prandtl_ishlinskii_rate", LAGS, 0.05, 0.05),
-    Candidate("polynomial_narx", "", 0.05, 0.02),
-    Candidate("actuator", "", 1.0, 0.4),
-    Candidate("constraint_factor_mlp", CLOSES, 0.3, 0.2),
-    Candidate("preisach", CLOSES, 0.1, 0.25),
-    Candidate("bouc_wen", OPENS, 0.2, 1.5),  # before duhem, which follows it with more parameters
-    Candidate("duhem", OPENS, 0.2, 0.5),
-    Candidate("fitted_operator_mlp", CLOSES, 2.0, 0.1),
-    Candidate("rate_mlp", LAGS, 4.0, 0.1),
-    Candidate("g0_prandtl_ishlinskii", LAGS, 1.0, 1.0),
-    Candidate("play_bank_mlp", CLOSES, 6.0, 0.1),
-    Candidate("zhao_tan_mlp", CLOSES, 7.0, 0.1),
-    Candidate("zhao_tan_mlp", OPENS, 7.0, 0.1, {"memory": "last"}),
-)
-CANDIDATES: dict[str, Candidate] = {c.name: c for c in _LISTED}
+    def fault(self, model: Model) -> str:
+        """Return why the model has no useful inverse; empty if it has one."""
 
 
 @dataclass(frozen=True)
@@ -99,13 +64,14 @@ class Choice:
     Parameters
     ----------
     method, options : str, dict
-        Method and options to fit to all training rows.
+        Kind of model and options to fit to all training rows.
     fit : dict
         Entries of `Model.fit`: ``memory`` (class of the minor loops), ``gap_percent``, ``loops``, ``rate`` (``seen``,
-        ``not seen``, which discards rate-dependent methods, or ``one speed only``), ``warnings`` (list of str).
+        ``not seen``, which discards rate-dependent kinds, or ``one speed only``), ``warnings`` (list of str).
     provenance : dict
-        Entries of `Model.provenance`: ``auto``, the RMS error of every candidate on the validation split in percent of
-        the span of y; ``auto_parameters``, their numbers of parameters; ``auto_left_out``, the reasons for discards.
+        Entries of `Model.provenance`: ``auto``, the RMS error of every candidate on the validation blocks in percent of
+        the span of y, the best first; ``auto_choice``, the chosen one; ``auto_parameters``, their numbers of
+        parameters; ``auto_inverse``, their inverses; ``auto_left_out``, the reasons for discards.
     """
 
     method: str
@@ -114,8 +80,14 @@ class Choice:
     provenance: dict[str, Any]
 
 
-def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choice:
-    """Fit the candidates that suit the data and choose the best on the validation split.
+def choose(
+    data: Dataset,
+    seed: int,
+    progress: Callable[[float], None],
+    inverses: Inverses | None = None,
+    only_invertible: bool = False,
+) -> Choice:
+    """Let the candidates that suit the data race, and choose.
 
     Parameters
     ----------
@@ -125,72 +97,71 @@ def choose(data: Dataset, seed: int, progress: Callable[[float], None]) -> Choic
         Seed of random starts.
     progress : function
         Called with the fraction done, 0..1.
+    inverses : Inverses, optional
+        Tells which inverse a model has.
+    only_invertible : bool
+        Whether only models with a useful inverse compete.
 
     Raises
     ------
     InputError
-        No candidate can be fitted.
+        No candidate can be fitted, none follows the data, or none has a useful inverse.
     """
-    first, end = data.train.start, data.train.stop
-    middle = first + round(SHARE * (end - first))
-    part = data.with_train((first, middle))
+    where, rows = data.path or data.name, data.train.stop
     seen = examine(data.longest())
-    reasons = left_out(seen, middle)
+    found, missing = candidates()
+    race = Race(data, seed)
+    race.reasons |= missing | left_out({n: c for n, (_, c) in found.items()}, seen, rows)
     if len(data.starts) > 1:
-        reasons |= {c.name: "it takes one record only" for c in CANDIDATES.values() if not takes_records(c.method)}
+        race.reasons |= {n: "it takes one record only" for n, (key, _) in found.items() if not takes_records(key)}
     if data.covariates:
-        reasons |= {c.name: "it takes no covariates" for c in CANDIDATES.values() if not takes_covariates(c.method)}
-    fitted = [name for name in CANDIDATES if name not in reasons]
-    costs = np.array([CANDIDATES[name].cost(middle) for name in fitted])
-    done = np.concatenate([[0.0], np.cumsum(costs)]) / (costs.sum() + costs.max())  # the winner is fitted once more
-    # a dearer candidate cannot do better than the noise
-    floor = max(EXACT, NOISE * 100 * noise(data.y[data.train]) / data.span)
-    scores: dict[str, float] = {}
-    parameters: dict[str, int] = {}
-    for k, name in enumerate(fitted):
-        candidate = CANDIDATES[name]
-        if min(scores.values(), default=np.inf) <= floor:
-            reasons[name] = f"{min(scores, key=lambda n: scores[n])} leaves nothing but noise"
+        race.reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not takes_covariates(key)}
+    entered = {n: kc for n, kc in found.items() if n not in race.reasons}
+    costs = {n: c.cost(rows) for n, (_, c) in entered.items()}
+    order = sorted(entered, key=lambda n: costs[n])
+    total = 2 * sum(costs.values()) or 1.0  # the other folds and the last fit come after the first
+    done = 0.0
+    for name in order:
+        key, candidate = entered[name]
+        if race.least() <= EXACT:
+            race.reasons[name] = f"{race.best().name} leaves nothing to explain"
             continue
-
-        def share(fraction: float, k: int = k) -> None:
-            progress(float(done[k] + fraction * (done[k + 1] - done[k])))
-
-        try:
-            model = fit_one(part, candidate.method, seed, share, candidate.options)
-        except InputError as e:
-            reasons[name] = str(e)
-            continue
-        free = run_along(model.graph, data)
-        score = errors(free[middle:end], data.y[middle:end], data.span)["rms_percent"]
-        if model.fit["parameters"] > middle - first:
-            reasons[name] = f"{model.fit['parameters']} parameters for {middle - first} rows"
-        elif not np.isfinite(score):
-            reasons[name] = "unstable in a free run"
-        else:
-            scores[name], parameters[name] = score, model.fit["parameters"]
-    if not scores:
-        raise InputError(f"{data.path or data.name}: The data must suit a candidate. Got none that fits: {reasons}")
-    rate = _rate(scores, seen)
-    able = {n: e for n, e in scores.items() if rate == "seen" or CANDIDATES[n].memory != LAGS} or scores
-    least = max(min(able.values()), EXACT)
-    name = min((n for n in able if able[n] <= AS_GOOD * least), key=lambda n: parameters[n])
-    told = {
-        "memory": seen.memory,
-        "loops": seen.loops,
-        "gap_percent": seen.gap,
-        "rate": rate,
-        "warnings": [*_warnings(name, seen)],
-    }
-    why = {"auto": scores, "auto_parameters": parameters, "auto_left_out": reasons}
-    return Choice(CANDIDATES[name].method, CANDIDATES[name].options, told, why)
+        race.first(name, key, candidate, partial(_share, progress, done / total, costs[name] / total))
+        done += costs[name]
+    for fold in FOLDS[1:]:
+        left = race.contenders()
+        spent = sum(costs[t.name] for t in left)
+        if len(left) < 2 or done + spent > BUDGET:
+            break
+        race.again(fold, left)
+        done += spent
+        progress(min(done / total, 1.0))
+    if not race.trials:
+        raise InputError(f"{where}: The data must suit a candidate. Got none that fits: {race.reasons}")
+    rate = _rate(race, seen)
+    able = [t for t in race.contenders() if rate == "seen" or t.candidate.memory != LAGS] or race.contenders()
+    if race.least() > REFUSED:
+        raise InputError(_refusal(where, race, seen))
+    best = _preferred(race, able, inverses, only_invertible, where)
+    ranked = sorted(race.trials.values(), key=race.excess)
+    told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
+    why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / data.span for t in ranked}, "auto_choice": best.name}
+    why["auto_parameters"] = {t.name: t.parameters for t in ranked}
+    if inverses is not None:
+        why["auto_inverse"] = {t.name: inverses.kind(t.model) for t in ranked}
+    why["auto_left_out"] = race.reasons
+    return Choice(best.key, dict(best.candidate.options), {**told, "warnings": _warnings(best, seen)}, why)
 
 
-def left_out(seen: Excitation, rows: int) -> dict[str, str]:
+def _share(progress: Callable[[float], None], done: float, share: float, part: float) -> None:
+    progress(done + share * part)
+
+
+def left_out(found: Mapping[str, Candidate], seen: Excitation, rows: int) -> dict[str, str]:
     """Return the candidates that contradict the data or exceed the budget, with the reasons."""
     reasons: dict[str, str] = {}
     spent = 0.0
-    for name, candidate in CANDIDATES.items():
+    for name, candidate in sorted(found.items(), key=lambda item: item[1].cost(rows)):
         if candidate.memory == OPENS and seen.memory == NONE:
             reasons[name] = "the output is a function of the input"
         elif candidate.memory == OPENS and seen.memory == RETURN_POINT:
@@ -206,23 +177,54 @@ def left_out(seen: Excitation, rows: int) -> dict[str, str]:
     return reasons
 
 
-def _rate(scores: dict[str, float], seen: Excitation) -> str:
-    """Decide whether a rate-dependent method has a clearly smaller validation error than all others."""
+def _preferred(race: Race, able: list[Trial], inverses: Inverses | None, only_invertible: bool, where: str) -> Trial:
+    """Return the best that holds elsewhere; of those as good the one with an exact inverse and fewest parameters."""
+    left, faults = list(able), {}
+    while left:
+        best = min(left, key=race.excess)
+        equal = [t for t in left if race.as_good(t, best)]
+        if inverses is not None:
+            equal = [t for t in equal if inverses.kind(t.model) == EXACT_INVERSE] or equal
+        trial = min(equal, key=lambda t: t.parameters)
+        fault = "; ".join(guards.excursion(trial.key, trial.model.graph, race.data))
+        if not fault and only_invertible and inverses is not None:
+            fault = inverses.fault(trial.model)
+        if not fault:
+            return trial
+        faults[trial.name] = fault
+        left.remove(trial)
+        if not left and not only_invertible:
+            break
+        if not left:  # dearer or worse ones come into question
+            left = [t for t in race.trials.values() if t.name not in faults and race.excess(t) <= REFUSED]
+    raise InputError(f"{where}: The data must suit a candidate. Got none that serves: {faults}")
+
+
+def _refusal(where: str, race: Race, seen: Excitation) -> str:
+    best = race.best()
+    short = "" if not seen.warnings else f" ({'; '.join(seen.warnings)})"
+    return (
+        f"{where}: A kind of model must follow the data to {REFUSED:g} % of the span. Got {race.excess(best):.3g} % on "
+        f"validation blocks from the best, {best.name}: the output depends on more than the past of this input, or "
+        f"the record is too poor to tell{short}. Name a kind to fit it all the same."
+    )
+
+
+def _rate(race: Race, seen: Excitation) -> str:
+    """Decide whether a rate-dependent kind has a clearly smaller error than all others."""
     if not seen.several_speeds:
         return "one speed only"
-    lags = [e for n, e in scores.items() if CANDIDATES[n].memory == LAGS]
-    others = [e for n, e in scores.items() if CANDIDATES[n].memory != LAGS]
+    lags = [race.excess(t) for t in race.trials.values() if t.candidate.memory == LAGS]
+    others = [race.excess(t) for t in race.trials.values() if t.candidate.memory != LAGS]
     better = lags and min(others, default=np.inf) > max(CLEARLY * min(lags), FINE)
     return "seen" if better else "not seen"
 
 
-def _warnings(name: str, seen: Excitation) -> tuple[str, ...]:
-    memory = CANDIDATES[name].memory
-    if (memory, seen.memory) in ((OPENS, RETURN_POINT), (CLOSES, OPEN_LOOPS)):
-        other = (
-            f"the best model on the validation split is {name}, but the minor loops in the data have a gap of "
-            f"{seen.gap:.2g} % of the span of y ({seen.memory} memory): rate dependence, creep or drift opens them, "
-            "or no candidate fits"
-        )
-        return (*seen.warnings, other)
-    return seen.warnings
+def _warnings(best: Trial, seen: Excitation) -> list[str]:
+    if (best.candidate.memory, seen.memory) not in ((OPENS, RETURN_POINT), (CLOSES, OPEN_LOOPS)):
+        return []
+    return [
+        f"the best model on the validation blocks is {best.name}, but the minor loops in the data have a gap of "
+        f"{seen.gap:.2g} % of the span of y ({seen.memory} memory): rate dependence, creep or drift opens them, "
+        "or no candidate fits"
+    ]

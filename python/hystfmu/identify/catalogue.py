@@ -7,8 +7,9 @@ import pkgutil
 from types import ModuleType
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.extras import extras
+from hystfmu.base.extras import MissingExtra, extras
 from hystfmu.identify import methods
+from hystfmu.identify.candidate import Candidate
 from hystfmu.identify.options import Option
 
 AUTO = "auto"
@@ -26,7 +27,30 @@ def method(key: str) -> ModuleType:
     if key not in METHODS:
         raise InputError(f"The model must be one of {', '.join(METHODS)}. Got {key!r} instead.")
     with extras(f"the model {key}"):
-        return importlib.import_module("hystfmu.identify.auto" if key == AUTO else f"{methods.__name__}.{key}")
+        module = importlib.import_module("hystfmu.identify.auto" if key == AUTO else f"{methods.__name__}.{key}")
+        return module
+
+
+def candidates() -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
+    """Return the kinds that compete in ``auto``.
+
+    Returns
+    -------
+    found : dict
+        For each name, e.g. ``zhao_tan_mlp memory=last``, the key of the kind and its candidate.
+    missing : dict
+        For each kind whose packages are not installed the sentence that says so.
+    """
+    found, missing = {}, {}
+    for key in (k for k in METHODS if k != AUTO):
+        try:
+            module = method(key)
+        except MissingExtra as e:
+            missing[key] = str(e)
+            continue
+        for candidate in getattr(module, "CANDIDATES", ()):
+            found[candidate.named(key)] = (key, candidate)
+    return found, missing
 
 
 def takes_records(key: str) -> bool:

@@ -72,10 +72,11 @@ def warnings(key: str, graph: Graph, data: Dataset, bounded: Bounded, covered: f
     InputError
         The model is unstable on another signal.
     """
-    return [*_excursion(key, graph, data), *_fast_poles(graph, data.h), *_at_bounds(bounded), *_unseen(covered)]
+    return [*excursion(key, graph, data), *_fast_poles(graph, data.h), *_at_bounds(bounded), *_unseen(covered)]
 
 
-def _excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
+def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
+    """Return a warning if the model leaves the range of y on another signal; refuse one that is unstable there."""
     u = other_signal(data)
     held = [np.full(len(u), port.start) for port in graph.inputs[1:]]  # covariates, at their means
     y = graph.run(np.column_stack([u, *held]), data.h)

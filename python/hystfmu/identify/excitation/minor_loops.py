@@ -18,6 +18,7 @@ from hystfmu.data.reversals import noise, reversals
 OPEN = 0.5  # percent of the span of y: a larger gap contradicts return-point memory
 LEAST_LOOP = 0.02  # of the range of u: smaller loops are not informative
 LEAST_SAMPLES = 100  # per cycle: sampling of the extrema costs 2.6 / 0.10 / 0.03 % at 10 / 50 / 100
+MISSED = 260.0  # percent of the span, over the square of the samples per cycle: the same costs as a formula
 SURE = 3.0  # standard errors
 NO_WIDTH = 0.1  # percent of the span of y: a thinner loop counts as no hysteresis
 BINS = 50
@@ -97,7 +98,8 @@ def examine(data: Dataset) -> Excitation:
     """Determine reversals, minor loops and memory class of the training rows.
 
     Rate dependence and creep open loops too, so the gap is an upper bound for the effect of the memory.  The gap is
-    corrected for the noise of y; if the noise hides the limit of 0.5 %, the class is ``unknown``.
+    corrected for the noise of y; if the noise hides the limit of 0.5 %, or extrema between two samples explain the gap,
+    the class is ``unknown``.
 
     Parameters
     ----------
@@ -117,7 +119,8 @@ def examine(data: Dataset) -> Excitation:
         error = SURE * by_noise * np.sqrt(2 / len(d))
         gap = 100 * float(np.sqrt(max(square - by_noise, 0.0))) / span
         if gap > OPEN and square - by_noise > error:
-            memory = OPEN_LOOPS
+            # extrema between two samples open a loop of any memory
+            memory = OPEN_LOOPS if gap > SURE * MISSED / samples**2 else UNKNOWN
         elif 100 * np.sqrt(error) / span <= OPEN:
             memory = RETURN_POINT
     swift, slow = np.percentile(np.abs(np.diff(u[turns])) / between, [90, 10]) if len(between) else (1.0, 1.0)

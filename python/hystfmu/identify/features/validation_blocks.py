@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from hystfmu.base.arrays import Array
 from hystfmu.data.reversals import reversals
 
-BLOCKS = 40  # at most
+BLOCKS = 40  # by default, at most
 EVERY = 4  # one of so many consecutive blocks is a validation block
 
 
-def validation_rows(u: Array, which: int = EVERY - 1) -> NDArray[np.bool_]:
+def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> NDArray[np.bool_]:
     """Return which rows of an input belong to validation blocks.
 
     Parameters
@@ -25,6 +25,8 @@ def validation_rows(u: Array, which: int = EVERY - 1) -> NDArray[np.bool_]:
         Input.
     which : int
         Block of every `EVERY` consecutive ones, from 0; another number gives disjoint rows.
+    blocks : int
+        Number of blocks, at most.
 
     Returns
     -------
@@ -34,7 +36,7 @@ def validation_rows(u: Array, which: int = EVERY - 1) -> NDArray[np.bool_]:
     turns = reversals(u)
     # without reversals enough, cuts at even distances serve
     cuts = turns if len(turns) >= 2 * EVERY else np.arange(1, 5 * EVERY) * n // (5 * EVERY)
-    wanted = np.arange(1, BLOCKS) * n // BLOCKS
+    wanted = np.arange(1, blocks) * n // blocks
     chosen = np.unique(cuts[np.searchsorted(cuts, wanted).clip(0, len(cuts) - 1)])
     block = np.searchsorted(chosen, np.arange(n), side="right")
     return np.asarray(block % EVERY == which)

@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import ANY, Candidate
 from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
@@ -53,6 +54,7 @@ MOST_KNOTS = 400
 PAIR = {"n": 2, "m": 0}
 MARGIN = 0.05  # covariates are limited to the training range and this fraction of it
 
+CANDIDATES = (Candidate(ANY, 0.5, 0.4),)
 OPTIONS = (
     Option("N", 40, 1, 10000, text="number of plays"),
     Option("bend", None, 1, 20, text="degree of the bend, 1: none; default: chosen on validation blocks"),

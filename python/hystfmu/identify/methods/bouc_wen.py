@@ -17,6 +17,7 @@ from scipy.optimize import least_squares
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import OPENS, Candidate
 from hystfmu.identify.features import dead_band
 from hystfmu.identify.options import Option
 
@@ -24,6 +25,7 @@ TEXT = "Bouc-Wen operator as a grey box, nonlinear least squares"
 EVALUATIONS = (30, 200)  # limit on evaluations of residuals and Jacobian: per start, for the best start
 ENOUGH = 1e-4  # misfit, relative to the span, below which no other start is tried
 
+CANDIDATES = (Candidate(OPENS, 0.2, 0.4, quick={"starts": 1}),)
 OPTIONS = (
     Option("starts", 6, 1, 1000, text="starts of the search"),
     Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"),

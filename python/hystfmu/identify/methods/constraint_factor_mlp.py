@@ -14,6 +14,7 @@ import numpy as np
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
+from hystfmu.identify.candidate import CLOSES, Candidate
 from hystfmu.identify.features import output_bend
 from hystfmu.identify.features.constraint_factor import Branch, increasing_branch, literal_branch, stack_coordinates
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
@@ -26,6 +27,7 @@ TEXT = "constraint-factor operator and a network on (x, h)"
 COVARIATES = True
 SHARE = 0.7  # of the training rows: fitted in a sweep; the rest is the validation split
 
+CANDIDATES = (Candidate(CLOSES, 0.3, 0.1, quick={"starts": 1, "iterations": 30}),)
 OPTIONS = (
     Option("m", 9, 1, 20, text="odd powers in the polynomial"),
     Option(

@@ -22,6 +22,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import OPENS, Candidate
 from hystfmu.identify.features import dead_band
 from hystfmu.identify.options import Option
 
@@ -31,6 +32,7 @@ STARTS = (0.0, 0.5, 1.0)  # of k, relative to the slope of the straight line
 PIECE = 5.0  # length of a piece of the path in dead bands: the noise at its ends is an eighth of it
 ROOM = 3.0  # bound of |w|, relative to the largest in the data
 
+CANDIDATES = (Candidate(OPENS, 0.2, 0.5),)
 OPTIONS = (
     Option("m", 0, 0, 6, text="degree of the slope in the input"),
     Option("q", 5, 1, 10, text="degree of the slope in the output"),

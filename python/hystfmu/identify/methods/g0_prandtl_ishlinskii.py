@@ -25,6 +25,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import LAGS, Candidate
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, search, uncertainty, unknown
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
@@ -35,6 +36,7 @@ TEXT = "weighted plays, then G0(s) with delay, variable projection"
 MOST_ROWS = 5000  # more rows are thinned evenly, after filtering at the full rate
 FINER, ROUNDS = 8, 2  # thresholds are selected from FINER N even ones, in ROUNDS rounds
 
+CANDIDATES = (Candidate(LAGS, 1.0, 1.0),)
 OPTIONS = (
     Option("N", 40, 1, 10000, text="number of plays in the first search"),
     Option("w0_min", 0.0, 0.0, 1e300, text="least weight of the linear term; an inverse needs more than 0"),

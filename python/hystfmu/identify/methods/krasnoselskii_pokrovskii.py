@@ -15,12 +15,14 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import CLOSES, Candidate
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "Krasnosel'skii-Pokrovskii kernels, weights >= 0"
 RECORDS = True
+CANDIDATES = (Candidate(CLOSES, 0.02, 0.03, local=True),)
 OPTIONS = (
     Option("levels", 20, 1, 200, text="points of the grid; levels (levels + 1) / 2 kernels"),
     u0_option("demagnetised"),

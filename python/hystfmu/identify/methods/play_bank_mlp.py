@@ -12,6 +12,7 @@ from typing import Any
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
+from hystfmu.identify.candidate import CLOSES, Candidate
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import thresholds
 from hystfmu.identify.network import readout
@@ -22,6 +23,7 @@ TEXT = "bank of plays and a network on them"
 RECORDS = True
 COVARIATES = True
 LEAST_DECAY = 1e-7
+CANDIDATES = (Candidate(CLOSES, 2.0, 0.05, quick={"starts": 1, "iterations": 30}),)
 OPTIONS = (
     Option("N", 32, 1, 10000, text="number of plays"),
     u0_option("every play rests"),

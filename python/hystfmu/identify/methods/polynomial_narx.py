@@ -24,6 +24,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import ANY, Candidate
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.monomials import basis, count, lagged
@@ -38,6 +39,7 @@ MOST_PARAMETERS = 5000
 CHUNK = 2000  # rows per QR, which fit the cache
 ROOM = 1.2  # default dead zone, relative to the largest error of the batch solution
 
+CANDIDATES = (Candidate(ANY, 0.05, 0.02),)
 OPTIONS = (
     Option("n_u", 9, 1, 1000, text="lags of the input"),
     Option("n_f", 9, 0, 1000, text="lags of the auxiliary function; 0 omits it"),

@@ -13,6 +13,7 @@ import numpy as np
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import CLOSES, Candidate
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.options import Option
@@ -20,6 +21,10 @@ from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "weighted plays, non-negative least squares; exact inverse"
 RECORDS = True
+CANDIDATES = (
+    Candidate(CLOSES, 0.02, 0.01),
+    Candidate(CLOSES, 0.05, 0.06, {"N": 200}),
+)
 OPTIONS = (
     Option("N", 40, 1, 100000, text="number of plays"),
     Option("w0_min", 0.0, 0.0, 1e300, text="least weight of the linear term; above 0 a continuous inverse exists"),

@@ -21,6 +21,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import ANY, Candidate
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.options import Option
@@ -28,6 +29,7 @@ from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "plays, dead zones and creep of the input, least squares"
 RECORDS = True
+CANDIDATES = (Candidate(ANY, 0.02, 0.01),)
 OPTIONS = (
     Option("N", 20, 1, 10000, text="number of plays"),
     Option("dead_zones", 6, 1, 1000, text="number of dead zones, evenly over the training range"),

@@ -23,6 +23,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import LAGS, Candidate
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.methods.prandtl_ishlinskii_asym import dead_zones, knots, lag
@@ -34,6 +35,7 @@ RECORDS = True
 FOLDS = 10
 RIDGES = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2)
 
+CANDIDATES = (Candidate(LAGS, 0.05, 0.05),)
 OPTIONS = (
     Option("N", 20, 1, 10000, text="number of plays"),
     Option("dead_zones", 6, 1, 1000, text="dead zones of the input, and as many of the lagged input"),

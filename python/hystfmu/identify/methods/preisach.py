@@ -22,6 +22,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import ANY, Candidate
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.methods.prandtl_ishlinskii_asym import dead_zones, knots, lag
 from hystfmu.identify.options import Option
@@ -32,6 +33,7 @@ RECORDS = True
 LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))  # of ridge, penalty over the mean, over the width
 LAGS, DEAD_ZONES = 6, 6
 BETTER = 0.6  # ratio of errors below which rate dependence is kept: on one slow record it mimics a memory
+CANDIDATES = (Candidate(ANY, 0.5, 0.42, quick={"n": 20, "widths": 12, "means": 4, "rate": "no"}),)
 OPTIONS = (
     Option("n", 40, 1, 100, text="steps of the grid of the Everett function"),
     Option("widths", 32, 2, 100, text="hat functions of the half-difference of the thresholds"),
@@ -43,10 +45,10 @@ OPTIONS = (
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """Build the graph of the equation above; return it with the number of its weights."""
-    rows = data.train
+    rows = data.counted
     u, y = data.u[rows], data.y[rows]
-    density = smooth_density(u, options["n"], options["widths"], options["means"], options["start"])
-    bounded = data.along(density.columns, rows.stop)[rows]
+    density = smooth_density(data.u[data.train], options["n"], options["widths"], options["means"], options["start"])
+    bounded = data.along(density.columns, data.train.stop)[rows]
     sign = -1.0 if np.sum((u - u.mean()) * (y - y.mean())) < 0 else 1.0  # -1 if the output falls as u rises
     progress(0.2)
     rate = _Rate(data)
@@ -75,12 +77,12 @@ class _Rate:
     """Columns of the rate-dependent terms, and their blocks."""
 
     def __init__(self, data: Dataset) -> None:
-        rows, h = data.train, data.h
-        longest = max(rows.stop * h / 3, 10 * h)
+        rows, h = data.counted, data.h
+        longest = max(data.train.stop * h / 3, 10 * h)
         self.T = np.geomspace(h, longest, LAGS)
         self.T_bend = 4 * h
-        self.middle = float(data.u[rows].mean())
-        self.s = knots(data.u[rows] - self.middle, DEAD_ZONES)
+        self.middle = float(data.u[data.train].mean())
+        self.s = knots(data.u[data.train] - self.middle, DEAD_ZONES)
         lagged = [data.along(partial(lag, h=h, T=T))[rows] for T in self.T]
         bent = data.along(partial(lag, h=h, T=self.T_bend))[rows]
         self.columns = np.column_stack([*lagged, dead_zones(bent - self.middle, self.s)])

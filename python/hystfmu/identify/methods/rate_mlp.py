@@ -18,6 +18,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
+from hystfmu.identify.candidate import LAGS, Candidate
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.network import readout
@@ -30,6 +31,7 @@ COVARIATES = True
 SAMPLES = {"none": 0, "plays": 5}  # tau in samples; with fewer, the second derivative is noise
 FINER = 3  # plays in the differentiated fit, relative to those in the bank
 
+CANDIDATES = (Candidate(LAGS, 2.0, 0.05, quick={"starts": 1, "iterations": 30}),)
 OPTIONS = (
     Option("memory", "plays", choices=("plays", "none"), text="inputs besides (u, du/dt); none: as in the paper"),
     Option("N", 12, 1, 10000, text="number of plays in the bank"),

@@ -15,6 +15,7 @@ import numpy as np
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
+from hystfmu.identify.candidate import CLOSES, OPENS, Candidate
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.network.readout import Features, fit_readout
@@ -30,6 +31,11 @@ OPERATORS = {  # block -> its input and output
     "zhao_tan_inverse_reconstructed": ("h", "x"),
 }
 
+QUICK = {"starts": 1, "iterations": 30}
+CANDIDATES = (
+    Candidate(CLOSES, 2.0, 0.05, quick=QUICK),
+    Candidate(OPENS, 2.0, 0.05, {"memory": "last"}, QUICK),
+)
 OPTIONS = (
     Option("operator", "zhao_tan", choices=tuple(OPERATORS), text="block of the second input of the network"),
     Option(

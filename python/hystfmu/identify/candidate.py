@@ -1,0 +1,45 @@
+"""What a kind of model states about itself to compete in ``auto``: its memory, its cost, how to try it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+CLOSES, OPENS, LAGS, ANY = "return-point", "open", "rate", ""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An entry of the table ``CANDIDATES`` of a kind of model.
+
+    Parameters
+    ----------
+    memory : str
+        `CLOSES`: static, minor loops close; `OPENS`: static, minor loops stay open; `LAGS`: rate-dependent;
+        `ANY`: creep or lags may open a loop.
+    seconds, per_1000 : float
+        Estimated cost of a fit (s): fixed, and per 1000 rows up to the last training row.
+    options : dict
+        Options of the kind that differ from its defaults.
+    quick : dict
+        Options of a short trial fit, which a kind must pass before it is fitted in full; empty: there is none.
+    local : bool
+        Whether each parameter acts on some states of the memory only, so that the kind knows nothing of states that no
+        row has seen.  A network states its coverage itself.
+    """
+
+    memory: str
+    seconds: float
+    per_1000: float
+    options: Mapping[str, Any] = field(default_factory=dict)
+    quick: Mapping[str, Any] = field(default_factory=dict)
+    local: bool = False
+
+    def cost(self, rows: int) -> float:
+        """Return the estimated cost (s) for this number of rows."""
+        return self.seconds + self.per_1000 * rows / 1000
+
+    def named(self, key: str) -> str:
+        """Return the kind with its options, e.g. ``zhao_tan_mlp memory=last``."""
+        return " ".join([key, *(f"{k}={v}" for k, v in self.options.items())])

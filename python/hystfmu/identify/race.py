@@ -1,0 +1,187 @@
+"""A race of candidates over folds of validation blocks: errors beside the noise and beside what no row has seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.data.reversals import noise
+from hystfmu.graph import Graph, Input, Node, Output, Value
+from hystfmu.identify.candidate import Candidate
+from hystfmu.identify.features.plays import plays
+from hystfmu.identify.features.validation_blocks import validation_rows
+from hystfmu.identify.one import fit_one
+from hystfmu.model import Model
+from hystfmu.model.coverage import coverage
+from hystfmu.model.inputs import run_along
+
+BLOCKS = 8  # long ones: where a record repeats its loops, short blocks have been seen by their neighbours
+FOLDS = (1, 3, 0)  # of every four blocks, the one that is held out
+AS_GOOD = 1.2  # candidates with errors up to 20 % above the least count as equally good
+LOSER, HOPE = 1.5, 4.0  # error ratios at which a candidate is dropped: after a fold, after its trial fit
+EXACT = 0.002  # % of the span: errors below it count as equal
+SURE = 2.0  # standard errors by which a difference must exceed what the noise of the output explains
+OUTSIDE = 3.0  # % of the span: error of a network or of local parameters in states that no row has seen
+PLAYS = 2  # that stand for the memory of a kind with local parameters
+
+
+@dataclass
+class Trial:
+    """A candidate in the race.
+
+    Parameters
+    ----------
+    name, key : str
+        Candidate and its kind.
+    candidate : Candidate
+        Entry of the table of the kind.
+    model : Model
+        Fit without the blocks of the first fold.
+    outside : float
+        Share of the states of other signals of which the model knows nothing.
+    errors : array, shape (m,)
+        Errors on the validation rows so far.
+    """
+
+    name: str
+    key: str
+    candidate: Candidate
+    model: Model
+    errors: Array
+    outside: float
+
+    @property
+    def parameters(self) -> int:
+        """Number of parameters."""
+        return int(self.model.fit["parameters"])
+
+
+@dataclass
+class Race:
+    """Folds, candidates that are left, and the reasons of the others."""
+
+    data: Dataset
+    seed: int
+    sigma: float = 0.0
+    unseen: float = 0.0
+    trials: dict[str, Trial] = field(default_factory=dict)
+    reasons: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.sigma = noise(self.data.y[self.data.train])
+        self.unseen = _unseen(self.data)
+
+    def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp]]:
+        """Return the data without the blocks of a fold, and the rows of these blocks that count."""
+        data, rows = self.data, self.data.train
+        held = np.zeros(len(data.u), dtype=bool)
+        held[rows] = validation_rows(data.u[rows], fold, BLOCKS)
+        part = data.with_held(held)
+        kept = data.u[part.counted]
+        return part, np.flatnonzero(held & (data.u >= kept.min()) & (data.u <= kept.max()))
+
+    def fitted(
+        self, fold: int, key: str, options: Mapping[str, Any], progress: Callable[[float], None]
+    ) -> tuple[Model, Array]:
+        """Fit without the blocks of a fold; return the model and its errors in them."""
+        part, rows = self.held(fold)
+        model = fit_one(part, key, self.seed, progress, dict(options))
+        free = run_along(model.graph, self.data)
+        return model, free[rows] - self.data.y[rows]
+
+    def trial(
+        self, name: str, key: str, candidate: Candidate, options: Mapping[str, Any], progress: Callable[[float], None]
+    ) -> Trial:
+        """Fit a candidate without the first fold."""
+        model, errors = self.fitted(FOLDS[0], key, options, progress)
+        network = 1 - float(model.fit.get("coverage_percent", 100.0)) / 100
+        return Trial(name, key, candidate, model, errors, self.unseen if candidate.local else network)
+
+    def excess(self, trial: Trial) -> float:
+        """Return the error beside the noise and that of states that were left out, in % of the span."""
+        square = float(np.mean(trial.errors**2)) - self.floor()
+        return 100 * float(np.sqrt(max(square, 0.0) / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
+
+    def best(self) -> Trial:
+        """Return the candidate with the least error."""
+        return min(self.trials.values(), key=self.excess)
+
+    def floor(self) -> float:
+        """Return the variance of the noise, which no model can explain; that of the best model if it is less."""
+        return min([self.sigma**2, *(float(np.mean(t.errors**2)) for t in self.trials.values())])
+
+    def least(self) -> float:
+        """Return the least error so far, in % of the span."""
+        return max(min((self.excess(t) for t in self.trials.values()), default=np.inf), EXACT)
+
+    def first(self, name: str, key: str, candidate: Candidate, progress: Callable[[float], None]) -> None:
+        """Let a candidate enter: a short trial fit if it has one, then a fit without the first fold."""
+        try:
+            if candidate.quick and self.trials:
+                short = self.excess(
+                    self.trial(name, key, candidate, {**candidate.options, **candidate.quick}, progress)
+                )
+                if not short <= HOPE * self.least():
+                    self.reasons[name] = f"{short:.2g} % of the span after a short trial fit"
+                    return
+            trial = self.trial(name, key, candidate, candidate.options, progress)
+        except InputError as e:
+            self.reasons[name] = str(e)
+            return
+        rows = len(self.data.y[self.held(FOLDS[0])[0].counted])
+        if trial.parameters > rows:
+            self.reasons[name] = f"{trial.parameters} parameters for {rows} rows"
+        elif not np.isfinite(trial.errors).all():
+            self.reasons[name] = "unstable in a free run"
+        else:
+            self.trials[name] = trial
+
+    def contenders(self) -> list[Trial]:
+        """Return the candidates that are no losers, cheapest first."""
+        return [t for t in self.trials.values() if self.excess(t) <= LOSER * self.least()]
+
+    def again(self, fold: int, trials: list[Trial]) -> None:
+        """Let candidates run on another fold."""
+        for t in trials:
+            try:
+                more = self.fitted(fold, t.key, t.candidate.options, lambda done: None)[1]
+            except InputError:
+                more = np.full(1, np.inf)
+            t.errors = np.concatenate([t.errors, more])
+
+    def as_good(self, trial: Trial, best: Trial) -> bool:
+        """Whether a candidate is as good as the best, or the noise explains the difference."""
+        if self.excess(trial) <= AS_GOOD * max(self.excess(best), EXACT):
+            return True
+        if trial.outside > best.outside or len(trial.errors) != len(best.errors):
+            return False
+        worse = float(np.mean(trial.errors**2) - np.mean(best.errors**2))
+        by_noise = 2 * self.sigma * float(np.sqrt(np.mean((trial.errors - best.errors) ** 2) / len(best.errors)))
+        return worse <= SURE * by_noise
+
+
+def _unseen(data: Dataset) -> float:
+    """Return the share of the states of other signals, the input and `PLAYS` plays, without a near training row."""
+    if data.covariates:  # no kind of local parameters takes them
+        return 0.0
+    u, rows = data.u, data.train
+    r = np.arange(1, PLAYS + 1) * float(np.ptp(u[rows])) / 2 / (PLAYS + 1)
+    seen = np.column_stack([u, data.along(lambda v: plays(v, r, float(v[0])))])[rows]
+    limits: dict[str, Value] = {"lo": seen.min(axis=0), "hi": seen.max(axis=0)}
+    nodes = [
+        Node("input", "scaling", {"n": 1}),
+        Node("bank", "play_bank", {"n": PLAYS}, {"r": r, "z0": float(u[0])}),
+        Node("states", "scaling", {"n": PLAYS + 1}, limits),
+    ]
+    wires = [("input.y", "bank.u"), ("input.y", "states.u[1]")]
+    wires += [(f"bank.z[{k}]", f"states.u[{k + 1}]") for k in range(1, PLAYS + 1)]
+    graph = Graph(nodes, wires, [Input("u", ("input.u",))], [Output("y", "states.y[1]")])
+    covered = coverage(graph, data)
+    return 0.0 if covered is None else 1 - covered / 100

@@ -1,0 +1,69 @@
+"""What inverse a model has, and whether it is worth using; a choice of the kind of model asks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hystfmu.base.errors import InputError
+from hystfmu.inverse import inverse, invert
+from hystfmu.inverse.dynamic import split
+from hystfmu.inverse.input_range import over_range
+from hystfmu.model import Model
+
+BACK = 1e-6  # of the range of the output: smaller steps against the direction are rounding
+POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an inverse is of no use
+ENDS = (np.linspace(-1.0, 1.0, 200), np.linspace(1.0, -1.0, 200))
+METHODS = ("exact", "implicit")  # a learned inverse exists for every model; it is fitted on request
+
+
+@dataclass(frozen=True)
+class Inverses:
+    """Answers about the inverses of models."""
+
+    def kind(self, model: Model) -> str:
+        """Return the first of `METHODS` that the model admits, else ``learned``; or that it is not monotone."""
+        if _folded(model):
+            return "none: not monotone"
+        for method in METHODS:
+            try:
+                invert(model, method)
+            except InputError:
+                continue
+            return method
+        return "learned"
+
+    def fault(self, model: Model) -> str:
+        """Return why no inverse of `METHODS` is of use; empty if one is."""
+        if _folded(model):
+            return "the output is not monotone in the input: a wanted output has several inputs"
+        reason = ""
+        for method in METHODS:
+            try:
+                made = inverse(model, method)
+            except InputError as e:
+                reason = reason or str(e)
+                continue
+            off = made.fit.get("cascade_rms_percent", 0.0)
+            if off <= POOR:
+                return ""
+            reason = f"the {method} inverse and the model in cascade are off by {off:.2g} % of the span"
+        return reason
+
+
+def _folded(model: Model) -> bool:
+    """Whether the output of a static model turns while the input rises over its range, or while it falls.
+
+    Then a wanted output has several inputs.  With creep or lags the output may go on after a reversal, and the inverse
+    takes the present slope: such models are not tested.
+    """
+    if split(model) is not None:
+        return False
+    u = over_range(model, np.concatenate([*ENDS, *ENDS]))
+    y, n = model.predict(u), len(ENDS[0])
+    room = BACK * float(np.ptp(y))
+    if np.abs(model.predict(np.repeat(u, 2))[1::2] - y).max() > room:
+        return False
+    up, down = np.diff(y[-2 * n : -n]), np.diff(y[-n:])
+    return not any((s * up >= -room).all() and (s * down <= room).all() for s in (1, -1))
