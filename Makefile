@@ -15,7 +15,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress dev core check generate modelica platforms bench wheel clean torture
+.PHONY: demo test contract stress dev core check generate modelica platforms bench choice wheel clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -62,6 +62,10 @@ platforms: build/tools
 
 bench: dev
 	$(BIN)/python tests/benchmarks/run.py
+
+# the choice of the kind of model against all kinds, two hours; an interrupted run goes on from build/choice.jsonl
+choice: dev
+	$(BIN)/python tests/benchmarks/choice_grid.py --work build/choice.jsonl -o python/docs/choice.md
 
 # a wheel in dist/, and one use of it in an environment of its own, outside the repository
 wheel: build/tools
