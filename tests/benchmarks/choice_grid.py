@@ -175,7 +175,7 @@ seed draws plants and data anew; no default was tuned to them. A refusal counts 
 {POOR:g} %FS; another one would stand as an infinite ratio. Wanted in every cell: median at most {MEDIAN:g}, worst at
 most {WORST:g}.
 
-{sum(met)} of {len(met)} cells meet both; {len(seeds)} seeds: {", ".join(map(str, seeds))}. A choice took
+{sum(met)} of {len(met)} cells meet both. Seeds drawn: {", ".join(map(str, seeds))}. A choice took
 {np.median(seconds):.1f} s of one core (median), all kinds by name {_by_name(store, seeds):.1f} s.
 """
     return "\n".join([head, *lines, ""])
