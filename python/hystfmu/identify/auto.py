@@ -126,7 +126,7 @@ def choose(
         if race.least() <= EXACT:
             race.reasons[name] = f"{race.best().name} leaves nothing to explain"
             continue
-        race.first(name, key, candidate, partial(_share, progress, done / total, costs[name] / total))
+        race.first(name, key, candidate, partial(_share, progress, done / total, (done + costs[name]) / total))
         done += costs[name]
     for fold in FOLDS[1:]:
         left = race.contenders()
@@ -139,7 +139,9 @@ def choose(
     if not race.trials:
         raise InputError(f"{where}: The data must suit a candidate. Got none that fits: {race.reasons}")
     rate = _rate(race, seen)
-    able = [t for t in race.contenders() if rate == "seen" or t.candidate.memory != LAGS] or race.contenders()
+    able = race.contenders()
+    if rate != "seen":  # static kinds that lost to a rate-dependent one stay
+        able = [t for t in race.trials.values() if t.candidate.memory != LAGS] or able
     if race.least() > REFUSED:
         raise InputError(_refusal(where, race, seen))
     best = _preferred(race, able, inverses, only_invertible, where)
@@ -153,8 +155,8 @@ def choose(
     return Choice(best.key, dict(best.candidate.options), {**told, "warnings": _warnings(best, seen)}, why)
 
 
-def _share(progress: Callable[[float], None], done: float, share: float, part: float) -> None:
-    progress(done + share * part)
+def _share(progress: Callable[[float], None], first: float, last: float, part: float) -> None:
+    progress(min(first + (last - first) * part, last))
 
 
 def left_out(found: Mapping[str, Candidate], seen: Excitation, rows: int) -> dict[str, str]:

@@ -125,9 +125,9 @@ class Race:
         """Let a candidate enter: a short trial fit if it has one, then a fit without the first fold."""
         try:
             if candidate.quick and self.trials:
-                short = self.excess(
-                    self.trial(name, key, candidate, {**candidate.options, **candidate.quick}, progress)
-                )
+                # a short fit is not reported: the progress of the full one starts from 0
+                options = {**candidate.options, **candidate.quick}
+                short = self.excess(self.trial(name, key, candidate, options, lambda done: None))
                 if not short <= HOPE * self.least():
                     self.reasons[name] = f"{short:.2g} % of the span after a short trial fit"
                     return
