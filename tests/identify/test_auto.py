@@ -144,7 +144,7 @@ def left_out(found, rows):
 
 def seen(**changed):
     values = {"reversals": 60, "samples_per_cycle": 150.0, "loops": 20, "gap": 0.0, "several_speeds": True}
-    return Excitation(**{**values, "memory": "return-point", "warnings": (), **changed})
+    return Excitation(**{**values, "memory": "return-point", "warnings": (), "coarse": (), **changed})
 
 
 def test_what_cannot_fit_is_left_out_with_its_reason():

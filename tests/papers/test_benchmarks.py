@@ -62,13 +62,14 @@ def test_minor_loops_tell_the_class_of_memory(plant, memory, noise):
     seen = examine(Dataset.from_signal(u, y))
     assert seen.memory == memory
     assert seen.loops >= 10
-    assert seen.warnings == ()
+    assert seen.warnings == seen.coarse == ()
     assert (seen.gap > 1.5) if memory == "no return-point" else (seen.gap < 0.1)
 
 
 def test_what_cannot_identify_memory_is_said():
     def warnings(u):
-        return " ".join(examine(Dataset.from_signal(u, plants.prandtl_ishlinskii(u))).warnings)
+        seen = examine(Dataset.from_signal(u, plants.prandtl_ishlinskii(u)))
+        return " ".join((*seen.warnings, *seen.coarse))
 
     assert "one decaying" in warnings(signals.decaying_sine(10, 0.1))
     assert "one decaying" in warnings(signals.decaying_sine(10, 0.0))
@@ -83,13 +84,13 @@ def test_what_cannot_identify_memory_is_said():
 def test_auto_prints_candidates_memory_and_warnings(tmp_path, monkeypatch):
     found, _ = auto.candidates()
     monkeypatch.setattr(auto, "candidates", lambda: ({key: found[key] for key in QUICK}, {}))
-    u = signals.decaying_sine(5, 0.1, samples=60)
+    u = signals.decaying_sine(5, 0.1, samples=40)
     path = tmp_path / "sine.csv"
     Dataset.from_signal(u, plants.prandtl_ishlinskii(u), 1e-3).to_csv(path)
     out = tmp_path / "m.model.toml"
     done = CliRunner().invoke(main, ["fit", str(path), "--model", "auto", "-o", str(out)])
     assert done.exit_code == 0, done.output
-    for words in ("validation RMS", "parameters", "unknown", "warning: the input is one decaying", "60 samples"):
+    for words in ("validation RMS", "parameters", "unknown", "warning: the input is one decaying", "40 samples"):
         assert words in done.output, words
     saved = Model.load(out)
     assert len(saved.fit["warnings"]) == 2

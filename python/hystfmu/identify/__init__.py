@@ -75,8 +75,10 @@ def fit(
 
 def _examined(model: Model, data: Dataset) -> Model:
     """Add warnings about the record: poor excitation, an output that lags, an input that follows the output."""
-    late = [] if guards.follows_late(model.graph) else sensor_lag.warnings(data, model.fit["rms_percent"])
-    warned = [*examine(data.longest()).warnings, *late, *closed_loop.warnings(data)]
+    seen, late = examine(data.longest()), list[str]()
+    if not guards.follows_late(model.graph):
+        late = [*seen.coarse, *sensor_lag.warnings(data, model.fit["rms_percent"])]
+    warned = [*seen.warnings, *late, *closed_loop.warnings(data)]
     if not warned:
         return model
     return replace(model, fit={**model.fit, "warnings": [*model.fit.get("warnings", []), *warned]})

@@ -17,7 +17,7 @@ from hystfmu.data.reversals import noise, reversals
 
 OPEN = 0.5  # percent of the span of y: a larger gap contradicts return-point memory
 LEAST_LOOP = 0.02  # of the range of u: smaller loops are not informative
-LEAST_SAMPLES = 100  # per cycle: sampling of the extrema costs 2.6 / 0.10 / 0.03 % at 10 / 50 / 100
+LEAST_SAMPLES = 50  # per cycle: sampling of the extrema costs 2.6 / 0.10 / 0.03 % at 10 / 50 / 100
 MISSED = 260.0  # percent of the span, over the square of the samples per cycle: the same costs as a formula
 SURE = 3.0  # standard errors
 NO_WIDTH = 0.1  # percent of the span of y: a thinner loop counts as no hysteresis
@@ -48,6 +48,8 @@ class Excitation:
         a function of u; ``unknown``.
     warnings : tuple of str
         Why the excitation is not informative enough to identify memory; empty if it is.
+    coarse : tuple of str
+        That the rows are too far apart to hold the extrema of a static model; dynamics smooth them.
     """
 
     reversals: int
@@ -57,6 +59,7 @@ class Excitation:
     several_speeds: bool
     memory: str
     warnings: tuple[str, ...]
+    coarse: tuple[str, ...]
 
 
 def gaps(u: Array, y: Array, turns: Array) -> Array:
@@ -125,10 +128,18 @@ def examine(data: Dataset) -> Excitation:
             memory = RETURN_POINT
     swift, slow = np.percentile(np.abs(np.diff(u[turns])) / between, [90, 10]) if len(between) else (1.0, 1.0)
     several = bool(swift > SPEEDS * slow)
-    return Excitation(len(turns), samples, len(d), gap, several, memory, _warnings(u[turns], samples, len(d), memory))
+    return Excitation(
+        len(turns), samples, len(d), gap, several, memory, _warnings(u[turns], len(d), memory), _coarse(samples)
+    )
 
 
-def _warnings(levels: Array, samples: float, loops: int, memory: str) -> tuple[str, ...]:
+def _coarse(samples: float) -> tuple[str, ...]:
+    if samples >= LEAST_SAMPLES:
+        return ()
+    return (f"{samples:.0f} samples per cycle; at least {LEAST_SAMPLES} are needed to resolve the reversals",)
+
+
+def _warnings(levels: Array, loops: int, memory: str) -> tuple[str, ...]:
     found = []
     if memory == NONE:
         found.append(f"the output is a function of the input: its loops are thinner than {NO_WIDTH} % of the span of y")
@@ -140,6 +151,4 @@ def _warnings(levels: Array, samples: float, loops: int, memory: str) -> tuple[s
         )
     elif not loops:
         found.append("the input closes no minor loop, so it is not informative about return-point memory")
-    if samples < LEAST_SAMPLES:
-        found.append(f"{samples:.0f} samples per cycle; at least {LEAST_SAMPLES} are needed to resolve the reversals")
     return tuple(found)
