@@ -18,6 +18,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     "papers": {EVERY: "table(): a paper names the models and blocks that it compares"},
     "identify/features/dead_band.py": {"play_bank": "in_front(): the dead band is one play"},
     "identify/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
+    "identify/features/dead_zones_and_lags.py": {"creep": "lag(): column of a regression"},
     "identify/features/dynamics.py": {
         "transfer_function": "nodes(): G0 with the rest of the delay",
         "delay": "nodes(): the whole samples of the delay",

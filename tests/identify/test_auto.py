@@ -116,7 +116,7 @@ def test_s3_the_class_is_picked_automatically(plant, expected, other):
     assert scores[m.provenance["auto_choice"]] == min(scores.values())
     assert "minor loops" in m.provenance["auto_left_out"][other]
     if expected == "bouc_wen":
-        assert scores["prandtl_ishlinskii_asym"] > 10 * scores[expected]
+        assert scores["polynomial_narx"] > 10 * scores[expected]
 
 
 @pytest.mark.stress
@@ -129,7 +129,7 @@ def test_rate_dependence_needs_several_speeds(only):
     y, out = plants.prandtl_ishlinskii(u), np.zeros(len(u))
     for k in range(1, len(u)):
         out[k] = out[k - 1] + 0.3 * (y[k] - out[k - 1])
-    only("prandtl_ishlinskii", "prandtl_ishlinskii_rate", "g0_prandtl_ishlinskii")
+    only("prandtl_ishlinskii", "g0_prandtl_ishlinskii")
     lagged = fit(Dataset.from_signal(u, out, 1e-3), "auto")
     at_once = fit(Dataset.from_signal(u, y, 1e-3), "auto")
     assert lagged.fit["rate"] == "seen"
@@ -160,11 +160,11 @@ def test_what_cannot_fit_is_left_out_with_its_reason():
 
 
 def test_the_time_is_bounded_by_count_not_by_clock():
-    for rows in (3000, 30_000, 1_000_000):
+    for rows, least in ((3000, 2), (30_000, 2), (800_000, 2), (1_000_000, 1)):
         left = left_out(seen(memory="unknown"), rows)
         kept = [c.cost(rows) for name, (_, c) in CANDIDATES.items() if name not in left]
         assert sum(kept) <= auto.BUDGET
-        assert len(kept) >= 2
+        assert len(kept) >= least
     assert "fit it by name" in left["bouc_wen"]
     assert not left_out(seen(memory="unknown"), 4000)
 
@@ -203,7 +203,7 @@ def test_blocks_lie_all_over_the_training_rows_inside_the_covered_range():
 @pytest.mark.parametrize(
     "names",
     [
-        ("prandtl_ishlinskii", "prandtl_ishlinskii_asym", "krasnoselskii_pokrovskii", "constraint_factor_mlp"),
+        ("prandtl_ishlinskii", "polynomial_narx", "krasnoselskii_pokrovskii", "constraint_factor_mlp"),
         pytest.param(tuple(CANDIDATES), marks=pytest.mark.stress),
     ],
 )
@@ -223,7 +223,7 @@ def test_a_staircase_of_minor_loops(only, names):
 
 
 def test_the_choice_sees_training_rows_only(only):
-    only("prandtl_ishlinskii", "prandtl_ishlinskii_asym", "krasnoselskii_pokrovskii")
+    only("prandtl_ishlinskii", "polynomial_narx", "krasnoselskii_pokrovskii")
     y = plants.asymmetric(U)
     wrong = np.where(np.arange(len(U)) < 2500, y, -y)
     made = [fit(Dataset.from_signal(U, v, train=slice(0, 2500)), "auto") for v in (y, wrong)]
@@ -232,26 +232,26 @@ def test_the_choice_sees_training_rows_only(only):
 
 
 def test_an_output_that_no_kind_follows_is_refused_with_the_reason(only):
-    only("prandtl_ishlinskii", "prandtl_ishlinskii_asym")
+    only("prandtl_ishlinskii", "polynomial_narx")
     y = plants.prandtl_ishlinskii(U) + 4 * np.sin(2 * np.pi * np.arange(len(U)) / 777)  # of another input
     with pytest.raises(InputError, match=r"must follow the data to 5 % of the span. Got [0-9.]+ % on val"):
         fit(Dataset.from_signal(U, y), "auto")
 
 
 def test_only_models_with_a_useful_inverse_compete(only):
-    only("prandtl_ishlinskii", "prandtl_ishlinskii_asym")
+    only("prandtl_ishlinskii", "krasnoselskii_pokrovskii")
 
     class Stub:
         def kind(self, model):
             return "exact"
 
         def fault(self, model):
-            return "" if model.key == "prandtl_ishlinskii_asym" else "no use"
+            return "" if model.key == "krasnoselskii_pokrovskii" else "no use"
 
     y = plants.prandtl_ishlinskii(U)
     data = Dataset.from_signal(U, y)
     assert fit(data, "auto", inverses=Stub()).key == "prandtl_ishlinskii"
-    assert fit(data, "auto", inverses=Stub(), only_invertible=True).key == "prandtl_ishlinskii_asym"
+    assert fit(data, "auto", inverses=Stub(), only_invertible=True).key == "krasnoselskii_pokrovskii"
     only("prandtl_ishlinskii")
     with pytest.raises(InputError, match="no use"):
         fit(data, "auto", inverses=Stub(), only_invertible=True)

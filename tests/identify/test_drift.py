@@ -54,7 +54,7 @@ def test_creep_is_taken_by_lags_and_left_by_plays_alone():
     for k in range(1, len(U)):
         q[k] = q[k - 1] + (1 - np.exp(-H / 2)) * (Y[k] - q[k - 1])
     data = Dataset.from_signal(U, Y + 0.1 * q, H)
-    plays, lags = fit(data, "prandtl_ishlinskii"), fit(data, "prandtl_ishlinskii_asym")
+    plays, lags = fit(data, "prandtl_ishlinskii"), fit(data, "actuator")
     assert lags.fit["rms_percent"] < plays.fit["rms_percent"] / 3
     assert "warnings" not in lags.fit
     v = signals.nested_reversals(60, 9, 0.02)

@@ -10,7 +10,7 @@ from hystfmu.identify.catalogue import candidates
 from hystfmu.identify.features.validation_blocks import EVERY, validation_rows
 from hystfmu.identify.one import fit_one
 
-CHEAP = ("prandtl_ishlinskii", "prandtl_ishlinskii_asym", "krasnoselskii_pokrovskii", "polynomial_narx")
+CHEAP = ("prandtl_ishlinskii", "krasnoselskii_pokrovskii", "polynomial_narx")
 SHORT = {"starts": 1, "iterations": 5}
 KEYS = sorted({key for key, _ in candidates()[0].values()})
 U = signals.training(12, 3, 0.05)

@@ -71,9 +71,7 @@ def test_sums_of_plays():
         assert e["rms_percent"] <= 0.002, name
 
 
-@pytest.mark.parametrize(
-    ("key", "limit"), [("prandtl_ishlinskii", 0.48), ("zhao_tan_mlp", 0.30), ("prandtl_ishlinskii_asym", 0.21)]
-)
+@pytest.mark.parametrize(("key", "limit"), [("prandtl_ishlinskii", 0.48), ("zhao_tan_mlp", 0.30)])
 def test_measured_piezo_stack(key, limit, measured, tmp_path):
     """dbo_piezo, protocol P1: trained on one decaying sine, tested on 54 s of other amplitudes (stroke 41.4 um)."""
     path = measured / "dbo_piezo" / "Test_Vi_Do_Di.dat"

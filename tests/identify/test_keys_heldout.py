@@ -18,8 +18,6 @@ from hystfmu.model import accuracy
 SHORT = {"starts": 1, "iterations": 40}
 ON = {  # key: plant, limit, options
     "prandtl_ishlinskii": (plants.prandtl_ishlinskii, 0.1, {}),
-    "prandtl_ishlinskii_asym": (plants.prandtl_ishlinskii, 0.4, {}),
-    "prandtl_ishlinskii_rate": (plants.prandtl_ishlinskii, 0.3, {}),
     "zhao_tan_mlp": (plants.asymmetric, 1.2, SHORT),
     "constraint_factor_mlp": (plants.asymmetric, 0.6, SHORT),
     "fitted_operator_mlp": (plants.asymmetric, 0.3, SHORT),

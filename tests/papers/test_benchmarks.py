@@ -13,16 +13,15 @@ from hystfmu.data import signals, synthetic
 from hystfmu.data.reversals import turning_points
 from hystfmu.identify import auto, fit
 from hystfmu.identify.excitation.minor_loops import examine, gaps
+from hystfmu.identify.features.dead_zones_and_lags import dead_zones
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
 from hystfmu.identify.methods.narx_network import assemble, simulate
-from hystfmu.identify.methods.prandtl_ishlinskii_asym import dead_zones
-from hystfmu.identify.methods.prandtl_ishlinskii_rate import _Sums, cross_validated
 from hystfmu.identify.race import AS_GOOD
 from hystfmu.model import accuracy
 from hystfmu.papers import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
 from hystfmu.papers.structured_duhem import KNOTS, DuhemOscillator, run_many
 
-QUICK = ("prandtl_ishlinskii", "bouc_wen", "prandtl_ishlinskii_asym", "prandtl_ishlinskii_rate")
+QUICK = ("prandtl_ishlinskii", "bouc_wen", "polynomial_narx")
 
 
 def rms(x):
@@ -111,46 +110,7 @@ def test_s3_bouc_wen_is_picked_and_holds_on_other_signals(monkeypatch):
         assert e["rms_percent"] <= 0.03, name
 
 
-# ---- rate-dependent Prandtl-Ishlinskii model -------------------------------------------------------------------------
-def test_rate_model_recovers_its_own_kind():
-    h, T, middle = 0.01, 0.04, 0.3
-    u = 0.3 + signals.training(40, 5)
-    q = np.full(len(u), u[0])
-    for k in range(1, len(u)):  # dq/dt = (u - q)/T for an input held over the step, steady at first
-        q[k] = q[k - 1] + (1 - np.exp(-h / T)) * (u[k] - q[k - 1])
-    r = 0.98 * np.ptp(u) / 2 * np.arange(1, 21) / 20
-    middle = u.mean()
-    s = (u - middle).min() + np.ptp(u) * 5 / 7  # one of six knots, evenly inside the range
-    y = 2 * u + plants.plays(u, r, u[0]) @ np.linspace(1, 0, 20) - 0.8 * np.maximum(q - middle - s, 0) + 1
-    m = fit(Dataset.from_signal(u, y, h), "prandtl_ishlinskii_rate", lags=1, T_max=0.5, ridge=0.0)
-    assert m.fit["max_percent"] < 1e-9
-    assert m.fit["parameters"] == 1 + 20 + 12 + 1 + 1
-
-
-def test_reduced_regression_is_the_regression():
-    """Against scipy's bounded solver on all rows, with the ridge on columns scaled about their means."""
-    from scipy.optimize import lsq_linear
-
-    rng = np.random.default_rng(3)
-    bounded, free = rng.normal(size=(80, 5)), 3 + rng.normal(size=(80, 4))
-    y = bounded @ [1, 0, 2, 0, -1] + free @ [1.0, -2, 0, 1] + 5 + rng.normal(size=80)
-    columns = np.column_stack([bounded, free])
-    size = np.linalg.norm(columns - columns.mean(axis=0), axis=0)
-    stacked = np.vstack([np.column_stack([columns, np.ones(80)]), np.column_stack([0.7 * np.diag(size), np.zeros(9)])])
-    lowest = np.r_[np.zeros(5), np.full(5, -np.inf)]
-    reference = lsq_linear(stacked, np.r_[y, np.zeros(9)], (lowest, np.inf), tol=1e-14).x
-    np.testing.assert_allclose(np.concatenate(_Sums(bounded, free, y).solve(0.7)), reference, rtol=1e-6, atol=1e-8)
-
-
-def test_cross_validation_prefers_a_ridge_on_noise_and_none_on_exact_data():
-    rng = np.random.default_rng(4)
-    x = rng.normal(size=(60, 30))
-    exact = x @ rng.normal(size=30)
-    idle = rng.normal(size=(60, 1))
-    assert cross_validated(idle, x, exact) == 1e-3
-    assert cross_validated(idle, x, rng.normal(size=60)) == 0.2
-
-
+# ---- dead zones ------------------------------------------------------------------------------------------------------
 def test_dead_zones_have_sides():
     np.testing.assert_array_equal(
         dead_zones(np.array([-2.0, 0.0, 3.0]), np.array([1.0, -1.0])), [[0, -1], [0, 0], [2, 0]]
@@ -292,8 +252,8 @@ def test_s11_protocol_p1(measured):
         pytest.skip("no dbo_piezo")
     run, _ = dbo_piezo.measured(measured)
     assert abs(dbo_piezo.line(run) - 1.99) < 0.005, "the figure of the straight line, measured elsewhere"
-    assert dbo_piezo.score(run, "prandtl_ishlinskii_rate")[0] <= 0.15
-    assert dbo_piezo.score(run, "prandtl_ishlinskii_asym")[0] <= 0.203
+    for key in ("actuator", "preisach"):
+        assert dbo_piezo.score(run, key)[0] <= dbo_piezo.LIMITS[key], key
 
 
 def test_piezo_table_without_data_is_what_was_published(tmp_path):

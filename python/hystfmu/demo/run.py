@@ -27,7 +27,6 @@ from hystfmu.scenario.shipped import shipped_scenarios
 KEYS = (
     "actuator",
     "prandtl_ishlinskii",
-    "prandtl_ishlinskii_asym",
     "zhao_tan_mlp",
     "play_bank_mlp",
     "bouc_wen",

@@ -14,6 +14,10 @@ from hystfmu.identify.options import Option
 
 AUTO = "auto"
 METHODS: tuple[str, ...] = (*(module.name for module in pkgutil.iter_modules(methods.__path__)), AUTO)
+REMOVED = {  # kinds of older versions: what takes their place
+    "prandtl_ishlinskii_asym": "actuator or preisach",
+    "prandtl_ishlinskii_rate": "actuator or preisach",
+}
 
 
 def method(key: str) -> ModuleType:
@@ -24,6 +28,8 @@ def method(key: str) -> ModuleType:
     InputError
         Unknown key.
     """
+    if key in REMOVED:
+        raise InputError(f"The model must be {REMOVED[key]}, which replace {key}. Got {key!r} instead.")
     if key not in METHODS:
         raise InputError(f"The model must be one of {', '.join(METHODS)}. Got {key!r} instead.")
     with extras(f"the model {key}"):

@@ -27,8 +27,6 @@ ROUNDING = 1e-12  # |Modelica - predict| / span of predict
 QUICK: dict[str, Any] = {"starts": 1, "iterations": 10, "hidden": 3}
 OPTIONS: dict[str, dict[str, Any]] = {
     "prandtl_ishlinskii": {"N": 8},
-    "prandtl_ishlinskii_asym": {"N": 6, "dead_zones": 2, "lags": 2},
-    "prandtl_ishlinskii_rate": {"N": 6, "dead_zones": 2, "lags": 2},
     "zhao_tan_mlp": {**QUICK, "range": 1.0},
     "constraint_factor_mlp": {**QUICK, "m": 3},
     "fitted_operator_mlp": {**QUICK, "N": 8},

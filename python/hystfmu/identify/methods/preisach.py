@@ -23,8 +23,8 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.candidate import ANY, Candidate
+from hystfmu.identify.features.dead_zones_and_lags import dead_zones, knots, lag
 from hystfmu.identify.features.smooth_density import smooth_density
-from hystfmu.identify.methods.prandtl_ishlinskii_asym import dead_zones, knots, lag
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.penalised import Penalised, best_strengths
 
