@@ -163,7 +163,7 @@ def test_the_time_is_bounded_by_count_not_by_clock():
     for rows, least in ((3000, 2), (30_000, 2), (800_000, 2), (1_000_000, 1)):
         left = left_out(seen(memory="unknown"), rows)
         kept = [c.cost(rows) for name, (_, c) in CANDIDATES.items() if name not in left]
-        assert sum(kept) <= auto.BUDGET
+        assert sum(kept) <= auto.budget(rows)
         assert len(kept) >= least
     assert "fit it by name" in left["bouc_wen"]
     assert not left_out(seen(memory="unknown"), 4000)

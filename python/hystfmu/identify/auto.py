@@ -44,7 +44,7 @@ CLEARLY, FINE = 1.2, 0.1  # error ratio and error in % of the span: static model
 LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return-point model can represent the data
 REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse one
 EXACT_INVERSE = "exact"
-BUDGET = 25.0  # s for all candidates; estimated, not timed, because the choice must not depend on the load
+BUDGET, PER_1000 = 25.0, 0.25  # s for all candidates, and per 1000 rows; estimated, not timed: the load must not decide
 
 
 class Inverses(Protocol):
@@ -131,7 +131,7 @@ def choose(
     for fold in FOLDS[1:]:
         left = race.contenders()
         spent = sum(costs[t.name] for t in left)
-        if len(left) < 2 or done + spent > BUDGET:
+        if len(left) < 2 or done + spent > budget(rows):
             break
         race.again(fold, left)
         done += spent
@@ -159,11 +159,17 @@ def _share(progress: Callable[[float], None], first: float, last: float, part: f
     progress(min(first + (last - first) * part, last))
 
 
+def budget(rows: int) -> float:
+    """Return the time for all candidates (s); a long record may take longer."""
+    return BUDGET + PER_1000 * rows / 1000
+
+
 def left_out(found: Mapping[str, Candidate], seen: Excitation, rows: int) -> dict[str, str]:
     """Return the candidates that contradict the data or exceed the budget, with the reasons."""
     reasons: dict[str, str] = {}
     spent = 0.0
-    for name, candidate in sorted(found.items(), key=lambda item: item[1].cost(rows)):
+    # what needs a trial fit comes last: many starts, of which a long record leaves the least
+    for name, candidate in sorted(found.items(), key=lambda item: (bool(item[1].quick), item[1].cost(rows))):
         if candidate.memory == OPENS and seen.memory == NONE:
             reasons[name] = "the output is a function of the input"
         elif candidate.memory == OPENS and seen.memory == RETURN_POINT:
@@ -172,7 +178,7 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation, rows: int) -> dic
             reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"
         elif candidate.memory == LAGS and not seen.several_speeds:
             reasons[name] = "the input has one speed only and is not informative about rate dependence"
-        elif spent + candidate.cost(rows) > BUDGET:
+        elif spent + candidate.cost(rows) > budget(rows):
             reasons[name] = f"about {candidate.cost(rows):.0f} s for {rows} rows; fit it by name"
         else:
             spent += candidate.cost(rows)
