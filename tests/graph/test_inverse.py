@@ -221,7 +221,11 @@ def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
 
 
 @pytest.mark.parametrize(
-    ("key", "static", "options"), [("rate_mlp", False, {"starts": 1, "iterations": 5, "N": 4}), ("preisach", True, {})]
+    ("key", "static", "options"),
+    [
+        ("rate_mlp", False, {"starts": 1, "iterations": 5, "N": 4}),
+        ("preisach", True, {"n": 12, "widths": 8, "means": 3}),
+    ],
 )
 def test_the_hint_names_only_methods_that_work(key, static, options):
     """A difference over a step has no implicit inverse."""

@@ -27,7 +27,11 @@ def small():
     return Dataset.from_signal(u, plants.prandtl_ishlinskii(u), 1e-3, "ten plays")
 
 
-QUICK = {"zhao_tan_mlp": {"iterations": 20, "starts": 1}, "play_bank_mlp": {"iterations": 20, "starts": 1}}
+QUICK = {
+    **dict.fromkeys(("zhao_tan_mlp", "play_bank_mlp"), {"iterations": 20, "starts": 1}),
+    "preisach": {"n": 12, "widths": 8, "means": 3},
+    "narx_network": {"iterations": 10},
+}
 
 
 @pytest.mark.parametrize("key", [k for k in METHODS if k not in ("auto", "bouc_wen_oscillator")])  # no oscillator here

@@ -23,7 +23,7 @@ ON = {  # key: plant, limit, options
     "fitted_operator_mlp": (plants.asymmetric, 0.3, SHORT),
     "play_bank_mlp": (plants.asymmetric, 0.5, SHORT),
     "krasnoselskii_pokrovskii": (plants.asymmetric, 0.8, {}),
-    "preisach": (plants.asymmetric, 0.5, {}),
+    "preisach": (plants.asymmetric, 0.5, {"widths": 20, "means": 6}),
     "polynomial_narx": (plants.prandtl_ishlinskii, 2.0, {}),
     "bouc_wen": (plants.bouc_wen, 0.03, {}),
     "duhem": (plants.bouc_wen, 0.05, {}),
