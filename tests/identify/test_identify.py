@@ -28,7 +28,7 @@ def small():
 
 
 QUICK = {
-    **dict.fromkeys(("zhao_tan_mlp", "play_bank_mlp"), {"iterations": 20, "starts": 1}),
+    **{key: {"iterations": 20, "starts": 1} for key in ("zhao_tan_mlp", "play_bank_mlp")},
     "preisach": {"n": 12, "widths": 8, "means": 3},
     "narx_network": {"iterations": 10},
 }

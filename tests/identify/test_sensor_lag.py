@@ -40,6 +40,13 @@ def test_a_fit_reports_it_with_the_remedy():
     assert aligned.fit["rms_percent"] < 0.5 * fit(data, "prandtl_ishlinskii").fit["rms_percent"]
 
 
+def test_a_lag_that_the_model_follows_is_noted():
+    found = fit(late(2), "g0_prandtl_ishlinskii").fit
+    assert found["lag_rows"] == 2
+    assert not [w for w in found.get("warnings", []) if "lags" in w]
+    assert "lag_rows" not in fit(late(0), "prandtl_ishlinskii").fit
+
+
 def test_a_lag_moves_the_output_alone():
     data = late(0)
     moved = data.with_train("10:40").aligned(3)

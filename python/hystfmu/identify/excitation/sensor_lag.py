@@ -64,13 +64,21 @@ def lag(data: Dataset) -> tuple[int, Array]:
     return (best if clear else 0), found
 
 
-def warnings(data: Dataset, error: float) -> list[str]:
-    """Report a lag, one line, unless the model follows it: `error` is its RMS residual in percent of the span."""
+def told(data: Dataset, error: float) -> tuple[int, list[str]]:
+    """Return the lag in rows, and a warning with the remedy unless the model follows it.
+
+    Parameters
+    ----------
+    data : Dataset
+        Training data.
+    error : float
+        RMS residual of the model in percent of the span.
+    """
     rows, found = lag(data)
     if not rows or error < FOLLOWED * found[rows]:
-        return []
+        return rows, []
     plural = "s" * (rows > 1)
-    return [
+    return rows, [
         f"the output lags the input by about {rows} row{plural}, {rows * data.h:.4g} s (a sum of plays leaves "
         f"{found[rows]:.2g} % of the span with that lag, {found[0]:.2g} % without): if the sensor is late, align the "
         f"record with --lag {rows}; if the device is, take a kind of model with a delay"
