@@ -44,9 +44,9 @@ class OpenedLoop:
     ----------
     system : System
         Case made ready to run.
-    controller : (A, B, C, D)
-        From the output of the plant to its input, step h.
-    plant : (A, B, C, D)
+    controller : (A, B, C, D), shapes (n, n), (n, 1), (1, n), (1, 1)
+        From the output of the plant to its input, step h; an output reads the input of the same step.
+    plant : (A, B, C, D), shapes (m, m), (m, 1), (1, m), (1, 1)
         Continuous dynamics with static gain 1; time in s.
     h : float
         Step (s).
@@ -65,10 +65,13 @@ class OpenedLoop:
 
     def open_loop(self, slope: float, delay: float) -> Any:
         """Return L(z) as a state space of python-control for one slope and a delay in steps."""
+        K, G = self._systems(delay)
+        return -slope * K * G
+
+    def _systems(self, delay: float) -> tuple[Any, Any]:
+        """Return K(z) and G(z) for a delay in steps."""
         control = python_control()
-        A, B, C, D = self.controller
-        K = control.ss(A, B, C, D, self.h)
-        return -slope * K * control.ss(*held(self.plant, self.h, delay), self.h)
+        return tuple(control.ss(*part, self.h) for part in (self.controller, held(self.plant, self.h, delay)))
 
     def margins(self, slope: float = 1.0, delay: float = 0.0) -> Margins:
         """Return the margins for one slope and a delay in steps beyond those of the case."""
@@ -98,10 +101,8 @@ class OpenedLoop:
         """Return the RMS of the command that white noise of RMS 1 at the sensor makes; infinite if unstable."""
         if not self.stable(slope, delay):
             return np.inf
-        control = python_control()
-        A, B, C, D = self.controller
-        K, G = control.ss(A, B, C, D, self.h), control.ss(*held(self.plant, self.h, delay), self.h)
-        closed = control.feedback(K, slope * G, sign=1)
+        K, G = self._systems(delay)
+        closed = python_control().feedback(K, slope * G, sign=1)
         X = solve_discrete_lyapunov(closed.A, closed.B @ closed.B.T, "bilinear")
         return float(np.sqrt((closed.C @ X @ closed.C.T + closed.D @ closed.D.T)[0, 0]))
 
@@ -274,10 +275,12 @@ def _along(part: Part, u: Array, h: float, port: str = "") -> Array:
 def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
     """Discretise dynamics for a command that is held for a step h (s) and comes `delay` steps late, exactly.
 
+    Source: Astrom & Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3.
+
     Parameters
     ----------
-    plant : (A, B, C, D)
-        One input and one output, without direct feed-through.
+    plant : (A, B, C, D), shapes (n, n), (n, 1), (1, n), (1, 1)
+        One input and one output, without direct feed-through; time in s.
     h : float
         Step (s).
     delay : float
@@ -285,8 +288,8 @@ def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
 
     Returns
     -------
-    (A, B, C, D)
-        States of the plant, then past commands.
+    (A, B, C, D), shapes (n + q, n + q), (n + q, 1), (1, n + q), (1, 1)
+        States of the plant, then the q past commands that still act.
 
     Raises
     ------

@@ -97,6 +97,7 @@ def margin_rows(
     rows, refused = [], []
     loops: list[tuple[str, list[OpenedLoop]]] = []
     for k, (name, system) in enumerate(systems):
+        progress(k / (2 * len(systems)))
         try:
             found = open_loop(system)
         except InputError as e:
@@ -107,7 +108,6 @@ def margin_rows(
             loops.append((name, [found]))
         else:
             alike.append(found)
-        progress((k + 1) / (2 * len(systems)))
     for k, (name, group) in enumerate(loops):
         rows.append(_row(name, group))
         progress(0.5 + (k + 1) / (2 * len(loops)))
