@@ -35,6 +35,7 @@
   B(prandtl_ishlinskii_inverse) \
   B(preisach)                   \
   B(product)                    \
+  B(quantiser)                  \
   B(recursive_least_squares)    \
   B(reference)                  \
   B(scaling)                    \

@@ -187,3 +187,16 @@ def test_transfer_function_refuses_a_step_beyond_numbers(h: float, words: str) -
 def test_delay_shifts(n: int) -> None:
     u = rng(3).normal(size=250)
     assert blocks.Delay(n=n, y0=-3.0)(u).tobytes() == np.r_[np.full(n, -3.0), u][: len(u)].tobytes()
+
+
+# ---- quantiser ------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(("q", "offset"), [(2.6 / 2**16, 0.0), (0.3, 0.15), (7.0, -1e3)])
+def test_quantiser_takes_the_nearest_level(q: float, offset: float) -> None:
+    """Against a search among all levels; the error of a busy signal has the variance q^2 / 12 (Widrow & Kollar)."""
+    u = offset + 50 * q * rng(5).uniform(-1, 1, 4000)
+    y = blocks.Quantiser(q=q, offset=offset)(u)
+    levels = offset + q * np.arange(-60, 61)
+    nearest = levels[np.abs(u[:, None] - levels).argmin(axis=1)]
+    assert np.abs(y - nearest).max() <= 1e-12 * np.abs(nearest).max()
+    assert np.abs(y - u).max() <= 0.5 * q * (1 + 1e-9)
+    assert np.var(y - u) == pytest.approx(q**2 / 12, rel=0.05)

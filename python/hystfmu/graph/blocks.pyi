@@ -377,6 +377,11 @@ class Product(Block):
 
     def __init__(self, *, n: int = ..., m: int = ..., least: float = 0.001) -> None: ...
 
+class Quantiser(Block):
+    """Uniform quantiser of an ADC or DAC."""
+
+    def __init__(self, *, q: float = 0.01, offset: float = 0.0) -> None: ...
+
 class RecursiveLeastSquares(Block):
     """Recursive least squares with a dead zone: learns the weights of regressors while it runs."""
 
