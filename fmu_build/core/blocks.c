@@ -38,6 +38,7 @@
   B(quantiser)                  \
   B(recursive_least_squares)    \
   B(reference)                  \
+  B(repetitive)                 \
   B(scaling)                    \
   B(sliding_mode)               \
   B(sum)                        \

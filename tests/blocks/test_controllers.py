@@ -94,6 +94,31 @@ def test_learning_of_a_static_plant_shrinks_the_error_by_one_minus_gain_g() -> N
         assert np.abs(gap).max() < 1e-14, j
 
 
+def test_repetitive_error_shrinks_by_one_minus_gain_g_and_rests_while_inactive() -> None:
+    """Plant y_k = g u_(k-1), so that T = g / z; with L = gain z and Q = 1, Q - L T = 1 - gain g."""
+    n, g, gain, rest = 50, 0.8, 0.9, 3
+    unit = Unit(Graph.single(Node("b", "repetitive", {"n": n, "n_q": 0}, {"q": [1.0], "l": [0.0, 0.0, gain]})))
+    unit.initialize(0.0, y_d=0.0, y=0.0)
+    r = np.sin(2 * np.pi * np.arange(8 * n) / n)
+    e = [0.0]
+    for k in range(1, len(r)):
+        y = g * unit.get("r")
+        e.append(r[k] - y)
+        unit.set("y_d", r[k]), unit.set("y", y), unit.set("active", float(k // n != rest))
+        unit.do_step((k - 1) * H, H)
+    periods = np.array(e).reshape(-1, n)
+    unlearnt = (r[1:] - g * r[:-1])[: n - 1]  # the error of the first period
+    for j in range(1, len(periods)):
+        learnt = j - (j > rest)  # steps of the memory that this period has seen
+        gap = periods[j, 2:] - (1 - gain * g) ** learnt * unlearnt[1:]
+        assert np.abs(gap).max() < 1e-13, j
+
+
+def test_repetitive_filters_longer_than_a_period_are_refused() -> None:
+    with pytest.raises(InputError, match="must be below n"):
+        Unit(Graph.single(Node("b", "repetitive", {"n": 4, "n_l": 4}, {})))
+
+
 def slide(block: str, values: dict[str, float], h: float, lam: float) -> tuple[float, float]:
     """Largest |s| after 1 s, and total variation of the command, on y'' = u + 0.7 sin 5 t: (s, variation)."""
     unit = Unit(Graph.single(Node("b", block, {}, {"lam": lam, **values})))

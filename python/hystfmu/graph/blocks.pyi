@@ -419,6 +419,19 @@ class Reference(Block):
         seed: int = 1,
     ) -> None: ...
 
+class Repetitive(Block):
+    """Repetitive control: corrects the reference from the errors one period ago."""
+
+    def __init__(
+        self,
+        *,
+        n: int = ...,
+        n_q: int = ...,
+        n_l: int = ...,
+        q: float | Sequence[float] | Array = 0.3,
+        l: float | Sequence[float] | Array = 0.1,
+    ) -> None: ...
+
 class Scaling(Block):
     """Limit, gain and offset of each signal."""
 

@@ -59,6 +59,18 @@ def iterative_learning(u: Array, v: Values, h: float) -> Array:
     return np.clip(u_ff + w, v["u_min"], v["u_max"])[:, None]
 
 
+def repetitive(u: Array, v: Values, h: float) -> Array:
+    y_d, y, active = u.T
+    n, n_q, n_l = v["n"], v["n_q"], v["n_l"]
+    before = n + n_q + n_l  # zeros before the first step
+    zero_phase = np.concatenate([v["q"][:0:-1], v["q"]])
+    e = np.concatenate([np.zeros(before), np.where(active > 0, y_d - y, 0.0)])
+    w = np.zeros_like(e)
+    for k in range(before, len(w)):
+        w[k] = zero_phase @ w[k - n - n_q : k - n + n_q + 1] + v["l"] @ e[k - n - n_l : k - n + n_l + 1]
+    return (y_d + w[before:])[:, None]
+
+
 def disturbance_observer(u: Array, v: Values, h: float) -> Array:
     command, y = u.T
     omega, gain = 2 * np.pi * v["f_n"], v["gain"]
@@ -82,13 +94,16 @@ FORMS: dict[str, Callable[[Array, Values, float], Array]] = {
     "SuperTwisting": super_twisting,
     "LeadLag": lead_lag,
     "IterativeLearning": iterative_learning,
+    "Repetitive": repetitive,
     "DisturbanceObserver": disturbance_observer,
 }
 
 
 def outputs(block: str, u: Array, v: Values, h: float) -> Array:
-    """Outputs of the class `block`, which are at their limits for a part of the rows."""
+    """Outputs of the class `block`, which are at their limits, if it has some, for a part of the rows."""
     found = FORMS[block](u, v, h)
+    if "u_min" not in v:
+        return found
     limited = np.isin(found[:, 0], [v["u_min"], v["u_max"]])
     assert 0.05 < np.mean(limited) < 0.8, "both with and without the limits"
     return found
