@@ -6,6 +6,7 @@
 
 #ifndef HYST_BLOCKS /* a source FMU contains only the blocks of its graph */
 #define HYST_BLOCKS(B)          \
+  B(amplifier)                  \
   B(backlash_sum)               \
   B(bouc_wen)                   \
   B(bouc_wen_oscillator)        \
@@ -26,6 +27,7 @@
   B(krasnoselskii_pokrovskii)   \
   B(lead_lag)                   \
   B(mlp)                        \
+  B(modes)                      \
   B(narx_network)               \
   B(noise)                      \
   B(pid)                        \

@@ -200,3 +200,43 @@ def test_quantiser_takes_the_nearest_level(q: float, offset: float) -> None:
     assert np.abs(y - nearest).max() <= 1e-12 * np.abs(nearest).max()
     assert np.abs(y - u).max() <= 0.5 * q * (1 + 1e-9)
     assert np.var(y - u) == pytest.approx(q**2 / 12, rel=0.05)
+
+
+# ---- modes ----------------------------------------------------------------------------------------------------------
+def test_modes_are_the_transfer_function_of_their_sum() -> None:
+    """Two lightly damped modes against their common denominator, and against scipy's response to the held input."""
+    f, zeta, k, h = np.array([500.0, 1600.0]), np.array([0.02, 0.01]), np.array([0.9, 0.1]), 1e-5
+    u = np.repeat(rng(4).normal(size=200), 10)
+    y = blocks.Modes(n=2, f_n=f, zeta=zeta, k=k)(u, h)
+    w = 2 * np.pi * f
+    dens = [[1, 2 * z * o, o**2] for z, o in zip(zeta, w, strict=True)]
+    numerator = np.polyadd(k[0] * w[0] ** 2 * np.array(dens[1]), k[1] * w[1] ** 2 * np.array(dens[0]))
+    both = blocks.TransferFunction(na=4, nb=2, b=numerator, a=np.polymul(*dens))(u, h)
+    assert np.abs(y - both).max() <= 1e-11 * np.abs(y).max()
+    held = scipy.signal.StateSpace(*scipy.signal.tf2ss(numerator, np.polymul(*dens))).to_discrete(h)
+    _, expected, _ = scipy.signal.dlsim(held, np.append(u[1:], 0.0)[:, None])
+    assert np.abs(y - expected[:, 0]).max() <= 1e-9 * np.abs(y).max()
+
+
+# ---- amplifier ------------------------------------------------------------------------------------------------------
+def test_amplifier_follows_its_equation() -> None:
+    """Against a solver in steps of a hundredth; the limits take effect, and the steps do not change the voltage."""
+    values = {"u_min": -20.0, "u_max": 80.0, "i_max": 0.25, "C": 1.8e-6, "f_b": 2e3}
+    h, finer = 1e-4, 100
+    command = 60 + 70 * np.sin(2 * np.pi * 300 * h * np.arange(60))
+    made = blocks.Amplifier(**values)
+    u, excess = made(command, h).T
+    fine = made(np.append(command[0], np.repeat(command[1:], finer)), h / finer)[::finer, 0]
+    assert np.abs(u - fine).max() <= 1e-11
+    omega, rate, v, expected = 2 * np.pi * 2e3, 0.25 / 1.8e-6, 0.0, [0.0]
+    for wanted in np.clip(command[1:], -20, 80):
+        for _ in range(1000):  # Heun's rule
+            first = np.clip(omega * (wanted - v), -rate, rate)
+            second = np.clip(omega * (wanted - v - first * h / 1000), -rate, rate)
+            v += (first + second) / 2 * h / 1000
+        expected.append(v)
+    assert np.abs(u - expected).max() <= 1e-4
+    assert np.abs(np.diff(u)).max() == pytest.approx(rate * h)
+    assert u.max() <= 80
+    assert excess.max() > 45  # the command goes to 130 V
+    assert (excess == 0).mean() > 0.2

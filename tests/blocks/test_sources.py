@@ -23,6 +23,7 @@ def rng(seed: int = 0) -> np.random.Generator:
 REFERENCES: dict[str, dict[str, Any]] = {
     "sine": {"frequency": 3.0, "phase": 0.5},
     "triangle": {"frequency": 3.0, "phase": 0.5},
+    "triangle, rounded": {"shape": "triangle", "frequency": 3.0, "phase": 0.5, "turn": 0.3},
     "decaying_sine": {"frequency": 3.0, "decay": 0.8},
     "multisine": {"f": [1.0, 2.5, 7.0], "a": [1.0, 0.5, 0.1], "ph": [0.0, 1.0, 2.0]},
     "steps": {"levels": [1.0, -2.0, 0.5], "T": 0.31},
@@ -34,7 +35,8 @@ REFERENCES: dict[str, dict[str, Any]] = {
 def test_reference_derivatives_and_lead(shape: str) -> None:
     """Derivatives against central differences of the signal itself; the preview against a later sample."""
     h, ahead = 1e-4, 25
-    made = blocks.Reference(shape=shape, amplitude=1.7, offset=0.3, lead=ahead * h, **REFERENCES[shape])
+    values = {"shape": shape} | REFERENCES[shape]
+    made = blocks.Reference(amplitude=1.7, offset=0.3, lead=ahead * h, **values)
     r, r_lead, dr, ddr = made(np.zeros((15_000, 0)), h).T
     assert np.abs(r[ahead:] - r_lead[:-ahead]).max() <= 1e-10 or shape == "steps"
     assert np.mean(np.abs(r[ahead:] - r_lead[:-ahead]) > 1e-10) <= 1e-3  # a discontinuity may fall on either sample

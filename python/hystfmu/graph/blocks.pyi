@@ -19,6 +19,19 @@ class Block:
     def __init__(self, **values: Any) -> None: ...
     def __call__(self, u: ArrayLike, h: float = 1.0) -> Array: ...
 
+class Amplifier(Block):
+    """Piezo amplifier with limits of voltage and current and a bandwidth."""
+
+    def __init__(
+        self,
+        *,
+        u_min: float = -20.0,
+        u_max: float = 130.0,
+        i_max: float = 0.25,
+        C: float = 1.8e-06,
+        f_b: float = 10000.0,
+    ) -> None: ...
+
 class BacklashSum(Block):
     """Weighted sum of backlash (play) operators, plain states."""
 
@@ -267,6 +280,18 @@ class Mlp(Block):
         activation: Literal["sigmoid", "tanh", "relu"] = "sigmoid",
     ) -> None: ...
 
+class Modes(Block):
+    """Second-order modes in parallel, discretised exactly."""
+
+    def __init__(
+        self,
+        *,
+        n: int = ...,
+        f_n: float | Sequence[float] | Array = 1.0,
+        zeta: float | Sequence[float] | Array = 0.02,
+        k: float | Sequence[float] | Array = 1.0,
+    ) -> None: ...
+
 class NarxNetwork(Block):
     """NARX network: one hidden layer on lags of input and output."""
 
@@ -409,6 +434,7 @@ class Reference(Block):
         offset: float = 0.0,
         frequency: float = 1.0,
         phase: float = 0.0,
+        turn: float = 0.0,
         decay: float = 0.1,
         lead: float = 0.0,
         f: float | Sequence[float] | Array = 1.0,

@@ -22,7 +22,7 @@ _PLANTS = {"bouc_wen_oscillator"}
 # a class of Sources is one shape of the unit `reference`: parameters that belong to a shape, besides those of all
 SHAPES = {
     "sine": {"frequency", "phase"},
-    "triangle": {"frequency", "phase"},
+    "triangle": {"frequency", "phase", "turn"},
     "decaying_sine": {"frequency", "phase", "decay"},
     "multisine": {"m", "f", "a", "ph"},
     "steps": {"m", "levels", "T"},

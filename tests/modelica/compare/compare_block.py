@@ -23,7 +23,7 @@ CLOSED = {
 # a rule of its own, by the error of the rule in its table
 ROUNDING, SOLVER = 1e-12, 1e-8
 SOLVER_HELD = 1e-9  # between samples the input has no derivative
-HELD = {"TransferFunction"}  # continuous, with an input that is held between samples
+HELD = {"Amplifier", "Modes", "TransferFunction"}  # continuous, with an input that is held between samples
 RAMPED = {"TransferFunctionSteady"}  # continuous, with an input that is a ramp between samples
 CHAINS = {"BacklashSumDynamics"}  # of several units: test_loops.py
 

@@ -12,6 +12,7 @@
   V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "added to the signal")                                    \
   V(frequency, PARAM, 1, "real", "Hz", 1.0, 0.0, 1e12, "of sine, triangle, decaying_sine; half the rate of reversals") \
   V(phase, PARAM, 1, "real", "rad", 0.0, -1e12, 1e12, "phase of sine, triangle and decaying_sine at time 0")           \
+  V(turn, PARAM, 1, "real", "1", 0.0, 0.0, 1.0, "share of the period of triangle in its turn-arounds, parabolas")      \
   V(decay, PARAM, 1, "real", "1/s", 0.1, 0.0, 1e12, "decay of decaying_sine: amplitude exp(-decay t)")                 \
   V(lead, PARAM, 1, "real", "s", 0.0, -1e12, 1e12, "preview of r_lead, dr_lead and ddr_lead")                          \
   V(f, PARAM, m, "real", "Hz", 1.0, 0.0, 1e12, "frequencies of multisine")                                             \
@@ -29,11 +30,21 @@
 
 enum { SINE, TRIANGLE, DECAYING_SINE, MULTISINE, STEPS, RANDOM_REVERSALS };
 
-/* rises through 0 at the start of a cycle, as the sine does */
-static hyst_wave triangle(double t, double frequency, double phase) {
-  const double q = hyst_cycle(frequency * t + phase / HYST_2PI);
+/* Rises through 0 at the start of a cycle, as the sine does.  Around its extrema, for `turn` of the time, parabolas
+ * join the lines: constant acceleration, and a higher speed of the lines, so that the extrema stay. */
+static hyst_wave triangle(double t, double frequency, double phase, double turn) {
+  const double q = hyst_cycle(frequency * t + phase / HYST_2PI), reach = 0.25 * turn, speed = 4 / (1 - 2 * reach);
   const int falls = q >= 0.25 && q < 0.75;
-  const hyst_wave w = {falls ? 2 - 4 * q : q < 0.25 ? 4 * q : 4 * q - 4, falls ? -4 * frequency : 4 * frequency, 0};
+  const double top = q - 0.25, bottom = q - 0.75, sign = q < 0.5 ? 1 : -1, from = q < 0.5 ? top : bottom;
+  if (hyst_fabs(from) < reach) {
+    const double bend = -sign * speed / reach;
+    const hyst_wave w = {sign + 0.5 * bend * from * from, bend * from * frequency, bend * frequency * frequency};
+    return w;
+  }
+  const hyst_wave w = {speed * (falls      ? 0.5 - q
+                                : q < 0.25 ? q
+                                           : q - 1),
+                       falls ? -speed * frequency : speed * frequency, 0};
   return w;
 }
 
@@ -86,7 +97,7 @@ HYST_OUTPUT_FN(output) {
     const double at = ahead ? *t + *lead : *t;
     hyst_wave w;
     switch ((int)*shape) {
-      case TRIANGLE: w = triangle(at, *frequency, *phase); break;
+      case TRIANGLE: w = triangle(at, *frequency, *phase, *turn); break;
       case DECAYING_SINE: w = decaying_sine(at, *frequency, *phase, *decay); break;
       case MULTISINE: w = multisine(m, at, f, a, ph); break;
       case STEPS: w = steps(m, at, levels, *T); break;

@@ -6,6 +6,7 @@ partial block Triangle "Reference signal, with derivatives and preview for a fee
   parameter Real offset = 0 "Added to the signal";
   parameter Types.Frequency frequency(min = 0, max = 1e12) = 1 "Of sine, triangle, decaying_sine; half the rate of reversals";
   parameter Types.Angle phase(min = -1e12, max = 1e12) = 0 "Phase of sine, triangle and decaying_sine at time 0";
+  parameter Real turn(min = 0, max = 1) = 0 "Share of the period of triangle in its turn-arounds, parabolas";
   parameter Types.Time lead(min = -1e12, max = 1e12) = 0 "Preview of r_lead, dr_lead and ddr_lead";
   Interfaces.RealOutput r "Signal at the current time" annotation (Placement(transformation(extent = {{100, 50}, {120, 70}})));
   Interfaces.RealOutput r_lead "Signal lead seconds ahead" annotation (Placement(transformation(extent = {{100, 10}, {120, 30}})));

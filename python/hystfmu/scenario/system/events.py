@@ -188,7 +188,10 @@ def _pieces(system: System, part: Part, node: Node, values: Values, begin: float
         turns = float(values(part, node, "phase")[0]) / (2 * math.pi)
         first = math.ceil(2 * (turns + f * begin) - 0.5)
         halves = np.arange(first, first + math.ceil(2 * f * (end - begin)) + 1, dtype=np.float64)
-        return "frequency", (halves / 2 + 0.25 - turns) / f, "dr"
+        extrema, reach = (halves / 2 + 0.25 - turns) / f, float(values(part, node, "turn")[0]) / 4 / f
+        if reach > 0:  # where the parabolas of the turn-arounds meet the lines
+            return "frequency", np.ravel(np.column_stack([extrema - reach, extrema + reach])), "ddr"
+        return "frequency", extrema, "dr"
     if kind == "random_reversals" and f > 0:
         return "frequency", np.arange(node.dims["m"] + 1, dtype=np.float64) / (2 * f), "ddr"
     return "", np.zeros(0), ""

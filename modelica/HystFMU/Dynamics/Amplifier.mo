@@ -1,0 +1,21 @@
+within HystFMU.Dynamics;
+block Amplifier "Piezo amplifier with limits of voltage and current and a bandwidth"
+  extends BaseClasses.Amplifier;
+  Real voltage(unit = "V", start = 0, fixed = true) "Voltage at the actuator";
+protected
+  parameter Real omega(unit = "rad/s") = 6.283185307179586*f_b "Bandwidth";
+  parameter Real most(unit = "V") = i_max/C/omega "Largest error without current limit";
+  Real wanted(unit = "V") "Command within the limits of voltage";
+  Real driving(unit = "V") "Error within the limit of current";
+equation
+  assert(u_min <= u_max, "the limits need u_min <= u_max");
+  wanted = min(u_max, max(u_min, u_c));
+  driving = min(most, max(-most, wanted - voltage));
+  der(voltage) = omega*driving;
+  u = voltage;
+  excess = (u_c - wanted) + (wanted - voltage - driving);
+  annotation (Documentation(info = "<html>
+<p><b>Limitations:</b> continuous: the accuracy is the solver's. The unit of the same name is exact for a command held over its step.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.BaseClasses.Amplifier\">Dynamics.BaseClasses.Amplifier</a>: equation, source, example.</p>
+</html>"));
+end Amplifier;

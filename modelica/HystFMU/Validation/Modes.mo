@@ -1,0 +1,18 @@
+within HystFMU.Validation;
+model Modes "Two lightly damped modes with a held input, from rest"
+  extends Icons.Example;
+  Dynamics.Modes tested(n = 2, f_n = {500, 1600}, zeta = {0.02, 0.01}, k = {0.9, 0.1});
+protected
+  discrete Real u_k(start = 0, fixed = true) "Held input";
+equation
+  // held between samples, as the unit's input is
+  when sample(0, 0.0001) then
+    u_k = 1 + sin(600*time) + 0.3*cos(2900*time);
+  end when;
+  tested.u = u_k;
+  annotation (
+    experiment(StopTime = 0.03, Interval = 0.0001, Tolerance = 1e-10),
+    Documentation(info = "<html>
+<p>Two lightly damped modes with a held input, from rest; the test holds it against the unit of the same name.</p>
+</html>"));
+end Modes;
