@@ -13,6 +13,7 @@ from hystfmu.design.gains import Gain, gains
 from hystfmu.design.linear import linearise, to_control
 from hystfmu.design.loop import Margins, loop, margins
 from hystfmu.design.sampled import sampled
+from hystfmu.design.sector import sector
 
 __all__ = [
     "DescribingFunction",
@@ -24,5 +25,6 @@ __all__ = [
     "loop",
     "margins",
     "sampled",
+    "sector",
     "to_control",
 ]

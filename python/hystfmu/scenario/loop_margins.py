@@ -22,6 +22,7 @@ from hystfmu.design.delays import StateSpace
 from hystfmu.design.linear import linearise, python_control
 from hystfmu.design.loop import Margins, margins
 from hystfmu.design.sampled import sampled
+from hystfmu.design.sector import CONTINUOUS, sector, static_gain
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Stopped
@@ -31,8 +32,6 @@ from hystfmu.scenario.system.system import Link, Part, System
 
 DELAYS = (0.0, 0.5, 1.0, 2.0)  # steps beyond those of the case
 SLOPES = 7  # of the sector at which stability is checked
-MOVED = 1e-3  # of the largest step of the path: smaller ones say nothing about a slope
-CONTINUOUS = "continuous"  # rate of the blocks of a plant that become G(z)
 MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the slope stands for
 
 
@@ -229,47 +228,27 @@ def _dynamics(graph: Graph, where: str) -> Graph:
 
 def _static_gain(graph: Graph) -> float:
     """Return the product of the static gains of the dynamics of a plant."""
-    return float(np.prod([_gain_at_rest(n) for n in graph.nodes if n.block.rate == CONTINUOUS]))
-
-
-def _gain_at_rest(node: Node) -> float:
-    A, B, C, D = linearise(Graph.single(node))
-    return float((D - C @ np.linalg.solve(A, B))[0, 0]) if len(A) else float(D[0, 0])
-
-
-def _static(graph: Graph) -> Graph:
-    """Return a plant without its dynamics, which keep their static gain."""
-    for n in graph.nodes:
-        if n.block.rate == CONTINUOUS:
-            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": _gain_at_rest(n)}))
-    return graph
+    return float(np.prod([static_gain(n) for n in graph.nodes if n.block.rate == CONTINUOUS]))
 
 
 def _slopes(system: System, plant: int, entry: Link, between: Sequence[int]) -> tuple[float, float]:
-    """Run the case and return the least and the largest slope of plant over inverse along its path."""
+    """Run the case and return the sector of slopes of plant over inverse along its path."""
     first = next((n for n in system.links if n.to == between[0]), entry) if between else entry
     column = next(name for name, place in system.columns.items() if place == first.source)
     try:
         v = Native(system, [column]).run()[column][:: system.case.ripple]
     except Stopped as e:
         raise InputError(f"{system.case.title}: The case must run to its end to have a sector of slopes. {e}") from None
-    y = v
-    for k in between:
-        y = _along(system.parts[k], y, system.case.step)
     part = system.parts[plant]
-    port = part.inputs[entry.input]
-    y = _along(replace(part, graph=_static(part.own)), y, system.case.step, port)
-    dv, dy = np.diff(v), np.diff(y)
-    moved = np.abs(dv) > MOVED * np.abs(dv).max()
-    found = dy[moved] / dv[moved]
-    return float(found.min()), float(found.max())
+    chain = [_driven(system.parts[k], system.parts[k].inputs[0]) for k in between]
+    return sector(v, *chain, _driven(part, part.inputs[entry.input]), h=system.case.step)
 
 
-def _along(part: Part, u: Array, h: float, port: str = "") -> Array:
-    """Run a unit along a path of one of its inputs, the others constant; return its first output."""
-    rows = np.tile([part.constants.get(name, 0.0) for name in part.inputs], (len(u), 1))
-    rows[:, part.inputs.index(port) if port else 0] = u
-    return np.asarray(part.own.executor().run(rows, len(part.outputs), h)[:, 0])
+def _driven(part: Part, port: str) -> Graph:
+    """Return the graph of a unit with the input `port` first; the others start at the constants of the case."""
+    inputs = [replace(i, start=part.constants.get(i.name, i.start)) for i in part.own.inputs]
+    inputs.sort(key=lambda i: i.name != port)
+    return Graph(part.own.nodes, part.own.wires, inputs, part.own.outputs, sort=False, step=part.own.step)
 
 
 def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
