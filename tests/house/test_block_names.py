@@ -107,6 +107,10 @@ ALLOWED: dict[str, dict[str, str]] = {
     "scenario/loop_margins.py": {"scaling": "_gain(), _static(): a gain in the place of a hysteresis or of dynamics"},
     "scenario/report/page.py": {"delay": "label of a row of the report, not a block"},
     "scenario/system/delay_budget.py": {"delay": "delay_budget(): its samples count"},
+    "scenario/system/delay_setting.py": {
+        "delay": "sizes(): the block whose size may be set",
+        "scaling": "delayed(): a connection in the place of no delay",
+    },
     "scenario/system/events.py": {
         "disturbance": "its steps are located as events",
         "reference": "its discontinuities and kinks are located as events",

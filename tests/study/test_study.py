@@ -15,7 +15,7 @@ from scipy.stats import spearmanr
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.studies import run_study
-from hystfmu.studies.report import main_effect, sensitivity
+from hystfmu.studies.report import sensitivity
 from hystfmu.studies.spec import ObjectiveSpec
 
 pq = pytest.importorskip("pyarrow.parquet")
@@ -140,7 +140,7 @@ def test_the_report_shows_units_of_measure_and_marks_factors(write: Any, tmp_pat
     outcome = run_study(write(of_scenario=of_scenario, parameters=parameters), tmp_path / "out", workers=1)
     overview, case = json.loads((tmp_path / "out" / "report.json").read_text())["sections"][:2]
     assert [row[0] for row in overview["tables"][0]["rows"]] == ["command.t_step in s", "lag.b as a factor"]
-    assert list(case["tables"][-1]["head"]) == [
+    assert list(case["tables"][-2]["head"]) == [
         *("row", "command.t_step in s", "lag.b as a factor", "last in um", "error in %", "calm")
     ]
     page = outcome.report.read_text()
@@ -159,16 +159,6 @@ def test_sensitivity_is_spearmans() -> None:
     assert sensitivity(np.ones((5, 1)), y[:5])[0].tolist() == [0.0, 0.0]
 
 
-def test_main_effect_against_its_closed_form() -> None:
-    """y = 3 a + (2 b - 1)^2 with a, b uniform in [0, 1]: variances 9/12 and 4/45; b has no rank correlation."""
-    grid = (np.arange(240) + 0.5) / 240
-    a, b = (v.ravel() for v in np.meshgrid(grid, grid))
-    x, y = np.column_stack([a, b, np.ones_like(a)]), (3 * a + (2 * b - 1) ** 2)[:, None]
-    total = 9 / 12 + 4 / 45
-    assert main_effect(x, y)[:, 0] == pytest.approx([9 / 12 / total, 4 / 45 / total, 0], abs=0.01)
-    assert abs(sensitivity(x, y)[1, 0]) < 0.01
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -177,7 +167,11 @@ def test_main_effect_against_its_closed_form() -> None:
         ({"parameters": {"lag": {"range": [0, 1]}}}, "must read 'unit.variable'"),
         ({"parameters": {"lag.b": {"range": [1, 0]}}}, "a range must rise"),
         ({"parameters": {"lag.b": {"range": [0, 1], "log": True}}}, "must be greater than 0"),
-        ({"parameters": {"lag.b": {}}}, "exactly one of range, scale, values"),
+        ({"parameters": {"lag.b": {}}}, "exactly one of range, scale, values, second_order"),
+        ({"parameters": {"lag": {"second_order": {"gain": [1, 1], "f_n": [1, 2], "zeta": [1, 2]}}}}, "gain must rise"),
+        ({"limits": {"two": {}}}, "no case 'two'; there are one, half"),
+        ({"limits": {"one": {"Ms_db": 6.0}}}, "limits.one: no metric 'Ms_db'; there are last, peak"),
+        ({"extends": "/etc/study.toml"}, "must be a path relative to the scenario"),
         ({"method": "optuna", "objective": {"metric": "last", "targets": {"two": 1.0}}}, "targets: no case 'two'"),
         ({"method": "optuna", "objective": {"metric": "worst"}}, "no metric 'worst'; there are last, peak"),
     ],

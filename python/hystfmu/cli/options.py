@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.files import read_bytes
 
 if TYPE_CHECKING:
     from hystfmu.data import Dataset
 
 FAILED, BAD_INPUT = 1, 2
+MOST_BYTES = 2**20  # of a file of settings
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 
@@ -131,9 +133,15 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
-    """Parse pairs of `--set name=value`.  A value is read as JSON if possible, else as text."""
+    """Parse pairs of `--set name=value`, and `--set @FILE` of a JSON object of them.
+
+    A value is read as JSON if possible, else as text.
+    """
     values: dict[str, Any] = {}
     for pair in pairs:
+        if pair.startswith("@"):
+            values |= _settings(pair[1:])
+            continue
         name, equals, text = pair.partition("=")
         if not equals or not name:
             raise InputError(f"--set must read name=value. Got {pair!r} instead.")
@@ -141,4 +149,14 @@ def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
             values[name] = json.loads(text)
         except json.JSONDecodeError:
             values[name] = text
+    return values
+
+
+def _settings(path: str) -> dict[str, Any]:
+    try:
+        values = json.loads(read_bytes(path, MOST_BYTES))
+    except ValueError as e:
+        raise e if isinstance(e, InputError) else InputError(f"{path}: --set @FILE must hold JSON. {e}") from None
+    if not isinstance(values, dict):
+        raise InputError(f"{path}: --set @FILE must hold an object of name: value. Got {type(values).__name__}.")
     return values

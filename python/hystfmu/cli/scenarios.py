@@ -16,7 +16,13 @@ from hystfmu.cli.options import FAILED, assignments, json_option
 @click.command()
 @click.argument("scenarios", nargs=-1)
 @click.option("--all", "everything", is_flag=True, help="Run every scenario in ./scenarios.")
-@click.option("--set", "settings", multiple=True, metavar="UNIT.NAME=VALUE", help="Override a parameter; repeatable.")
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="UNIT.NAME=VALUE",
+    help="Override a parameter, or with @FILE.json those of a file; repeatable.",
+)
 @click.option(
     "--engine",
     type=click.Choice(["fmpy", "native"]),
@@ -260,7 +266,8 @@ def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"
 def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bool) -> None:
     """Run a scenario with many parameter variations.
 
-    Writes a table (results.parquet) and a report with sensitivities and worst cases.
+    Prints the share of the variations that are inside the limits, with its 95 % interval.  Writes a table
+    (results.parquet) and a report with distributions, effects of the parameters, and commands of the worst cases.
 
     An interrupted study resumes where it stopped.
 
@@ -269,17 +276,25 @@ def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bo
     """
     import hystfmu as hy
     from hystfmu.report.terminal import counter
+    from hystfmu.studies.report import spreads
 
     with counter("running") as report:
         outcome = hy.study(study, folder, workers=jobs, on=on, progress=report)
+    summary = outcome.summary
     facts = {"rows": len(outcome.rows), "ran": outcome.ran, "failed": len(outcome.failed)}
     if as_json:
-        click.echo(json.dumps(facts | {"table": str(outcome.table), "report": str(outcome.report)}))
+        answer = summary and {
+            k: v for k, v in vars(summary).items() if k in ("draws", "inside", "unstable", "interval")
+        }
+        files = {"table": str(outcome.table), "report": str(outcome.report)}
+        click.echo(json.dumps(facts | files | {"seed": outcome.seed, "summary": answer}))
     else:
         click.echo(
             f"{facts['rows']} rows, {facts['ran']} of them computed now ({outcome.seconds:.1f} s), "
-            f"{facts['failed']} failed"
+            f"{facts['failed']} failed; seed {outcome.seed}"
         )
+        if summary is not None:
+            click.echo(spreads(summary))
         for row in outcome.failed[:10]:
             click.echo(f"row {row['index']} ({row['case']}): {row['status']}: {row['reason']}")
         click.echo(f"{outcome.table}\n{outcome.report}")

@@ -12,6 +12,7 @@ import numpy as np
 from hystfmu.scenario import build
 from hystfmu.scenario.loop_margins import SLOPES, OpenedLoop, open_loop
 from hystfmu.scenario.system.case import split_end
+from hystfmu.scenario.system.delay_setting import sizes
 from hystfmu.scenario.system.system import System
 from hystfmu.scenario.system.unit_graph import with_values
 from hystfmu.studies.spec import LoopSpec, Study
@@ -54,6 +55,36 @@ class LoopLimits:
     def _opened(self, case: str, settings: Mapping[str, Any]) -> OpenedLoop:
         lo, hi = self._spec.slopes
         return open_loop(_changed(self._systems[case], settings), (lo, hi))
+
+
+def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float]:
+    """Return the margins of the loop of a case with other settings, opened at the input of its plant.
+
+    Parameters
+    ----------
+    system : System
+    settings : mapping
+        ``{"unit.parameter": value}`` in the form that `set` of a scenario takes.
+
+    Returns
+    -------
+    dict
+        ``Ms_db``: peak of the sensitivity for slope 1 of plant over inverse (dB), infinite if unstable; ``radius``:
+        largest modulus of a pole for the slopes along the path of the case.
+
+    Raises
+    ------
+    InputError
+        As `open_loop`.
+    """
+    fine = {k: float(settings[k]) % 1 for k in sizes(system.case) & settings.keys()}  # a loop is opened at one rate
+    whole = {k: v - fine[k] if k in fine else v for k, v in settings.items()}
+    opened = open_loop(build(replace(system.case, overrides={**system.case.overrides, **whole})))
+    delay = sum(fine.values())
+    found = opened.margins(1.0, delay)
+    slopes = np.linspace(*opened.slopes, SLOPES)
+    radius = max(opened.radius(float(s), delay) for s in slopes)
+    return {"Ms_db": found.Ms_db if found.stable else math.inf, "radius": radius}
 
 
 def _changed(system: System, settings: Mapping[str, Any]) -> System:

@@ -14,8 +14,9 @@ from hystfmu.studies.dask_pool import DaskPool
 from hystfmu.studies.pool import Pool
 from hystfmu.studies.report import write_report
 from hystfmu.studies.sampling import sampler
-from hystfmu.studies.spec import Study
+from hystfmu.studies.spec import LOOP_METRICS, Study
 from hystfmu.studies.store import Store
+from hystfmu.studies.summary import Summary, summarise
 from hystfmu.studies.task import Task, fingerprint, identity
 
 Progress = Callable[[int, int, float], None]
@@ -36,6 +37,10 @@ class Outcome:
         Number of runs made by this call; the other rows existed before.
     seconds : float
         Duration of this call (s).
+    summary : Summary, optional
+        Share of the variations inside the limits; None for the method 'optuna', whose variations are no draws.
+    seed : int
+        Seed of the variations.
     """
 
     rows: list[dict[str, Any]]
@@ -43,6 +48,8 @@ class Outcome:
     report: Path
     ran: int
     seconds: float
+    summary: Summary | None = None
+    seed: int = 0
 
     def __repr__(self) -> str:
         return f"Outcome({len(self.rows)} rows, {len(self.failed)} failed, {str(self.table)!r})"
@@ -88,12 +95,15 @@ def run_study(
     """
     study = Study(path)
     systems = [build(c) for c in study.cases]
-    for name in study.parameters:
+    middle = {k: p.at(0.5) for k, p in study.parameters.items()}
+    for name in study.settings(middle):
         if not any(name in system.parameters for system in systems):
             raise InputError(f"{study.file}: parameters: no case has a unit with the parameter {name!r}")
     marks = [fingerprint(s) for s in systems]
-    metrics = list(systems[0].case.metrics)
+    metrics = [*systems[0].case.metrics, *(LOOP_METRICS if study.spec.margins else ())]
     store = Store(Path(folder), list(study.parameters), metrics)
+    if study.spec.seed == "run":
+        study.seed = store.seed()
     begin, order, ran = time.monotonic(), dict[str, int](), 0
     engine = study.spec.engine
     pool: Pool | DaskPool
@@ -123,18 +133,20 @@ def run_study(
             pool.stop()
             rows = [known[i] | {"index": n} for i, n in sorted(order.items(), key=lambda item: item[1])]
             table = store.finish(rows)
-            report = write_report(study, systems, rows, Path(folder))
+            summary = summarise(study, systems, rows)
+            report = write_report(study, systems, rows, summary, Path(folder))
     finally:
         store.close()
-    return Outcome(rows, table, report, ran, time.monotonic() - begin)
+    return Outcome(rows, table, report, ran, time.monotonic() - begin, summary, study.seed)
 
 
 def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first: int) -> Iterator[Task]:
     for k, values in enumerate(batch):
         settings = study.settings(values)
         for c, mark in enumerate(marks):
-            variation = first + k
-            yield Task(variation * len(marks) + c, variation, c, identity(mark, settings), values, settings)
+            variation, margins = first + k, study.cases[c].name == study.spec.margins
+            name = identity(mark, settings, margins)
+            yield Task(variation * len(marks) + c, variation, c, name, values, settings, margins)
 
 
 class _Missing:

@@ -1,4 +1,4 @@
-"""Choose the variations of a study: grid, Sobol points, Latin hypercube, or Optuna."""
+"""Choose the variations of a study: grid, random draws, Sobol points, Latin hypercube, or Optuna."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 
+import numpy as np
+
+from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
 from hystfmu.studies.loop_limits import LoopLimits
@@ -64,7 +67,7 @@ class Asked:
         assert objective is not None
         self._objective = objective
         self._loop = LoopLimits(study, objective.loop) if objective.loop else None
-        sampler = optuna.samplers.TPESampler(seed=study.spec.seed)
+        sampler = optuna.samplers.TPESampler(seed=study.seed)
         self._asker = optuna.create_study(direction="minimize", sampler=sampler)
 
     @property
@@ -124,11 +127,19 @@ def sampler(study: Study) -> Sampler:
         if math.prod(len(a) for a in axes) > MOST_ROWS:
             raise InputError(f"{study.file}: the grid must have at most {MOST_ROWS} points")
         return Fixed([dict(zip(names, point, strict=True)) for point in itertools.product(*axes)])
+    if spec.method == "random":
+        return _at(study, np.random.default_rng(study.seed).random((spec.n, len(names))))
     from scipy.stats import qmc
 
     if spec.method == "sobol":
-        engine: Any = qmc.Sobol(len(names), seed=spec.seed)
+        engine: Any = qmc.Sobol(len(names), seed=study.seed)
         points = engine.random_base2(math.ceil(math.log2(spec.n)))[: spec.n]
     else:
-        points = qmc.LatinHypercube(len(names), seed=spec.seed).random(spec.n)
-    return Fixed([{k: p.at(float(f)) for k, p, f in zip(names, parameters, point, strict=True)} for point in points])
+        points = qmc.LatinHypercube(len(names), seed=study.seed).random(spec.n)
+    return _at(study, points)
+
+
+def _at(study: Study, points: Array) -> Fixed:
+    """Map points in the unit cube, shape (n, parameters), to variations."""
+    parameters = study.parameters.items()
+    return Fixed([{k: p.at(float(f)) for (k, p), f in zip(parameters, point, strict=True)} for point in points])

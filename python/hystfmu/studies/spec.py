@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -11,18 +11,51 @@ import pydantic
 from pydantic import Field
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_toml
+from hystfmu.base.files import check, load_toml
 from hystfmu.graph.tables import STRICT, Name
 from hystfmu.scenario import Scenario
 from hystfmu.scenario.system.case import Case, split_end
-from hystfmu.scenario.system.extends import MOST_BYTES
+from hystfmu.scenario.system.extends import MOST_BYTES, MOST_FILES
+from hystfmu.scenario.system.inside import inside
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 MOST_ROWS = 10_000_000
+LOOP_METRICS = ("Ms_db", "radius")  # of the linearised loop, where a study asks for margins
+
+
+Bounds = Annotated[list[Finite], Field(min_length=2, max_length=2)]
+
+
+class SecondOrderSpec(pydantic.BaseModel):
+    """Ranges of second-order dynamics G(s) = gain w^2 / (s^2 + 2 zeta w s + w^2), w = 2 pi f_n, of one block."""
+
+    model_config = STRICT
+    gain: Bounds = Field(description="lowest and highest static gain")
+    f_n: Bounds = Field(description="lowest and highest natural frequency (Hz)")
+    zeta: Bounds = Field(description="lowest and highest damping ratio")
+
+    @pydantic.model_validator(mode="after")
+    def _physical(self) -> SecondOrderSpec:
+        for key in ("gain", "f_n", "zeta"):
+            lo, hi = getattr(self, key)
+            if not 0 < lo < hi:
+                raise ValueError(f"{key} must rise from a value greater than 0. Got {lo} to {hi} instead.")
+        return self
+
+    @property
+    def coordinates(self) -> dict[str, ParameterSpec]:
+        """What is drawn, by name."""
+        return {k: ParameterSpec.model_validate({"range": getattr(self, k)}) for k in ("gain", "f_n", "zeta")}
+
+    @staticmethod
+    def settings(block: str, gain: float, f_n: float, zeta: float) -> dict[str, list[float]]:
+        """Return the coefficients of the transfer function of `block`, as ``"unit.block"``."""
+        w = 2 * math.pi * f_n
+        return {f"{block}_b": [gain * w * w], f"{block}_a": [1.0, 2 * zeta * w, w * w]}
 
 
 class ParameterSpec(pydantic.BaseModel):
-    """The values of one `unit.parameter`, given by exactly one of `range`, `scale` and `values`."""
+    """The values of one `unit.parameter`, given by exactly one of `range`, `scale`, `values` and `second_order`."""
 
     model_config = STRICT
     range: Annotated[list[Finite], Field(min_length=2, max_length=2)] | None = Field(
@@ -32,17 +65,19 @@ class ParameterSpec(pydantic.BaseModel):
         None, description="lowest and highest factor on the value in the scenario"
     )
     values: list[Finite] | None = Field(None, min_length=1, max_length=100_000, description="list of values")
+    second_order: SecondOrderSpec | None = Field(
+        None, description="of `unit.block`, a transfer function: gain, f_n and zeta are drawn, b and a follow"
+    )
     log: bool = Field(False, description="sample on a logarithmic scale")
     steps: int = Field(5, ge=1, le=100_000, description="grid: number of values in a range")
 
     @pydantic.model_validator(mode="after")
     def _one(self) -> ParameterSpec:
-        given = [k for k in ("range", "scale", "values") if getattr(self, k) is not None]
+        ways = ("range", "scale", "values", "second_order")
+        given = [k for k in ways if getattr(self, k) is not None]
         if len(given) != 1:
-            raise ValueError(
-                f"must have exactly one of range, scale, values. Got {', '.join(given) or 'none'} instead."
-            )
-        if self.values is None:
+            raise ValueError(f"must have exactly one of {', '.join(ways)}. Got {', '.join(given) or 'none'} instead.")
+        if self.values is None and self.second_order is None:
             lo, hi = self.bounds
             if not lo < hi:
                 raise ValueError(f"a range must rise. Got {lo} to {hi} instead.")
@@ -62,6 +97,20 @@ class ParameterSpec(pydantic.BaseModel):
             return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
         lo, hi = self.bounds
         return float(lo * (hi / lo) ** fraction) if self.log else lo + (hi - lo) * fraction
+
+    def fraction(self, value: float) -> float:
+        """Map a value to [0, 1], where the draws are uniform."""
+        if self.values is not None:
+            span = max(self.values) - min(self.values)
+            return (value - min(self.values)) / span if span else 0.0
+        lo, hi = self.bounds
+        return math.log(value / lo) / math.log(hi / lo) if self.log else (value - lo) / (hi - lo)
+
+    def coordinates(self, name: str) -> dict[str, ParameterSpec]:
+        """Return what is drawn independently, by name: the parameter itself, or what it follows from."""
+        if self.second_order is None:
+            return {name: self}
+        return {f"{name}.{k}": p for k, p in self.second_order.coordinates.items()}
 
     def setting(self, value: float) -> float | str:
         """Return the value in the form that `set` of a scenario takes."""
@@ -115,13 +164,50 @@ class StudySpec(pydantic.BaseModel):
     scenario: str = Field(description="folder of the scenario, relative to the study file")
     cases: list[str] | None = Field(None, min_length=1, description="cases of the scenario; all by default")
     engine: Literal["native", "fmpy"] = Field("native", description="engine of `hystfmu run`")
-    method: Literal["grid", "sobol", "latin_hypercube", "optuna"]
+    method: Literal["grid", "random", "sobol", "latin_hypercube", "optuna"] = Field(
+        description="random: independent draws; sobol, latin_hypercube: the same distribution, more even"
+    )
     n: int = Field(64, ge=1, le=MOST_ROWS, description="number of variations; a grid has the product of its steps")
-    seed: int = Field(0, ge=0, le=2**31 - 1)
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] | Literal["run"] = Field(
+        0, description="run: drawn at the first run and kept with the table"
+    )
     timeout: Annotated[float, Field(gt=0, le=1e6)] = Field(60.0, description="time limit of one run (s)")
     memory: Annotated[float, Field(gt=0, le=1e4)] = Field(4.0, description="memory limit of a worker (GB)")
     parameters: dict[str, ParameterSpec] = Field(min_length=1, max_length=1000)
+    limits: dict[str, dict[Name, Finite]] = Field(
+        {}, description="by case: upper limits of metrics that make a draw good; by default those of the scenario"
+    )
+    margins: Name | None = Field(
+        None, description="case whose loop is linearised for every draw: metrics Ms_db (dB) and radius (of the poles)"
+    )
     objective: ObjectiveSpec | None = None
+
+
+def read_study(file: Path) -> StudySpec:
+    """Read a study file on top of the files that it extends.
+
+    Tables merge key by key; a parameter, and the limits of a case, replace those of the same name.
+
+    Raises
+    ------
+    InputError
+        One line with the file, the key, the rule and the value; a chain that is too long or leaves the folder.
+    """
+    path, layers = file, list[dict[str, Any]]()
+    while len(layers) < MOST_FILES:
+        layers.append(load_toml(path, MOST_BYTES))
+        below = layers[-1].pop("extends", None)
+        if below is None:
+            break
+        path = inside(path.parent, str(below), f"{path}: extends", file.parent)
+    else:
+        raise InputError(f"{file}: extends: at most {MOST_FILES} files may extend each other")
+    merged: dict[str, Any] = {}
+    for layer in reversed(layers):
+        for key, value in layer.items():
+            both = isinstance(value, dict) and isinstance(merged.get(key), dict)
+            merged[key] = merged[key] | value if both else value
+    return check(merged, StudySpec, file)
 
 
 class Study:
@@ -140,7 +226,7 @@ class Study:
 
     def __init__(self, path: str | Path) -> None:
         self.file = Path(path)
-        self.spec = read_toml(self.file, StudySpec, MOST_BYTES)
+        self.spec = read_study(self.file)
         scenario = Scenario(self.file.parent / self.spec.scenario)
         have = {c.name: c for c in scenario.cases}
         names = self.spec.cases if self.spec.cases is not None else list(have)
@@ -166,13 +252,35 @@ class Study:
             for name in (loop.case, *loop.corners) if loop else ():
                 if name not in have:
                     raise InputError(f"{self.file}: objective.loop: no case {name!r}; there are {', '.join(have)}")
+        self._check_limits(names)
+        self.seed = 0 if self.spec.seed == "run" else self.spec.seed  # a run that draws it sets it
         self.scenario_cases = have
+        self.parameters = {k: c for name, p in self.spec.parameters.items() for k, c in p.coordinates(name).items()}
+        """What is drawn, by `unit.parameter`, or `unit.block.f_n`."""
 
-    @property
-    def parameters(self) -> dict[str, ParameterSpec]:
-        """Parameters by `unit.parameter`."""
-        return self.spec.parameters
+    def _check_limits(self, names: Sequence[str]) -> None:
+        spec = self.spec
+        for name in (*spec.limits, *([spec.margins] if spec.margins else [])):
+            if name not in names:
+                raise InputError(f"{self.file}: limits, margins: no case {name!r}; there are {', '.join(names)}")
+        for case in self.cases:
+            known = [*case.metrics, *(LOOP_METRICS if case.name == spec.margins else ())]
+            for name in spec.limits.get(case.name, {}):
+                if name not in known:
+                    raise InputError(
+                        f"{self.file}: limits.{case.name}: no metric {name!r}; there are {', '.join(known)}"
+                    )
 
-    def settings(self, values: dict[str, float]) -> dict[str, Any]:
-        """Return the values of a variation, by parameter, in the form that `set` of a scenario takes."""
-        return {k: self.parameters[k].setting(v) for k, v in values.items()}
+    def limits(self, case: Case) -> dict[str, float]:
+        """Return the upper limits of the metrics of a case that make a draw good."""
+        if self.spec.limits:
+            return self.spec.limits.get(case.name, {})
+        return {name: m.limit for name, m in case.metrics.items() if m.limit is not None}
+
+    def settings(self, values: Mapping[str, float]) -> dict[str, Any]:
+        """Return the values of a variation in the form that `set` of a scenario takes."""
+        settings: dict[str, Any] = {}
+        for name, p in self.spec.parameters.items():
+            drawn = [values[k] for k in p.coordinates(name)]
+            settings |= p.second_order.settings(name, *drawn) if p.second_order else {name: p.setting(*drawn)}
+        return settings

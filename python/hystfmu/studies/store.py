@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,13 @@ class Store:
                 raise InputError(f"{self.folder}: holds the table of a study with other parameters or metrics")
         else:
             write_bytes(path, json.dumps(mine).encode())
+
+    def seed(self) -> int:
+        """Return the seed of this study: drawn at its first run, kept beside its table."""
+        path = self.folder / "seed.json"
+        if not path.exists():
+            write_bytes(path, json.dumps(secrets.randbelow(2**31)).encode())
+        return int(json.loads(path.read_text()))
 
     def _mend(self) -> None:
         """Truncate the journal after its last whole line."""

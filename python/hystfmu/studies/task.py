@@ -15,7 +15,9 @@ from hystfmu.scenario.engine.master import Engine, chunks_here
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.scenario.system.delay_setting import sizes
 from hystfmu.scenario.system.system import System, build
+from hystfmu.studies.loop_limits import loop_metrics
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,8 @@ class Task:
     id: str
     values: dict[str, float]
     settings: dict[str, Any]
+    margins: bool = False
+    """Whether the loop is linearised too."""
 
 
 def fingerprint(system: System) -> str:
@@ -47,15 +51,20 @@ def fingerprint(system: System) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def identity(of_case: str, settings: dict[str, Any]) -> str:
+def identity(of_case: str, settings: dict[str, Any], margins: bool = False) -> str:
     """Return the id of a run, which is the same on every machine."""
-    return hashlib.sha256(json.dumps([of_case, settings], sort_keys=True).encode()).hexdigest()[:24]
+    content = [of_case, settings, *(["margins"] if margins else [])]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
 
 
 def row_of(task: Task, case: str, status: str, reason: str, metrics: dict[str, float] | None = None) -> dict[str, Any]:
     """Return the row of a task; `reason` says why it has no metrics."""
     row = {"index": task.index, "variation": task.variation, "id": task.id, "case": case, "values": task.values}
     return {**row, "metrics": metrics or {}, "status": status, "reason": reason}
+
+
+def _varied(system: System, settings: dict[str, Any]) -> System:
+    return build(replace(system.case, overrides={**system.case.overrides, **settings}))
 
 
 class Runner:
@@ -81,7 +90,7 @@ class Runner:
         limits: tuple[float, float] | None = None,
     ) -> None:
         self._systems, self._engine, self._folder, self._limits = systems, engine, folder, limits
-        self._native: dict[int, Native] = {}
+        self._native: dict[tuple[object, ...], Native] = {}
         self._store: FmuStore | None = None
 
     def __call__(self, task: Task) -> dict[str, Any]:
@@ -101,14 +110,9 @@ class Runner:
         metrics = system.case.metrics
         apart = self._limits if system.foreign else None
         if self._engine == "native" and apart is None:
-            if task.case not in self._native:
-                ends = [e for m in metrics.values() for e in (m.signal, m.against) if e is not None]
-                self._native[task.case] = Native(system, ends)
-            native = self._native[task.case]
-            native.set(task.settings)
-            chunks = native.chunks()
+            chunks = self._prepared(task).chunks()
         else:
-            varied = build(replace(system.case, overrides={**system.case.overrides, **task.settings}))
+            varied = _varied(system, task.settings)
             missing = [k for k in task.settings if k not in varied.overridden]
             if missing:
                 raise InputError(f"{missing[0]}: the case {system.case.name} has no unit with this parameter")
@@ -121,7 +125,19 @@ class Runner:
         for chunk in chunks:
             for m in measured.values():
                 m.add(chunk)
-        return {name: m.value() for name, m in measured.items()}
+        found = {name: m.value() for name, m in measured.items()}
+        return found | (loop_metrics(system, task.settings) if task.margins else {})
+
+    def _prepared(self, task: Task) -> Native:
+        """Return the case in the C core with the settings of a task; each number of steps of a delay is a system."""
+        system = self._systems[task.case]
+        structure = {k: v for k, v in task.settings.items() if k in sizes(system.case)}
+        key = (task.case, *sorted(structure.items()))
+        if key not in self._native:
+            ends = [e for m in system.case.metrics.values() for e in (m.signal, m.against) if e is not None]
+            self._native[key] = Native(_varied(system, structure) if structure else system, ends)
+        self._native[key].set({k: v for k, v in task.settings.items() if k not in structure})
+        return self._native[key]
 
     def close(self) -> None:
         """Remove the unpacked FMUs."""

@@ -19,6 +19,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph
 from hystfmu.graph.rate_classes import is_sampled
 from hystfmu.scenario.system.case import Case, split_end
+from hystfmu.scenario.system.delay_setting import SIZE, delayed, sizes
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.unit_graph import load_unit, parameter_names, scalar_names, start_values, with_values
 
@@ -95,7 +96,7 @@ class System:
     @property
     def parameters(self) -> set[str]:
         """`unit.parameter` of all that `set` may change."""
-        return {f"{p.name}.{name}" for p in self.parts for name in parameter_names(p.graph)}
+        return {f"{p.name}.{name}" for p in self.parts for name in parameter_names(p.graph)} | sizes(self.case)
 
     @property
     def h(self) -> float:
@@ -219,12 +220,16 @@ def build(case: Case) -> System:
     for name in case.order:
         spec = case.units[name]
         where = f"{case.where}: units.{name}"
+        if (size := f"{name}.{SIZE}") in sizes(case):
+            overridden |= {size} & case.overrides.keys()
+            steps = case.overrides.get(size, spec.set.get(SIZE))
+            spec = spec if steps is None else delayed(spec, steps, case.ripple, f"{where}.set.{SIZE}")
         try:
             graph = load_unit(case, spec, where)
             graph = with_values(graph, spec.set)
             for key, value in case.overrides.items():
                 unit, parameter = split_end(key, "--set")
-                if unit == name and parameter in parameter_names(graph):
+                if unit == name and key not in overridden and parameter in parameter_names(graph):
                     graph = with_values(graph, {parameter: value})
                     overridden.add(key)
         except InputError as e:

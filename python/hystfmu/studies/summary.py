@@ -1,0 +1,179 @@
+"""The answer of a study: what share of the draws is inside the limits, with its interval, and what the others miss."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.special import betaincinv
+
+from hystfmu.scenario.system.system import System
+from hystfmu.studies.spec import Study
+
+CONFIDENCE = 0.95
+PERCENTILES = (5, 50, 95, 99)
+LOST = 100.0  # percent of the stroke: an error of this size is an output that no longer follows
+OF_STROKE = ("rms_percent", "max_percent")
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Distribution of one metric in one case: percentiles, worst value, limit, share of the draws within it."""
+
+    case: str
+    metric: str
+    percentiles: tuple[float, ...]
+    worst: float
+    limit: float | None
+    within: float | None
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Share of the draws inside the limits of all cases.
+
+    Parameters
+    ----------
+    draws, inside, unstable, failed : int
+        Numbers of draws; `unstable` and `failed` are outside.  Unstable is a run whose values grow beyond all bounds or
+        whose error exceeds the stroke, or a linearised loop with a pole outside the unit circle.
+    interval : (float, float) or None
+        95 % interval of the share after Clopper and Pearson; None for a grid, whose points are no draws.
+    spreads : tuple of Spread
+    worst : tuple of dict
+        The worst row of each case.
+    """
+
+    draws: int
+    inside: int
+    unstable: int
+    failed: int
+    interval: tuple[float, float] | None
+    spreads: tuple[Spread, ...]
+    worst: tuple[Row, ...]
+
+    @property
+    def sentence(self) -> str:
+        """The answer in one sentence."""
+        unstable = "none is" if self.unstable == 0 else f"{self.unstable} {'is' if self.unstable == 1 else 'are'}"
+        failed = f"; {self.failed} could not be run" if self.failed else ""
+        if all(s.limit is None for s in self.spreads):
+            return f"{self.draws} draws without limits; {unstable} unstable{failed}."
+        share = f"{self.inside} of {self.draws} draws are inside the limits ({100 * self.inside / self.draws:.4g} %"
+        if self.interval is not None:
+            lo, hi = self.interval
+            share += f"; 95 % interval {100 * lo:.4g} to {100 * hi:.4g} %, Clopper-Pearson"
+        return f"{share}); {unstable} unstable{failed}."
+
+
+def interval(inside: int, draws: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share after Clopper and Pearson (1934), Biometrika 26, 404-413.
+
+    It covers the true share of independent draws with a probability of at least 95 %; of more evenly spread points it
+    is on the safe side.
+    """
+    tail = (1 - CONFIDENCE) / 2
+    lo = betaincinv(inside, draws - inside + 1, tail) if inside else 0.0
+    hi = betaincinv(inside + 1, draws - inside, 1 - tail) if inside < draws else 1.0
+    return float(lo), float(hi)
+
+
+def summarise(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> Summary | None:
+    """Summarise the rows of a study; None for the method 'optuna'."""
+    if study.spec.method == "optuna":
+        return None
+    of_case = {s.case.name: s for s in systems}
+    limits = {name: study.limits(s.case) for name, s in of_case.items()}
+    draws: dict[int, list[Row]] = {}
+    for row in rows:
+        draws.setdefault(row["variation"], []).append(row)
+    unstable = {v for v, group in draws.items() if any(is_unstable(of_case[r["case"]], r) for r in group)}
+    failed = {v for v, group in draws.items() if any(r["status"] != "ok" for r in group)} - unstable
+    inside = sum(
+        v not in unstable | failed and all(not limits[r["case"]] or _excess(r, limits[r["case"]]) <= 1 for r in group)
+        for v, group in draws.items()
+    )
+    return Summary(
+        len(draws),
+        inside,
+        len(unstable),
+        len(failed),
+        interval(inside, len(draws)) if study.spec.method != "grid" else None,
+        tuple(s for name in of_case for s in _spreads(name, limits[name], rows)),
+        tuple(w for name in of_case for w in worst_rows(rows, name, limits[name])[:1]),
+    )
+
+
+def is_unstable(system: System, row: Row) -> bool:
+    """Whether a run left all bounds, lost its reference, or has a linearised loop with a pole outside the circle."""
+    if row["status"] == "stopped":
+        return True
+    errors = [name for name, m in system.case.metrics.items() if m.kind in OF_STROKE]
+    metrics = row["metrics"]
+    return any(not metrics.get(k, 0.0) <= LOST for k in errors) or not metrics.get("radius", 0.0) < 1
+
+
+def worst_rows(rows: Sequence[Row], case: str, limits: Mapping[str, float]) -> list[Row]:
+    """Return the rows of a case, worst first: failed runs, then by the largest ratio of a metric to its limit.
+
+    Without limits the first metric decides.
+    """
+    mine = [r for r in rows if r["case"] == case]
+    return sorted(mine, key=lambda r: (-_excess(r, limits), r["index"]))
+
+
+def _excess(row: Row, limits: Mapping[str, float]) -> float:
+    """Return the largest ratio of a metric to its limit; infinite for a run without metrics."""
+    if row["status"] != "ok":
+        return math.inf
+    if not limits:
+        return float(next(iter(row["metrics"].values())))
+    return max(_ratio(row["metrics"][k], limit) for k, limit in limits.items())
+
+
+def _ratio(value: float, limit: float) -> float:
+    if limit > 0:
+        return math.inf if math.isnan(value) else value / limit
+    return 1.0 if value <= limit else math.inf
+
+
+def _spreads(case: str, limits: Mapping[str, float], rows: Sequence[Row]) -> list[Spread]:
+    mine = [r["metrics"] for r in rows if r["case"] == case]
+    found = []
+    for metric in dict.fromkeys(k for m in mine for k in m):
+        values = np.array([m.get(metric, math.inf) for m in mine])
+        values = np.where(np.isnan(values), math.inf, values)
+        limit = limits.get(metric)
+        at = np.quantile(values, [p / 100 for p in PERCENTILES], method="inverted_cdf")
+        within = None if limit is None else float((values <= limit).mean())
+        found.append(Spread(case, metric, tuple(map(float, at)), float(values.max()), limit, within))
+    return found
+
+
+def command(study: Study, row: Row) -> str:
+    """Return the command that runs a row again."""
+    where = os.path.normpath(study.file.parent / study.spec.scenario)
+    given = [f"{k}={v if isinstance(v, str) else json.dumps(v)}" for k, v in _settings(study, row).items()]
+    return shlex.join(["hystfmu", "run", where, "--case", row["case"], *(w for g in given for w in ("--set", g))])
+
+
+def save_settings(study: Study, row: Row, folder: Path) -> Path:
+    """Write the settings of a row to a file that `hystfmu run --set @FILE` reads; return its path."""
+    from hystfmu.base.files import write_text
+
+    path = folder / "worst" / f"{row['case']}-{row['variation']}.json"
+    write_text(path, json.dumps(_settings(study, row), indent=1) + "\n")
+    return path
+
+
+def _settings(study: Study, row: Row) -> dict[str, Any]:
+    return study.settings(row["values"])

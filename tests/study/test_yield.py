@@ -1,0 +1,142 @@
+"""The share of draws inside the limits, its interval, effects of the parameters, worst cases that run again."""
+
+from __future__ import annotations
+
+import json
+import math
+import shlex
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.stats import binom
+
+from hystfmu.cli import main
+from hystfmu.scenario import Scenario, build
+from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.loop_margins import open_loop
+from hystfmu.scenario.system.delay_setting import delayed
+from hystfmu.studies import run_study
+from hystfmu.studies.effects import effects
+from hystfmu.studies.loop_limits import loop_metrics
+from hystfmu.studies.spec import Study
+from hystfmu.studies.summary import interval
+
+pytest.importorskip("pyarrow")
+LOOP = Path(__file__).parents[2] / "scenarios" / "pid_robust"
+DRAWS: dict[str, Any] = {
+    "method": "random",
+    "n": 40,
+    "seed": "run",
+    "parameters": {"command.step": {"range": [1.0, 4.0]}, "lag.b": {"scale": [0.5, 2.0]}},
+    "limits": {"one": {"last": 3.0}, "half": {"peak": 3.5}},
+}
+
+
+def test_effects_of_ishigami_are_those_in_closed_form() -> None:
+    """sin x1 + 7 sin^2 x2 + 0.1 x3^4 sin x1 (Ishigami & Homma 1990), from draws that change with every run."""
+    x = np.random.default_rng().random((600, 3))
+    a, b, c = np.pi * (2 * x.T - 1)
+    y = np.sin(a) + 7 * np.sin(b) ** 2 + 0.1 * c**4 * np.sin(a)
+    alone, second, both = (1 + 0.1 * np.pi**4 / 5) ** 2 / 2, 49 / 8, 0.01 * np.pi**8 * 8 / 225
+    found, total = effects(x, np.column_stack([y, np.ones(len(y))])), alone + second + both
+    assert found.first[:, 0] == pytest.approx([alone / total, second / total, 0], abs=0.01)
+    assert found.total[:, 0] == pytest.approx([(alone + both) / total, second / total, both / total], abs=0.01)
+    assert found.explained[0] > 0.99
+    assert not found.total[:, 1].any()
+
+
+def test_effects_of_levels() -> None:
+    """a + 2 a b + c on -1, 0, 1: variances 2/3, 4 * 4/9 and, of a parameter that is not drawn, 0."""
+    a, b, c = (v.ravel() for v in np.meshgrid([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], [0.0]))
+    x = np.tile(np.column_stack([a, b, c]), (2, 1))
+    y = (2 * x[:, 0] - 1) * (1 + 2 * (2 * x[:, 1] - 1))
+    found = effects(x, y[:, None])
+    assert found.first[:, 0] == pytest.approx([3 / 11, 0, 0], abs=1e-12)
+    assert found.total[:, 0] == pytest.approx([1, 8 / 11, 0], abs=1e-12)
+
+
+def test_the_interval_is_where_the_binomial_tails_are_a_fortieth() -> None:
+    for inside, draws in ((997, 1000), (3, 7), (514, 1000)):
+        lo, hi = interval(inside, draws)
+        assert binom.sf(inside - 1, draws, lo) == pytest.approx(0.025, rel=1e-9)
+        assert binom.cdf(inside, draws, hi) == pytest.approx(0.025, rel=1e-9)
+    assert interval(0, 20) == pytest.approx((0, 1 - 0.025**0.05))
+    assert interval(1000, 1000) == pytest.approx((0.025**0.001, 1))
+
+
+def test_the_share_is_that_of_the_closed_form_and_the_worst_draw_runs_again(
+    write: Any, tmp_path: Path, monkeypatch: Any
+) -> None:
+    outcome = run_study(write(**DRAWS), tmp_path / "out", workers=1)
+    values = {row["variation"]: row["values"] for row in outcome.rows}
+    good = sum(
+        v["command.step"] * v["lag.b"] * (1 - math.exp(-1 / 0.5)) <= 3.0 and v["command.step"] <= 3.5
+        for v in values.values()
+    )
+    assert outcome.summary is not None
+    assert (outcome.summary.draws, outcome.summary.inside, outcome.summary.unstable) == (40, good, 0)
+    assert outcome.summary.interval == interval(good, 40)
+    assert run_study(write(**DRAWS), tmp_path / "out", workers=1).ran == 0  # the seed is kept with the table
+    assert run_study(write(**DRAWS), tmp_path / "other", workers=1).seed != outcome.seed
+    sections = json.loads((tmp_path / "out" / "report.json").read_text())["sections"]
+    assert sections[0]["text"].startswith(f"{good} of 40 draws are inside the limits")
+    case = next(s for s in sections if s["title"] == "Case one")
+    index, command, settings = case["tables"][-1]["rows"][0]
+    last = max(row["metrics"]["last"] for row in outcome.rows if row["case"] == "one")
+    assert outcome.rows[index]["metrics"]["last"] == last
+    monkeypatch.chdir(tmp_path / "out")
+    _, verb, *words = shlex.split(command)
+    for given in (words, [*words[:3], "--set", f"@{settings}"]):
+        result = CliRunner().invoke(main, [verb, *given, "--engine", "native", "--json"])
+        verdicts = json.loads(result.output)[0]["metrics"]
+        assert next(v["value"] for v in verdicts if v["metric"] == "last") == last
+
+
+def test_a_draw_that_loses_its_reference_is_counted_as_unstable(write: Any, tmp_path: Path) -> None:
+    metrics = {"error": {"kind": "max_percent", "signal": "lag.y", "against": "command.d", "stroke": 1.0}}
+    parameters = {"lag.b": {"values": [1.0, -1.0]}, "command.step": {"values": [0.9]}}
+    study = {"parameters": parameters, "limits": {"one": {"error": 95.0}}}
+    result = CliRunner().invoke(
+        main, ["study", str(write(of_scenario={"metrics": metrics}, **study)), "-o", str(tmp_path / "out")]
+    )
+    assert "1 of 2 draws are inside the limits (50 %); 1 is unstable." in result.output
+
+
+def test_second_order_dynamics_follow_their_frequency_and_damping(tmp_path: Path) -> None:
+    """The poles of what is set have the drawn frequency and damping; the gain at rest is the drawn one."""
+    study = Study(LOOP / "draws.study.toml")
+    gain, f_n, zeta = 0.9, 450.0, 0.6
+    drawn = {k: p.at(0.5) for k, p in study.parameters.items()}
+    settings = study.settings(drawn | {"plant.g0.gain": gain, "plant.g0.f_n": f_n, "plant.g0.zeta": zeta})
+    poles = np.roots(settings["plant.g0_a"])
+    assert np.abs(poles) == pytest.approx(2 * np.pi * f_n)
+    assert -poles.real / np.abs(poles) == pytest.approx(zeta)
+    assert settings["plant.g0_b"][0] / settings["plant.g0_a"][-1] == pytest.approx(gain)
+    assert settings["delay.n"] == 1
+
+
+def test_a_delay_may_be_any_number_of_fine_steps() -> None:
+    """The output of the fine unit is its input, held for a step, some fine steps later; 0 makes it a connection."""
+    scenario = Scenario(LOOP)
+    case = next(c for c in scenario.cases if c.name == "sine_100")
+    ripple = case.ripple
+    for steps in (0, 0.3, 1, 1.7):
+        other = next(c for c in scenario.changed({"delay.n": steps}, None).cases if c.name == "sine_100")
+        trace = Native(build(other), ["inverse.y", "delay.y"]).run()
+        late = round(steps * ripple)
+        assert np.array_equal(trace["delay.y"][late:], trace["inverse.y"][: len(trace.t) - late])
+    for wrong in (-1, 0.05, "two", True, math.nan):
+        with pytest.raises(ValueError, match=r"here: must be a number of steps of at least 0, in steps of 0\.1\. Got"):
+            delayed(case.units["delay"], wrong, ripple, "here")
+
+
+def test_margins_of_a_draw_are_those_of_the_loop() -> None:
+    system = build(next(c for c in Scenario(LOOP).cases if c.name == "sine_100"))
+    opened = open_loop(system)
+    assert loop_metrics(system, {})["Ms_db"] == opened.margins().Ms_db
+    assert loop_metrics(system, {"delay.n": 1.5})["Ms_db"] == opened.margins(1.0, 0.5).Ms_db
+    assert loop_metrics(system, {"delay.n": 0})["Ms_db"] < opened.margins().Ms_db
+    assert loop_metrics(system, {"pid.Kd": "*4"})["Ms_db"] == math.inf
