@@ -12,6 +12,7 @@ from hystfmu.design.describing import DescribingFunction, describing_function
 from hystfmu.design.gains import Gain, gains
 from hystfmu.design.linear import linearise, to_control
 from hystfmu.design.loop import Margins, loop, margins
+from hystfmu.design.repetitive import RepetitiveFilters, repetitive_filters
 from hystfmu.design.sampled import sampled
 from hystfmu.design.sector import sector
 
@@ -19,11 +20,13 @@ __all__ = [
     "DescribingFunction",
     "Gain",
     "Margins",
+    "RepetitiveFilters",
     "describing_function",
     "gains",
     "linearise",
     "loop",
     "margins",
+    "repetitive_filters",
     "sampled",
     "sector",
     "to_control",

@@ -115,11 +115,11 @@ def margins(L: Any) -> Margins:
     h = float(L.dt)
 
     def at(w: float) -> complex:
-        return complex(_values(L, np.exp(1j * np.array([w]) * h))[0])
+        return complex(response(L, np.exp(1j * np.array([w]) * h))[0])
 
     poles = python_control().feedback(L, 1).poles()
     w = np.geomspace(1e-4, 1.0, POINTS) * np.pi / h
-    values = _values(L, np.exp(1j * w * h))
+    values = response(L, np.exp(1j * w * h))
     crossing = [_root(lambda w: abs(at(w)) - 1, *w[i : i + 2]) for i in _changes(np.abs(values) - 1)]
     # phase margin at each crossover: as the delay grows, the crossover with the least phase / frequency is lost first
     left = [float(np.mod(np.angle(at(w_c)) + np.pi, 2 * np.pi)) for w_c in crossing]
@@ -143,7 +143,7 @@ def margins(L: Any) -> Margins:
     )
 
 
-def _values(L: Any, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def response(L: Any, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """Return L(z), shape (n,); a state space is solved for all points at once."""
     if not hasattr(L, "A"):
         return np.asarray(L(z))

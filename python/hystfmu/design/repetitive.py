@@ -1,0 +1,123 @@
+"""Filters of a repetitive controller that learns in several loops at once.
+
+With the block `repetitive` before a controller, the error of one period gives that of the next as
+e+ = (Q - L T) e, T the complementary sensitivity of the loop without it, for any period.  The loop is stable where
+abs(Q - L T) < 1 at all frequencies (Hara et al. 1988, theorem 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.signal import firwin
+from scipy.signal.windows import tukey
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.design.loop import response
+
+POINTS = 4096  # of the discrete Fourier transform
+EDGE = 0.5  # share of the taps of L that a cosine window tapers
+
+
+@dataclass(frozen=True)
+class RepetitiveFilters:
+    """Taps as the block `repetitive` takes them, and what they reach.
+
+    Attributes
+    ----------
+    q : array, shape (n_q + 1,)
+        Taps of the zero-phase filter Q: its middle, then one side.
+    l : array, shape (2 n_l + 1,)
+        Taps of the learning filter L, from n_l steps back to n_l steps ahead.
+    contraction : tuple of float
+        max abs(Q - L T) over all frequencies, for each loop.
+    """
+
+    q: Array
+    l: Array  # noqa: E741 - the letter of the papers and of the block
+    contraction: tuple[float, ...]
+
+    def error_ratio(self, L: Any, w: Array, n: int) -> Array:
+        """Return by what the error changes against the loop without the repetitive part, at frequencies w (rad/s).
+
+        Parameters
+        ----------
+        L : control.TransferFunction or control.StateSpace
+            Open loop with a step.
+        w : array, shape (m,)
+            Frequencies (rad/s).
+        n : int
+            Steps in a period.
+
+        Returns
+        -------
+        array, shape (m,)
+            abs((1 - z^-n Q) / (1 - z^-n (Q - L T))).
+        """
+        z = np.exp(1j * np.asarray(w, float) * float(L.dt))
+        Q, F, T = _zero_phase(self.q, z), _taps(self.l, z), _complementary(L, z)
+        return np.asarray(np.abs((1 - z**-n * Q) / (1 - z**-n * (Q - F * T))))
+
+
+def repetitive_filters(
+    loops: Sequence[Any], cutoff: float, gain: float = 0.3, n_q: int = 9, n_l: int = 40
+) -> RepetitiveFilters:
+    """Design Q and L for several loops: the nominal one and its corners.
+
+    Q is a windowed low-pass.  L is `gain` Q times the least-squares inverse of all T at each frequency,
+    sum conj(T) / sum abs(T)^2, cut to its taps.
+
+    Parameters
+    ----------
+    loops : sequence of control.TransferFunction or control.StateSpace
+        Open loops with one step, stable when closed.
+    cutoff : float
+        Frequency above which nothing is learnt (Hz).
+    gain : float
+        Share of the error that is learnt in a period.
+    n_q, n_l : int
+        Taps on each side.
+
+    Returns
+    -------
+    RepetitiveFilters
+
+    Raises
+    ------
+    InputError
+        No loop, or a cutoff above half the sampling frequency.
+    """
+    if not loops:
+        raise InputError("The loops must be at least one. Got none.")
+    h = float(loops[0].dt)
+    if not 0 < cutoff < 0.5 / h:
+        raise InputError(f"The cutoff must be a float in (0, {0.5 / h:g}) Hz. Got {cutoff:g} instead.")
+    z = np.exp(2j * np.pi * np.arange(POINTS // 2 + 1) / POINTS)
+    z[0] = np.exp(2j * np.pi * 1e-3 / POINTS)  # beside the poles of integrators
+    taps = firwin(2 * n_q + 1, cutoff, fs=1 / h)[n_q:]
+    T = np.array([_complementary(L, z) for L in loops])
+    Q = _zero_phase(taps, z)
+    ideal = gain * Q * T.conj().sum(0) / (np.abs(T) ** 2).sum(0)
+    ideal[[0, -1]] = ideal[[0, -1]].real
+    past = np.fft.irfft(ideal, POINTS)  # tap i acts on the error i steps ago
+    learning = past[-np.arange(-n_l, n_l + 1)] * tukey(2 * n_l + 3, EDGE)[1:-1]
+    left = np.abs(Q - _taps(learning, z) * T).max(axis=1)
+    return RepetitiveFilters(taps, learning, tuple(left.tolist()))
+
+
+def _complementary(L: Any, z: Any) -> Any:
+    value = response(L, z)
+    return value / (1 + value)
+
+
+def _zero_phase(q: Array, z: Any) -> Any:
+    return q[0] + sum(v * (z**j + z**-j) for j, v in enumerate(q[1:], 1))
+
+
+def _taps(taps: Array, z: Any) -> Any:
+    ahead = len(taps) // 2
+    return sum(v * z ** (j - ahead) for j, v in enumerate(taps))
