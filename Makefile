@@ -63,7 +63,7 @@ platforms: build/tools
 bench: dev
 	$(BIN)/python tests/benchmarks/run.py
 
-# the choice of the kind of model against all kinds, two hours; an interrupted run goes on from build/choice.jsonl
+# the choice of the kind of model against all kinds, forty minutes; an interrupted run goes on from build/choice.jsonl
 choice: dev
 	$(BIN)/python tests/benchmarks/choice_grid.py --work build/choice.jsonl -o python/docs/choice.md
 

@@ -16,9 +16,10 @@ from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.candidate import Candidate
 from hystfmu.identify.features.plays import plays
-from hystfmu.identify.features.validation_blocks import validation_rows
+from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
 from hystfmu.identify.one import fit_one
 from hystfmu.model import Model
+from hystfmu.model.accuracy import rms
 from hystfmu.model.coverage import coverage
 from hystfmu.model.inputs import run_along
 
@@ -28,6 +29,8 @@ AS_GOOD = 1.2  # candidates with errors up to 20 % above the least count as equa
 LOSER, HOPE = 1.5, 4.0  # error ratios at which a candidate is dropped: after a fold, after its trial fit
 EXACT = 0.002  # % of the span: errors below it count as equal
 SURE = 2.0  # standard errors by which a difference must exceed what the noise of the output explains
+UNCERTAIN = 4.0  # n times the relative variance of the error and of the noise on n rows: 2 for the error, and as much
+MOST_DOUBT = 0.3  # of the variance: with a larger one, a model that leaves no more than noise may not be the best
 OUTSIDE = 3.0  # % of the span: error of a network or of local parameters in states that no row has seen
 PLAYS = 2  # that stand for the memory of a kind with local parameters
 
@@ -82,7 +85,7 @@ class Race:
         """Return the data without the blocks of a fold, and the rows of these blocks that count."""
         data, rows = self.data, self.data.train
         held = np.zeros(len(data.u), dtype=bool)
-        held[rows] = validation_rows(data.u[rows], fold, BLOCKS)
+        held[rows] = without_outermost(data.u[rows], validation_rows(data.u[rows], fold, BLOCKS))
         part = data.with_held(held)
         kept = data.u[part.counted]
         return part, np.flatnonzero(held & (data.u >= kept.min()) & (data.u <= kept.max()))
@@ -114,12 +117,28 @@ class Race:
         return min(self.trials.values(), key=self.excess)
 
     def floor(self) -> float:
-        """Return the variance of the noise, which no model can explain; that of the best model if it is less."""
-        return min([self.sigma**2, *(float(np.mean(t.errors**2)) for t in self.trials.values())])
+        """Return the variance of the noise, which no model can explain; 0 if one leaves clearly less.
+
+        Then the estimate was wrong: coarse rows look like noise.
+        """
+        least = self.sigma**2
+        for t in self.trials.values():
+            square = float(np.mean(t.errors**2))
+            if square < self.sigma**2 * (1 - doubt(len(t.errors))):
+                return 0.0
+            least = min(least, square)
+        return least
 
     def least(self) -> float:
         """Return the least error so far, in % of the span."""
         return max(min((self.excess(t) for t in self.trials.values()), default=np.inf), EXACT)
+
+    def explained(self) -> bool:
+        """Whether the best leaves nothing but noise, where this is known from enough rows."""
+        if self.least() > EXACT:
+            return False
+        best = self.best()
+        return 100 * rms(best.errors) <= EXACT * self.data.span or doubt(len(best.errors)) < MOST_DOUBT
 
     def first(self, name: str, key: str, candidate: Candidate, progress: Callable[[float], None]) -> None:
         """Let a candidate enter: a short trial fit if it has one, then a fit without the first fold."""
@@ -165,6 +184,11 @@ class Race:
         worse = float(np.mean(trial.errors**2) - np.mean(best.errors**2))
         by_noise = 2 * self.sigma * float(np.sqrt(np.mean((trial.errors - best.errors) ** 2) / len(best.errors)))
         return worse <= SURE * by_noise
+
+
+def doubt(rows: int) -> float:
+    """Return the relative difference of the variances of errors and noise that chance explains on few rows."""
+    return SURE * float(np.sqrt(UNCERTAIN / rows))
 
 
 def _unseen(data: Dataset) -> float:

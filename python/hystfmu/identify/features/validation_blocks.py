@@ -1,7 +1,8 @@
 """Validation blocks: parts of a record between two reversals, spread over the whole record.
 
 A split into a first and a last part extrapolates wherever the record changes (a decaying sine, a staircase).  Blocks
-between reversals interpolate: both sets of rows hold large and small, early and late loops.
+between reversals interpolate: both sets of rows hold large and small, early and late loops.  Only the outermost loop is
+alone: what is fitted without it extrapolates wherever the memory of that loop lasts (`without_outermost`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,9 @@ from hystfmu.data.reversals import reversals
 
 BLOCKS = 40  # by default, at most
 EVERY = 4  # one of so many consecutive blocks is a validation block
+ALONE = (
+    0.01  # of the range: a block that reaches an end of the range farther than all other rows holds the outermost loop
+)
 
 
 def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> NDArray[np.bool_]:
@@ -40,3 +44,24 @@ def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> N
     chosen = np.unique(cuts[np.searchsorted(cuts, wanted).clip(0, len(cuts) - 1)])
     block = np.searchsorted(chosen, np.arange(n), side="right")
     return np.asarray(block % EVERY == which)
+
+
+def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return validation rows without the blocks that alone reach an end of the range of the input, if others are left.
+
+    Parameters
+    ----------
+    u : array, shape (n,)
+        Input.
+    held : array of bool, shape (n,)
+        Which rows belong to validation blocks.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+    """
+    left, block = held.copy(), np.cumsum(np.diff(held, prepend=False))
+    for v in (u, -u):
+        if v[held].max(initial=-np.inf) > v[~held].max(initial=-np.inf) + ALONE * float(np.ptp(u)):
+            left[block == block[int(np.argmax(v))]] = False
+    return left if left.any() else held

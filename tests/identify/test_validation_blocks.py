@@ -1,0 +1,63 @@
+"""Validation blocks tell what a kind has learned only where it has seen the outermost loop, and beside true noise."""
+
+import secrets
+
+import numpy as np
+import pytest
+from random_plants import draw
+
+from hystfmu import Dataset
+from hystfmu.data import signals
+from hystfmu.identify.catalogue import candidates
+from hystfmu.identify.features.validation_blocks import EVERY, validation_rows, without_outermost
+from hystfmu.identify.race import BLOCKS, FOLDS, Race
+from hystfmu.model.accuracy import rms
+
+CANDIDATES = candidates()[0]
+SEEDS = [secrets.randbelow(10**6) for _ in range(3)]
+
+
+@pytest.mark.parametrize("u", [signals.decaying_sine(10, 0.1), signals.decaying_sine(10, 0.1)[::-1]])
+def test_the_outermost_loop_alone_is_not_held(u):
+    blocks = [validation_rows(u, which, BLOCKS) for which in range(EVERY)]
+    left = [without_outermost(u, rows) for rows in blocks]
+    for rows in left:
+        assert rows.any()
+        assert not rows[[np.argmin(u), np.argmax(u)]].any()
+    assert sum(rows.sum() for rows in left) > 0.7 * len(u)
+    # where two loops reach the ends, either may be held
+    for rows in blocks:
+        once = np.concatenate([rows, np.zeros_like(rows)])
+        np.testing.assert_array_equal(without_outermost(np.concatenate([u, u]), once), once)
+
+
+def test_a_record_that_is_one_block_keeps_it():
+    held = np.array([False, True, True, False])
+    np.testing.assert_array_equal(without_outermost(np.array([0.0, 1.0, -1.0, 0.0]), held), held)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_folds_of_a_decaying_sine_tell_the_same(seed):
+    """A network that had not seen the first loop erred there three times as much, and lost or won by luck."""
+    u = signals.decaying_sine(10, np.random.default_rng(seed).uniform(0.07, 0.15))
+    race = Race(Dataset.from_signal(u, draw("plays", seed)(u), 1e-3), 0)
+    errors = [rms(race.fitted(f, "constraint_factor_mlp", {"starts": 1}, lambda done: None)[1]) for f in FOLDS]
+    assert max(errors) < 2 * sorted(errors)[1]
+
+
+def entered(u, y):
+    race = Race(Dataset.from_signal(u, y, 1e-3), 0)
+    race.first("prandtl_ishlinskii", *CANDIDATES["prandtl_ishlinskii"], lambda done: None)
+    return race
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_noise_that_a_model_refutes_hides_no_error(seed):
+    """Kinks of few coarse rows look like noise: the estimate stopped the search at the first kind below it."""
+    u = signals.training(40, seed, 0.08)[:200]
+    race = entered(u, draw("plays", seed)(u))
+    assert not race.explained()
+    u = signals.training(40, seed, 0.015)
+    y = draw("plays", seed)(u)
+    noisy = entered(u, y + 0.005 * np.ptp(y) * np.random.default_rng(seed).normal(size=len(y)))
+    assert 0.7 * noisy.sigma**2 < noisy.floor() <= noisy.sigma**2
