@@ -6,7 +6,7 @@
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/elementary_sine.h"
 #include "core/elementary/limit.h"
-#include "core/elementary/matrix_exponential.h"
+#include "core/elementary/second_order.h"
 #include "core/hyst.h"
 
 #define DIMS(D)
@@ -18,7 +18,7 @@
   HYST_LIMIT_ROWS(V)                                                                                            \
   V(F, DERIVED, 9, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n, gain d over a step")   \
   V(M, DERIVED, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "gains of the measurement")                           \
-  V(work, DERIVED, HYST_EXPM_WORK(3), "real", "1", 0.0, -HYST_INF, HYST_INF, "for the matrix exponential")      \
+  V(work, DERIVED, HYST_SECOND_ORDER_WORK, "real", "1", 0.0, -HYST_INF, HYST_INF, "for the matrix exponential") \
   V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command for the undisturbed plant")                  \
   V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                         \
   V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command minus the estimated disturbance")             \
@@ -58,13 +58,9 @@ HYST_PREPARE_FN(prepare) {
   if (*gain == 0) return "gain must not be 0";
   const char *const wrong = hyst_wrong_limits(*u_min, *u_max);
   if (wrong || dt == 0) return wrong; /* initialisation uses no matrices */
-  const double p = HYST_2PI * *f_n * dt;
-  const double rates[9] = {0, p, 0, -p, -2 * *zeta * p, p, 0, 0, 0};
-  hyst_dd *const A = (hyst_dd *)work;
-  for (int i = 0; i < 9; i++) A[i] = hyst_dd_of(rates[i]);
-  const hyst_dd *const E = p < 1e6 ? hyst_expm(3, work) : NULL;
-  for (int i = 0; E && i < 9; i++) F[i] = E[i].hi;
-  return E && place(F, hyst_exp(-HYST_2PI * *f_o * dt), M) ? NULL : "the step is too long for f_n and zeta";
+  return hyst_second_order(HYST_2PI * *f_n * dt, *zeta, work, F) && place(F, hyst_exp(-HYST_2PI * *f_o * dt), M)
+             ? NULL
+             : "the step is too long for f_n and zeta";
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
