@@ -6,6 +6,7 @@
 
 #ifndef HYST_BLOCKS /* a source FMU contains only the blocks of its graph */
 #define HYST_BLOCKS(B)          \
+  B(adaptive_inverse)           \
   B(amplifier)                  \
   B(backlash_sum)               \
   B(bouc_wen)                   \

@@ -14,6 +14,6 @@ algorithm
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
 <p><b>Example:</b> <code>lagged(past_u, n_k, n_u)</code> in <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>, which uses it.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>, <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>, which use it.</p>
 </html>"));
 end lagged;

@@ -33,6 +33,6 @@ algorithm
 <p><b>Limitations:</b> each squaring may double the rounding error: for steps of up to some time constants of the plant. Loops of fixed length
 instead of while, because rumoca 0.10.2 has no while whose end depends on data.</p>
 <p><b>Example:</b> <code>observedStep(2*pi*f_n*Ts, zeta)</code> in <a href=\"modelica://HystFMU.Control.DisturbanceObserver\">Control.DisturbanceObserver</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Control.DisturbanceObserver\">Control.DisturbanceObserver</a>, which uses it.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Control.DisturbanceObserver\">Control.DisturbanceObserver</a>, <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>, which use it.</p>
 </html>"));
 end observedStep;

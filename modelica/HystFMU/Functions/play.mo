@@ -14,6 +14,6 @@ algorithm
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 3.</p>
 <p><b>Limitation:</b> r &ge; 0; a deadband width as in Simulink is 2 r.</p>
 <p><b>Example:</b> <code>play(u, r, z0)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.BacklashSum\">Operators.Smooth.BacklashSum</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.BacklashSum\">Operators.Events.BacklashSum</a>, <a href=\"modelica://HystFMU.Operators.Events.PlayBank\">Operators.Events.PlayBank</a>, <a href=\"modelica://HystFMU.Operators.Events.StopBank\">Operators.Events.StopBank</a>, <a href=\"modelica://HystFMU.Operators.Sampled.BacklashSum\">Operators.Sampled.BacklashSum</a>, which use it.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.BacklashSum\">Operators.Events.BacklashSum</a>, <a href=\"modelica://HystFMU.Operators.Events.PlayBank\">Operators.Events.PlayBank</a>, <a href=\"modelica://HystFMU.Operators.Events.StopBank\">Operators.Events.StopBank</a>, <a href=\"modelica://HystFMU.Operators.Sampled.BacklashSum\">Operators.Sampled.BacklashSum</a>, <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>, which use it.</p>
 </html>"));
 end play;

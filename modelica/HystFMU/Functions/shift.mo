@@ -14,6 +14,6 @@ algorithm
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
 <p><b>Example:</b> <code>shift(u, pre(inputs))</code> in <a href=\"modelica://HystFMU.Dynamics.Delay\">Dynamics.Delay</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Delay\">Dynamics.Delay</a>, <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>, <a href=\"modelica://HystFMU.Control.Repetitive\">Control.Repetitive</a>, which use it.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Delay\">Dynamics.Delay</a>, <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>, <a href=\"modelica://HystFMU.Control.Repetitive\">Control.Repetitive</a>, <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>, which use it.</p>
 </html>"));
 end shift;

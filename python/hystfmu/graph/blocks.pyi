@@ -19,6 +19,32 @@ class Block:
     def __init__(self, **values: Any) -> None: ...
     def __call__(self, u: ArrayLike, h: float = 1.0) -> Array: ...
 
+class AdaptiveInverse(Block):
+    """Adaptive inverse of a Prandtl-Ishlinskii operator: learns its weights while it runs."""
+
+    def __init__(
+        self,
+        *,
+        n: int = ...,
+        delay: int = ...,
+        w0: float = 1.0,
+        r: float | Sequence[float] | Array = 0.1,
+        w: float | Sequence[float] | Array = 0.1,
+        u0: float = 0.0,
+        f_n: float = 0.0,
+        zeta: float = 0.7,
+        sd: float | Sequence[float] | Array = 0.05,
+        start: float = 0.1,
+        T: float = 10.0,
+        sigma: float = 0.01,
+        change: float = 0.04,
+        pause: float = 0.2,
+        box: float = 6.0,
+        w0_min: float = 0.1,
+        u_min: float = -1e300,
+        u_max: float = 1e300,
+    ) -> None: ...
+
 class Amplifier(Block):
     """Piezo amplifier with limits of voltage and current and a bandwidth."""
 

@@ -19,6 +19,7 @@ _PACKAGES = {
     "sources": "Sources",
 }
 _PLANTS = {"bouc_wen_oscillator"}
+_LEARNS = {"adaptive_inverse"}  # an inverse that learns from samples has no realisation but the sampled one
 # a class of Sources is one shape of the unit `reference`: parameters that belong to a shape, besides those of all
 SHAPES = {
     "sine": {"frequency", "phase"},
@@ -74,8 +75,8 @@ def is_sampled_class(block: BlockType) -> bool:
 
 
 def _is_realised(block: BlockType) -> bool:
-    """Whether it comes in up to three realisations: an operator or inverse with a memory."""
-    return block.family in ("operators", "inverses") and block.rate != "function"
+    """Whether it comes in up to three realisations: an operator or inverse with a memory, which does not learn."""
+    return block.family in ("operators", "inverses") and block.rate != "function" and block.name not in _LEARNS
 
 
 def matrix_rows(v: Var) -> str:
