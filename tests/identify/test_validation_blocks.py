@@ -10,7 +10,8 @@ from hystfmu import Dataset
 from hystfmu.data import signals
 from hystfmu.identify.catalogue import candidates
 from hystfmu.identify.features.validation_blocks import EVERY, validation_rows, without_outermost
-from hystfmu.identify.race import BLOCKS, FOLDS, Race
+from hystfmu.identify.one import fit_one
+from hystfmu.identify.race import BLOCKS, FOLDS, Race, Trial
 from hystfmu.model.accuracy import rms
 
 CANDIDATES = candidates()[0]
@@ -61,3 +62,17 @@ def test_noise_that_a_model_refutes_hides_no_error(seed):
     y = draw("plays", seed)(u)
     noisy = entered(u, y + 0.005 * np.ptp(y) * np.random.default_rng(seed).normal(size=len(y)))
     assert 0.7 * noisy.sigma**2 < noisy.floor() <= noisy.sigma**2
+
+
+def test_one_oscillation_does_not_tell_close_kinds_apart():
+    u = signals.decaying_sine(5, 0.1, 60)
+    data = Dataset.from_signal(u, draw("plays", 1)(u), 1e-3)
+    model = fit_one(data, "prandtl_ishlinskii", 0, lambda done: None, {})
+    candidate = CANDIDATES["prandtl_ishlinskii"][1]
+    best, near, loser = (
+        Trial(str(e), "prandtl_ishlinskii", candidate, model, np.full(99, e * data.span), 0.0)
+        for e in (0.01, 0.014, 0.016)
+    )
+    for poor in (False, True):
+        race = Race(data, 0, poor, trials={t.name: t for t in (best, near, loser)})
+        assert [race.as_good(t, best) for t in (best, near, loser)] == [True, poor, False]

@@ -4,17 +4,17 @@ The blocks are cut between reversals over the whole record, because its last par
 changes (a decaying sine, a staircase of minor loops).  A model is fitted to the other rows, runs free over all of them,
 and its error counts in the blocks inside the range of u that those rows cover.  A block that alone reaches an end of
 the range is not held out: its loop sets the memory, and without it every kind extrapolates, some with more luck than
-others.  The blocks come in disjoint folds.
-After each fold losers stop (a race: Maron & Moore 1994; Birattari et al. 2002): kinds whose error, without the noise of
-the output, is `LOSER` times the least.  A kind that is expensive to fit starts with a short trial fit.
+others.  The blocks come in disjoint folds.  After each fold losers stop (a race: Maron & Moore 1994; Birattari et al.
+2002): kinds whose error, without the noise of the output, is `LOSER` times the least.  A kind that is expensive to fit
+starts with a short trial fit.
 
 Blocks tell nothing about states that no row has seen.  A network errs there, and a kind whose parameters are local, so
 the share of the states of other signals that the training rows leave out (`hystfmu.model.coverage`) counts with
-`OUTSIDE` % of the span.  A model that
-leaves the range of the output on another signal of the covered range is discarded (`hystfmu.identify.guards`).  Of
-kinds that are equally good, one with an exact inverse is preferred, then the one with the fewest parameters.  If the
-best leaves more than `REFUSED` % beside the noise, there is no model, and the reason is stated: an output that no kind
-follows needs other data.
+`OUTSIDE` % of the span.  A model that leaves the range of the output on another signal of the covered range is
+discarded (`hystfmu.identify.guards`).  Of kinds that are equally good, one with an exact inverse is preferred, then the
+one with the fewest parameters; if the record is one oscillation, each block is much like the next, and all that are no
+losers are equally good.  If the best leaves more than `REFUSED` % beside the noise, there is no model, and the reason
+is stated: an output that no kind follows needs other data.
 
 Kinds whose memory contradicts the minor loops in the data, and those for rate dependence if the input has one speed,
 do not compete.  If the excitation is not informative enough to identify memory, the model carries warnings.
@@ -112,7 +112,7 @@ def choose(
     where, rows = data.path or data.name, data.train.stop
     seen = examine(data.longest())
     found, missing = candidates()
-    race = Race(data, seed)
+    race = Race(data, seed, poor=bool(seen.warnings) and seen.memory != NONE)
     race.reasons |= missing | left_out({n: c for n, (_, c) in found.items()}, seen, rows)
     if len(data.starts) > 1:
         race.reasons |= {n: "it takes one record only" for n, (key, _) in found.items() if not takes_records(key)}

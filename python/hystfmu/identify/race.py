@@ -68,10 +68,22 @@ class Trial:
 
 @dataclass
 class Race:
-    """Folds, candidates that are left, and the reasons of the others."""
+    """Folds, candidates that are left, and the reasons of the others.
+
+    Parameters
+    ----------
+    data : Dataset
+        Measured data.
+    seed : int
+        Seed of random starts.
+    poor : bool
+        Whether the record is poor in reversals, such as one oscillation: blocks repeat what was fitted and cannot tell
+        candidates apart that are no losers.
+    """
 
     data: Dataset
     seed: int
+    poor: bool = False
     sigma: float = 0.0
     unseen: float = 0.0
     trials: dict[str, Trial] = field(default_factory=dict)
@@ -177,7 +189,7 @@ class Race:
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
         """Whether a candidate is as good as the best, or the noise explains the difference."""
-        if self.excess(trial) <= AS_GOOD * max(self.excess(best), EXACT):
+        if self.excess(trial) <= (LOSER if self.poor else AS_GOOD) * max(self.excess(best), EXACT):
             return True
         if trial.outside > best.outside or len(trial.errors) != len(best.errors):
             return False
