@@ -21,6 +21,7 @@
   B(disturbance)                \
   B(disturbance_observer)       \
   B(duhem)                      \
+  B(duhem_oscillator)           \
   B(feedforward)                \
   B(implicit_inverse)           \
   B(in_range)                   \

@@ -31,7 +31,8 @@ from hystfmu.data import signals
 from hystfmu.identify import METHODS
 from hystfmu.identify.catalogue import candidates
 
-KINDS = [k for k in METHODS if k not in ("auto", "bouc_wen_oscillator", "narx_network")]  # the last two: dynamics
+DYNAMICS = ("bouc_wen_oscillator", "duhem_oscillator", "narx_network")
+KINDS = [k for k in METHODS if k not in ("auto", *DYNAMICS)]
 STATIC = {"g0_bouc_wen": "bouc_wen", "g0_prandtl_ishlinskii": "prandtl_ishlinskii"}  # the same kinds without dynamics
 SHORT = {key: dict(c.quick) for key, c in candidates()[0].values() if c.quick and not c.options}
 ORDER = ["auto", "prandtl_ishlinskii", "bouc_wen", "actuator"]  # first, because they are often the best

@@ -22,6 +22,7 @@ every_block = pytest.mark.parametrize("name", BLOCKS)
 # Values without which a parameter can have no effect, each with its reason.
 NEEDED: dict[str, list[dict[str, Any]]] = {
     "disturbance": [{"step": 1.0, "t_step": 1.0}],  # a step of height 0 has no step time
+    "duhem_oscillator": [{"f": [9e4, 7e4, 5e4, 3e4, 1e4], "z_max": 0.7}],  # equal stiffnesses make a spring
 }
 
 

@@ -81,7 +81,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "mlp": "is_large(): becomes a function",
     },
     "modelica/places.py": {
-        "bouc_wen_oscillator": "_PLANTS: stands among the plants",
+        **dict.fromkeys(("bouc_wen_oscillator", "duhem_oscillator"), "_PLANTS: stands among the plants"),
         "transfer_function": "_LACKS: the class is continuous",
         "implicit_inverse": "_LACKS: the model is a package of functions",
         "reference": "has_shapes(): a class for each shape",

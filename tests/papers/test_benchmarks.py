@@ -19,7 +19,6 @@ from hystfmu.identify.methods.narx_network import assemble, simulate
 from hystfmu.identify.race import AS_GOOD
 from hystfmu.model import accuracy
 from hystfmu.papers import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
-from hystfmu.papers.structured_duhem import KNOTS, DuhemOscillator, run_many
 
 QUICK = ("prandtl_ishlinskii", "bouc_wen", "polynomial_narx")
 
@@ -159,18 +158,6 @@ def test_grey_box_oscillator_recovers_a_plant_of_another_integrator():
         fit(Dataset.from_signal(u, -y, h), "bouc_wen_oscillator")
 
 
-def test_duhem_oscillator_with_the_law_of_bouc_wen():
-    """f(x) = alpha - gamma x - delta |x| seen along the motion is Bouc-Wen with nu = 1."""
-    h = 1e-4
-    u = 80 * np.sin(2 * np.pi * 20 * h * np.arange(4000))
-    y = bouc_wen_oscillator(u[::10], 10 * h, 2.0, 10.0, 5e4, 5e4, 800.0, -1100.0)
-    x = np.linspace(-300, 300, KNOTS)
-    model = DuhemOscillator(2.0, 10.0, 5e4, 5e4 - 800 * x + 1100 * np.abs(x), 300.0)
-    assert rms(model.run(u, h)[::10] - y) < 5e-3 * rms(y)
-    many = run_many(np.array([[2.0, 10.0, 5e4, *model.f], [2.1, 10.0, 5e4, *model.f]]), u, h, 300.0)
-    np.testing.assert_allclose(many[:, 0], model.run(u, h), rtol=0, atol=1e-15)
-
-
 def test_derivatives_of_a_free_run_against_differences():
     rng = np.random.default_rng(1)
     lags, hidden = 3, 4
@@ -226,7 +213,7 @@ def test_s5_turning_points_are_the_plain_loop():
 
 
 @pytest.mark.stress
-def test_s9_grey_box_on_the_benchmark(measured):
+def test_s9_oscillators_on_the_benchmark(measured):
     pytest.importorskip("h5py")
     if not (measured / "boucwen_benchmark" / "test.h5").exists():
         pytest.skip("no boucwen_benchmark/test.h5")
@@ -234,6 +221,8 @@ def test_s9_grey_box_on_the_benchmark(measured):
     assert test.official
     errors = boucwen_benchmark.grey_box(*boucwen_benchmark.training(), test)
     assert max(errors) <= 5e-7
+    errors = boucwen_benchmark.duhem(*boucwen_benchmark.training(), test, lambda f: None)
+    assert max(errors) <= 1e-6
     inside = boucwen_benchmark.records(measured / "boucwen_benchmark")
     np.testing.assert_array_equal(inside.sweep[0], test.sweep[0])
 

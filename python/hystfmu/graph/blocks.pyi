@@ -226,6 +226,20 @@ class Duhem(Block):
         w0: float = 0.0,
     ) -> None: ...
 
+class DuhemOscillator(Block):
+    """Oscillator with a Duhem force of free shape."""
+
+    def __init__(
+        self,
+        *,
+        n: int = ...,
+        m_L: float = 2.0,
+        c_L: float = 10.0,
+        k_L: float = 50000.0,
+        f: float | Sequence[float] | Array = 50000.0,
+        z_max: float = 100.0,
+    ) -> None: ...
+
 class Feedforward(Block):
     """Feed-forward: inverse of a second-order plant."""
 

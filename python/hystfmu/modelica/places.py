@@ -18,7 +18,7 @@ _PACKAGES = {
     "controllers": "Control",
     "sources": "Sources",
 }
-_PLANTS = {"bouc_wen_oscillator"}
+_PLANTS = {"bouc_wen_oscillator", "duhem_oscillator"}
 _LEARNS = {"adaptive_inverse"}  # an inverse that learns from samples has no realisation but the sampled one
 # a class of Sources is one shape of the unit `reference`: parameters that belong to a shape, besides those of all
 SHAPES = {
