@@ -13,7 +13,6 @@ README = Path(__file__).parent.parent / "README.md"
 PARTS = (
     ("from the C tables", listing.markdown),
     ("from the baselines of the scenarios", tracking_table.markdown),
-    ("from the loops of the scenarios", tracking_table.survival),
 )
 STUB = README.parent / "python" / "hystfmu" / "graph" / "blocks.pyi"
 MODELICA = README.parent / "modelica" / "HystFMU"

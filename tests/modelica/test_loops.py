@@ -36,9 +36,9 @@ def test_hysteretic_actuator_agrees_with_the_chain_of_units(tmp_path: Path) -> N
     assert np.abs(before["tested.y"] - expected).max() <= 1e-8
 
 
-SLIDING_MODE = ("inverse", "sliding_mode")  # units between feed-forward and plant
+SLIDING_MODE = ("sliding_mode", "inverse", "delay")  # units between feed-forward and plant
 # where a unit takes the command from the one before it
-COMMAND = {"inverse": "scaling.u", "observer": "observer.u_c"}
+COMMAND = {"inverse": "scaling.u", "observer": "observer.u_c", "delay": "delay.u"}
 
 
 def controller_side(units: dict[str, Any], identified: Graph, chain: Sequence[str], f: float = 10.0) -> Unit:
@@ -57,13 +57,15 @@ def controller_side(units: dict[str, Any], identified: Graph, chain: Sequence[st
     command, to = "feedforward.v", []
     for name in chain:
         wires.append((command, COMMAND.get(name, f"{name}.u_ff")))
-        command = f"{name}.u"
+        command = f"{name}.y" if name == "delay" else f"{name}.u"
         if name == "inverse":
             nodes.append(Node("scaling", "scaling", {"n": 1}, {"gain": [1 / gain], "offset": [-offset / gain]}))
             nodes.append(Node("inverse", "prandtl_ishlinskii_inverse", hysteresis.dims, hysteresis.values))
             wires.append(("scaling.y", "inverse.y"))
         else:
             nodes.append(node(name))
+            if name == "delay":
+                continue
             to.append(f"{name}.y")
             if name != "observer":
                 wires.append(("reference.r", f"{name}.y_d"))
@@ -117,12 +119,12 @@ def test_modelica_plant_in_the_loop_gives_the_loop_of_the_units(tmp_path: Path) 
 # example, scenario, its units between feed-forward and plant, tracking error in % of the stroke from a time on
 LOOPS = [
     ("SlidingMode", "sliding_mode", SLIDING_MODE, 0.1, 0.1),
-    ("SuperTwisting", "super_twisting", ("inverse", "super_twisting"), 0.1, 0.1),
-    ("Pid", "pid", ("inverse", "pid"), 0.1, 0.1),
-    ("PidObserver", "pid_observer", ("pid", "observer", "inverse"), 0.1, 0.1),
-    ("LeadLag", "lead_lag", ("lead_lag", "observer", "inverse"), 0.1, 0.1),
-    ("IterativeLearning", "iterative_learning", ("iterative_learning", "inverse"), 0.1, 0.08),
-    ("Cascade", "cascade", ("inverse",), 0.1, 0.1),
+    ("SuperTwisting", "super_twisting", ("super_twisting", "inverse", "delay"), 0.1, 0.1),
+    ("Pid", "pid", ("pid", "inverse", "delay"), 0.1, 0.1),
+    ("PidObserver", "pid_observer", ("pid", "observer", "inverse", "delay"), 0.1, 0.1),
+    ("LeadLag", "lead_lag", ("lead_lag", "observer", "inverse", "delay"), 0.1, 0.1),
+    ("IterativeLearning", "iterative_learning", ("iterative_learning", "inverse", "delay"), 0.1, 0.08),
+    ("Cascade", "cascade", ("inverse", "delay"), 0.1, 0.1),
 ]
 
 
@@ -144,8 +146,7 @@ def test_example_agrees_with_the_units_of_the_scenario(
 
     now = simulate.run(f"HystFMU.Examples.{example}", tmp_path / "r.npz").at(h)
     rows = closed_loop(plant, rest, len(now["time"]), h)
-    command = "inverse.u" if chain[-1] == "inverse" else "controller.u"
-    got = np.column_stack([now[n] for n in ("reference.r", command, "plant.y")])
+    got = np.column_stack([now[n] for n in ("reference.r", "delay.y", "plant.y")])
     error = np.abs(got - rows).max(axis=0) / np.abs(rows).max(axis=0)
     print("largest differences of r, u, y:", *(f"{e:.1e}" for e in error))
     assert len(rows) in (round(scenario["stop"] / h), 1000)

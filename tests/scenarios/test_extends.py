@@ -78,9 +78,53 @@ def test_paths_are_relative_to_the_file_that_states_them(loop: Any, write: Any, 
     path.parent.mkdir(parents=True)
     path.write_bytes(model.read_bytes())
     case = {"name": "a", "units": {"plant": {"model": "x.model.toml"}}, "connections": {"plant.d": "plant.y"}}
-    write(loop | {"case": [case]}, "parts/here")
-    (system,) = map(build, child(write, extends="../parts/here/scenario.toml").cases)
-    assert system.parts[0].own.to_bytes() == Model.load(model).graph.to_bytes()
+    below = loop | {"conditions": {"x": {k: case[k] for k in ("units", "connections")}}}
+    for taken in (case, {"name": "a", "conditions": ["x"]}):
+        write(below | {"case": [taken]}, "parts/here")
+        (system,) = map(build, child(write, extends="../parts/here/scenario.toml").cases)
+        assert system.parts[0].own.to_bytes() == Model.load(model).graph.to_bytes()
+
+
+def test_a_case_takes_conditions_later_ones_and_its_own_on_top(loop: Any, write: Any) -> None:
+    late = {"block": "delay", "dims": {"n": 2}}
+    loop["conditions"] = {
+        "slow": {"text": "slow", "stop": 0.05, "after": 0.02, "set": {"reference.frequency": 20.0, "pid.Kp": 2.0}},
+        "late": {"text": "late", "units": {"late": late}, "connections": {"late.u": "pid.u", "plant.u": "late.y"}},
+        "asked": {"limits": {"tracking": 3.0}, "set": {"pid.Kp": 3.0}},
+    }
+    loop["case"] = [{"name": "a", "conditions": ["slow", "late", "asked"], "after": 0.0, "set": {"pid.Ki": 1.0}}]
+    spelt = {
+        "name": "a", "text": "slow, late", "stop": 0.05, "after": 0.0, "units": {"late": late},
+        "set": {"reference.frequency": 20.0, "pid.Kp": 3.0, "pid.Ki": 1.0}, "limits": {"tracking": 3.0},
+        "connections": {"late.u": "pid.u", "plant.u": "late.y"},
+    }  # fmt: skip
+    made = Scenario(write(loop)).spec
+    assert (
+        made == Scenario(write({k: v for k, v in loop.items() if k != "conditions"} | {"case": [spelt]}, "spelt")).spec
+    )
+    changed = child(write, conditions={"asked": {"limits": {"tracking": 4.0}}}).cases[0]
+    assert (changed.metrics["tracking"].limit, changed.units["pid"].set["Kp"]) == (4.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("own", "words"),
+    [
+        ({"case": [{"name": "a", "conditions": ["fast"]}]}, ["case a: conditions: no condition 'fast'", "'slow'"]),
+        ({"case": [{"name": "a", "conditions": "slow"}]}, ["case.0.conditions", "list"]),
+        ({"conditions": {"slow": {"stop": -1.0}}}, ["conditions.slow.stop", "greater than 0"]),
+        ({"conditions": {"slow": {"conditions": ["slow"]}}}, ["conditions.slow.conditions: there is no such key"]),
+        ({"conditions": {"slow": {"limits": {"ghost": 1.0}}}}, ["case a: limits: no metric 'ghost'"]),
+        ({"conditions": 3}, ["conditions: ", "dict"]),
+    ],
+)
+def test_a_wrong_condition_is_refused_in_one_line(loop: Any, write: Any, own: Any, words: list[str]) -> None:
+    loop["conditions"] = {"slow": {"stop": 0.05}}
+    with pytest.raises(InputError) as caught:
+        Scenario(write(loop | {"case": [{"name": "a", "conditions": ["slow"]}]} | own))
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in ("loop/scenario.toml", *words):
+        assert word in message, message
 
 
 def test_units_that_a_case_adds_step_last_unless_it_states_an_order(loop: Any, write: Any) -> None:

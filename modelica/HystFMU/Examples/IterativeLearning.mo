@@ -3,10 +3,11 @@ model IterativeLearning "Iterative learning before the inverse on a hysteretic a
   extends Icons.Example;
   parameter Types.Time Ts = 1e-4 "Sample period of the loop";
   parameter Data.BacklashIdentified identified "The plant as identified; its inverse is what makes the plant linear" annotation (Placement(transformation(extent = {{-40, 40}, {-20, 60}})));
-  Sources.Sine reference(frequency = 100, lead = 0.5*Ts) "Preview of half a sample for the hold" annotation (Placement(transformation(extent = {{-100, 0}, {-80, 20}})));
+  Sources.Sine reference(frequency = 100, lead = 1.5*Ts) "Preview of the delay and of half a sample for the hold" annotation (Placement(transformation(extent = {{-100, 0}, {-80, 20}})));
   Control.Feedforward feedforward(f_n = 500, zeta = 0.7) annotation (Placement(transformation(extent = {{-70, -30}, {-50, -10}})));
-  Control.IterativeLearning controller(n = 100, gain = 0.7, lead = 5, smooth = 0.05, Ts = Ts) "One period of 100 Hz" annotation (Placement(transformation(extent = {{-40, 0}, {-20, 20}})));
+  Control.IterativeLearning controller(n = 100, gain = 0.7, lead = 6, smooth = 0.05, Ts = Ts) "One period of 100 Hz" annotation (Placement(transformation(extent = {{-40, 0}, {-20, 20}})));
   Inverse.Sampled.PrandtlIshlinskiiInverse inverse(n = identified.hysteresis_n, depth = 16, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u0 = identified.hysteresis_u0, Ts = Ts) annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
+  Dynamics.Delay delay(n = 1, Ts = Ts) "One sample between command and actuator" annotation (Placement(transformation(extent = {{60, -40}, {80, -20}})));
   Plants.BacklashSumDynamics plant(n = 10, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10), f_n = 500, zeta = 0.7, Ts = Ts) annotation (Placement(transformation(extent = {{40, 0}, {60, 20}})));
 equation
   connect(reference.r_lead, feedforward.r);
@@ -16,7 +17,8 @@ equation
   connect(reference.r, controller.y_d);
   connect(plant.y, controller.y);
   inverse.y = (controller.u - identified.readout_offset[1])/identified.readout_gain[1];
-  connect(inverse.u, plant.u);
+  connect(inverse.u, delay.u);
+  connect(delay.y, plant.u);
   annotation (experiment(StopTime = 0.1, Interval = 1e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>From period to period the error shrinks: plot plant.y - reference.r. Within a period there is no feedback.</p>

@@ -2,29 +2,31 @@ within HystFMU.Examples;
 model SlidingMode "Sliding mode with integral action and inverse feed-forward on a hysteretic actuator"
   extends Icons.Example;
   parameter Types.Time Ts = 1e-4 "Sample period of the loop";
-  parameter Data.BacklashIdentified identified "The plant as identified; its inverse is the feed-forward"
+  parameter Data.BacklashIdentified identified "The plant as identified; its inverse makes the loop linear"
     annotation (Placement(transformation(extent = {{-40, 40}, {-20, 60}})));
-  Sources.Sine reference(frequency = 10, lead = 0.5*Ts) "Preview of half a sample for the hold"
+  Sources.Sine reference(frequency = 10, lead = 1.5*Ts) "Preview of the delay and of half a sample for the hold"
     annotation (Placement(transformation(extent = {{-100, 0}, {-80, 20}})));
   Control.Feedforward feedforward(f_n = 500, zeta = 0.7)
     annotation (Placement(transformation(extent = {{-70, -30}, {-50, -10}})));
   Inverse.Sampled.PrandtlIshlinskiiInverse inverse(n = identified.hysteresis_n, depth = 16, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u0 = identified.hysteresis_u0, Ts = Ts)
     annotation (Placement(transformation(extent = {{-40, -30}, {-20, -10}})));
-  Control.SlidingMode controller(lam = 90.1, eta = 9.44e-4, rho = 1.191e-6, epsilon = 0.2751, k_i = 1.011e7, Ts = Ts)
+  Control.SlidingMode controller(lam = 402.2, eta = 0.0003385, rho = 3.485e-06, epsilon = 3.047, k_i = 10600000, Ts = Ts)
     annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
+  Dynamics.Delay delay(n = 1, Ts = Ts) "One sample between command and actuator" annotation (Placement(transformation(extent = {{60, -40}, {80, -20}})));
   Plants.BacklashSumDynamics plant(n = 10, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10), f_n = 500, zeta = 0.7, Ts = Ts)
     annotation (Placement(transformation(extent = {{40, 0}, {60, 20}})));
 equation
   connect(reference.r_lead, feedforward.r);
   connect(reference.dr_lead, feedforward.dr);
   connect(reference.ddr_lead, feedforward.ddr);
-  inverse.y = (feedforward.v - identified.readout_offset[1])/identified.readout_gain[1];
-  connect(inverse.u, controller.u_ff);
+  connect(feedforward.v, controller.u_ff);
   connect(reference.r, controller.y_d);
   connect(plant.y, controller.y);
-  connect(controller.u, plant.u);
+  inverse.y = (controller.u - identified.readout_offset[1])/identified.readout_gain[1];
+  connect(inverse.u, delay.u);
+  connect(delay.y, plant.u);
   annotation (
-    experiment(StopTime = 0.3, Interval = 1e-4, Tolerance = 1e-10),
+    experiment(StopTime = 0.2, Interval = 1e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>At every sample the controller reads the displacement, adds its correction to the feed-forward, and the hysteresis of the actuator
 follows at once; the dynamics are continuous. This is the order of the units when the dynamics go first in each step

@@ -324,7 +324,7 @@ def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Drawin
         ]
     progress(0.8)
     for f, target in ((10, 0.07), (100, 0.75)):
-        case = f"mismatch_up_{f}"
+        case = f"up_400_{f}"
         literal = loops.run(law, case, loops.literal)[0]
         name = f"{f} Hz, 20 % mismatch, "
         rows += [
@@ -334,7 +334,7 @@ def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Drawin
             Row(name + "PID, disturbance observer", None, None, loops.run(observed, case, loops.ours)[0], target),
         ]
     for f in (10, 100):
-        case, name = f"mismatch_up_delay_{f}", f"{f} Hz, this mismatch and a sample of delay more than known, "
+        case, name = f"up_400_two_steps_{f}", f"{f} Hz, this mismatch and a sample of delay more than known, "
         literal = loops.run(law, case, loops.literal)[0]
         rows += [
             Row(name + "sliding mode as printed", None, literal, loops.run(law, case, loops.ours)[0]),

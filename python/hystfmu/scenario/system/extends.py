@@ -16,6 +16,7 @@ from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check, check_format, load_toml
+from hystfmu.scenario.system.conditions import with_conditions
 from hystfmu.scenario.system.inside import inside, is_relative
 from hystfmu.scenario.system.spec import FORMAT, SOURCES, ScenarioSpec
 
@@ -46,7 +47,7 @@ def read_scenario(file: Path) -> ScenarioSpec:
             merged["case"] = merged["case"][: len(listed)]  # those that only give what others state come after
     except RecursionError:
         raise InputError(f"{file}: tables are nested too deep") from None
-    return check(merged, ScenarioSpec, lambda key: _origin(layers, merged, key))
+    return with_conditions(check(merged, ScenarioSpec, lambda key: _origin(layers, merged, key)), file)
 
 
 def _chain(file: Path) -> list[tuple[Path, Table]]:
@@ -113,8 +114,12 @@ def _rebased(table: Table, home: Path, folder: Path) -> Table:
     if home == folder:
         return table
     way = os.path.relpath(home.resolve(), folder.resolve())
-    cases = table.get("case")
-    for owner in (table, *(cases if isinstance(cases, list) else ())):
+    cases, conditions = table.get("case"), table.get("conditions")
+    owners = [
+        *(cases if isinstance(cases, list) else ()),
+        *(conditions.values() if isinstance(conditions, dict) else ()),
+    ]
+    for owner in (table, *owners):
         units = owner.get("units") if isinstance(owner, dict) else None
         for unit in units.values() if isinstance(units, dict) else ():
             for key in _FILES:

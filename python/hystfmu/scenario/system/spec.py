@@ -136,12 +136,11 @@ class TubeSpec(pydantic.BaseModel):
     )
 
 
-class CaseSpec(pydantic.BaseModel):
-    """A variant: what differs from the scenario."""
+class ConditionSpec(pydantic.BaseModel):
+    """What a case may differ in from the scenario."""
 
     model_config = STRICT
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=64)]
-    text: str = ""
+    text: str = Field("", description="one line for a reader")
     stop: Positive | None = Field(None, description="end of the run (s)")
     after: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(None, description="`after` of all metrics")
     set: dict[str, Value] = Field({}, description="'unit.parameter' = value, or '*1.2' to scale it")
@@ -149,11 +148,18 @@ class CaseSpec(pydantic.BaseModel):
     order: list[Name] | None = Field(
         None, description="order of evaluation; default: as in the scenario, then the units that the case adds"
     )
-    coupling: CouplingSpec | None = Field(None, description="coupling, when it differs")
     connections: dict[str, str] = Field({}, description="connections that are added or replaced")
     limits: dict[Name, Annotated[float, Field(ge=0, allow_inf_nan=False)]] = Field(
         {}, description="limits of metrics, by name"
     )
+
+
+class CaseSpec(ConditionSpec):
+    """A variant: what differs from the scenario."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=64)]
+    conditions: list[Name] = Field([], description="conditions of the scenario that the case takes; later ones win")
+    coupling: CouplingSpec | None = Field(None, description="coupling, when it differs")
 
 
 class ScenarioSpec(pydantic.BaseModel):
@@ -186,4 +192,5 @@ class ScenarioSpec(pydantic.BaseModel):
     tube: TubeSpec | None = Field(None, description="room for recorded signals instead of `tolerance`")
     final_states: bool = Field(False, description="the final states of all units must have the bits of the baseline")
     memory: Annotated[None, renamed(FINAL_STATES)] = Field(None, exclude=True, repr=False)
+    conditions: dict[Name, ConditionSpec] = Field({}, description="stated once, for the cases that name them")
     case: list[CaseSpec] = Field([], max_length=200, description="variants; without any there is one, 'nominal'")
