@@ -70,6 +70,11 @@ ALLOWED: dict[str, dict[str, str]] = {
         **dict.fromkeys(("delay", "pid", "lead_lag", "sliding_mode", "super_twisting"), "_SAMPLED: its function of z"),
         "transfer_function": "to_control(): the block is a transfer function already",
     },
+    "design/periodic.py": {
+        "repetitive": "opened(): its memory has as many states as a period has steps",
+        "sum": "opened(): what remains of the block",
+    },
+    "design/sector.py": {"scaling": "without_dynamics(): a gain in the place of dynamics"},
     "design/sliding_bound.py": dict.fromkeys(("transfer_function", "sliding_mode", "sum"), "simulated(): its loop"),
     "data/synthetic.py": {"bouc_wen_oscillator": "oscillator(): the plant of the benchmark"},
     "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
@@ -104,7 +109,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         ),
         STATIC,
     ),
-    "scenario/loop_margins.py": {"scaling": "_gain(), _static(): a gain in the place of a hysteresis or of dynamics"},
+    "scenario/loop_margins.py": {"scaling": "_gain(): a gain in the place of a hysteresis"},
     "scenario/report/page.py": {"delay": "label of a row of the report, not a block"},
     "scenario/system/delay_budget.py": {"delay": "delay_budget(): its samples count"},
     "scenario/system/delay_setting.py": {

@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.design.delays import StateSpace
 from hystfmu.design.linear import python_control, to_control
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
+BISECTIONS = 40  # of an interval between two frequencies
 POINTS = 4000  # frequencies, four decades below half the sampling frequency
 
 
@@ -100,12 +102,38 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
     return gain * to_control(controller, h) * late * control.tf(to_control(plant, h))
 
 
+@dataclass(frozen=True)
+class Response:
+    """An open loop that is known by its frequency response.
+
+    Attributes
+    ----------
+    at : callable
+        L(z) of an array of points.
+    dt : float
+        Step (s).
+    stable : bool
+        Whether the loop is stable when closed.
+    w : array, shape (m,)
+        Frequencies (rad/s) that resolve it.
+    """
+
+    at: Callable[[NDArray[np.complex128]], NDArray[np.complex128]]
+    dt: float
+    stable: bool
+    w: Array
+
+    def __call__(self, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Return L(z)."""
+        return self.at(z)
+
+
 def margins(L: Any) -> Margins:
     """Compute the stability margins of a sampled open loop.
 
     Parameters
     ----------
-    L : control.TransferFunction
+    L : control.TransferFunction or Response
         Open loop with a step, as `loop` returns it.
 
     Returns
@@ -114,26 +142,29 @@ def margins(L: Any) -> Margins:
     """
     h = float(L.dt)
 
-    def at(w: float) -> complex:
-        return complex(response(L, np.exp(1j * np.array([w]) * h))[0])
+    def at(w: Array) -> NDArray[np.complex128]:
+        return response(L, np.exp(1j * w * h))
 
-    poles = python_control().feedback(L, 1).poles()
     w = np.geomspace(1e-4, 1.0, POINTS) * np.pi / h
-    values = response(L, np.exp(1j * w * h))
-    crossing = [_root(lambda w: abs(at(w)) - 1, *w[i : i + 2]) for i in _changes(np.abs(values) - 1)]
+    if isinstance(L, Response):
+        stable, w = L.stable, np.union1d(w, L.w)
+    else:
+        stable = bool((np.abs(python_control().feedback(L, 1).poles()) < 1).all())
+    values = at(w)
+    crossing = _roots(lambda w: np.abs(at(w)) - 1, w, np.abs(values) - 1)
     # phase margin at each crossover: as the delay grows, the crossover with the least phase / frequency is lost first
-    left = [float(np.mod(np.angle(at(w_c)) + np.pi, 2 * np.pi)) for w_c in crossing]
-    delay = min((phase / w_c for phase, w_c in zip(left, crossing, strict=True)), default=np.inf)
+    left = np.mod(np.angle(at(crossing)) + np.pi, 2 * np.pi)
+    delay = (left / crossing).min(initial=np.inf)
     # phase crossover at 180 degrees; L is real at z = -1, the end of the half circle
-    reversed_at = [_root(lambda w: at(w).imag, *w[i : i + 2]) for i in _changes(values.imag)] + [np.pi / h]
-    real = [at(w_r).real for w_r in reversed_at]
-    factors = [-1 / r for r in real if -1 < r < 0]
-    signed = [(abs(_wrap(phase)), w_c) for phase, w_c in zip(left, crossing, strict=True)]
-    phase, w_c = min(signed, default=(np.inf, np.inf))
+    reversed_at = np.append(_roots(lambda w: at(w).imag, w, values.imag), np.pi / h)
+    real = at(reversed_at).real
+    factors = -1 / real[(real > -1) & (real < 0)]
+    signed = np.abs(_wrap(left))
+    phase, w_c = min(zip(signed, crossing, strict=True), default=(np.inf, np.inf))
     large = np.flatnonzero(np.abs(1 + values) < np.sqrt(2))
     return Margins(
-        bool((np.abs(poles) < 1).all()),
-        float(20 * np.log10(min(factors, default=np.inf))),
+        stable,
+        float(20 * np.log10(factors.min(initial=np.inf))),
         float(np.degrees(phase)),
         float(delay),
         float(delay / h),
@@ -147,24 +178,29 @@ def response(L: Any, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """Return L(z), shape (n,); a state space is solved for all points at once."""
     if not hasattr(L, "A"):
         return np.asarray(L(z))
-    A, B, C, D = (np.asarray(m) for m in (L.A, L.B, L.C, L.D))
+    return response_matrix((L.A, L.B, L.C, L.D), z)[:, 0, 0]
+
+
+def response_matrix(system: StateSpace, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return the frequency response of a state space, shape (n, p, m)."""
+    A, B, C, D = (np.asarray(m) for m in system)
     if not len(A):
-        return np.full(len(z), complex(D[0, 0]))
+        return np.tile(D.astype(complex), (len(z), 1, 1))
     x = np.linalg.solve(z[:, None, None] * np.eye(len(A)) - A, B.astype(complex)[None])
-    return np.asarray((C @ x)[:, 0, 0] + D[0, 0])
+    return np.asarray(C @ x + D)
 
 
-def _changes(f: Array) -> NDArray[np.intp]:
-    """Return the indices k where f changes its sign from k to k + 1."""
-    return np.flatnonzero(f[:-1] * f[1:] < 0)
+def _roots(f: Callable[[Array], Array], w: Array, values: Array) -> Array:
+    """Return where f changes its sign, all intervals of the grid w (with f = values) at once by bisection."""
+    k = np.flatnonzero(values[:-1] * values[1:] < 0)
+    a, b, sign = w[k], w[k + 1], np.sign(values[k])
+    for _ in range(BISECTIONS if len(k) else 0):
+        middle = 0.5 * (a + b)
+        before = np.sign(f(middle)) == sign
+        a, b = np.where(before, middle, a), np.where(before, b, middle)
+    return 0.5 * (a + b)
 
 
-def _root(f: Callable[[float], float], a: float, b: float) -> float:
-    from scipy.optimize import brentq
-
-    return float(brentq(f, a, b, xtol=1e-12 * b))
-
-
-def _wrap(phase: float) -> float:
+def _wrap(phase: Array) -> Array:
     """Wrap a phase into -pi .. pi: a loop may also approach instability from the other side."""
     return (phase + np.pi) % (2 * np.pi) - np.pi

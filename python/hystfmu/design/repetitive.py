@@ -59,7 +59,7 @@ class RepetitiveFilters:
             abs((1 - z^-n Q) / (1 - z^-n (Q - L T))).
         """
         z = np.exp(1j * np.asarray(w, float) * float(L.dt))
-        Q, F, T = _zero_phase(self.q, z), _taps(self.l, z), _complementary(L, z)
+        Q, F, T = zero_phase_at(self.q, z), taps_at(self.l, z), _complementary(L, z)
         return np.asarray(np.abs((1 - z**-n * Q) / (1 - z**-n * (Q - F * T))))
 
 
@@ -100,12 +100,12 @@ def repetitive_filters(
     z[0] = np.exp(2j * np.pi * 1e-3 / POINTS)  # beside the poles of integrators
     taps = firwin(2 * n_q + 1, cutoff, fs=1 / h)[n_q:]
     T = np.array([_complementary(L, z) for L in loops])
-    Q = _zero_phase(taps, z)
+    Q = zero_phase_at(taps, z)
     ideal = gain * Q * T.conj().sum(0) / (np.abs(T) ** 2).sum(0)
     ideal[[0, -1]] = ideal[[0, -1]].real
     past = np.fft.irfft(ideal, POINTS)  # tap i acts on the error i steps ago
     learning = past[-np.arange(-n_l, n_l + 1)] * tukey(2 * n_l + 3, EDGE)[1:-1]
-    left = np.abs(Q - _taps(learning, z) * T).max(axis=1)
+    left = np.abs(Q - taps_at(learning, z) * T).max(axis=1)
     return RepetitiveFilters(taps, learning, tuple(left.tolist()))
 
 
@@ -114,10 +114,12 @@ def _complementary(L: Any, z: Any) -> Any:
     return value / (1 + value)
 
 
-def _zero_phase(q: Array, z: Any) -> Any:
+def zero_phase_at(q: Array, z: Any) -> Any:
+    """Return Q(z) of its taps."""
     return q[0] + sum(v * (z**j + z**-j) for j, v in enumerate(q[1:], 1))
 
 
-def _taps(taps: Array, z: Any) -> Any:
+def taps_at(taps: Array, z: Any) -> Any:
+    """Return the learning filter at z."""
     ahead = len(taps) // 2
     return sum(v * z ** (j - ahead) for j, v in enumerate(taps))

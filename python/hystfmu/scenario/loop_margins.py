@@ -14,13 +14,15 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import expm, solve_discrete_lyapunov
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.design.delays import StateSpace
 from hystfmu.design.linear import linearise, python_control
-from hystfmu.design.loop import Margins, margins
+from hystfmu.design.loop import Margins, Response, margins, response_matrix
+from hystfmu.design.periodic import CORRECTION, ERROR, Periodic, opened
 from hystfmu.design.sampled import sampled
 from hystfmu.design.sector import CONTINUOUS, sector, static_gain
 from hystfmu.graph import Graph, Input, Node, Output
@@ -31,6 +33,7 @@ from hystfmu.scenario.system.fused import fuse
 from hystfmu.scenario.system.system import Link, Part, System
 
 DELAYS = (0.0, 0.5, 1.0, 2.0)  # steps beyond those of the case
+POINTS = 2048  # frequencies of what a repetitive part leaves of an error
 SLOPES = 7  # of the sector at which stability is checked
 MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the slope stands for
 
@@ -43,8 +46,9 @@ class OpenedLoop:
     ----------
     system : System
         Case made ready to run.
-    controller : (A, B, C, D), shapes (n, n), (n, 1), (1, n), (1, 1)
-        From the output of the plant to its input, step h; an output reads the input of the same step.
+    controller : (A, B, C, D), shapes (n, n), (n, m), (m, n), (m, m)
+        From the output of the plant to its input, step h; an output reads the input of the same step.  With a
+        repetitive part m is 2: its correction is the second input, its error the second output.
     plant : (A, B, C, D), shapes (m, m), (m, 1), (1, m), (1, 1)
         Continuous dynamics with static gain 1; time in s.
     h : float
@@ -53,6 +57,8 @@ class OpenedLoop:
         Least and largest local slope of the plant over its inverse along the path of the case.
     hysteresis : tuple of str
         Models of the plant and of its inverse.
+    periodic : Periodic, optional
+        Repetitive part.
     """
 
     system: System
@@ -61,11 +67,25 @@ class OpenedLoop:
     h: float
     slopes: tuple[float, float]
     hysteresis: tuple[str, ...]
+    periodic: Periodic | None = None
 
     def open_loop(self, slope: float, delay: float) -> Any:
-        """Return L(z) as a state space of python-control for one slope and a delay in steps."""
-        K, G = self._systems(delay)
-        return -slope * K * G
+        """Return L(z) for one slope and a delay in steps: a state space of python-control, or a Response."""
+        if self.periodic is None:
+            K, G = self._systems(delay)
+            return -slope * K * G
+        part = self.periodic
+
+        def at(z: NDArray[np.complex128]) -> NDArray[np.complex128]:
+            G, K = self._responses(slope, delay, z)
+            return np.asarray(-G * part.closed(K, z))
+
+        return Response(at, self.h, self.stable(slope, delay), part.frequencies(self.h))
+
+    def _responses(self, slope: float, delay: float, z: Any) -> tuple[Any, Any]:
+        """Return slope G(z), shape (n,), and K(z), shape (n, m, m)."""
+        G = response_matrix(held(self.plant, self.h, delay), z)[:, 0, 0]
+        return slope * G, response_matrix(self.controller, z)
 
     def _systems(self, delay: float) -> tuple[Any, Any]:
         """Return K(z) and G(z) for a delay in steps."""
@@ -77,11 +97,21 @@ class OpenedLoop:
         return margins(self.open_loop(slope, delay))
 
     def radius(self, slope: float, delay: float) -> float:
-        """Return the largest modulus of a pole of the closed loop; it is stable below 1."""
-        A, B, C, D = self.controller
+        """Return the largest modulus of a pole of the closed loop; it is stable below 1.
+
+        With a repetitive part it is that of the loop without it, or what is left of an error after a period,
+        max abs(Q - L T), whichever is greater: below 1 the loop is stable, whatever the period.
+        """
+        A, B, C, D = (self.controller[0], self.controller[1][:, :1], self.controller[2][:1], self.controller[3][:1, :1])
         F, G, H, _ = held(self.plant, self.h, delay)
         closed = np.block([[A, B @ H], [slope * G @ C, F + slope * G @ D @ H]])
-        return float(np.abs(np.linalg.eigvals(closed)).max())
+        inner = float(np.abs(np.linalg.eigvals(closed)).max())
+        if self.periodic is None:
+            return inner
+        z = np.exp(1j * np.pi * (np.arange(POINTS) + 0.5) / POINTS)
+        g, K = self._responses(slope, delay, z)
+        around = K[:, 1, 1] + K[:, 1, 0] * g * K[:, 0, 1] / (1 - g * K[:, 0, 0])
+        return max(inner, float(np.abs(self.periodic.left(z, around)).max()))
 
     def stable(self, slope: float, delay: float) -> bool:
         """Whether the closed loop is stable."""
@@ -100,6 +130,11 @@ class OpenedLoop:
         """Return the RMS of the command that white noise of RMS 1 at the sensor makes; infinite if unstable."""
         if not self.stable(slope, delay):
             return np.inf
+        if self.periodic is not None:  # the mean over all frequencies
+            z = np.exp(1j * self.h * self.periodic.frequencies(self.h))
+            L = self.open_loop(slope, delay)(z)
+            G, _ = self._responses(slope, delay, z)
+            return float(np.sqrt(np.mean(np.abs(L / G / (1 + L)) ** 2)))
         K, G = self._systems(delay)
         closed = python_control().feedback(K, slope * G, sign=1)
         X = solve_discrete_lyapunov(closed.A, closed.B @ closed.B.T, "bilinear")
@@ -136,12 +171,15 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None) -> Open
     slopes = slopes or _slopes(system, plant, entry, between)
     straight = tuple(replace(p, graph=_gain(p.own)) if k in between else p for k, p in enumerate(system.parts))
     graph, _ = fuse(replace(system, parts=straight), tuple(around))
+    graph, periodic = opened(graph)
     measured = [i for i in graph.inputs if _source(system, i.name) == plant]
     ends = tuple(end for i in measured for end in i.to)
     maker = system.maker(entry)
     out = f"{maker.name}_{maker.outputs[entry.source - maker.first]}"
     command = next(o for o in graph.outputs if o.name == out)
-    controller = Graph(graph.nodes, graph.wires, [Input("y", ends)], [Output("u", command.source)], sort=False)
+    inputs = [Input("y", ends), *(i for i in graph.inputs if periodic and i.name == CORRECTION)]
+    outputs = [Output("u", command.source), *(o for o in graph.outputs if periodic and o.name == ERROR)]
+    controller = Graph(graph.nodes, graph.wires, inputs, outputs, sort=False)
     dynamics = linearise(_dynamics(system.parts[plant].own, where))
     try:
         A, B, C, D = sampled(_wired(controller, graph), system.case.step)
@@ -149,7 +187,8 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None) -> Open
         raise InputError(f"{where}: {e}") from None
     specs = [system.case.units[system.parts[k].name] for k in (plant, *between)]
     models = tuple(str(s.model or s.inverse_of or s.block) for s in specs)
-    return OpenedLoop(system, (A, B[:, :1], C, D[:, :1]), dynamics, system.case.step, slopes, models)
+    m = len(inputs)
+    return OpenedLoop(system, (A, B[:, :m], C, D[:, :m]), dynamics, system.case.step, slopes, models, periodic)
 
 
 def _wired(controller: Graph, graph: Graph) -> Graph:
