@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from scipy.linalg import expm
+from scipy.optimize import minimize_scalar
 
 from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.cli import main
 from hystfmu.design import loop, margins, to_control
 from hystfmu.design.sampled import sampled
-from hystfmu.scenario.loop_margins import held, open_loop
+from hystfmu.scenario.loop.held import held
+from hystfmu.scenario.loop_margins import open_loop
 from hystfmu.scenario.system.case import Scenario
 from hystfmu.scenario.system.system import build
 
@@ -136,6 +138,76 @@ def test_the_slopes_of_a_plant_over_its_identified_inverse_lie_around_one():
     assert 0.8 < low < 1 < high < 1.35
 
 
+def zoh(z):
+    """Closed form of G0 behind a hold: partial fractions of an underdamped second-order lag."""
+    a, b = 0.7 * W, W * np.sqrt(1 - 0.7**2)
+    e, c, s = np.exp(-a * H), np.cos(b * H), np.sin(b * H)
+    b1, b0 = 1 - e * (c + a / b * s), e**2 + e * (a / b * s - c)
+    return (b1 * z + b0) / (z**2 - 2 * e * c * z + e**2)
+
+
+def pid_of(values, z):
+    Kp, Ki, Kd, tau = (values.get(k, 0.0) for k in ("Kp", "Ki", "Kd", "tau"))
+    return Kp + Ki * H * z / (z - 1) + Kd * (z - 1) / (H * z + tau * (z - 1))
+
+
+def peak_db(L):
+    """Peak of the sensitivity of L(z), from a grid and a golden section around its largest value."""
+    w = np.linspace(1e-4, 1, 20_001)[1:] * np.pi
+
+    def size(a):
+        return -np.abs(1 / (1 + L(np.exp(1j * np.atleast_1d(a)))))
+
+    k = int(np.argmin(size(w)))
+    found = minimize_scalar(
+        lambda a: size(a)[0], bounds=(w[k - 1], w[k + 1]), method="bounded", options={"xatol": 1e-12}
+    )
+    return 20 * np.log10(-found.fun)
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+def test_the_peak_of_a_pid_loop_is_that_of_its_closed_forms(delay):
+    found = of("pid", "sine_100")
+    values = found.system.case.units["pid"].values
+    own = delays_of(found) + delay
+    expected = peak_db(lambda z: pid_of(values, z) * zoh(z) * z**-own)
+    assert found.margins(1.0, delay).Ms_db == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_peak_of_a_loop_with_observer_is_that_of_its_equations():
+    """Observer and law at each z as four linear equations in x and u, for y = 1: see the test of the observer above."""
+    found = of("pid_observer", "sine_100")
+    units, p = found.system.case.units, W * H
+    F = expm(np.array([[0, p, 0], [-p, -1.4 * p, p], [0, 0, 0]]))
+    pole = np.exp(-2 * np.pi * units["observer"].values["f_o"] * H)
+    row = np.array([[1.0, 0, 0]])
+    M = np.linalg.matrix_power(F - pole * np.eye(3), 3) @ np.linalg.inv(
+        np.vstack([row @ F, row @ F @ F, row @ F @ F @ F])
+    )
+    M = M[:, 2:]
+    ahead = F.copy()
+    ahead[2] = [0, 0, 1]
+    driven = np.array([[F[0, 2]], [F[1, 2]], [0.0]])
+    keep = np.eye(3) - M @ row
+
+    def L(z):
+        z = np.atleast_1d(z)
+        c = pid_of(units["pid"].values, z)
+        E = np.zeros((len(z), 4, 4), complex)
+        E[:, :3, :3] = np.eye(3) - keep @ ahead / z[:, None, None]
+        E[:, :3, 3:] = -keep @ driven / z[:, None, None]
+        E[:, 3, 2], E[:, 3, 3] = 1, 1
+        right = np.concatenate([np.repeat(M[None], len(z), 0), -c[:, None, None]], 1)
+        return -np.linalg.solve(E, right)[:, 3, 0] * zoh(z) * z ** -delays_of(found)
+
+    assert found.margins().Ms_db == pytest.approx(peak_db(L), abs=1e-6)
+
+
+def delays_of(found):
+    """Steps of the delay units of a case."""
+    return sum(u.dims["n"] for u in found.system.case.units.values() if u.block == "delay")
+
+
 def test_stability_agrees_with_a_run():
     """A slope of 1.3 with the delay at which the tangent turns unstable: a linear loop run step by step diverges."""
     found = of("pid_observer", "sine_100")
@@ -174,5 +246,8 @@ def test_the_command_prints_a_row_for_every_loop_and_says_what_has_none():
     assert row["margins"]["gain_db"] > 6
     run = CliRunner().invoke(main, ["margins", str(ROOT / "scenarios/open_loop"), "--case", "sine_100"])
     assert run.exit_code == 1
-    assert "no margins: open_loop, 1 case: One connection must close the loop at plant. Got none." in run.output
+    assert (
+        "no margins: open_loop, 1 case: The case must have feedback. Got an open loop: plant does not act on itself."
+        in run.output
+    )
     assert "Traceback" not in run.output

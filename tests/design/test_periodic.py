@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hystfmu.base.errors import InputError
 from hystfmu.design import sampled
-from hystfmu.design.loop import response_matrix
-from hystfmu.design.periodic import opened
+from hystfmu.design.frequency import response_of
+from hystfmu.design.period_memory import cut_memories
 from hystfmu.graph import Graph, Input, Node, Output
 
 H, N = 1e-3, 12
@@ -33,17 +32,17 @@ def test_response_is_the_spectrum_of_the_impulse_response() -> None:
     rows[5, 0] = 1.0
     u = graph.run(rows, H)[5:]
     assert np.abs(u[-100:]).max() < 1e-12 < np.abs(u[N : 3 * N]).max()
-    z = np.exp(1j * np.linspace(0.01, np.pi, 37))
-    inner, part = opened(graph)
-    assert part is not None
+    angles = np.linspace(0.01, np.pi, 37)
+    z = np.exp(1j * angles)
+    inner, (part,) = cut_memories(graph)
     A, B, C, D = sampled(inner, H)
-    places = [i.name for i in inner.inputs].index("y"), [i.name for i in inner.inputs].index("w")
-    K = response_matrix((A, B[:, places], C, D[:, places]), z)
-    assert part.closed(K, z) == pytest.approx(u @ z[None] ** -np.arange(len(u))[:, None], abs=1e-7)
+    places = [i.name for i in inner.inputs].index("y"), [i.name for i in inner.inputs].index("r0_w")
+    K, R = response_of((A, B[:, places], C, D[:, places]), z), part.response(angles)
+    closed = K[:, 0, 0] + K[:, 0, 1] * R * K[:, 1, 0] / (1 - K[:, 1, 1] * R)
+    assert closed == pytest.approx(u @ z[None] ** -np.arange(len(u))[:, None], abs=1e-7)
 
 
-def test_a_graph_without_the_block_stays_and_two_of_them_are_refused() -> None:
+def test_a_graph_without_the_block_stays_and_one_with_two_has_two_memories() -> None:
     plain = Graph.single(Node("pid", "pid"))
-    assert opened(plain) == (plain, None)
-    with pytest.raises(InputError, match="at most one"):
-        opened(controller(2))
+    assert cut_memories(plain) == (plain, ())
+    assert len(cut_memories(controller(2))[1]) == 2

@@ -70,9 +70,10 @@ ALLOWED: dict[str, dict[str, str]] = {
         **dict.fromkeys(("delay", "pid", "lead_lag", "sliding_mode", "super_twisting"), "_SAMPLED: its function of z"),
         "transfer_function": "to_control(): the block is a transfer function already",
     },
-    "design/periodic.py": {
-        "repetitive": "opened(): its memory has as many states as a period has steps",
-        "sum": "opened(): what remains of the block",
+    "design/period_memory.py": {
+        "iterative_learning": "LAWS: its memory has no state space",
+        "repetitive": "LAWS: its memory has no state space",
+        "sum": "cut_memories(): corrections and errors",
     },
     "design/sector.py": {"scaling": "without_dynamics(): a gain in the place of dynamics"},
     "design/sliding_bound.py": dict.fromkeys(("transfer_function", "sliding_mode", "sum"), "simulated(): its loop"),
@@ -109,7 +110,20 @@ ALLOWED: dict[str, dict[str, str]] = {
         ),
         STATIC,
     ),
-    "scenario/loop_margins.py": {"scaling": "_gain(): a gain in the place of a hysteresis"},
+    "scenario/loop/plant.py": {
+        "creep": "dynamics(): creep that an inverse undoes",
+        "creep_inverse": "an inverse that undoes creep",
+        "delay": "plant_side(): its steps count",
+        "quantiser": "without_levels(): a gain for signals of many levels",
+        "scaling": "a gain in the place of levels, of dynamics, of nothing",
+        "sum": "as_gain(): a gain in the place of a hysteresis",
+    },
+    "scenario/loop/simulated.py": {"delay": "_delayed(): a further delay"},
+    "scenario/loop_margins.py": {
+        "scaling": "_break(): what units read behind a broken signal",
+        "sliding_mode": "its gain depends on the amplitude",
+        "super_twisting": "its gain depends on the amplitude",
+    },
     "scenario/report/page.py": {"delay": "label of a row of the report, not a block"},
     "scenario/system/delay_budget.py": {"delay": "delay_budget(): its samples count"},
     "scenario/system/delay_setting.py": {

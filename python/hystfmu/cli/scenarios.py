@@ -136,30 +136,32 @@ def run(
 @click.command()
 @click.argument("scenarios", nargs=-1)
 @click.option("--all", "everything", is_flag=True, help="Every scenario in ./scenarios.")
-@click.option("--case", metavar="NAME", help="Only the cases with this name.")
+@click.option("--case", metavar="NAME", help="Only the cases with this name; limits are left out.")
+@click.option("--at", metavar="UNIT.OUTPUT", default="", help="Signal at which the loop is broken.")
+@click.option("--delays", is_flag=True, help="A row for each further delay: 0, 1/2, 1 and 2 steps.")
 @json_option
-def margins(scenarios: tuple[str, ...], everything: bool, case: str | None, as_json: bool) -> None:
-    """Compute the stability margins of the loops of scenarios.
+def margins(
+    scenarios: tuple[str, ...], everything: bool, case: str | None, at: str, delays: bool, as_json: bool
+) -> None:
+    """Compute the stability margins of the loops of scenarios, and hold them against the limits that these state.
 
     The loop of each case is opened at the input of its plant and linearised: controllers, observers and delays by their
     exact tangent, the plant by its dynamics, hysteresis and inverse by the sector of slopes along the path of the case.
     Margins hold for slope 1; stability is checked over the sector with 0, 1/2, 1 and 2 further steps of delay.
+    Exits with 1 if a limit in [margins] of a scenario is broken.
 
     \b
     Example: hystfmu margins scenarios/pid scenarios/pid_observer
     """
     from hystfmu.report.terminal import progress
-    from hystfmu.scenario.margin_table import margin_rows, margin_text
+    from hystfmu.scenario.margin_table import margin_table
 
     if everything == bool(scenarios):
         raise InputError("margins needs scenarios or --all (example: hystfmu margins scenarios/pid)")
     with progress("margins") as report:
-        rows, refused = margin_rows(_everything() if everything else scenarios, case, report)
-    if as_json:
-        click.echo(json.dumps({"loops": [vars(r) for r in rows], "refused": refused}))
-    else:
-        click.echo(margin_text(rows, refused))
-    sys.exit(0 if rows else FAILED)
+        found = margin_table(_everything() if everything else scenarios, case, report, at=at, delays=delays)
+    click.echo(json.dumps(found.summary()) if as_json else found.text(delays))
+    sys.exit(0 if found.rows and not found.broken() else FAILED)
 
 
 def _everything() -> list[Path]:

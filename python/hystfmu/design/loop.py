@@ -11,17 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.design.delays import StateSpace
+from hystfmu.design.frequency import Complex, grid, least, response_of, roots
 from hystfmu.design.linear import python_control, to_control
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
-
-BISECTIONS = 40  # of an interval between two frequencies
-POINTS = 4000  # frequencies, four decades below half the sampling frequency
 
 
 @dataclass(frozen=True)
@@ -102,105 +98,71 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
     return gain * to_control(controller, h) * late * control.tf(to_control(plant, h))
 
 
-@dataclass(frozen=True)
-class Response:
-    """An open loop that is known by its frequency response.
-
-    Attributes
-    ----------
-    at : callable
-        L(z) of an array of points.
-    dt : float
-        Step (s).
-    stable : bool
-        Whether the loop is stable when closed.
-    w : array, shape (m,)
-        Frequencies (rad/s) that resolve it.
-    """
-
-    at: Callable[[NDArray[np.complex128]], NDArray[np.complex128]]
-    dt: float
-    stable: bool
-    w: Array
-
-    def __call__(self, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Return L(z)."""
-        return self.at(z)
-
-
 def margins(L: Any) -> Margins:
     """Compute the stability margins of a sampled open loop.
 
     Parameters
     ----------
-    L : control.TransferFunction or Response
+    L : control.TransferFunction
         Open loop with a step, as `loop` returns it.
 
     Returns
     -------
     Margins
     """
-    h = float(L.dt)
-
-    def at(w: Array) -> NDArray[np.complex128]:
-        return response(L, np.exp(1j * w * h))
-
-    w = np.geomspace(1e-4, 1.0, POINTS) * np.pi / h
-    if isinstance(L, Response):
-        stable, w = L.stable, np.union1d(w, L.w)
-    else:
-        stable = bool((np.abs(python_control().feedback(L, 1).poles()) < 1).all())
-    values = at(w)
-    crossing = _roots(lambda w: np.abs(at(w)) - 1, w, np.abs(values) - 1)
-    # phase margin at each crossover: as the delay grows, the crossover with the least phase / frequency is lost first
-    left = np.mod(np.angle(at(crossing)) + np.pi, 2 * np.pi)
-    delay = (left / crossing).min(initial=np.inf)
-    # phase crossover at 180 degrees; L is real at z = -1, the end of the half circle
-    reversed_at = np.append(_roots(lambda w: at(w).imag, w, values.imag), np.pi / h)
-    real = at(reversed_at).real
-    factors = -1 / real[(real > -1) & (real < 0)]
-    signed = np.abs(_wrap(left))
-    phase, w_c = min(zip(signed, crossing, strict=True), default=(np.inf, np.inf))
-    large = np.flatnonzero(np.abs(1 + values) < np.sqrt(2))
-    return Margins(
-        stable,
-        float(20 * np.log10(factors.min(initial=np.inf))),
-        float(np.degrees(phase)),
-        float(delay),
-        float(delay / h),
-        float(np.abs(1 + values).min()),
-        float(w_c / (2 * np.pi)),
-        float(w[large[0]] / (2 * np.pi)) * bool(large[0]) if len(large) else np.inf,
+    poles = python_control().feedback(L, 1).poles()
+    angles = grid()
+    stable = bool((np.abs(poles) < 1).all())
+    return margins_of(
+        lambda a: response(L, np.exp(1j * a)), angles, response(L, np.exp(1j * angles)), float(L.dt), stable
     )
 
 
-def response(L: Any, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def margins_of(L: Callable[[Array], Complex], angles: Array, values: Complex, h: float, stable: bool) -> Margins:
+    """Compute the margins of a loop from its frequency response.
+
+    Parameters
+    ----------
+    L : function
+        Response of the open loop at angles omega h, shapes (k,) and (k,).
+    angles, values : array, shape (m,)
+        Grid up to pi, and the response on it.
+    h : float
+        Step (s).
+    stable : bool
+        Whether the closed loop is stable, which a response does not tell.
+
+    Returns
+    -------
+    Margins
+    """
+    crossing = roots(lambda a: np.abs(L(a)) - 1, angles, np.abs(values) - 1)
+    # phase margin at each crossover: as the delay grows, the crossover with the least phase / frequency is lost first
+    phases = np.mod(np.angle(L(crossing)) + np.pi, 2 * np.pi) if len(crossing) else crossing
+    steps = float(np.min(phases / crossing, initial=np.inf))
+    # phase crossover at 180 degrees; L is real at z = -1, the end of the half circle
+    reversed_at = np.append(roots(lambda a: L(a).imag, angles, values.imag), np.pi)
+    real = L(reversed_at).real
+    factors = -1 / real[(real > -1) & (real < 0)]
+    signed = np.abs((phases + np.pi) % (2 * np.pi) - np.pi)  # a loop may also come near from the other side
+    nearest = int(np.argmin(signed)) if len(signed) else None
+    distance = np.abs(1 + values)
+    large = np.flatnonzero(distance < np.sqrt(2))
+    return Margins(
+        stable,
+        float(20 * np.log10(np.min(factors, initial=np.inf))),
+        np.inf if nearest is None else float(np.degrees(signed[nearest])),
+        steps * h,
+        steps,
+        least(lambda a: np.abs(1 + L(a)), angles, distance),
+        np.inf if nearest is None else float(crossing[nearest] / (2 * np.pi * h)),
+        float(angles[large[0]] / (2 * np.pi * h)) * bool(large[0]) if len(large) else np.inf,
+    )
+
+
+def response(L: Any, z: Complex) -> Complex:
     """Return L(z), shape (n,); a state space is solved for all points at once."""
     if not hasattr(L, "A"):
         return np.asarray(L(z))
-    return response_matrix((L.A, L.B, L.C, L.D), z)[:, 0, 0]
-
-
-def response_matrix(system: StateSpace, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Return the frequency response of a state space, shape (n, p, m)."""
-    A, B, C, D = (np.asarray(m) for m in system)
-    if not len(A):
-        return np.tile(D.astype(complex), (len(z), 1, 1))
-    x = np.linalg.solve(z[:, None, None] * np.eye(len(A)) - A, B.astype(complex)[None])
-    return np.asarray(C @ x + D)
-
-
-def _roots(f: Callable[[Array], Array], w: Array, values: Array) -> Array:
-    """Return where f changes its sign, all intervals of the grid w (with f = values) at once by bisection."""
-    k = np.flatnonzero(values[:-1] * values[1:] < 0)
-    a, b, sign = w[k], w[k + 1], np.sign(values[k])
-    for _ in range(BISECTIONS if len(k) else 0):
-        middle = 0.5 * (a + b)
-        before = np.sign(f(middle)) == sign
-        a, b = np.where(before, middle, a), np.where(before, b, middle)
-    return 0.5 * (a + b)
-
-
-def _wrap(phase: Array) -> Array:
-    """Wrap a phase into -pi .. pi: a loop may also approach instability from the other side."""
-    return (phase + np.pi) % (2 * np.pi) - np.pi
+    A, B, C, D = (np.asarray(m) for m in (L.A, L.B, L.C, L.D))
+    return np.asarray(response_of((A, B, C, D), z)[:, 0, 0])

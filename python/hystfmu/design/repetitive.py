@@ -122,4 +122,4 @@ def zero_phase_at(q: Array, z: Any) -> Any:
 def taps_at(taps: Array, z: Any) -> Any:
     """Return the learning filter at z."""
     ahead = len(taps) // 2
-    return sum(v * z ** (j - ahead) for j, v in enumerate(taps))
+    return np.polyval(taps[::-1], z) * z**-ahead

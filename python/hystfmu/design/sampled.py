@@ -43,7 +43,7 @@ def sampled(graph: Graph, h: float) -> StateSpace:
         The graph is not linear at rest.
     """
     opened = cut(graph, sort=False)
-    system = _trimmed(_differences(opened.graph, h))
+    system = trimmed(_differences(opened.graph, h))
     if opened.steps:
         system = close(system, shift_registers(opened.steps))
     _check(graph, h, system)
@@ -80,7 +80,7 @@ def _differences(graph: Graph, h: float) -> StateSpace:
     return T[:n, :n], T[:n, n:], T[n:, :n], T[n:, n:]
 
 
-def _trimmed(system: StateSpace) -> StateSpace:
+def trimmed(system: StateSpace) -> StateSpace:
     """Keep the states that an input reaches and an output shows: parameters and clocks in the vector do neither."""
     A, B, C, D = system
     moved = _closure(A != 0, (B != 0).any(axis=1))

@@ -41,10 +41,15 @@ def sector(path: Array, *chain: Graph | Model, h: float) -> tuple[float, float]:
     InputError
         The path does not move.
     """
+    graphs = [without_dynamics(unit.graph if isinstance(unit, Model) else unit) for unit in chain]
+    return slopes_along(path, *graphs, h=h)
+
+
+def slopes_along(path: Array, *chain: Graph, h: float) -> tuple[float, float]:
+    """Return the sector of units in series whose dynamics, if any, count as they are; see `sector`."""
     v = np.asarray(path, float)
     y = v
-    for unit in chain:
-        graph = without_dynamics(unit.graph if isinstance(unit, Model) else unit)
+    for graph in chain:
         sizes = [p.size for p in graph.ports if p.kind == "input"]
         rows = np.tile(np.repeat([i.start for i in graph.inputs], sizes), (len(y), 1))
         rows[:, 0] = y

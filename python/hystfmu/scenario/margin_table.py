@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,22 +12,29 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.report.terminal import table
-from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.loop.simulated import simulated_delay
+from hystfmu.scenario.loop_margins import DELAYS, OpenedLoop, open_loop
+from hystfmu.scenario.margin_limits import LoopVerdict, verdicts_of
 from hystfmu.scenario.plan import plan, read
 
-HEAD = (
-    "scenario",
-    "cases",
-    "slopes",
-    "Ms dB",
-    "gain dB",
-    "phase deg",
-    "delay steps",
-    "|S| < -3 dB to Hz",
-    "noise to command",
-    "Ms dB, 1 step",
-    "Ms dB at largest slope, 1 step",
-    "stable to steps",
+COLUMNS = {
+    "Ms_db": "Ms dB",
+    "gain_db": "gain dB",
+    "phase_deg": "phase deg",
+    "delay_steps": "delay steps",
+    "simulated_delay_steps": "delay steps, simulated",
+    "bandwidth_hz": "|S| < -3 dB to Hz",
+    "noise_gain": "noise to command",
+    "learning": "learning factor",
+    "Ms_1_db": "Ms dB, 1 step",
+    "Ms_1_largest_db": "Ms dB at largest slope, 1 step",
+    "stable_to_steps": "stable to steps",
+}
+OPTIONAL = ("simulated_delay_steps", "learning")  # columns that only some loops have
+AT_DELAY = ("Ms_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz", "noise_gain", "learning")
+FALLING = (
+    "delay steps, simulated: the gain of sliding mode and super-twisting falls with the amplitude; the linear columns "
+    "hold at the largest one, that of the smallest signals"
 )
 
 
@@ -43,106 +50,180 @@ class LoopRow:
         Sector of local slopes of plant over inverse along the paths of these cases.
     margins : dict
         ``stable``, and for slope 1 without further delay: ``Ms_db``, ``gain_db``, ``phase_deg``, ``delay_steps``,
-        ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor); with one step of
-        delay: ``Ms_1_db``, and at the largest slope ``Ms_1_largest_db``; ``stable_to_steps``, the largest delay up to
-        which the whole sector is stable.  What an unstable loop does not have is None.
+        ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor), ``learning``
+        (factor from period to period of a memory); with one step of delay: ``Ms_1_db``, and at the largest slope
+        ``Ms_1_largest_db``; ``stable_to_steps``, the largest delay up to which the whole sector is stable;
+        ``simulated_delay_steps``, only where the gain depends on the amplitude.  What a loop does not have is None.
+    at_delay : tuple of dict
+        The first figures for each delay of `DELAYS`, at ``delay``, with ``sector_stable``.
     """
 
     scenario: str
     cases: tuple[str, ...]
     slopes: tuple[float, float]
     margins: dict[str, Any]
+    at_delay: tuple[dict[str, Any], ...] = field(default=())
 
-    def cells(self) -> list[str]:
-        """Return the row as text."""
-        m = self.margins
-        keys = ("Ms_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz", "noise_gain", "Ms_1_db")
-        numbers = [_text(m[k]) for k in (*keys, "Ms_1_largest_db", "stable_to_steps")]
+    @property
+    def _shown(self) -> list[str]:
         more = f" and {len(self.cases) - 2} more" if len(self.cases) > 2 else ""
-        shown = ", ".join(self.cases[:2]) + more
-        return [self.scenario, shown, f"{self.slopes[0]:.2f}..{self.slopes[1]:.2f}", *numbers]
+        return [self.scenario, ", ".join(self.cases[:2]) + more, f"{self.slopes[0]:.2f}..{self.slopes[1]:.2f}"]
+
+    def cells(self, columns: Sequence[str]) -> list[str]:
+        """Return the row as text."""
+        return [*self._shown, *(_text(self.margins[k], k in OPTIONAL) for k in columns)]
+
+    def cells_at_delay(self, columns: Sequence[str]) -> list[list[str]]:
+        """Return a row for each delay as text."""
+        return [
+            [*self._shown, f"{f['delay']:g}", *(_text(f[k], k in OPTIONAL) for k in columns), _word(f["sector_stable"])]
+            for f in self.at_delay
+        ]
 
 
-def _text(x: float | None) -> str:
-    return "unstable" if x is None else f"{x:.3g}"
+def _word(stable: bool) -> str:
+    return "stable" if stable else "unstable"
 
 
-def margin_rows(
-    paths: Sequence[str | Path], case: str | None = None, progress: Callable[[float], None] = lambda fraction: None
-) -> tuple[list[LoopRow], list[str]]:
-    """Compute the margins of every case of scenarios.
+def _text(x: float | None, optional: bool = False) -> str:
+    return ("" if optional else "unstable") if x is None else f"{x + 0.0:.3g}"
+
+
+@dataclass(frozen=True)
+class MarginTable:
+    """Margins of scenarios.
+
+    Attributes
+    ----------
+    rows : list of LoopRow
+    refused : list of str
+        A line for every case that has no margins, with its reason.
+    verdicts : list of LoopVerdict
+        One for each limit that a scenario states.
+    """
+
+    rows: list[LoopRow]
+    refused: list[str]
+    verdicts: list[LoopVerdict]
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def text(self, delays: bool = False) -> str:
+        """Format the table for a terminal, then the verdicts and the cases without margins.
+
+        Parameters
+        ----------
+        delays : bool
+            A row for each delay of a loop instead of one.
+        """
+        lines: list[str] = []
+        if self.rows and delays:
+            keys = [k for k in AT_DELAY if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
+            head = ["scenario", "cases", "slopes", "further steps", *(COLUMNS[k] for k in keys), "sector"]
+            lines.append(table(head, [c for r in self.rows for c in r.cells_at_delay(keys)]))
+        elif self.rows:
+            keys = [k for k in COLUMNS if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
+            head = ["scenario", "cases", "slopes", *(COLUMNS[k] for k in keys)]
+            lines.append(table(head, [r.cells(keys) for r in self.rows]))
+            lines += [FALLING] if COLUMNS["simulated_delay_steps"] in head else []
+        if self.verdicts:
+            cells = [[v.scenario, v.limit, _text(v.value), f"{v.bound:g}", v.where, v.word] for v in self.verdicts]
+            lines.append(table(["scenario", "limit of the loop", "value", "bound", "at", "verdict"], cells))
+        return "\n".join([*lines, *_reasons(self.refused), *self.broken()])
+
+    def broken(self) -> list[str]:
+        """Return a line for every broken limit."""
+        return [v.line() for v in self.verdicts if not v.within]
+
+    def summary(self) -> dict[str, Any]:
+        """Return the table for machines."""
+        verdicts = [vars(v) | {"within": v.within} for v in self.verdicts]
+        return {"loops": [vars(r) for r in self.rows], "refused": self.refused, "verdicts": verdicts}
+
+
+def _reasons(refused: Sequence[str]) -> list[str]:
+    """Return a line for each scenario and reason."""
+    reasons: dict[tuple[str, str], int] = {}
+    for line in refused:
+        title, _, why = line.partition(": ")
+        key = title.partition("/")[0], why
+        reasons[key] = reasons.get(key, 0) + 1
+    return [f"no margins: {name}, {n} case{'s' * (n > 1)}: {why}" for (name, why), n in reasons.items()]
+
+
+def margin_table(
+    paths: Sequence[str | Path],
+    case: str | None = None,
+    progress: Callable[[float], None] = lambda fraction: None,
+    *,
+    at: str = "",
+    delays: bool = False,
+) -> MarginTable:
+    """Compute the margins of every case of scenarios, and hold them against the limits that they state.
 
     Parameters
     ----------
     paths : sequence of path
         Folders of scenarios, or of groups of them.
     case : str, optional
-        Only this case.
+        Only this case; limits are left out.
     progress : function
         Called with the fraction done.
-
-    Returns
-    -------
-    rows : list of LoopRow
-    refused : list of str
-        A line for every case that has no margins, with its reason.
+    at : str
+        Signal `unit.output` at which the loops are broken; by default the input of the plant.
+    delays : bool
+        Also the margins with each of `DELAYS`.
 
     Raises
     ------
     InputError
-        Bad scenario file.
+        Bad scenario file, a limit for a case that does not exist.
     """
     plans = plan(read(paths, {}, None), case, {}, record=True)
-    systems = [(s.case.scenario, s) for p in plans for s in p.systems]
-    rows, refused = [], []
-    loops: list[tuple[str, list[OpenedLoop]]] = []
-    for k, (name, system) in enumerate(systems):
+    systems = [(p, s) for p in plans for s in p.systems]
+    refused: list[str] = []
+    loops: dict[tuple[object, ...], list[OpenedLoop]] = {}
+    opened: dict[str, dict[str, OpenedLoop]] = {p.scenario.origin: {} for p in plans}
+    for k, (p, system) in enumerate(systems):
         progress(k / (2 * len(systems)))
         try:
-            found = open_loop(system)
+            found = open_loop(system, at=at)
         except InputError as e:
             refused.append(str(e))
             continue
-        alike = next((group for n, group in loops if n == name and _same(group[0], found)), None)
-        if alike is None:
-            loops.append((name, [found]))
-        else:
-            alike.append(found)
-    for k, (name, group) in enumerate(loops):
-        rows.append(_row(name, group))
+        loops.setdefault((system.case.scenario, *found.key), []).append(found)
+        opened[p.scenario.origin][system.case.name] = found
+    rows = []
+    for k, group in enumerate(loops.values()):
+        rows.append(_row(group, delays))
         progress(0.5 + (k + 1) / (2 * len(loops)))
-    return rows, refused
+    verdicts = [v for p in plans if case is None for v in verdicts_of(p.scenario, opened[p.scenario.origin])]
+    return MarginTable(rows, refused, verdicts)
 
 
-def _same(a: OpenedLoop, b: OpenedLoop) -> bool:
-    pairs = zip((*a.controller, *a.plant), (*b.controller, *b.plant), strict=True)
-    return (a.h, a.hysteresis) == (b.h, b.hysteresis) and all(
-        x.shape == y.shape and np.array_equal(x, y) for x, y in pairs
-    )
-
-
-def _row(name: str, group: Sequence[OpenedLoop]) -> LoopRow:
+def _row(group: Sequence[OpenedLoop], delays: bool) -> LoopRow:
     slopes = min(o.slopes[0] for o in group), max(o.slopes[1] for o in group)
-    loop = replace(group[0], slopes=slopes)
-    now, late, steep = loop.margins(), loop.margins(delay=1.0), loop.margins(slopes[1], 1.0)
+    first = group[0]
+    loop = replace(first, slopes=slopes)
+    late, steep = loop.margins(delay=1.0), loop.margins(slopes[1], 1.0)
+    found = _at(loop, 0.0)
     to = loop.stable_to()
-    found: dict[str, Any] = {"stable": now.stable}
-    for key in ("Ms_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz"):
-        found[key] = getattr(now, key) if now.stable else None
-    found["noise_gain"] = loop.noise_gain() if now.stable else None
     found["Ms_1_db"] = late.Ms_db if late.stable else None
     found["Ms_1_largest_db"] = steep.Ms_db if steep.stable else None
     found["stable_to_steps"] = None if math.isnan(to) else to
-    return LoopRow(name, tuple(o.system.case.name for o in group), slopes, found)
+    simulated = simulated_delay(first.system, first.side.entry) if first.falling else np.nan
+    found["simulated_delay_steps"] = None if math.isnan(simulated) else simulated
+    at_delay = tuple({"delay": d, **_at(loop, d), "sector_stable": loop.stable_at(d)} for d in DELAYS if delays)
+    return LoopRow(first.system.case.scenario, tuple(o.system.case.name for o in group), slopes, found, at_delay)
 
 
-def margin_text(rows: Sequence[LoopRow], refused: Sequence[str]) -> str:
-    """Format the table for a terminal, then the cases without margins."""
-    parts = [table(HEAD, [r.cells() for r in rows])] if rows else []
-    reasons: dict[tuple[str, str], int] = {}
-    for line in refused:
-        title, _, why = line.partition(": ")
-        key = title.partition("/")[0], why
-        reasons[key] = reasons.get(key, 0) + 1
-    told = (f"no margins: {name}, {n} case{'s' * (n > 1)}: {why}" for (name, why), n in reasons.items())
-    return "\n".join([*parts, *told])
+def _at(loop: OpenedLoop, delay: float) -> dict[str, Any]:
+    """Return the figures for slope 1 and a delay."""
+    now = loop.margins(delay=delay)
+    found: dict[str, Any] = {"stable": now.stable}
+    for key in ("Ms_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz"):
+        found[key] = getattr(now, key) if now.stable else None
+    found["noise_gain"] = loop.noise_gain(delay=delay) if now.stable else None
+    found["learning"] = loop.learning(delay=delay) if loop.memories else None
+    return found

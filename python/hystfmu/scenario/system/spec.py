@@ -136,6 +136,25 @@ class TubeSpec(pydantic.BaseModel):
     )
 
 
+class MarginsSpec(pydantic.BaseModel):
+    """Limits of the linearised loop, beside the limits of what a run reaches."""
+
+    model_config = STRICT
+    case: Name | None = Field(
+        None, description="case whose sensitivity is limited, for slope 1 of plant over inverse; default: the first"
+    )
+    Ms_db: Annotated[float, Field(gt=0, le=60)] | None = Field(None, description="largest peak of its sensitivity (dB)")
+    corners: list[Annotated[str, Field(pattern=r"^[A-Za-z0-9_.\-?*]+$", max_length=64)]] = Field(
+        ["*"], max_length=100, description="cases whose loops must be stable; ? and * stand for any letters"
+    )
+    slopes: Annotated[list[Annotated[float, Field(allow_inf_nan=False)]], Field(min_length=2, max_length=2)] | None = (
+        Field(None, description="local slopes of plant over inverse in the corners; default: those along their paths")
+    )
+    stable_to_steps: Annotated[float, Field(ge=0, le=100)] | None = Field(
+        None, description="steps beyond the delay of a corner up to which it must be stable"
+    )
+
+
 class ConditionSpec(pydantic.BaseModel):
     """What a case may differ in from the scenario."""
 
@@ -193,4 +212,5 @@ class ScenarioSpec(pydantic.BaseModel):
     final_states: bool = Field(False, description="the final states of all units must have the bits of the baseline")
     memory: Annotated[None, renamed(FINAL_STATES)] = Field(None, exclude=True, repr=False)
     conditions: dict[Name, ConditionSpec] = Field({}, description="stated once, for the cases that name them")
+    margins: MarginsSpec | None = Field(None, description="limits of the linearised loop: see hystfmu margins")
     case: list[CaseSpec] = Field([], max_length=200, description="variants; without any there is one, 'nominal'")

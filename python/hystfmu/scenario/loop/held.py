@@ -1,0 +1,69 @@
+"""Dynamics of a plant discretised for a held command that comes late, also by a fraction of a step."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from scipy.linalg import expm
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.design.delays import StateSpace
+
+
+def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
+    """Discretise dynamics for a command that is held for a step h (s) and comes `delay` steps late, exactly.
+
+    Source: Astrom & Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3.
+
+    Parameters
+    ----------
+    plant : (A, B, C, D), shapes (n, n), (n, 1), (1, n), (1, 1)
+        One input and one output, without direct feed-through; time in s.
+    h : float
+        Step (s).
+    delay : float
+        Delay in steps, also a fraction.
+
+    Returns
+    -------
+    (A, B, C, D), shapes (n + q, n + q), (n + q, 1), (1, n + q), (1, 1)
+        States of the plant, then the q past commands that still act.
+
+    Raises
+    ------
+    InputError
+        Direct feed-through: the output of a step would depend on a command of the same step.
+    """
+    return _held(tuple((m.shape, np.ascontiguousarray(m).tobytes()) for m in plant), h, delay)
+
+
+@functools.lru_cache(maxsize=256)
+def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: float) -> StateSpace:
+    A, B, C, D = (np.frombuffer(data).reshape(shape) for shape, data in content)
+    if np.any(D):
+        raise InputError("The dynamics of the plant must have no direct feed-through. Got some.")
+    whole = int(np.floor(delay + 1e-12))
+    part = max(delay - whole, 0.0) if delay - whole > 1e-9 else 0.0
+    late, now = _over(A, B, part * h), _over(A, B, (1 - part) * h)
+    n, past = len(A), whole + (part > 0)
+    M, N = np.zeros((n + past, n + past)), np.zeros((n + past, 1))
+    M[:n, :n] = now[0] @ late[0]
+    weights = {whole: now[1], whole + 1: now[0] @ late[1]}  # of u(k - j)
+    for j, w in weights.items():
+        if j == 0:
+            N[:n] += w
+        elif j <= past:
+            M[:n, n + j - 1 : n + j] += w
+    if past:
+        N[n] = 1.0
+        M[n + 1 :, n:-1] = np.eye(past - 1)
+    return M, N, np.hstack([C, np.zeros((1, past))]), np.zeros((1, 1))
+
+
+def _over(A: Array, B: Array, t: float) -> tuple[Array, Array]:
+    """Return e^(A t) and the integral of e^(A s) B over 0 .. t."""
+    n = len(A)
+    M = expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * t)
+    return M[:n, :n], M[:n, n:]

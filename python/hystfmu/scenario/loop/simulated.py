@@ -1,0 +1,76 @@
+"""Delay margin by simulation, for loops whose gain depends on the amplitude: no linear margin is theirs.
+
+A delay of whole fine steps is put behind the command and grows, by bisection, until the case does not hold any more: it
+stops, its error grows, or its error is far above that without the delay.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.scenario.system.spec import UnitSpec
+from hystfmu.scenario.system.system import Link, System, build
+
+MOST = 4  # steps
+GROWTH = 1.5  # references whose errors differ from half to half
+FAR = 0.005  # of the stroke
+NAME = "further_delay"
+
+
+def simulated_delay(system: System, entry: Link, growth: float = GROWTH, far: float = FAR) -> float:
+    """Return the largest further delay with which a case holds, in steps, up to `MOST`; NaN if it does not without.
+
+    Parameters
+    ----------
+    system : System
+    entry : Link
+        Connection that brings the command to the units at the rate of the plant.
+    growth : float
+        Growth of the largest error, from the first half of the window of the metric to the second, that still holds.
+    far : float
+        Largest error that still holds, above that without a further delay, of the stroke.
+    """
+    ripple = system.case.ripple
+    first = _errors(system)
+    if first is None or first[1] > growth * first[0]:
+        return float("nan")
+    most = max(first) + far
+    holds, fails = 0, MOST * ripple + 1
+    while fails - holds > 1:
+        n = (holds + fails) // 2
+        found = _errors(_delayed(system, entry, n))
+        if found is None or found[1] > growth * found[0] or max(found) > most:
+            fails = n
+        else:
+            holds = n
+    return holds / ripple
+
+
+def _delayed(system: System, entry: Link, n: int) -> System:
+    """Put a delay of n fine steps into a connection; it runs behind the unit that it reads."""
+    case, maker, reader = system.case, system.maker(entry), system.parts[entry.to]
+    at = case.order.index(maker.name) + 1
+    end = f"{reader.name}.{reader.inputs[entry.input]}"
+    unit = UnitSpec.model_validate({"block": "delay", "dims": {"n": n}, "fine": case.ripple > 1})
+    connections = case.connections | {end: f"{NAME}.y", f"{NAME}.u": case.connections[end]}
+    units = case.units | {NAME: unit}
+    changed = replace(case, units=units, order=(*case.order[:at], NAME, *case.order[at:]), connections=connections)
+    return build(changed)
+
+
+def _errors(system: System) -> tuple[float, float] | None:
+    """Return the largest error in both halves of the window of the metric, of the stroke; None if the case stops."""
+    metric = next(m for m in system.case.metrics.values() if m.against is not None)
+    ends = [metric.signal, str(metric.against)]
+    try:
+        trace = Native(system, ends).run()
+    except Stopped:
+        return None
+    y, r = (trace[end][trace.t >= metric.after] for end in ends)
+    error = np.abs(y - r) / (metric.stroke or float(np.ptp(r)) or 1.0)
+    half = len(error) // 2
+    return float(error[:half].max()), float(error[half:].max())

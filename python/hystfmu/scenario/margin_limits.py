@@ -1,0 +1,101 @@
+"""Limits of the linearised loop that a scenario states, and their verdicts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.loop_margins import DELAYS, OpenedLoop
+from hystfmu.scenario.system.case import Scenario
+
+
+@dataclass(frozen=True)
+class LoopVerdict:
+    """One limit of a loop.
+
+    Attributes
+    ----------
+    scenario, limit, where : str
+        Scenario, key of the limit, and the case or the corners that it holds for.
+    value : float or None
+        What the loop has; None if it is unstable.
+    bound : float
+        What is asked for.
+    at_least : bool
+        The value must be at least the bound; otherwise at most.
+    """
+
+    scenario: str
+    limit: str
+    where: str
+    value: float | None
+    bound: float
+    at_least: bool
+
+    @property
+    def within(self) -> bool:
+        """Whether the limit is met."""
+        if self.value is None:
+            return False
+        return self.value >= self.bound if self.at_least else self.value <= self.bound
+
+    @property
+    def word(self) -> str:
+        """Verdict in a word."""
+        return "ok" if self.within else "BROKEN"
+
+    def line(self) -> str:
+        """Return the verdict as one line."""
+        side = "at least" if self.at_least else "at most"
+        got = "an unstable loop" if self.value is None else f"{self.value:.4g}"
+        return f"{self.scenario}: margins.{self.limit}: must be {side} {self.bound:g} at {self.where}. Got {got}."
+
+
+def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop]) -> list[LoopVerdict]:
+    """Hold the loops of a scenario against its limits.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    opened : mapping of str to OpenedLoop
+        Loops by case; a case may have none.
+
+    Raises
+    ------
+    InputError
+        A limit for a case without a loop.
+    """
+    spec = scenario.spec.margins
+    if spec is None:
+        return []
+    name, where = scenario.spec.name, f"{scenario.origin}: margins"
+    case = spec.case or scenario.cases[0].name
+    verdicts = []
+    if spec.Ms_db is not None:
+        if case not in opened:
+            raise InputError(f"{where}.case: The case must have a loop. Got {case!r} instead.")
+        found = opened[case].margins()
+        verdicts.append(
+            LoopVerdict(name, "Ms_db", case, found.Ms_db if found.stable else None, spec.Ms_db, at_least=False)
+        )
+    if spec.stable_to_steps is not None:
+        corners = {c: o for c, o in opened.items() if any(fnmatchcase(c, pattern) for pattern in spec.corners)}
+        if not corners:
+            raise InputError(f"{where}.corners: A case with a loop must have such a name. Got {spec.corners} instead.")
+        low, high = spec.slopes or (None, None)
+        reached: dict[str, float] = {}
+        kept: dict[tuple[object, ...], float] = {}
+        for c, o in corners.items():
+            loop = o if low is None or high is None else replace(o, slopes=(low, high))
+            key = (*loop.key, loop.slopes)
+            if key not in kept:
+                kept[key] = loop.stable_to(sorted({*DELAYS, spec.stable_to_steps}))
+            reached[c] = kept[key]
+        worst = min(reached, key=lambda c: -1.0 if math.isnan(reached[c]) else reached[c])
+        value = None if math.isnan(reached[worst]) else reached[worst]
+        at = f"{worst}, the worst of {len(corners)}"
+        verdicts.append(LoopVerdict(name, "stable_to_steps", at, value, spec.stable_to_steps, at_least=True))
+    return verdicts
