@@ -5,8 +5,9 @@ import plants
 import pytest
 
 from hystfmu import Dataset, InputError, fit
-from hystfmu.data.signals import training
-from hystfmu.identify.excitation.sensor_lag import lag
+from hystfmu.data.signals import decaying_sine, training
+from hystfmu.identify.excitation.dead_time import dead_time
+from hystfmu.identify.excitation.sensor_lag import lag, told
 
 
 def late(rows, seed=3, plant=plants.prandtl_ishlinskii):
@@ -33,7 +34,7 @@ def test_creep_moves_the_lag_by_a_row_at_most():
 def test_a_fit_reports_it_with_the_remedy():
     data = late(2)
     (warning,) = [w for w in fit(data, "prandtl_ishlinskii").fit["warnings"] if "lags" in w]
-    assert "the output lags the input by about 2 rows, 0.002 s" in warning
+    assert "the output lags the input by about 2 rows, 0.002 s, of which 2 rows dead time: kinks" in warning
     assert "--lag 2" in warning
     aligned = fit(data.aligned(2), "prandtl_ishlinskii")
     assert not [w for w in aligned.fit.get("warnings", []) if "lags" in w]
@@ -42,9 +43,49 @@ def test_a_fit_reports_it_with_the_remedy():
 
 def test_a_lag_that_the_model_follows_is_noted():
     found = fit(late(2), "g0_prandtl_ishlinskii").fit
-    assert found["lag_rows"] == 2
+    assert found["lag_rows"] == found["dead_rows"] == 2
     assert not [w for w in found.get("warnings", []) if "lags" in w]
     assert "lag_rows" not in fit(late(0), "prandtl_ishlinskii").fit
+
+
+def behind(u, dead, tau, noise, seed):
+    """Record of plays, a first-order lag of time constant tau rows (0: none), dead rows, and noise."""
+    y = plants.prandtl_ishlinskii(u)
+    for k in range(1, len(u) if tau else 0):
+        y[k] = y[k - 1] + (1 - np.exp(-1 / tau)) * (y[k] - y[k - 1])
+    y = np.concatenate([np.full(dead, y[0]), y])[: len(u)]
+    return Dataset.from_signal(u, y + noise * np.ptp(y) * np.random.default_rng(seed).normal(size=len(u)), 1e-3)
+
+
+@pytest.mark.parametrize(("dead", "tau"), [(0, 4), (1, 0), (1, 2), (2, 3), (3, 0)])
+def test_dead_time_inside_the_lag(dead, tau):
+    """Known dead time with and without a first-order lag; seeds are drawn at run time."""
+    found = []
+    for seed in np.random.default_rng().integers(1 << 31, size=5):
+        data = behind(training(30, seed, 0.03), dead, tau, 5e-4, seed)
+        rows = lag(data)[0]
+        assert rows > 0
+        found.append(dead_time(data, rows))
+    assert np.median(found) == dead
+    assert max(found) == dead
+    assert sum(k < dead for k in found) <= 2  # by chance, once in twenty
+
+
+@pytest.mark.parametrize("dead", [0, 1, 3])
+def test_a_smooth_input_does_not_tell_dead_time_from_dynamics(dead):
+    data = behind(decaying_sine(10, 0.1), dead, 2, 1e-3, 1)
+    noted, (warning,) = told(data, 100.0)
+    assert "dead_rows" not in noted
+    assert f"--lag {noted['lag_rows']};" in warning
+
+
+def test_a_lag_without_dead_time_is_no_late_sensor():
+    noted, (warning,) = told(behind(training(30, 7, 0.03), 0, 4, 1e-3, 1), 100.0)
+    assert noted["dead_rows"] == 0
+    assert "of which 0 rows dead time" in noted["lag"]
+    assert "an answer at once" in noted["lag"]
+    assert "--lag" not in warning
+    assert "take a kind of model with dynamics" in warning
 
 
 def test_a_lag_moves_the_output_alone():

@@ -148,9 +148,8 @@ def fit(
             click.echo(f"left out: {name}: {reason}")
         click.echo(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
         click.echo(f"rate dependence: {f['rate']}\n")
-    if "lag_rows" in f and not any("lags" in w for w in f.get("warnings", ())):
-        rows = f["lag_rows"]
-        click.echo(f"lag: the output lags the input by about {rows} row{'s' * (rows > 1)}; the model follows it")
+    if "lag" in f and not any("lags" in w for w in f.get("warnings", ())):
+        click.echo(f"lag: {f['lag']}; the model follows it")
     for warning in f.get("warnings", ()):
         click.echo(f"warning: {warning}", err=True)
     row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]

@@ -52,9 +52,9 @@ def fit(
     Model
         Model with the key of the method (after ``auto``, of the chosen one).  `fit` holds rms and max (unit of measure
         of y), rms_percent and max_percent (of the span of y in the training rows), parameters (their number), seconds;
-        for a network coverage_percent (`hystfmu.model.coverage`); warnings and lag_rows (rows by which y lags u), if
-        any; after ``auto`` also memory, loops, gap_percent and rate.  `provenance` holds data, rows, options and
-        versions.
+        for a network coverage_percent (`hystfmu.model.coverage`); warnings, if any; if y lags u, lag_rows, dead_rows
+        (those without any answer, where kinks of u tell) and lag (the same in words); after ``auto`` also memory,
+        loops, gap_percent and rate.  `provenance` holds data, rows, options and versions.
 
     Raises
     ------
@@ -76,10 +76,10 @@ def fit(
 
 def _examined(model: Model, data: Dataset) -> Model:
     """Add what the record shows: a lag of the output; warnings of poor excitation, lag, an input that follows."""
-    seen, (rows, late) = examine(data.longest()), sensor_lag.told(data, model.fit["rms_percent"])
+    seen, (lagging, late) = examine(data.longest()), sensor_lag.told(data, model.fit["rms_percent"])
     static = [] if guards.follows_late(model.graph) else [*seen.coarse, *late]
     warned = [*seen.warnings, *static, *closed_loop.warnings(data)]
-    found = {**model.fit, **({"lag_rows": rows} if rows else {})}
+    found = {**model.fit, **lagging}
     if warned:
         found["warnings"] = [*model.fit.get("warnings", []), *warned]
     return replace(model, fit=found)

@@ -3,16 +3,20 @@
 A sensor that is read before the input is written, or that averages, lags by whole rows.  No model without a delay can
 follow it, and its loops look the wider the faster the input.  A sum of plays and a cubic, fitted to the training rows
 for the input delayed by 0, 1, 2, ... rows, shows it: the residual has its minimum at the lag.  Dynamics of the device
-look the same, and creep moves the minimum by a row, so the lag is reported and not removed.
+look the same, and creep moves the minimum by a row, so the lag is reported and not removed.  Kinks of the input tell
+how much of it is dead time (`hystfmu.identify.excitation.dead_time`).
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
+from hystfmu.identify.excitation.dead_time import dead_time
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.model.accuracy import rms
 
@@ -64,8 +68,8 @@ def lag(data: Dataset) -> tuple[int, Array]:
     return (best if clear else 0), found
 
 
-def told(data: Dataset, error: float) -> tuple[int, list[str]]:
-    """Return the lag in rows, and a warning with the remedy unless the model follows it.
+def told(data: Dataset, error: float) -> tuple[dict[str, Any], list[str]]:
+    """Return what a fit reports of the lag, and a warning with the remedy unless the model follows it.
 
     Parameters
     ----------
@@ -73,13 +77,34 @@ def told(data: Dataset, error: float) -> tuple[int, list[str]]:
         Training data.
     error : float
         RMS residual of the model in percent of the span.
+
+    Returns
+    -------
+    dict
+        ``lag_rows``; ``dead_rows``, those of them that are dead time, if the record tells; ``lag``, both in words.
+        Empty without a lag.
+    list of str
+        The warning, if any.
     """
     rows, found = lag(data)
-    if not rows or error < FOLLOWED * found[rows]:
-        return rows, []
-    plural = "s" * (rows > 1)
-    return rows, [
-        f"the output lags the input by about {rows} row{plural}, {rows * data.h:.4g} s (a sum of plays leaves "
-        f"{found[rows]:.2g} % of the span with that lag, {found[0]:.2g} % without): if the sensor is late, align the "
-        f"record with --lag {rows}; if the device is, take a kind of model with a delay"
+    if not rows:
+        return {}, []
+    record = data.longest()
+    dead = dead_time(record, rows)
+    words = f"the output lags the input by about {_rows(rows)}, {rows * data.h:.4g} s"
+    if dead is not None:
+        sharpest = int(np.argmax(np.abs(np.diff(record.u, 2)))) + 1
+        words += f", of which {_rows(dead)} dead time: kinks of the input, such as that at row {sharpest}, show "
+        words += "no answer before" if dead else "an answer at once"
+    noted: dict[str, Any] = {"lag_rows": rows, **({} if dead is None else {"dead_rows": dead}), "lag": words}
+    if error < FOLLOWED * found[rows]:
+        return noted, []
+    late = f"if the sensor is late, align the record with --lag {dead or rows}; if the device is, "
+    return noted, [
+        f"{words} (a sum of plays leaves {found[rows]:.2g} % of the span with that lag, {found[0]:.2g} % without): "
+        f"{late * (dead != 0)}take a kind of model with {'dynamics' if dead == 0 else 'a delay'}"
     ]
+
+
+def _rows(count: int) -> str:
+    return f"{count} row{'s' * (count != 1)}"
