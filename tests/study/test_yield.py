@@ -25,7 +25,7 @@ from hystfmu.studies.spec import Study
 from hystfmu.studies.summary import interval
 
 pytest.importorskip("pyarrow")
-LOOP = Path(__file__).parents[2] / "scenarios" / "pid_robust"
+LOOP = Path(__file__).parents[2] / "scenarios" / "pid"
 DRAWS: dict[str, Any] = {
     "method": "random",
     "n": 40,
