@@ -225,9 +225,9 @@ def test_amplifier_follows_its_equation() -> None:
     h, finer = 1e-4, 100
     command = 60 + 70 * np.sin(2 * np.pi * 300 * h * np.arange(60))
     made = blocks.Amplifier(**values)
-    u, excess = made(command, h).T
+    y, excess = made(command, h).T
     fine = made(np.append(command[0], np.repeat(command[1:], finer)), h / finer)[::finer, 0]
-    assert np.abs(u - fine).max() <= 1e-11
+    assert np.abs(y - fine).max() <= 1e-11
     omega, rate, v, expected = 2 * np.pi * 2e3, 0.25 / 1.8e-6, 0.0, [0.0]
     for wanted in np.clip(command[1:], -20, 80):
         for _ in range(1000):  # Heun's rule
@@ -235,8 +235,8 @@ def test_amplifier_follows_its_equation() -> None:
             second = np.clip(omega * (wanted - v - first * h / 1000), -rate, rate)
             v += (first + second) / 2 * h / 1000
         expected.append(v)
-    assert np.abs(u - expected).max() <= 1e-4
-    assert np.abs(np.diff(u)).max() == pytest.approx(rate * h)
-    assert u.max() <= 80
+    assert np.abs(y - expected).max() <= 1e-4
+    assert np.abs(np.diff(y)).max() == pytest.approx(rate * h)
+    assert y.max() <= 80
     assert excess.max() > 45  # the command goes to 130 V
     assert (excess == 0).mean() > 0.2

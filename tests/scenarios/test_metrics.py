@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.outcome.metrics import measure
+from hystfmu.scenario.outcome.metrics import Measure, measure
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.spec import MetricSpec
 
@@ -42,6 +42,27 @@ def test_the_window_begins_at_after() -> None:
     ramp = np.linspace(0, 1, 100)
     assert measure(metric("max_percent", after=0.050, stroke=1.0), trace(ramp + e, ramp)) < 1e-12
     assert measure(metric("max_percent", after=0.049, stroke=1.0), trace(ramp + e, ramp)) == pytest.approx(700)
+
+
+@pytest.mark.parametrize("kind", ["rms_percent", "max_percent"])
+def test_lines_leave_out_the_turn_arounds(kind: str) -> None:
+    """A scan whose error is 0.3 on the lines and 5 in the turn-arounds; in one piece and in chunks of seven rows."""
+    down = np.arange(40.0, 0, -1)
+    turn = 40 + np.array([0.8, 1.2, 1.2, 0.8])
+    scan = np.concatenate([np.arange(0, 41.0), turn, down])
+    bent = np.abs(np.diff(scan, 2)) > 0.01
+    on = ~np.concatenate([[True, True], bent])  # two steps tell whether a row is on a line
+    whole = trace(scan + np.where(on, 0.3, 5.0), scan)
+    assert measure(metric(kind, lines=True, stroke=100.0), whole) == pytest.approx(0.3)
+    assert measure(metric(kind, stroke=100.0), whole) > 0.5
+    m = Measure(metric(kind, lines=True, stroke=100.0))
+    for k in range(0, len(scan), 7):
+        rows = slice(k, k + 7)
+        m.add(Trace(whole.t[rows], whole.values[rows], whole.columns, 1, k))
+    assert m.value() == measure(metric(kind, lines=True, stroke=100.0), whole)
+    assert measure(metric("rms_percent", lines=True, stroke=1.0), trace(PHASE**2, PHASE**2)) == np.inf
+    with pytest.raises(ValueError, match="'lines' belongs to"):
+        metric("variation_ratio", lines=True)
 
 
 def test_ripple_is_what_samples_do_not_show() -> None:

@@ -9,11 +9,11 @@ protected
   Real driving(unit = "V") "Error within the limit of current";
 equation
   assert(u_min <= u_max, "the limits need u_min <= u_max");
-  wanted = min(u_max, max(u_min, u_c));
+  wanted = min(u_max, max(u_min, u));
   driving = min(most, max(-most, wanted - voltage));
   der(voltage) = omega*driving;
-  u = voltage;
-  excess = (u_c - wanted) + (wanted - voltage - driving);
+  y = voltage;
+  excess = (u - wanted) + (wanted - voltage - driving);
   annotation (Documentation(info = "<html>
 <p><b>Limitations:</b> continuous: the accuracy is the solver's. The unit of the same name is exact for a command held over its step.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.BaseClasses.Amplifier\">Dynamics.BaseClasses.Amplifier</a>: equation, source, example.</p>

@@ -9,7 +9,7 @@ equation
   when sample(0, 0.0001) then
     u_k = 60 + 70*sin(600*time) + 0.3*cos(2900*time);
   end when;
-  tested.u_c = u_k;
+  tested.u = u_k;
   annotation (
     experiment(StopTime = 0.02, Interval = 0.0001, Tolerance = 1e-12),
     Documentation(info = "<html>

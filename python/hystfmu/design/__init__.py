@@ -14,6 +14,7 @@ from hystfmu.design.linear import linearise, to_control
 from hystfmu.design.loop import Margins, loop, margins
 from hystfmu.design.repetitive import RepetitiveFilters, repetitive_filters
 from hystfmu.design.sampled import sampled
+from hystfmu.design.scan import scan_feedforward, scan_harmonics
 from hystfmu.design.sector import sector
 
 __all__ = [
@@ -28,6 +29,8 @@ __all__ = [
     "margins",
     "repetitive_filters",
     "sampled",
+    "scan_feedforward",
+    "scan_harmonics",
     "sector",
     "to_control",
 ]

@@ -227,6 +227,7 @@ class Scenario:
         *,
         stroke: float | None = None,
         after: float | None = None,
+        lines: bool = False,
         text: str = "",
     ) -> Scenario:
         """Measure something, and judge it if it has a limit.
@@ -245,6 +246,8 @@ class Scenario:
             What 100 percent is; default: the span of `against`.
         after : float, optional
             Rows at or after this time (s) count.
+        lines : bool
+            Of rms_percent and max_percent: the lines of a scan alone, without its turn-arounds.
         text : str
             One line for a reader.
 
@@ -259,6 +262,7 @@ class Scenario:
             {"kind": kind, "signal": signal}
             | ({"against": against} if against is not None else {})
             | {k: _number(v) for k, v in numbers.items() if v is not None}
+            | ({"lines": True} if lines else {})
             | ({"text": text} if text else {})
         )
         return self

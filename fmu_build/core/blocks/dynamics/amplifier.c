@@ -15,8 +15,8 @@
   V(f_b, PARAM, 1, "real", "Hz", 1e4, HYST_POSITIVE, 1e12, "bandwidth of small signals (-3 dB)")                   \
   V(omega, DERIVED, 1, "real", "rad/s", 1.0, -HYST_INF, HYST_INF, "bandwidth")                                     \
   V(most, DERIVED, 1, "real", "V", 1.0, -HYST_INF, HYST_INF, "largest error without current limit")                \
-  V(u_c, INPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "commanded voltage")                                     \
-  V(u, OUTPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "voltage at the actuator")                                \
+  V(u, INPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "commanded voltage")                                       \
+  V(y, OUTPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "voltage at the actuator")                                \
   V(excess, OUTPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "part of the command that the limits do not follow") \
   V(voltage, CSTATE, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "voltage at the actuator")
 
@@ -32,18 +32,18 @@ static double driving(double wanted, double voltage, double most) { return hyst_
 
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
-  const double wanted = hyst_clamp(*u_c, *u_min, *u_max), error = wanted - *voltage;
-  *u = *voltage;
-  *excess = (*u_c - wanted) + (error - driving(wanted, *voltage, *most));
+  const double wanted = hyst_clamp(*u, *u_min, *u_max), error = wanted - *voltage;
+  *y = *voltage;
+  *excess = (*u - wanted) + (error - driving(wanted, *voltage, *most));
 }
 HYST_DERIV_FN(deriv) {
   HYST_OPEN_DERIV
-  *d_voltage = *omega * driving(hyst_clamp(*u_c, *u_min, *u_max), *voltage, *most);
+  *d_voltage = *omega * driving(hyst_clamp(*u, *u_min, *u_max), *voltage, *most);
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   if (dt == 0) return;
-  const double wanted = hyst_clamp(*u_c, *u_min, *u_max), rate = *omega * *most;
+  const double wanted = hyst_clamp(*u, *u_min, *u_max), rate = *omega * *most;
   const double error = wanted - *voltage, sign = error < 0 ? -1 : 1, far = hyst_fabs(error) - *most;
   const double ramp = far > 0 ? far / rate : 0; /* time at the current limit */
   if (!(ramp < dt)) *voltage += sign * rate * dt;
@@ -51,16 +51,16 @@ HYST_UPDATE_FN(update) {
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
-  const double wanted = hyst_clamp(*u_c, *u_min, *u_max), error = wanted - *voltage;
-  const double s_wanted = hyst_clamp_tangent(*u_c, *u_min, *u_max, *s_u_c), s_error = s_wanted - *s_voltage;
+  const double wanted = hyst_clamp(*u, *u_min, *u_max), error = wanted - *voltage;
+  const double s_wanted = hyst_clamp_tangent(*u, *u_min, *u_max, *s_u), s_error = s_wanted - *s_voltage;
   const double s_driving = hyst_clamp_tangent(error, -*most, *most, s_error);
-  *t_u = *s_voltage;
-  *t_excess = (*s_u_c - s_wanted) + (s_error - s_driving);
+  *t_y = *s_voltage;
+  *t_excess = (*s_u - s_wanted) + (s_error - s_driving);
   *t_voltage = *omega * s_driving;
 }
 HYST_BLOCK(amplifier,
            (.text = "Piezo amplifier with limits of voltage and current and a bandwidth",
-            .equation = "u' = clamp(2 pi f_b (clamp(u_c, u_min, u_max) - u), -i_max/C, i_max/C)",
+            .equation = "y' = clamp(2 pi f_b (clamp(u, u_min, u_max) - y), -i_max/C, i_max/C)",
             .source = "Fleming & Leang 2014, chapter 14", .family = "dynamics", .tolerance = "rounding"),
            .rate = HYST_CONTINUOUS, .prepare = prepare, .output = output, .tangent = tangent, .deriv = deriv,
            .update = update)

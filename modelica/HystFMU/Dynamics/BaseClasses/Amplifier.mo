@@ -7,11 +7,11 @@ partial block Amplifier "Piezo amplifier with limits of voltage and current and 
   parameter Types.Current i_max(min = 0, max = 1e300) = 0.25 "Largest current; greater than 0";
   parameter Types.Capacitance C(min = 0, max = 1e300) = 1.8e-06 "Capacitance of the actuator; greater than 0";
   parameter Types.Frequency f_b(min = 0, max = 1e12) = 10000 "Bandwidth of small signals (-3 dB); greater than 0";
-  Interfaces.RealInput u_c(unit = "V") "Commanded voltage" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealOutput u(unit = "V") "Voltage at the actuator" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
+  Interfaces.RealInput u(unit = "V") "Commanded voltage" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.RealOutput y(unit = "V") "Voltage at the actuator" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
   Interfaces.RealOutput excess(unit = "V") "Part of the command that the limits do not follow" annotation (Placement(transformation(extent = {{100, -50}, {120, -30}})));
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> u' = clamp(2 pi f_b (clamp(u_c, u_min, u_max) - u), -i_max/C, i_max/C).</p>
+<p><b>Equation:</b> y' = clamp(2 pi f_b (clamp(u, u_min, u_max) - y), -i_max/C, i_max/C).</p>
 <p><b>Source:</b> Fleming &amp; Leang 2014, chapter 14.</p>
 <p><b>Limitations:</b> those of the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Amplifier\">Validation.Amplifier</a>.</p>

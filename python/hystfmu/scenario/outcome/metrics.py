@@ -10,6 +10,9 @@ final                    |e| at the end (|signal| without `against`)
 loop_area_percent        area that the signal encloses over `against`, of the rectangle of their spans; the window must
                          be one period (an ellipse has at most 78.5, a straight line 0): what hysteresis is left
 
+With `lines`, the first two count the rows alone where `against` moves at constant speed: the lines of a scan without
+its turn-arounds.
+
 Sums run over the rows in their order: the same bits however a run is divided into chunks.
 """
 
@@ -105,7 +108,7 @@ class _Rms:
         self._sum.add((rows.signal - rows.against) ** 2)
 
     def value(self) -> float:
-        return float(np.sqrt(self._sum.value / self._n))
+        return float(np.sqrt(self._sum.value / self._n)) if self._n else np.inf
 
 
 class _Max:
@@ -198,6 +201,21 @@ _KINDS: dict[str, Callable[[], _Kind]] = {
 _OF_STROKE = ("rms_percent", "max_percent", "between_samples_percent")
 
 
+class _Lines:
+    """Rows at which a reference goes on at the speed of the last two steps."""
+
+    STRAIGHT = 1e-6  # largest change of the step, relative to it
+
+    def __init__(self) -> None:
+        self._before = np.full(2, np.nan)
+
+    def __call__(self, against: Array) -> Array:
+        whole = np.append(self._before, against)
+        self._before = whole[-2:]
+        steps = np.diff(whole)
+        return np.asarray(np.abs(np.diff(steps)) <= self.STRAIGHT * np.abs(steps[1:]))
+
+
 class Measure:
     """One metric of a run that comes in chunks.
 
@@ -209,6 +227,7 @@ class Measure:
     def __init__(self, m: MetricSpec) -> None:
         self._m, self._of, self._span = m, _KINDS[m.kind](), _Span()
         self._percent = m.kind in _OF_STROKE
+        self._lines = _Lines() if m.lines else None
 
     def add(self, chunk: Trace) -> None:
         """Take the next rows."""
@@ -220,9 +239,10 @@ class Measure:
         against = chunk[m.against][skip:] if m.against is not None else np.broadcast_to(0.0, signal.shape)
         sample = -(chunk.first + skip) % chunk.ripple
         with np.errstate(over="ignore", invalid="ignore"):  # a diverged run: the value says so
-            self._of.add(_Rows(chunk.t[skip:], signal, against, sample, chunk.ripple))
             if self._percent and m.stroke is None:
                 self._span.add(against)
+            on = slice(None) if self._lines is None else self._lines(against)
+            self._of.add(_Rows(chunk.t[skip:][on], signal[on], against[on], sample, chunk.ripple))
 
     def value(self) -> float:
         """Of the rows that came.

@@ -1,0 +1,107 @@
+"""Makes the models of the nanopositioning stage: the plant, and what is identified from one noisy record of it.
+
+    python scenarios/stage/models/make_models.py
+
+Plant, from the command (V) to the position (um): an amplifier with limits, ten plays and a linear term, a bend, creep as three
+lags one decade apart, two lightly damped modes.  A stroke of 20 um needs about 106 V.  The actuator (three lags, eight
+terms of the bend, forty plays) is identified from slow nested reversals with the noise of the sensor; natural
+frequencies and damping are those of a data sheet: 500 Hz and 1.6 kHz, 0.02 and 0.01.  They give the feed-forward of the
+scans in scans.toml.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from hystfmu.data import Dataset
+from hystfmu.design import scan_feedforward
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify import fit
+from hystfmu.model import Model
+
+HERE = Path(__file__).parent
+PLAYS = {"w0": 0.05, "r": np.linspace(2.5, 25, 10), "w": np.full(10, 0.016)}
+BEND = [1.04, -0.002, 0.0]  # v, v^2 (1/um), constant
+CREEP = {"w0": 1.0, "w": [0.008, 0.008, 0.008], "T": [0.1, 1.0, 10.0]}
+MODES = {"f_n": [500.0, 1600.0], "zeta": [0.02, 0.01], "k": [0.9, 0.1]}
+NOISE = 20e-6 * np.sqrt(5000)  # um: 20 pm/sqrt(Hz) up to half the rate of 10 kHz
+HYSTERESIS = "hysteresis"
+
+
+def plant(dynamics: bool) -> Graph:
+    """Amplifier -> plays and a linear term -> bend -> creep -> two modes."""
+    nodes = [
+        Node(HYSTERESIS, "backlash_sum", {"n": 10}, PLAYS),
+        Node("bend", "polynomial_narx", {"n_u": 1, "n_f": 0, "n_y": 0, "q": 2, "n_k": 0}, {"theta": BEND}),
+        Node("creep", "creep", {"n": 3}, CREEP),
+    ]
+    wires, end = [(f"{HYSTERESIS}.y", "bend.u"), ("bend.y", "creep.u")], "creep.y"
+    if dynamics:
+        nodes = [Node("amplifier", "amplifier"), *nodes, Node("g0", "modes", {"n": 2}, MODES)]
+        wires, end = [("amplifier.y", f"{HYSTERESIS}.u"), *wires, (end, "g0.u")], "g0.y"
+    first = nodes[0].name
+    inputs = [Input("u", (f"{first}.u",), text="command of the amplifier", unit="V")]
+    return Graph(nodes, wires, inputs, [Output("y", end, text="position", unit="um")])
+
+
+def record() -> Dataset:
+    """Three minutes of nested reversals between 0 and 125 V at 1 Hz, 50 rows a second."""
+    h, n = 0.02, 9001
+    values = {"shape": "random_reversals", "amplitude": 62.5, "offset": 62.5, "frequency": 1.0, "seed": 5}
+    u = Graph.single(Node("reference", "reference", {"m": 400}, values)).run(np.zeros((n, 0)), h)[:, 0]
+    u *= np.minimum(1, np.arange(n) * h)  # from rest
+    y = plant(False).run(u[:, None], h)
+    noise = np.random.default_rng(1).standard_normal(n)
+    return Dataset.from_signal(u, y + NOISE * noise, h, "stage: random reversals, noise of the sensor")
+
+
+H, DELAY = 1e-4, 1.0  # of the loop
+SCANS = {10: (0.2, 0.1), 50: (0.2, 0.12), 100: (0.2, 0.15), 200: (0.15, 0.125)}  # Hz: end of the run, of the transient
+TURN, HIGHEST, TONES = 0.1, 1200.0, 25
+HEAD = """# Written by models/make_models.py: the scans, each with the tones that modes, delay and hold call for.
+extends = "loop.toml"
+
+[units.feedforward]
+block = "reference"
+dims = { m = 25 }
+values = { shape = "multisine", amplitude = 10.0, offset = 10.0 }
+text = "the scan through the inverse of the modes, up to 1.2 kHz: hystfmu.design.scan_feedforward"
+"""
+
+
+def scan(f: float) -> dict[str, str]:
+    """Return the settings of one scan."""
+    nodes = [Node("amplifier", "amplifier"), Node("g0", "modes", {"n": 2}, MODES)]
+    dynamics = Graph(
+        nodes, [("amplifier.y", "g0.u")], [Input("u", ("amplifier.u",))], [Output("y", "g0.y")]
+    )
+    highest = min(HIGHEST, 2 * TONES * f)
+    tones = scan_feedforward(dynamics, f, H, turn=TURN, phase=-math.pi / 2, delay=DELAY, highest=highest)
+    tones["ph"] = np.angle(np.exp(1j * tones["ph"]))
+    padded = {k: np.append(v, np.zeros(TONES - len(v))) for k, v in tones.items()}
+    return {f"feedforward.{k}": "[" + ", ".join(f"{float(x):.10g}" for x in v) + "]" for k, v in padded.items()}
+
+
+def write_scans() -> None:
+    """Write scans.toml."""
+    lines = [HEAD]
+    for f, (stop, after) in SCANS.items():
+        lines += ["[[case]]", f'name = "scan_{f}"', f'text = "triangle at {f} Hz"', f"stop = {stop}", f"after = {after}"]
+        settings = ", ".join(f'"{k}" = {v}' for k, v in scan(float(f)).items())
+        lines += [f'set = {{ "reference.frequency" = {f}, {settings} }}', ""]
+    (HERE.parent / "scans.toml").write_text("\n".join(lines))
+
+
+def main() -> None:
+    """Write all models."""
+    write_scans()
+    Model("plant", plant(True), None, f"stage: {plant.__doc__}").save(HERE / "plant.model.toml")
+    found = fit(record(), "actuator", dynamics="no")
+    replace(found, fit={k: v for k, v in found.fit.items() if k != "seconds"}).save(HERE / "actuator.model.toml")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+"""The nanopositioning stage: its scenarios, their generated parts, and draws that no file knows."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from hystfmu.design.scan import scan_feedforward, scan_harmonics
+from hystfmu.graph import Graph, Input, Node, Output, blocks
+from hystfmu.scenario import Scenario, build, run_scenarios
+from hystfmu.scenario.engine.native import Native
+from hystfmu.studies.sampling import sampler
+from hystfmu.studies.spec import Study
+
+STAGE = Path(__file__).parents[2] / "scenarios" / "stage"
+FOLDERS = sorted(p.parent for p in STAGE.glob("*/scenario.toml"))
+
+
+def made(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, STAGE / "models" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda p: p.name)
+def test_every_case_meets_its_requirement(folder: Path) -> None:
+    results = run_scenarios([folder], engine="native")
+    assert [line for r in results for line in r.failures()] == []
+    assert all(v.limit is not None for r in results for v in r.verdicts)
+
+
+@pytest.mark.parametrize("turn", [0.1, 0.5, 1.0])
+def test_the_harmonics_are_those_of_the_reference(turn: float) -> None:
+    """Against the discrete Fourier transform of the block, whose aliases are below 1e-7 of the fundamental."""
+    r = blocks.Reference(shape="triangle", turn=turn)(np.zeros((8192, 0)), 1 / 8192)[:, 0]
+    found = -2 * np.fft.rfft(r).imag / 8192
+    n = np.arange(1, 40)
+    assert np.abs(found[n] - scan_harmonics(n, turn)).max() <= 1e-7
+    assert np.abs(found[n[1::2]]).max() <= 1e-12  # even ones
+
+
+def test_the_feedforward_of_a_scan_makes_the_dynamics_follow_it() -> None:
+    """In the steady state, at the samples, with the delay and the hold of the command: what is left are cut tones."""
+    f, h, steps = 100.0, 1e-4, 2
+    modes = Node("g0", "modes", {"n": 2}, {"f_n": [500.0, 1600.0], "zeta": [0.05, 0.05], "k": [0.9, 0.1]})
+    graph = Graph([modes], [], [Input("u", ("g0.u",))], [Output("y", "g0.y")])
+    tones = scan_feedforward(graph, f, h, turn=0.2, phase=0.4, delay=steps, highest=2000.0)
+    t = np.arange(6001) * h
+    command = tones["a"] @ np.sin(2 * np.pi * np.outer(tones["f"], t) + tones["ph"][:, None])
+    late = np.r_[np.zeros(steps + 1), command][
+        : len(t)
+    ]  # the block takes the value at the end of a step as held over it
+    y = graph.run(late[:, None], h).ravel()
+    r = blocks.Reference(shape="triangle", frequency=f, turn=0.2, phase=0.4)(np.zeros((len(t), 0)), h)[:, 0]
+    assert np.abs(y - r)[5000:].max() <= 0.01
+    beyond = np.arange(21, 400)
+    assert np.abs(scan_harmonics(beyond, 0.2)).sum() <= 0.01  # of which the cut tones are the most
+
+
+@pytest.mark.parametrize(("file", "limit", "median"), [("draws_5", 0.55, 0.36), ("draws_20", 2.0, 0.85)])
+def test_draws_of_today_track(file: str, limit: float, median: float) -> None:
+    """Eight stages that no file knows: the quantiles of 1000 draws, with room for the few."""
+    study = Study(STAGE / "irc_repetitive" / f"{file}.study.toml")
+    (rows,) = sampler(study).batches()
+    values = []
+    for row in rows[:8]:
+        (case,) = [c for c in Scenario(STAGE / "irc_repetitive", study.settings(row)).cases if c.name == "scan_100"]
+        system = build(case)
+        run = Native(system, ["plant.y", "reference.r"]).run()
+        t, e = run.t, run["plant.y"] - run["reference.r"]
+        place = (100 * t) % 0.5
+        on = (t >= case.metrics["lines"].after) & (place > 0.03) & (place < 0.47)
+        values.append(100 * float(np.sqrt(np.mean(e[on] ** 2))) / 20)
+    assert max(values) <= limit, values
+    assert np.median(values) <= median, values
+
+
+def test_the_generated_parts_are_what_their_scripts_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    models = made("make_models")
+    monkeypatch.setattr(models, "HERE", tmp_path / "models")
+    models.write_scans()
+    assert (tmp_path / "scans.toml").read_text() == (STAGE / "scans.toml").read_text()
