@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -55,6 +57,51 @@ def test_sliding_mode_is_its_definition(tau: float) -> None:
     y = blocks.SlidingMode(lam=1300, eta=6.5e-4, rho=1.05e-4, epsilon=7.0, k_i=1.56e7, tau=tau)(rows, h)
     assert np.abs(y[:, 0] - expected).max() <= 1e-12 * np.abs(expected).max()
     assert np.abs(y[:, 1] - s).max() <= 1e-12 * np.abs(s).max()
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "in_metres"),
+    [
+        ("sliding_mode", {}, {"eta": 1e3}),
+        ("sliding_mode", {"switching": "saturation", "k_i": 3000.0}, {"eta": 1e3}),
+        ("super_twisting", {}, {"k_1": 10.0}),
+        ("super_twisting", {"mu": 0.3}, {"k_1": 10.0, "mu": 300.0}),
+    ],
+)
+def test_a_layer_without_a_width_does_not_depend_on_the_unit_of_measure(
+    name: str, values: dict[str, Any], in_metres: dict[str, float]
+) -> None:
+    """Errors in metres instead of micrometres, gains of s to match: the same command."""
+    rows, h = controller_rows() * [1e-3, 1e-3, 1], 1e-4
+    u, s = Graph.single(Node("c", name, {}, values)).run(rows, h).T
+    small, small_s = Graph.single(Node("c", name, {}, {**values, **in_metres})).run(rows * [1e-6, 1e-6, 1], h).T
+    assert np.abs(small - u).max() <= 1e-9 * np.abs(u).max()
+    assert np.abs(small_s - 1e-6 * s).max() <= 1e-9 * np.abs(small_s).max()
+    wide = Graph.single(Node("c", name, {}, {**values, "epsilon": 10.0})).run(rows, h)[:, 0]
+    assert np.abs(wide - u).max() > 1e-4 * np.abs(u).max(), "the layer acts on this signal"
+
+
+def test_the_layer_follows_the_gains() -> None:
+    rows, h = controller_rows(), 1e-4
+    for name, values, epsilon in (
+        ("sliding_mode", {"eta": 2e-3, "rho": 0.3}, 15.0),
+        ("super_twisting", {"lam": 50.0, "k_1": 0.02, "k_2": 0.3}, 9.0),
+    ):
+        given = Graph.single(Node("c", name, {}, {**values, "epsilon": epsilon})).run(rows, h)
+        np.testing.assert_allclose(Graph.single(Node("c", name, {}, values)).run(rows, h), given, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "sentence"),
+    [
+        ("sliding_mode", {"eta": 0.0}, "epsilon must be greater than 0 if eta is 0"),
+        *(("super_twisting", {k: 0.0}, "if lam, k_1 or k_2 is 0") for k in ("lam", "k_1", "k_2")),
+    ],
+)
+def test_gains_without_a_scale_need_a_width(name: str, values: dict[str, float], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        Graph.single(Node("c", name, {}, values)).executor()
+    Graph.single(Node("c", name, {}, {**values, "epsilon": 0.1})).executor()
 
 
 CONTROLLERS = {

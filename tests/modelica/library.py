@@ -157,6 +157,8 @@ def evaluate(e: Any, scope: Mapping[str, Any]) -> Any:
             return np.max(a)
         case "max", [a, b]:
             return max(a, b)
+        case "min", [a, b]:
+            return min(a, b)
         case "div", [a, b]:
             return int(a // b)
         case "==", [a, b]:

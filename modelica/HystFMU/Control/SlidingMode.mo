@@ -3,6 +3,7 @@ block SlidingMode "Sliding mode controller around a feed-forward, with integral 
   extends BaseClasses.SlidingMode(u(start = 0, fixed = true), s(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
+  parameter Real layer(unit = "1/s") = if epsilon > 0 then epsilon elseif rho > 0 then rho/(10*eta) else 1 "Width of the boundary layer";
   discrete Real integral(unit = "s", start = 0, fixed = true) "Integral of the error";
   discrete Real de(unit = "1/s", start = 0, fixed = true) "Filtered derivative of the error";
   discrete Real e(start = 0, fixed = true) "Error";
@@ -15,11 +16,11 @@ equation
     dt = if time < 0.5*Ts then 0 else Ts;
     e = y - y_d;
     de = if time < 0.5*Ts then 0 else (tau*pre(de) + (e - pre(e)))/(tau + Ts);
-    before = Functions.slidingModeLaw(u_ff, de + lam*e + k_i*pre(integral), eta, rho, epsilon, switching == Types.Switching.saturation);
-    after = Functions.slidingModeLaw(u_ff, de + lam*e + k_i*pre(integral) + k_i*(e*dt), eta, rho, epsilon, switching == Types.Switching.saturation);
+    before = Functions.slidingModeLaw(u_ff, de + lam*e + k_i*pre(integral), eta, rho, layer, switching == Types.Switching.saturation);
+    after = Functions.slidingModeLaw(u_ff, de + lam*e + k_i*pre(integral) + k_i*(e*dt), eta, rho, layer, switching == Types.Switching.saturation);
     integral = if Functions.windsUp(before, after, u_min, u_max) then pre(integral) else pre(integral) + e*dt;
     s = de + lam*e + k_i*integral;
-    u = min(max(Functions.slidingModeLaw(u_ff, s, eta, rho, epsilon, switching == Types.Switching.saturation), u_min), u_max);
+    u = min(max(Functions.slidingModeLaw(u_ff, s, eta, rho, layer, switching == Types.Switching.saturation), u_min), u_max);
   end when;
   annotation (Documentation(info = "<html>
 <p><b>Limitations:</b> de/dt is a backward difference: noise needs tau; eta &gt; 1 s with normalised signals is a limit cycle. The simulation must start at time 0.</p>

@@ -3,6 +3,7 @@ block SuperTwisting "Super-twisting sliding mode controller around a feed-forwar
   extends BaseClasses.SuperTwisting(u(start = 0, fixed = true), s(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
+  parameter Real layer(unit = "1/s") = if epsilon > 0 then epsilon else (10*k_2/(lam*k_1))^2 "Width of the boundary layer";
   discrete Real v(unit = "s", start = 0, fixed = true) "Integral of phi_2";
   discrete Real de(unit = "1/s", start = 0, fixed = true) "Filtered derivative of the error";
   discrete Real e(start = 0, fixed = true) "Error";
@@ -17,8 +18,8 @@ equation
     e = y - y_d;
     de = if time < 0.5*Ts then 0 else (tau*pre(de) + (e - pre(e)))/(tau + Ts);
     s = de + lam*e;
-    phi_1 = s/sqrt(abs(s) + epsilon) + mu*s;
-    phi_2 = 0.5*s/(abs(s) + epsilon) + 1.5*mu*s/sqrt(abs(s) + epsilon) + mu*mu*s;
+    phi_1 = s/sqrt(abs(s) + layer) + mu*s;
+    phi_2 = 0.5*s/(abs(s) + layer) + 1.5*mu*s/sqrt(abs(s) + layer) + mu*mu*s;
     before = u_ff - k_1*phi_1 - k_2*pre(v);
     v = if Functions.windsUp(before, before - k_2*(phi_2*dt), u_min, u_max) then pre(v) else pre(v) + phi_2*dt;
     u = min(max(u_ff - k_1*phi_1 - k_2*v, u_min), u_max);

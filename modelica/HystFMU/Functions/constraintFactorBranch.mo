@@ -8,6 +8,7 @@ function constraintFactorBranch "Branch function of the constraint-factor operat
   output Real g "Height of the branch";
 protected
   Real e = min(d, d_max) "Where the polynomial is taken";
+  Real factor = (1 + exp(-e))*tanh(0.5*e) "1 - exp(-e), to rounding for short branches too";
   Real odd;
   Real slope "Of the polynomial part over d";
 algorithm
@@ -17,9 +18,9 @@ algorithm
     odd := odd*(e*e) + a[size(a, 1) + 1 - j];
     slope := slope*(e*e) + (2*(size(a, 1) - j) + 1)*a[size(a, 1) + 1 - j];
   end for;
-  g := (1 - exp(-e))*(a0 + odd*e);
+  g := factor*(a0 + odd*e);
   // a straight line beyond d_max
-  g := g + (exp(-e)*(a0 + odd*e) + (1 - exp(-e))*slope)*(d - e);
+  g := g + (exp(-e)*(a0 + odd*e) + factor*slope)*(d - e);
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>), with its slope at d_max beyond it.</p>
 <p><b>Source:</b> Shen &amp; Ma 2017, eq. 1.</p>

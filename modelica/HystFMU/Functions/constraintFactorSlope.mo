@@ -15,7 +15,7 @@ algorithm
     odd := odd*(d*d) + a[size(a, 1) + 1 - j];
     d_odd := d_odd*(d*d) + (2*(size(a, 1) - j) + 1)*a[size(a, 1) + 1 - j];
   end for;
-  slope := exp(-d)*(a0 + odd*d) + (1 - exp(-d))*d_odd;
+  slope := exp(-d)*(a0 + odd*d) + (1 + exp(-d))*tanh(0.5*d)*d_odd;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> g' = e<sup>-d</sup> (a0 + sum_j a_j d<sup>2j-1</sup>) + (1 - e<sup>-d</sup>) sum_j (2j - 1) a_j d<sup>2j-2</sup>.</p>
 <p><b>Source:</b> derivative of Shen &amp; Ma 2017, eq. 1.</p>

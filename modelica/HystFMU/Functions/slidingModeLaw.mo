@@ -14,7 +14,7 @@ algorithm
 <p><b>Equation:</b> u = u_ff - eta s - rho s/(abs(s) + epsilon), or with sat(s/epsilon).</p>
 <p><b>Source:</b> Yu &amp; Alici 2005; Slotine &amp; Li, Applied Nonlinear Control, section 7.2.</p>
 <p><b>Limitations:</b> epsilon &gt; 0.</p>
-<p><b>Example:</b> <code>slidingModeLaw(u_ff, de + lam*e + k_i*pre(integral), eta, rho, epsilon, switching == Types.Switching.saturation)</code> in <a href=\"modelica://HystFMU.Control.SlidingMode\">Control.SlidingMode</a>.</p>
+<p><b>Example:</b> <code>slidingModeLaw(u_ff, de + lam*e + k_i*pre(integral), eta, rho, layer, switching == Types.Switching.saturation)</code> in <a href=\"modelica://HystFMU.Control.SlidingMode\">Control.SlidingMode</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.SlidingMode\">Control.SlidingMode</a>, which uses it.</p>
 </html>"));
 end slidingModeLaw;

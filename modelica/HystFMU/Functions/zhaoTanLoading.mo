@@ -5,7 +5,7 @@ function zhaoTanLoading "Initial loading curve of the Zhao-Tan operator"
   output Real phi[size(q, 1)] "Outputs";
 algorithm
   for i in 1:size(q, 1) loop
-    phi[i] := (1 - exp(-2*q[i]))*q[i];
+    phi[i] := (1 + exp(-2*q[i]))*tanh(q[i])*q[i];
   end for;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> phi(q) = g(2 q)/2, g(d) = (1 - e<sup>-d</sup>) d.</p>

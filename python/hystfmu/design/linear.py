@@ -216,11 +216,13 @@ def _line(node: Node, h: float, k_i: float) -> Rational:
 
 def _sliding_mode(node: Node, h: float) -> Rational:
     eta, rho, epsilon, k_i = _values(node, "eta", "rho", "epsilon", "k_i")
-    return _times(_gain(eta + rho / epsilon), _line(node, h, k_i))
+    switching = rho / epsilon if epsilon else 10 * eta * (rho > 0)  # the layer of the block without a width of its own
+    return _times(_gain(eta + switching), _line(node, h, k_i))
 
 
 def _super_twisting(node: Node, h: float) -> Rational:
-    k_1, k_2, mu, epsilon = _values(node, "k_1", "k_2", "mu", "epsilon")
+    k_1, k_2, mu, epsilon, lam = _values(node, "k_1", "k_2", "mu", "epsilon", "lam")
+    epsilon = epsilon or (10 * k_2 / (lam * k_1)) ** 2
     slope_1 = 1 / math.sqrt(epsilon) + mu
     slope_2 = 0.5 / epsilon + 1.5 * mu / math.sqrt(epsilon) + mu * mu
     c = _gain(k_1 * slope_1)

@@ -1,7 +1,8 @@
 /* Sliding mode controller around a feed-forward, with integral action, limits and anti-windup.
  * With k_i = 0 this is the law of Yu & Alici 2005; it leaves a steady error under a plant mismatch, the integral
  * removes it.  With a large epsilon the switching term is a soft gain.  `saturation` is linear within the layer and
- * full outside, `smooth` reaches half of rho at its edge. */
+ * full outside, `smooth` reaches half of rho at its edge.  Without a width of its own the layer follows the gains, so
+ * that a loop does not depend on the unit of measure of y: its slope is then ten times eta. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/elementary.h"
 #include "core/elementary/limit.h"
@@ -11,13 +12,14 @@
   V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                          \
   V(eta, PARAM, 1, "real", "s", 1e-3, 0.0, HYST_INF, "linear gain of s")                                      \
   V(rho, PARAM, 1, "real", "1", 0.01, 0.0, HYST_INF, "switching gain")                                        \
-  V(epsilon, PARAM, 1, "real", "1/s", 1.0, HYST_POSITIVE, HYST_INF, "width of the boundary layer")            \
+  V(epsilon, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "width of the boundary layer; 0: rho / (10 eta)")   \
   V(switching, FIXED, 1, "smooth|saturation", "1", 0.0, 0.0, 1.0, "s / (|s| + epsilon), or sat(s / epsilon)") \
   V(k_i, PARAM, 1, "real", "1/s2", 0.0, 0.0, HYST_INF, "integral gain; 0: the law of the paper")              \
   V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none")          \
   HYST_LIMIT_ROWS(V)                                                                                          \
   HYST_LOOP_ROWS(V, "feed-forward: the inverse model")                                                        \
   V(s, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "distance from the sliding line")                  \
+  V(layer, DERIVED, 1, "real", "1/s", 1.0, 0.0, HYST_INF, "width of the boundary layer")                      \
   V(integral, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of the error")                       \
   HYST_DIFFERENCE_ROWS(V)
 
@@ -28,11 +30,16 @@ static double law(double u_ff, double s, double eta, double rho, double epsilon,
   return u_ff - eta * s - rho * s / (hyst_fabs(s) + epsilon);
 }
 
-HYST_LIMIT_PREPARE
+HYST_PREPARE_FN(prepare) {
+  HYST_OPEN_PREPARE
+  *layer = *epsilon > 0 ? *epsilon : *rho > 0 ? *rho / (10 * *eta) : 1; /* rho = 0: no switching */
+  if (!(*layer > 0 && hyst_isfinite(*layer))) return "epsilon must be greater than 0 if eta is 0";
+  return hyst_wrong_limits(*u_min, *u_max);
+}
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
   *s = *de + *lam * (*y - *y_d) + *k_i * *integral;
-  *u = hyst_clamp(law(*u_ff, *s, *eta, *rho, *epsilon, *switching), *u_min, *u_max);
+  *u = hyst_clamp(law(*u_ff, *s, *eta, *rho, *layer, *switching), *u_min, *u_max);
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
@@ -40,18 +47,18 @@ HYST_UPDATE_FN(update) {
   *de = hyst_difference(*de, e, *e_last, *tau, dt);
   *e_last = e;
   const double s = *de + *lam * e + *k_i * *integral;
-  const double before = law(*u_ff, s, *eta, *rho, *epsilon, *switching);
-  const double after = law(*u_ff, s + *k_i * step, *eta, *rho, *epsilon, *switching);
+  const double before = law(*u_ff, s, *eta, *rho, *layer, *switching);
+  const double after = law(*u_ff, s + *k_i * step, *eta, *rho, *layer, *switching);
   if (!hyst_winds_up(before, after, *u_min, *u_max)) *integral += step;
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
-  const double line = *de + *lam * (*y - *y_d) + *k_i * *integral, width = hyst_fabs(line) + *epsilon;
+  const double line = *de + *lam * (*y - *y_d) + *k_i * *integral, width = hyst_fabs(line) + *layer;
   *t_s = *lam * (*s_y - *s_y_d);
-  const double d_switching = (int)*switching == SATURATION ? hyst_clamp_tangent(line / *epsilon, -1, 1, *t_s / *epsilon)
-                                                           : *epsilon / (width * width) * *t_s;
+  const double d_switching = (int)*switching == SATURATION ? hyst_clamp_tangent(line / *layer, -1, 1, *t_s / *layer)
+                                                           : *layer / (width * width) * *t_s;
   const double d_law = *s_u_ff - *eta * *t_s - *rho * d_switching;
-  *t_u = hyst_clamp_tangent(law(*u_ff, line, *eta, *rho, *epsilon, *switching), *u_min, *u_max, d_law);
+  *t_u = hyst_clamp_tangent(law(*u_ff, line, *eta, *rho, *layer, *switching), *u_min, *u_max, d_law);
 }
 HYST_BLOCK(
     sliding_mode,

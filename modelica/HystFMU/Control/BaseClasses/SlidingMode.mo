@@ -5,7 +5,7 @@ partial block SlidingMode "Sliding mode controller around a feed-forward, with i
   parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line";
   parameter Types.Time eta(min = 0) = 0.001 "Linear gain of s";
   parameter Real rho(min = 0) = 0.01 "Switching gain";
-  parameter Real epsilon(unit = "1/s", min = 0) = 1 "Width of the boundary layer; greater than 0";
+  parameter Real epsilon(unit = "1/s", min = 0) = 0 "Width of the boundary layer; 0: rho / (10 eta)";
   parameter Types.Switching switching = Types.Switching.smooth "S / (|s| + epsilon), or sat(s / epsilon)";
   parameter Real k_i(unit = "1/s2", min = 0) = 0 "Integral gain; 0: the law of the paper";
   parameter Types.Time tau(min = 0) = 0 "Time constant of the filter of de/dt; 0: none";

@@ -6,7 +6,7 @@ partial block SuperTwisting "Super-twisting sliding mode controller around a fee
   parameter Real k_1(min = 0) = 0.01 "Gain of the square root of s, in s^(1/2)";
   parameter Real k_2(unit = "1/s", min = 0) = 0.1 "Gain of the integrated switching";
   parameter Real mu(min = 0) = 0 "Weight of the linear terms, in s^(1/2); 0: none";
-  parameter Real epsilon(unit = "1/s", min = 0) = 1 "Width of the boundary layer; greater than 0";
+  parameter Real epsilon(unit = "1/s", min = 0) = 0 "Boundary layer; 0: (10 k_2 / (lam k_1))^2";
   parameter Types.Time tau(min = 0) = 0 "Time constant of the filter of de/dt; 0: none";
   parameter Real u_min = -1e300 "Lower limit of u";
   parameter Real u_max = 1e300 "Upper limit of u";

@@ -1,7 +1,7 @@
 within HystFMU.Inverse.Events;
 block ConstraintFactorInverse "Exact inverse of the constraint-factor operator, events at reversals"
   extends BaseClasses.ConstraintFactorInverse(final usesRate = true);
-  extends Interfaces.Reversals;
+  extends Interfaces.Reversals(eps = 1e-9*Functions.constraintFactorBranch(min(1, d_max), a0, a, d_max));
 protected
   discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, 0}, zeros(2*depth)), each fixed = true) "Dominant extrema of h";
   discrete Real x_turn(start = x0, fixed = true) "Output at the last reversal";

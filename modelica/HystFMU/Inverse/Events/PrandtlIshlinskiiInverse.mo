@@ -1,7 +1,7 @@
 within HystFMU.Inverse.Events;
 block PrandtlIshlinskiiInverse "Exact inverse of the Prandtl-Ishlinskii operator, events at reversals"
   extends BaseClasses.PrandtlIshlinskiiInverse(final usesRate = true);
-  extends Interfaces.Reversals;
+  extends Interfaces.Reversals(eps = 1e-9*(w0*max(r) + w*(fill(max(r), n) - r)));
 protected
   parameter Real y0 = (w0 + sum(w))*u0 "Output of the operator at rest";
   discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, y0}, zeros(2*depth)), each fixed = true) "Dominant extrema of y";

@@ -1,7 +1,7 @@
 within HystFMU.Operators.Events;
 block ConstraintFactor "Constraint-factor operator (Ma): odd polynomial branch, events at reversals"
   extends BaseClasses.ConstraintFactor(final usesRate = true);
-  extends Interfaces.Reversals;
+  extends Interfaces.Reversals(eps = 1e-9*min(1, d_max));
 protected
   parameter Boolean last = memory == Types.Memory.last "Only the last extremum is remembered";
   parameter Real virgin = if memory == Types.Memory.dominant then 2 else 1 "Scale of the virgin branch";

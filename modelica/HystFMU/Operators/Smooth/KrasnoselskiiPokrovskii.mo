@@ -2,7 +2,7 @@ within HystFMU.Operators.Smooth;
 block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps, smooth"
   extends BaseClasses.KrasnoselskiiPokrovskii(final usesRate = true);
   extends Interfaces.Rated;
-  parameter Real width(min = 0) = 1e-3 "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play";
+  parameter Real width(min = 0) = 1e-3 "Value on which the corner of a kernel is rounded, greater than 0: the bound of the error of a kernel, which lies between -1 and 1";
 protected
   parameter Integer m = div(n*(n + 1), 2) "Number of kernels";
   parameter Real a = (hi - lo)/n "Rise length of the ridge function";
@@ -20,7 +20,7 @@ equation
   end for;
   y = offset + w*k;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> lo must be less than hi. A play lags behind the exact one by at most width.</p>
+<p><b>Limitations:</b> lo must be less than hi. A kernel lags behind the exact one by at most width.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.KrasnoselskiiPokrovskii\">Operators.BaseClasses.KrasnoselskiiPokrovskii</a>: equation, source, example.</p>
 </html>"));
 end KrasnoselskiiPokrovskii;
