@@ -33,7 +33,7 @@ ELSEWHERE = {
     "hystfmu run scenarios/pid --set 'plant.hysteresis_w=*1.2'": "tests/scenarios/test_shipped.py",
     "hystfmu run scenarios/papers --report out": "tests/scenarios/test_shipped.py",
     "hystfmu margins scenarios/pid scenarios/pid_observer": "tests/design/test_loop_margins.py",
-    "hystfmu study scenarios/sliding_mode/mismatch.study.toml -o out -j 2": "tests/study/test_study.py",
+    "hystfmu study scenarios/pid/draws.study.toml -o out": "tests/study/test_yield.py",
     "hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp": "tests/scenarios/test_ssp.py",
     "hystfmu run pid.ssp -o pid.csv": "tests/scenarios/test_ssp.py",
 }

@@ -171,7 +171,7 @@ def model_file(folder: Path) -> Path:
 
 
 def scenario_file(folder: Path) -> Path:
-    for name in ("loops", "pid", "sliding_mode", "models"):
+    for name in ("loops", "pid", "models"):
         shutil.copytree(ROOT / "scenarios" / name, folder / name)
     return folder / "pid" / "scenario.toml"
 
@@ -187,7 +187,7 @@ def baseline_file(folder: Path) -> Path:
 
 def study_file(folder: Path) -> Path:
     scenario_file(folder)
-    return folder / "sliding_mode" / "mismatch.study.toml"
+    return folder / "pid" / "draws.study.toml"
 
 
 def fmu_file(folder: Path) -> Path:

@@ -274,7 +274,7 @@ def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bo
     An interrupted study resumes where it stopped.
 
     \b
-    Example: hystfmu study scenarios/sliding_mode/mismatch.study.toml -o out -j 2
+    Example: hystfmu study scenarios/pid/draws.study.toml -o out
     """
     import hystfmu as hy
     from hystfmu.report.terminal import counter
