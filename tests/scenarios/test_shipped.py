@@ -14,6 +14,7 @@ from hystfmu.cli import main
 from hystfmu.data import Dataset
 from hystfmu.data.signals import decaying_sine
 from hystfmu.data.synthetic_ipmc import RATE, STROKE, sensor
+from hystfmu.graph import Graph
 from hystfmu.identify import fit
 from hystfmu.model import Model
 from hystfmu.scenario import Scenario, build, run_scenarios
@@ -97,13 +98,19 @@ def test_gains_are_those_that_their_study_would_take(file: Path) -> None:
     values = {}
     for key, p in study.parameters.items():
         unit, name = key.split(".")
-        (values[key],) = graphs[unit].nodes[0].value(name)
+        values[key] = _value(graphs[unit], name)
         assert p.bounds[0] <= values[key] <= p.bounds[1], key
     rows = [
         {"case": c, "metrics": m} for c, m in recorded(file.parent.name).items() if c in {k.name for k in study.cases}
     ]
     assert all(r["metrics"]["variation"] <= 2.0 for r in rows)
     assert np.isfinite(objective.score(rows))
+
+
+def _value(graph: Graph, name: str) -> float:
+    """Return a parameter by the name that an importer uses."""
+    port = next(p for p in graph.ports if name in p.scalar_names)
+    return float(graph.nodes[port.node].value(port.var.name)[port.scalar_names.index(name)])
 
 
 @pytest.mark.parametrize("name", TUNED_10_KHZ)
