@@ -116,7 +116,8 @@ def next_figures(case, key, known):
     chosen = known.get("auto", {})
     if chosen.get("choice") == key:  # the choice ends with this very fit
         return {"error": chosen["error"], "seconds": 0.0}
-    if not known.get(STATIC.get(key), {}).get("error", 0.0) <= FAR * least:
+    without = known.get(STATIC.get(key), {})
+    if "left out" in without or not without.get("error", 0.0) <= FAR * least:
         return {"left out": f"{STATIC[key]} is far off", "seconds": 0.0}
     if key in SHORT and not (found := figures(case, key, **SHORT[key])).get("error", 0.0) <= FAR * least:
         return {"left out": f"{found['error']:.3g} %FS after a short fit", "seconds": found["seconds"]}
