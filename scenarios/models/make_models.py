@@ -50,6 +50,33 @@ def backlash(dynamics: bool) -> Graph:
     return _plant(nodes, wires, "hysteresis.y", dynamics)
 
 
+def drifting_backlash() -> Graph:
+    """Ten plays and a linear term, whose gain and weights of the plays change -> G0."""
+    nodes = [
+        Node("plays", "backlash_sum", {}, {**BACKLASH, "w0": 0.0}),
+        Node("weights", "sum", {"n": 1}, {"offset": 1.0}),
+        Node("weighted", "product", {"n": 2, "m": 0}),
+        Node("hysteresis", "sum", {"n": 2}, {"k": [1.0, BACKLASH["w0"]]}),
+        Node("gain", "sum", {"n": 1}, {"offset": 1.0}),
+        Node("changed", "product", {"n": 2, "m": 0}),
+        Node("g0", "transfer_function", {"na": 2, "nb": 0}, G0),
+    ]
+    wires = [
+        ("plays.y", "weighted.u[1]"),
+        ("weights.y", "weighted.u[2]"),
+        ("weighted.y", "hysteresis.u[1]"),
+        ("hysteresis.y", "changed.u[1]"),
+        ("gain.y", "changed.u[2]"),
+        ("changed.y", "g0.u"),
+    ]
+    inputs = [
+        Input("u", ("plays.u", "hysteresis.u[2]"), text="command, 1 is the nominal amplitude"),
+        Input("g", ("gain.u[1]",), text="relative change of the gain"),
+        Input("w", ("weights.u[1]",), text="relative change of the weights of the plays"),
+    ]
+    return Graph(nodes, wires, inputs, [Output("y", "g0.y", text="displacement, 1 is the nominal amplitude")])
+
+
 def bouc_wen(dynamics: bool) -> Graph:
     """Disturbance -> linear term minus Bouc-Wen state -> G0."""
     nodes = [
@@ -156,6 +183,11 @@ def main() -> None:
         save(identified, f"{name}_identified")
         save(bank_inverse(identified), f"{name}_learned_inverse")
         save(zhao_tan_inverse(identified), f"{name}_zhao_tan_inverse")
+        if name == "backlash":  # one step of delay stands between command and plant
+            learns = inverse(identified, "adaptive", f_n=500.0, zeta=ZETA, delay=1)
+            save(learns, "backlash_adaptive_inverse")
+    drifting = drifting_backlash()
+    save(Model("plant", drifting, None, f"reference plant: {drifting_backlash.__doc__}"), "backlash_drifting_plant")
     exact = Node("hysteresis", "prandtl_ishlinskii", {}, BACKLASH)
     save(Model("prandtl_ishlinskii", Graph.single(exact), None, "the backlash plant, known exactly"), "backlash_exact")
 

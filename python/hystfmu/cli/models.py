@@ -270,18 +270,18 @@ def check(model: str, data: str, columns: Columns, factor: float, as_json: bool)
 @click.option("-o", "out", required=True, metavar="INV.model.toml", help="Model file to write.")
 @click.option(
     "--method",
-    type=click.Choice(["auto", "exact", "implicit", "learned"]),
+    type=click.Choice(["auto", "exact", "implicit", "learned", "adaptive"]),
     default="auto",
     show_default=True,
-    help="Closed-form inverse, one root of the model per step, or a network by the recipe of the papers; auto: the "
-    "first that the model admits.",
+    help="Closed-form inverse, one root of the model per step, a network by the recipe of the papers, or a closed form "
+    "that learns its weights while it runs; auto: the first of the other three that the model admits.",
 )
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Option of the method; repeatable.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the learned inverse.")
 def inverse(
     model: str,
     out: str,
-    method: Literal["auto", "exact", "implicit", "learned"],
+    method: Literal["auto", "exact", "implicit", "learned", "adaptive"],
     settings: tuple[str, ...],
     seed: int,
 ) -> None:
@@ -297,9 +297,15 @@ def inverse(
     Linear dynamics and a delay behind the hysteresis are inverted by a feed-forward from a few samples of the wanted
     output.  The output of the model is then the wanted one of some steps ago; the command prints how many.
 
+    The adaptive inverse is that of a Prandtl-Ishlinskii model.  Its inputs are v, the wanted output before dynamics and
+    delay (a feed-forward, plus what a feedback adds), the reference y_d, and the measured output y.  Options: f_n, zeta
+    and delay of what stands behind a static model, T (s) of a drift, and others of the block (hystfmu blocks
+    adaptive_inverse).
+
     \b
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
              hystfmu inverse piezo.model.toml --method learned --set hidden=16 -o inverse.model.toml
+             hystfmu inverse piezo.model.toml --method adaptive --set delay=1 -o inverse.model.toml
     """
     import hystfmu as hy
 

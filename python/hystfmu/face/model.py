@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Model"]
 
-InverseMethod = Literal["auto", "exact", "implicit", "learned"]
+InverseMethod = Literal["auto", "exact", "implicit", "learned", "adaptive"]
 POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an inverse carries a warning
 
 
@@ -271,14 +271,16 @@ class Model(Record):
 
         Parameters
         ----------
-        method : {"auto", "exact", "implicit", "learned"}
+        method : {"auto", "exact", "implicit", "learned", "adaptive"}
             exact: block by block; implicit: the root of a static model in every step; learned: a network on the
             response of the model with input and output exchanged and on the inverse operator, by the recipe of
-            `hystfmu.inverse.learned`.  auto: the first of them that the model admits.
+            `hystfmu.inverse.learned`; adaptive: exact, with weights learned from the measured output while it runs
+            (`hystfmu.inverse.adaptive`).  auto: the first of exact, implicit and learned that the model admits.
         seed : int
             Of the learned inverse.
         **options
-            Of the implicit inverse ``lo`` and ``hi``, of the learned one those of ``play_bank_mlp``.
+            Of the implicit inverse ``lo`` and ``hi``, of the learned one those of ``play_bank_mlp``, of the adaptive
+            one ``f_n``, ``zeta``, ``delay``, ``T`` and other parameters of the block.
 
         Returns
         -------

@@ -8,10 +8,13 @@ implicit runs the model itself inside the block `implicit_inverse`, which finds 
 learned  trains a network on the model's own response with input and output exchanged, on the inverse operator of Zhao
          & Tan and a few plays; `hystfmu.inverse.learned` gives the recipe.
 
+adaptive the exact inverse of a Prandtl-Ishlinskii operator whose weights are learned from the measured output while it
+         runs; ports of its own, `hystfmu.inverse.adaptive`.
+
 Linear dynamics and a delay behind the hysteresis are inverted by a feed-forward that looks ahead: the cascade tracks
 the wanted output ``lag_steps`` of `fit` late (`hystfmu.inverse.dynamic`).  The method is then that of the hysteresis.
 
-Every inverse states its accuracy: `fit` holds the errors of the cascade inverse -> model, in percent of the span of the
+Every inverse but the adaptive one states its accuracy: `fit` holds the errors of the cascade inverse -> model, in percent of the span of the
 wanted output, for the worst of the held-out signals within 90 % of the input range; with dynamics for smooth signals up
 to a tenth of the natural frequency, after the lag.
 """
@@ -24,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.errors import InputError
+from hystfmu.inverse.adaptive import adaptive_inverse
 from hystfmu.inverse.dynamic import dynamic_inverse, split, wanted
 from hystfmu.inverse.exact import exact_inverse
 from hystfmu.inverse.implicit import implicit_inverse
@@ -34,7 +38,7 @@ from hystfmu.model.inputs import beside, with_starts
 
 __all__ = ["inverse"]
 
-METHODS = ("exact", "implicit", "learned")
+METHODS = ("exact", "implicit", "learned", "adaptive")
 SHARE = 0.9  # fraction of the input range that the wanted outputs of the cascade test use
 
 
@@ -45,13 +49,14 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
     ----------
     model : Model
         Model with one input and one output, and perhaps covariates, which the inverse takes too.
-    method : {"exact", "implicit", "learned"}
+    method : {"exact", "implicit", "learned", "adaptive"}
         See the module docstring.
     seed : int
         Seed of the learned inverse: initial weights of the network and training reversals.
     **options
         For the implicit inverse ``lo`` and ``hi``, the limits of the input; default the range of the data (provenance
-        ``span_u``).  For the learned inverse the options of ``play_bank_mlp``.
+        ``span_u``).  For the learned inverse the options of ``play_bank_mlp``, for the adaptive one those of
+        `hystfmu.inverse.adaptive`.
 
     Returns
     -------
@@ -65,6 +70,8 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
         No such inverse exists; the message gives the reason and the remedy.
     """
     made = invert(model, method, seed, **options)
+    if method == "adaptive":  # other ports: what it is worth shows beside a plant
+        return made
     return replace(made, fit={**made.fit, **_cascade(model, made)})
 
 
@@ -76,6 +83,8 @@ def invert(model: Model, method: str = "exact", seed: int = 0, **options: Any) -
     InputError
         Raised as by `inverse`.
     """
+    if method == "adaptive":
+        return adaptive_inverse(model, **options)
     if method not in METHODS:
         raise InputError(f"The method of an inverse must be one of {', '.join(METHODS)}. Got {method!r} instead.")
     n_in, n_out = len(model.graph.inputs), len(model.graph.outputs)

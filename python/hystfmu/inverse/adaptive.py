@@ -1,0 +1,162 @@
+"""Adaptive inverse of a Prandtl-Ishlinskii model with or without dynamics: it learns the weights while it runs.
+
+The model gives the start of the block `adaptive_inverse`: weights, thresholds, dynamics and delay, and from the RMS error e
+of the fit what error of prediction is ordinary (sigma = e / 2, since the errors of neighbouring samples are alike) and
+which shows a sudden change (2 e for six samples).  After such a change a weight has a standard deviation of 22 % of
+itself, or of half the mean weight where it is smaller.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import NO_LIMIT
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.inverse.dynamic import split
+from hystfmu.inverse.input_range import at_start
+from hystfmu.model import Model
+
+KEY = "adaptive_inverse"
+OPTIONS = {"f_n", "zeta", "delay", "sd", "start", "T", "sigma", "change", "pause", "box", "w0_min", "u_min", "u_max"}
+SPREAD = 0.22  # standard deviation of a weight after a change, of itself
+LEAST_ERROR = 1e-3  # error of prediction, of the output at the last threshold, that a perfect fit is taken to have
+
+
+def adaptive_inverse(model: Model, **options: Any) -> Model:
+    """Make the adaptive inverse of a model: a Prandtl-Ishlinskii operator, perhaps scaled, delayed and behind dynamics.
+
+    Inputs are ``v``, the wanted output before dynamics and delay (from a feed-forward, plus what a feedback adds),
+    ``y_d``, the reference, and ``y``, the measured output; outputs ``u``, ``theta``, the present weights, ``gate`` and
+    ``changes``.
+
+    Parameters
+    ----------
+    model : Model
+        Static model, or one with second-order dynamics without zeros.
+    **options
+        Parameters of the block `adaptive_inverse` to replace.  ``f_n`` (Hz) and ``zeta`` state the dynamics behind a
+        static model; ``delay`` further steps that the loop is known to have.
+
+    Raises
+    ------
+    InputError
+        The model has another structure, or an option is unknown.
+    """
+    if unknown := sorted(set(options) - OPTIONS):
+        raise InputError(
+            f"The options of the adaptive inverse must be among: {', '.join(sorted(OPTIONS))}. "
+            f"Got {unknown[0]!r} instead."
+        )
+    parts = split(model)
+    front = model if parts is None else parts.front
+    before, operator, behind = _chain(front)
+    gain, offset = _line(behind)
+    dynamics: dict[str, float] = {}
+    delay = 0
+    if parts is not None:
+        tail_gain, tail_offset = parts.readout
+        static, dynamics = _second_order([n for n in parts.tail if n.type == "transfer_function"])
+        gain, offset = gain * static * tail_gain, offset * static * tail_gain + tail_offset
+        delay = parts.delay
+    weights = np.append(operator.value("w0"), operator.value("w"))
+    if weights[0] <= 0 or weights.min() < 0:
+        raise InputError(
+            f"The weights of {operator.name} must not be negative, w0 greater than 0, for an adaptive inverse. "
+            f"Got {weights.min():g}: fit with w0_min > 0 and without signed weights."
+        )
+    if gain == 0:
+        raise InputError(f"The gain behind {operator.name} must not be 0 for an inverse. Got 0.")
+    slope, r = float(weights.sum()), operator.value("r")
+    error = max(float(model.fit.get("rms", 0.0)) / abs(gain), LEAST_ERROR * slope * float(r[-1]))
+    values: dict[str, Any] = {
+        "w0": weights[0],
+        "r": r,
+        "w": weights[1:],
+        "u0": operator.value("u0"),
+        **dynamics,
+        "sd": SPREAD * np.maximum(weights, slope / (2 * len(weights))),
+        "sigma": error / 2,
+        "change": 2 * error,
+        "w0_min": weights[0] / 2,
+        **{k: v for k, v in options.items() if k != "delay"},
+    }
+    ports = Node("ports", "scaling", {"n": 2}, {"gain": [1 / gain] * 2, "offset": [-offset / gain] * 2})
+    learner = Node("adaptive", KEY, {"delay": delay + _steps(options.get("delay", 0))}, values)
+    to_x, from_x = _line(before)
+    command = Node("command", "scaling", {"n": 1}, {"gain": 1 / to_x, "offset": -from_x / to_x})
+    source, sink, rest = model.graph.inputs[0], model.graph.outputs[0], at_start(model)
+    graph = Graph(
+        [ports, learner, command],
+        [("ports.y[1]", "adaptive.v"), ("ports.y[2]", "adaptive.y"), ("adaptive.u", "command.u")],
+        [
+            Input("v", ("ports.u[1]",), sink.unit, rest, "wanted output before dynamics and delay"),
+            Input("y_d", ("adaptive.y_d",), sink.unit, rest, "reference: nothing is learned while it stands still"),
+            Input("y", ("ports.u[2]",), sink.unit, rest, "measured output"),
+        ],
+        [
+            Output("u", "command.y", source.unit, "input that gives v"),
+            Output("theta", "adaptive.theta", text="present weights w0 and w"),
+            Output("gate", "adaptive.gate", text="1 if the sample was learned from"),
+            Output("changes", "adaptive.changes", text="sudden changes so far"),
+        ],
+    )
+    graph.executor()  # the core refuses values that have no inverse
+    provenance = {"inverse": "adaptive", "of": model.provenance}
+    step = None if parts is None else model.step
+    return Model(f"{model.key}_{KEY}", graph, step, f"adaptive inverse: {model.text}", {}, provenance)
+
+
+def _chain(front: Model) -> tuple[list[Node], Node, list[Node]]:
+    """Return the scalings before the operator, the operator, and the scalings behind it."""
+    g = front.graph
+    follows = {a.split(".")[0]: b.split(".")[0] for a, b in g.wires}
+    at: str | None = g.inputs[0].to[0].split(".")[0]
+    chain: list[Node] = []
+    while at is not None and len(chain) <= len(g.nodes):
+        chain.append(g.node(at))
+        at = follows.get(at)
+    types = [n.type for n in chain]
+    straight = len(chain) == len(g.nodes) == len(g.wires) + 1 and len(g.inputs) == 1
+    if not straight or types.count("prandtl_ishlinskii") != 1 or set(types) > {"prandtl_ishlinskii", "scaling"}:
+        other = next((t for t in types if t not in ("prandtl_ishlinskii", "scaling")), "another structure")
+        raise InputError(
+            f"A model for an adaptive inverse must be a Prandtl-Ishlinskii operator, perhaps scaled, before second-order "
+            f"dynamics. Got {other} in {front.key}: the weights of nothing else are linear in the output and invertible."
+        )
+    i = types.index("prandtl_ishlinskii")
+    return chain[:i], chain[i], chain[i + 1 :]
+
+
+def _line(scalings: list[Node]) -> tuple[float, float]:
+    """Return gain and offset of scalings in a row."""
+    gain, offset = 1.0, 0.0
+    for n in scalings:
+        limits = [abs(float(n.value(name)[0])) for name in ("lo", "hi")]
+        if min(limits) < NO_LIMIT:
+            raise InputError(f"The block {n.name!r} must have no limits for an adaptive inverse. Got {min(limits):g}.")
+        k = float(n.value("gain")[0])
+        gain, offset = gain * k, offset * k + float(n.value("offset")[0])
+    return gain, offset
+
+
+def _second_order(found: list[Node]) -> tuple[float, dict[str, float]]:
+    """Return static gain, and natural frequency and damping, of at most one transfer function."""
+    if not found:
+        return 1.0, {}
+    b, a = found[0].value("b"), found[0].value("a")
+    if len(found) > 1 or len(b) != 1 or len(a) != 3 or not (a / a[0] > 0).all():
+        raise InputError(
+            "The dynamics for an adaptive inverse must be of second order, without zeros and stable. "
+            f"Got {len(found)} transfer function{'s' * (len(found) > 1)}, the first of order {len(a) - 1}."
+        )
+    omega = float(np.sqrt(a[2] / a[0]))
+    return float(b[0] / a[2]), {"f_n": omega / (2 * np.pi), "zeta": float(a[1] / a[0] / (2 * omega))}
+
+
+def _steps(given: Any) -> int:
+    if given != int(given) or given < 0:
+        raise InputError(f"The option 'delay' must be a whole number of steps. Got {given!r} instead.")
+    return int(given)
