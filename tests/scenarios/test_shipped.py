@@ -267,8 +267,13 @@ def test_the_plants_are_what_their_maker_says(plant: str) -> None:
         assert graph.to_bytes() == make(dynamics).to_bytes()
 
 
+def test_the_drifting_plant_is_what_its_maker_says() -> None:
+    shipped = Model.load(ROOT / "models" / "backlash_drifting_plant.model.toml").graph
+    assert shipped.to_bytes() == _make_models().drifting_backlash().to_bytes()
+
+
 @pytest.mark.stress
-@pytest.mark.parametrize(("script", "count"), [("make_models", 15), ("make_paper_models", 13)])
+@pytest.mark.parametrize(("script", "count"), [("make_models", 17), ("make_paper_models", 13)])
 def test_the_scripts_make_the_models_again(
     script: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

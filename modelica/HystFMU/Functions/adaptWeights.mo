@@ -75,7 +75,7 @@ algorithm
 <p><b>Equation:</b> theta += K e, P = P - K phi' P + q diag(sd^2), K = P phi/(sigma^2 + phi' P phi); no diagonal of P above sd^2; P = diag(sd^2) after a sudden change.</p>
 <p><b>Source:</b> Ljung &amp; Gunnarsson, Automatica 26 (1990) 7.</p>
 <p><b>Limitations:</b> the regressors must be finite.</p>
-<p><b>Example:</b> <code>adaptWeights(phi, y - y_hat, gate, pre(memory), cat(1, {w0}, w), sd, sigma, Ts/T, change, pause, Ts, box, w0_min)</code> in <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>.</p>
+<p><b>Example:</b> <code>adaptWeights(phi - low, y - y_low - (phi - low)*pre(theta), gate, pre(memory), cat(1, {w0}, w), sd, sigma, Ts/T, change, pause, Ts, box, w0_min)</code> in <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>, which uses it.</p>
 </html>"));
 end adaptWeights;

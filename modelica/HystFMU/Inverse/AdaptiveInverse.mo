@@ -11,6 +11,9 @@ protected
   discrete Real past[delay + 1](each start = u0, each fixed = true) "Last commands, newest first";
   discrete Real phi[n + 1](each start = u0, each fixed = true) "Regressors";
   discrete Real dphi[n + 1](each start = 0, each fixed = true) "Their rates/omega_n";
+  parameter Real slow = 1 - exp(-2*pi*f_h*Ts) "Share of the low pass in a step";
+  discrete Real low[n + 1](each start = if f_h > 0 then u0 else 0, each fixed = true) "Slow part of the regressors";
+  discrete Real y_low(start = 0, fixed = true) "Slow part of the measured output";
   discrete Real memory[3 + m + div(m*(m + 1), 2)](start = cat(1, {0, 0, pause, w0}, w, Functions.independent(start*sd)), each fixed = true) "Sudden changes, wrong predictions in a row, time since the last change, weights, P";
   discrete Real y_d_last(start = 0, fixed = true) "Reference of the last sample";
 equation
@@ -21,9 +24,11 @@ equation
     z_then = Functions.play(pre(past[delay + 1]), r, pre(z_then));
     phi = F[1, 1]*pre(phi) + F[1, 2]*pre(dphi) + F[1, 3]*cat(1, {pre(past[delay + 1])}, z_then);
     dphi = F[2, 1]*pre(phi) + F[2, 2]*pre(dphi) + F[2, 3]*cat(1, {pre(past[delay + 1])}, z_then);
+    low = pre(low) + slow*(phi - pre(low));
+    y_low = if f_h > 0 and time < 0.5*Ts then y else pre(y_low) + slow*(y - pre(y_low));
     y_hat = phi*pre(theta);
     gate = if time > 0.5*Ts and abs(y_d - pre(y_d_last)) > 0 then 1 else 0;
-    memory = Functions.adaptWeights(phi, y - y_hat, gate, pre(memory), cat(1, {w0}, w), sd, sigma, Ts/T, change, pause, Ts, box, w0_min);
+    memory = Functions.adaptWeights(phi - low, y - y_low - (phi - low)*pre(theta), gate, pre(memory), cat(1, {w0}, w), sd, sigma, Ts/T, change, pause, Ts, box, w0_min);
     theta = Functions.lagged(memory, 3, n + 1);
     changes = memory[1];
     u = min(max(Functions.playsInverse(v, pre(u), pre(z), r, theta), u_min), u_max);

@@ -33,6 +33,7 @@ class AdaptiveInverse(Block):
         u0: float = 0.0,
         f_n: float = 0.0,
         zeta: float = 0.7,
+        f_h: float = 0.0,
         sd: float | Sequence[float] | Array = 0.05,
         start: float = 0.1,
         T: float = 10.0,

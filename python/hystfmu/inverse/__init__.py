@@ -14,9 +14,9 @@ adaptive the exact inverse of a Prandtl-Ishlinskii operator whose weights are le
 Linear dynamics and a delay behind the hysteresis are inverted by a feed-forward that looks ahead: the cascade tracks
 the wanted output ``lag_steps`` of `fit` late (`hystfmu.inverse.dynamic`).  The method is then that of the hysteresis.
 
-Every inverse but the adaptive one states its accuracy: `fit` holds the errors of the cascade inverse -> model, in percent of the span of the
-wanted output, for the worst of the held-out signals within 90 % of the input range; with dynamics for smooth signals up
-to a tenth of the natural frequency, after the lag.
+Every inverse but the adaptive one states its accuracy: `fit` holds the errors of the cascade inverse -> model, in
+percent of the span of the wanted output, for the worst of the held-out signals within 90 % of the input range; with
+dynamics for smooth signals up to a tenth of the natural frequency, after the lag.
 """
 
 from __future__ import annotations

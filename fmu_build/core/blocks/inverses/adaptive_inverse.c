@@ -4,6 +4,9 @@
  * output is y = theta' phi, phi = G0 z^-delay of the command and of its plays.  A Kalman filter with theta as a random
  * walk (P grows by P_0 dt / T) learns theta from y - theta' phi, the error of prediction.  A feedback in v changes the
  * command, of which phi knows, and no prediction: it is not learned as an error of the model.  What keeps it sound:
+ *   f_h       beside a feedback, errors slower than f_h are left to it: y and phi pass a first-order high pass, so that
+ *             a disturbance or an offset is not learned, and no weight is moved to where the feedback is better
+ *             (prefilter of the criterion: Ljung, System Identification, 2nd ed., 14.4)
  *   gate      nothing changes while the reference stands still, so noise at rest moves no weight
  *   trust     P begins at start^2 P_0; it is P_0 once the prediction was wrong by `change` for six samples in a row
  *   box       w0 >= w0_min and w >= 0 bound the slope of the inverse; theta stays within `box` sd of its start
@@ -29,6 +32,7 @@ enum { IN_A_ROW = 6 };
   V(u0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: plant and plays rest at this value of u")   \
   V(f_n, PARAM, 1, "real", "Hz", 0.0, 0.0, HYST_INF, "natural frequency of G0; 0: no dynamics")                       \
   V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio of G0")                                           \
+  V(f_h, FIXED, 1, "real", "Hz", 0.0, 0.0, HYST_INF, "slower errors are left to a feedback; 0: there is none")        \
   V(sd, PARAM, n + 1, "real", "1", 0.05, 0.0, HYST_INF, "standard deviations of w0 and w after a change")             \
   V(start, FIXED, 1, "real", "1", 0.1, 0.0, 1.0, "standard deviations at the start, relative to sd")                  \
   V(T, PARAM, 1, "real", "s", 10.0, HYST_POSITIVE, HYST_INF, "time in which a drift of the weights reaches sd")       \
@@ -39,6 +43,7 @@ enum { IN_A_ROW = 6 };
   V(w0_min, PARAM, 1, "real", "1", 0.1, HYST_POSITIVE, HYST_INF, "least w0, which bounds the slope of the inverse")   \
   HYST_LIMIT_ROWS(V)                                                                                                  \
   V(F, DERIVED, 9, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n and input of G0 over a step") \
+  V(slow, DERIVED, 1, "real", "1", 0.0, 0.0, 1.0, "share of the low pass in a step")                                  \
   V(work, DERIVED, HYST_SECOND_ORDER_WORK, "real", "1", 0.0, -HYST_INF, HYST_INF, "for the matrix exponential")       \
   V(v, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                              \
   V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference; nothing is learned while it stands still")      \
@@ -54,6 +59,9 @@ enum { IN_A_ROW = 6 };
   V(z_then, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "plays of the delayed command")                          \
   V(phi, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "regressors: delayed command and plays through G0")     \
   V(dphi, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "rates of the regressors / omega_n")                   \
+  V(low, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "their slow part")                                      \
+  V(fast, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "the regressors without it")                           \
+  V(y_low, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "slow part of the measured output")                       \
   V(gain, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "P phi of the last update")                            \
   V(commands, STATE, delay + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last commands, newest first")                 \
   V(v_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "v at the last step")                                    \
@@ -75,11 +83,15 @@ static double product(int n, const double *a, const double *b) {
  * slope at a kink; 0 if only the value counts.  slope: of the operator there. */
 static double invert(int n, const double *r, const double *theta, const double *z, double last, double v, double seed,
                      double *slope) {
-  const double there = theta[0] * last + product(n, theta + 1, z), reached = v - there;
-  /* at the last command itself the difference is rounding, and the seed decides on the way */
-  const int stands = hyst_fabs(reached) <= 1e-14 * (hyst_fabs(v) + hyst_fabs(there)) && seed != 0;
-  const double way = (stands ? seed : reached) < 0 ? -1 : 1;
-  double left = stands ? 0 : hyst_fabs(reached), u = last;
+  double missing = v - theta[0] * last, size = hyst_fabs(v) + hyst_fabs(theta[0] * last);
+  for (int i = 0; i < n; i++) {
+    missing -= theta[i + 1] * z[i];
+    size += hyst_fabs(theta[i + 1] * z[i]);
+  }
+  /* at the last command itself what is missing is rounding, and the seed decides on the way */
+  const int stands = seed != 0 && hyst_fabs(missing) <= 1e-13 * size;
+  const double way = (stands ? seed : missing) < 0 ? -1 : 1;
+  double left = stands ? 0 : hyst_fabs(missing), u = last;
   *slope = theta[0];
   for (int i = 0; i < n; i++) {
     double go = way * (z[i] + way * r[i] - u);
@@ -136,7 +148,8 @@ HYST_PREPARE_FN(prepare) {
     if (r[i] < r[i - 1]) return "the thresholds r must not decrease";
   if (*w0_min > *w0) return "w0_min must not be greater than w0";
   const char *const bad = hyst_wrong_limits(*u_min, *u_max);
-  if (bad || dt == 0) return bad;            /* initialisation uses no matrix */
+  if (bad || dt == 0) return bad; /* initialisation uses no matrix */
+  *slow = 1 - hyst_exp(-HYST_2PI * *f_h * dt);
   for (int i = 0; i < 9; i++) F[i] = i == 2; /* no dynamics: the position is the input */
   return *f_n == 0 || hyst_second_order(HYST_2PI * *f_n * dt, *zeta, work, F) ? NULL
                                                                               : "the step is too long for f_n and zeta";
@@ -146,13 +159,14 @@ HYST_INIT_FN(init) {
   for (int i = 0; i <= n; i++) {
     weights[i] = i == 0 ? *w0 : w[i - 1];
     phi[i] = *u0;
-    dphi[i] = gain[i] = 0;
+    low[i] = *f_h > 0 ? *u0 : 0;
+    dphi[i] = fast[i] = gain[i] = 0;
   }
   trust(n + 1, *start * *start, sd, P);
   for (int i = 0; i < n; i++) z[i] = z_then[i] = *u0;
   for (int i = 0; i <= delay; i++) commands[i] = *u0;
   *predicted = *v_last = product(n + 1, weights, phi);
-  *y_d_last = *learned = *wrong = *count = 0;
+  *y_low = *y_d_last = *learned = *wrong = *count = 0;
   *since = *pause; /* the first change may come at once */
 }
 HYST_OUTPUT_FN(output) {
@@ -173,11 +187,14 @@ HYST_UPDATE_FN(update) {
       const double in = i == 0 ? then : z_then[i - 1], position = phi[i];
       phi[i] = F[0] * position + F[1] * dphi[i] + F[2] * in;
       dphi[i] = F[3] * position + F[4] * dphi[i] + F[5] * in;
+      low[i] += *slow * (phi[i] - low[i]);
+      fast[i] = phi[i] - low[i];
     }
+    *y_low += *slow * (*y - *y_low);
     *predicted = product(n + 1, weights, phi);
-    const double e = *y - *predicted;
+    const double e = *y - *y_low - product(n + 1, weights, fast);
     *since += dt;
-    *learned = *y_d != *y_d_last && learn(n + 1, weights, P, phi, e, *sigma, sd, dt / *T, gain);
+    *learned = *y_d != *y_d_last && learn(n + 1, weights, P, fast, e, *sigma, sd, dt / *T, gain);
     if (*learned == 1) {
       *wrong = hyst_fabs(e) > *change && *since >= *pause ? *wrong + 1 : 0;
       if (*wrong >= IN_A_ROW) {
@@ -191,6 +208,8 @@ HYST_UPDATE_FN(update) {
       }
     }
     for (int i = delay; i > 0; i--) commands[i] = commands[i - 1];
+  } else if (*f_h > 0) {
+    *y_low = *y;
   }
   double slope;
   commands[0] = hyst_clamp(invert(n, r, weights, z, commands[0], *v, 0, &slope), *u_min, *u_max);

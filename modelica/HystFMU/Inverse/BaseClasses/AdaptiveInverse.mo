@@ -10,6 +10,7 @@ partial block AdaptiveInverse "Adaptive inverse of a Prandtl-Ishlinskii operator
   parameter Real u0 = 0 "Initial memory: plant and plays rest at this value of u" annotation (Dialog(group = "Start"));
   parameter Types.Frequency f_n(min = 0) = 0 "Natural frequency of G0; 0: no dynamics";
   parameter Real zeta(min = 0) = 0.7 "Damping ratio of G0";
+  parameter Types.Frequency f_h(min = 0) = 0 "Slower errors are left to a feedback; 0: there is none";
   parameter Real sd[n + 1](each min = 0) = fill(0.05, n + 1) "Standard deviations of w0 and w after a change";
   parameter Real start(min = 0, max = 1) = 0.1 "Standard deviations at the start, relative to sd" annotation (Dialog(group = "Start"));
   parameter Types.Time T(min = 0) = 10 "Time in which a drift of the weights reaches sd; greater than 0";
