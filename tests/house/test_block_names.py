@@ -34,6 +34,12 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/streaming.py": dict.fromkeys(
         ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"
     ),
+    "inverse/adaptive.py": {
+        "adaptive_inverse": "adaptive_inverse(): the block that it makes",
+        **dict.fromkeys(("prandtl_ishlinskii", "scaling"), "_chain(): operator and scalings that it may consist of"),
+        "transfer_function": "adaptive_inverse(): the dynamics behind the operator",
+        "delay": "OPTIONS: the size of this name",
+    },
     "inverse/creep_states.py": {
         "creep": "known_states(): the block whose lags are known",
         **dict.fromkeys(("sum", "scaling"), "_separated(): a step of creep, and lags that start at 0"),
@@ -88,6 +94,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     },
     "modelica/places.py": {
         **dict.fromkeys(("bouc_wen_oscillator", "duhem_oscillator"), "_PLANTS: stands among the plants"),
+        "adaptive_inverse": "_LEARNS: an inverse without other realisations",
         "transfer_function": "_LACKS: the class is continuous",
         "implicit_inverse": "_LACKS: the model is a package of functions",
         "reference": "has_shapes(): a class for each shape",
