@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.engine.fmu_store import FmuStore
 from hystfmu.scenario.engine.master import Engine
+from hystfmu.scenario.loop_figures import loop_figures
 from hystfmu.scenario.plan import Plan, plan, read
 from hystfmu.scenario.run_case import run_case
 from hystfmu.scenario.system.case import Scenario
@@ -86,7 +88,10 @@ def run_scenarios(
         with FmuStore() as store:
             ran = []
             for system in p.systems:
-                ran.append(run_case(system, p.baseline, engine, store, strict=p.strict, seconds=seconds, out=out))
+                result, record_of = run_case(
+                    system, p.baseline, engine, store, strict=p.strict, seconds=seconds, out=out
+                )
+                ran.append((replace(result, loop=loop_figures(system)), record_of))
                 advance(system.n_steps)
         results += [r for r, _ in ran]
         if record and all(r.passed for r, _ in ran):

@@ -138,6 +138,8 @@ def _group(name: str, results: Sequence[Result]) -> str:
             ("limit", NUMBER),
             ("baseline", NUMBER),
             ("verdict", ""),
+            ("Ms dB", NUMBER),
+            ("delay margin, steps", NUMBER),
         )
     )
     return (
@@ -150,7 +152,9 @@ def _group(name: str, results: Sequence[Result]) -> str:
 def _verdict_rows(r: Result) -> str:
     if not r.verdicts:
         why = escape("; ".join(r.lines))
-        return f'<tr><td>{escape(r.case)}</td><td colspan="4">{why}</td><td class="bad">stopped</td></tr>'
+        return (
+            f'<tr><td>{escape(r.case)}</td><td colspan="4">{why}</td><td class="bad">stopped</td>{_margins(r, 1)}</tr>'
+        )
     rows = []
     for k, v in enumerate(r.verdicts):
         words = ("ok" if v.within else "over the limit") + (", changed" if v.same is False else "")
@@ -161,9 +165,15 @@ def _verdict_rows(r: Result) -> str:
         numbers = "".join(f"<td{NUMBER}>{'' if x is None else f'{x:.4g}'}</td>" for x in (v.value, v.limit, v.baseline))
         rows.append(
             f"<tr>{case}<td>{escape(v.metric)} <small>{escape(v.kind)}</small></td>{numbers}"
-            f'<td class="{"ok" if good else "bad"}">{words}</td></tr>'
+            f'<td class="{"ok" if good else "bad"}">{words}</td>{_margins(r, len(r.verdicts)) if k == 0 else ""}</tr>'
         )
     return "".join(rows)
+
+
+def _margins(r: Result, rows: int) -> str:
+    """Return the cells with the margins of the loop of a case, empty where it has none."""
+    cells = r.loop.cells() if r.loop is not None else ["", ""]
+    return "".join(f'<td rowspan="{rows}"{NUMBER}>{c}</td>' for c in cells)
 
 
 def _scenario(results: Sequence[Result]) -> str:

@@ -8,24 +8,49 @@ from hystfmu.report.terminal import table
 from hystfmu.scenario.verdict.baseline import CHANGED, Change
 from hystfmu.scenario.verdict.result import Result
 
+LOOP = ("Ms dB", "delay margin, steps")
+WORST = ("largest Ms dB", "least delay margin, steps")
+
 
 def verdicts(results: Sequence[Result]) -> str:
     """Return one line per case, or per scenario if there are several, followed by notes and failures."""
     groups: dict[str, list[Result]] = {}
     for r in results:
         groups.setdefault(r.scenario, []).append(r)
+    some = any(r.loop is not None for r in results)
     if len(groups) > 1:
         rows = [
-            [name, f"{sum(r.passed for r in g)} of {len(g)}", f"{sum(r.seconds for r in g):.2f}"]
+            [
+                name,
+                f"{sum(r.passed for r in g)} of {len(g)}",
+                *_worst(g)[: 2 * some],
+                f"{sum(r.seconds for r in g):.2f}",
+            ]
             for name, g in groups.items()
         ]
-        lines = [table(["scenario", "passed", "seconds"], rows)]
+        head = ["scenario", "passed", *WORST[: 2 * some], "seconds"]
     else:
-        rows = [[r.scenario, r.case, "ok" if r.passed else "FAILED", f"{r.seconds:.2f}"] for r in results]
-        lines = [table(["scenario", "case", "verdict", "seconds"], rows)]
+        rows = [
+            [r.scenario, r.case, "ok" if r.passed else "FAILED", *_worst([r])[: 2 * some], f"{r.seconds:.2f}"]
+            for r in results
+        ]
+        head = ["scenario", "case", "verdict", *LOOP[: 2 * some], "seconds"]
+    lines = [table(head, rows)]
     failures = [line for r in results for line in (*r.notes, *_shortened(r.failures()))]
     passed = sum(r.passed for r in results)
     return "\n".join([*lines, *failures, f"{passed} of {len(results)} cases passed"])
+
+
+def _worst(results: Sequence[Result]) -> list[str]:
+    """Return the largest peak and the least delay margin of the loops of cases as text; empty without loops."""
+    loops = [r.loop for r in results if r.loop is not None]
+    if not loops:
+        return ["", ""]
+    peaks = [f.Ms_db for f in loops if f.Ms_db is not None]
+    margins = [f.delay_steps for f in loops if f.delay_steps is not None]
+    if not all(f.stable for f in loops):
+        return ["unstable", "unstable"]
+    return [f"{max(peaks):.3g}", f"{min(margins):.3g}"]
 
 
 def _shortened(failures: Sequence[str]) -> list[str]:

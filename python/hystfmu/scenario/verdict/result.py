@@ -13,6 +13,28 @@ MOST_SAID = 3  # metrics in the repr
 
 
 @dataclass(frozen=True)
+class LoopFigures:
+    """Margins of the linearised loop of a case, for slope 1 of plant over inverse; None if it is unstable.
+
+    Attributes
+    ----------
+    stable : bool
+    Ms_db : float or None
+        Peak of the sensitivity (dB).
+    delay_steps : float or None
+        Delay margin beyond the delay of the case (steps); may be infinite.
+    """
+
+    stable: bool
+    Ms_db: float | None
+    delay_steps: float | None
+
+    def cells(self) -> list[str]:
+        """Return peak and delay margin as text."""
+        return ["unstable" if x is None else f"{x:.3g}" for x in (self.Ms_db, self.delay_steps)]
+
+
+@dataclass(frozen=True)
 class Result:
     """One case of a scenario after its run.
 
@@ -32,6 +54,8 @@ class Result:
         Remarks that are no failure: discontinuities between two steps.
     counted : Sweeps
         Of an iterative coupling.
+    loop : LoopFigures, optional
+        Margins of its loop; None where it has none.
     """
 
     system: System
@@ -41,6 +65,7 @@ class Result:
     seconds: float
     notes: tuple[str, ...] = ()
     counted: Sweeps = field(default_factory=Sweeps)
+    loop: LoopFigures | None = None
 
     def __repr__(self) -> str:
         if not self.verdicts:
@@ -96,4 +121,5 @@ class Result:
             "metrics": [vars(v) for v in self.verdicts],
             "failures": list(self.lines),
             "notes": list(self.notes),
+            "margins": None if self.loop is None else vars(self.loop),
         } | ({"sweeps": self.sweeps} if self.sweeps else {})

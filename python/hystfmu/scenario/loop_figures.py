@@ -1,0 +1,39 @@
+"""Peak of the sensitivity and delay margin of the loop of a case, for its result: once for all cases that share a loop.
+
+The sector of slopes, for which a case would have to run again, is left to `hystfmu margins`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.system.system import System
+from hystfmu.scenario.verdict.result import LoopFigures
+
+
+def loop_figures(system: System) -> LoopFigures | None:
+    """Return the figures of the loop of a case, opened at the input of its plant; None if it has no margins."""
+    try:
+        opened = open_loop(system, (1.0, 1.0))
+    except InputError:
+        return None
+    return _figures(_Loop(opened.key, opened))
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """A loop that equals another one with the same key."""
+
+    key: tuple[object, ...]
+    opened: OpenedLoop = field(compare=False)
+
+
+@lru_cache(maxsize=256)
+def _figures(loop: _Loop) -> LoopFigures:
+    found = loop.opened.margins()
+    if not found.stable:
+        return LoopFigures(stable=False, Ms_db=None, delay_steps=None)
+    return LoopFigures(stable=True, Ms_db=found.Ms_db + 0.0, delay_steps=found.delay_steps)
