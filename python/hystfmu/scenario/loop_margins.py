@@ -183,6 +183,17 @@ class OpenedLoop:
         error = K[:, -1, -1] + K[:, -1, 0] * G * K[:, 0, -1] / (1 - K[:, 0, 0] * G)
         return self.memories[0].factor(self._angles, error)
 
+    def worst_peak_db(self, delay: float = 0.0) -> float:
+        """Return the largest peak of the sensitivity over the sector of slopes (dB); infinite if one is unstable."""
+        if not self.stable_at(delay):
+            return np.inf
+        L = self.response(1.0, delay) if self.broken is None else None
+        nearest = [
+            np.abs(1 + (self.response(float(slope), delay) if L is None else slope * L)).min()
+            for slope in np.linspace(*self.slopes, SLOPES)
+        ]
+        return float(-20 * np.log10(min(nearest)))
+
     def stable_at(self, delay: float) -> bool:
         """Whether every slope of the sector is stable."""
         return all(self.stable(float(slope), delay) for slope in np.linspace(*self.slopes, SLOPES))

@@ -19,6 +19,7 @@ from hystfmu.scenario.plan import plan, read
 
 COLUMNS = {
     "Ms_db": "Ms dB",
+    "Ms_worst_db": "Ms dB, worst slope",
     "gain_db": "gain dB",
     "phase_deg": "phase deg",
     "delay_steps": "delay steps",
@@ -31,7 +32,7 @@ COLUMNS = {
     "stable_to_steps": "stable to steps",
 }
 OPTIONAL = ("simulated_delay_steps", "learning")  # columns that only some loops have
-AT_DELAY = ("Ms_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz", "noise_gain", "learning")
+AT_DELAY = ("Ms_db", "Ms_worst_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz", "noise_gain", "learning")
 FALLING = (
     "delay steps, simulated: the gain of sliding mode and super-twisting falls with the amplitude; the linear columns "
     "hold at the largest one, that of the smallest signals"
@@ -49,11 +50,12 @@ class LoopRow:
     slopes : (float, float)
         Sector of local slopes of plant over inverse along the paths of these cases.
     margins : dict
-        ``stable``, and for slope 1 without further delay: ``Ms_db``, ``gain_db``, ``phase_deg``, ``delay_steps``,
-        ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor), ``learning``
-        (factor from period to period of a memory); with one step of delay: ``Ms_1_db``, and at the largest slope
-        ``Ms_1_largest_db``; ``stable_to_steps``, the largest delay up to which the whole sector is stable;
-        ``simulated_delay_steps``, only where the gain depends on the amplitude.  What a loop does not have is None.
+        ``stable``, and for slope 1 without further delay: ``Ms_db`` (``Ms_worst_db`` is the largest of the sector),
+        ``gain_db``, ``phase_deg``, ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white
+        noise of RMS 1 at the sensor), ``learning`` (factor from period to period of a memory); with one step of delay:
+        ``Ms_1_db``, and at the largest slope ``Ms_1_largest_db``; ``stable_to_steps``, the largest delay up to which
+        the whole sector is stable; ``simulated_delay_steps``, only where the gain depends on the amplitude, at most 4.
+        What a loop does not have is None.
     at_delay : tuple of dict
         The first figures for each delay of `DELAYS`, at ``delay``, with ``sector_stable``.
     """
@@ -224,6 +226,8 @@ def _at(loop: OpenedLoop, delay: float) -> dict[str, Any]:
     found: dict[str, Any] = {"stable": now.stable}
     for key in ("Ms_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz"):
         found[key] = getattr(now, key) if now.stable else None
+    worst = loop.worst_peak_db(delay)
+    found["Ms_worst_db"] = None if math.isinf(worst) else worst
     found["noise_gain"] = loop.noise_gain(delay=delay) if now.stable else None
     found["learning"] = loop.learning(delay=delay) if loop.memories else None
     return found

@@ -1,0 +1,115 @@
+"""Limits of the linearised loop in a scenario file: verdicts, exit codes, refusals; margins in the result of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import hystfmu as hy
+from hystfmu.cli import main
+
+W = 2 * np.pi * 500
+LOOP = f"""
+format = 1
+name = "loop"
+step = 1e-4
+stop = 0.02
+ripple = 10
+order = ["plant", "reference", "pid"]
+case = [
+  {{ name = "nominal" }},
+  {{ name = "up_10", set = {{ "plant.b" = [{0.64 * W**2}], "plant.a" = [1.0, {1.12 * W}, {0.64 * W**2}] }} }},
+  {{ name = "open", connections = {{ "pid.y" = "reference.r" }} }},
+]
+
+[units.plant]
+block = "transfer_function"
+dims = {{ na = 2, nb = 0 }}
+values = {{ b = [{W**2}], a = [1.0, {1.4 * W}, {W**2}] }}
+fine = true
+
+[units.reference]
+block = "reference"
+values = {{ frequency = 100.0 }}
+fine = true
+
+[units.pid]
+block = "pid"
+values = {{ Kp = 1.26, Ki = 9692.0, Kd = 7.036e-4 }}
+inputs = {{ u_ff = 0.0 }}
+
+[connections]
+"pid.y_d" = "reference.r"
+"pid.y" = "plant.y"
+"plant.u" = "pid.u"
+
+[metrics.tracking]
+kind = "rms_percent"
+signal = "plant.y"
+against = "reference.r"
+stroke = 2.0
+"""
+
+
+def folder(tmp_path: Path, limits: str) -> Path:
+    (tmp_path / "scenario.toml").write_text(f"{LOOP}\n[margins]\n{limits}\n")
+    return tmp_path
+
+
+def test_limits_that_hold_exit_with_0(tmp_path: Path) -> None:
+    made = folder(tmp_path, 'Ms_db = 6\ncorners = ["up_*"]\nslopes = [0.7, 1.3]\nstable_to_steps = 0.5')
+    run = CliRunner().invoke(main, ["margins", str(made)])
+    assert run.exit_code == 0, run.output
+    rows = [line.split() for line in run.output.splitlines() if line.startswith("loop ")]
+    assert [row[-1] for row in rows if row[1] in ("Ms_db", "stable_to_steps")] == ["ok", "ok"]
+
+
+def test_every_broken_limit_is_a_line_and_exits_with_1(tmp_path: Path) -> None:
+    made = folder(tmp_path, 'case = "nominal"\nMs_db = 2\ncorners = ["up_*"]\nslopes = [0.7, 1.3]\nstable_to_steps = 3')
+    run = CliRunner().invoke(main, ["margins", str(made)])
+    assert run.exit_code == 1
+    lines = [line for line in run.output.splitlines() if line.startswith("loop: margins.")]
+    assert len(lines) == 2
+    assert lines[0].startswith("loop: margins.Ms_db: must be at most 2 at nominal. Got 4.6")
+    assert lines[1].startswith("loop: margins.stable_to_steps: must be at least 3 at up_10, the worst of 1. Got ")
+
+
+@pytest.mark.parametrize(
+    ("limits", "why"),
+    [
+        ('case = "open"\nMs_db = 6', "margins.case: The case must have a loop. Got 'open' instead."),
+        ('corners = ["down_*"]\nstable_to_steps = 1', "margins.corners: A case with a loop must have such a name."),
+        ("Ms = 6", "margins.Ms"),
+    ],
+)
+def test_a_limit_that_nothing_can_meet_is_refused(tmp_path: Path, limits: str, why: str) -> None:
+    run = CliRunner().invoke(main, ["margins", str(folder(tmp_path, limits))])
+    assert run.exit_code == 2
+    assert why in run.output
+    assert "Traceback" not in run.output
+
+
+def test_a_run_has_the_margins_of_its_loops(tmp_path: Path) -> None:
+    results = hy.run(folder(tmp_path, "Ms_db = 6"), engine="native", report=tmp_path / "report")
+    nominal, up, opened = (r.summary()["margins"] for r in results)
+    assert nominal["Ms_db"] == pytest.approx(4.64, abs=0.01)  # PID and G0 of tests/design/test_loop_margins.py
+    assert nominal["delay_steps"] == pytest.approx(1.947, abs=0.01)
+    w = 0.8 * W
+    slower = hy.Node("g0", "transfer_function", {}, {"b": [w**2], "a": [1.0, 1.4 * w, w**2]})
+    pid = hy.Node("c", "pid", {}, {"Kp": 1.26, "Ki": 9692.0, "Kd": 7.036e-4})
+    assert up["delay_steps"] == pytest.approx(hy.design.margins(hy.design.loop(slower, pid, 1e-4)).delay_steps)
+    assert opened is None
+    page = (tmp_path / "report" / "report.html").read_text()
+    assert "delay margin, steps" in page
+    assert ">4.64<" in page
+
+
+def test_delays_have_a_row_each(tmp_path: Path) -> None:
+    run = CliRunner().invoke(main, ["margins", str(folder(tmp_path, "Ms_db = 6")), "--case", "nominal", "--delays"])
+    assert run.exit_code == 0, run.output
+    rows = [line.split() for line in run.output.splitlines() if line.startswith("loop ")]
+    assert [row[3] for row in rows] == ["0", "0.5", "1", "2"]
+    assert [row[-1] for row in rows] == ["stable", "stable", "stable", "unstable"]
