@@ -76,9 +76,23 @@ static inline double innermost(network *n, int first) {
   return sum + product(weight + first, n->z + first, n->p - first);
 }
 
+/* the two highest degrees from z_first on, which are nearly all products of a network */
+static inline double last_two(network *n, int first) {
+  const double *z = n->z, *one = n->next[n->q - 1], *two = n->next[n->q];
+  double sum = 0;
+  for (int i = first; i < n->p; i++) {
+    sum += z[i] * (*one++ + product(two, z + i, n->p - i));
+    two += n->p - i;
+  }
+  n->next[n->q - 1] = one;
+  n->next[n->q] = two;
+  return sum;
+}
+
 /* sum over i >= first of z_i times (its weight plus all longer products) */
 static double nested(network *n, int degree, int first) {
   if (degree == n->q) return innermost(n, first);
+  if (degree == n->q - 1 && n->n_k > 0) return last_two(n, first);
   double sum = 0;
   for (int i = first; i < n->p; i++) {
     const double weight = *n->next[degree]++;
@@ -93,8 +107,11 @@ static double evaluate(network n, const double *theta) {
 }
 
 static void shift(double *past, int n, double now) {
-  for (int i = n - 1; i > 0; i--) past[i] = past[i - 1];
-  if (n > 0) past[0] = now;
+  for (int i = 0; i < n; i++) { /* upwards, because a compiler calls memmove for a loop downwards */
+    const double before = past[i];
+    past[i] = now;
+    now = before;
+  }
 }
 
 HYST_OUTPUT_FN(output) {
