@@ -156,6 +156,30 @@ def _ramp(b, a, dt):
     return expm(M)[:n, n + 1]
 
 
+def modes(p, state, u, t, dt):
+    """Sum of k_i w_i^2 / (s^2 + 2 zeta_i w_i s + w_i^2)."""
+    y, after = 0.0, []
+    for i, (f, zeta, k) in enumerate(zip(p.f_n, p.zeta, p.k, strict=True)):
+        w = 2 * np.pi * f
+        A, B, C, _ = _held((w * w,), (1.0, 2 * zeta * w, w * w), dt)
+        x = np.zeros(2) if state is None else A @ state[i] + B[:, 0] * u["u"]
+        y += k * float(C[0] @ x)
+        after.append(x)
+    return {"y": y}, after
+
+
+def amplifier(p, state, u, t, dt):
+    """y' = clamp(2 pi f_b (clamp(u) - y), i_max/C): at constant rate down to the error that the lag removes as fast."""
+    w, wanted = 2 * np.pi * p.f_b, min(max(u["u"], p.u_min), p.u_max)
+    error, near = wanted - (state or 0.0), p.i_max / p.C / w
+    fast = min(max((abs(error) - near) / (w * near), 0.0), dt)
+    left = (abs(error) - w * near * fast) * np.exp(-w * (dt - fast)) if dt else abs(error)
+    over = max(left - near, 0.0)
+    return {"y": wanted - np.sign(error) * left, "excess": u["u"] - wanted + np.sign(error) * over}, (
+        wanted - np.sign(error) * left
+    )
+
+
 def creep(p, state, u, t, dt):
     """w0 u and the lags T q' = u - q, for an input held over the step."""
     if state is None:
@@ -303,6 +327,17 @@ def iterative_learning(p, state, u, t, dt):
     return {"u": _limited(p, u["u_ff"] + w[len(e) - 1])}, (w, e)
 
 
+def repetitive(p, state, u, t, dt):
+    """y_d + w_k, w_k = sum of q_|j| w_(k-n+j) and of l_j e_(k-n+j)."""
+    reach = p.n + max(p.n_q, p.n_l)
+    w, e = (np.zeros(reach), np.zeros(reach)) if state is None else state
+    q = np.concatenate([p.q[:0:-1], p.q])
+    same = reach - p.n  # the step one period before this one
+    now = q @ w[same - p.n_q : same + p.n_q + 1] + p.l @ e[same - p.n_l : same + p.n_l + 1]
+    error = u["y_d"] - u["y"] if u.get("active", 1.0) > 0 else 0.0
+    return {"r": u["y_d"] + now}, (np.append(w[1:], now), np.append(e[1:], error))
+
+
 # ---- sources ---------------------------------------------------------------------------------------------------------
 SINE, TRIANGLE, DECAYING, MULTISINE, STEPS = range(5)
 
@@ -328,13 +363,20 @@ def _signal(p, t):
         w = 2 * np.pi * p.f
         z = p.a * np.exp(1j * (w * t + p.ph))
         return z.imag.sum(), (w * z).real.sum(), -(w * w * z.imag).sum()
-    if p.shape == TRIANGLE and getattr(p, "turn", 0) == 0:
-        turns = (p.frequency * t + p.phase / 2 / np.pi + 0.25) % 1
-        slope = 4 * p.frequency * (1 if turns < 0.5 else -1)
-        return 1 - abs(4 * turns - 2), slope, 0.0
+    if p.shape == TRIANGLE:
+        return _triangle((p.frequency * t + p.phase / 2 / np.pi) % 1, p.turn / 4, p.frequency)
     if p.shape == STEPS:
         return p.levels[min(int(t / p.T * (1 + 1e-9)), len(p.levels) - 1)], 0.0, 0.0
     raise NotImplementedError("shape of the reference")
+
+
+def _triangle(q, reach, f):
+    """Lines of speed v and, up to `reach` of a period around the extrema 1 and -1, parabolas of curvature v / reach."""
+    side = 1 if q < 0.5 else -1
+    v, d = 4 / (1 - 2 * reach), (q % 0.5) - 0.25
+    if abs(d) < reach:
+        return side * (1 - v / reach * d * d / 2), -side * v / reach * d * f, -side * v / reach * f * f
+    return side * (v * (0.25 - abs(d))), -np.sign(d) * side * v * f, 0.0
 
 
 BLOCKS = {
@@ -352,6 +394,9 @@ BLOCKS = {
     "dead_zones": dead_zones,
     "polynomial_narx": polynomial_narx,
     "creep": creep,
+    "modes": modes,
+    "amplifier": amplifier,
+    "repetitive": repetitive,
     "bouc_wen_oscillator": bouc_wen_oscillator,
     "transfer_function": transfer_function,
     "delay": delay,

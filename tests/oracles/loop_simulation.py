@@ -81,15 +81,22 @@ class Blocks:
         return np.concatenate([np.ravel(self._value(source, u, found)) for _, source in self.outputs])
 
 
-def root(miss, lo, hi):
-    """The root of a function that rises, or the bound that is nearest to it."""
+def root(miss, lo, hi, near=None):
+    """The root of a function that rises, or the bound that is nearest to it; sought around `near` first."""
+    if near is not None:
+        reach = 1e-3
+        while miss(near - reach) >= 0 or miss(near + reach) <= 0:
+            reach *= 4
+            if reach > hi - lo:
+                raise ValueError("no root")
+        lo, hi = near - reach, near + reach
     if miss(lo) >= 0:
         return lo
     return hi if miss(hi) <= 0 else brentq(miss, lo, hi, xtol=SAME, rtol=4 * np.finfo(float).eps)
 
 
 class Inverse:
-    """The unit `inverse_of`: the input for which the forward model has the wanted output."""
+    """The unit `inverse_of`: the input for which the forward model has the wanted output, near the last one."""
 
     def __init__(self, graph, inputs):
         self.model, self.inputs = Blocks(graph), list(inputs)
@@ -97,13 +104,14 @@ class Inverse:
 
     def step(self, states, u, t, dt):
         (wanted,) = u.values()
+        states, last = states or (None, 0.0)
 
         def tried(x):
             found, after = self.model.step(states, {self._into: x}, t, dt)
             return float(self.model.results(found, {})[0]), after
 
-        x = root(lambda x: tried(x)[0] - wanted, -WIDE, WIDE)
-        return x, tried(x)[1]
+        x = root(lambda x: tried(x)[0] - wanted, -WIDE, WIDE, last)
+        return x, (tried(x)[1], x)
 
     def results(self, found, u):
         return np.array([found])
