@@ -25,6 +25,10 @@ def scaling(p, state, u, t, dt):
     return {"y": np.minimum(np.maximum(u["u"], p.lo), p.hi) * p.gain + p.offset}, state
 
 
+def in_range(p, state, u, t, dt):
+    return {"y": float(np.all((p.lo <= u["u"]) & (u["u"] <= p.hi)))}, state
+
+
 def feedforward(p, state, u, t, dt):
     """The inverse of gain / (s^2 / w^2 + 2 zeta s / w + 1)."""
     w = 2 * np.pi * p.f_n
@@ -102,9 +106,9 @@ def dead_zones(p, state, u, t, dt):
 
 def polynomial_narx(p, state, u, t, dt):
     """theta' phi, phi all monomials of lags of u, f and y, by degree, the constant last."""
-    us, fs, ys = state or ([u["u"]] * (p.n_u + 1), [u.get("f", 0.0)] * (p.n_f + 1), [p.y0] * p.n_y)
+    us, fs, ys = state or ([u["u"]] * (p.n_u + 1), [u["f"]] * (p.n_f + 1), [p.y0] * p.n_y)
     if state is not None:
-        us, fs = [u["u"], *us[:-1]], [u.get("f", 0.0), *fs[:-1]]
+        us, fs = [u["u"], *us[:-1]], [u["f"], *fs[:-1]]
     z = np.array([*us[p.n_k :][: p.n_u], *fs[p.n_k :][: p.n_f], *ys])
     phi = [np.prod(z[list(c)]) for d in range(1, p.q + 1) for c in _monomials(len(z), d)]
     y = float(p.theta @ [*phi, 1.0])
@@ -334,7 +338,7 @@ def repetitive(p, state, u, t, dt):
     q = np.concatenate([p.q[:0:-1], p.q])
     same = reach - p.n  # the step one period before this one
     now = q @ w[same - p.n_q : same + p.n_q + 1] + p.l @ e[same - p.n_l : same + p.n_l + 1]
-    error = u["y_d"] - u["y"] if u.get("active", 1.0) > 0 else 0.0
+    error = u["y_d"] - u["y"] if u["active"] > 0 else 0.0
     return {"r": u["y_d"] + now}, (np.append(w[1:], now), np.append(e[1:], error))
 
 
@@ -382,6 +386,7 @@ def _triangle(q, reach, f):
 BLOCKS = {
     "sum": weighted_sum,
     "scaling": scaling,
+    "in_range": in_range,
     "feedforward": feedforward,
     "mlp": mlp,
     "quantiser": quantiser,

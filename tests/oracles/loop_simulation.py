@@ -15,6 +15,13 @@ WIDE = 1e3  # limits of an input that is sought, unless the model states them
 SAME = 1e-13
 
 
+class Inputs(dict):
+    """Inputs of a block by port; one that nothing is connected to is 0."""
+
+    def __missing__(self, port):
+        return 0.0
+
+
 class Blocks:
     """The blocks of a unit with their wires; a step is tried on a state and taken by keeping what it returns."""
 
@@ -41,7 +48,7 @@ class Blocks:
         if "." not in source:
             return u[source] if source in u else np.array([u[name] for name in self.inputs[source]])
         name, port, k = _END.match(source).groups()
-        value = found[name][port]
+        value = found[name][port] if name in found else 0.0
         return value if k is None else np.ravel(value)[int(k) - 1]
 
     def step(self, states, u, t, dt):
@@ -59,17 +66,19 @@ class Blocks:
         return self._through(states, u, t, dt, {name: {"u": root(miss, p.lo, p.hi)}})
 
     def _through(self, states, u, t, dt, found):
-        after, given = {}, set(found)
+        """Blocks step in their order, as units do: one before its source reads what the source gave last."""
+        last = states["last"] if states else {}
+        after = {}
         for n in self.nodes:
-            if n.name in given:
+            if n.name in found:
                 continue
-            at = {port: self._input(n.name, port, ends, u, found) for port, ends in self._ports(n.name)}
-            state = states and states[n.name]
-            found[n.name], after[n.name] = BLOCKS[n.type](self.parameters[n.name], state, at, t, dt)
-        return found, after
+            at = self._inputs(n.name, u, last | found)
+            found[n.name], after[n.name] = BLOCKS[n.type](self.parameters[n.name], states and states[n.name], at, t, dt)
+        return found, after | {"last": found}
 
-    def _ports(self, name):
-        return [(port, ends) for (node, port), ends in self.sources.items() if node == name]
+    def _inputs(self, name, u, found):
+        ends = ((port, ends) for (node, port), ends in self.sources.items() if node == name)
+        return Inputs((port, self._input(name, port, e, u, found)) for port, e in ends)
 
     def _input(self, name, port, ends, u, found):
         values = [self._value(ends[k], u, found) for k in sorted(ends)]
