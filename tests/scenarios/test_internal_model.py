@@ -1,0 +1,68 @@
+"""Internal model and repetitive control: filters as designed, anti-windup down to the clipping itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hystfmu.design import repetitive_filters
+from hystfmu.scenario import Scenario, build
+from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.verdict.baseline import Baseline
+
+ROOT = Path(__file__).parents[2] / "scenarios"
+SLOPES = (0.68, 1.64)  # of plant over inverse in the corners
+LEARNT_AT = (0.8, 1.38)  # slopes for which the filters are designed
+
+
+def opened(name: str, case: str) -> OpenedLoop:
+    cases = {c.name: c for c in Scenario(ROOT / name).cases}
+    return open_loop(build(cases[case]), SLOPES)
+
+
+def recorded(name: str) -> dict[str, dict[str, float]]:
+    baseline = Baseline.load(ROOT / name)
+    assert baseline is not None
+    return baseline.metrics
+
+
+def test_filters_of_the_scenario_are_those_of_the_design() -> None:
+    loops = [opened("internal_model", "sine_10").open_loop(1.0, 0.0)]
+    corners = [opened("internal_model", f"up_{f}_10") for f in (400, 600)]
+    loops += [c.open_loop(slope, 0.0) for c in corners for slope in LEARNT_AT]
+    found = repetitive_filters(loops, cutoff=700.0, gain=0.3, n_q=9, n_l=40)
+    assert max(found.contraction) < 0.75
+    values = Scenario(ROOT / "repetitive").spec.units["repetitive"].values
+    assert values["q"] == pytest.approx(found.q, rel=1e-4, abs=1e-7)
+    assert values["l"] == pytest.approx(found.l, rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["internal_model", "repetitive"])
+def test_loop_is_stable_in_all_corners_with_two_steps(name: str) -> None:
+    assert opened(name, "sine_10").margins().Ms_db <= 6.0
+    for f in (400, 600):
+        corner = opened(name, f"up_{f}_10")
+        assert all(corner.stable(slope, delay) for slope in SLOPES for delay in (0.0, 1.0)), f
+
+
+def test_a_clipped_sine_costs_the_clipping_only_if_the_model_knows_the_limits() -> None:
+    """With u up to 0.94 the plant reaches 1.3 u - 0.1 sum r_i: what the sine exceeds that by cannot be tracked."""
+    reach = 1.3 * 0.94 - 0.1 * np.linspace(0.05, 0.5, 10).sum()
+    r = np.sin(2 * np.pi * np.linspace(0, 1, 100001))
+    clipping = 50 * np.sqrt(np.mean((np.clip(r, -reach, reach) - r) ** 2))
+    found = recorded("internal_model")
+    assert found["saturation_10"]["tracking"] == pytest.approx(clipping, rel=0.01)
+    assert found["windup_10"]["tracking"] > 3 * clipping
+    assert recorded("repetitive")["saturation_10"]["tracking"] == pytest.approx(clipping, rel=0.01)
+
+
+def test_what_repeats_is_learnt_in_every_corner() -> None:
+    """Periodic references: 10 Hz 0.02, corners 0.03; 100 Hz 0.015, corners 0.2; with two steps as well."""
+    found = recorded("repetitive")
+    assert found["sine_10"]["tracking"] <= 0.02
+    assert found["sine_100"]["tracking"] <= 0.015
+    corners = [f"{gain}_{f}" for gain in ("up", "down") for f in (400, 600)]
+    for f, limit in (("10", 0.03), ("100", 0.2)):
+        assert max(found[f"{c}_{steps}{f}"]["tracking"] for c in corners for steps in ("", "two_steps_")) <= limit
