@@ -18,17 +18,23 @@
   V(y, OUTPUT, n_out, "real", "1", 0.0, -HYST_INF, HYST_INF, "outputs")
 
 enum { SIGMOID, TANH, RELU };
+enum { SIDE_BY_SIDE = 4 };
 
 static inline void relu(hyst_lanes *a, int n) {
   const hyst_lanes zero = hyst_lanes_all(0);
   for (int i = 0; i < n; i++) a[i] = hyst_lanes_choose((hyst_lanes_bits)(a[i] > zero), a[i], zero);
 }
 
-/* b + W u for one neuron per lane */
-static inline hyst_lanes weighted(double b0, double b1, const double *w0, const double *w1, const double *u, int n) {
-  hyst_lanes sum = hyst_lanes_of(b0, b1);
-  for (int k = 0; k < n; k++) sum += hyst_lanes_of(w0[k], w1[k]) * u[k];
-  return sum;
+/* b + W u for m times HYST_LANES neurons, side by side: one sum alone would wait for each of its additions */
+static inline void weighted(hyst_lanes *a, const double *b, const double *W, const double *u, int n, int m) {
+  hyst_lanes sum[SIDE_BY_SIDE];
+  for (int i = 0; i < m; i++) sum[i] = hyst_lanes_of(b[HYST_LANES * i], b[HYST_LANES * i + HYST_LANES - 1]);
+  for (int k = 0; k < n; k++)
+    for (int i = 0; i < m; i++) {
+      const double *w = W + (ptrdiff_t)HYST_LANES * i * n + k;
+      sum[i] += hyst_lanes_of(w[0], w[(HYST_LANES - 1) * n]) * u[k];
+    }
+  for (int i = 0; i < m; i++) a[i] = sum[i];
 }
 
 HYST_OUTPUT_FN(output) {
@@ -36,11 +42,22 @@ HYST_OUTPUT_FN(output) {
   const int kind = (int)*activation, most = HYST_LANES * HYST_LANES_MOST;
   for (int first = 0; first < n_hidden; first += most) {
     const int n = n_hidden - first < most ? n_hidden - first : most, n_a = (n + HYST_LANES - 1) / HYST_LANES;
-    const double *w0 = W1 + (ptrdiff_t)first * n_in, *b = b1 + first;
+    const double *w = W1 + (ptrdiff_t)first * n_in, *b = b1 + first;
     hyst_lanes a[HYST_LANES_MOST];
-    for (int i = 0; i < n / HYST_LANES; i++, w0 += HYST_LANES * n_in, b += HYST_LANES)
-      a[i] = weighted(b[0], b[HYST_LANES - 1], w0, w0 + (HYST_LANES - 1) * n_in, u, n_in);
-    if (n % HYST_LANES) a[n_a - 1] = weighted(b[0], b[0], w0, w0, u, n_in); /* a lane without a neuron */
+    int i = 0;
+    for (; i + SIDE_BY_SIDE <= n / HYST_LANES; i += SIDE_BY_SIDE)
+      weighted(a + i, b + HYST_LANES * i, w + (ptrdiff_t)HYST_LANES * i * n_in, u, n_in, SIDE_BY_SIDE);
+    const double *b_rest = b + HYST_LANES * i, *w_rest = w + (ptrdiff_t)HYST_LANES * i * n_in;
+    switch (n / HYST_LANES - i) {
+      case 3: weighted(a + i, b_rest, w_rest, u, n_in, 3); break;
+      case 2: weighted(a + i, b_rest, w_rest, u, n_in, 2); break;
+      case 1: weighted(a + i, b_rest, w_rest, u, n_in, 1);
+    }
+    if (n % HYST_LANES) { /* a lane without a neuron */
+      double sum = b[n - 1];
+      for (int k = 0; k < n_in; k++) sum += w[(ptrdiff_t)(n - 1) * n_in + k] * u[k];
+      a[n_a - 1] = hyst_lanes_all(sum);
+    }
     if (kind == SIGMOID) hyst_lanes_sigmoid(a, n_a);
     else if (kind == TANH) hyst_lanes_tanh(a, n_a);
     else relu(a, n_a);
