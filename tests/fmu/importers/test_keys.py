@@ -24,7 +24,7 @@ from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
 from hystfmu.identify import METHODS, auto, fit
-from hystfmu.inverse import METHODS as WAYS
+from hystfmu.inverse import METHODS as INVERSES
 from hystfmu.inverse import inverse
 from hystfmu.modelica import export_modelica
 
@@ -45,6 +45,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "actuator": {"N": 10, "dynamics": "no", "creep": "yes"},
     "g0_prandtl_ishlinskii": {"N": 10},
 }
+WAYS = tuple(way for way in INVERSES if way != "adaptive")  # that one reads a measured output, too
 # words of the error for keys without an inverse of that kind
 NO_CHAIN, PAST = ("no exact inverse", "learned"), ("past inputs only", "no causal inverse")
 OSCILLATORS = ("bouc_wen_oscillator", "duhem_oscillator")
