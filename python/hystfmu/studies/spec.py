@@ -252,17 +252,19 @@ class Study:
             for name in (loop.case, *loop.corners) if loop else ():
                 if name not in have:
                     raise InputError(f"{self.file}: objective.loop: no case {name!r}; there are {', '.join(have)}")
-        self._check_limits(names)
+        self._check_limits(names, have)
         self.seed = 0 if self.spec.seed == "run" else self.spec.seed  # a run that draws it sets it
         self.scenario_cases = have
         self.parameters = {k: c for name, p in self.spec.parameters.items() for k, c in p.coordinates(name).items()}
         """What is drawn, by `unit.parameter`, or `unit.block.f_n`."""
 
-    def _check_limits(self, names: Sequence[str]) -> None:
+    def _check_limits(self, names: Sequence[str], have: Mapping[str, Case]) -> None:
         spec = self.spec
-        for name in (*spec.limits, *([spec.margins] if spec.margins else [])):
-            if name not in names:
-                raise InputError(f"{self.file}: limits, margins: no case {name!r}; there are {', '.join(names)}")
+        for name in spec.limits:  # of cases that a study does not run, too: it may extend one that does
+            if name not in have:
+                raise InputError(f"{self.file}: limits: no case {name!r}; there are {', '.join(have)}")
+        if spec.margins is not None and spec.margins not in names:
+            raise InputError(f"{self.file}: margins: no case {spec.margins!r}; there are {', '.join(names)}")
         for case in self.cases:
             known = [*case.metrics, *(LOOP_METRICS if case.name == spec.margins else ())]
             for name in spec.limits.get(case.name, {}):
