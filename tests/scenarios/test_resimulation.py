@@ -125,8 +125,8 @@ def test_what_is_not_covered_exists() -> None:
 
 def test_a_loop_with_another_gain_does_not_agree() -> None:
     """One gain that is one percent off is seen."""
-    theirs = run(case_of("pid", "sine_100"))
-    other = Scenario(SCENARIOS["pid"]).changed({"pid.Ki": "*1.01"}, None)
+    theirs = run(case_of("pid_1khz", "sine_100"))
+    other = Scenario(SCENARIOS["pid_1khz"]).changed({"pid.Ki": "*1.01"}, None)
     found = again(build(next(c for c in other.cases if c.name == "sine_100")), theirs)["plant.y"]
     assert np.abs(found - theirs["plant.y"]).max() > 10 * TOLERANCE * np.ptp(found)
 
