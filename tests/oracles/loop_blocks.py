@@ -25,6 +25,12 @@ def scaling(p, state, u, t, dt):
     return {"y": np.minimum(np.maximum(u["u"], p.lo), p.hi) * p.gain + p.offset}, state
 
 
+def product(p, state, u, t, dt):
+    over = u["u"][p.n :]
+    over = np.where(np.abs(over) < p.least, np.where(over < 0, -p.least, p.least), over)
+    return {"y": float(np.prod(u["u"][: p.n]) / np.prod(over))}, state
+
+
 def in_range(p, state, u, t, dt):
     return {"y": float(np.all((p.lo <= u["u"]) & (u["u"] <= p.hi)))}, state
 
@@ -342,6 +348,61 @@ def repetitive(p, state, u, t, dt):
     return {"r": u["y_d"] + now}, (np.append(w[1:], now), np.append(e[1:], error))
 
 
+def adaptive_inverse(p, state, u, t, dt):
+    """u with theta' (u, plays of u) = v; theta by the Kalman filter of a random walk, Ljung & Gunnarsson 1990."""
+    first, sd2 = np.append(p.w0, p.w), p.sd**2
+    if state is None:
+        s = SimpleNamespace(theta=first, P=p.start**2 * np.diag(sd2), wrong=0, count=0.0, since=p.pause)
+        s.z = s.z_then = np.full(p.n, p.u0)
+        s.phi, s.rate, s.commands = np.full(p.n + 1, p.u0), np.zeros(p.n + 1), [p.u0] * (p.delay + 1)
+        s.low, s.y_low = (s.phi, u["y"]) if p.f_h > 0 else (0 * s.phi, 0.0)
+        s.learned, s.y_hat = 0.0, first @ s.phi
+    else:
+        s = SimpleNamespace(**vars(state))
+        then, share = s.commands[p.delay], 1 - np.exp(-2 * np.pi * p.f_h * dt)
+        s.z_then = _plays(p, s.z_then, then)
+        s.phi, s.rate = _second_order(p, s.phi, s.rate, np.append(then, s.z_then), dt)
+        s.low, s.y_low = s.low + share * (s.phi - s.low), s.y_low + share * (u["y"] - s.y_low)
+        fast = s.phi - s.low
+        s.y_hat, e = s.theta @ s.phi, u["y"] - s.y_low - s.theta @ fast
+        s.since, s.learned = s.since + dt, float(u["y_d"] != s.y_d)
+        if s.learned:
+            g = s.P @ fast
+            alpha = g @ fast + max(p.sigma**2, 1e-10 * (g @ fast))
+            s.theta = s.theta + g * e / alpha
+            s.P = s.P - np.outer(g, g) / alpha + np.diag(dt / p.T * sd2)
+            size = np.sqrt(np.diag(s.P))
+            down = np.where(size > p.sd, p.sd / np.where(size > 0, size, 1), 1)
+            s.P = s.P * np.outer(down, down)
+            s.wrong = s.wrong + 1 if abs(e) > p.change and s.since >= p.pause else 0
+            if s.wrong == 6:
+                s.P, s.wrong, s.since, s.count = np.diag(sd2), 0, 0.0, s.count + 1
+            least = np.maximum(first - p.box * p.sd, np.append(p.w0_min, np.zeros(p.n)))
+            s.theta = np.clip(s.theta, least, first + p.box * p.sd)
+        s.commands = [s.commands[0], *s.commands[:-1]]
+    miss = lambda x: s.theta @ np.append(x, _plays(p, s.z, x)) - u["v"]  # noqa: E731
+    reach = abs(miss(s.commands[0])) / s.theta[0] + 1e-12  # no slope is smaller
+    x = brentq(miss, s.commands[0] - reach, s.commands[0] + reach, xtol=1e-15)
+    x = _limited(p, x)
+    s.commands = [x, *s.commands[1:]]
+    s.z, s.y_d = _plays(p, s.z, x), u["y_d"]
+    return {"u": x, "theta": s.theta, "y_hat": s.y_hat, "gate": s.learned, "changes": s.count}, s
+
+
+def _second_order(p, y, rate, u, dt):
+    """Position and velocity of 1 / (s^2 / w^2 + 2 zeta s / w + 1) over a step with a held input, for each input."""
+    if p.f_n == 0:
+        return u, rate
+    w = 2 * np.pi * p.f_n
+    E = _exponential(((0, 1, 0), (-w * w, -2 * p.zeta * w, w * w), (0, 0, 0)), dt)
+    return tuple(E[:2] @ np.array([y, rate, u]))
+
+
+@lru_cache(maxsize=64)
+def _exponential(rows, dt):
+    return expm(np.array(rows) * dt)
+
+
 # ---- sources ---------------------------------------------------------------------------------------------------------
 SINE, TRIANGLE, DECAYING, MULTISINE, STEPS = range(5)
 
@@ -386,6 +447,7 @@ def _triangle(q, reach, f):
 BLOCKS = {
     "sum": weighted_sum,
     "scaling": scaling,
+    "product": product,
     "in_range": in_range,
     "feedforward": feedforward,
     "mlp": mlp,
@@ -401,7 +463,6 @@ BLOCKS = {
     "creep": creep,
     "modes": modes,
     "amplifier": amplifier,
-    "repetitive": repetitive,
     "bouc_wen_oscillator": bouc_wen_oscillator,
     "transfer_function": transfer_function,
     "delay": delay,
@@ -412,6 +473,8 @@ BLOCKS = {
     "lead_lag": lead_lag,
     "disturbance_observer": disturbance_observer,
     "iterative_learning": iterative_learning,
+    "repetitive": repetitive,
+    "adaptive_inverse": adaptive_inverse,
     "disturbance": disturbance,
     "reference": reference,
 }
