@@ -25,6 +25,7 @@ PAPERS: dict[str, str] = {
     "boucwen_benchmark": "oscillator with a Bouc-Wen force: grey box, structured Duhem, black box, published results",
     "dbo_piezo": "measured piezo stack, protocol P1: every model; needs --data",
     "fresh_plants": "random plants, seeds fixed and drawn at run time: models and inverses on held-out signals",
+    "loops": "the shipped loops: tracking and margins in every corner, the stage, adaptation, speed of a study",
 }
 NEEDS_DATA = ("dbo_piezo",)
 """Names that have only the published numbers without measured data."""

@@ -19,11 +19,12 @@ from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Plot
 from hystfmu.report.terminal import table
 
-Group = Literal["paper", "scan", "beyond", "reported", "speed"]
+Group = Literal["paper", "scan", "beyond", "listed", "reported", "speed"]
 GROUPS: dict[Group, str] = {
     "paper": "What the paper prints",
     "scan": "Scan over what the paper does not print",
     "beyond": "Beyond the paper: other signals, other models",
+    "listed": "For comparison, without targets",
     "reported": "Reported by other packages and authors",
     "speed": "Speed",
 }

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.loop_margins import DELAYS, OpenedLoop
+from hystfmu.scenario.loop_margins import DELAYS, OpenedLoop, open_loop
 from hystfmu.scenario.system.case import Scenario
+from hystfmu.scenario.system.system import build
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,17 @@ class LoopVerdict:
         side = "at least" if self.at_least else "at most"
         got = "an unstable loop" if self.value is None else f"{self.value:.4g}"
         return f"{self.scenario}: margins.{self.limit}: must be {side} {self.bound:g} at {self.where}. Got {got}."
+
+
+def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop]:
+    """Return the loops of the cases of a scenario that have one; no case runs if the scenario states its slopes."""
+    spec = scenario.spec.margins
+    slopes = None if spec is None or spec.slopes is None else (spec.slopes[0], spec.slopes[1])
+    found: dict[str, OpenedLoop] = {}
+    for case in scenario.cases:
+        with suppress(InputError):
+            found[case.name] = open_loop(build(case), slopes)
+    return found
 
 
 def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop]) -> list[LoopVerdict]:

@@ -57,7 +57,7 @@ class LoopRow:
         the whole sector is stable; ``simulated_delay_steps``, only where the gain depends on the amplitude, at most 4.
         What a loop does not have is None.
     at_delay : tuple of dict
-        The first figures for each delay of `DELAYS`, at ``delay``, with ``sector_stable``.
+        The first figures for each of `DELAYS`, ``further_steps``, with ``sector_stable``.
     """
 
     scenario: str
@@ -78,7 +78,12 @@ class LoopRow:
     def cells_at_delay(self, columns: Sequence[str]) -> list[list[str]]:
         """Return a row for each delay as text."""
         return [
-            [*self._shown, f"{f['delay']:g}", *(_text(f[k], k in OPTIONAL) for k in columns), _word(f["sector_stable"])]
+            [
+                *self._shown,
+                f"{f['further_steps']:g}",
+                *(_text(f[k], k in OPTIONAL) for k in columns),
+                _word(f["sector_stable"]),
+            ]
             for f in self.at_delay
         ]
 
@@ -216,7 +221,7 @@ def _row(group: Sequence[OpenedLoop], delays: bool) -> LoopRow:
     found["stable_to_steps"] = None if math.isnan(to) else to
     simulated = simulated_delay(first.system, first.side.entry) if first.falling else np.nan
     found["simulated_delay_steps"] = None if math.isnan(simulated) else simulated
-    at_delay = tuple({"delay": d, **_at(loop, d), "sector_stable": loop.stable_at(d)} for d in DELAYS if delays)
+    at_delay = tuple({"further_steps": d, **_at(loop, d), "sector_stable": loop.stable_at(d)} for d in DELAYS if delays)
     return LoopRow(first.system.case.scenario, tuple(o.system.case.name for o in group), slopes, found, at_delay)
 
 
