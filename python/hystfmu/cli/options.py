@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes
 
 if TYPE_CHECKING:
     from hystfmu.data import Dataset
@@ -153,6 +152,8 @@ def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _settings(path: str) -> dict[str, Any]:
+    from hystfmu.base.files import read_bytes  # brings pydantic, which --help does without
+
     try:
         values = json.loads(read_bytes(path, MOST_BYTES))
     except ValueError as e:

@@ -143,7 +143,7 @@ def run(
 def margins(
     scenarios: tuple[str, ...], everything: bool, case: str | None, at: str, delays: bool, as_json: bool
 ) -> None:
-    """Compute the stability margins of the loops of scenarios, and hold them against the limits that these state.
+    """Compute the margins of loops and check their limits.
 
     The loop of each case is opened at the input of its plant and linearised: controllers, observers and delays by their
     exact tangent, the plant by its dynamics, hysteresis and inverse by the sector of slopes along the path of the case.
