@@ -8,7 +8,7 @@ Levenberg-Marquardt, on the first quarter of the train rows and on all of them. 
 the data support them (Bayesian information criterion).
 
 Guard: of two knots at -x and x, the stiffer one counts at -x, and none there is below `SOFTEST`.  Every loop of z over
-y then takes energy from the motion, so that a free run decays, whatever the data.
+y then takes energy from the motion, so that a free run of the equation decays, whatever the data.
 
 Trap: the block interpolates u linearly between rows, and steps as long as the rows.  Force with power near the sample
 rate must be given at a finer step (band-limited interpolation, option ``stride``).
@@ -45,7 +45,7 @@ OPTIONS = (
         "stride", 1, 1, 1000000, text="every stride-th train row counts: factor by which the data were interpolated"
     ),
 )
-CANDIDATES = (Candidate(LAGS, 0.1, 0.05),)
+CANDIDATES = (Candidate(LAGS, 0.5, 0.15),)
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
