@@ -1,4 +1,5 @@
-"""An FMU that learns: on the IPMC record in fmpy, within 1.2 of batch least squares, saved and restored mid-way."""
+"""FMUs that learn, in fmpy, saved and restored mid-way: recursive least squares on the IPMC record, within 1.2 of batch
+least squares; an adaptive inverse while it follows a sudden change of its plant."""
 
 from __future__ import annotations
 
@@ -17,6 +18,7 @@ from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.features.monomials import basis, lagged
 from hystfmu.identify.methods.polynomial_narx import least_squares
+from hystfmu.model import Model
 
 H, RIDGE, LAGS = 1e-3, 1e-3, 3
 
@@ -108,3 +110,27 @@ def test_an_fmu_learns_as_well_as_batch_and_survives_being_saved(
     ratio = float(np.linalg.norm(held @ theta - truth) / np.linalg.norm(held @ batch - truth))
     print(f"{form}: {ratio:.3f} of batch")
     assert ratio <= 1.2
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_an_adaptive_inverse_survives_being_saved_while_it_learns(fmi: int, tmp_path: Path) -> None:
+    """Wanted output, reference and a plant whose gain falls by 20 % at a third; saved at a half."""
+    model = Model.load(Path(__file__).parents[2] / "scenarios" / "models" / "backlash_adaptive_inverse.model.toml")
+    t, rng = np.arange(900) * H, np.random.default_rng(1)
+    v = np.minimum(t / 0.02, 1) * np.sin(2 * np.pi * 10 * t)
+    late = np.minimum(t / 0.02, 1) * np.sin(2 * np.pi * 10 * (t - 2.4e-3))
+    u = np.column_stack([v, v, np.where(t < 0.3, 1.0, 0.8) * late + 1e-4 * rng.normal(size=len(t))])
+    graph = model.graph.with_step(H)
+    native, half = graph.run(u, H), len(u) // 2
+    names = [f"{p.name}_{i}" for p in graph.ports if p.kind == "output" for i in range(p.size)]
+    theta = native[:, [n.startswith("theta") for n in names]]
+    assert np.ptp(theta[half:], axis=0).max() > 1e-3, "it learns after it was saved"
+    folder = unpack(export_fmu(graph, tmp_path / f"{fmi}.fmu", fmi), tmp_path / f"{fmi}")  # type: ignore[arg-type]
+    straight, other = Slave(folder), Slave(folder)
+    first = straight.run(u[:half], 0)
+    saved = straight.save()
+    second = straight.run(u[half:], half)
+    assert np.concatenate([first, second]).tobytes() == native.tobytes()
+    other.run(u[:1], 0)
+    other.restore(saved)
+    assert other.run(u[half:], half).tobytes() == second.tobytes()

@@ -18,7 +18,9 @@ from hystfmu.fmu import export_fmu
 pytest.importorskip("libcosimpy.CosimExecution")
 
 
-@pytest.mark.parametrize("name", ["prandtl_ishlinskii", "bouc_wen", "transfer_function", "mlp", "loop"])
+@pytest.mark.parametrize(
+    "name", ["prandtl_ishlinskii", "adaptive_inverse", "bouc_wen", "transfer_function", "mlp", "loop"]
+)
 def test_same_bits(name: str, tmp_path: Path) -> None:
     graph = loop() if name == "loop" else single(name)
     u = rows(graph, 200)

@@ -211,9 +211,11 @@ HYST_UPDATE_FN(update) {
   } else if (*f_h > 0) {
     *y_low = *y;
   }
-  double slope;
-  commands[0] = hyst_clamp(invert(n, r, weights, z, commands[0], *v, 0, &slope), *u_min, *u_max);
-  for (int i = 0; i < n; i++) z[i] = hyst_play(z[i], commands[0], r[i]);
+  if (*v != *v_last || *learned == 1) { /* else no rounding may move the command */
+    double slope;
+    commands[0] = hyst_clamp(invert(n, r, weights, z, commands[0], *v, 0, &slope), *u_min, *u_max);
+    for (int i = 0; i < n; i++) z[i] = hyst_play(z[i], commands[0], r[i]);
+  }
   *v_last = *v;
   *y_d_last = *y_d;
 }

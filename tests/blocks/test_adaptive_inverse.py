@@ -1,0 +1,168 @@
+"""The adaptive inverse: exact for the present weights, a Kalman filter of a random walk, without drift, in its box."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.signal import cont2discrete
+
+from hystfmu.graph import Graph, Node, Output
+from hystfmu.unit import Unit
+
+H = 1e-4
+W0, R, W = 0.3, np.linspace(0.05, 0.5, 10), np.full(10, 0.1)
+LEARNS: dict[str, Any] = {"w0": W0, "r": R, "w": W, "sd": 0.2 * np.append(W0, W), "f_n": 500.0, "zeta": 0.7}
+LEARNS |= {"sigma": 0.003, "change": 0.02, "w0_min": 0.15}
+
+
+def block(delay: int = 1, **values: Any) -> Graph:
+    return Graph.single(Node("a", "adaptive_inverse", {"delay": delay}, {**LEARNS, **values})).with_step(H)
+
+
+def plays(u: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """The command and its plays, rows (n, 1 + len(r)), written from the definition."""
+    z, rows = np.zeros(len(r)), np.empty((len(u), len(r) + 1))
+    for k, now in enumerate(u):
+        z = np.maximum(now - r, np.minimum(now + r, z))
+        rows[k] = np.append(now, z)
+    return rows
+
+
+def lowpass(rows: np.ndarray, delay: int) -> np.ndarray:
+    """Rows behind a delay and G0, row k after the step that ends with it."""
+    w = 2 * np.pi * 500
+    A, B = np.array([[0, 1], [-w * w, -1.4 * w]]), np.array([[0.0], [w * w]])
+    Ad, Bd, *_ = cont2discrete((A, B, np.eye(2), np.zeros((2, 1))), H)
+    x, out = np.zeros((2, rows.shape[1])), np.zeros_like(rows)
+    for k in range(1, len(rows)):
+        x = Ad @ x + Bd @ (rows[k - 1 - delay] if k > delay else 0 * rows[0])[None]
+        out[k] = x[0]
+    return out
+
+
+def reference(n: int, seed: int) -> np.ndarray:
+    """Sines of random frequency and phase, from 0."""
+    rng, t = np.random.default_rng(seed), np.arange(n) * H
+    f, a, p = rng.uniform(5, 60, 3), rng.uniform(0.3, 0.6, 3), rng.uniform(0, 2 * np.pi, 3)
+    return np.minimum(t / 0.02, 1) * (a @ np.sin(2 * np.pi * np.outer(f, t) + p[:, None]))
+
+
+def closed(graph: Graph, v: np.ndarray, y_d: np.ndarray, gain: np.ndarray, noise: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The block and a plant of ten plays behind one step of delay and G0, whose gain changes: inputs and outputs."""
+    w = 2 * np.pi * 500
+    A, B = np.array([[0, 1], [-w * w, -1.4 * w]]), np.array([[0.0], [w * w]])
+    Ad, Bd, *_ = cont2discrete((A, B, np.eye(2), np.zeros((2, 1))), H)
+    unit, x, z, held = Unit(graph), np.zeros(2), np.zeros(10), 0.0
+    names = ["u", *(f"theta_{i + 1}" for i in range(11)), "y_hat", "gate", "changes"]
+    ins, outs = [], []
+    for k in range(len(v)):
+        ins.append([v[k], y_d[k], x[0] + noise[k]])
+        now = dict(zip(("v", "y_d", "y"), ins[-1], strict=True))
+        if k == 0:
+            unit.initialize(0.0, **now)
+        else:
+            for name, value in now.items():
+                unit.set(name, value)
+            unit.do_step((k - 1) * H, H)
+        outs.append([unit.get(n) for n in names])
+        z = np.maximum(held - R, np.minimum(held + R, z))
+        x = Ad @ x + Bd[:, 0] * gain[k] * (W0 * held + W @ z)
+        held = outs[-1][0]
+    return np.array(ins), np.array(outs)
+
+
+def test_it_inverts_exactly_with_the_present_weights() -> None:
+    seed = int(np.random.default_rng().integers(1 << 31))
+    print(f"seed {seed}")
+    v, rng = reference(1500, seed), np.random.default_rng(seed)
+    y = block().run(np.column_stack([v, v, v * 1.3 + 0.1 * rng.normal(size=1500)]), H)
+    theta = y[:, 1:12]
+    assert np.ptp(theta, axis=0).max() > 0.05, "weights that do not move test nothing"
+    assert np.abs(np.sum(theta * plays(y[:, 0], R), axis=1) - v).max() <= 1e-13
+    fixed = block(sd=np.zeros(11)).run(np.column_stack([v, v, y[:, 0]]), H)
+    exact = Graph.single(Node("i", "prandtl_ishlinskii_inverse", {}, {"w0": W0, "r": R, "w": W})).run(v, H)
+    assert (fixed[:, 1:12] == np.append(W0, W)).all()
+    assert np.abs(fixed[:, 0] - exact.ravel()).max() <= 1e-12
+
+
+@pytest.mark.parametrize(("delay", "f_h"), [(0, 0.0), (3, 20.0)])
+def test_it_is_the_kalman_filter_of_a_random_walk(delay: int, f_h: float) -> None:
+    """Against the filter in Joseph's form with dense matrices, on the block's own commands."""
+    n, rng = 900, np.random.default_rng(1)
+    v = reference(n, 3)
+    measured = 1.2 * np.concatenate([np.zeros(delay + 3), v])[:n] + 0.01 * rng.normal(size=n)
+    out = block(delay, f_h=f_h, T=0.05, change=1e300).run(np.column_stack([v, v, measured]), H)
+    phi, sd = lowpass(plays(out[:, 0], R), delay), LEARNS["sd"]
+    slow = 1 - np.exp(-2 * np.pi * f_h * H)
+    theta, P = np.append(W0, W), np.diag((0.1 * sd) ** 2)
+    low, y_low, capped = np.zeros(11), measured[0] if f_h else 0.0, 0
+    for k in range(1, n):
+        assert abs(phi[k] @ theta - out[k, 12]) <= 1e-9
+        low, y_low = low + slow * (phi[k] - low), y_low + slow * (measured[k] - y_low)
+        h, e = phi[k] - low, measured[k] - y_low - (phi[k] - low) @ theta
+        K = P @ h / (0.003**2 + h @ P @ h)
+        keep = np.eye(11) - np.outer(K, h)
+        theta = theta + K * e
+        P = keep @ P @ keep.T + 0.003**2 * np.outer(K, K) + H / 0.05 * np.diag(sd**2)
+        f = np.minimum(1, sd / np.sqrt(np.diag(P)))
+        capped += int((f < 1).sum())
+        P = f[:, None] * P * f
+        least = np.append(0.15, np.zeros(10))
+        theta = np.clip(theta, np.maximum(np.append(W0, W) - 6 * sd, least), np.append(W0, W) + 6 * sd)
+        np.testing.assert_allclose(out[k, 1:12], theta, rtol=0, atol=1e-8)
+    assert capped > 100
+
+
+def test_it_learns_a_sudden_change_and_says_so() -> None:
+    n = 3000
+    v = reference(n, 5)
+    gain = np.where(np.arange(n) < 800, 1.0, 1.2)
+    _, out = closed(block(change=0.01), v, v, gain, 1e-4 * np.random.default_rng(2).normal(size=n))
+    assert out[790, -1] == 0
+    assert out[-1, -1] == 1
+    np.testing.assert_allclose(out[-1, 1:12], 1.2 * np.append(W0, W), rtol=0, atol=0.01)
+
+
+def test_nothing_drifts_at_a_constant_reference() -> None:
+    """1e5 samples at rest with noise: no bit of a weight or of the command changes, not even by rounding."""
+    n, rest = 500, 100_000
+    v = reference(n, 6)
+    rng = np.random.default_rng(3)
+    still = np.full(rest, v[-1])
+    y = np.concatenate([v, still]) + 0.02 * rng.normal(size=n + rest)
+    both = np.concatenate([v, still])
+    out = block().run(np.column_stack([both, both, y]), H)
+    assert np.ptp(out[:n, 1:12], axis=0).max() > 1e-3
+    assert (out[n:, 0:12] == out[n, 0:12]).all()
+    assert (out[n:, -2] == 0).all()
+
+
+@pytest.mark.parametrize("steps", [100_000, pytest.param(10_000_000, marks=pytest.mark.stress)])
+def test_without_excitation_weights_and_command_stay_in_their_bounds(steps: int) -> None:
+    """A reference of a thousandth with noise excites one direction: P grows to its bound in the others."""
+    nodes = [
+        Node("reference", "reference", {"m": 1}, {"amplitude": 1e-3, "frequency": 10.0}),
+        Node("noise", "noise", {}, {"sigma": 0.01, "seed": int(np.random.default_rng().integers(1, 1 << 31))}),
+        Node("sensor", "sum", {"n": 2}),
+        Node("a", "adaptive_inverse", {}, {**LEARNS, "T": 0.1}),
+    ]
+    wires = [("reference.r", "sensor.u[1]"), ("noise.w", "sensor.u[2]"), ("sensor.y", "a.y")]
+    wires += [("reference.r", "a.v"), ("reference.r", "a.y_d")]
+    graph = Graph(nodes, wires, [], [Output("u", "a.u"), Output("theta", "a.theta")], step=H)
+    sd, start = np.asarray(LEARNS["sd"]), np.append(W0, W)
+    least, most = np.maximum(start - 6 * sd, np.append(0.15, np.zeros(10))), start + 6 * sd
+    executor, (u, theta) = graph.executor(), (p.reference for p in graph.ports if p.kind == "output")
+    executor.start(0.0)
+    seen, step = [], executor.step
+    for k in range(1, steps + 1):
+        step(k * H, H)
+        if k % 500 == 0:
+            now = np.array([executor.get(theta + i) for i in range(11)])
+            assert (now >= least).all()
+            assert (now <= most).all()
+            assert abs(executor.get(u)) <= 1e-3 / 0.15 + 1e-12, "the slope of the inverse is bounded"
+            seen.append(now)
+    assert np.ptp(seen, axis=0).max() > 0.01, "weights that do not move test nothing"
+    assert np.isfinite(executor.state).all()
