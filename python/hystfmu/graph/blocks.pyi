@@ -36,7 +36,7 @@ class AdaptiveInverse(Block):
         f_h: float = 0.0,
         sd: float | Sequence[float] | Array = 0.05,
         start: float = 0.1,
-        T: float = 10.0,
+        T: float = 3.0,
         sigma: float = 0.01,
         change: float = 0.04,
         pause: float = 0.2,

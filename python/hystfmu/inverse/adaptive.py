@@ -2,7 +2,7 @@
 
 The model gives the start of the block `adaptive_inverse`: weights, thresholds, dynamics, delay.  Its RMS error e says
 what error of prediction is ordinary (sigma = e / 2, since the errors of neighbouring samples are alike) and which shows
-a sudden change (2 e for six samples).  After such a change a weight has a standard deviation of 22 % of itself, or of
+a sudden change (1.5 e for six samples).  After such a change a weight has a standard deviation of 22 % of itself, or of
 half the mean weight where it is smaller.
 
 Without feedback the options may stay as they are.  Beside a feedback, which adds to the wanted output, ``f_h`` = 30 Hz
@@ -97,7 +97,7 @@ def adaptive_inverse(model: Model, **options: Any) -> Model:
         **dynamics,
         "sd": SPREAD * np.maximum(weights, slope / (2 * len(weights))),
         "sigma": error / 2,
-        "change": 2 * error,
+        "change": 1.5 * error,
         "w0_min": weights[0] / 2,
         **{k: v for k, v in options.items() if k != "delay"},
     }

@@ -13,7 +13,7 @@ partial block AdaptiveInverse "Adaptive inverse of a Prandtl-Ishlinskii operator
   parameter Types.Frequency f_h(min = 0) = 0 "Slower errors are left to a feedback; 0: there is none";
   parameter Real sd[n + 1](each min = 0) = fill(0.05, n + 1) "Standard deviations of w0 and w after a change";
   parameter Real start(min = 0, max = 1) = 0.1 "Standard deviations at the start, relative to sd" annotation (Dialog(group = "Start"));
-  parameter Types.Time T(min = 0) = 10 "Time in which a drift of the weights reaches sd; greater than 0";
+  parameter Types.Time T(min = 0) = 3 "Time in which a drift of the weights reaches sd; greater than 0";
   parameter Real sigma(min = 0) = 0.01 "Standard deviation of the error of prediction; greater than 0";
   parameter Real change(min = 0) = 0.04 "Error of prediction that shows a sudden change; greater than 0";
   parameter Types.Time pause(min = 0) = 0.2 "Least time between two sudden changes";
