@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from hystfmu.design import repetitive_filters
 from hystfmu.scenario import Scenario, build
+from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
 from hystfmu.scenario.verdict.baseline import Baseline
 
@@ -66,3 +68,13 @@ def test_what_repeats_is_learnt_in_every_corner() -> None:
     corners = [f"{gain}_{f}" for gain in ("up", "down") for f in (400, 600)]
     for f, limit in (("10", 0.03), ("100", 0.2)):
         assert max(found[f"{c}_{steps}{f}"]["tracking"] for c in corners for steps in ("", "two_steps_")) <= limit
+
+
+@pytest.mark.stress
+def test_six_hundred_periods_in_the_worst_corner_do_not_grow() -> None:
+    cases = {c.name: c for c in Scenario(ROOT / "repetitive").cases}
+    trace = Native(build(replace(cases["up_400_two_steps_10"], stop=60.0)), ["plant.y", "reference.r"]).run()
+    error = 50 * (trace["plant.y"] - trace["reference.r"])
+    rms = np.sqrt(np.mean(error[1:].reshape(600, -1) ** 2, axis=1))
+    assert rms[20:].max() <= 0.03
+    assert rms[-100:].mean() <= 1.01 * rms[20:120].mean()
