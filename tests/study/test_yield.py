@@ -95,6 +95,15 @@ def test_the_share_is_that_of_the_closed_form_and_the_worst_draw_runs_again(
         assert next(v["value"] for v in verdicts if v["metric"] == "last") == last
 
 
+def test_a_study_that_goes_on_has_the_table_of_one_that_was_not_interrupted(write: Any, tmp_path: Path) -> None:
+    """The first draws of a larger study are those of a smaller one, also if the seed was drawn at run time."""
+    begun = run_study(write(**DRAWS | {"n": 10}), tmp_path / "out", workers=1)
+    resumed = run_study(write(**DRAWS), tmp_path / "out", workers=2)
+    whole = run_study(write(**DRAWS | {"seed": begun.seed}), tmp_path / "whole", workers=1)
+    assert (begun.ran, resumed.ran) == (20, 60)
+    assert resumed.table.read_bytes() == whole.table.read_bytes()
+
+
 def test_a_draw_that_loses_its_reference_is_counted_as_unstable(write: Any, tmp_path: Path) -> None:
     metrics = {"error": {"kind": "max_percent", "signal": "lag.y", "against": "command.d", "stroke": 1.0}}
     parameters = {"lag.b": {"values": [1.0, -1.0]}, "command.step": {"values": [0.9]}}
