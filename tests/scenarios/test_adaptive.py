@@ -93,3 +93,11 @@ def test_beside_a_feedback_nothing_is_lost() -> None:
 def test_without_feedback_and_change_it_is_better_than_the_model_it_began_with() -> None:
     still = {"inverse__adaptive_sd": [0.0] * 21}
     assert tracking("adaptive", "nominal_10") <= 0.7 * tracking("adaptive", "nominal_10", **still)
+
+
+@pytest.mark.parametrize("f_n", [400.0, 600.0])
+def test_dynamics_that_are_20_percent_off_do_less_harm_than_without_learning(f_n: float) -> None:
+    omega, still = 2 * np.pi * f_n, {"inverse__adaptive_sd": [0.0] * 21, **changed(1.0, 1.0)}
+    plant = {"plant__g0_b": [omega**2], "plant__g0_a": [1.0, 1.4 * omega, omega**2]}
+    for case in ("nominal_10", "load_100"):
+        assert tracking("adaptive", case, **plant) <= 0.5 * tracking("adaptive", case, **plant, **still)
