@@ -61,7 +61,7 @@ def test_the_smooth_operator_keeps_plays_of_micrometres(tmp_path: Path) -> None:
 def of_nanometres(tmp_path: Path, parts: str, wires: str, amplitude: float, dt: float = 0.002) -> dict[str, np.ndarray]:
     file = tmp_path / "M.mo"
     file.write_text(f"model M HystFMU.Sources.Sine signal(amplitude = {amplitude}); {parts} equation {wires} end M;")
-    assert simulate.rumoca(file, "M", "2", str(dt), "1e-14", tmp_path / "r.npz") == ""
+    assert simulate.rumoca(file, "M", "1", str(dt), "1e-14", tmp_path / "r.npz") == ""
     with np.load(tmp_path / "r.npz") as stored:
         return simulate.Trajectory({k: stored[k] for k in stored.files}).at(dt)
 
