@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from raw import Raw
 from scipy.signal import cont2discrete
 
+from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node, Output
 from hystfmu.unit import Unit
 
@@ -137,6 +139,54 @@ def test_nothing_drifts_at_a_constant_reference() -> None:
     assert np.ptp(out[:n, 1:12], axis=0).max() > 1e-3
     assert (out[n:, 0:12] == out[n, 0:12]).all()
     assert (out[n:, -2] == 0).all()
+
+
+# exact in binary: knots of the inverse at v = 0.125 (u = 0.25) and v = 0.375 (u = 0.5)
+DYADIC: dict[str, Any] = {"w0": 0.5, "r": [0.25, 0.5], "w": [0.5, 0.25], "sd": np.full(3, 0.25)}
+
+
+def at_rest(**values: Any) -> Unit:
+    unit = Unit(Graph.single(Node("a", "adaptive_inverse", {}, {**DYADIC, **values})).with_step(H))
+    unit.initialize(0.0, v=0.0, y_d=0.0, y=0.0)
+    return unit
+
+
+@pytest.mark.parametrize(("v", "u", "up", "down"), [(0.125, 0.25, 1, 2), (0.375, 0.5, 0.8, 1), (0.25, 0.375, 1, 1)])
+def test_its_slope_at_a_kink_follows_the_direction(v: float, u: float, up: float, down: float) -> None:
+    raw = Raw(Node("a", "adaptive_inverse", {}, DYADIC))
+    raw.run(np.zeros((1, 3)), H)
+    raw.set_inputs(np.array([v, 0.0, 0.0]), 0.0)
+    assert raw.output()[0] == u
+    for way, slope in ((1.0, up), (-1.0, down)):
+        assert raw.tangent(np.array([way, 0.0, 0.0]), np.zeros(0))[0][0] == way * slope
+
+
+def test_the_command_follows_the_weights_while_v_stands_still() -> None:
+    unit, seen = at_rest(start=1.0), set()
+    for k in range(8):
+        for name, value in (("v", 0.25), ("y_d", 0.1 * k), ("y", 0.5)):
+            unit.set(name, value)
+        unit.do_step(k * H, H)
+        seen.add(unit.get("u"))
+    assert len(seen) > 3
+    assert unit.get("theta_1") != 0.5
+
+
+@pytest.mark.parametrize(("v", "y"), [(1e200, 0.0), (-1.7e308, 1.7e308)])
+def test_numbers_out_of_range_are_not_learned(v: float, y: float) -> None:
+    unit = at_rest(**({} if v == 1e200 else {"sd": np.zeros(3), "w0": 1.0, "w": np.zeros(2)}))
+    before = unit.get("theta_1")
+    for k, now in enumerate((v, v, v, v)):
+        for name, value in (("v", now), ("y_d", 1.0 + k), ("y", y)):
+            unit.set(name, value)
+        unit.do_step(k * H, H)
+    assert unit.get("gate") == 0
+    assert unit.get("theta_1") == before
+
+
+def test_a_step_too_long_for_the_dynamics_is_refused() -> None:
+    with pytest.raises(InputError, match="the step is too long for f_n and zeta"):
+        block(f_n=1e12).run(np.zeros((3, 3)), H)
 
 
 @pytest.mark.parametrize("steps", [100_000, pytest.param(10_000_000, marks=pytest.mark.stress)])

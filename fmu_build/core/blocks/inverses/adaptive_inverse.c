@@ -125,7 +125,7 @@ static int learn(int n, double *theta, double *P, const double *phi, double e, d
   }
   const double leverage = product(n, gain, phi), least = 1e-10 * leverage, noise = sigma * sigma;
   const double alpha = leverage + (noise > least ? noise : least); /* P stays positive in floating point */
-  if (!(alpha > 0) || !hyst_isfinite(alpha) || !hyst_isfinite(e)) return 0;
+  if (!hyst_isfinite(alpha + e / alpha)) return 0;
   for (int i = 0, at = 0; i < n; i++) {
     theta[i] += gain[i] * (e / alpha);
     for (int j = 0; j <= i; j++, at++) P[at] -= gain[i] * (gain[j] / alpha);
