@@ -10,6 +10,7 @@ import pytest
 
 import hystfmu as hy
 from hystfmu import Graph, InputError, Node
+from hystfmu.design import to_control
 from hystfmu.design.frequency import grid, response_of
 from hystfmu.design.period_memory import PeriodMemory, iterative_learning, repetitive
 from hystfmu.scenario.loop.held import held
@@ -73,6 +74,19 @@ def test_the_law_of_a_repetitive_block_is_its_impulse_response():
     for angle in (0.03, 0.7, 2.9):
         expected = np.sum(w * np.exp(-1j * angle * np.arange(len(w))))
         assert repetitive(node).response(np.array([angle]))[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_observer_and_repetitive_part_become_systems_of_python_control():
+    rng = np.random.default_rng(7)
+    node = Node("c", "repetitive", {"n": 30, "n_q": 1, "n_l": 3}, {"q": [0.5, 0.2], "l": rng.normal(size=7)})
+    angles = np.array([0.02, 0.9, 3.0])
+    assert to_control(node, H)(np.exp(1j * angles)) == pytest.approx(repetitive(node).response(angles), rel=1e-9)
+    observer = Node("o", "disturbance_observer", {}, {"f_n": 500.0, "zeta": 0.7, "gain": 1.0, "f_o": 2925.0})
+    slow = to_control(observer, H)(np.exp(1e-6j)) * 1e-6
+    fast = to_control(observer, H)(np.exp(1e-5j)) * 1e-5
+    assert slow == pytest.approx(fast, rel=1e-3)  # integral action: 1 / (z - 1) at low frequencies
+    with pytest.raises(InputError, match="from period to period"):
+        to_control(Node("c", "iterative_learning", {"n": 20}), H)
 
 
 def test_the_law_of_iterative_learning_is_that_of_its_periods():

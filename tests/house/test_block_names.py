@@ -73,7 +73,10 @@ ALLOWED: dict[str, dict[str, str]] = {
         **dict.fromkeys(("polynomial_narx", "sum"), "unfolded(): weights of past samples as delays and a sum"),
     },
     "design/linear.py": {
-        **dict.fromkeys(("delay", "pid", "lead_lag", "sliding_mode", "super_twisting"), "_SAMPLED: its function of z"),
+        **dict.fromkeys(
+            ("delay", "pid", "lead_lag", "sliding_mode", "super_twisting", "repetitive"), "_SAMPLED: its function of z"
+        ),
+        "iterative_learning": "LIFTED: has no function of z",
         "transfer_function": "to_control(): the block is a transfer function already",
     },
     "design/period_memory.py": {

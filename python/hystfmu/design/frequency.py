@@ -17,7 +17,7 @@ from hystfmu.design.delays import StateSpace
 Complex = NDArray[np.complex128]
 POINTS = 4000  # frequencies, four decades below half the sampling frequency
 PER_LINE = 40  # points for each multiple of the frequency of a period memory
-HALVINGS = 44  # of a bracket of the grid: to rounding
+HALVINGS = 36  # of a bracket of the grid: to rounding, or close to it
 KEPT = 64  # responses
 
 

@@ -21,9 +21,12 @@ from hystfmu.base.extras import extras
 from hystfmu.core.continuous import ContinuousExecutor
 from hystfmu.design.delays import close, cut, shift_registers
 from hystfmu.design.delays import pade as pade_of
+from hystfmu.design.sampled import sampled
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
+MEASURED = "y"  # input of a controller
+LIFTED = "iterative_learning"  # changes at the end of a period only
 Rational = tuple[NDArray[Any], NDArray[Any]]
 """Numerator and denominator in z, highest power first."""
 
@@ -35,7 +38,9 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
     ----------
     part : Node, Graph or Model
         As a Node: `transfer_function` and `delay` from u to y; `pid` and `lead_lag` from y_d - y to u - u_ff;
-        `sliding_mode` and `super_twisting` from -(y - y_d) to u - u_ff for small s, without limits.
+        `sliding_mode` and `super_twisting` from -(y - y_d) to u - u_ff for small s, without limits: their largest gain,
+        which falls with the amplitude; `repetitive` from y_d - y to r - y_d; any other sampled block with an input y,
+        such as an observer, from -y to its first output by its exact tangent.
         As a Graph or Model: see `linearise`.
     h : float, optional
         Step (s); without it the result is continuous.  `delay` and the controllers need it.
@@ -64,13 +69,24 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
         system = control.tf(part.value("b"), part.value("a"))
         method = "foh" if part.value("hold")[0] else "zoh"
         return system if h is None else control.sample_system(system, h, method=method)
-    if part.type not in _SAMPLED:
-        linear = f"transfer_function, {', '.join(_SAMPLED)}"
+    measures = part.block.rate == "sampled" and any(v.name == MEASURED for v in part.block.of("input"))
+    if part.type not in _SAMPLED and not measures:
+        linear = f"transfer_function, {', '.join(_SAMPLED)}, or a sampled block with an input {MEASURED}"
         raise InputError(f"The block must be linear, one of {linear}. Got {part.type} instead.")
     if h is None:
         raise InputError(
             f"The step 'h' of the sampled block {part.type} must be a float in (0, inf). Got None instead."
         )
+    if part.type == LIFTED:
+        raise InputError(
+            f"The block must have a transfer function. Got {part.type}, which acts from period to period: 'hystfmu "
+            "margins' gives the factor by which its corrections shrink."
+        )
+    if part.type not in _SAMPLED:
+        A, B, C, D = sampled(Graph.single(part), h)
+        places = [i.name for i in part.block.of("input") for _ in range(part.sizes[i.name])]
+        y = [places.index(MEASURED)]
+        return control.ss(A, -B[:, y], C[:1], -D[:1, y], h)
     b, a = _SAMPLED[part.type](part, h)
     return control.tf(b, a, h)
 
@@ -231,10 +247,23 @@ def _super_twisting(node: Node, h: float) -> Rational:
     return _times(c, _line(node, h, 0.0))
 
 
+def _repetitive(node: Node, h: float) -> Rational:
+    """w = z^-n (Q w + L e), both sides times z^(n + m), m the longer half of the filters."""
+    n, q, l = node.dims["n"], node.value("q"), node.value("l")  # noqa: E741
+    n_q, n_l = len(q) - 1, len(l) // 2
+    m = max(n_q, n_l)
+    b, a = np.zeros(2 * m + 1), np.zeros(n + m + 1)
+    b[m - n_l : m + n_l + 1] = l[::-1]
+    a[0] = 1.0
+    a[n - n_q : n + n_q + 1] -= np.concatenate([q[:0:-1], q])
+    return b, a
+
+
 _SAMPLED: dict[str, Callable[[Node, float], Rational]] = {
     "delay": _delay,
     "pid": _pid,
     "lead_lag": _lead_lag,
     "sliding_mode": _sliding_mode,
     "super_twisting": _super_twisting,
+    "repetitive": _repetitive,
 }

@@ -12,7 +12,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.report.terminal import table
-from hystfmu.scenario.loop.simulated import simulated_delay
+from hystfmu.scenario.loop.simulated import MOST, simulated_delay
 from hystfmu.scenario.loop_margins import DELAYS, OpenedLoop, open_loop
 from hystfmu.scenario.margin_limits import LoopVerdict, verdicts_of
 from hystfmu.scenario.plan import plan, read
@@ -73,7 +73,10 @@ class LoopRow:
 
     def cells(self, columns: Sequence[str]) -> list[str]:
         """Return the row as text."""
-        return [*self._shown, *(_text(self.margins[k], k in OPTIONAL) for k in columns)]
+        cells = {k: _text(self.margins[k], k in OPTIONAL) for k in columns}
+        if self.margins["simulated_delay_steps"] == MOST and "simulated_delay_steps" in cells:
+            cells["simulated_delay_steps"] = f">= {MOST}"
+        return [*self._shown, *cells.values()]
 
     def cells_at_delay(self, columns: Sequence[str]) -> list[list[str]]:
         """Return a row for each delay as text."""
