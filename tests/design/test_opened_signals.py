@@ -18,6 +18,7 @@ from hystfmu.scenario.loop.plant import PlantSide
 from hystfmu.scenario.loop.simulated import simulated_delay
 from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
 from hystfmu.scenario.system.case import Scenario
+from hystfmu.scenario.system.spec import UnitSpec
 from hystfmu.scenario.system.system import System, build
 
 ROOT = Path(__file__).parents[2]
@@ -156,3 +157,19 @@ def test_the_simulated_delay_margin_of_a_linear_loop_is_the_predicted_one():
     assert 1.5 < predicted < 2.5
     found = simulated_delay(system, opened.side.entry, growth=1.0, far=np.inf)
     assert found == pytest.approx(predicted, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "order", [("plant", "reference", "pid"), ("reference", "pid", "plant"), ("pid", "plant", "reference")]
+)
+def test_a_delay_at_the_rate_of_the_plant_counts_in_its_steps(order: tuple[str, ...]):
+    """Behind the controller, wherever the plant stands: 20 of 50 fine steps are 0.4 steps further."""
+    case = replace(build(linear_loop().ready().cases[0]).case, order=order)
+    plain = open_loop(build(case), (1.0, 1.0))
+    spec = UnitSpec.model_validate({"block": "delay", "dims": {"n": 20}, "fine": True})
+    at = order.index("pid") + 1
+    ends = {**case.connections, "plant.u": "late.y", "late.u": "pid.u"}
+    late = replace(case, units=case.units | {"late": spec}, order=(*order[:at], "late", *order[at:]), connections=ends)
+    found = open_loop(build(late), (1.0, 1.0))
+    assert found.side.delay == pytest.approx(plain.side.delay + 0.4)
+    assert found.margins().Ms_db == pytest.approx(plain.margins(delay=0.4).Ms_db, rel=1e-9)

@@ -147,9 +147,16 @@ class MarginTable:
         return [v.line() for v in self.verdicts if not v.within]
 
     def summary(self) -> dict[str, Any]:
-        """Return the table for machines."""
+        """Return the table for machines; a margin that nothing limits is None, because JSON has no infinity."""
         verdicts = [vars(v) | {"within": v.within} for v in self.verdicts]
-        return {"loops": [vars(r) for r in self.rows], "refused": self.refused, "verdicts": verdicts}
+        loops = [
+            vars(r) | {"margins": _finite(r.margins), "at_delay": [_finite(f) for f in r.at_delay]} for r in self.rows
+        ]
+        return {"loops": loops, "refused": self.refused, "verdicts": verdicts}
+
+
+def _finite(figures: dict[str, Any]) -> dict[str, Any]:
+    return {k: None if isinstance(v, float) and math.isinf(v) else v for k, v in figures.items()}
 
 
 def _reasons(refused: Sequence[str]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,6 +29,10 @@ class LoopFigures:
     stable: bool
     Ms_db: float | None
     delay_steps: float | None
+
+    def summary(self) -> dict[str, bool | float | None]:
+        """Return the figures for machines: no delay margin is None too, because JSON has no infinity."""
+        return vars(self) | {"delay_steps": None if self.delay_steps == math.inf else self.delay_steps}
 
     def cells(self) -> list[str]:
         """Return peak and delay margin as text."""
@@ -121,5 +126,5 @@ class Result:
             "metrics": [vars(v) for v in self.verdicts],
             "failures": list(self.lines),
             "notes": list(self.notes),
-            "margins": None if self.loop is None else vars(self.loop),
+            "margins": None if self.loop is None else self.loop.summary(),
         } | ({"sweeps": self.sweeps} if self.sweeps else {})
