@@ -48,10 +48,12 @@ def plant(u: np.ndarray) -> np.ndarray:
 OBSERVER = {"f_n": 500.0, "zeta": 0.7, "f_o": 100.0}
 
 
-def test_observer_sees_nothing_in_the_nominal_plant() -> None:
-    """The command passes unchanged, because no disturbance is found."""
+@pytest.mark.parametrize("n", [1, 2, 4])
+def test_observer_sees_nothing_in_the_nominal_plant(n: int) -> None:
+    """The command passes unchanged, because no disturbance is found; y is late by n - 1 steps that it knows of."""
     u = np.random.default_rng(1).normal(size=500)
-    out = run("disturbance_observer", np.column_stack([u, plant(u)]), OBSERVER)
+    y = np.concatenate([np.zeros(n - 1), plant(u)[: len(u) - n + 1]])
+    out = run("disturbance_observer", np.column_stack([u, y]), OBSERVER, {"n": n})
     assert np.abs(out[:, 1]).max() < 1e-10
 
 

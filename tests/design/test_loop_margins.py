@@ -198,7 +198,7 @@ def test_the_peak_of_a_loop_with_observer_is_that_of_its_equations():
         c = pid_of(units["pid"].values, z)
         E = np.zeros((len(z), 4, 4), complex)
         E[:, :3, :3] = np.eye(3) - keep @ ahead / z[:, None, None]
-        E[:, :3, 3:] = -keep @ driven / z[:, None, None]
+        E[:, :3, 3:] = -keep @ driven / z[:, None, None] ** units["observer"].dims["n"]
         E[:, 3, 2], E[:, 3, 3] = 1, 1
         right = np.concatenate([np.repeat(M[None], len(z), 0), -c[:, None, None]], 1)
         return -np.linalg.solve(E, right)[:, 3, 0] * zoh(z) * z ** -delays_of(found)

@@ -317,14 +317,14 @@ def _observer(f_n, zeta, gain, f_o, dt):
 def disturbance_observer(p, state, u, t, dt):
     """State observer of the plant with a constant disturbance, corrected by the present measurement."""
     if state is None:
-        x = np.array([u["y"], 0.0, 0.0])
+        x, past = np.array([u["y"], 0.0, 0.0]), (0.0,) * p.n
     else:
-        x, command = state
+        x, past = state
         F, G, M = _observer(p.f_n, p.zeta, p.gain, p.f_o, dt)
-        x = F @ x + G * command
+        x = F @ x + G * past[0]
         x = x + M * (u["y"] - x[0])
     command = _limited(p, u["u_c"] - x[2])
-    return {"u": command, "d_hat": x[2]}, (x, command)
+    return {"u": command, "d_hat": x[2]}, (x, (*past[1:], command))
 
 
 def iterative_learning(p, state, u, t, dt):

@@ -8,17 +8,19 @@ protected
   parameter Real M[3] = Functions.observerGains(F, exp(-2*pi*f_o*Ts)) "Gains of the measurement";
   discrete Real ahead[3](each start = 0, each fixed = true) "Position, velocity/omega_n, gain d as predicted";
   discrete Real estimate[3](each start = 0, each fixed = true) "The same as estimated";
+  discrete Real past[n](each start = 0, each fixed = true) "Commands of the last n steps, newest first";
 equation
   assert(abs(gain) > 0, "gain must not be 0");
   assert(u_min <= u_max, "u_min must not be greater than u_max");
   when sample(0, Ts) then
-    ahead = if time < 0.5*Ts then {y, 0, 0} else F*(pre(estimate) + {0, 0, gain*pre(u)}) - {0, 0, gain*pre(u)};
+    ahead = if time < 0.5*Ts then {y, 0, 0} else F*(pre(estimate) + {0, 0, gain*pre(past[n])}) - {0, 0, gain*pre(past[n])};
     estimate = if time < 0.5*Ts then ahead else ahead + M*(y - ahead[1]);
     d_hat = estimate[3]/gain;
     u = min(max(u_c - d_hat, u_min), u_max);
+    past = Functions.shift(u, pre(past));
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> y is what the last command led to: the plant steps before. Delay and noise bound f_o. The simulation must start at time 0.</p>
+<p><b>Limitations:</b> y is what the command of n samples ago led to: n = 1 without delay, as the plant steps before. Delay that is not counted in n and noise bound f_o. The simulation must start at time 0.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.DisturbanceObserver\">Control.BaseClasses.DisturbanceObserver</a>: equation, source, example.</p>
 </html>"));
 end DisturbanceObserver;

@@ -10,7 +10,7 @@ model SlidingMode "Sliding mode with integral action and inverse feed-forward on
     annotation (Placement(transformation(extent = {{-70, -30}, {-50, -10}})));
   Inverse.Sampled.PrandtlIshlinskiiInverse inverse(n = identified.hysteresis_n, depth = 16, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u0 = identified.hysteresis_u0, Ts = Ts)
     annotation (Placement(transformation(extent = {{-40, -30}, {-20, -10}})));
-  Control.SlidingMode controller(lam = 402.2, eta = 0.0003385, rho = 3.485e-06, epsilon = 3.047, k_i = 10600000, Ts = Ts)
+  Control.SlidingMode controller(lam = 1719, eta = 0.0003106, rho = 0.0001304, epsilon = 24.21, k_i = 14330000, Ts = Ts)
     annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
   Dynamics.Delay delay(n = 1, Ts = Ts) "One sample between command and actuator" annotation (Placement(transformation(extent = {{60, -40}, {80, -20}})));
   Plants.BacklashSumDynamics plant(n = 10, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10), f_n = 500, zeta = 0.7, Ts = Ts)

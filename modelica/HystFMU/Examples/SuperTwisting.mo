@@ -6,7 +6,7 @@ model SuperTwisting "Super-twisting sliding mode with inverse feed-forward on a 
   Sources.Sine reference(frequency = 10, lead = 1.5*Ts) "Preview of the delay and of half a sample for the hold" annotation (Placement(transformation(extent = {{-100, 0}, {-80, 20}})));
   Control.Feedforward feedforward(f_n = 500, zeta = 0.7) annotation (Placement(transformation(extent = {{-70, -30}, {-50, -10}})));
   Inverse.Sampled.PrandtlIshlinskiiInverse inverse(n = identified.hysteresis_n, depth = 16, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u0 = identified.hysteresis_u0, Ts = Ts) annotation (Placement(transformation(extent = {{-40, -30}, {-20, -10}})));
-  Control.SuperTwisting controller(lam = 1500, k_1 = 0.00015, k_2 = 1.5, mu = 0.5, epsilon = 10, Ts = Ts) annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
+  Control.SuperTwisting controller(lam = 4133, k_1 = 0.0003779, k_2 = 14.39, mu = 0.1818, epsilon = 2137, Ts = Ts) annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
   Dynamics.Delay delay(n = 1, Ts = Ts) "One sample between command and actuator" annotation (Placement(transformation(extent = {{60, -40}, {80, -20}})));
   Plants.BacklashSumDynamics plant(n = 10, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10), f_n = 500, zeta = 0.7, Ts = Ts) annotation (Placement(transformation(extent = {{40, 0}, {60, 20}})));
 equation

@@ -199,6 +199,7 @@ class DisturbanceObserver(Block):
     def __init__(
         self,
         *,
+        n: int = ...,
         f_n: float = 1.0,
         zeta: float = 0.7,
         gain: float = 1.0,

@@ -84,7 +84,7 @@ def disturbance_observer(u: Array, v: Values, h: float) -> Array:
     x, found = np.array([y[0], 0, 0]), np.empty((len(u), 2))
     for k, measured in enumerate(y):
         if k > 0:
-            x = F @ x + g * found[k - 1, 0]
+            x = F @ x + g * (found[k - v["n"], 0] if k >= v["n"] else 0.0)
             x += M * (measured - x[0])
         found[k] = np.clip(command[k] - x[2], v["u_min"], v["u_max"]), x[2]
     return found

@@ -1,15 +1,15 @@
 /* Disturbance observer: estimates the disturbance at the input of a second-order plant (load, residual hysteresis, gain
  * error) from command and measurement, and subtracts it from the command.  It is a state observer of the plant with a
  * constant disturbance and all poles at exp(-2 pi f_o h): the exact discrete form of Q(s) (G0(s)^-1 y - u), without an
- * inverse of the sampled plant, whose zero near -1 would ring.  y is the response to the last command, because the
- * plant steps first. */
+ * inverse of the sampled plant, whose zero near -1 would ring.  y is the response to the command of n steps ago: n = 1
+ * where the plant steps first, one more for every step of delay that is known. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/elementary_sine.h"
 #include "core/elementary/limit.h"
 #include "core/elementary/second_order.h"
 #include "core/hyst.h"
 
-#define DIMS(D)
+#define DIMS(D) D(n, 1, 1, 100000, "steps from a command to its response in y: 1 without delay")
 #define VARS(V)                                                                                                 \
   V(f_n, PARAM, 1, "real", "Hz", 1.0, HYST_POSITIVE, HYST_INF, "natural frequency of the plant")                \
   V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio of the plant")                              \
@@ -24,7 +24,7 @@
   V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command minus the estimated disturbance")             \
   V(d_hat, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "estimated disturbance at the input of the plant") \
   V(estimate, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n, gain d")          \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command of the last step")
+  V(past, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "commands of the last n steps, newest first")
 
 /* out = F in */
 static void times(const double *F, const double *in, double *out) {
@@ -70,7 +70,7 @@ HYST_OUTPUT_FN(output) {
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   if (dt > 0) {
-    const double driven[3] = {estimate[0], estimate[1], estimate[2] + *gain * *u_last};
+    const double driven[3] = {estimate[0], estimate[1], estimate[2] + *gain * past[n - 1]};
     double ahead[3];
     times(F, driven, ahead);
     ahead[2] = estimate[2];
@@ -79,7 +79,8 @@ HYST_UPDATE_FN(update) {
   } else {
     estimate[0] = *y;
   }
-  *u_last = hyst_clamp(*u_c - estimate[2] / *gain, *u_min, *u_max);
+  for (int i = n - 1; i > 0; i--) past[i] = past[i - 1];
+  past[0] = hyst_clamp(*u_c - estimate[2] / *gain, *u_min, *u_max);
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
