@@ -29,9 +29,9 @@ COMMANDS = [
 ]
 # commands that take long, and the tests that run the same
 ELSEWHERE = {
-    "hystfmu run --all --report out": "tests/scenarios/test_shipped.py",
-    "hystfmu run scenarios/pid --set 'plant.hysteresis_w=*1.2'": "tests/scenarios/test_shipped.py",
-    "hystfmu run scenarios/papers --report out": "tests/scenarios/test_shipped.py",
+    "hystfmu run --all --report out": "tests/scenarios/shipped/test_shipped.py",
+    "hystfmu run scenarios/pid --set 'plant.hysteresis_w=*1.2'": "tests/scenarios/shipped/test_shipped.py",
+    "hystfmu run scenarios/papers --report out": "tests/scenarios/shipped/test_shipped.py",
     "hystfmu margins scenarios/pid scenarios/pid_observer": "tests/design/test_loop_margins.py",
     "hystfmu study scenarios/pid/draws.study.toml -o out": "tests/study/test_yield.py",
     "hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp": "tests/scenarios/test_ssp.py",

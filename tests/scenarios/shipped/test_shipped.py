@@ -21,7 +21,7 @@ from hystfmu.scenario import Scenario, build, run_scenarios
 from hystfmu.scenario.verdict.baseline import Baseline
 from hystfmu.studies import Study
 
-ROOT = Path(__file__).parents[2] / "scenarios"
+ROOT = Path(__file__).parents[3] / "scenarios"
 FOLDERS = sorted(p.parent for p in ROOT.glob("*/scenario.toml"))
 PAPERS = sorted(p.parent for p in ROOT.glob("papers/*/scenario.toml"))
 STUDIES = sorted(ROOT.glob("*/gains.study.toml"))

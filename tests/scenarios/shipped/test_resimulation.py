@@ -1,7 +1,7 @@
 """Every shipped scenario simulated again, by plays, controllers and a discretisation that are not those of the core.
 
 One case of each; its output agrees along the whole trajectory, and its error with the recorded one, to 0.001 % of the
-span.  `python tests/scenarios/test_resimulation.py` prints the differences.
+span.  `python tests/scenarios/shipped/test_resimulation.py` prints the differences.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hystfmu.scenario import Scenario, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.system.system import System
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "oracles"))
 from loop_simulation import simulate  # noqa: E402
 

@@ -11,7 +11,7 @@ from hystfmu.design import loop_shaping
 from hystfmu.design.linear import python_control
 from hystfmu.scenario import Scenario
 
-FOLDER = Path(__file__).parents[2] / "scenarios" / "h_infinity"
+FOLDER = Path(__file__).parents[3] / "scenarios" / "h_infinity"
 
 
 def test_controller_is_that_of_the_design() -> None:

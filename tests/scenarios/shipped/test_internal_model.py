@@ -14,7 +14,7 @@ from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
 from hystfmu.scenario.verdict.baseline import Baseline
 
-ROOT = Path(__file__).parents[2] / "scenarios"
+ROOT = Path(__file__).parents[3] / "scenarios"
 SLOPES = (0.68, 1.64)  # of plant over inverse in the corners
 LEARNT_AT = (0.8, 1.38)  # slopes for which the filters are designed
 

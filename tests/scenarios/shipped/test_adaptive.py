@@ -13,7 +13,7 @@ from hystfmu.data import Dataset
 from hystfmu.data.signals import training
 from hystfmu.identify import fit
 
-ROOT = Path(__file__).parents[2] / "scenarios"
+ROOT = Path(__file__).parents[3] / "scenarios"
 FACTOR = 1.2  # error after a change, of that with a model identified anew
 CASES = ("load_10", "load_100", "load_random")
 
