@@ -173,13 +173,19 @@ def _listed(s: Structure) -> list[Row]:
 
 
 def _stage(root: Path) -> list[Row]:
-    """Compute the nominal scans of the stage."""
+    """Compute the nominal scans of the stage, then those of its other controllers."""
     rows = []
-    for r in run_scenarios([root / STAGE], engine="native"):
-        frequency = r.case.removeprefix("scan_")
-        target = 1.0 if frequency == "200" else None
-        what = f"S19, stage, triangle at {frequency} Hz, scan lines, nominal"
-        rows.append(Row(what, ours=_metric(r, SCAN), target=target))
+    for folder in sorted(f.parent for f in root.glob("stage/*/scenario.toml")):
+        ours = folder == root / STAGE
+        for r in run_scenarios([folder], engine="native"):
+            frequency = r.case.removeprefix("scan_")
+            target = 1.0 if ours and frequency == "200" else None
+            peak = "" if r.loop is None else f"Ms {r.loop.cells()[0]} dB"
+            what = f"triangle at {frequency} Hz, scan lines, nominal"
+            if ours:
+                rows.append(Row(f"S19, stage, {what}", ours=_metric(r, SCAN), target=target, note=peak))
+            else:
+                rows.append(Row(f"{r.scenario}: {what}", ours=_metric(r, SCAN), note=peak, group="listed"))
     return rows
 
 

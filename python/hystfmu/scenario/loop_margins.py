@@ -256,8 +256,11 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     within = _loop(system, plant)
     if any(isinstance(system.parts[k].graph, Foreign) for k in within):
         raise InputError(f"{where}: The loop must have no foreign FMU, whose equations are not known. Got one.")
-    if system.case.coupling.scheme != "gauss_seidel":
-        raise InputError(f"{where}: The coupling must be gauss_seidel. Got {system.case.coupling.scheme} instead.")
+    scheme = system.case.coupling.scheme
+    if scheme != "gauss_seidel":
+        raise InputError(
+            f"{where}: The coupling must be gauss_seidel, whose order the loop follows. Got {scheme} instead."
+        )
     side = plant_side(system, plant, within)
     around = [k for k in within if k not in side.units]
     if any(system.parts[k].period != system.case.ripple for k in around):
