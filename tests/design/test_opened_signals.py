@@ -173,3 +173,12 @@ def test_a_delay_at_the_rate_of_the_plant_counts_in_its_steps(order: tuple[str, 
     found = open_loop(build(late), (1.0, 1.0))
     assert found.side.delay == pytest.approx(plain.side.delay + 0.4)
     assert found.margins().Ms_db == pytest.approx(plain.margins(delay=0.4).Ms_db, rel=1e-9)
+
+
+def test_with_hysteresis_the_simulated_delay_margin_is_within_those_of_the_slopes():
+    """The loop turns unstable between the margins of its least and its largest slope, a tenth of a step of the grid."""
+    system = system_of("pid", "sine_10")
+    opened = open_loop(system)
+    margins = [opened.margins(float(slope)).delay_steps for slope in np.linspace(*opened.slopes, 5)]
+    found = simulated_delay(system, opened.side.entry)
+    assert min(margins) - 0.1 < found < max(margins) + 0.1
