@@ -101,7 +101,8 @@ def test_the_command_writes_it(tmp_path: Path) -> None:
     words = ["inverse", str(tmp_path / "m.model.toml"), "--method", "adaptive", "--set", "delay=1", "-o", str(out)]
     done = CliRunner().invoke(main, words)
     assert done.exit_code == 0, done.output
-    assert done.output == f"wrote {out}, adaptive inverse\n"
+    said = ["inputs v, y_d, y; outputs u, theta, gate, changes"]
+    assert done.output.splitlines() == [f"wrote {out}, adaptive inverse", *said]
     made = Model.load(out)
     assert made.graph.node("adaptive").dims["delay"] == 3
     assert [o.name for o in made.graph.outputs] == ["u", "theta", "gate", "changes"]

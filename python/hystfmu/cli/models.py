@@ -314,6 +314,9 @@ def inverse(
     rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
     worth = "" if rms is None else f": error of inverse and model in cascade: RMS {rms:.2g} %, max {most:.2g} % of span"
     click.echo(f"wrote {out}, {made.provenance['inverse']} inverse{worth}")
+    if len(made.graph.outputs) > 1:
+        inputs, outputs = (", ".join(p.name for p in ports) for ports in (made.graph.inputs, made.graph.outputs))
+        click.echo(f"inputs {inputs}; outputs {outputs}")
     if late := made.fit.get("lag_steps"):
         click.echo(
             f"the output of the model is the wanted one of {late} steps ({made.fit['lag']:.3g} s) ago, accurate up to "
