@@ -28,6 +28,7 @@ KINDS = (
     "between_samples_percent",
     "variation_ratio",
     "loop_area_percent",
+    "rms",
     "peak",
     "final",
 )
@@ -117,6 +118,7 @@ def test_metrics_do_not_see_the_division(kind: str, ripple: int) -> None:
         "between_samples_percent": percent * np.abs(e - np.interp(at, at[sample], e[sample])).max(),
         "variation_ratio": np.abs(np.diff(y[sample])).sum() / np.abs(np.diff(x[sample])).sum(),
         "loop_area_percent": 50 * abs(np.trapezoid(y, x) * 2 - (x[-1] - x[0]) * (y[-1] + y[0])) / np.ptp(x) / np.ptp(y),
+        "rms": np.sqrt(np.mean(e**2)),
         "peak": np.abs(y).max(),
         "final": abs(e[-1]),
     }

@@ -237,7 +237,7 @@ class Scenario:
         name : str
         kind : str
             What is computed: rms_percent, max_percent, between_samples_percent (all of `signal` - `against`),
-            variation_ratio, peak, final, loop_area_percent; `hystfmu.scenario.outcome.metrics` defines them.
+            variation_ratio, rms, peak, final, loop_area_percent; `hystfmu.scenario.outcome.metrics` defines them.
         signal, against : str
             ``unit.output``; most kinds compare two.
         limit : float, optional
@@ -247,7 +247,7 @@ class Scenario:
         after : float, optional
             Rows at or after this time (s) count.
         lines : bool
-            Of rms_percent and max_percent: the lines of a scan alone, without its turn-arounds.
+            Of rms_percent, rms and max_percent: the lines of a scan alone, without its turn-arounds.
         text : str
             One line for a reader.
 

@@ -2,6 +2,7 @@
 
 With e = signal - against, over the rows at or after `after`, in percent of the stroke:
 rms_percent              root mean square of e, between samples included (fine grid)
+rms                      the same in the unit of measure of the signal
 max_percent              largest |e|, between samples included
 between_samples_percent  largest |e| beyond the straight line between its values at the samples: the ripple
 variation_ratio          total variation of the signal / that of `against`, at the samples: 1 means no chattering
@@ -10,7 +11,7 @@ final                    |e| at the end (|signal| without `against`)
 loop_area_percent        area that the signal encloses over `against`, of the rectangle of their spans; the window must
                          be one period (an ellipse has at most 78.5, a straight line 0): what hysteresis is left
 
-With `lines`, the first two count the rows alone where `against` moves at constant speed: the lines of a scan without
+With `lines`, rms and max count the rows alone where `against` moves at constant speed: the lines of a scan without
 its turn-arounds.
 
 Sums run over the rows in their order: the same bits however a run is divided into chunks.
@@ -193,6 +194,7 @@ _KINDS: dict[str, Callable[[], _Kind]] = {
     "peak": _Peak,
     "final": _Final,
     "rms_percent": _Rms,
+    "rms": _Rms,
     "max_percent": _Max,
     "between_samples_percent": _BetweenSamples,
     "variation_ratio": _Variation,

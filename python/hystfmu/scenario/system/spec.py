@@ -77,7 +77,14 @@ class UnitSpec(pydantic.BaseModel):
 
 
 MetricKind = Literal[
-    "rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "peak", "final", "loop_area_percent"
+    "rms_percent",
+    "max_percent",
+    "between_samples_percent",
+    "variation_ratio",
+    "rms",
+    "peak",
+    "final",
+    "loop_area_percent",
 ]
 
 
@@ -90,7 +97,7 @@ class MetricSpec(pydantic.BaseModel):
     against: str | None = Field(None, description="unit.output that the signal is compared with")
     stroke: Positive | None = Field(None, description="what 100 percent is; default: span of `against` in the window")
     after: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(0.0, description="rows at or after this time (s)")
-    lines: bool = Field(False, description="rms_percent and max_percent: scan lines only, without turn-arounds")
+    lines: bool = Field(False, description="rms_percent, rms and max_percent: scan lines only, without turn-arounds")
     limit: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
         None, description="largest value that is good; may be set per case"
     )
@@ -100,8 +107,8 @@ class MetricSpec(pydantic.BaseModel):
     def _partner(self) -> MetricSpec:
         if self.kind not in ("peak", "final") and self.against is None:
             raise ValueError(f"{self.kind} needs 'against'")
-        if self.lines and self.kind not in ("rms_percent", "max_percent"):
-            raise ValueError(f"'lines' belongs to rms_percent and max_percent. Got {self.kind} instead.")
+        if self.lines and self.kind not in ("rms_percent", "rms", "max_percent"):
+            raise ValueError(f"'lines' belongs to rms_percent, rms and max_percent. Got {self.kind} instead.")
         return self
 
 
