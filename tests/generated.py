@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+import stage_table
 import tracking_table
 
 from hystfmu.base.errors import InputError
@@ -11,8 +12,9 @@ from hystfmu.modelica import library
 
 README = Path(__file__).parent.parent / "README.md"
 PARTS = (
-    ("from the C tables", listing.markdown),
-    ("from the baselines of the scenarios", tracking_table.markdown),
+    (README, "from the C tables", listing.markdown),
+    (README, "from the baselines of the scenarios", tracking_table.markdown),
+    (stage_table.PAGE, "from the baselines of the scenarios", stage_table.markdown),
 )
 STUB = README.parent / "python" / "hystfmu" / "graph" / "blocks.pyi"
 MODELICA = README.parent / "modelica" / "HystFMU"
@@ -20,17 +22,19 @@ END = "<!-- end of the generated table -->"
 
 
 def main(write: bool) -> int:
-    text = fresh = README.read_text()
-    for source, make in PARTS:
+    fresh = {page: page.read_text() for page, _, _ in PARTS}
+    for page, source, make in PARTS:
         begin = f"<!-- generated {source} by `make generate` - do not edit -->\n"
-        head, rest = fresh.split(begin)
-        fresh = head + begin + make() + "\n" + END + rest.split(END, 1)[1]
+        head, rest = fresh[page].split(begin)
+        fresh[page] = head + begin + make() + "\n" + END + rest.split(END, 1)[1]
     if write:
-        README.write_text(fresh)
+        for page, text in fresh.items():
+            page.write_text(text)
         STUB.write_text(stubs.stub())
         library.write(MODELICA)
         return 0
-    stale = ["README.md: a generated table"] if fresh != text else []
+    here = README.parent
+    stale = [f"{p.relative_to(here)}: a generated table" for p, text in fresh.items() if text != p.read_text()]
     stale += [] if STUB.read_text() == stubs.stub() else ["python/hystfmu/graph/blocks.pyi"]
     stale += [f"modelica/HystFMU/{file}" for file in library.stale(MODELICA)]
     found = [*library.missing(MODELICA), *(f"{what} is stale; run 'make generate'" for what in stale)]

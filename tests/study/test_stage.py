@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import importlib.util
+import tomllib
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+import stage_table
 
 from hystfmu.design.scan import scan_feedforward, scan_harmonics
 from hystfmu.graph import Graph, Input, Node, Output, blocks
 from hystfmu.scenario import Scenario, build, run_scenarios
 from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.system.unit_graph import changed
+from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.sampling import sampler
 from hystfmu.studies.spec import Study
 
@@ -87,3 +91,58 @@ def test_the_generated_parts_are_what_their_scripts_write(tmp_path: Path, monkey
     monkeypatch.setattr(models, "HERE", tmp_path / "models")
     models.write_scans()
     assert (tmp_path / "scans.toml").read_text() == (STAGE / "scans.toml").read_text()
+
+
+@pytest.mark.parametrize("name", ["irc", pytest.param("ppf", marks=pytest.mark.stress)])
+def test_the_filters_of_the_repetitive_parts_are_their_design(name: str) -> None:
+    """To the digits of the file; nothing grows from period to period."""
+    found = made("make_repetitive").design(name)
+    written = tomllib.loads((STAGE / f"{name}_repetitive" / "repetitive.toml").read_text())
+    values = written["units"]["repetitive"]["values"]
+    assert np.abs(found.q - values["q"]).max() <= 1e-6
+    assert np.abs(found.l - values["l"]).max() <= 1e-6
+    assert max(found.contraction) <= 1 + 1e-6
+    for case in written["case"]:  # other periods, or at rest: the same filters
+        if "units" in case:
+            assert case["units"]["repetitive"]["values"] == values
+
+
+GAINS = sorted(f.parent.name for f in STAGE.glob("*/gains.study.toml"))
+
+
+@pytest.mark.parametrize("name", [n if n == "irc" else pytest.param(n, marks=pytest.mark.stress) for n in GAINS])
+def test_the_gains_meet_the_hard_limits_of_their_study(name: str) -> None:
+    """Within the ranges; Ms at most 6 dB, and both corners stable over all slopes with one more step."""
+    study = Study(STAGE / name / "gains.study.toml")
+    graphs = {p.name: p.graph for p in build(study.cases[0]).parts}
+    for key, p in study.parameters.items():
+        unit, _, parameter = key.partition(".")
+        port, first, values = changed(graphs[unit], parameter, "*1")
+        assert p.bounds[0] <= values[0] <= p.bounds[1], (key, port, first)
+    objective = study.spec.objective
+    assert objective is not None
+    assert objective.loop is not None
+    excess = LoopLimits(study, objective.loop).excess({})
+    assert max(excess.values()) <= 0, excess
+
+
+@pytest.mark.parametrize(
+    "name", ["irc", *(pytest.param(n, marks=pytest.mark.stress) for n in stage_table.CONTROLLERS if n != "irc")]
+)
+def test_recorded_margins_and_settling_are_those_of_the_scenarios(name: str) -> None:
+    script, recorded = made("run_margins"), stage_table.recorded("loops")[name]
+    assert script.margins(name) | {"settling_s": script.settling(name)} == pytest.approx(recorded, rel=1e-6)
+
+
+def test_recorded_draws_meet_what_the_stage_is_asked_for() -> None:
+    """Median and 95 % with modes known to 5 %, median and worst to 20 %; every controller has its 1000 draws."""
+    recorded = stage_table.recorded("draws")
+    assert set(recorded) == set(stage_table.recorded("loops")) == set(stage_table.CONTROLLERS)
+    for name in ("irc_repetitive", "ppf_repetitive"):
+        well, roughly = recorded[name]["known_to_5"], recorded[name]["known_to_20"]
+        assert well["median"] <= 0.25
+        assert well["p95"] <= 0.5
+        assert roughly["median"] <= 0.6
+        assert roughly["worst"] <= 2
+        assert well["unstable"] == roughly["unstable"] == 0
+        assert well["draws"] == roughly["draws"] == 1000

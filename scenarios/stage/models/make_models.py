@@ -24,6 +24,7 @@ from hystfmu.model import Model
 
 HERE = Path(__file__).parent
 PLAYS = {"w0": 0.05, "r": np.linspace(2.5, 25, 10), "w": np.full(10, 0.016)}
+CHARGE = {**PLAYS, "w0": 0.194, "w": np.full(10, 0.0016)}  # a tenth of the hysteresis at the same slope
 BEND = [1.04, -0.002, 0.0]  # v, v^2 (1/um), constant
 CREEP = {"w0": 1.0, "w": [0.008, 0.008, 0.008], "T": [0.1, 1.0, 10.0]}
 MODES = {"f_n": [500.0, 1600.0], "zeta": [0.02, 0.01], "k": [0.9, 0.1]}
@@ -31,12 +32,12 @@ NOISE = 20e-6 * np.sqrt(5000)  # um: 20 pm/sqrt(Hz) up to half the rate of 10 kH
 HYSTERESIS = "hysteresis"
 
 
-def plant(dynamics: bool) -> Graph:
+def plant(dynamics: bool, plays: dict[str, object] = PLAYS, creep: float = 1.0) -> Graph:
     """Amplifier -> plays and a linear term -> bend -> creep -> two modes."""
     nodes = [
-        Node(HYSTERESIS, "backlash_sum", {"n": 10}, PLAYS),
+        Node(HYSTERESIS, "backlash_sum", {"n": 10}, plays),
         Node("bend", "polynomial_narx", {"n_u": 1, "n_f": 0, "n_y": 0, "q": 2, "n_k": 0}, {"theta": BEND}),
-        Node("creep", "creep", {"n": 3}, CREEP),
+        Node("creep", "creep", {"n": 3}, {**CREEP, "w": [creep * w for w in CREEP["w"]]}),
     ]
     wires, end = [(f"{HYSTERESIS}.y", "bend.u"), ("bend.y", "creep.u")], "creep.y"
     if dynamics:
@@ -70,6 +71,42 @@ dims = { m = 25 }
 values = { shape = "multisine", amplitude = 10.0, offset = 10.0 }
 text = "the scan through the inverse of the modes, up to 1.2 kHz: hystfmu.design.scan_feedforward"
 """
+OTHERS = """[[case]]
+name = "low_100"
+text = "triangle at 100 Hz; modes 20 % lower, weights 20 % up"
+stop = 0.2
+after = 0.15
+set = {{ {tones}, "plant.g0_f_n" = "*0.8", "plant.hysteresis_w" = "*1.2" }}
+
+[[case]]
+name = "high_100"
+text = "triangle at 100 Hz; modes 20 % higher, weights 20 % down"
+stop = 0.2
+after = 0.15
+set = {{ {tones}, "plant.g0_f_n" = "*1.2", "plant.hysteresis_w" = "*0.8" }}
+
+[[case]]
+name = "two_steps_100"
+text = "triangle at 100 Hz, one more step of delay than the design knows of"
+stop = 0.2
+after = 0.15
+set = {{ {tones}, "delay.n" = 2 }}
+
+[[case]]
+name = "staircase"
+text = "ten steps of 2 um, 20 ms each"
+stop = 0.22
+set = {{ "reference.shape" = "steps", "reference.amplitude" = 1, "reference.offset" = 0, "reference.T" = 0.02 }}
+units.feedforward = {{ block = "reference", dims = {{ m = 11 }}, values = {{ shape = "steps", T = 0.02, levels = {levels} }} }}
+
+[[case]]
+name = "slow"
+text = "triangle at 0.5 Hz: what is left is the noise of the position"
+stop = 0.2
+after = 0.1
+set = {{ "reference.frequency" = 0.5 }}
+units.feedforward = {{ block = "reference", dims = {{ m = 1 }}, values = {{ shape = "triangle", amplitude = 10.0, offset = 10.0, frequency = 0.5, phase = -1.5707963267948966, turn = 0.1, lead = 1.5e-4 }} }}
+"""
 
 
 def scan(f: float) -> dict[str, str]:
@@ -92,13 +129,26 @@ def write_scans() -> None:
         lines += ["[[case]]", f'name = "scan_{f}"', f'text = "triangle at {f} Hz"', f"stop = {stop}", f"after = {after}"]
         settings = ", ".join(f'"{k}" = {v}' for k, v in scan(float(f)).items())
         lines += [f'set = {{ "reference.frequency" = {f}, {settings} }}', ""]
+    tones = ", ".join(f'"{k}" = {v}' for k, v in scan(100.0).items())
+    lines.append(OTHERS.format(tones=tones, levels=[2.0 * k for k in range(11)]))
     (HERE.parent / "scans.toml").write_text("\n".join(lines))
+
+
+def gain(w0: float, name: str) -> None:
+    """Write a gain in um/V as a hysteresis without plays, whose inverse stands where others have that of the actuator."""
+    node = Node("gain", "prandtl_ishlinskii", {"n": 1}, {"w0": w0, "r": [0.0], "w": [0.0]})
+    graph = Graph([node], [], [Input("u", ("gain.u",), unit="V")], [Output("y", "gain.y", unit="um")])
+    Model("prandtl_ishlinskii", graph, None, "mean gain from V to um").save(HERE / f"{name}.model.toml")
 
 
 def main() -> None:
     """Write all models."""
+    gain(20 / 106, "gain")
+    gain(20 / 98, "charge_gain")
     write_scans()
     Model("plant", plant(True), None, f"stage: {plant.__doc__}").save(HERE / "plant.model.toml")
+    text = "stage with a charge drive: a tenth of the hysteresis, three times the creep"
+    Model("plant", plant(True, CHARGE, 3.0), None, text).save(HERE / "charge_plant.model.toml")
     found = fit(record(), "actuator", dynamics="no")
     replace(found, fit={k: v for k, v in found.fit.items() if k != "seconds"}).save(HERE / "actuator.model.toml")
 

@@ -23,6 +23,7 @@ RATE = 10_000  # Hz
 FACTORS, SLOPES = (0.8, 0.9, 1.0, 1.1, 1.2), (0.86, 1.0, 1.3)
 CUTOFF, GAIN, N_Q, N_L = 1100.0, 0.3, 24, 45  # Hz, share of the error learnt in a period, taps on each side
 SCANS = {10: (0.4, 0.3), 50: (0.2, 0.12), 200: (0.15, 0.125)}  # other than 100 Hz: end of the run, of the transient
+ONCE = ("staircase", "slow")  # cases without a period: nothing is learnt
 HEAD = """# Written by models/make_repetitive.py: {name} with a repetitive part that adds to its command.
 # max |Q - L P| = {left:.4f} over modes of -20 to +20 % and slopes of {low:g} to {high:g}.
 extends = "../{name}/scenario.toml"
@@ -45,7 +46,7 @@ UNIT = """
 [{where}units.repetitive]
 block = "repetitive"
 dims = {{ n = {n}, n_q = {n_q}, n_l = {n_l} }}
-inputs = {{ active = 1.0 }}
+inputs = {{ active = {active:.1f} }}
 text = "learns {gain:g} of the error in a period, up to {cutoff:g} Hz"
 
 [{where}units.repetitive.values]
@@ -85,12 +86,14 @@ def main(names: list[str]) -> None:
         q, l = (np.array2string(v, separator=", ", max_line_width=116, threshold=1000) for v in (found.q, found.l))  # noqa: E741
         taps = {"n_q": N_Q, "n_l": N_L, "gain": GAIN, "cutoff": CUTOFF, "q": q, "l": l}
         text = HEAD.format(name=name, left=max(found.contraction), low=SLOPES[0], high=SLOPES[-1])
-        text += UNIT.format(where="", n=round(RATE / 100), **taps)
-        for f in (10, 50, 100, 200):
-            stop, after = SCANS.get(f, (0.2, 0.15))
+        text += UNIT.format(where="", n=round(RATE / 100), active=1, **taps)
+        for f, (stop, after) in SCANS.items():
             text += CASE.format(f=f, stop=stop, after=after)
-            if f != 100:
-                text += UNIT.format(where="case.", n=round(RATE / f), **taps)
+            text += UNIT.format(where="case.", n=round(RATE / f), active=1, **taps)
+        for case in ("scan_100", "low_100", "high_100", "two_steps_100", "staircase", "slow"):
+            text += f'\n[[case]]\nname = "{case}"\n'
+            if case in ONCE:
+                text += UNIT.format(where="case.", n=round(RATE / 100), active=0, **taps)
         file = STAGE / f"{name}_repetitive" / "repetitive.toml"
         file.write_text(text)
         print(f"{file.relative_to(STAGE)}: max |Q - L P| = {max(found.contraction):.4f}")
