@@ -315,16 +315,16 @@ def _observer(f_n, zeta, gain, f_o, dt):
 
 
 def disturbance_observer(p, state, u, t, dt):
-    """State observer of the plant with a constant disturbance, corrected by the present measurement."""
+    """State observer of the plant with a constant disturbance, n steps from a command to its response."""
     if state is None:
-        x, past = np.array([u["y"], 0.0, 0.0]), (0.0,) * p.n
+        x, commands = np.array([u["y"], 0.0, 0.0]), [0.0] * p.n
     else:
-        x, past = state
+        x, commands = state
         F, G, M = _observer(p.f_n, p.zeta, p.gain, p.f_o, dt)
-        x = F @ x + G * past[0]
+        x = F @ x + G * commands[-1]
         x = x + M * (u["y"] - x[0])
     command = _limited(p, u["u_c"] - x[2])
-    return {"u": command, "d_hat": x[2]}, (x, (*past[1:], command))
+    return {"u": command, "d_hat": x[2]}, (x, [command, *commands[:-1]])
 
 
 def iterative_learning(p, state, u, t, dt):
