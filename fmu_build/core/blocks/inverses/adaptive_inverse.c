@@ -35,7 +35,7 @@ enum { IN_A_ROW = 6 };
   V(f_h, FIXED, 1, "real", "Hz", 0.0, 0.0, HYST_INF, "slower errors are left to a feedback; 0: there is none")        \
   V(sd, PARAM, n + 1, "real", "1", 0.05, 0.0, HYST_INF, "standard deviations of w0 and w after a change")             \
   V(start, FIXED, 1, "real", "1", 0.1, 0.0, 1.0, "standard deviations at the start, relative to sd")                  \
-  V(T, PARAM, 1, "real", "s", 3.0, HYST_POSITIVE, HYST_INF, "time in which a drift of the weights reaches sd")       \
+  V(T, PARAM, 1, "real", "s", 3.0, HYST_POSITIVE, HYST_INF, "time in which a drift of the weights reaches sd")        \
   V(sigma, PARAM, 1, "real", "1", 0.01, HYST_POSITIVE, HYST_INF, "standard deviation of the error of prediction")     \
   V(change, PARAM, 1, "real", "1", 0.04, HYST_POSITIVE, HYST_INF, "error of prediction that shows a sudden change")   \
   V(pause, PARAM, 1, "real", "s", 0.2, 0.0, HYST_INF, "least time between two sudden changes")                        \
