@@ -21,6 +21,7 @@ from hystfmu.studies.sampling import sampler
 from hystfmu.studies.spec import Study
 
 STAGE = Path(__file__).parents[2] / "scenarios" / "stage"
+QUICK = ("irc_repetitive", "xy_raster")
 FOLDERS = sorted(p.parent for p in STAGE.glob("*/scenario.toml"))
 
 
@@ -33,7 +34,10 @@ def made(name: str) -> ModuleType:
     return module
 
 
-@pytest.mark.parametrize("folder", FOLDERS, ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "folder",
+    [pytest.param(p, id=p.name, marks=() if p.name in QUICK else pytest.mark.stress) for p in FOLDERS],
+)
 def test_every_case_meets_its_requirement(folder: Path) -> None:
     results = run_scenarios([folder], engine="native")
     assert [line for r in results for line in r.failures()] == []
