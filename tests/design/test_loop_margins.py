@@ -89,6 +89,16 @@ def test_a_graph_with_delays_becomes_their_product():
     assert response(sampled(graph, H), Z)[:, 0, 0] == pytest.approx(to_control(PID, H)(Z) / Z**3, rel=1e-9)
 
 
+def test_an_unstable_graph_has_a_tangent_though_it_soon_reaches_its_limits():
+    """y = clamp(u + 10 y_(k-2)): in 40 steps the smallest motion grows beyond the limits."""
+    limits = Node("limits", "scaling", {"n": 1}, {"lo": -1.0, "hi": 1.0})
+    nodes = [Node("past", "delay"), Node("sum", "sum", {"n": 2}, {"k": [1.0, 10.0]}), limits]
+    # first in the order, the delay gives the value before the last one
+    wires = [("past.y", "sum.u[2]"), ("sum.y", "limits.u"), ("limits.y", "past.u")]
+    graph = Graph(nodes, wires, [Input("u", ("sum.u[1]",))], [Output("y", "limits.y")], sort=False)
+    assert response(sampled(graph, H), Z)[:, 0, 0] == pytest.approx(1 / (1 - 10 / Z**2), rel=1e-9)
+
+
 def test_a_memory_has_no_tangent():
     plays = Node("plays", "backlash_sum", values={"w0": 0.4, "r": [0.0, 1e-13], "w": [0.5, 0.2]})
     with pytest.raises(InputError, match="must be linear at rest"):
