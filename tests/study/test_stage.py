@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -88,6 +89,17 @@ def test_draws_of_today_track(file: str, limit: float, median: float) -> None:
         values.append(100 * float(np.sqrt(np.mean(e[on] ** 2))) / 20)
     assert max(values) <= limit, values
     assert np.median(values) <= median, values
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("name", ["scan_100", "low_100", "high_100", "two_steps_100"])
+def test_nothing_grows_over_600_periods(name: str) -> None:
+    (case,) = [c for c in Scenario(STAGE / "irc_repetitive").cases if c.name == name]
+    run = Native(build(replace(case, stop=6.0)), ["plant.y", "reference.r"]).run()
+    e = run["plant.y"] - run["reference.r"]
+    rms = [np.sqrt(np.mean(e[(run.t >= end - 0.05) & (run.t < end)] ** 2)) for end in (0.2, 3.0, 6.0)]
+    assert rms[1] <= rms[0]
+    assert rms[2] <= 1.001 * rms[1]
 
 
 def test_the_generated_parts_are_what_their_scripts_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
