@@ -1,6 +1,7 @@
 """`--model auto` on one numpy plant of each memory class: the choice, the discarded candidates, the reasons."""
 
 import functools
+from contextlib import suppress
 from itertools import pairwise
 
 import numpy as np
@@ -218,8 +219,11 @@ def test_a_staircase_of_minor_loops(only, names):
     def error(m):
         return np.sqrt(np.mean((m.predict(v) - plants.asymmetric(v)) ** 2))
 
-    keys = {CANDIDATES[n][0] for n in names}
-    assert error(chosen) <= 1.3 * min(error(fit(data, key)) for key in keys)
+    errors = []
+    for key in {CANDIDATES[n][0] for n in names}:
+        with suppress(InputError):  # a kind may refuse the data
+            errors.append(error(fit(data, key)))
+    assert error(chosen) <= 1.3 * min(errors)
 
 
 def test_the_choice_sees_training_rows_only(only):

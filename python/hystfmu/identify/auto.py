@@ -121,6 +121,7 @@ def choose(
     entered = {n: kc for n, kc in found.items() if n not in race.reasons}
     costs = {n: c.cost(rows) for n, (_, c) in entered.items()}
     order = sorted(entered, key=lambda n: costs[n])
+    progress = _rising(progress)
     total = 2 * sum(costs.values()) or 1.0  # the other folds and the last fit come after the first
     done = 0.0
     for name in order:
@@ -155,6 +156,18 @@ def choose(
         why["auto_inverse"] = {t.name: inverses.kind(t.model) for t in ranked}
     why["auto_left_out"] = race.reasons
     return Choice(best.key, dict(best.candidate.options), {**told, "warnings": _warnings(best, seen)}, why)
+
+
+def _rising(progress: Callable[[float], None]) -> Callable[[float], None]:
+    """Return a report that never falls, not even by rounding."""
+    told = 0.0
+
+    def report(part: float) -> None:
+        nonlocal told
+        told = max(told, part)
+        progress(told)
+
+    return report
 
 
 def _share(progress: Callable[[float], None], first: float, last: float, part: float) -> None:
