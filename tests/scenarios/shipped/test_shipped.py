@@ -174,6 +174,14 @@ def test_they_pass_on_real_fmus(tmp_path: Path, names: tuple[str, ...], case: st
     assert (tmp_path / "report.html").exists()
 
 
+@pytest.mark.parametrize("case", ["up_400_two_steps_100", pytest.param(None, marks=pytest.mark.stress)])
+def test_the_loops_at_10_khz_pass_in_the_core(case: str | None) -> None:
+    """Against limits and baselines, without FMUs, which give the same bits."""
+    results = run_scenarios([ROOT / name for name in TUNED_10_KHZ], engine="native", case=case)
+    assert {r.scenario for r in results} == set(TUNED_10_KHZ)
+    assert [line for r in results for line in r.failures()] == []
+
+
 @pytest.mark.parametrize("folder", PAPERS, ids=lambda p: p.name)
 def test_papers_are_complete(folder: Path) -> None:
     scenario = Scenario(folder)
