@@ -70,6 +70,19 @@ def test_what_repeats_is_learnt_in_every_corner() -> None:
         assert max(found[f"{c}_{steps}{f}"]["tracking"] for c in corners for steps in ("", "two_steps_")) <= limit
 
 
+def test_what_the_amplifier_cannot_reach_does_not_fill_the_memory() -> None:
+    """In two seconds of clipped sines the corrections stay; without the gate they grow from period to period."""
+    largest = []
+    for gate in ("*1", "*10"):
+        scenario = Scenario(ROOT / "repetitive").changed({"within.lo": gate, "within.hi": gate}, None)
+        case = next(c for c in scenario.cases if c.name == "saturation_10")
+        trace = Native(build(replace(case, stop=2.0)), ["repetitive.r", "reference.r"]).run()
+        w = np.abs(trace["repetitive.r"] - trace["reference.r"])[1:].reshape(20, -1).max(axis=1)
+        largest.append(w[-1])
+        assert w[-1] > 1.5 * w[9] or gate == "*1"
+    assert largest[0] < 0.01 < 0.1 < largest[1]
+
+
 @pytest.mark.stress
 def test_six_hundred_periods_in_the_worst_corner_do_not_grow() -> None:
     cases = {c.name: c for c in Scenario(ROOT / "repetitive").cases}
