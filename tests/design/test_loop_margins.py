@@ -264,3 +264,10 @@ def test_the_command_prints_a_row_for_every_loop_and_says_what_has_none():
         in run.output
     )
     assert "Traceback" not in run.output
+
+
+def test_noise_gain_is_the_mean_over_all_frequencies_also_with_states_of_many_sizes():
+    found = of("stage/h_infinity", "scan_100")
+    z = np.exp(1j * np.pi * (np.arange(8000) + 0.5) / 8000)
+    K, G = (response(part, z)[:, 0, 0] for part in (found.controller, held(found.plant, H, 0.0)))
+    assert found.noise_gain() == pytest.approx(np.sqrt(np.mean(np.abs(K / (1 - K * G)) ** 2)), rel=1e-6)

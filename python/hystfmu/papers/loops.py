@@ -178,10 +178,9 @@ def _stage(root: Path) -> list[Row]:
     for folder in sorted(f.parent for f in root.glob("stage/*/scenario.toml")):
         ours = folder == root / STAGE
         for r in run_scenarios([folder], engine="native"):
-            frequency = r.case.removeprefix("scan_")
-            target = 1.0 if ours and frequency == "200" else None
+            target = 1.0 if ours and r.case == "scan_200" else None
             peak = "" if r.loop is None else f"Ms {r.loop.cells()[0]} dB"
-            what = f"triangle at {frequency} Hz, scan lines, nominal"
+            what = f"{r.case}, scan lines"
             if ours:
                 rows.append(Row(f"S19, stage, {what}", ours=_metric(r, SCAN), target=target, note=peak))
             else:

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_discrete_lyapunov
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
@@ -219,13 +218,20 @@ class OpenedLoop:
         F, G, H, _ = self.held(delay)
         M = np.block([[A, B @ H], [slope * G @ C, F + slope * G @ D @ H]])
         N, out = np.vstack([B, slope * G @ D]), np.hstack([C, D @ H])
-        X = solve_discrete_lyapunov(M, N @ N.T, "bilinear")
-        return float(np.sqrt((out @ X @ out.T + D @ D.T)[0, 0]))
+        return float(np.sqrt((out @ _covariance(M, N) @ out.T + D @ D.T)[0, 0]))
 
     def _from_plant(self) -> StateSpace:
         """Return the controller from the output of the plant to its input, without memories."""
         A, B, C, D = self.controller
         return A, B[:, :1], C[:1], D[:1, :1]
+
+
+def _covariance(M: Array, N: Array) -> Array:
+    """Return X = M X M' + N N' of a stable M, a sum of squares: by doubling the terms, which keeps it positive."""
+    X, P = N @ N.T, M
+    while np.abs(P).max() > 1e-150:
+        X, P = X + P @ X @ P.T, P @ P
+    return X
 
 
 def _turns(f: Complex) -> int:

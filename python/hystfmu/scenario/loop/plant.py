@@ -67,7 +67,9 @@ def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
     while k in fine:
         into = [n for n in system.links if n.to == k and owner[system.maker(n).name] in within]
         if len(into) != 1 or len(links) == len(fine):
-            raise InputError(f"{case.title}: One connection must close the loop at {name}. Got {len(into)}.")
+            raise InputError(
+                f"{case.title}: One connection must close the loop at {name} to have margins. Got {len(into)}."
+            )
         links.insert(0, into[0])
         k, name = owner[system.maker(into[0]).name], system.maker(into[0]).name
     if fine - {n.to for n in links}:
