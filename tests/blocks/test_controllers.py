@@ -116,9 +116,10 @@ def test_repetitive_error_shrinks_by_one_minus_gain_g_and_rests_while_inactive()
         assert np.abs(gap).max() < 1e-13, j
 
 
-def test_repetitive_filters_longer_than_a_period_are_refused() -> None:
+@pytest.mark.parametrize("size", ["n_q", "n_l"])
+def test_repetitive_filters_longer_than_a_period_are_refused(size: str) -> None:
     with pytest.raises(InputError, match="must be below n"):
-        Unit(Graph.single(Node("b", "repetitive", {"n": 4, "n_l": 4}, {})))
+        Unit(Graph.single(Node("b", "repetitive", {"n": 4, size: 4}, {})))
 
 
 def slide(block: str, values: dict[str, float], h: float, lam: float) -> tuple[float, float]:
