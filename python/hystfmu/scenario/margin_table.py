@@ -35,7 +35,8 @@ OPTIONAL = ("simulated_delay_steps", "learning")  # columns that only some loops
 AT_DELAY = ("Ms_db", "Ms_worst_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz", "noise_gain", "learning")
 FALLING = (
     "delay steps, simulated: the gain of sliding mode and super-twisting falls with the amplitude; the linear columns "
-    "hold at the largest one, that of the smallest signals"
+    "hold at the largest one, that of the smallest signals; simulated: up to there the error does not grow and stays "
+    "within 0.5 % of the stroke above that without further delay"
 )
 
 
