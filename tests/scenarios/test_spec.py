@@ -69,7 +69,7 @@ def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
         ("units/plant", {"model": "gone.model.toml"}, ["gone.model.toml", "No such file"]),
         ("units/plant/graph/wires", [["hysteresis.y", "g1.u"]], ["must be one of", "Got 'g1.u' instead"]),
         ("metrics", {}, ["metrics", "at least 1"]),
-        ("metrics/tracking/kind", "rms", ["kind", "'rms'"]),
+        ("metrics/tracking/kind", "mean", ["kind", "'mean'"]),
         ("metrics/tracking/signal", "plant.z", ["metrics.tracking", "no output 'plant.z'"]),
         ("metrics/tracking/after", 0.03, ["metrics.tracking.after", "below stop"]),
         ("metrics/tracking/limit", -1.0, ["limit", "-1"]),
