@@ -19,8 +19,7 @@ from hystfmu.studies.spec import Study
 
 CONFIDENCE = 0.95
 PERCENTILES = (5, 50, 95, 99)
-LOST = 100.0  # percent of the stroke: an error of this size is an output that no longer follows
-OF_STROKE = ("rms_percent", "max_percent")
+LOST = {"rms_percent": 25.0, "max_percent": 50.0}  # of the stroke: an output at rest errs as much
 
 Row = dict[str, Any]
 
@@ -45,7 +44,7 @@ class Summary:
     ----------
     draws, inside, unstable, failed : int
         Numbers of draws; `unstable` and `failed` are outside.  Unstable is a run whose values grow beyond all bounds or
-        whose error exceeds the stroke, or a linearised loop with a pole outside the unit circle.
+        whose error is that of an output at rest, or a linearised loop with a pole outside the unit circle.
     interval : (float, float) or None
         95 % interval of the share after Clopper and Pearson; None for a grid, whose points are no draws.
     spreads : tuple of Spread
@@ -117,9 +116,9 @@ def is_unstable(system: System, row: Row) -> bool:
     """Whether a run left all bounds, lost its reference, or has a linearised loop with a pole outside the circle."""
     if row["status"] == "stopped":
         return True
-    errors = [name for name, m in system.case.metrics.items() if m.kind in OF_STROKE]
+    lost = {name: LOST[m.kind] for name, m in system.case.metrics.items() if m.kind in LOST}
     metrics = row["metrics"]
-    return any(not metrics.get(k, 0.0) <= LOST for k in errors) or not metrics.get("radius", 0.0) < 1
+    return any(not metrics.get(k, 0.0) <= most for k, most in lost.items()) or not metrics.get("radius", 0.0) < 1
 
 
 def worst_rows(rows: Sequence[Row], case: str, limits: Mapping[str, float]) -> list[Row]:
