@@ -106,8 +106,8 @@ def test_a_study_that_goes_on_has_the_table_of_one_that_was_not_interrupted(writ
 
 def test_a_draw_that_loses_its_reference_is_counted_as_unstable(write: Any, tmp_path: Path) -> None:
     metrics = {"error": {"kind": "max_percent", "signal": "lag.y", "against": "command.d", "stroke": 1.0}}
-    parameters = {"lag.b": {"values": [1.0, -1.0]}, "command.step": {"values": [0.9]}}
-    study = {"parameters": parameters, "limits": {"one": {"error": 95.0}}}
+    parameters = {"lag.b": {"values": [1.0, -1.0]}, "command.step": {"values": [0.4]}}
+    study = {"parameters": parameters, "limits": {"one": {"error": 45.0}}}
     result = CliRunner().invoke(
         main, ["study", str(write(of_scenario={"metrics": metrics}, **study)), "-o", str(tmp_path / "out")]
     )
