@@ -30,7 +30,6 @@ LOSER, HOPE = 1.5, 4.0  # error ratios at which a candidate is dropped: after a 
 EXACT = 0.002  # % of the span: errors below it count as equal
 SURE = 2.0  # standard errors by which a difference must exceed what the noise of the output explains
 UNCERTAIN = 4.0  # n times the relative variance of the error and of the noise on n rows: 2 for the error, and as much
-MOST_DOUBT = 0.3  # of the variance: with a larger one, a model that leaves no more than noise may not be the best
 OUTSIDE = 3.0  # % of the span: error of a network or of local parameters in states that no row has seen
 PLAYS = 2  # that stand for the memory of a kind with local parameters
 
@@ -146,11 +145,8 @@ class Race:
         return max(min((self.excess(t) for t in self.trials.values()), default=np.inf), EXACT)
 
     def explained(self) -> bool:
-        """Whether the best leaves nothing but noise, where this is known from enough rows."""
-        if self.least() > EXACT:
-            return False
-        best = self.best()
-        return 100 * rms(best.errors) <= EXACT * self.data.span or doubt(len(best.errors)) < MOST_DOUBT
+        """Whether the best leaves nothing; beside noise this is never sure, because its estimate is uncertain."""
+        return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
 
     def first(self, name: str, key: str, candidate: Candidate, progress: Callable[[float], None]) -> None:
         """Let a candidate enter: a short trial fit if it has one, then a fit without the first fold."""

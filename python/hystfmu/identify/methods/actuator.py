@@ -39,7 +39,7 @@ from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, searc
 from hystfmu.identify.features.following import LEVELS, Following
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.identify.features.validation_blocks import validation_rows
+from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
 from hystfmu.identify.options import Option
 
 TEXT = "plays, bend, creep, G0(s) with delay: the parts that validation blocks support"
@@ -102,6 +102,7 @@ class _Fitting:
         self.all = every[:: -(-len(every) // MOST_ROWS)]
         held = np.zeros(rows.stop, dtype=bool)
         held[rows] = validation_rows(data.u[rows])
+        held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
         self.kept, self.held = self.all[~held[self.all]], self.all[held[self.all]]
 
     def problem(self, parts: Parts, rows: NDArray[np.intp]) -> Problem:
