@@ -16,6 +16,7 @@ from hystfmu.model.accuracy import rms
 
 CANDIDATES = candidates()[0]
 SEEDS = [secrets.randbelow(10**6) for _ in range(3)]
+drawn = pytest.mark.parametrize("seed", SEEDS, ids=range(3))  # workers draw apart: names must not tell the draw
 
 
 @pytest.mark.parametrize("u", [signals.decaying_sine(10, 0.1), signals.decaying_sine(10, 0.1)[::-1]])
@@ -37,7 +38,7 @@ def test_a_record_that_is_one_block_keeps_it():
     np.testing.assert_array_equal(without_outermost(np.array([0.0, 1.0, -1.0, 0.0]), held), held)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@drawn
 def test_the_folds_of_a_decaying_sine_tell_the_same(seed):
     """A network that had not seen the first loop erred there three times as much, and lost or won by luck."""
     u = signals.decaying_sine(10, np.random.default_rng(seed).uniform(0.07, 0.15))
@@ -52,7 +53,7 @@ def entered(u, y):
     return race
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@drawn
 def test_noise_that_a_model_refutes_hides_no_error(seed):
     """Kinks of few coarse rows look like noise: the estimate stopped the search at the first kind below it."""
     u = signals.training(40, seed, 0.08)[:200]
