@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -66,3 +67,15 @@ def test_options_without_effect_are_refused(
         assert part in said
         assert len(said.splitlines()) == 1
     assert not (tmp_path / "x.csv").exists()
+
+
+def test_several_cases_are_all_run(loop: Any, write: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    loop["case"] = [{"name": "one"}, {"name": "two"}, {"name": "three"}]
+    path = write(loop)
+    words = ("run", path, "--engine", "native", "--json", "--case", "three")
+    for more, ran in [((), ["three"]), (("--case", "one"), ["one", "three"])]:
+        assert [r["case"] for r in json.loads(command(capsys, *words, *more)[1])] == ran
+    assert command(capsys, *words, "--case", "four") == (
+        2,
+        "hystfmu: --case four: no such case; there are one, two, three",
+    )

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, assignments, json_option
+from hystfmu.cli.options import FAILED, Command, assignments, json_option
 
 if TYPE_CHECKING:
     from hystfmu.graph.blocks import Block
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("model", metavar="M.model.toml|BLOCK")
 @click.option("-o", "out", metavar="X.fmu", help="FMU to write.")
 @click.option(
@@ -111,7 +111,7 @@ def _block(name: str, values: dict[str, Any]) -> Block:
     return made
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("fmu")
 @click.option("--seconds", default=60.0, show_default=True, help="Time limit of the check (s).")
 @json_option

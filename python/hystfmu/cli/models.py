@@ -10,10 +10,10 @@ from typing import Any, Literal
 
 import click
 
-from hystfmu.cli.options import FAILED, Columns, assignments, data_options, json_option
+from hystfmu.cli.options import FAILED, Columns, Command, assignments, data_options, json_option
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("name", required=False)
 @click.option("--markdown", is_flag=True, hidden=True, help="Print the tables of the README.")
 @json_option
@@ -50,7 +50,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     context.exit()
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("data", nargs=-1, required=True)
 @click.option(
     "--models",
@@ -168,7 +168,7 @@ def fit(
     click.echo(f"wrote {out}" + ("" if page is None else f" and {page}"))
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("model")
 @click.argument("data")
 @click.option(
@@ -226,7 +226,7 @@ def predict(
     click.echo(f"wrote {out}: {len(y)} rows")
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("model")
 @click.argument("data")
 @data_options
@@ -265,7 +265,7 @@ def check(model: str, data: str, columns: Columns, factor: float, as_json: bool)
     sys.exit(FAILED if found.drifted else 0)
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("model")
 @click.option("-o", "out", required=True, metavar="INV.model.toml", help="Model file to write.")
 @click.option(
@@ -326,7 +326,7 @@ def inverse(
         click.echo(f"warning: {warning}", err=True)
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @json_option
 def migrate(files: tuple[str, ...], as_json: bool) -> None:

@@ -1,4 +1,4 @@
-"""Shared parts of the commands: exit status, options that describe a data file, `--set name=value`, `--json`."""
+"""Shared parts of the commands: options given once, exit status, options of a data file, `--set`, `--json`."""
 
 from __future__ import annotations
 
@@ -19,6 +19,25 @@ FAILED, BAD_INPUT = 1, 2
 MOST_BYTES = 2**20  # of a file of settings
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+
+
+class Command(click.Command):
+    """A command that refuses an option of one value given twice, of which click would silently take the last."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the words of the command line.
+
+        Raises
+        ------
+        InputError
+            An option of one value is repeated.
+        """
+        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        for option in given:
+            once = isinstance(option, click.Option) and not (option.multiple or option.is_flag or option.count)
+            if once and given.count(option) > 1:
+                raise InputError(f"{option.opts[-1]} takes one value. Got it {given.count(option)} times.")
+        return super().parse_args(ctx, args)
 
 
 @dataclass(frozen=True)
@@ -134,9 +153,15 @@ def data_options(f: Callable[..., Any]) -> Callable[..., Any]:
 def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
     """Parse pairs of `--set name=value`, and `--set @FILE` of a JSON object of them.
 
-    A value is read as JSON if possible, else as text.
+    A value is read as JSON if possible, else as text.  A pair overrides that of a file.
+
+    Raises
+    ------
+    InputError
+        A pair that does not read name=value, a name given twice, or an invalid file.
     """
     values: dict[str, Any] = {}
+    named: set[str] = set()
     for pair in pairs:
         if pair.startswith("@"):
             values |= _settings(pair[1:])
@@ -144,6 +169,9 @@ def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:
         name, equals, text = pair.partition("=")
         if not equals or not name:
             raise InputError(f"--set must read name=value. Got {pair!r} instead.")
+        if name in named:
+            raise InputError(f"--set {name} takes one value. Got it more than once.")
+        named.add(name)
         try:
             values[name] = json.loads(text)
         except json.JSONDecodeError:

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import click
 
-from hystfmu.cli.options import FAILED, json_option
+from hystfmu.cli.options import FAILED, Command, json_option
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("names", nargs=-1)
 @click.option("--data", metavar="DIR", help="Folder with the measured data sets.")
 @click.option(
@@ -57,7 +57,7 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     sys.exit(FAILED if missed else 0)
 
 
-@click.command()
+@click.command(cls=Command)
 @click.option("-o", "out", default="demo", show_default=True, metavar="DIR", help="Folder to write into.")
 def demo(out: str) -> None:
     """Run the whole workflow on built-in data.

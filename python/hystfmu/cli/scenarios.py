@@ -10,10 +10,10 @@ from typing import Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, assignments, json_option
+from hystfmu.cli.options import FAILED, Command, assignments, json_option
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("scenarios", nargs=-1)
 @click.option("--all", "everything", is_flag=True, help="Run every scenario in ./scenarios.")
 @click.option(
@@ -43,7 +43,7 @@ from hystfmu.cli.options import FAILED, assignments, json_option
     metavar="SECONDS",
     help="Time limit of a case with foreign FMUs, which run in a child process.",
 )
-@click.option("--case", metavar="NAME", help="Run only the cases with this name.")
+@click.option("--case", "cases", multiple=True, metavar="NAME", help="Run only the cases with this name; repeatable.")
 @click.option("--step", type=float, metavar="SECONDS", help="Step of an SSP: overrides the one it states.")
 @click.option("--stop", type=float, metavar="SECONDS", help="Stop time of an SSP: overrides the one it states.")
 @click.option("-o", "--out", metavar="OUT.csv", help="CSV file for all outputs of a single case or an SSP.")
@@ -65,7 +65,7 @@ def run(
     engine: Literal["fmpy", "native"],
     coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
     timeout: float,
-    case: str | None,
+    cases: tuple[str, ...],
     step: float | None,
     stop: float | None,
     out: str | None,
@@ -121,7 +121,7 @@ def run(
             coupling=coupling,
             seconds=timeout,
             confirm=agreed,
-            case=case,
+            case=cases or None,
             out=out,
         )
     if junit is not None:
@@ -133,15 +133,17 @@ def run(
     sys.exit(0 if results.passed else FAILED)
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("scenarios", nargs=-1)
 @click.option("--all", "everything", is_flag=True, help="Every scenario in ./scenarios.")
-@click.option("--case", metavar="NAME", help="Only the cases with this name; limits are left out.")
+@click.option(
+    "--case", "cases", multiple=True, metavar="NAME", help="Only these cases, without the limits; repeatable."
+)
 @click.option("--at", metavar="UNIT.OUTPUT", default="", help="Signal at which the loop is broken.")
 @click.option("--delays", is_flag=True, help="A row for each further delay: 0, 1/2, 1 and 2 steps.")
 @json_option
 def margins(
-    scenarios: tuple[str, ...], everything: bool, case: str | None, at: str, delays: bool, as_json: bool
+    scenarios: tuple[str, ...], everything: bool, cases: tuple[str, ...], at: str, delays: bool, as_json: bool
 ) -> None:
     """Compute the margins of loops and check their limits.
 
@@ -159,7 +161,7 @@ def margins(
     if everything == bool(scenarios):
         raise InputError("margins needs scenarios or --all (example: hystfmu margins scenarios/pid)")
     with progress("margins") as report:
-        found = margin_table(_everything() if everything else scenarios, case, report, at=at, delays=delays)
+        found = margin_table(_everything() if everything else scenarios, cases or None, report, at=at, delays=delays)
     click.echo(json.dumps(found.summary()) if as_json else found.text(delays))
     sys.exit(0 if found.rows and not found.broken() else FAILED)
 
@@ -172,7 +174,7 @@ def _everything() -> list[Path]:
     return sorted(f.parent for f in files)
 
 
-_NOT_OF_AN_SSP = ("everything", "settings", "case", "record", "yes", "junit", "report_dir", "as_json")
+_NOT_OF_AN_SSP = ("everything", "settings", "cases", "record", "yes", "junit", "report_dir", "as_json")
 
 
 def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
@@ -183,7 +185,7 @@ def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
             raise InputError(f"{why}: it takes no {option.opts[-1]}")
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("before", metavar="A/report.json")
 @click.argument("after", metavar="B/report.json")
 @click.option("-o", "out", required=True, metavar="DIFF.html", help="HTML page to write.")
@@ -207,7 +209,7 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
         click.echo(f"wrote {out}")
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("scenario")
 @click.option("-o", "--out", required=True, metavar="X.ssp|X.fmu", help="Archive to write.")
 @click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: the first].")
@@ -252,7 +254,7 @@ def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"
     click.echo(f"{path}: SSP {version}, case {case.name}, {len(case.units)} units, step {case.step:g} s")
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("study")
 @click.option(
     "-o",

@@ -17,7 +17,7 @@ __all__ = ["run"]
 def run(
     scenarios: str | Path | Scenario | Sequence[str | Path | Scenario],
     *,
-    case: str | None = None,
+    case: str | Sequence[str] | None = None,
     engine: Engine = "fmpy",
     set: Mapping[str, Any] | None = None,
     coupling: Scheme | None = None,
@@ -34,8 +34,8 @@ def run(
     ----------
     scenarios : path, Scenario, or several
         A path is that of a scenario.toml or of the folder that holds it.
-    case : str, optional
-        Run only the cases of this name.
+    case : str or sequence of str, optional
+        Run only the cases of these names.
     engine : {"fmpy", "native"}
         FMUs by fmpy (the reference), or the whole loop in the C core; both give the same bits.
     set : mapping, optional

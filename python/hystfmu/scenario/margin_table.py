@@ -172,7 +172,7 @@ def _reasons(refused: Sequence[str]) -> list[str]:
 
 def margin_table(
     paths: Sequence[str | Path],
-    case: str | None = None,
+    case: str | Sequence[str] | None = None,
     progress: Callable[[float], None] = lambda fraction: None,
     *,
     at: str = "",
@@ -184,8 +184,8 @@ def margin_table(
     ----------
     paths : sequence of path
         Folders of scenarios, or of groups of them.
-    case : str, optional
-        Only this case; limits are left out.
+    case : str or sequence of str, optional
+        Only these cases; limits are left out.
     progress : function
         Called with the fraction done.
     at : str

@@ -51,7 +51,9 @@ def read(
     return scenarios
 
 
-def plan(scenarios: Sequence[Scenario], case: str | None, overrides: Mapping[str, Any], record: bool) -> list[Plan]:
+def plan(
+    scenarios: Sequence[Scenario], case: str | Sequence[str] | None, overrides: Mapping[str, Any], record: bool
+) -> list[Plan]:
     """Build the cases; everything that can be refused is refused here, before anything runs.
 
     Raises
@@ -59,10 +61,11 @@ def plan(scenarios: Sequence[Scenario], case: str | None, overrides: Mapping[str
     InputError
         No case of that name, a model that does not fit, an override that no unit takes, a bad baseline.
     """
-    cases = [[c for c in s.cases if case in (None, c.name)] for s in scenarios]
-    if not any(cases):
-        names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
-        raise InputError(f"--case {case}: no such case; there are {', '.join(names)}")
+    names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
+    wanted = (case,) if isinstance(case, str) else names if case is None else case
+    if unknown := next((name for name in wanted if name not in names), None):
+        raise InputError(f"--case {unknown}: no such case; there are {', '.join(names)}")
+    cases = [[c for c in s.cases if c.name in wanted] for s in scenarios]
     built = [tuple(build(c) for c in group) for group in cases]
     _check_overrides(overrides, [s for group in built for s in group])
     plans = [

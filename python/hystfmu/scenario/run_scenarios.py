@@ -30,7 +30,7 @@ def run_scenarios(
     coupling: Scheme | None = None,
     seconds: float = 600.0,
     confirm: Callable[[list[Change]], bool] = lambda changes: True,
-    case: str | None = None,
+    case: str | Sequence[str] | None = None,
     out: str | Path | None = None,
 ) -> list[Result]:
     """Run scenarios with all their cases.
@@ -55,8 +55,8 @@ def run_scenarios(
         Longest time for a case with foreign FMUs.
     confirm : callable
         With `record`: asked once, with what would change in the baselines, before anything is written.
-    case : str, optional
-        Run only the cases of this name.
+    case : str or sequence of str, optional
+        Run only the cases of these names.
     out : path, optional
         Write all outputs of the one case that runs there, as CSV; not if a unit refuses to go on.
 
