@@ -156,8 +156,13 @@ static void add_values(const instance *i, const fmi_references *list, const doub
   }
 }
 
-static fmi_status check(instance *i, const fmi_call *call, const fmi_references *unknowns,
-                        const fmi_references *knowns) {
+/* seed: of the knowns (directional) or of the unknowns (adjoint); the sensitivity has the elements of the others */
+static fmi_status check(instance *i, const fmi_call *call, const fmi_references *unknowns, const fmi_references *knowns,
+                        const double *seed, size_t n_seed, const double *sensitivity, size_t n_sensitivity) {
+  if (!fmi_given(i, call, unknowns->references, unknowns->n, "unknowns") ||
+      !fmi_given(i, call, knowns->references, knowns->n, "knowns") || !fmi_given(i, call, seed, n_seed, "seeds") ||
+      !fmi_given(i, call, sensitivity, n_sensitivity, "sensitivities"))
+    return FMI_ERROR;
   if (i->run.interface == CO_SIMULATION && hyst_graph_is_sampled(i->graph))
     return fmi_absent(i, call->name, "sampled blocks respond in steps and have no derivatives");
   const fmi_status s = check_list(i, call, unknowns, unknown_place, "an output or derivative");
@@ -176,7 +181,7 @@ static fmi_status check_finite(const instance *i, const fmi_call *call, const do
 fmi_status fmi_directional(instance *i, const fmi_call *call, const fmi_references *unknowns,
                            const fmi_references *knowns, const double *seed, double *sensitivity) {
   const space s = space_of(i);
-  fmi_status status = check(i, call, unknowns, knowns);
+  fmi_status status = check(i, call, unknowns, knowns, seed, knowns->count, sensitivity, unknowns->count);
   if (status) return status;
   memset(s.seeds, 0, (size_t)s.n_knowns * sizeof(double));
   add_values(i, knowns, seed, s.seeds, known_place);
@@ -193,7 +198,7 @@ fmi_status fmi_directional(instance *i, const fmi_call *call, const fmi_referenc
 fmi_status fmi_adjoint(instance *i, const fmi_call *call, const fmi_references *unknowns, const fmi_references *knowns,
                        const double *seed, double *sensitivity) {
   const space s = space_of(i);
-  fmi_status status = check(i, call, unknowns, knowns);
+  fmi_status status = check(i, call, unknowns, knowns, seed, unknowns->count, sensitivity, knowns->count);
   if (status) return status;
   memset(s.weights, 0, (size_t)s.n_unknowns * sizeof(double));
   add_values(i, unknowns, seed, s.weights, unknown_place);

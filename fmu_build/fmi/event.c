@@ -128,8 +128,13 @@ static fmi_status check_count(const instance *i, const fmi_call *call, size_t n,
                                         (unsigned long)n);
 }
 
+/* of an array with one value per continuous state */
+static fmi_status check_array(const instance *i, const fmi_call *call, const double *at, size_t n, const char *values) {
+  return fmi_given(i, call, at, n, values) ? check_count(i, call, n, i->n_continuous) : FMI_ERROR;
+}
+
 fmi_status fmi_set_states(instance *i, const fmi_call *call, const double *x, size_t n) {
-  if (check_count(i, call, n, i->n_continuous)) return FMI_ERROR;
+  if (check_array(i, call, x, n, "continuous states")) return FMI_ERROR;
   for (size_t k = 0; k < n; k++)
     if (!fmi_is_finite(x[k])) {
       fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "The continuous state '%s' is %s: it is not set.", i->continuous[k].name,
@@ -142,14 +147,14 @@ fmi_status fmi_set_states(instance *i, const fmi_call *call, const double *x, si
 }
 
 fmi_status fmi_get_states(instance *i, const fmi_call *call, double *x, size_t n) {
-  fmi_status s = check_count(i, call, n, i->n_continuous);
+  fmi_status s = check_array(i, call, x, n, "continuous states");
   if (!s) s = fmi_fresh(i);
   for (size_t k = 0; k < n && !s; k++) x[k] = *i->continuous[k].value;
   return s;
 }
 
 fmi_status fmi_get_derivatives(instance *i, const fmi_call *call, double *dx, size_t n) {
-  fmi_status s = check_count(i, call, n, i->n_continuous);
+  fmi_status s = check_array(i, call, dx, n, "derivatives");
   if (!s) s = i->n_broken ? FMI_DISCARD : fmi_fresh(i);
   if (s) return s;
   hyst_graph_derivatives(i->graph, dx);
@@ -167,7 +172,7 @@ fmi_status fmi_get_derivatives(instance *i, const fmi_call *call, double *dx, si
  * follow from its stiffness, but its force has the scale of the input and keeps a solver similarly accurate: the error
  * of CVode at 1e-5 is 2e-4 instead of 6e-5. */
 fmi_status fmi_get_nominals(instance *i, const fmi_call *call, double *nominals, size_t n) {
-  if (check_count(i, call, n, i->n_continuous)) return FMI_ERROR;
+  if (check_array(i, call, nominals, n, "nominal values")) return FMI_ERROR;
   for (size_t k = 0; k < n; k++) nominals[k] = 1;
   return FMI_OK;
 }

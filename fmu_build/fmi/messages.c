@@ -40,16 +40,17 @@ fmi_status fmi_refuse_graph(const instance *i, const hyst_error *e) {
 }
 
 fmi_status fmi_set_logging(instance *i, const fmi_call *call, int on, size_t n, const char *const names[]) {
+  if (!fmi_given(i, call, names, n, "log categories")) return FMI_ERROR;
   unsigned bits = n ? 0 : (1u << FMI_N_CATEGORIES) - 1;
   for (size_t k = 0; k < n; k++) {
     int c = 0;
-    if (names && names[k] && !strcmp(names[k], "logAll")) {
+    if (names[k] && !strcmp(names[k], "logAll")) {
       bits = (1u << FMI_N_CATEGORIES) - 1;
       continue;
     }
-    while (c < FMI_N_CATEGORIES && names && names[k] && strcmp(names[k], CATEGORIES[c]) != 0) c++;
-    if (c == FMI_N_CATEGORIES || !names || !names[k])
-      return fmi_refuse(i, "%s: no log category '%s'.", call->name, names && names[k] ? names[k] : "");
+    while (c < FMI_N_CATEGORIES && names[k] && strcmp(names[k], CATEGORIES[c]) != 0) c++;
+    if (c == FMI_N_CATEGORIES || !names[k])
+      return fmi_refuse(i, "%s: no log category '%s'.", call->name, names[k] ? names[k] : "");
     bits |= 1u << c;
   }
   i->categories = on ? bits : i->categories & ~bits;
@@ -69,6 +70,11 @@ int fmi_refuse_phase(const instance *i, const fmi_call *call) {
   if (!i) return 0;
   fmi_refuse(i, "%s is not allowed in the state '%s' of %s.", call->name, phase_name(i->run.phase),
              i->run.interface == CO_SIMULATION ? "Co-Simulation" : "Model Exchange");
+  return 0;
+}
+
+int fmi_refuse_null(const instance *i, const fmi_call *call, const char *values) {
+  fmi_refuse(i, "%s: the pointer to the %s is NULL.", call->name, values);
   return 0;
 }
 

@@ -24,6 +24,12 @@ static inline int fmi_allowed(const instance *i, const fmi_call *call) {
   const int good = i && call->phases & (unsigned)i->run.phase && call->interfaces & (unsigned)i->run.interface;
   return good ? 1 : fmi_refuse_phase(i, call);
 }
+/* 1 if an importer gave an array of n values; else 0 after a message, as "fmi2GetReal: the pointer to the values is
+ * NULL."  No array is needed for 0 values. */
+int fmi_refuse_null(const instance *i, const fmi_call *call, const char *values); /* 0 */
+static inline int fmi_given(const instance *i, const fmi_call *call, const void *at, size_t n, const char *values) {
+  return at || n == 0 ? 1 : fmi_refuse_null(i, call, values);
+}
 /* refuses a function that this FMU does not support */
 fmi_status fmi_absent(const instance *i, const char *name, const char *why);
 #endif

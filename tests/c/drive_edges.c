@@ -130,6 +130,107 @@ static void leave_results_out(void) {
   fmi2FreeInstance(c);
 }
 
+/* NULL instead of an array or a result: Error, and a message that names the call and the argument */
+#define REFUSE(call, what)                                                          \
+  do {                                                                              \
+    said[0] = 0;                                                                    \
+    DEMAND((int)(call) == fmi2Error && !strncmp(said, #call, strcspn(#call, "("))); \
+    DEMAND(strstr(said, ": the pointer to the " what " is NULL."));                 \
+  } while (0)
+
+static void give_no_arrays(void) {
+  const fmi2ValueReference first[1] = {0};
+  void *c = make(1), *state = NULL;
+  DEMAND(c && !fmi2SetupExperiment(c, 0, 0, 0, 0, 0) && !fmi2EnterInitializationMode(c));
+  {
+    fmi2Real some[1] = {0};
+    REFUSE(fmi2GetReal(c, NULL, 1, some), "value references");
+    REFUSE(fmi2GetReal(c, first, 1, NULL), "values");
+    REFUSE(fmi2SetReal(c, NULL, 1, some), "value references");
+    REFUSE(fmi2SetReal(c, first, 1, NULL), "values");
+    REFUSE(fmi2GetInteger(c, NULL, 1, NULL), "value references");
+    REFUSE(fmi2GetInteger(c, first, 1, NULL), "values");
+    REFUSE(fmi2SetInteger(c, NULL, 1, NULL), "value references");
+    REFUSE(fmi2SetInteger(c, first, 1, NULL), "values");
+    REFUSE(fmi2GetBoolean(c, NULL, 1, NULL), "value references");
+    REFUSE(fmi2GetBoolean(c, first, 1, NULL), "values");
+    REFUSE(fmi2SetBoolean(c, NULL, 1, NULL), "value references");
+    REFUSE(fmi2SetBoolean(c, first, 1, NULL), "values");
+    REFUSE(fmi2GetString(c, NULL, 1, NULL), "value references");
+    REFUSE(fmi2SetString(c, NULL, 1, NULL), "value references");
+    REFUSE(fmi2GetDirectionalDerivative(c, NULL, 1, first, 1, some, some), "unknowns");
+    REFUSE(fmi2GetDirectionalDerivative(c, first, 1, NULL, 1, some, some), "knowns");
+    REFUSE(fmi2GetDirectionalDerivative(c, first, 1, first, 1, NULL, some), "seeds");
+    REFUSE(fmi2GetDirectionalDerivative(c, first, 1, first, 1, some, NULL), "sensitivities");
+    DEMAND(!fmi2GetReal(c, NULL, 0, NULL) && !fmi2SetReal(c, NULL, 0, NULL));
+    DEMAND(!fmi2GetInteger(c, NULL, 0, NULL) && !fmi2SetInteger(c, NULL, 0, NULL));
+    DEMAND(!fmi2GetBoolean(c, NULL, 0, NULL) && !fmi2SetBoolean(c, NULL, 0, NULL));
+    DEMAND(!fmi2GetDirectionalDerivative(c, NULL, 0, NULL, 0, NULL, NULL));
+    REFUSE(fmi2GetContinuousStates(c, NULL, 1), "continuous states");
+    REFUSE(fmi2GetDerivatives(c, NULL, 1), "derivatives");
+    REFUSE(fmi2GetNominalsOfContinuousStates(c, NULL, 1), "nominal values");
+    DEMAND(!fmi2GetEventIndicators(c, NULL, 0));
+    DEMAND(!fmi2GetFMUstate(c, &state));
+    REFUSE(fmi2SerializedFMUstateSize(c, state, NULL), "size");
+    REFUSE(fmi2SetDebugLogging(c, 1, 1, NULL), "log categories");
+    DEMAND(!fmi2SetDebugLogging(c, 1, 0, NULL) && !fmi2ExitInitializationMode(c) && !fmi2EnterContinuousTimeMode(c));
+    REFUSE(fmi2SetContinuousStates(c, NULL, 1), "continuous states");
+  }
+  fmi2FreeInstance(c);
+  DEMAND((c = make(0)) && !fmi2SetupExperiment(c, 0, 0, 0, 0, 0) && !fmi2EnterInitializationMode(c));
+  DEMAND(!fmi2ExitInitializationMode(c));
+  REFUSE(fmi2GetRealStatus(c, fmi2LastSuccessfulTime, NULL), "value");
+  REFUSE(fmi2GetBooleanStatus(c, fmi2Terminated, NULL), "value");
+  fmi2FreeInstance(c);
+  DEMAND((c = make(4)) && !fmi3EnterInitializationMode(c, 0, 0, 0, 0, 0));
+  {
+    fmi3Float64 some[1] = {0};
+    REFUSE(fmi3GetFloat64(c, NULL, 1, some, 1), "value references");
+    REFUSE(fmi3GetFloat64(c, first, 1, NULL, 1), "values");
+    REFUSE(fmi3SetFloat64(c, NULL, 1, some, 1), "value references");
+    REFUSE(fmi3SetFloat64(c, first, 1, NULL, 1), "values");
+    REFUSE(fmi3GetInt32(c, NULL, 1, NULL, 1), "value references");
+    REFUSE(fmi3GetInt32(c, first, 1, NULL, 1), "values");
+    REFUSE(fmi3SetInt32(c, NULL, 1, NULL, 1), "value references");
+    REFUSE(fmi3SetInt32(c, first, 1, NULL, 1), "values");
+    REFUSE(fmi3GetInt64(c, NULL, 1, NULL, 1), "value references");
+    REFUSE(fmi3GetInt64(c, first, 1, NULL, 1), "values");
+    REFUSE(fmi3SetInt64(c, NULL, 1, NULL, 1), "value references");
+    REFUSE(fmi3SetInt64(c, first, 1, NULL, 1), "values");
+    REFUSE(fmi3GetBoolean(c, NULL, 1, NULL, 1), "value references");
+    REFUSE(fmi3GetBoolean(c, first, 1, NULL, 1), "values");
+    REFUSE(fmi3SetBoolean(c, NULL, 1, NULL, 1), "value references");
+    REFUSE(fmi3SetBoolean(c, first, 1, NULL, 1), "values");
+    REFUSE(fmi3GetDirectionalDerivative(c, NULL, 1, first, 1, some, 1, some, 1), "unknowns");
+    REFUSE(fmi3GetDirectionalDerivative(c, first, 1, NULL, 1, some, 1, some, 1), "knowns");
+    REFUSE(fmi3GetDirectionalDerivative(c, first, 1, first, 1, NULL, 1, some, 1), "seeds");
+    REFUSE(fmi3GetDirectionalDerivative(c, first, 1, first, 1, some, 1, NULL, 1), "sensitivities");
+    REFUSE(fmi3GetAdjointDerivative(c, NULL, 1, first, 1, some, 1, some, 1), "unknowns");
+    REFUSE(fmi3GetAdjointDerivative(c, first, 1, NULL, 1, some, 1, some, 1), "knowns");
+    REFUSE(fmi3GetAdjointDerivative(c, first, 1, first, 1, NULL, 1, some, 1), "seeds");
+    REFUSE(fmi3GetAdjointDerivative(c, first, 1, first, 1, some, 1, NULL, 1), "sensitivities");
+    DEMAND(!fmi3GetFloat64(c, NULL, 0, NULL, 0) && !fmi3SetFloat64(c, NULL, 0, NULL, 0));
+    DEMAND(!fmi3GetInt32(c, NULL, 0, NULL, 0) && !fmi3SetInt32(c, NULL, 0, NULL, 0));
+    DEMAND(!fmi3GetInt64(c, NULL, 0, NULL, 0) && !fmi3SetInt64(c, NULL, 0, NULL, 0));
+    DEMAND(!fmi3GetBoolean(c, NULL, 0, NULL, 0) && !fmi3SetBoolean(c, NULL, 0, NULL, 0));
+    DEMAND(!fmi3GetDirectionalDerivative(c, NULL, 0, NULL, 0, NULL, 0, NULL, 0));
+    DEMAND(!fmi3GetAdjointDerivative(c, NULL, 0, NULL, 0, NULL, 0, NULL, 0));
+    REFUSE(fmi3GetContinuousStates(c, NULL, 1), "continuous states");
+    REFUSE(fmi3GetContinuousStateDerivatives(c, NULL, 1), "derivatives");
+    REFUSE(fmi3GetNominalsOfContinuousStates(c, NULL, 1), "nominal values");
+    REFUSE(fmi3GetNumberOfContinuousStates(c, NULL), "number");
+    REFUSE(fmi3GetNumberOfEventIndicators(c, NULL), "number");
+    DEMAND(!fmi3GetEventIndicators(c, NULL, 0));
+    state = NULL;
+    DEMAND(!fmi3GetFMUState(c, &state));
+    REFUSE(fmi3SerializedFMUStateSize(c, state, NULL), "size");
+    REFUSE(fmi3SetDebugLogging(c, 1, 1, NULL), "log categories");
+    DEMAND(!fmi3ExitInitializationMode(c) && !fmi3EnterContinuousTimeMode(c));
+    REFUSE(fmi3SetContinuousStates(c, NULL, 1), "continuous states");
+  }
+  fmi3FreeInstance(c);
+}
+
 /* failed instantiation, with and without a logger */
 static void refuse_to_be_made(void) {
   const fmi3ValueReference one = 0;
@@ -193,6 +294,7 @@ int main(int argc, char **argv) {
   for (int kind = 0; kind < 5; kind++) fail_while_made(kind);
   fail_while_saved();
   leave_results_out();
+  give_no_arrays();
   refuse_to_be_made();
   ask_what_is_not_there();
   read_escapes();

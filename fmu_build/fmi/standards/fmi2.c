@@ -109,6 +109,8 @@ fmi2Status fmi2Reset(fmi2Component c) {
 #define GET(name, T, types)                                                                       \
   fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference vr[], size_t n, T value[]) { \
     BEGIN(Get##name)                                                                              \
+    NEED(Get##name, vr, n, "value references");                                                   \
+    NEED(Get##name, value, n, "values");                                                          \
     if (fmi_fresh(i)) return fmi2Error;                                                           \
     for (size_t k = 0; k < n; k++) {                                                              \
       const hyst_port *p = fmi_port(i, TABLE + CALL_Get##name, vr[k], types);                     \
@@ -120,6 +122,8 @@ fmi2Status fmi2Reset(fmi2Component c) {
 #define SET(name, T, types)                                                                             \
   fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference vr[], size_t n, const T value[]) { \
     BEGIN(Set##name)                                                                                    \
+    NEED(Set##name, vr, n, "value references");                                                         \
+    NEED(Set##name, value, n, "values");                                                                \
     for (size_t k = 0; k < n; k++) {                                                                    \
       const hyst_port *p = fmi_port(i, TABLE + CALL_Set##name, vr[k], types);                           \
       const fmi_status s = p ? fmi_accept(i, p, vr[k] - p->reference, (double)value[k]) : FMI_ERROR;    \
@@ -144,11 +148,13 @@ static fmi2Status no_string(const instance *i, const fmi_call *call, fmi2ValueRe
 }
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
   BEGIN(GetString)
+  NEED(GetString, vr, n, "value references");
   (void)value;
   return n == 0 ? fmi2OK : no_string(i, TABLE + CALL_GetString, vr[0]);
 }
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]) {
   BEGIN(SetString)
+  NEED(SetString, vr, n, "value references");
   (void)value;
   return n == 0 ? fmi2OK : no_string(i, TABLE + CALL_SetString, vr[0]);
 }
@@ -176,6 +182,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
 }
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
   BEGIN(SerializedFMUstateSize)
+  NEED(SerializedFMUstateSize, size, 1, "size");
   return (fmi2Status)fmi_saved_size(i, state, size);
 }
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
@@ -197,12 +204,14 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_se
 /* Only a discarded step has a status; a step is never pending. */
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
   BEGIN(GetRealStatus)
+  NEED(GetRealStatus, value, 1, "value");
   if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
   *value = i->run.t;
   return fmi2OK;
 }
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
   BEGIN(GetBooleanStatus)
+  NEED(GetBooleanStatus, value, 1, "value");
   if (kind != fmi2Terminated) return fmi2Discard;
   *value = fmi2False;
   return fmi2OK;

@@ -130,6 +130,8 @@ static fmi_status check_count(const instance *i, const fmi_call *call, const fmi
 #define GET(name, T, types)                                                                                     \
   fmi3Status fmi3Get##name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, T values[], size_t count) { \
     BEGIN(Get##name)                                                                                            \
+    NEED(Get##name, vr, n, "value references");                                                                 \
+    NEED(Get##name, values, count, "values");                                                                   \
     if (fmi_fresh(i) || check_count(i, TABLE + CALL_Get##name, vr, n, types, (types) == REAL, count))           \
       return fmi3Error;                                                                                         \
     for (size_t k = 0; k < n; k++) {                                                                            \
@@ -142,6 +144,8 @@ static fmi_status check_count(const instance *i, const fmi_call *call, const fmi
 #define SET(name, T, types)                                                                                           \
   fmi3Status fmi3Set##name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const T values[], size_t count) { \
     BEGIN(Set##name)                                                                                                  \
+    NEED(Set##name, vr, n, "value references");                                                                       \
+    NEED(Set##name, values, count, "values");                                                                         \
     if (check_count(i, TABLE + CALL_Set##name, vr, n, types, 0, count)) return fmi3Error;                             \
     for (int write = 0; write < 2; write++) { /* checks all values before the first is set */                         \
       const T *from = values;                                                                                         \
@@ -191,6 +195,7 @@ fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
 }
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
   BEGIN(SerializedFMUStateSize)
+  NEED(SerializedFMUStateSize, size, 1, "size");
   return (fmi3Status)fmi_saved_size(i, state, size);
 }
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {

@@ -31,12 +31,14 @@ fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 dx[], s
 
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
   BEGIN(GetNumberOfEventIndicators)
+  NEED(GetNumberOfEventIndicators, n, 1, "number");
   *n = 0;
   return fmi3OK;
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) {
   BEGIN(GetNumberOfContinuousStates)
+  NEED(GetNumberOfContinuousStates, n, 1, "number");
   *n = (size_t)i->n_continuous;
   return fmi3OK;
 }
