@@ -18,7 +18,7 @@ U = rows(single("prandtl_ishlinskii"))[:, 0]
 
 
 # ---- steps ----------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("h", [0.0, -1e-3, math.nan, math.inf, -math.inf, 1e-300, 1e300])
+@pytest.mark.parametrize("h", [0.0, -0.0, -5.7e-15, -1e-3, math.nan, math.inf, -math.inf, 1e300])
 def test_bad_step_size(make: Make, h: float) -> None:
     m = make()
     m.initialize()
@@ -26,8 +26,68 @@ def test_bad_step_size(make: Make, h: float) -> None:
     before = m.memory()
     assert m.step(5 * H, h) == ERROR
     assert m.memory() == before
-    assert m.messages[-1][2].startswith("The step size must be in [1e-12, 1e9] s. Got ")
+    assert m.messages[-1][2].startswith("The step size must be in (0, 1e9] s. Got ")
     assert m.step(5 * H) == OK
+
+
+@pytest.mark.parametrize("h", [5e-324, 1e-300, 5.7e-15, 9e-13])
+def test_residue_of_a_clock_is_no_step(make: Make, h: float) -> None:
+    """Importers that add up their steps ask for the rest to the stop time; below 1e-12 s, it is rounding."""
+    want, m = make(), make()
+    for unit in (want, m):
+        unit.initialize(stop=1.0)
+    got, before = m.run(U[:20]), m.memory()
+    assert m.step(20 * H, h) == OK
+    assert m.step(20 * H, h) == OK
+    assert (m.memory(), m.messages) == (before, [])
+    got += m.run(U[20:40], first=20)
+    assert got == want.run(U[:40])
+    assert m.memory() == want.memory()
+
+
+@pytest.mark.parametrize(("t", "stop"), [(1e6, None), (1e6, 2e6), (0.0, 2e6), (1e6, 1e6), (-2e6, 0.0), (1e16, None)])
+def test_residue_follows_the_size_of_the_times(make: Make, t: float, stop: float | None) -> None:
+    """A few units in the last place of the larger of |t| and the stop time: 2^-53 is half of one, relative to it."""
+    m = make()
+    m.initialize(t, stop)
+    before = m.memory()
+    last = 2.0**-52 * max(abs(t), abs(stop or 0.0))
+    assert m.step(t, 8 * last) == OK
+    assert m.memory() == before
+    if stop != t:
+        assert m.step(t, 1e4 * last) == OK
+        assert m.memory() != before
+
+
+@pytest.mark.parametrize("n", [1000, 100_000])
+def test_a_clock_that_adds_its_steps_reaches_the_stop_time(make: Make, n: int) -> None:
+    """The stop time is n steps; the last step is what the sum of n steps lacks (if it exceeds the stop time: none)."""
+    m, h = make(), 1.0 / n + 1e-18
+    stop = n * h
+    m.initialize(stop=stop)
+    t = 0.0
+    while stop - t > 0:
+        step = min(h, stop - t)
+        assert m.step(t, step) == OK, (t, step, m.messages)
+        t += step
+
+
+def test_real_steps_of_such_a_size_are_refused(make: Make) -> None:
+    """A run in steps below 1e-12 s does not stand still unnoticed: its clock leaves that of the unit."""
+    m = make()
+    m.initialize()
+    statuses = [m.step(k * 1e-13, 1e-13) for k in range(20)]
+    assert statuses[0] == OK
+    assert ERROR in statuses
+    assert m.messages[0][2].endswith("but the unit is at t = 0 s.")
+
+
+def test_residue_at_another_time(make: Make) -> None:
+    m = make()
+    m.initialize()
+    m.run(U[:5])
+    assert m.step(4 * H, 5.7e-15) == ERROR
+    assert m.messages[-1][2].endswith("but the unit is at t = 0.005 s.")
 
 
 @pytest.mark.parametrize("t", [0.0, 4 * H, 6 * H, math.nan, math.inf, -math.inf])
