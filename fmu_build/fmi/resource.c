@@ -1,4 +1,5 @@
-/* resource.c - reads block.bin from the resource location of the importer (file URI or path). */
+/* resource.c - reads block.bin from the resource location of the importer (file URI or path); without one, from the
+ * resources of the FMU in which this binary lies. */
 #include "fmi/resource.h"
 
 #include <stdio.h>
@@ -6,6 +7,7 @@
 #include <string.h>
 
 #include "fmi/open_file.h"
+#include "fmi/own_folder.h"
 
 static int hex(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -31,36 +33,48 @@ static int decode(char *s) {
   return 1;
 }
 
-/* file:///a/b, file:/a/b, file://localhost/a/b, or a path; `path` has room for the file name after it */
+/* what follows a word, which is in any case in the location; NULL if it does not begin so */
+static const char *after(const char *location, const char *word) {
+  for (; *word; location++, word++)
+    if ((*location >= 'A' && *location <= 'Z' ? *location + 'a' - 'A' : *location) != *word) return NULL;
+  return location;
+}
+
+/* the path of a file URI: of ///a/b, /a/b, //localhost/a/b, or nothing; NULL if it names another machine */
+static const char *local_part(const char *uri) {
+  if (uri[0] != '/' || uri[1] != '/') return uri;
+  uri += 2;
+  const char *path = after(uri, "localhost");
+  if (path && (*path == '/' || !*path)) uri = path;
+  return *uri == '/' || !*uri ? uri : NULL;
+}
+
+/* the path of the block file for a file URI or a path; an empty one if the location is; `path` has room for its name */
 static const char *to_path(const char *location, char *path) {
-  if (strncmp(location, "file:", 5) != 0) {
-    strcpy(path, location);
-  } else {
-    const char *from = location + 5;
-    if (from[0] == '/' && from[1] == '/') {
-      from += 2;
-      if (!strncmp(from, "localhost/", 10)) from += 9;
-      if (*from != '/') return "the resource location names another machine";
-    }
+  const char *uri = after(location, "file:"), *from = uri ? local_part(uri) : location;
+  if (!from) return "the resource location names another machine";
 #ifdef _WIN32
-    if (from[0] == '/' && from[1] && from[2] == ':') from++; /* /C:/a */
+  if (uri && from[0] == '/' && from[1] && from[2] == ':') from++; /* /C:/a */
 #endif
-    strcpy(path, from);
-    if (!decode(path)) return "the resource location has a malformed % escape";
-  }
+  strcpy(path, from);
+  if (uri && !decode(path)) return "the resource location has a malformed % escape";
   const size_t n = strlen(path);
-  if (n == 0) return "the resource location is empty";
-  strcat(path, path[n - 1] == '/' ? "block.bin" : "/block.bin");
+  if (n > 0) strcat(path, path[n - 1] == '/' ? "block.bin" : "/block.bin");
   return NULL;
 }
 
 unsigned char *fmi_read_block_file(const char *location, size_t *length, char *why, size_t size) {
-  if (!location) return snprintf(why, size, "no resource location was given"), NULL;
+  if (!location) location = "";
   char *path = malloc(strlen(location) + sizeof "/block.bin");
   if (!path) return snprintf(why, size, "out of memory"), NULL;
   unsigned char *bytes = NULL;
   FILE *f = NULL;
   const char *wrong = to_path(location, path);
+  if (!wrong && !*path) { /* <FMU>/binaries/<platform>/<this file> */
+    free(path);
+    path = fmi_beside("../../resources/block.bin");
+    if (!path) return snprintf(why, size, "no resource location was given"), NULL;
+  }
   if (wrong) {
     snprintf(why, size, "%s: '%s'", wrong, location);
   } else if (!(f = fmi_open_file(path))) {

@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
-/* reads <location>/block.bin; NULL on failure, with the reason in `why` */
+/* reads <location>/block.bin, beside this binary if the location is NULL or empty; NULL on failure, with the reason in
+ * `why` */
 unsigned char *fmi_read_block_file(const char *location, size_t *length, char *why, size_t size);
 #endif

@@ -74,12 +74,12 @@ def build(root: Path, out: Path, name: str) -> Path:
     if spec is None or spec.origin is None:
         raise SystemExit("build.py: fmpy is not installed; it contains the FMI headers")
     headers = Path(spec.origin).parent / "c-code"
-    fast, alone = levels(root), root / "fmi" / "open_file.c"  # because of windows.h, see the file
-    sources = [p for p in source_files(root) if p not in fast and p != alone]
+    fast, alone = levels(root), [root / "fmi" / n for n in ("open_file.c", "own_folder.c")]  # see there
+    sources = [p for p in source_files(root) if p not in fast and p not in alone]
     units = {"small": (SMALL, unit(root, sources))}
     for level in sorted(set(fast.values())):
         units[level] = ([f"-{level}"], unit(root, sorted(p for p in fast if fast[p] == level)))
-    for path in (alone, root / "platforms" / "windows.c")[: 2 if suffix == "dll" else 1]:
+    for path in [*alone, *([root / "platforms" / "windows.c"] if suffix == "dll" else [])]:
         units[path.stem] = (SMALL, path.read_text())
     position = [] if suffix == "dll" else ["-fPIC"]
     out.mkdir(parents=True, exist_ok=True)

@@ -20,6 +20,7 @@ import re
 import sys
 from pathlib import Path
 
+FILES = {"resource.c", "open_file.c", "own_folder.c"}  # embedded.c replaces them: a source FMU reads no file
 WORD = r"[A-Za-z_]\w*"
 
 
@@ -218,7 +219,7 @@ def source_files(root: Path) -> list[Path]:
 def main() -> None:
     """Write the text for source FMUs: ``amalgamate.py FMU_BUILD LICENSE OUT``."""
     root, licence, out = (Path(a).resolve() for a in sys.argv[1:])
-    sources = [p for p in source_files(root) if p.name != "resource.c"]
+    sources = [p for p in source_files(root) if p.name not in FILES]
     sources.append(root / "sources" / "embedded.c")
     out.write_text(Amalgamation(root, sources).text(licence.read_text()))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as C
 import math
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -336,6 +337,11 @@ def _spellings(resources: Path, fmi: int) -> list[str]:
         uri + "/",
         uri.replace("file://", "file:"),
         uri.replace("file:///", "file://localhost/"),
+        uri.replace("file:///", "FILE:///"),
+        uri.replace("file:///", "File:/"),
+        uri.replace("file:///", "FILE://LOCALHOST/"),
+        uri.replace("file:///", "file://LocalHost/"),
+        "FILE://" + "".join(f"%{b:02x}" if b != ord("/") else "/" for b in str(resources).encode()),
         str(resources),
     ]
 
@@ -361,7 +367,8 @@ def test_paths_with_spaces_and_non_ascii(tmp_path: Path, fmi: int) -> None:
         ("file:///a%00b", "the resource location has a malformed % escape: 'file:///a%00b'"),
         ("file:///a%4", "the resource location has a malformed % escape: 'file:///a%4'"),
         ("file://server/a", "the resource location names another machine: 'file://server/a'"),
-        ("", "the resource location is empty: ''"),
+        ("FILE://LOCALHOSTS/a", "the resource location names another machine: 'FILE://LOCALHOSTS/a'"),
+        ("files:/a", "cannot read 'files:/a/block.bin'"),
     ],
 )
 def test_bad_location(folder: Path, fmi: int, location: str, sentence: str) -> None:
@@ -370,6 +377,34 @@ def test_bad_location(folder: Path, fmi: int, location: str, sentence: str) -> N
     assert not m.c.value
     said = sentence.replace("%", "%%") if fmi == 2 else sentence  # FMI 2.0 messages are printf formats
     assert m.messages == [(ERROR, "logStatusError", said)]
+
+
+NOWHERE = [None, b"", b"file:", b"FILE://", b"file://LocalHost"]
+
+
+@pytest.mark.parametrize("location", NOWHERE)
+def test_a_binary_finds_its_own_resources(tmp_path: Path, fmi: int, location: bytes | None) -> None:
+    m = Master(single("prandtl_ishlinskii"), tmp_path / "Größe 50% µm #1 日本", fmi)
+    m.initialize()
+    want = m.run(U[:20])
+    m.free()
+    m.c = m._instantiate(location)
+    assert m.c.value, m.messages
+    m.initialize()
+    assert m.run(U[:20]) == want
+    m.free()
+
+
+@pytest.mark.parametrize("location", NOWHERE)
+def test_a_binary_that_has_left_its_fmu(tmp_path: Path, fmi: int, location: bytes | None) -> None:
+    m = Master(single("prandtl_ishlinskii"), tmp_path, fmi)
+    m.free()
+    alone = tmp_path / "a" / "b" / "alone.so"
+    alone.parent.mkdir(parents=True)
+    shutil.copy(m.lib._name, alone)
+    m.lib = C.CDLL(str(alone))
+    assert not m._instantiate(location).value
+    assert m.messages == [(ERROR, "logStatusError", f"cannot read '{alone.parent}/../../resources/block.bin'")]
 
 
 def test_wrong_token(folder: Path, fmi: int) -> None:
