@@ -130,6 +130,21 @@ static void leave_results_out(void) {
   fmi2FreeInstance(c);
 }
 
+/* A step asks for Event Mode, in which its sample is taken; the rounding residue of a clock is no step and does not. */
+static void ask_for_an_event(void) {
+  void *c = make(3);
+  fmi3Boolean event = 1, again, end, early;
+  double t;
+  DEMAND(c && !fmi3EnterInitializationMode(c, 0, 0, 0, 0, 0) && !fmi3ExitInitializationMode(c));
+  DEMAND(!fmi3UpdateDiscreteStates(c, &again, &end, NULL, NULL, NULL, NULL) && !fmi3EnterStepMode(c));
+  DEMAND(!fmi3DoStep(c, 0, 5.7e-15, 1, &event, &end, &early, &t) && !event && t == 0);
+  DEMAND(!fmi3DoStep(c, 0, 1e-3, 1, &event, &end, &early, &t) && event && t == 1e-3);
+  DEMAND(!fmi3EnterEventMode(c) && !fmi3UpdateDiscreteStates(c, &again, &end, NULL, NULL, NULL, NULL));
+  DEMAND(!fmi3EnterStepMode(c) && !fmi3DoStep(c, 1e-3, 5.7e-15, 1, &event, &end, &early, &t));
+  DEMAND(!event && !early && !end && t == 1e-3);
+  fmi3FreeInstance(c);
+}
+
 /* NULL instead of an array or a result: Error, and a message that names the call and the argument */
 #define REFUSE(call, what)                                                          \
   do {                                                                              \
@@ -294,6 +309,7 @@ int main(int argc, char **argv) {
   for (int kind = 0; kind < 5; kind++) fail_while_made(kind);
   fail_while_saved();
   leave_results_out();
+  ask_for_an_event();
   give_no_arrays();
   refuse_to_be_made();
   ask_what_is_not_there();
