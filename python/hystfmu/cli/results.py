@@ -29,22 +29,29 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     Each row gives its place in the paper, the printed figure, a literal replica and the result of HystFMU on the same
     quantity, and says whether the printed figure is met or by which factor it is missed.  The exit status is 1 if a
     stated target is missed; a missed figure without a target, or a target on time, which depends on the load of the
-    machine, does not change it.
+    machine, does not change it.  What lacks its data or a package is told first and skipped; the exit status is then 1
+    too, or 2 if nothing is left to run.
 
     \b
     Example: hystfmu reproduce zhao_tan_2008
     """
     from hystfmu.base.errors import InputError
     from hystfmu.base.files import write_text
-    from hystfmu.papers import NEEDS_DATA, PAPERS
+    from hystfmu.papers import NEEDS_DATA, PAPERS, missing
     from hystfmu.papers import reproduce as reproduce_paper
     from hystfmu.report.terminal import progress
 
     for name in names if data is None else ():  # without names, the table itself says that its data is missing
         if name in NEEDS_DATA:
             raise InputError(f"{name}: the measured data is not part of this package; name its folder with --data DIR")
+    lacking = {name: why for name in names or PAPERS if (why := missing(name, data))}
+    able = [name for name in names or PAPERS if name not in lacking]
+    if not able:
+        raise InputError("; ".join(lacking.values()))
+    for name, why in lacking.items():
+        click.echo(f"skipped {name}: {why}", err=True)
     reports = []
-    for name in names or PAPERS:
+    for name in able:
         with progress(name) as report:
             reports.append(reproduce_paper(name, data, report, full))
         if not as_json:
@@ -54,7 +61,7 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     if as_json:
         click.echo(json.dumps([r.data() for r in reports]))
     missed = any(row.met is False and row.where != "speed" for r in reports for row in r.rows)
-    sys.exit(FAILED if missed else 0)
+    sys.exit(FAILED if missed or lacking else 0)
 
 
 @click.command(cls=Command)

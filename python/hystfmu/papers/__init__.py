@@ -1,6 +1,7 @@
 """Reproduction of papers: `reproduce(name)` gives a table with the printed numbers, a literal replica and ours.
 
-Each paper or data set has one module, named as in `PAPERS`, with a function ``table(data, progress) -> Report``.
+Each paper or data set has one module, named as in `PAPERS`, with a function ``table(data, progress) -> Report``, and
+``check(data)`` where it needs a file or an optional package.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 from threadpoolctl import threadpool_limits
 
@@ -15,7 +17,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
 from hystfmu.papers.table import Report, Row
 
-__all__ = ["PAPERS", "Report", "Row", "reproduce"]
+__all__ = ["PAPERS", "Report", "Row", "missing", "reproduce"]
 
 PAPERS: dict[str, str] = {
     "zhao_tan_2008": "hysteretic operator and 2-12-1 network, KP model, inverse in cascade",
@@ -29,6 +31,23 @@ PAPERS: dict[str, str] = {
 }
 NEEDS_DATA = ("dbo_piezo",)
 """Names that have only the published numbers without measured data."""
+
+
+def missing(name: str, data: str | Path | None = None) -> str:
+    """Tell what a paper or data set lacks, before minutes are spent: a line, empty if it can be computed.
+
+    Raises
+    ------
+    InputError
+        Unknown name.
+    """
+    module = _module(name)
+    try:
+        with extras(name):
+            getattr(module, "check", lambda data: None)(None if data is None else Path(data))
+    except InputError as e:
+        return str(e)
+    return ""
 
 
 def reproduce(
@@ -55,10 +74,15 @@ def reproduce(
     InputError
         Unknown name, or missing data.
     """
-    if name not in PAPERS:
-        raise InputError(f"The paper must be one of {', '.join(PAPERS)}. Got {name!r} instead.")
+    module = _module(name)
     with extras(name), threadpool_limits(1):  # see hystfmu.identify.fit
-        module = importlib.import_module(f"hystfmu.papers.{name}")
         more = getattr(module, "FULL", {}) if full else {}
         report: Report = module.table(None if data is None else Path(data), progress, **more)
     return report
+
+
+def _module(name: str) -> ModuleType:
+    if name not in PAPERS:
+        raise InputError(f"The paper must be one of {', '.join(PAPERS)}. Got {name!r} instead.")
+    with extras(name):
+        return importlib.import_module(f"hystfmu.papers.{name}")

@@ -142,6 +142,12 @@ def black_box(u: Array, y: Array, test: Records, progress: Callable[[float], Non
     return rms(y1 - test.multisine[1]), rms(model.predict(test.sweep[0]) - test.sweep[1])
 
 
+def check(data: Path | None) -> None:
+    """Refuse a folder `data` without the test file, or with a damaged one."""
+    if data is not None:
+        records(data)
+
+
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     """Compute the test errors (m) beside the published ones.
 

@@ -82,6 +82,12 @@ def line(run: Dataset) -> float:
     return rms((columns @ c - run.y)[RESULT])
 
 
+def check(data: Path | None) -> None:
+    """Refuse a folder `data` without the test file, or with a damaged one."""
+    if data is not None:
+        measured(data)
+
+
 def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     """Compute the RMS error (um) of every model on the test rows.
 

@@ -76,6 +76,11 @@ class Structure:
         return max(float("inf") if f is None else f / a for f, a in pairs)
 
 
+def check(data: object) -> None:
+    """Refuse an installation without the package that stores the tables of studies."""
+    import pyarrow  # noqa: F401
+
+
 def table(data: object, progress: Callable[[float], None], draws: int = 100) -> Report:
     """Compute the figures of the shipped loops.
 
