@@ -7,9 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import hystfmu as hy
-from hystfmu.base.extras import MissingExtra, extras
+from hystfmu.base.extras import EXTRAS, MissingExtra, extras
+from hystfmu.cli import main
 
 PROGRAM = """
 import sys
@@ -106,3 +108,18 @@ def test_design_names_the_extra(monkeypatch: pytest.MonkeyPatch):
 def test_other_missing_modules_stay_errors_of_the_program():
     with pytest.raises(ModuleNotFoundError, match="no_such_module"), extras("nothing"):
         import no_such_module  # noqa: F401
+
+
+@pytest.mark.parametrize(("package", "extra"), sorted(EXTRAS.items()))
+def test_an_import_that_nobody_guards_is_one_line_of_the_command(
+    package: str, extra: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The commands themselves are the last guard, for instance for the `demo`."""
+
+    def demo(_: Path) -> None:
+        raise ModuleNotFoundError(f"No module named '{package}.nn'", name=f"{package}.nn")
+
+    monkeypatch.setattr("hystfmu.demo.run.demo", demo)
+    done = CliRunner().invoke(main, ["demo"])
+    told = f"hystfmu: this command needs {package}, which is not installed: pip install 'hystfmu[{extra}]'\n"
+    assert (done.exit_code, done.stderr) == (2, told)

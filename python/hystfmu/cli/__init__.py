@@ -8,6 +8,7 @@ import click
 
 from hystfmu import __version__
 from hystfmu.base.errors import InputError
+from hystfmu.base.extras import extras
 from hystfmu.cli import fmus, models, results, scenarios
 from hystfmu.cli.options import BAD_INPUT
 
@@ -22,7 +23,8 @@ class _Commands(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
-            return super().invoke(ctx)
+            with extras("this command"):  # the last guard: most imports of optional packages name what needs them
+                return super().invoke(ctx)
         except InputError as e:
             line = " ".join(str(e).split())
             click.echo(f"hystfmu: {line}", err=True)
