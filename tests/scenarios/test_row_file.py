@@ -41,6 +41,7 @@ def test_a_run_that_stops_leaves_no_file(
     loop["order"] = ["plant", "reference", "large", "pid"]
     loop["connections"] |= {"large.u": "reference.r", "pid.u_ff": "large.y"}
     folder = tmp_path / "out"
+    folder.mkdir()
     status, said = command(capsys, "run", write(loop), "--engine", "native", "-o", folder / "x.csv")
     assert status == 1
     assert "stopped" in said

@@ -1,11 +1,11 @@
-"""Untrusted input files: size limits, one-line errors.  Writes are atomic."""
+"""Untrusted input files: size limits, one-line errors.  Writes are atomic and replace nothing but regular files."""
 
 from __future__ import annotations
 
 import os
 import re
+import secrets
 import stat
-import tempfile
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -33,40 +33,93 @@ def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
         The file cannot be read, is no regular file or is too large.
     """
     try:
-        found = Path(path).stat()
-        if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
-            raise InputError(f"{path}: The file must be a regular file. Got a device, pipe or socket.")
-        size = found.st_size
-        if size > most:
+        found = check_source(path)
+        with open(path, "rb") as f:
+            content = b"" if found.st_size > most else f.read(most + 1)  # a file may grow, or state no size
+        if (size := max(found.st_size, len(content))) > most:
             raise InputError(f"{path}: The file must have at most {most} bytes. Got {size} instead.")
-        return Path(path).read_bytes()
+        return content
     except OSError as e:
         raise InputError(f"{path}: {e.strerror or e}") from None
+
+
+def check_source(path: str | Path) -> os.stat_result:
+    """Refuse a path that would be waited for or never end; return what the system says about it.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or it is a device, a pipe or a socket.
+    """
+    try:
+        found = Path(path).stat()
+    except OSError as e:
+        raise InputError(f"{path}: {e.strerror or e}") from None
+    if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
+        raise InputError(f"{path}: The file must be a regular file. Got a device, pipe or socket.")
+    return found
 
 
 @contextmanager
 def written(path: str | Path) -> Iterator[IO[bytes]]:
     """Open a file for an atomic write: write a temporary file in the same folder, then rename it.
 
+    A link stays: the file behind it is written.  A file keeps its mode; a new one follows the umask.
+
     Raises
     ------
     InputError
-        The file cannot be written.
+        The file cannot be written; it is read-only, a device, a pipe or a socket.
     """
-    path = Path(path)
+    target = Path(os.path.realpath(path))
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        mode = check_target(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        new = target.parent / f".{target.name}.{secrets.token_hex(8)}"
+        handle = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
         try:
             with os.fdopen(handle, "wb") as f:
                 yield f
-            os.chmod(name, 0o644)
-            os.replace(name, path)
+            if mode is not None:
+                os.chmod(new, mode)
+            os.replace(new, target)
         except BaseException:
-            Path(name).unlink(missing_ok=True)
+            new.unlink(missing_ok=True)
             raise
     except OSError as e:
         raise InputError(f"{path}: cannot be written: {e.strerror or e}") from None
+
+
+def check_target(path: str | Path, folder: bool = False) -> int | None:
+    """Check that a path can be written as a regular file; return the mode of the file that is there, if any.
+
+    Parameters
+    ----------
+    path : str or Path
+    folder : bool
+        Whether its folder must exist.
+
+    Raises
+    ------
+    InputError
+        One line with the reason.
+    """
+    try:
+        found = Path(path).stat()
+    except (FileNotFoundError, NotADirectoryError):
+        above = Path(os.path.realpath(path)).parent
+        if folder and not above.is_dir():
+            raise InputError(f"{path}: cannot be written: there is no folder {above}") from None
+        return None
+    except OSError as e:
+        raise InputError(f"{path}: cannot be written: {e.strerror or e}") from None
+    if stat.S_ISDIR(found.st_mode):
+        return None  # the system refuses it, or a command writes into it
+    if not stat.S_ISREG(found.st_mode):
+        raise InputError(f"{path}: cannot be written: it is a device, pipe or socket")
+    if not found.st_mode & 0o222 or not os.access(path, os.W_OK):  # access alone admits root
+        raise InputError(f"{path}: cannot be written: it is read-only")
+    return stat.S_IMODE(found.st_mode)
 
 
 def write_bytes(path: str | Path, content: bytes) -> None:

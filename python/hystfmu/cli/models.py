@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import click
 
-from hystfmu.cli.options import FAILED, Columns, Command, assignments, data_options, json_option
+from hystfmu.cli.options import FAILED, OUTPUT_FILE, Columns, Command, assignments, data_options, json_option
 
 
 @click.command(cls=Command)
@@ -77,7 +77,11 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     help="inverse: only models with a useful inverse compete.",
 )
 @click.option(
-    "-o", "out", metavar="M.model.toml", help="Model file to write; by default named after DATA, in the current folder."
+    "-o",
+    "out",
+    type=OUTPUT_FILE,
+    metavar="M.model.toml",
+    help="Model file to write; by default named after DATA, in the current folder.",
 )
 @data_options
 @click.option("--train", metavar="A:B", help="Rows to fit, first:end.  The model runs from row 0 in any case.")
@@ -172,7 +176,12 @@ def fit(
 @click.argument("model")
 @click.argument("data")
 @click.option(
-    "-o", "out", required=True, metavar="OUT.csv", help="CSV file to write, with columns t, u, y and covariates."
+    "-o",
+    "out",
+    required=True,
+    type=OUTPUT_FILE,
+    metavar="OUT.csv",
+    help="CSV file to write, with columns t, u, y and covariates.",
 )
 @data_options
 @json_option
@@ -267,7 +276,7 @@ def check(model: str, data: str, columns: Columns, factor: float, as_json: bool)
 
 @click.command(cls=Command)
 @click.argument("model")
-@click.option("-o", "out", required=True, metavar="INV.model.toml", help="Model file to write.")
+@click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="INV.model.toml", help="Model file to write.")
 @click.option(
     "--method",
     type=click.Choice(["auto", "exact", "implicit", "learned", "adaptive"]),

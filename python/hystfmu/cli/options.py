@@ -40,6 +40,28 @@ class Command(click.Command):
         return super().parse_args(ctx, args)
 
 
+class OutputFile(click.ParamType[str]):
+    """A file to write: what stands against it is told before anything runs."""
+
+    name = "file"
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Check the path.
+
+        Raises
+        ------
+        InputError
+            Its folder is missing, or it is read-only, a device, a pipe or a socket.
+        """
+        from hystfmu.base.files import check_target  # brings pydantic, which --help does without
+
+        check_target(value, folder=True)
+        return value
+
+
+OUTPUT_FILE = OutputFile()
+
+
 @dataclass(frozen=True)
 class Columns:
     """Columns and sample rate of a data file, from the options of `data_options`."""

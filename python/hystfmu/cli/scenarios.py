@@ -10,7 +10,7 @@ from typing import Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, Command, assignments, json_option
+from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option
 
 
 @click.command(cls=Command)
@@ -46,14 +46,16 @@ from hystfmu.cli.options import FAILED, Command, assignments, json_option
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="Run only the cases with this name; repeatable.")
 @click.option("--step", type=float, metavar="SECONDS", help="Step of an SSP: overrides the one it states.")
 @click.option("--stop", type=float, metavar="SECONDS", help="Stop time of an SSP: overrides the one it states.")
-@click.option("-o", "--out", metavar="OUT.csv", help="CSV file for all outputs of a single case or an SSP.")
+@click.option(
+    "-o", "--out", type=OUTPUT_FILE, metavar="OUT.csv", help="CSV file for all outputs of a single case or an SSP."
+)
 @click.option(
     "--record",
     is_flag=True,
     help="Record the results as the new baseline.  Prints the changes; asks first on a terminal.",
 )
 @click.option("--yes", is_flag=True, help="With --record: do not ask.")
-@click.option("--junit", metavar="FILE", help="JUnit XML file to write the verdicts to.")
+@click.option("--junit", type=OUTPUT_FILE, metavar="FILE", help="JUnit XML file to write the verdicts to.")
 @click.option("--report", "report_dir", metavar="DIR", help="Folder to write report.html and report.json into.")
 @json_option
 @click.pass_context
@@ -188,7 +190,7 @@ def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
 @click.command(cls=Command)
 @click.argument("before", metavar="A/report.json")
 @click.argument("after", metavar="B/report.json")
-@click.option("-o", "out", required=True, metavar="DIFF.html", help="HTML page to write.")
+@click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="DIFF.html", help="HTML page to write.")
 @json_option
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
     """Compare two reports of 'hystfmu run'.
@@ -211,7 +213,7 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
 
 @click.command(cls=Command)
 @click.argument("scenario")
-@click.option("-o", "--out", required=True, metavar="X.ssp|X.fmu", help="Archive to write.")
+@click.option("-o", "--out", required=True, type=OUTPUT_FILE, metavar="X.ssp|X.fmu", help="Archive to write.")
 @click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: the first].")
 @click.option(
     "--ssp",

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from hystfmu.base import child
 from hystfmu.base.errors import InputError
+from hystfmu.base.files import check_source
 from hystfmu.fmu.archive.unpack import archive_problems, unpack, xml_problems
 
 
@@ -72,6 +73,7 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
     InputError
         If the file cannot be read or is not a complete ZIP archive.
     """
+    check_source(path)
     try:
         with zipfile.ZipFile(path) as archive:
             problems = archive_problems(archive)
