@@ -1,6 +1,7 @@
 """Store the table of a study on disk.  Every finished run is stored at once and survives an interruption.
 
-A row is one line of `journal.jsonl`, appended when its run ends.  A line cut off by a crash or a full disk is dropped.
+A row is one line of `journal.jsonl`, appended when its run ends: CRC-32, tab, JSON.  Lines that were cut off or damaged
+are moved to `damaged.jsonl`, and their runs are made again.  A lock keeps a second study out of the folder.
 Full journals become Parquet parts by atomic renames.  The final table is `results.parquet`, sorted by row.  The table
 does not depend on when, where or in which order the runs were made.
 """
@@ -10,16 +11,40 @@ from __future__ import annotations
 import json
 import os
 import secrets
+import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
-from hystfmu.base.files import write_bytes
+from hystfmu.base.files import read_bytes, write_bytes
 
 PART_ROWS = 20_000
 COLUMNS = ("index", "variation", "case", "id", "status", "reason")
+
+
+def _line(row: dict[str, Any]) -> bytes:
+    content = json.dumps(row, allow_nan=True).encode()
+    return b"%08x\t%s\n" % (zlib.crc32(content), content)
+
+
+def _row(line: bytes) -> dict[str, Any] | None:
+    """Return the row of a line; None if the line is not as it was written."""
+    content = line[9:-1]
+    if line != b"%08x\t%s\n" % (zlib.crc32(content), content):
+        return None
+    row: dict[str, Any] = json.loads(content)
+    return row
+
+
+def _load(path: Path) -> Any:
+    try:
+        return json.loads(read_bytes(path))
+    except ValueError as e:
+        if isinstance(e, InputError):
+            raise
+        raise InputError(f"{path}: The file is damaged. Remove it to go on with the rows of this folder.") from None
 
 
 class Store:
@@ -35,7 +60,8 @@ class Store:
     Raises
     ------
     InputError
-        If the folder holds the table of another study or cannot be written, or the extra 'study' is not installed.
+        If the folder holds the table of another study, is in use, is damaged or cannot be written, or the extra
+        'study' is not installed.
     """
 
     def __init__(self, folder: Path, parameters: Sequence[str], metrics: Sequence[str]) -> None:
@@ -44,16 +70,37 @@ class Store:
         self.folder, self._parameters, self._metrics = folder, list(parameters), list(metrics)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._check_owner()
-            self._journal = os.open(folder / "journal.jsonl", os.O_RDWR | os.O_CREAT, 0o644)
-            self._mend()
+            self._journal = os.open(
+                folder / "journal.jsonl", os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o644
+            )
+            try:
+                self._lock()
+                self._check_owner()
+                self._mend()
+            except BaseException:
+                os.close(self._journal)
+                raise
         except OSError as e:
             raise InputError(f"{folder}: {e.strerror or e}") from None
+
+    def _lock(self) -> None:
+        """Lock the journal as long as it is open; Windows has no such lock.
+
+        The lock is that of this process: forked workers, which may outlive it for a moment, do not hold it.
+        """
+        try:
+            import fcntl
+        except ImportError:
+            return
+        try:
+            fcntl.lockf(self._journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):
+            raise InputError(f"{self.folder}: another study is writing into this folder") from None
 
     def _check_owner(self) -> None:
         path, mine = self.folder / "columns.json", {"parameters": self._parameters, "metrics": self._metrics}
         if path.exists():
-            if json.loads(path.read_text()) != mine:
+            if _load(path) != mine:
                 raise InputError(f"{self.folder}: holds the table of a study with other parameters or metrics")
         else:
             write_bytes(path, json.dumps(mine).encode())
@@ -63,16 +110,22 @@ class Store:
         path = self.folder / "seed.json"
         if not path.exists():
             write_bytes(path, json.dumps(secrets.randbelow(2**31)).encode())
-        return int(json.loads(path.read_text()))
+        return int(_load(path))
 
     def _mend(self) -> None:
-        """Truncate the journal after its last whole line."""
-        with os.fdopen(os.dup(self._journal), "rb") as f:
-            content = f.read()
-        whole = content.rfind(b"\n") + 1
-        os.ftruncate(self._journal, whole)
-        os.lseek(self._journal, whole, os.SEEK_SET)
-        self._in_journal = content.count(b"\n")
+        """Set damaged lines of the journal aside."""
+        lines = self._lines()
+        good = [line for line in lines if _row(line) is not None]
+        if len(good) < len(lines):
+            with open(self.folder / "damaged.jsonl", "ab") as aside:
+                aside.writelines(line for line in lines if _row(line) is None)
+            kept = b"".join(good)
+            os.lseek(self._journal, 0, os.SEEK_SET)
+            os.write(self._journal, kept)
+            os.ftruncate(self._journal, len(kept))
+            os.fsync(self._journal)
+        os.lseek(self._journal, 0, os.SEEK_END)
+        self._in_journal = len(good)
 
     def append(self, row: dict[str, Any]) -> None:
         """Add a finished run.
@@ -82,7 +135,7 @@ class Store:
         InputError
             If the disk is full.  Earlier rows stay intact, and the study can be resumed.
         """
-        line = (json.dumps(row, allow_nan=True) + "\n").encode()
+        line = _line(row)
         at = os.lseek(self._journal, 0, os.SEEK_CUR)
         try:
             written = os.write(self._journal, line)
@@ -107,8 +160,7 @@ class Store:
                 if row["id"] not in seen:
                     seen.add(row["id"])
                     yield self._nested(row)
-        for line in (self.folder / "journal.jsonl").read_bytes().splitlines():
-            row = json.loads(line)
+        for row in self._of_journal():
             if row["id"] not in seen:
                 seen.add(row["id"])
                 yield row
@@ -123,12 +175,19 @@ class Store:
         """Close the journal."""
         os.close(self._journal)
 
+    def _of_journal(self) -> list[dict[str, Any]]:
+        return [row for row in map(_row, self._lines()) if row is not None]
+
+    def _lines(self) -> list[bytes]:
+        os.lseek(self._journal, 0, os.SEEK_SET)  # a second handle would free the lock when it is closed
+        content = b"".join(iter(lambda: os.read(self._journal, 2**20), b""))
+        return content.splitlines(keepends=True)
+
     def _parts(self) -> list[Path]:
         return sorted(self.folder.glob("part-*.parquet"))
 
     def _roll(self) -> None:
-        lines = (self.folder / "journal.jsonl").read_bytes().splitlines()
-        self._write(self.folder / f"part-{len(self._parts()):06d}.parquet", [json.loads(line) for line in lines])
+        self._write(self.folder / f"part-{len(self._parts()):06d}.parquet", self._of_journal())
         os.ftruncate(self._journal, 0)  # a crash before this line leaves duplicates, which `rows` skips by id
         os.lseek(self._journal, 0, os.SEEK_SET)
         self._in_journal = 0

@@ -1,0 +1,79 @@
+"""The table of a study on disk: one study at a time; a damaged journal costs the runs of its damaged lines only."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hystfmu.base.errors import InputError
+from hystfmu.studies import run_study
+from hystfmu.studies.store import Store
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
+def test_a_folder_belongs_to_one_study_at_a_time(tmp_path: Path) -> None:
+    store = Store(tmp_path, ["a"], ["m"])
+    list(store.rows())  # reading keeps the lock
+    assert elsewhere(tmp_path) == f"{tmp_path}: another study is writing into this folder"
+    store.close()
+    assert elsewhere(tmp_path) == "free"
+
+
+def elsewhere(folder: Path) -> str:
+    """What another process is told that opens the folder."""
+    ours, theirs = os.pipe()
+    if (child := os.fork()) == 0:
+        try:
+            Store(folder, ["a"], ["m"])
+            os.write(theirs, b"free")
+        except InputError as e:
+            os.write(theirs, str(e).encode())
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+    os.close(theirs)
+    with open(ours) as told:
+        return told.read()
+
+
+@pytest.mark.parametrize("damage", ["zero byte", "changed digit", "torn in the middle", "not UTF-8", "old without sum"])
+def test_damaged_lines_are_set_aside_and_run_again(damage: str, write: Any, tmp_path: Path) -> None:
+    path, folder = write(), tmp_path / "out"
+    whole = run_study(path, folder, workers=1).table.read_bytes()
+    journal = folder / "journal.jsonl"
+    lines = journal.read_bytes().splitlines(keepends=True)
+    middle = lines[7]
+    at = middle.index(b'"last":') + 9  # in a value
+    lines[7] = {
+        "zero byte": middle[:at] + b"\0" + middle[at:],
+        "changed digit": middle[:at] + (b"1" if middle[at : at + 1] != b"1" else b"2") + middle[at + 1 :],
+        "torn in the middle": middle[:at],
+        "not UTF-8": middle[:at] + b"\xff" + middle[at:],
+        "old without sum": middle.partition(b"\t")[2],
+    }[damage]
+    torn = lines[7] + lines[8] if damage == "torn in the middle" else lines[7]
+    journal.write_bytes(b"".join(lines))
+    outcome = run_study(path, folder, workers=1)
+    assert outcome.ran == (2 if damage == "torn in the middle" else 1)
+    assert outcome.table.read_bytes() == whole
+    assert (folder / "damaged.jsonl").read_bytes() == torn
+    assert run_study(path, folder, workers=1).ran == 0
+
+
+@pytest.mark.parametrize("content", [b"", b"\0", b"[1"])
+def test_damaged_columns_or_seed_are_one_line(content: bytes, tmp_path: Path) -> None:
+    Store(tmp_path, ["a"], ["m"]).close()
+    (tmp_path / "columns.json").write_bytes(content)
+    for _ in range(2):  # the lock is free again
+        with pytest.raises(InputError, match=r"columns\.json: The file is damaged"):
+            Store(tmp_path, ["a"], ["m"])
+    (tmp_path / "columns.json").unlink()
+    store = Store(tmp_path, ["a"], ["m"])
+    (tmp_path / "seed.json").write_bytes(content)
+    with pytest.raises(InputError, match=r"seed\.json: The file is damaged"):
+        store.seed()
+    store.close()
