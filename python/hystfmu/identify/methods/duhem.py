@@ -30,6 +30,7 @@ TEXT = "polynomial slopes for rising and falling input, least squares, refined o
 EVALUATIONS = (60, 30)  # limit on evaluations of residuals and Jacobian: for k and c, on the free run
 STARTS = (0.0, 0.5, 1.0)  # of k, relative to the slope of the straight line
 PIECE = 5.0  # length of a piece of the path in dead bands: the noise at its ends is an eighth of it
+CLOSE = 0.05  # RMS error, relative to half the span, from which on no other start is refined
 ROOM = 3.0  # bound of |w|, relative to the largest in the data
 
 CANDIDATES = (Candidate(OPENS, 0.2, 0.5),)
@@ -117,6 +118,33 @@ def _node(theta: list[Array], k: float, w0: float, w_max: float, m: int, q: int)
     return Node("operator", "duhem", {"m": m, "q": q}, values)
 
 
+class _Start:
+    """Slopes from the increments, given k and c, and the errors of the free run around them."""
+
+    def __init__(self, slopes: _Slopes, x: Array, u: Array, y: Array, rows: slice, kept: NDArray[np.bool_]) -> None:
+        self.k, self.c = x
+        self.slopes, self.u, self.y, self.rows, self.kept = slopes, u, y, rows, kept
+        self.theta, self.factors, _ = slopes.solve(self.k, self.c)
+        w = (y - self.k * u[rows] - self.c)[kept]
+        self.w_max = ROOM * float(np.abs(w).max())
+        self.first = float(w[0]) if kept[0] and rows.start == 0 else 0.0
+        self.cost = float(np.sum(self.error(np.zeros(3 + 2 * slopes.terms)) ** 2))
+
+    def parts(self, x: Array) -> tuple[list[Array], float, float, float]:
+        """Return slopes, k, c and w at the first row for changes x of k, c, w and of the slopes."""
+        p = self.slopes.terms
+        pairs = enumerate(zip(self.theta, self.factors, strict=True))
+        changed = [t + f @ x[3 + d * p : 3 + (d + 1) * p] for d, (t, f) in pairs]
+        return changed, self.k + x[0], self.c + x[1], self.first + x[2]
+
+    def error(self, x: Array) -> Array:
+        """Return the errors of the free run at the rows that count."""
+        now, slope, offset, w0 = self.parts(x)
+        run = Graph.single(_node(now, slope, w0, self.w_max, self.slopes.m, self.slopes.q)).run(self.u)
+        kept = self.kept
+        return np.asarray((run[self.rows] + offset - self.y)[kept] / np.sqrt(kept.sum()))
+
+
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:
     """Build the graph ``scaling -> duhem -> scaling``; return it with the number of its parameters.
 
@@ -150,26 +178,20 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     for i, share in enumerate(STARTS):
         progress(0.3 * i / len(STARTS))
         tries.append(least_squares(increments, [share * line[0], 0.0], x_scale=0.1, max_nfev=EVALUATIONS[0]))
-    k, c = min(tries, key=lambda r: r.cost).x
-    theta, factors, _ = slopes.solve(k, c)
-    w = (y - k * u[rows] - c)[kept]
-    w_max, first, p = ROOM * float(np.abs(w).max()), float(w[0]) if kept[0] and rows.start == 0 else 0.0, slopes.terms
-
-    def parts(x: Array) -> tuple[list[Array], float, float, float]:
-        changed = [t + f @ x[3 + d * p : 3 + (d + 1) * p] for d, (t, f) in enumerate(zip(theta, factors, strict=True))]
-        return changed, k + x[0], c + x[1], first + x[2]
-
-    def error(x: Array) -> Array:
-        now, slope, offset, w0 = parts(x)
-        run = Graph.single(_node(now, slope, w0, w_max, m, q)).run(u)
-        return np.asarray((run[rows] + offset - y)[kept] / np.sqrt(len(w)))
-
-    progress(0.3)
-    found = least_squares(error, np.zeros(3 + 2 * p), x_scale="jac", max_nfev=EVALUATIONS[1])
-    now, slope, offset, w0 = parts(found.x)
+    # the increments may be followed best by slopes whose free run leaves the data: the free run decides
+    starts = sorted((_Start(slopes, r.x, u, y, rows, kept) for r in tries), key=lambda s: s.cost)
+    refined = []
+    for i, start in enumerate(starts):
+        progress(0.3 + 0.6 * i / len(starts))
+        found = least_squares(start.error, np.zeros(3 + 2 * slopes.terms), x_scale="jac", max_nfev=EVALUATIONS[1])
+        refined.append((start, found))
+        if np.sqrt(2 * found.cost) < CLOSE:
+            break
+    start, found = min(refined, key=lambda pair: pair[1].cost)
+    now, slope, offset, w0 = start.parts(found.x)
     nodes = [
         Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half}),
-        _node(now, slope, w0, w_max, m, q),
+        _node(now, slope, w0, start.w_max, m, q),
         Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": centre + size * offset}),
     ]
     wires = [("input.y", "operator.u"), ("operator.y", "readout.u")]
