@@ -24,7 +24,7 @@ from hystfmu.model.coverage import coverage
 from hystfmu.model.inputs import run_along
 
 BLOCKS = 8  # long ones: where a record repeats its loops, short blocks have been seen by their neighbours
-FOLDS = (1, 3, 0)  # of every four blocks, the one that is held out
+FOLDS = (1, 3, 2)  # of every four blocks, the one that is held out; never the first, which alone starts from rest
 AS_GOOD = 1.2  # candidates with errors up to 20 % above the least count as equally good
 LOSER, HOPE = 1.5, 4.0  # error ratios at which a candidate is dropped: after a fold, after its trial fit
 EXACT = 0.002  # % of the span: errors below it count as equal

@@ -63,8 +63,8 @@ BOUND = {
     "learned": 8.0,
 }  # max error of inverse -> model, % of span; learned: little training
 BOUND_OF = {
-    # the number of sub-steps of its integration jumps with |du|, and with it the output, by 1e-12 to 1e-5 of the span as
-    # the fitted slopes are flat or steep: no root is finer
+    # the number of sub-steps of its integration jumps with |du|, and with it the output, by 1e-12 to 1e-5 of the span,
+    # as the fitted slopes are flat or steep: no root is finer
     ("implicit", "duhem"): 1e-2,
     # a network with fed-back outputs, whose memory is not that of plays
     ("learned", "narx_network"): 20.0,
