@@ -15,6 +15,7 @@ import json
 import os
 import secrets
 import sys
+import textwrap
 import time
 from collections import Counter
 from pathlib import Path
@@ -189,6 +190,11 @@ def _counted(names):
 def page(store, seeds):
     lines, met = table(store, seeds)
     seconds = [f["seconds"] for at, f in store.known.items() if at[3] == "auto" and at[2] in seeds]
+    found = (
+        f"{sum(met)} of {len(met)} cells meet both. Seeds drawn: {', '.join(map(str, seeds))}. A choice took "
+        f"{np.median(seconds):.1f} s of one core (median). A kind that errs by more than {FAR:g} times the least error "
+        "after a short fit is not fitted in full."
+    )
     head = f"""# Choice of the kind of model
 
 `{COMMAND}` writes this page: the held-out error of the model that `hystfmu fit` picks over that of the best kind, for
@@ -197,9 +203,7 @@ seed draws plants and data anew; no default was tuned to them. A refusal counts 
 {POOR:g} %FS; another one would stand as an infinite ratio. Wanted in every cell: median at most {MEDIAN:g}, worst at
 most {WORST:g}.
 
-{sum(met)} of {len(met)} cells meet both. Seeds drawn: {", ".join(map(str, seeds))}. A choice took
-{np.median(seconds):.1f} s of one core (median). A kind that errs by more than {FAR:g} times the least error
-after a short fit is not fitted in full.
+{textwrap.fill(found, 120)}
 """
     return "\n".join([head, *lines, ""])
 
