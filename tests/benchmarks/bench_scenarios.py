@@ -24,9 +24,9 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import tomli_w
-from fmpy.fmi2 import FMU2Slave
 
 from hystfmu.fmu.write.export import export_fmu
+from hystfmu.papers.study_speed import GAIN, LAG, LOOP, STEPS, H, by_hand
 from hystfmu.report.terminal import table
 from hystfmu.scenario import Scenario, build, simulate
 from hystfmu.scenario.engine.fmu_store import FmuStore
@@ -34,23 +34,6 @@ from hystfmu.scenario.engine.native import Native
 from hystfmu.studies import run_study
 
 HERE = Path(__file__).resolve().parent
-STEPS, H, LAG, GAIN = 10_000, 1e-3, 0.1, 2.0
-LOOP = {
-    "name": "p2",
-    "step": H,
-    "stop": STEPS * H,
-    "order": ["plant", "controller"],
-    "units": {
-        "plant": {
-            "block": "transfer_function",
-            "dims": {"na": 1, "nb": 0},
-            "values": {"b": [1.0], "a": [LAG, 1.0], "hold": "zoh"},
-        },
-        "controller": {"block": "sum", "values": {"k": [GAIN, -GAIN]}, "inputs": {"u_1": 1.0}},
-    },
-    "connections": {"plant.u": "controller.y", "controller.u_2": "plant.y"},
-    "metrics": {"peak": {"kind": "peak", "signal": "plant.y"}},
-}
 
 
 def least(run, repeats):
@@ -97,36 +80,7 @@ class Rivals:
 
     def by_hand(self, n=STEPS):
         """Run the loop as usually written by hand with fmpy."""
-        units = {}
-        for name, d in self.descriptions.items():
-            units[name] = FMU2Slave(
-                guid=d.guid,
-                modelIdentifier=d.coSimulation.modelIdentifier,
-                unzipDirectory=self.unpacked[name],
-                instanceName=name,
-            )
-            units[name].instantiate()
-            units[name].setupExperiment(startTime=0.0)
-            units[name].enterInitializationMode()
-        plant, controller = units["plant"], units["controller"]
-        plant_u, plant_y = [self.reference("plant", "u")], [self.reference("plant", "y")]
-        r, feedback, command = ([self.reference("controller", x)] for x in ("u_1", "u_2", "y"))
-        controller.setReal(r, [1.0])
-        plant.exitInitializationMode()
-        controller.exitInitializationMode()
-        (u,), y = controller.getReal(command), plant.getReal(plant_y)
-        begin = time.process_time()
-        for i in range(n):
-            plant.setReal(plant_u, [u])
-            plant.doStep(i * H, H)
-            y += plant.getReal(plant_y)
-            controller.setReal(feedback, [y[-1]])
-            controller.doStep(i * H, H)
-            (u,) = controller.getReal(command)
-        seconds = time.process_time() - begin
-        plant.freeInstance()
-        controller.freeInstance()
-        return seconds, np.array(y)
+        return by_hand({name: (self.unpacked[name], d) for name, d in self.descriptions.items()}, n)
 
     def container(self):
         """Run a container of fmu-manipulation-toolbox with its sequential order, built once."""

@@ -84,6 +84,19 @@ class Slave:
 LONG = [pytest.param(60, f, v, marks=pytest.mark.stress) for f in ("plain", "corrected") for v in (2, 3)]
 
 
+def goes_on_where_it_was_saved(folder: Path, u: np.ndarray, native: np.ndarray) -> None:
+    """The FMU has the bits of the native run, and another instance those of its second half after a restore."""
+    half = len(u) // 2
+    straight, other = Slave(folder), Slave(folder)
+    first = straight.run(u[:half], 0)
+    saved = straight.save()
+    second = straight.run(u[half:], half)
+    assert np.concatenate([first, second]).tobytes() == native.tobytes()
+    other.run(u[:1], 0)
+    other.restore(saved)
+    assert other.run(u[half:], half).tobytes() == second.tobytes()
+
+
 @pytest.mark.parametrize(("reversals", "form", "fmi"), [(30, "plain", 2), (30, "corrected", 3), *LONG])
 def test_an_fmu_learns_as_well_as_batch_and_survives_being_saved(
     reversals: int, form: str, fmi: int, tmp_path: Path
@@ -96,16 +109,9 @@ def test_an_fmu_learns_as_well_as_batch_and_survives_being_saved(
         values |= {"r": 2 * float(np.std(voltage - phi @ batch)), "share": 0.1}
     n, u = phi.shape[1], np.column_stack([phi, voltage])
     graph = Graph.single(Node("learner", "recursive_least_squares", {"n": n}, values)).with_step(H)
-    native, half = graph.run(u, H), len(u) // 2
+    native = graph.run(u, H)
     folder = unpack(export_fmu(graph, tmp_path / f"{fmi}.fmu", fmi), tmp_path / f"{fmi}")  # type: ignore[arg-type]
-    straight, other = Slave(folder), Slave(folder)
-    first = straight.run(u[:half], 0)
-    saved = straight.save()
-    second = straight.run(u[half:], half)
-    assert np.concatenate([first, second]).tobytes() == native.tobytes()
-    other.run(u[:1], 0)
-    other.restore(saved)
-    assert other.run(u[half:], half).tobytes() == second.tobytes()
+    goes_on_where_it_was_saved(folder, u, native)
     theta = native[-1, 1:-1]
     ratio = float(np.linalg.norm(held @ theta - truth) / np.linalg.norm(held @ batch - truth))
     print(f"{form}: {ratio:.3f} of batch")
@@ -126,11 +132,4 @@ def test_an_adaptive_inverse_survives_being_saved_while_it_learns(fmi: int, tmp_
     theta = native[:, [n.startswith("theta") for n in names]]
     assert np.ptp(theta[half:], axis=0).max() > 1e-3, "it learns after it was saved"
     folder = unpack(export_fmu(graph, tmp_path / f"{fmi}.fmu", fmi), tmp_path / f"{fmi}")  # type: ignore[arg-type]
-    straight, other = Slave(folder), Slave(folder)
-    first = straight.run(u[:half], 0)
-    saved = straight.save()
-    second = straight.run(u[half:], half)
-    assert np.concatenate([first, second]).tobytes() == native.tobytes()
-    other.run(u[:1], 0)
-    other.restore(saved)
-    assert other.run(u[half:], half).tobytes() == second.tobytes()
+    goes_on_where_it_was_saved(folder, u, native)

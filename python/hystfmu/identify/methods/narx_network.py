@@ -10,6 +10,7 @@ learning, Williams & Zipser 1989) and form the Jacobian of Levenberg-Marquardt.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -54,8 +55,12 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     gain_u, gain_y = 1 / float(np.abs(u).max()), 1 / float(np.abs(y).max())
     iterations = options["one_step"], options["iterations"]
     tries = []
+
+    def part(k: int, done: float) -> None:
+        progress((k + done) / STARTS)
+
     for k in range(STARTS):  # simulated errors have poor local minima, such as a second rest position
-        tries.append(trained(u * gain_u, y * gain_y, lags, hidden, iterations, seed + k, progress))
+        tries.append(trained(u * gain_u, y * gain_y, lags, hidden, iterations, seed + k, partial(part, k)))
         if tries[-1][1] < CLOSE:
             break
     p, _ = min(tries, key=lambda found: found[1])
