@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from pathlib import Path
@@ -65,15 +66,33 @@ def test_damaged_lines_are_set_aside_and_run_again(damage: str, write: Any, tmp_
 
 
 @pytest.mark.parametrize("content", [b"", b"\0", b"[1"])
-def test_damaged_columns_or_seed_are_one_line(content: bytes, tmp_path: Path) -> None:
-    Store(tmp_path, ["a"], ["m"]).close()
-    (tmp_path / "columns.json").write_bytes(content)
+@pytest.mark.parametrize("name", ["columns", "seed"])
+def test_columns_or_seed_damaged_with_their_copy_are_one_line(name: str, content: bytes, tmp_path: Path) -> None:
+    def opened() -> int:
+        store = Store(tmp_path, ["a"], ["m"])
+        try:
+            return store.seed()
+        finally:
+            store.close()
+
+    seed = opened()
+    for file in (f"{name}.json", f"{name}.copy.json"):
+        (tmp_path / file).write_bytes(content)
     for _ in range(2):  # the lock is free again
-        with pytest.raises(InputError, match=r"columns\.json: The file is damaged"):
-            Store(tmp_path, ["a"], ["m"])
-    (tmp_path / "columns.json").unlink()
-    store = Store(tmp_path, ["a"], ["m"])
-    (tmp_path / "seed.json").write_bytes(content)
-    with pytest.raises(InputError, match=r"seed\.json: The file is damaged"):
-        store.seed()
-    store.close()
+        with pytest.raises(InputError, match=rf"{name}\.json: The file and its copy are damaged"):
+            opened()
+    for file in (f"{name}.json", f"{name}.copy.json"):
+        (tmp_path / file).unlink()
+    assert (opened() == seed) == (name == "columns")
+
+
+def test_a_folder_of_an_older_version_goes_on(write: Any, tmp_path: Path) -> None:
+    """It kept columns and seed once and without a checksum, and no limits."""
+    path, folder = write(method="random", n=12, seed="run"), tmp_path / "out"
+    whole = run_study(path, folder, workers=1).table.read_bytes()
+    for name in ("columns", "seed"):
+        value = json.loads((folder / f"{name}.json").read_text())["value"]
+        (folder / f"{name}.json").write_text(json.dumps(value))
+        (folder / f"{name}.copy.json").unlink()
+    outcome = run_study(path, folder, workers=1)
+    assert (outcome.ran, outcome.table.read_bytes()) == (0, whole)

@@ -268,8 +268,15 @@ def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"
 )
 @click.option("-j", "--jobs", type=click.IntRange(1, 1024), help="Number of local processes [default: one per core].")
 @click.option("--on", metavar="dask://HOST:PORT", help="Scheduler of a Dask cluster to run on.")
+@click.option(
+    "--retry",
+    type=click.Choice(["failed"]),
+    help="Run failed rows again; those that failed at a limit which was raised always run again.",
+)
 @json_option
-def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bool) -> None:
+def study(
+    study: str, folder: str, jobs: int | None, on: str | None, retry: Literal["failed"] | None, as_json: bool
+) -> None:
     """Run a scenario with many parameter variations.
 
     Prints the share of the variations that are inside the limits, with its 95 % interval.  Writes a table
@@ -279,13 +286,14 @@ def study(study: str, folder: str, jobs: int | None, on: str | None, as_json: bo
 
     \b
     Example: hystfmu study scenarios/pid/draws.study.toml -o out
+             hystfmu study scenarios/pid/draws.study.toml -o out --retry failed
     """
     import hystfmu as hy
     from hystfmu.report.terminal import counter
     from hystfmu.studies.report import spreads
 
     with counter("running") as report:
-        outcome = hy.study(study, folder, workers=jobs, on=on, progress=report)
+        outcome = hy.study(study, folder, workers=jobs, on=on, retry=retry, progress=report)
     summary = outcome.summary
     facts = {"rows": len(outcome.rows), "ran": outcome.ran, "failed": len(outcome.failed)}
     if as_json:

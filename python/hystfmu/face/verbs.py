@@ -81,6 +81,7 @@ def study(
     *,
     workers: int | None = None,
     on: str | None = None,
+    retry: Literal["failed"] | None = None,
     progress: Callable[[int, int, float], None] = lambda done, total, rate: None,
 ) -> Outcome:
     """Run a scenario over many variations; an interrupted study goes on where it stopped.
@@ -95,6 +96,8 @@ def study(
         Local processes; by default one per core.
     on : str, optional
         ``dask://HOST:PORT`` instead of local processes.
+    retry : {"failed"}, optional
+        Run failed rows again.  Those that failed at a limit of time or memory which is now higher always run again.
     progress : function, optional
         Called with rows done, rows in all, rows a second.
 
@@ -124,7 +127,7 @@ def study(
     from hystfmu.studies import run_study
 
     into = Path(Path(path).name.removesuffix(".toml").removesuffix(".study")) if folder is None else folder
-    return run_study(path, into, workers=workers, on=on, progress=progress)
+    return run_study(path, into, workers=workers, on=on, retry=retry, progress=progress)
 
 
 def validate(path: str | Path, seconds: float = 60.0) -> list[str]:

@@ -6,11 +6,12 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import build
 from hystfmu.studies.dask_pool import DaskPool
+from hystfmu.studies.failed import is_final, with_limits
 from hystfmu.studies.pool import Pool
 from hystfmu.studies.report import write_report
 from hystfmu.studies.sampling import sampler
@@ -66,6 +67,7 @@ def run_study(
     *,
     workers: int | None = None,
     on: str | None = None,
+    retry: Literal["failed"] | None = None,
     progress: Progress = lambda done, total, rate: None,
 ) -> Outcome:
     """Run the missing rows of a study and write `results.parquet` and `report.html`.
@@ -80,6 +82,8 @@ def run_study(
         Number of local processes; by default one per core.
     on : str, optional
         ``dask://HOST:PORT`` of a Dask scheduler, instead of local processes.
+    retry : {"failed"}, optional
+        Run failed rows again.  Those that failed at a limit of time or memory which is now higher always run again.
     progress : callable, optional
         Called after every row with (done, total, rows per second).
 
@@ -114,13 +118,14 @@ def run_study(
     first = there = 0
     try:
         with pool:
-            known = {row["id"]: row for row in store.rows()}
+            kept = (row for row in store.rows() if is_final(row, study.spec, retry == "failed"))
+            known = {row["id"]: row for row in kept}
             proposals = sampler(study)
             total = proposals.n * len(systems)
             for batch in proposals.batches():
                 missing = _Missing(_tasks(study, batch, marks, first), known)
                 for row in pool.run(missing, len(batch) * len(marks)):
-                    store.append(row)
+                    store.append(with_limits(row, study.spec))
                     known[row["id"]] = row
                     ran += 1
                     progress(there + missing.there + ran, total, ran / max(time.monotonic() - begin, 1e-9))

@@ -1,27 +1,36 @@
 """Store the table of a study on disk.  Every finished run is stored at once and survives an interruption.
 
-A row is one line of `journal.jsonl`, appended when its run ends: CRC-32, tab, JSON.  Lines that were cut off or damaged
-are moved to `damaged.jsonl`, and their runs are made again.  A lock keeps a second study out of the folder.
-Full journals become Parquet parts by atomic renames.  The final table is `results.parquet`, sorted by row.  The table
-does not depend on when, where or in which order the runs were made.
+A row is one line of `journal.jsonl`, appended when its run ends: CRC-32, tab, JSON.  Of two rows of a run the later one
+counts.  A lock keeps a second study out of the folder.  Full journals become Parquet parts, whose names end with their
+CRC-32, by atomic renames.  Columns and seed are kept twice.
+
+What was cut off or damaged is found at the next start: lines are moved to `damaged.jsonl`, parts are renamed, and their
+runs are made again.  The final table is `results.parquet`, sorted by row.  It does not depend on when, where or in
+which order the runs were made.
 """
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import secrets
+import time
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
 from hystfmu.base.files import read_bytes, write_bytes
+from hystfmu.studies.folder_lock import close_locked, open_locked
 
 PART_ROWS = 20_000
+SYNC = 0.25  # s: a loss of power costs at most the rows of this time.  1024 short runs: 0.5 s; a sync for each, 5.5 s
 COLUMNS = ("index", "variation", "case", "id", "status", "reason")
+LIMITS = ("timeout", "memory")
 
 
 def _line(row: dict[str, Any]) -> bytes:
@@ -38,13 +47,29 @@ def _row(line: bytes) -> dict[str, Any] | None:
     return row
 
 
-def _load(path: Path) -> Any:
+def _sealed(value: Any) -> bytes:
+    return json.dumps({"crc32": zlib.crc32(json.dumps(value).encode()), "value": value}).encode()
+
+
+def _unsealed(path: Path) -> Any:
+    """Return the value in a file; a ValueError says that it is damaged."""
+    found = json.loads(read_bytes(path))
+    if isinstance(found, dict) and {"crc32", "value"} & set(found):
+        if _sealed(found.get("value")) != json.dumps(found).encode():
+            raise ValueError
+        return found["value"]
+    return found  # written by an older version
+
+
+def _sync(path: Path) -> None:
+    """Wait until a file or a folder is on the disk."""
+    if os.name == "nt" and path.is_dir():
+        return
+    handle = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
     try:
-        return json.loads(read_bytes(path))
-    except ValueError as e:
-        if isinstance(e, InputError):
-            raise
-        raise InputError(f"{path}: The file is damaged. Remove it to go on with the rows of this folder.") from None
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 class Store:
@@ -60,8 +85,8 @@ class Store:
     Raises
     ------
     InputError
-        If the folder holds the table of another study, is in use, is damaged or cannot be written, or the extra
-        'study' is not installed.
+        If the folder holds the table of another study, is in use, is damaged beyond repair or cannot be written, or
+        the extra 'study' is not installed.
     """
 
     def __init__(self, folder: Path, parameters: Sequence[str], metrics: Sequence[str]) -> None:
@@ -70,65 +95,61 @@ class Store:
         self.folder, self._parameters, self._metrics = folder, list(parameters), list(metrics)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._journal = os.open(
-                folder / "journal.jsonl", os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o644
-            )
+            self._journal = open_locked(folder / "journal.jsonl")
             try:
-                self._lock()
-                self._check_owner()
+                mine = {"parameters": self._parameters, "metrics": self._metrics}
+                if self._kept("columns", lambda: mine) != mine:
+                    raise InputError(f"{folder}: holds the table of a study with other parameters or metrics")
                 self._mend()
             except BaseException:
-                os.close(self._journal)
+                self.close()
                 raise
         except OSError as e:
             raise InputError(f"{folder}: {e.strerror or e}") from None
 
-    def _lock(self) -> None:
-        """Lock the journal as long as it is open; Windows has no such lock.
-
-        The lock is that of this process: forked workers, which may outlive it for a moment, do not hold it.
-        """
-        try:
-            import fcntl
-        except ImportError:
-            return
-        try:
-            fcntl.lockf(self._journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except (BlockingIOError, PermissionError):
-            raise InputError(f"{self.folder}: another study is writing into this folder") from None
-
-    def _check_owner(self) -> None:
-        path, mine = self.folder / "columns.json", {"parameters": self._parameters, "metrics": self._metrics}
-        if path.exists():
-            if _load(path) != mine:
-                raise InputError(f"{self.folder}: holds the table of a study with other parameters or metrics")
-        else:
-            write_bytes(path, json.dumps(mine).encode())
-
     def seed(self) -> int:
         """Return the seed of this study: drawn at its first run, kept beside its table."""
-        path = self.folder / "seed.json"
-        if not path.exists():
-            write_bytes(path, json.dumps(secrets.randbelow(2**31)).encode())
-        return int(_load(path))
+        return int(self._kept("seed", lambda: secrets.randbelow(2**31)))
+
+    def _kept(self, name: str, first: Callable[[], Any]) -> Any:
+        """Return a value that is kept in two files, or make it.  One file mends the other."""
+        paths = self.folder / f"{name}.json", self.folder / f"{name}.copy.json"
+        found = []
+        for path in filter(Path.exists, paths):
+            with suppress(ValueError):
+                found.append(_unsealed(path))
+        if not found and any(map(Path.exists, paths)):
+            raise InputError(
+                f"{paths[0]}: The file and its copy are damaged. Remove them to go on with the rows of this folder."
+            )
+        value = found[0] if found else first()
+        for path in paths:
+            if not path.exists() or path.read_bytes() != _sealed(value):
+                write_bytes(path, _sealed(value))
+        return value
 
     def _mend(self) -> None:
-        """Set damaged lines of the journal aside."""
-        lines = self._lines()
-        good = [line for line in lines if _row(line) is not None]
-        if len(good) < len(lines):
-            with open(self.folder / "damaged.jsonl", "ab") as aside:
-                aside.writelines(line for line in lines if _row(line) is None)
-            kept = b"".join(good)
-            os.lseek(self._journal, 0, os.SEEK_SET)
-            os.write(self._journal, kept)
-            os.ftruncate(self._journal, len(kept))
-            os.fsync(self._journal)
-        os.lseek(self._journal, 0, os.SEEK_END)
-        self._in_journal = len(good)
+        """Set damaged lines of the journal aside; blanks take their place, so that no other line moves."""
+        at, self._in_journal, damaged = 0, 0, list[tuple[int, bytes]]()
+        for line in self._lines():
+            if _row(line) is not None:
+                self._in_journal += 1
+            elif not line.isspace() or line[-1:] != b"\n":
+                damaged.append((at, line))
+            at += len(line)
+        if damaged:
+            aside = self.folder / "damaged.jsonl"
+            with open(aside, "ab") as f:
+                f.writelines(line for _, line in damaged)
+            _sync(aside)
+            for at, line in damaged:
+                os.lseek(self._journal, at, os.SEEK_SET)
+                os.write(self._journal, b" " * (len(line) - 1) + b"\n")
+        os.fsync(self._journal)
+        self._synced = time.monotonic()
 
     def append(self, row: dict[str, Any]) -> None:
-        """Add a finished run.
+        """Add a finished run; `limits` of a failed one are kept too.
 
         Raises
         ------
@@ -136,44 +157,43 @@ class Store:
             If the disk is full.  Earlier rows stay intact, and the study can be resumed.
         """
         line = _line(row)
-        at = os.lseek(self._journal, 0, os.SEEK_CUR)
+        at = os.lseek(self._journal, 0, os.SEEK_END)
         try:
-            written = os.write(self._journal, line)
-            if written != len(line):
-                raise OSError(28, "no space left on device")
+            try:
+                if os.write(self._journal, line) != len(line):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                if time.monotonic() - self._synced > SYNC:
+                    os.fsync(self._journal)
+                    self._synced = time.monotonic()
+            except OSError:
+                os.ftruncate(self._journal, at)
+                raise
+            self._in_journal += 1
+            if self._in_journal >= PART_ROWS:
+                self._roll()
         except OSError as e:
-            os.ftruncate(self._journal, at)
-            os.lseek(self._journal, at, os.SEEK_SET)
-            safe = f"{self._in_journal} rows are safe: free some space and run the study again"
-            raise InputError(f"{self.folder}: {e.strerror or e}; {safe}") from None
-        self._in_journal += 1
-        if self._in_journal >= PART_ROWS:
-            self._roll()
+            raise InputError(f"{self.folder}: {e.strerror or e}; {self._safe}") from None
+
+    @property
+    def _safe(self) -> str:
+        return f"{self._in_journal} rows are safe: free some space and run the study again"
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield all rows, one for each id, in no particular order."""
-        import pyarrow.parquet as pq
-
-        seen: set[str] = set()
-        for part in self._parts():
-            for row in pq.read_table(part).to_pylist():
-                if row["id"] not in seen:
-                    seen.add(row["id"])
-                    yield self._nested(row)
-        for row in self._of_journal():
-            if row["id"] not in seen:
-                seen.add(row["id"])
-                yield row
+        """Yield all rows, one for each id, in no particular order; damaged parts are renamed."""
+        found = {row["id"]: row for part in self._parts() for row in self._of_part(part)}
+        yield from (found | {row["id"]: row for row in self._of_journal()}).values()
 
     def finish(self, rows: list[dict[str, Any]]) -> Path:
         """Write `results.parquet` with the given rows and return its path."""
         path = self.folder / "results.parquet"
-        self._write(path, rows)
+        write_bytes(path, self._table(rows))
         return path
 
     def close(self) -> None:
         """Close the journal."""
-        os.close(self._journal)
+        with suppress(OSError):
+            os.fsync(self._journal)
+        close_locked(self._journal)
 
     def _of_journal(self) -> list[dict[str, Any]]:
         return [row for row in map(_row, self._lines()) if row is not None]
@@ -186,13 +206,32 @@ class Store:
     def _parts(self) -> list[Path]:
         return sorted(self.folder.glob("part-*.parquet"))
 
+    def _of_part(self, part: Path) -> list[dict[str, Any]]:
+        """Return the rows of a part; none if it is damaged."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        content, sum_ = part.read_bytes(), part.stem.split("-")[2:]  # an older version wrote no sum
+        with suppress(pa.ArrowException, OSError, KeyError):
+            if sum_ in ([], [f"{zlib.crc32(content):08x}"]):
+                return [self._nested(row) for row in pq.read_table(pa.BufferReader(content)).to_pylist()]
+        part.rename(part.with_name(f"damaged-{part.name}"))
+        return []
+
     def _roll(self) -> None:
-        self._write(self.folder / f"part-{len(self._parts()):06d}.parquet", self._of_journal())
-        os.ftruncate(self._journal, 0)  # a crash before this line leaves duplicates, which `rows` skips by id
-        os.lseek(self._journal, 0, os.SEEK_SET)
+        content = self._table(self._of_journal(), limits=True)
+        number = max((int(p.stem.split("-")[1]) for p in self._parts()), default=-1) + 1
+        part = self.folder / f"part-{number:06d}-{zlib.crc32(content):08x}.parquet"
+        try:
+            write_bytes(part, content)
+        except InputError as e:
+            raise InputError(f"{e}; {self._safe}") from None
+        _sync(part)
+        _sync(self.folder)
+        os.ftruncate(self._journal, 0)  # a crash before this line leaves duplicates
         self._in_journal = 0
 
-    def _write(self, path: Path, rows: list[dict[str, Any]]) -> None:
+    def _table(self, rows: list[dict[str, Any]], limits: bool = False) -> bytes:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -204,13 +243,17 @@ class Store:
             columns[name] = pa.array([r["values"].get(name) for r in rows], pa.float64())
         for name in self._metrics:
             columns[f"metric:{name}"] = pa.array([r["metrics"].get(name) for r in rows], pa.float64())
+        for name in LIMITS if limits else ():
+            columns[f"limit:{name}"] = pa.array([r.get("limits", {}).get(name) for r in rows], pa.float64())
         sink = pa.BufferOutputStream()
         pq.write_table(pa.table(columns), sink)
-        write_bytes(path, sink.getvalue().to_pybytes())
+        content: bytes = sink.getvalue().to_pybytes()
+        return content
 
     def _nested(self, row: dict[str, Any]) -> dict[str, Any]:
         plain = {name: row[name] for name in COLUMNS}
         plain["values"] = {name: row[name] for name in self._parameters}
         metrics = {name: row[f"metric:{name}"] for name in self._metrics}
         plain["metrics"] = {k: v for k, v in metrics.items() if v is not None}
-        return plain
+        limits = {name: v for name in LIMITS if (v := row.get(f"limit:{name}")) is not None}
+        return plain | ({"limits": limits} if limits else {})

@@ -1,0 +1,23 @@
+"""Which failed runs of a study are made again: those that failed at a limit which is now higher, or all on request."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hystfmu.studies.spec import StudySpec
+
+_LIMIT_OF = {"timeout": "timeout", "memory": "memory", "killed": "memory"}  # native code without memory crashes
+
+
+def with_limits(row: dict[str, Any], spec: StudySpec) -> dict[str, Any]:
+    """Return a row as it is kept: a failed one states the limits under which it failed."""
+    return row if row["status"] == "ok" else row | {"limits": {"timeout": spec.timeout, "memory": spec.memory}}
+
+
+def is_final(row: dict[str, Any], spec: StudySpec, retry: bool) -> bool:
+    """Whether a kept row holds under the present limits; with `retry` no failed one does."""
+    if row["status"] == "ok":
+        return True
+    limit = _LIMIT_OF.get(row["status"], "")
+    raised = limit in row.get("limits", {}) and getattr(spec, limit) > row["limits"][limit]
+    return not (retry or raised)
