@@ -116,7 +116,7 @@ def _block(name: str, values: dict[str, Any]) -> Block:
 @click.option("--seconds", default=60.0, show_default=True, help="Time limit of the check (s).")
 @json_option
 def validate(fmu: str, seconds: float, as_json: bool) -> None:
-    """Check an FMU of any origin.
+    """Check an FMU of any origin, of FMI 1.0, 2.0 or 3.0.
 
     Checks the archive, applies the static checks of fmpy and fmutool, and runs the FMU in a child process.
 

@@ -1,6 +1,7 @@
 """`hystfmu validate` finds every defect of a table of broken FMUs and names it; a correct FMU passes.
 
 broken.c is compiled once: the guid selects the defect.  Defects of an archive are made from the correct FMU.
+FMUs of others that obey the standard are in test_reference_fmus.py.
 """
 
 from __future__ import annotations
@@ -38,10 +39,38 @@ GOOD = """<?xml version="1.0" encoding="UTF-8"?>
       <Real/></ScalarVariable>
     <ScalarVariable name="k" valueReference="2" causality="parameter" variability="fixed" initial="exact">
       <Real start="2.0"/></ScalarVariable>
+    <ScalarVariable name="w" valueReference="4" causality="local" variability="continuous" initial="calculated">
+      <Real/></ScalarVariable>
   </ModelVariables>
   <ModelStructure>
     <Outputs><Unknown index="2" dependencies="1"/></Outputs>
     <InitialUnknowns><Unknown index="2"/></InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
+EXCHANGE = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="broken" guid="{broken}" numberOfEventIndicators="0">
+  <ModelExchange modelIdentifier="broken"/>
+  <DefaultExperiment startTime="0" stopTime="1" stepSize="0.01"/>
+  <ModelVariables>
+    <ScalarVariable name="u" valueReference="0" causality="input" variability="continuous">
+      <Real start="0.0"/></ScalarVariable>
+    <ScalarVariable name="y" valueReference="1" causality="output" variability="continuous" initial="calculated">
+      <Real/></ScalarVariable>
+    <ScalarVariable name="x" valueReference="3" causality="local" variability="continuous" initial="exact">
+      <Real start="0.25"/></ScalarVariable>
+    <ScalarVariable name="w" valueReference="4" causality="local" variability="continuous" initial="exact">
+      <Real start="1.0"/></ScalarVariable>
+    <ScalarVariable name="der(x)" valueReference="5" causality="local" variability="continuous" initial="calculated">
+      <Real derivative="3"/></ScalarVariable>
+    <ScalarVariable name="der(w)" valueReference="6" causality="local" variability="continuous" initial="calculated">
+      <Real derivative="4"/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="2" dependencies="1 3"/></Outputs>
+    <Derivatives><Unknown index="5" dependencies="1"/><Unknown index="6" dependencies="4"/></Derivatives>
+    <InitialUnknowns><Unknown index="2"/><Unknown index="5"/><Unknown index="6"/></InitialUnknowns>
   </ModelStructure>
 </fmiModelDescription>
 """
@@ -51,7 +80,7 @@ Entries = dict[str, bytes]
 
 def _swap(old: str, new: str) -> Callable[[Entries], Entries]:
     """Replace one piece of text in the model description."""
-    assert old in GOOD
+    assert old in GOOD + EXCHANGE
     return lambda e: {**e, XML: e[XML].replace(old.encode(), new.encode(), 1)}
 
 
@@ -98,6 +127,47 @@ ARCHIVES: dict[str, tuple[Callable[[Entries], Entries], str]] = {
         "y (value reference 9) cannot be read",
     ),
     "false dependency": (_swap('index="2" dependencies="1"', 'index="2" dependencies=""'), "y depends on u at once"),
+    "minimum above maximum": (_swap('start="2.0"', 'start="2.0" min="3" max="1"'), "k: the minimum 3 is above the max"),
+    "start outside the range": (
+        _swap('start="2.0"', 'start="2.0" max="1"'),
+        "k: the start value 2 is outside its range",
+    ),
+    "nominal of zero": (
+        _swap('start="2.0"', 'start="2.0" nominal="0"'),
+        "k: the nominal value is 0; it must be positive",
+    ),
+    "factor of zero": (
+        _swap('<Unit name="V"/>', '<Unit name="V"><BaseUnit factor="0" kg="1"/></Unit>'),
+        'the unit "V" has the factor 0 to its base unit',
+    ),
+    "display unit of no unit": (_swap('unit="V"', 'unit="V" displayUnit="mV"'), 'The display unit "mV"'),
+    "stop before start": (
+        _swap('stepSize="0.01"', 'startTime="2" stopTime="1" stepSize="0.01"'),
+        "the default experiment stops at 1 s, before its start at 2 s",
+    ),
+    "step of zero": (_swap('stepSize="0.01"', 'stepSize="0"'), "the step size of the default experiment is 0"),
+    "index of another variable": (_swap('<Outputs><Unknown index="2"', '<Outputs><Unknown index="3"'), "Outputs must"),
+    "output listed twice": (
+        _swap('<Outputs><Unknown index="2" dependencies="1"/>', '<Outputs><Unknown index="2"/><Unknown index="2"/>'),
+        "ModelStructure/Outputs lists y 2 times",
+    ),
+    "kinds without dependencies": (
+        _swap('index="2" dependencies="1"', 'index="2" dependencies="1" dependenciesKind="fixed fixed"'),
+        "dependencies and dependenciesKind attributes of the outputs",
+    ),
+    "calculated with a start value": (
+        _swap('initial="calculated">\n      <Real/>', 'initial="calculated">\n      <Real start="1"/>'),
+        'has initial="calculated" but provides a start value',
+    ),
+    "initial unknowns left out": (
+        _swap('<InitialUnknowns><Unknown index="2"/></InitialUnknowns>', ""),
+        "ModelStructure/InitialUnknowns does not contain",
+    ),
+    "binary of another name": (
+        _swap('modelIdentifier="broken"', 'modelIdentifier="intact"'),
+        "no binary is named after the modelIdentifier 'intact'",
+    ),
+    "no interface": (_swap("<CoSimulation", "<VendorAnnotations"), "VendorAnnotations"),
 }
 
 # defect: number in broken.c, part of the message
@@ -122,6 +192,38 @@ UNITS: dict[str, tuple[int, str]] = {
     "takes all memory": (18, "while making 100 steps"),
     "serialized state loses bytes": (19, "after restoring a deserialized state the run differs: y is"),
     "a parameter of another value": (20, "k: the start value is 2.0, but the binary has 2.5"),
+    "crash on NULL": (21, "the FMU crashed (SIGSEGV) while freeing NULL"),
+    "reset keeps a parameter": (22, "after reset k is 1.125 instead of its start value 2.0"),
+    "a freed state is not NULL": (23, "fmi2FreeFMUstate does not set the pointer to NULL"),
+    "a variable cannot be read": (24, "w (value reference 4) cannot be read"),
+    "steps of one length only": (25, "a step of 0.5 times the step size: fmi2DoStep failed with status 3"),
+    "terminate fails": (26, "terminating: fmi2Terminate failed with status 3"),
+    "ends at once": (27, "the FMU ends the simulation in its first step"),
+    "refuses an input": (28, "u (value reference 0) cannot be set to -"),
+}
+
+# the same in Model Exchange
+STATES: dict[str, tuple[int, str]] = {
+    "events without an end": (29, "the event iteration does not end"),
+    "event in the past": (30, "the next time event is announced for 0.01 s, which is before 0.1 s"),
+    "derivatives of another order": (31, "derivative 1 is -1.25, but der(x), which the model structure names, is"),
+    "derivatives change the unit": (32, "rejected steps change the run in Model Exchange: y is"),
+    "time changes the unit": (33, "rejected steps change the run in Model Exchange: y is"),
+    "no nominal": (34, "the nominal value of continuous state 1 is 0; it must be positive"),
+    "no Event Mode": (35, "entering Event Mode: fmi2EnterEventMode failed with status 3"),
+    "states not repeatable": (36, "the same run in a new instance differs in Model Exchange: y is"),
+}
+STRUCTURES: dict[str, tuple[Callable[[Entries], Entries], str]] = {
+    "states of another order": (
+        _swap(
+            '<Unknown index="5" dependencies="1"/><Unknown index="6" dependencies="4"/>',
+            '<Unknown index="6" dependencies="4"/><Unknown index="5" dependencies="1"/>',
+        ),
+        "continuous state 1 is 0.375, but w, which the model structure names, is 1.25",
+    ),
+    "a state left out": (_swap('<Unknown index="6" dependencies="4"/>', ""), "does not contain the expected set"),
+    "a dependency on a state left out": (_swap('dependencies="1 3"', 'dependencies="1"'), "y depends on x at once"),
+    "a derivative of no state": (_swap('<Real derivative="4"/>', "<Real/>"), 'must have the attribute "derivative"'),
 }
 
 
@@ -182,6 +284,30 @@ def test_broken_unit(tmp_path: Path, good: Entries, defect: str) -> None:
     number, message = UNITS[defect]
     limit = 3 if defect == "doStep hangs" else 30
     problems = _problems(tmp_path, _pack(_swap("{broken}", f"{{broken {number}}}")(good)), limit)
+    assert any(message in p for p in problems), problems
+
+
+def test_at_least_44_defects_are_planted() -> None:
+    """And as many messages, beside the archives of the tests below."""
+    tables = [ARCHIVES, UNITS, STATES, STRUCTURES]
+    assert sum(len(t) for t in tables) >= 44
+    messages = [message for t in tables for _, message in t.values()]
+    assert len(set(messages)) >= 44
+
+
+def test_the_good_one_passes_in_model_exchange(tmp_path: Path, good: Entries) -> None:
+    assert _problems(tmp_path, _pack({**good, XML: EXCHANGE.encode()})) == []
+
+
+@pytest.mark.usefixtures("fmutool_or_not")
+@pytest.mark.parametrize("defect", [*STATES, *STRUCTURES])
+def test_broken_states(tmp_path: Path, good: Entries, defect: str) -> None:
+    if defect in STATES:
+        number, message = STATES[defect]
+        change = _swap("{broken}", f"{{broken {number}}}")
+    else:
+        change, message = STRUCTURES[defect]
+    problems = _problems(tmp_path, _pack(change({**good, XML: EXCHANGE.encode()})))
     assert any(message in p for p in problems), problems
 
 

@@ -50,10 +50,12 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
 
     The archive is inspected before it is unpacked.  Then the static checks of fmpy and, if installed, of fmutool are
     applied.  The trials of `hystfmu.fmu.check.trials` run the FMU in Co-Simulation and check start values,
-    repeatability, side effects of get and set, reset, saved states, two instances, dependencies, directional
-    derivatives, memory leaks, repeated loading, and folders with spaces and non-ASCII letters.  The trials of
-    `hystfmu.fmu.check.exchange_trials` run it in Model Exchange and check repeatability, effects of rejected steps,
-    dependencies and directional derivatives.  All but the inspection of the archive runs in child processes with
+    repeatability, side effects of get and set, reset, saved states, NULL pointers, two instances, lengths of steps,
+    dependencies, directional derivatives, memory leaks, repeated loading, and folders with spaces and non-ASCII
+    letters.  The trials of `hystfmu.fmu.check.exchange_trials` run it in Model Exchange and check repeatability, events,
+    the order of states, effects of rejected steps, dependencies and directional derivatives.  Those of
+    `hystfmu.fmu.check.scheduled_trials` activate the partitions of Scheduled Execution.  An FMU may end its simulation
+    by itself: a run is then as long as the FMU allows.  All but the inspection of the archive runs in child processes with
     limits of time and memory.
 
     Parameters
@@ -91,10 +93,11 @@ def _content_problems(path: Path, folder: Path, seconds: float) -> list[str]:
     problems = xml_problems(folder / "fmu")
     if problems:
         return problems
+    first = re.search(rb"""fmiVersion\s*=\s*["']1\.""", (folder / "fmu" / "modelDescription.xml").read_bytes())
     result = folder / "result.json"
     probe = child.start("-m", "hystfmu.fmu.check.probe", str(folder / "fmu"), str(result))
     fmutool = None
-    if importlib.util.find_spec("fmu_manipulation_toolbox"):
+    if importlib.util.find_spec("fmu_manipulation_toolbox") and not first:  # it knows FMI 2.0 and 3.0
         start = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
         fmutool = child.start("-c", start, "-input", str(path.absolute()), "-check")
     return [*_run_problems(probe, result, seconds), *_fmutool_problems(fmutool, seconds)]

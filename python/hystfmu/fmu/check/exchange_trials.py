@@ -6,98 +6,96 @@ ended, because the method may be unstable.
 
 from __future__ import annotations
 
-import ctypes as C
 import math
+import struct
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from hystfmu.fmu.check.foreign_library import ForeignFmu, Instance, Values, tangent_differs
+from hystfmu.fmu.check.foreign_library import ForeignFmu, tangent_differs
+from hystfmu.fmu.foreign.continuous import Continuous
+from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.foreign.instance import Instance, Values, count
 
 _STEPS, _PARTS = 40, 8  # steps of the default experiment; substeps of each if there are continuous states
 _TOO_LARGE = 1e12
-_MOST_EVENTS, _MOST_PAIRS = 100, 64
+_MOST_PAIRS = 64
 _MOVES = 1e-9  # relative change; a smaller one may come from an iterative solver in the FMU
 
 
 class _Unit:
-    """An instance in Continuous-Time Mode."""
+    """An instance in Continuous-Time Mode with the inputs of the trials."""
 
     def __init__(self, fmu: ForeignFmu, made: Instance) -> None:
-        self.fmu, self.made, self.next = fmu, made, math.inf
-        self.n = int(fmu.description.numberOfContinuousStates or 0)
-        self.signs = int(fmu.description.numberOfEventIndicators or 0)
-        made.call("leaving Initialization Mode", "exitInitializationMode")
-        self._update()
-        self.x, self.z = self._vector("getContinuousStates", self.n), self.indicators()
-
-    def _vector(self, name: str, n: int) -> list[float]:
-        values = (C.c_double * n)()
-        if n:
-            self.made.call(f"calling {name}", name, values, n)
-        return list(values)
-
-    def _update(self) -> None:
-        """Update the discrete states until the event iteration ends, and enter Continuous-Time Mode."""
-        name = "newDiscreteStates" if self.made.fmi2 else "updateDiscreteStates"
-        for _ in range(_MOST_EVENTS):
-            again, _, _, _, defined, at = self.made.call("updating the discrete states", name)
-            if not again:
-                break
-        self.next = at if defined else math.inf
-        self.made.call("entering Continuous-Time Mode", "enterContinuousTimeMode")
-
-    def indicators(self) -> list[float]:
-        return self._vector("getEventIndicators", self.signs)
-
-    def derivatives(self) -> list[float]:
-        return self._vector("getDerivatives" if self.made.fmi2 else "getContinuousStateDerivatives", self.n)
+        self.fmu, self.made = fmu, made
+        signs = int(fmu.description.numberOfEventIndicators or 0)
+        self.time = Continuous(made, int(fmu.description.numberOfContinuousStates or 0), signs)
+        self.n = self.time.n
+        self.x, self.z = self.time.states(), self.time.indicators()
 
     def put(self, t: float, k: int, x: list[float]) -> None:
-        """Set the time, row k of the inputs and the continuous states."""
-        self.made.call(f"setting the time {t:g} s", "setTime", t)
-        for v in self.fmu.inputs:
+        """Set the time, row k of the continuous inputs and the continuous states."""
+        self.time.put(t, x)
+        for v in self.fmu.continuous:
             self.made.set(v, self.fmu.excitation(v, k))
-        if self.n:
-            self.made.call("setting the continuous states", "setContinuousStates", (C.c_double * self.n)(*x), self.n)
 
-    def accept(self, t: float, close: float) -> None:
+    def event(self, k: int) -> None:
+        """Handle an event; the other inputs take the values of row k in Event Mode."""
+
+        def put() -> None:
+            for v in self.fmu.discrete:
+                self.made.set(v, self.fmu.excitation(v, k))
+
+        self.time.event(put)
+        self.x, self.z = self.time.states(), self.time.indicators()
+
+    def accept(self, t: float, k: int, close: float) -> None:
         """Accept the step that ends at t, and handle an event if one is due."""
-        asked, _ = self.made.call("accepting a step", "completedIntegratorStep")
-        z = self.indicators()
-        if asked or t >= self.next - close or any((a > 0) != (b > 0) for a, b in zip(self.z, z, strict=True)):
-            self.made.call("entering Event Mode", "enterEventMode")
-            self._update()
-            self.x = self._vector("getContinuousStates", self.n)
-        self.z = self.indicators()
+        asked = self.time.completed()
+        if self.time.ended:
+            return
+        z = self.time.indicators()
+        if asked or t >= self.time.next - close or any((a > 0) != (b > 0) for a, b in zip(self.z, z, strict=True)):
+            self.event(k)
+            if not self.time.ended and self.time.next < t - close:
+                raise Finding(f"the next time event is announced for {self.time.next:g} s, which is before {t:g} s")
+        else:
+            self.z = z
 
     def step(self, k: int, rejected: bool) -> bool:
         """Make step k; with `rejected`, try every substep with other inputs first and reject it.
 
-        Returns False if a state grows without bound.
+        Returns False if a state grows without bound or the FMU ends the simulation.
         """
         t, h = self.fmu.t0 + k * self.fmu.h, self.fmu.h
         parts = _PARTS if self.n else 1
+        if self.fmu.discrete:
+            self.put(t, k, self.x)
+            self.event(k)
+            if self.time.ended:
+                return False
         for part in range(parts):
             now, end = t + part * h / parts, t + h if part == parts - 1 else t + (part + 1) * h / parts
             self.put(now, k, self.x)
-            rates = self.derivatives()
+            rates = self.time.derivatives()
             if rejected:
                 self.put(end, k + 5, [x + h * d / 2 for x, d in zip(self.x, rates, strict=True)])
-                self.derivatives()
+                self.time.derivatives()
                 self.fmu.read(self.made)
                 self.put(now, k, self.x)
             self.x = [x + (end - now) * d for x, d in zip(self.x, rates, strict=True)]
             if not all(abs(x) < _TOO_LARGE for x in self.x):
                 return False
             self.put(end, k, self.x)
-            self.accept(end, 1e-9 * h)
+            self.accept(end, k, 1e-9 * h)
+            if self.time.ended:
+                return False
         return True
 
 
 def _run(fmu: ForeignFmu, rejected: bool = False, at_end: Callable[[_Unit], None] | None = None) -> list[Values]:
     """Return the outputs after each step."""
     out: list[Values] = []
-    with fmu.instance(exchange=True) as made:
+    with fmu.instance("ModelExchange") as made:
         unit = _Unit(fmu, made)
         for k in range(_STEPS):
             if not unit.step(k, rejected):
@@ -123,6 +121,30 @@ def model_exchange(fmu: ForeignFmu) -> Iterator[str]:
                 yield f"Model Exchange differs from Co-Simulation: {where}"
 
 
+def state_order(fmu: ForeignFmu) -> Iterator[str]:
+    """States and derivatives have the order and the values of the variables that the model structure names."""
+    listed = [u.variable for u in fmu.description.derivatives]
+    if not listed or fmu.version == 1:
+        return
+    with fmu.instance("ModelExchange") as made:
+        unit = _Unit(fmu, made)
+        if sum(count(v) for v in listed) != unit.n:
+            yield f"the binary has {unit.n} continuous states, but the model structure {sum(map(count, listed))}"
+            return
+        unit.put(fmu.t0, 0, [x + 0.125 * (1 + i) for i, x in enumerate(unit.x)])
+        for what, whole, variables in (
+            ("continuous state", unit.time.states(), [v.derivative for v in listed]),
+            ("derivative", unit.time.derivatives(), listed),
+        ):
+            named = [(v.name, x) for v in variables for x in made.get(v)]
+            for i, (x, (name, y)) in enumerate(zip(whole, named, strict=True)):
+                if struct.pack("d", x) != struct.pack("d", y):
+                    yield f"{what} {i + 1} is {x:g}, but {name}, which the model structure names, is {y:g}"
+        for i, x in enumerate(unit.time.nominals()):
+            if not (math.isfinite(x) and x > 0):
+                yield f"the nominal value of continuous state {i + 1} is {x:g}; it must be positive"
+
+
 class _Point:
     """Outputs and derivatives at the end of a run, as functions of one input or continuous state."""
 
@@ -132,8 +154,12 @@ class _Point:
         listed = [u.variable for u in self.fmu.description.derivatives]
         self.rates = listed if len(listed) == unit.n else []  # states that are arrays are not checked
         self.states = [v.derivative for v in self.rates]
-        self.knowns = [*self.fmu.inputs, *self.states]
+        self.knowns = [*self.fmu.continuous, *self.states]
         self.unknowns = [v for v in self.fmu.outputs if v.type in ("Real", "Float64")] + self.rates
+
+    def same(self, unknown: Any, known: Any) -> bool:
+        """Whether both are one variable: an output that is a state follows no other variable."""
+        return bool(unknown.valueReference == known.valueReference)
 
     def size(self, known: Any) -> float:
         """Return the magnitude of a known, at least 1."""
@@ -153,6 +179,8 @@ class _Point:
 
 def exchange_dependencies(fmu: ForeignFmu) -> Iterator[str]:
     """Direct dependencies on inputs and continuous states are declared, in Event Mode too."""
+    if fmu.version == 1:
+        return
     structure = [*fmu.description.outputs, *fmu.description.derivatives]
     declared = {u.variable.name: {v.name for v in u.dependencies} for u in structure if u.dependencies is not None}
     found: list[str] = []
@@ -160,6 +188,7 @@ def exchange_dependencies(fmu: ForeignFmu) -> Iterator[str]:
     def compare(point: _Point, known: Any, a: list[Values], b: list[Values]) -> None:
         for unknown, before, after in zip(point.unknowns, a, b, strict=True):
             silent = unknown.name in declared and known.name not in declared[unknown.name]
+            silent = silent and not point.same(unknown, known)
             if silent and any(abs(y - x) > _MOVES * max(1.0, abs(x)) for x, y in zip(before, after, strict=True)):
                 found.append(
                     f"{unknown.name} depends on {known.name} at once, but modelDescription.xml says that it does not"
@@ -170,7 +199,7 @@ def exchange_dependencies(fmu: ForeignFmu) -> Iterator[str]:
         for known in point.knowns[:_MOST_PAIRS]:
             for off in (-0.3, 0.3):
                 compare(point, known, point.values(known, 0.0), point.values(known, off * point.size(known)))
-        unit.put(unit.next if math.isfinite(unit.next) else point.t, _STEPS, unit.x)
+        unit.put(unit.time.next if math.isfinite(unit.time.next) else point.t, _STEPS, unit.x)
         unit.made.call("entering Event Mode", "enterEventMode")
         for v in fmu.inputs[:_MOST_PAIRS]:
             values = []
@@ -194,6 +223,8 @@ def exchange_derivatives(fmu: ForeignFmu) -> Iterator[str]:
         scalar = [(k, v) for k, v in enumerate(point.unknowns) if not v.shape]
         for known in [v for v in point.knowns if not v.shape][: _MOST_PAIRS // max(1, len(scalar))]:
             for k, unknown in scalar:
+                if point.same(unknown, known):
+                    continue
 
                 def value(off: float, known: Any = known, k: int = k) -> float:
                     return point.values(known, off)[k][0]
@@ -212,6 +243,7 @@ def exchange_derivatives(fmu: ForeignFmu) -> Iterator[str]:
 
 EXCHANGE_TRIALS: dict[str, Callable[[ForeignFmu], Iterator[str]]] = {
     "running Model Exchange": model_exchange,
+    "comparing states with their variables": state_order,
     "checking the dependencies in Model Exchange": exchange_dependencies,
     "comparing directional derivatives with differences in Model Exchange": exchange_derivatives,
 }

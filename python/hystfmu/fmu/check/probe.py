@@ -11,9 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from hystfmu.base.child import limit_memory
+from hystfmu.fmu.check.description_problems import description_problems
 from hystfmu.fmu.check.exchange_trials import EXCHANGE_TRIALS
-from hystfmu.fmu.check.foreign_library import Finding, ForeignFmu
+from hystfmu.fmu.check.foreign_library import ForeignFmu
+from hystfmu.fmu.check.scheduled_trials import SCHEDULED_TRIALS
 from hystfmu.fmu.check.trials import TRIALS, Trial
+from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.foreign.instance import version
 
 MOST_GIGABYTES = 4.0
 ODD_FOLDER = "Größe 1 %41"
@@ -67,7 +71,7 @@ def _try_odd_folder(folder: Path, description: Any, notes: Notes) -> None:
             with fmu.running() as made:
                 fmu.run(made, range(3))
         else:
-            with fmu.instance(exchange=True):
+            with fmu.instance("ModelExchange" if description.modelExchange else "ScheduledExecution"):
                 pass
     except Finding as e:
         notes.problems.append(f"in a folder with a space and non-ASCII letters: {e}")
@@ -82,18 +86,20 @@ def probe(folder: Path, notes: Notes) -> None:
     if notes.problems:
         return
     description = read_model_description(str(folder), validate=False)
-    if description.coSimulation is None and description.modelExchange is None:
-        notes.problems.append("the FMU has neither Co-Simulation nor Model Exchange: it was not run")
-        return
-    host = platform if description.fmiVersion.startswith("2") else platform_tuple
+    host = platform_tuple if version(description) == 3 else platform
     if not (folder / "binaries" / host).is_dir():
         notes.problems.append(f"the FMU has no binary for this platform ({host}): it was not run")
+        return
+    notes.problems += description_problems(description, folder / "binaries" / host)
+    if notes.problems:
         return
     fmu = ForeignFmu(folder, description)
     if description.coSimulation:
         _try(fmu, TRIALS, notes)
     if description.modelExchange and not notes.problems:
         _try(fmu, EXCHANGE_TRIALS, notes)
+    if description.scheduledExecution and not notes.problems:
+        _try(fmu, SCHEDULED_TRIALS, notes)
     if not notes.problems:
         _try_odd_folder(folder, description, notes)
 

@@ -6,17 +6,21 @@ variables shared by instances, an incomplete reset.  Runs are compared bit for b
 
 from __future__ import annotations
 
+import contextlib
+import ctypes as C
 import gc
 import math
+import struct
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hystfmu.fmu.check.foreign_library import Finding, ForeignFmu, Instance, Values, tangent_differs
+from hystfmu.fmu.check.foreign_library import STEPS, ForeignFmu, tangent_differs
+from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.foreign.instance import REAL, Instance, Values, count
 
-STEPS = 100
 _SMALL = 1e-4  # fraction of a step: the effect of direct feed-through stays, that of a state vanishes
 _LEAK, _LEAST_GROWTH = 32, 1 << 20  # bytes per step; total bytes above the noise of the allocator
 _MOST_PAIRS = 64
@@ -25,11 +29,14 @@ Trial = Callable[[ForeignFmu], Iterator[str]]
 
 
 def start_values(fmu: ForeignFmu) -> Iterator[str]:
-    """The binary has the start values of the model description and returns values that were set."""
-    with fmu.instance() as made:
+    """All variables can be read, start values are those of the model description, values that were set are returned."""
+    with fmu.readable() as made:
         for v in fmu.variables:
-            if v.causality in ("input", "parameter") and v.start is not None:
-                read, start = made.get(v), fmu.start(v)
+            if getattr(v, "clocks", None):
+                continue
+            read = made.get(v)
+            if v.causality in ("input", "parameter", "structuralParameter") and v.start is not None:
+                start = _stored(v, fmu.start(v))
                 if read != start:
                     shown = read[0] if len(read) == 1 else list(read)
                     yield f"{v.name}: the start value is {v.start}, but the binary has {shown}"[:300]
@@ -40,11 +47,21 @@ def start_values(fmu: ForeignFmu) -> Iterator[str]:
                 yield f"{v.name}: set to {wanted[0]!r}, but {got[0]!r} is read back"
 
 
+def _stored(v: Any, values: Values) -> Values:
+    """Return values as a variable of the type of v holds them."""
+    return tuple([struct.unpack("f", struct.pack("f", x))[0] for x in values]) if v.type == "Float32" else values
+
+
 def steps(fmu: ForeignFmu) -> Iterator[str]:
-    """Outputs are finite."""
+    """Outputs are finite and the run ends with `terminate`.  An FMU that ends the simulation earlier runs as long."""
     with fmu.running() as made:
         run = fmu.run(made, range(STEPS))
-        names = [v.name for v in fmu.outputs for _ in made.get(v)]
+        names = [v.name for v in fmu.outputs for _ in range(count(v))]
+        if len(run) == STEPS:
+            made.call("terminating", "terminate")
+    fmu.steps = len(run)
+    if not run:
+        yield "the FMU ends the simulation in its first step"
     for k, row in enumerate(run):
         for name, x in zip(names, row, strict=True):
             if not math.isfinite(x):
@@ -57,14 +74,16 @@ def two_instances(fmu: ForeignFmu) -> Iterator[str]:
     if fmu.description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
         return
     with fmu.running() as made, fmu.running() as other:
-        want, got = fmu.run(made, range(STEPS // 2)), fmu.run(other, range(STEPS // 2))
+        want, got = fmu.run(made, range(fmu.steps // 2)), fmu.run(other, range(fmu.steps // 2))
         if where := fmu.difference(want, got):
             yield f"the same run in a second instance differs: {where}"
             return
     with fmu.running() as made, fmu.running() as other:
         got = []
-        for k in range(STEPS // 2):
-            got.append(fmu.step(made, k))
+        for k in range(fmu.steps // 2):
+            if (values := fmu.step(made, k)) is None:
+                break
+            got.append(values)
             fmu.step(other, k, row=k + 7)
         if where := fmu.difference(want, got):
             yield f"a second instance changes the run of the first: {where}"
@@ -73,7 +92,7 @@ def two_instances(fmu: ForeignFmu) -> Iterator[str]:
 def reading(fmu: ForeignFmu) -> Iterator[str]:
     """Reading an output has no side effect."""
     with fmu.running() as made:
-        want = fmu.run(made, range(STEPS))
+        want = fmu.run(made, range(fmu.steps))
 
     def read_again(made: Instance, values: Values) -> None:
         for _ in range(2):
@@ -81,14 +100,14 @@ def reading(fmu: ForeignFmu) -> Iterator[str]:
                 raise Finding(f"reading the outputs changes them: {where.rsplit(' after', 1)[0]}")
 
     with fmu.running() as made:
-        if where := fmu.difference(want, fmu.run(made, range(STEPS), read_again)):
+        if where := fmu.difference(want, fmu.run(made, range(fmu.steps), read_again)):
             yield f"reading the outputs between the steps changes the run: {where}"
 
 
 def setting(fmu: ForeignFmu) -> Iterator[str]:
     """Setting an input to another value and back has no effect."""
     with fmu.running() as made:
-        want = fmu.run(made, range(STEPS))
+        want = fmu.run(made, range(fmu.steps))
 
     def set_others(made: Instance, values: Values) -> None:
         for v in fmu.inputs:
@@ -97,28 +116,72 @@ def setting(fmu: ForeignFmu) -> Iterator[str]:
             made.set(v, kept)
 
     with fmu.running() as made:
-        if where := fmu.difference(want, fmu.run(made, range(STEPS), set_others)):
+        if where := fmu.difference(want, fmu.run(made, range(fmu.steps), set_others)):
             yield f"setting an input to another value and back changes the run: {where}"
 
 
 def reset(fmu: ForeignFmu) -> Iterator[str]:
     """After reset the run equals that of a new instance."""
     with fmu.running() as made:
-        want = fmu.run(made, range(STEPS // 2))
+        want = fmu.run(made, range(fmu.steps // 2))
         made.call("reset", "reset")
         made.initialize(fmu.t0)
-        made.call("leaving Initialization Mode after reset", "exitInitializationMode")
-        if where := fmu.difference(want, fmu.run(made, range(STEPS // 2))):
+        made.begin()
+        if where := fmu.difference(want, fmu.run(made, range(fmu.steps // 2))):
             yield f"after reset the run differs from that of a new instance: {where}"
+    if fmu.version > 1:
+        yield from _reset_parameters(fmu)
+
+
+def _reset_parameters(fmu: ForeignFmu) -> Iterator[str]:
+    """Reset restores the start values of parameters and inputs."""
+    made = Instance(fmu.folder, fmu.description, "CoSimulation")
+    try:
+        kept = [v for v in fmu.variables if v.type in REAL and v.causality in ("parameter", "input") and v.start]
+        for v in kept:
+            low, high = (None if b is None else float(b) for b in (v.min, v.max))
+            other = [x / 2 + 0.125 for x in fmu.start(v)]
+            if any((low is not None and x < low) or (high is not None and x > high) for x in other):
+                continue
+            with contextlib.suppress(Finding):  # it may refuse a value that its description does not forbid
+                made.set(v, other)
+        made.call("reset", "reset")
+        made.initialize(fmu.t0)
+        for v in kept:
+            if made.get(v) != (start := _stored(v, fmu.start(v))):
+                yield f"after reset {v.name} is {made.get(v)[0]!r} instead of its start value {start[0]!r}"
+    finally:
+        made.free()
+
+
+def null_pointers(fmu: ForeignFmu) -> Iterator[str]:
+    """Freeing NULL is ignored, and a freed state is NULL afterwards."""
+    if fmu.version == 1:
+        return
+    name, spelling = f"fmi{fmu.version}", "FMUstate" if fmu.version == 2 else "FMUState"
+    with fmu.running() as made:
+        free = made.unit.dll[f"{name}FreeInstance"]
+        free.argtypes, free.restype = [C.c_void_p], None
+        free(None)
+        if not fmu.description.coSimulation.canGetAndSetFMUstate:
+            return
+        none = C.c_void_p()
+        release = made.unit.dll[f"{name}Free{spelling}"]
+        release.argtypes, release.restype = [C.c_void_p, C.POINTER(C.c_void_p)], C.c_int
+        release(made.unit.component, C.byref(none))
+        state = C.c_void_p(made.call("saving the state", f"get{spelling}").value)
+        release(made.unit.component, C.byref(state))
+        if state.value is not None:
+            yield f"{name}Free{spelling} does not set the pointer to NULL"
 
 
 def saved_states(fmu: ForeignFmu) -> Iterator[str]:
     """A run continues bit for bit from a restored state, repeatedly, and from a deserialized state."""
     can = fmu.description.coSimulation
-    if not can.canGetAndSetFMUstate:
+    if fmu.version == 1 or not can.canGetAndSetFMUstate:
         return
-    half, rest = range(STEPS // 2), range(STEPS // 2, STEPS)
-    fmi2 = fmu.description.fmiVersion.startswith("2")
+    half, rest = range(fmu.steps // 2), range(fmu.steps // 2, fmu.steps)
+    fmi2 = fmu.version == 2
     spelling = "FMUstate" if fmi2 else "FMUState"
     with fmu.running() as made:
         fmu.run(made, half)
@@ -142,13 +205,33 @@ def saved_states(fmu: ForeignFmu) -> Iterator[str]:
 
 def _after(fmu: ForeignFmu, v: Any, value: Values, h: float) -> Values:
     """Read the outputs after some steps and one of length h with the input v set to `value`."""
-    n = STEPS // 5
+    n = fmu.steps // 5
     with fmu.running() as made:
         fmu.run(made, range(n))
         for other in fmu.inputs:
             made.set(other, value if other is v else fmu.excitation(other, n))
-        made.call(f"step {n + 1}", "doStep", fmu.t0 + n * fmu.h, h)
+        made.step(f"step {n + 1}", fmu.t0 + n * fmu.h, h)
         return fmu.read(made)
+
+
+def _any_step(fmu: ForeignFmu) -> bool:
+    """Whether communication steps of any length are declared to work."""
+    can = fmu.description.coSimulation
+    fixed = getattr(can, "fixedInternalStepSize", None)
+    return fixed is None and bool(getattr(can, "canHandleVariableCommunicationStepSize", fmu.version == 1))
+
+
+def step_lengths(fmu: ForeignFmu) -> Iterator[str]:
+    """Steps of different lengths are accepted where the description says so."""
+    if fmu.version == 1 or not _any_step(fmu):
+        return
+    with fmu.running() as made:
+        t = fmu.t0
+        for part in (1.0, 0.5, 0.25, 0.75, 1.5)[: max(fmu.steps // 2, 1)]:
+            if not made.step(f"a step of {part:g} times the step size", t, part * fmu.h):
+                yield f"the FMU ends the simulation at {t:g} s when its step varies, but not in equal steps"
+                return
+            t += part * fmu.h
 
 
 def dependencies(fmu: ForeignFmu) -> Iterator[str]:
@@ -158,15 +241,15 @@ def dependencies(fmu: ForeignFmu) -> Iterator[str]:
     without a dependency.  Only Model Exchange can hold its states, so an FMU with Model Exchange is checked there.
     """
     can = fmu.description
-    if can.modelExchange or not can.coSimulation.canHandleVariableCommunicationStepSize:
+    if can.modelExchange or not _any_step(fmu):
         return
     declared = {u.variable.name: u.dependencies for u in fmu.description.outputs}
-    names = [v.name for v in fmu.outputs for _ in range(math.prod(v.shape) if v.shape else 1)]
+    names = [v.name for v in fmu.outputs for _ in range(count(v))]
     for v in fmu.inputs[:_MOST_PAIRS]:
         silent = {n for n, d in declared.items() if d is not None and v.name not in [x.name for x in d]}
         if not silent:
             continue
-        n = STEPS // 5
+        n = fmu.steps // 5
         values = fmu.excitation(v, n), fmu.excitation(v, n + 2)
         moves = []
         for h in (fmu.h, _SMALL * fmu.h):
@@ -181,7 +264,7 @@ def derivatives(fmu: ForeignFmu) -> Iterator[str]:
     """Directional derivatives agree with finite differences."""
     if "CoSimulation" not in fmu.with_derivatives:
         return
-    scalar = [v for v in fmu.inputs if not v.shape]
+    scalar = [v for v in fmu.inputs if v.type in REAL and not v.shape]
     pairs = [(y, u) for y in fmu.outputs if y.type in ("Real", "Float64") and not y.shape for u in scalar]
     with fmu.instance() as made:
 
@@ -210,17 +293,22 @@ def _resident() -> int:
 def leaks(fmu: ForeignFmu, most: int = 20_000, seconds: float = 10.0) -> Iterator[str]:
     """Memory does not grow with the number of steps."""
     end, done, warm, before = time.monotonic() + seconds, 0, most // 10, 0
+    once = most if fmu.steps == STEPS else max(fmu.steps, 1)
     with fmu.running() as made:
         while done < most and time.monotonic() < end:
-            fmu.step(made, done)
+            if done and done % once == 0:  # an FMU that ends the simulation starts again
+                made.call("reset", "reset")
+                made.initialize(fmu.t0)
+                made.begin()
+            fmu.step(made, done % once)
             done += 1
             if done == warm:
                 gc.collect()
                 before = _resident()
         gc.collect()
         growth = _resident() - before
-        if done > warm and growth > max(_LEAST_GROWTH, _LEAK * (done - warm)):
-            yield f"memory grows by {growth / (done - warm):.0f} bytes per step (over {done - warm} steps)"
+    if done > warm and growth > max(_LEAST_GROWTH, _LEAK * (done - warm)):
+        yield f"memory grows by {growth / (done - warm):.0f} bytes per step (over {done - warm} steps)"
 
 
 def loading(fmu: ForeignFmu) -> Iterator[str]:
@@ -248,6 +336,8 @@ TRIALS: dict[str, Trial] = {
     "setting inputs between the steps": setting,
     "resetting": reset,
     "saving and restoring the state": saved_states,
+    "freeing NULL": null_pointers,
+    "making steps of different lengths": step_lengths,
     "checking the dependencies": dependencies,
     "comparing directional derivatives with differences": derivatives,
     "making many steps": leaks,

@@ -1,0 +1,220 @@
+"""One instance of an FMU of any origin: the same calls for FMI 1.0, 2.0 and 3.0 and for every interface (by fmpy).
+
+Only child processes use this module, because the FMU executes foreign native code.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from hystfmu.fmu.foreign.finding import Finding
+
+Values = tuple[float, ...]
+Interface = Literal["CoSimulation", "ModelExchange", "ScheduledExecution"]
+REAL = frozenset({"Real", "Float64", "Float32"})
+NUMBERS = REAL | {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)} | {"Integer", "Enumeration"}
+CARRIED = NUMBERS | {"Boolean"}
+"""Types whose values are carried as numbers."""
+
+_DISCARD, _TERMINATED = 2, 3  # fmi2Status, fmi2StatusKind
+_TEXT = {"fmi1GetVersion", "fmi1GetTypesPlatform", "fmi1GetModelTypesPlatform"}
+
+
+def version(description: Any) -> Literal[1, 2, 3]:
+    """Return the major version of the FMI standard."""
+    found = {"1": 1, "2": 2, "3": 3}[str(description.fmiVersion)[0]]
+    return found  # type: ignore[return-value]
+
+
+def interface_of(description: Any, interface: Interface) -> Any:
+    """Return the description of an interface; None if the FMU has none."""
+    return getattr(description, interface[0].lower() + interface[1:])
+
+
+def count(v: Any) -> int:
+    """Return the number of elements of a variable."""
+    return math.prod(v.shape) if v.shape else 1
+
+
+def _kind(fmi: int, interface: Interface) -> Any:
+    import fmpy.fmi1
+    import fmpy.fmi2
+    import fmpy.fmi3
+
+    module = (fmpy.fmi1, fmpy.fmi2, fmpy.fmi3)[fmi - 1]
+    names = {"CoSimulation": "Slave", "ModelExchange": "Model", "ScheduledExecution": "ScheduledExecution"}
+    return getattr(module, f"FMU{fmi}{names[interface]}")
+
+
+class Instance:
+    """One instance; a failing call raises a `Finding` that names the variable.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the unpacked FMU.
+    description : ModelDescription
+        Model description read by fmpy.
+    interface : {"CoSimulation", "ModelExchange", "ScheduledExecution"}
+    name : str
+        Name of the instance.
+    log : callable, optional
+        Takes each log message; by default they are printed.
+
+    Raises
+    ------
+    Finding
+        The binary cannot be loaded, lacks a function of the standard, or makes no instance.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        description: Any,
+        interface: Interface,
+        name: str = "check",
+        log: Callable[[str], None] | None = None,
+    ) -> None:
+        self.version, self.interface = version(description), interface
+        self._methods: dict[tuple[str, str], Callable[..., Any]] = {}
+        kind = _kind(self.version, interface)
+        identifier = interface_of(description, interface).modelIdentifier
+        try:
+            self.unit = kind(
+                guid=description.guid, modelIdentifier=identifier, unzipDirectory=str(folder), instanceName=name
+            )
+        except AttributeError as e:  # fmpy looks up every function of the standard
+            raise Finding(f"the binary does not export {str(e).split()[-1]}") from None
+        except Exception as e:
+            raise Finding(f"the binary cannot be loaded: {e}") from None
+        if self.version == 1:
+            self._mend_status()
+        try:
+            self._instantiate(log)
+        except Exception as e:
+            raise Finding(f"the FMU cannot be instantiated: {e}") from None
+        if not self.unit.component:
+            raise Finding("the FMU cannot be instantiated: no instance is returned")
+
+    def _mend_status(self) -> None:
+        """Correct the return types that fmpy 0.3 declares: it reads the status of some calls of FMI 1.0 as text."""
+        for name, function in self.unit._functions.items():
+            if function.restype is C.c_char_p and name not in _TEXT:
+                function.restype = C.c_int
+
+    def _instantiate(self, log: Callable[[str], None] | None) -> None:
+        if log is None:
+            self.unit.instantiate()
+        elif self.version == 3:
+            self.unit.instantiate(logMessage=lambda _e, _s, _k, m: log(m.decode(errors="replace")))
+        elif self.version == 2:
+            from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+
+            callbacks = fmi2CallbackFunctions()
+            callbacks.logger = fmi2CallbackLoggerTYPE(lambda _c, _n, _s, _k, m: log(m.decode(errors="replace")))
+            callbacks.allocateMemory = defaultCallbacks.allocateMemory
+            callbacks.freeMemory = defaultCallbacks.freeMemory
+            self.unit.instantiate(callbacks=callbacks)
+        else:
+            from fmpy.fmi1 import defaultCallbacks as first
+            from fmpy.fmi1 import fmi1CallbackFunctions, fmi1CallbackLoggerTYPE
+
+            callbacks = fmi1CallbackFunctions()
+            callbacks.logger = fmi1CallbackLoggerTYPE(lambda _c, _n, _s, _k, m: log(m.decode(errors="replace")))
+            callbacks.allocateMemory, callbacks.freeMemory = first.allocateMemory, first.freeMemory
+            self.unit.instantiate(functions=callbacks)
+
+    def call(self, what: str, name: str, *args: Any, **more: Any) -> Any:
+        """Call a method of the fmpy instance; `what` describes the call in a finding."""
+        try:
+            return getattr(self.unit, name)(*args, **more)
+        except Finding:
+            raise
+        except Exception as e:
+            raise Finding(f"{what}: {e}") from None
+
+    def initialize(self, t: float) -> None:
+        """Enter Initialization Mode at time t (s).  FMI 1.0 has none: values are set before its one call."""
+        self._t0 = t
+        if self.version == 2:
+            self.call("setting up the experiment", "setupExperiment", startTime=t)
+            self.call("entering Initialization Mode", "enterInitializationMode")
+        elif self.version == 3:
+            self.call("entering Initialization Mode", "enterInitializationMode", startTime=t)
+        elif self.interface == "ModelExchange":
+            self.call(f"setting the time {t:g} s", "setTime", t)
+
+    def begin(self) -> Any:
+        """Leave Initialization Mode; for Model Exchange in FMI 1.0 return what its first event told."""
+        if self.version > 1:
+            self.call("leaving Initialization Mode", "exitInitializationMode")
+            return None
+        at = [self._t0] if self.interface == "CoSimulation" else []
+        told = self.call("initializing", "initialize", *at)
+        return told if self.interface == "ModelExchange" else None
+
+    def step(self, what: str, t: float, h: float) -> bool:
+        """Make a communication step.  Returns False if the FMU ends the simulation, as the standard allows it."""
+        if self.version == 3:
+            _, ended, early, _ = self.call(what, "doStep", t, h)
+            if early and not ended:
+                raise Finding(f"{what}: doStep returns early, which was not allowed")
+            return not ended
+        if self.version == 1:
+            self.call(what, "doStep", t, h)
+            return True
+        try:
+            self.unit.doStep(t, h)
+        except Exception as e:
+            if getattr(e, "status", None) == _DISCARD and self._terminated():
+                return False
+            raise Finding(f"{what}: {e}") from None
+        return True
+
+    def _terminated(self) -> bool:
+        """Whether an FMU of FMI 2.0 discarded the step because it ends the simulation."""
+        try:
+            return bool(self.unit.getBooleanStatus(_TERMINATED))
+        except Exception:
+            return False
+
+    def _method(self, verb: str, v: Any) -> Callable[..., Any]:
+        """Return the method of the fmpy instance that reads or sets variables of the type of v."""
+        key = verb, v.type
+        if key not in self._methods:
+            kind = ("Int64" if self.version == 3 else "Integer") if v.type == "Enumeration" else str(v.type)
+            self._methods[key] = getattr(self.unit, f"{verb}{kind}")
+        return self._methods[key]
+
+    def get(self, v: Any, n: int | None = None) -> Values:
+        """Read all elements of a variable (`n` of them, by default as many as declared)."""
+        references = [v.valueReference]
+        try:
+            get = self._method("get", v)
+            size = count(v) if n is None else n
+            return tuple(map(float, get(references, size) if self.version == 3 else get(references)))
+        except Exception as e:
+            raise Finding(f"{v.name} (value reference {v.valueReference}) cannot be read: {e}") from None
+
+    def set(self, v: Any, values: Sequence[float]) -> None:
+        """Set all elements of a variable; whole numbers are taken from floats that are whole."""
+        try:
+            exact: Any = list(values) if v.type in REAL else [int(x) for x in values]
+            self._method("set", v)([v.valueReference], [bool(x) for x in exact] if v.type == "Boolean" else exact)
+        except Exception as e:
+            what = f"{v.name} (value reference {v.valueReference}) cannot be set to {values[0]:g}"
+            raise Finding(f"{what}: {e}") from None
+
+    def derivative(self, unknown: Any, known: Any) -> float:
+        """Read one directional derivative, with seed 1."""
+        what = f"the directional derivative of {unknown.name} with respect to {known.name} cannot be read"
+        references = [unknown.valueReference], [known.valueReference], [1.0]
+        return float(self.call(what, "getDirectionalDerivative", *references)[0])
+
+    def free(self) -> None:
+        """Free the instance and unload the binary."""
+        self.unit.freeInstance()
