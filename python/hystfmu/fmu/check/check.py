@@ -52,11 +52,11 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
     applied.  The trials of `hystfmu.fmu.check.trials` run the FMU in Co-Simulation and check start values,
     repeatability, side effects of get and set, reset, saved states, NULL pointers, two instances, lengths of steps,
     dependencies, directional derivatives, memory leaks, repeated loading, and folders with spaces and non-ASCII
-    letters.  The trials of `hystfmu.fmu.check.exchange_trials` run it in Model Exchange and check repeatability, events,
-    the order of states, effects of rejected steps, dependencies and directional derivatives.  Those of
+    letters.  The trials of `hystfmu.fmu.check.exchange_trials` run it in Model Exchange and check repeatability,
+    events, the order of states, effects of rejected steps, dependencies and directional derivatives.  Those of
     `hystfmu.fmu.check.scheduled_trials` activate the partitions of Scheduled Execution.  An FMU may end its simulation
-    by itself: a run is then as long as the FMU allows.  All but the inspection of the archive runs in child processes with
-    limits of time and memory.
+    by itself: a run is then as long as the FMU allows.  All but the inspection of the archive runs in child processes
+    with limits of time and memory.
 
     Parameters
     ----------
