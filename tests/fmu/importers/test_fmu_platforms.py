@@ -21,9 +21,10 @@ from hystfmu.model import Model
 MACHO = {"x86_64-darwin": 0x01000007, "aarch64-darwin": 0x0100000C}  # CPU types of mach/machine.h
 BUILD = Path(__file__).parents[3] / "fmu_build" / "platforms" / "build.py"
 FOLDERS = {
-    2: {"win64/m.dll", "linux64/m.so", "aarch64-linux/m.so", "darwin64/m.dylib"},
+    2: {"win64/m.dll", "win32/m.dll", "linux64/m.so", "aarch64-linux/m.so", "darwin64/m.dylib"},
     3: {
         "x86_64-windows/m.dll",
+        "x86-windows/m.dll",
         "x86_64-linux/m.so",
         "aarch64-linux/m.so",
         "x86_64-darwin/m.dylib",

@@ -35,6 +35,7 @@ PLATFORMS = {
     p.tuple3: p
     for p in (
         Platform("x86_64-windows", "win64", "dll"),
+        Platform("x86-windows", "win32", "dll"),
         Platform("x86_64-linux", "linux64", "so"),
         Platform("aarch64-linux", "aarch64-linux", "so"),
         Platform("x86_64-darwin", "darwin64", "dylib"),
