@@ -158,7 +158,8 @@ def test_a_picture_of_a_long_run_shows_its_extremes(
 
 
 def test_an_ssp_is_written_as_it_runs(loop: Any, write: Any, tmp_path: Path, divide: Divide) -> None:
-    archive, out = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp"), tmp_path / "loop.csv"
+    archive, out = tmp_path / "loop.ssp", tmp_path / "loop.csv"
+    write_ssp(Scenario(write(loop)).cases[0], archive, separate=True)
     whole = run_ssp(archive, "native")
     divide(64)
     lines, passed = run_ssp_file(str(archive), "native", None, None, None, 60.0, str(out))
@@ -205,7 +206,7 @@ def test_memory_does_not_grow_with_the_number_of_steps(
     used = []
     for n in (50_000, most):
         folder = write(loop | {"stop": n * 1e-4 if kind == "scenario" else 0.03})
-        path = folder if kind == "scenario" else write_ssp(Scenario(folder).cases[0], tmp_path / "loop.ssp")
+        path = folder if kind == "scenario" else write_ssp(Scenario(folder).cases[0], tmp_path / "loop.ssp").path
         used.append(peak(path, n * 1e-4, tmp_path / "out"))
     assert used[1] - used[0] < 4, used
     if kind == "ssp":

@@ -53,7 +53,7 @@ def test_options_without_effect_are_refused(
 ) -> None:
     loop["case"] = [{"name": "one"}, {"name": "two"}]
     path = write(loop)
-    archive = write_ssp(Scenario(path).cases[0], tmp_path / "loop.ssp")
+    archive = write_ssp(Scenario(path).cases[0], tmp_path / "loop.ssp", separate=True).path
     for words, part in [
         ((path, "-o", tmp_path / "x.csv"), "2 would run; name one with --case"),
         ((path, "--case", "three"), "--case three: no such case; there are one, two"),

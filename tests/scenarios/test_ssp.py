@@ -25,7 +25,7 @@ from hystfmu.scenario.engine.master import chunks_here
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.ssp.read import read_ssp
 from hystfmu.scenario.ssp.run import run_ssp
-from hystfmu.scenario.ssp.write import write_ssp
+from hystfmu.scenario.ssp.write import REFERENCE, write_ssp
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema"
 
@@ -37,10 +37,10 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def archive(loop: Any, write: Any, tmp_path: Path) -> Path:
-    """The loop of this folder with a delay, so that no unit feeds through to an earlier one."""
+    """The loop of this folder, every unit a component."""
     loop["units"]["pid"]["set"] = {"Kp": "*0.9"}
     loop["units"]["reference"]["values"]["shape"] = "sine"
-    return write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp")
+    return write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", separate=True).path
 
 
 def trajectory(archive: Path, scheme: str) -> Array:
@@ -56,25 +56,71 @@ def trajectory(archive: Path, scheme: str) -> Array:
     return native
 
 
-def test_what_was_written_runs_and_agrees_with_its_reference(archive: Path, loop: Any, write: Any) -> None:
+def test_neighbours_in_one_component_keep_the_trajectory_of_the_scenario(loop: Any, write: Any, tmp_path: Path) -> None:
+    case = Scenario(write(loop)).cases[0]
+    written = write_ssp(case, tmp_path / "loop.ssp")
+    assert written.components == 1
+    assert set(written.differences) == {"reference.r", "plant.y"}
+    assert max(written.differences.values()) < 1e-10  # percent of the span
+    run = run_ssp(written.path, "native")
+    assert run.lines == ()
+    assert run.compared == ("loop.reference_r", "loop.plant_y")
+    own = simulate(ready(write(loop)), "native")["plant.y"]
+    assert np.abs(run.trace["loop.plant_y"] - own).max() < 1e-12
+
+
+def test_separate_components_state_what_their_coupling_costs(
+    archive: Path, loop: Any, write: Any, tmp_path: Path
+) -> None:
+    written = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "again.ssp", separate=True)
+    late = trajectory(archive, "jacobi")
+    own = simulate(build(Scenario(write(loop)).cases[0]), "native")["plant.y"]
+    assert written.components == 3
+    assert written.differences["reference.r"] == 0
+    assert written.differences["plant.y"] == pytest.approx(100 * np.abs(late - own).max() / np.ptp(own), rel=1e-12)
+    assert written.differences["plant.y"] > 0.1
     run = run_ssp(archive, "native")
     assert run.lines == ()
     assert run.compared == ("reference.r", "plant.y")
-    original = simulate(ready(write(loop)), "native")
-    assert run.trace["plant.y"].tobytes() == original["plant.y"].tobytes()
+    assert run.trace["plant.y"].tobytes() == late.tobytes()
 
 
-def test_a_changed_parameter_set_is_noticed(archive: Path, tmp_path: Path) -> None:
+def test_the_values_of_the_case_stand_in_the_fmus(archive: Path, tmp_path: Path) -> None:
+    """Several readers take no parameter sets of components; constant inputs are no connectors, so that none sets 0."""
+    with zipfile.ZipFile(archive) as files:
+        assert not [n for n in files.namelist() if n.endswith(".ssv")]
+        structure = etree.fromstring(files.read("SystemStructure.ssd"))
+        (tmp_path / "pid.fmu").write_bytes(files.read("resources/pid.fmu"))
+    starts = {v.name: v.start for v in fmpy.read_model_description(str(tmp_path / "pid.fmu")).modelVariables}
+    assert float(starts["Kp"]) == 0.9
+    assert float(starts["u_ff"]) == 0.125
+    pid = structure.find(".//{*}Component[@name='pid']")
+    assert {c.get("name") for c in pid.iter("{*}Connector") if c.get("kind") == "input"} == {"y_d", "y"}
+
+
+def test_connectors_have_units_of_measure(loop: Any, write: Any, tmp_path: Path) -> None:
+    loop["units"]["plant"]["graph"]["inputs"][0]["unit"] = "V"
+    loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
+    path = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", separate=True).path
+    structure = etree.fromstring(zipfile.ZipFile(path).read("SystemStructure.ssd"))
+    plant = structure.find(".//{*}Component[@name='plant']")
+    measures = {c.get("name"): c[0].get("unit") for c in plant.iter("{*}Connector")}
+    assert (measures["u"], measures["y"]) == ("V", "um")
+    base = {u.get("name"): dict(u[0].attrib) for u in structure.iter("{*}Unit")}
+    assert base["um"] == {"m": "1", "factor": "1e-06"}
+    assert base["V"] == {"kg": "1", "m": "2", "s": "-3", "A": "-1"}
+
+
+def test_another_reference_is_noticed(archive: Path, tmp_path: Path) -> None:
     changed = tmp_path / "changed.ssp"
     with zipfile.ZipFile(archive) as old, zipfile.ZipFile(changed, "w") as new:
         for name in old.namelist():
             content = old.read(name)
-            new.writestr(name, content.replace(b'value="0.9"', b'value="0.8"') if name.endswith("pid.ssv") else content)
-    (line,) = [x for x in run_ssp(changed, "native").lines if "plant.y" in x]
-    assert "differs from" in line
+            new.writestr(name, content.replace(b"\n0.02,", b"\n0.02,1") if name == REFERENCE else content)
+    assert [x for x in run_ssp(changed, "native").lines if "differs from" in x]
     result = CliRunner().invoke(main, ["run", str(changed), "--engine", "native"])
     assert result.exit_code == 1
-    assert "plant.y" in result.output
+    assert "reference.r" in result.output
 
 
 def test_libcosim_runs_the_archive(archive: Path, tmp_path: Path) -> None:
@@ -120,9 +166,10 @@ def test_a_container_fmu_of_the_archive_has_the_same_bits(archive: Path, tmp_pat
 
 
 @pytest.mark.parametrize("connectors", [False, True])
-def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, connectors: bool) -> None:
-    loop["units"]["pid"]["set"] = {"Kp": 1.25}
-    path = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", system_connectors=connectors)
+@pytest.mark.parametrize("separate", [False, True])
+def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, connectors: bool, separate: bool) -> None:
+    case, path = Scenario(write(loop)).cases[0], tmp_path / "loop.ssp"
+    write_ssp(case, path, system_connectors=connectors, separate=separate)
     with zipfile.ZipFile(path) as archive:
         for name in archive.namelist():
             if name.endswith((".ssd", ".ssv")):
@@ -130,13 +177,15 @@ def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, conn
                 schema = etree.XMLSchema(etree.parse(str(SCHEMA / f"SystemStructure{kind}.xsd")))
                 schema.assertValid(etree.fromstring(archive.read(name)))
         structure = archive.read("SystemStructure.ssd")
-    assert (b'name="plant_y"' in structure) is connectors
+    outputs = etree.fromstring(structure).xpath("/*/*[local-name()='System']/*[local-name()='Connectors']/*/@name")
+    end = "plant_y" if separate else "loop_plant_y"
+    assert (end in outputs) is connectors
     assert run_ssp(path, "native").lines == ()
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
-    path = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", version="2.0", fmi=fmi)
+    path = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp", version="2.0", fmi=fmi).path
     assert b'version="2.0"' in zipfile.ZipFile(path).read("SystemStructure.ssd")
     assert run_ssp(path, "native").lines == ()
 
@@ -208,3 +257,17 @@ def test_sub_steps_have_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
     loop["units"]["plant"]["substeps"] = 2
     with pytest.raises(InputError, match="plant has substeps or a hold of its own: SSP knows neither"):
         write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp")
+
+
+def test_an_iterative_coupling_has_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
+    loop["coupling"] = {"scheme": "iterative"}
+    with pytest.raises(InputError, match="the coupling is iterative: no reader of SSP archives iterates"):
+        write_ssp(Scenario(write(loop)).cases[0], tmp_path / "loop.ssp")
+
+
+def test_a_loop_that_the_coupling_of_readers_breaks_is_refused(loop: Any, write: Any, tmp_path: Path) -> None:
+    loop["units"]["pid"]["set"] = {"Kp": 1e6, "u_min": -1e308, "u_max": 1e308}
+    loop["stop"] = 1.0
+    case = Scenario(write(loop)).cases[0]
+    with pytest.raises(InputError, match=r"with the coupling of SSP readers \(Jacobi\): .*; one FMU"):
+        write_ssp(case, tmp_path / "loop.ssp", separate=True)

@@ -199,7 +199,7 @@ def fmu3_file(folder: Path) -> Path:
 
 
 def ssp_file(folder: Path) -> Path:
-    return write_ssp(Scenario(scenario_file(folder)).cases[0], folder / "pid.ssp")
+    return write_ssp(Scenario(scenario_file(folder)).cases[0], folder / "pid.ssp", separate=True).path
 
 
 def read_scenario(path: Path) -> None:

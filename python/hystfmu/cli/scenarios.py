@@ -231,10 +231,23 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
     help="FMI version of the units exported here.",
 )
 @click.option("--connectors", is_flag=True, help="Add system outputs for the recorded signals; libcosim rejects them.")
-def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"], fmi: str, connectors: bool) -> None:
+@click.option("--separate", is_flag=True, help="Make every unit a component [default: neighbours are one component].")
+def ssp(
+    scenario: str,
+    out: str,
+    name: str | None,
+    version: Literal["1.0", "2.0"],
+    fmi: str,
+    connectors: bool,
+    separate: bool,
+) -> None:
     """Export a scenario as an SSP archive or one FMU.
 
     Other simulators run the archive; 'hystfmu run X.ssp' runs archives of other tools.
+
+    They step all components at once, each with the values of the last step.  So neighbours that can step as one graph
+    become one component, in which the order of the scenario holds.  The last lines say what the coupling still costs:
+    the largest difference to the scenario itself, by recorded output.
 
     With -o X.fmu the whole loop becomes one FMU that steps its units in the order of the scenario.
 
@@ -252,8 +265,14 @@ def ssp(scenario: str, out: str, name: str | None, version: Literal["1.0", "2.0"
         path = write_loop(case, out, 3 if fmi == "3" else 2)
         click.echo(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one, step {case.step:g} s")
         return
-    path = write_ssp(case, out, version, connectors, 3 if fmi == "3" else 2)
-    click.echo(f"{path}: SSP {version}, case {case.name}, {len(case.units)} units, step {case.step:g} s")
+    written = write_ssp(case, out, version, connectors, 3 if fmi == "3" else 2, separate)
+    made = f"{len(case.units)} units in {written.components} component{'s' if written.components > 1 else ''}"
+    click.echo(f"{out}: SSP {version}, case {case.name}, {made}, step {case.step:g} s")
+    listed = ", ".join(f"{name} {value:.2g} %" for name, value in written.differences.items())
+    click.echo(f"largest difference to the scenario, of its span: {listed}")
+    if max(written.differences.values()) > 1e-6:
+        late = "values reach other components one step late; " if written.components > 1 else ""
+        click.echo(f"its reason: {late}readers know no events inside a step and no finer steps")
 
 
 @click.command(cls=Command)

@@ -226,7 +226,7 @@ class Graph:
         at = 0
         for i in self.inputs:
             node, _, size, v = self._endpoint(i.to[0], ("input",))
-            add(i.name, "input", node, v, at, size, i.unit, i.text, np.full(size, i.start))
+            add(i.name, "input", node, v, at, size, i.unit, i.text, np.full(size, i.starts or i.start))
             at += size
         for o in self.outputs:
             node, _, size, v = self._endpoint(o.source, ("output",))

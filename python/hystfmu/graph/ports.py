@@ -28,6 +28,8 @@ class Input:
         Start value.
     text : str
         Description.
+    starts : tuple of float
+        Start values of the elements of an array, instead of `start`; model files do not keep them.
 
     Examples
     --------
@@ -41,6 +43,7 @@ class Input:
     unit: str = ""
     start: float = 0.0
     text: str = ""
+    starts: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

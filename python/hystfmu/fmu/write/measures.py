@@ -56,6 +56,14 @@ def rate_unit(unit: str) -> str:
     return known.get(unit, f"{unit}/s")
 
 
+def base_unit(unit: str) -> dict[str, str] | None:
+    """Return the attributes of `BaseUnit` of a unit of measure, None if it is not known."""
+    if unit not in _UNITS:
+        return None
+    exponents, factor = _UNITS[unit]
+    return {k: str(n) for k, n in exponents.items() if n} | ({"factor": repr(factor)} if factor != 1.0 else {})
+
+
 def unit_definitions(graph: Graph) -> ET.Element:
     """Define the units of measure of all real variables, continuous states and derivatives."""
     states = graph.continuous_states

@@ -1,8 +1,8 @@
 """A scenario as a System Structure and Parameterization archive (SSP 1.0 and 2.0), which other simulators run.
 
-All units of the case are FMUs in it, with their values inside; what the case changed is a parameter set (SSV) beside
-each as well.  Importers have no ripple between samples: every unit runs at the base step.  Step, order and coupling
-travel as annotations, and the reference result as `extra/org.hystfmu/reference.csv`.
+All components are FMUs, and the start values of ours are the values of the case: several readers take no parameter sets
+(SSV) of components.  Readers step all components at once, from the values of the last step, at one step: so does the
+reference result, `extra/org.hystfmu/reference.csv`.  Step and coupling travel as annotations.
 """
 
 from __future__ import annotations
@@ -11,23 +11,23 @@ import io
 import tempfile
 import xml.etree.ElementTree as ET
 import zipfile
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_bytes
 from hystfmu.data.csv_file import csv_text
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
 from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
-from hystfmu.scenario.engine.simulation import simulate
 from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
+from hystfmu.scenario.ssp.joined import joined
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.fused import to_graph
 from hystfmu.scenario.system.system import Part, System, build
-from hystfmu.scenario.system.unit_graph import changed
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -42,9 +42,24 @@ for _prefix, _name in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV), ("osp", OSP), (
     ET.register_namespace(_prefix, _name)
 
 
+@dataclass(frozen=True)
+class Written:
+    """An archive that was written."""
+
+    path: Path
+    components: int
+    differences: dict[str, float]
+    """Between the reference in the archive and the case itself: the largest one by recorded output (% of span)."""
+
+
 def write_ssp(
-    case: Case, path: str | Path, version: Version = "1.0", system_connectors: bool = False, fmi: Literal[2, 3] = 2
-) -> Path:
+    case: Case,
+    path: str | Path,
+    version: Version = "1.0",
+    system_connectors: bool = False,
+    fmi: Literal[2, 3] = 2,
+    separate: bool = False,
+) -> Written:
     """Write a case as an SSP archive.
 
     Parameters
@@ -57,24 +72,27 @@ def write_ssp(
         Give the system an output for every recorded signal.  libcosim and ecos reject connectors of the system.
     fmi : {2, 3}
         Version of the FMUs of our units.
+    separate : bool
+        Make every unit a component.  By default neighbours that can step as one graph are one component, in which the
+        order of the case holds in every reader.
 
     Raises
     ------
     InputError
-        Units of different rates, or a file that cannot be written.
+        A coupling that no reader implements, a case that does not run with theirs, or a file that cannot be written.
+    Stopped
+        The case itself does not run.
     """
-    slow = [name for name, u in case.units.items() if u.every > 1]
-    if slow:
-        raise InputError(f"{case.where}: {slow[0]} runs once in several steps: SSP has one step")
-    own = [name for name, u in case.units.items() if u.substeps > 1 or u.hold != "zero"]
-    if own:
-        raise InputError(f"{case.where}: {own[0]} has substeps or a hold of its own: SSP knows neither")
-    # nor do other importers know the events of its references
-    coupling = case.coupling.model_copy(update={"events": "grid"})
-    system = build(replace(case, ripple=1, coupling=coupling))
-    trace = simulate(system, "native")
-    entries = {p.name: _fmu(p, fmi, case.step) for p in system.parts}
-    sets = {p.name: values for p in system.parts if (values := _changes(system, p))}
+    system = build(as_readers_run(case))
+    names = {end: end for end in system.columns}
+    if not separate:
+        components, names = joined(system)
+        system = build(components)
+    trace = run_as_readers(system)
+    found = differences(case, names, trace)
+    handed = _handed(system, trace)
+    entries = {p.name: _fmu(p, handed, fmi, case.step) for p in system.parts}
+    sets = {p.name: values for p in system.parts if (values := _changes(p))}
     files = {"SystemStructure.ssd": _structure(system, sets, version, system_connectors)}
     files |= {f"resources/{name}.fmu": content for name, content in entries.items()}
     files |= {f"resources/{name}.ssv": _values(name, values, version) for name, values in sets.items()}
@@ -84,7 +102,7 @@ def write_ssp(
         for name, data in files.items():
             archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)
     write_bytes(path, content.getvalue())
-    return Path(path)
+    return Written(Path(path), len(system.parts), found)
 
 
 def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
@@ -101,46 +119,45 @@ def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
     return export_fmu(graph, path, fmi=fmi, name=case.scenario)
 
 
-def _fmu(part: Part, fmi: Literal[2, 3], h: float) -> bytes:
+def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], h: float) -> bytes:
     if isinstance(part.graph, Foreign):
         return read_bytes(part.graph.path, MOST_UNPACKED)
     from hystfmu.fmu.write.export import export_fmu
 
     with tempfile.TemporaryDirectory(prefix="hystfmu-ssp-") as folder:
-        archive = export_fmu(_with_starts(part, h), Path(folder, "unit.fmu"), fmi=fmi, name=part.name)
+        archive = export_fmu(_with_starts(part, handed, h), Path(folder, "unit.fmu"), fmi=fmi, name=part.name)
         return archive.read_bytes()
 
 
-def _with_starts(part: Part, h: float) -> Graph:
-    """The graph whose inputs start with the constants of the scenario: an importer sets only what is connected."""
+def _handed(system: System, trace: Trace) -> dict[tuple[str, str], float]:
+    """What each connected input gets for the initialisation."""
+    ends = {place: end for end, place in system.columns.items()}
+    parts = system.parts
+    return {(parts[n.to].name, parts[n.to].inputs[n.input]): float(trace[ends[n.source]][0]) for n in system.links}
+
+
+def _with_starts(part: Part, handed: dict[tuple[str, str], float], h: float) -> Graph:
+    """The graph whose inputs start with the constants of the scenario, or with what its sources hand to it.
+
+    An importer sets only what is connected, and fmpy and ecos set that only after the initialisation.
+    """
     g = part.own
     inputs = []
     for i in g.inputs:
         port = g.port(i.name)
-        given = [part.constants[n] for n in port.scalar_names if n in part.constants]
-        if port.size > 1 and len(set(given)) > 1:
-            raise InputError(f"{part.name}.{i.name}: an array of different constants has no start value in an SSP")
-        inputs.append(replace(i, start=given[0]) if given else i)
+        known = {n: handed.get((part.name, n), x) for n, x in zip(port.scalar_names, port.start, strict=True)}
+        start = tuple(part.constants.get(n, x) for n, x in known.items())
+        inputs.append(replace(i, start=start[0], starts=start if port.size > 1 else ()))
     return Graph(g.nodes, g.wires, inputs, g.outputs, sort=False, step=h)
 
 
-def _changes(system: System, part: Part) -> dict[str, float]:
-    """Real parameters that the case sets, and constant inputs, by the names of FMI 2.0."""
-    case = system.case
-    names = [*case.units[part.name].set]
-    names += [k.split(".", 1)[1] for k in case.overrides if k.startswith(f"{part.name}.")]
-    found: dict[str, float] = {}
-    if isinstance(part.graph, Foreign):
-        found |= {n: float(v) for n, v in part.graph.settings.items() if not isinstance(v, str | bool)}
-    else:
-        for name in names:
-            try:
-                port, first, values = changed(part.own, name, "*1")
-            except InputError:
-                continue  # belongs to another case
-            if port.var.type == "real":
-                found |= dict(zip(port.scalar_names[first : first + len(values)], values, strict=True))
-    return found | part.constants
+def _changes(part: Part) -> dict[str, float]:
+    """Real parameters and constant inputs of a foreign FMU, whose start values are not ours to write."""
+    if not isinstance(part.graph, Foreign):
+        return {}
+    starts = {n: x for p in part.graph.ports for n, x in zip(p.scalar_names, p.start, strict=True)}
+    constants = {n: v for n, v in part.constants.items() if v != starts.get(n)}
+    return {n: float(v) for n, v in part.graph.settings.items() if not isinstance(v, str | bool)} | constants
 
 
 def _tag(space: str, name: str) -> str:
@@ -151,11 +168,12 @@ def _structure(system: System, sets: dict[str, dict[str, float]], version: Versi
     case = system.case
     root = ET.Element(_tag(SSD, "SystemStructureDescription"), name=case.scenario, version=version)
     top = ET.SubElement(root, _tag(SSD, "System"), name=case.scenario)
+    measures = _measures(system)
     outside = {end: end.replace(".", "_") for end in case.record} if connectors else {}
     if outside:
         listed = ET.SubElement(top, _tag(SSD, "Connectors"))
-        for name in outside.values():
-            ET.SubElement(ET.SubElement(listed, _tag(SSD, "Connector"), name=name, kind="output"), _tag(SSC, "Real"))
+        for end, name in outside.items():
+            _connector(listed, name, "output", measures[end])
     elements = ET.SubElement(top, _tag(SSD, "Elements"))
     for p in system.parts:
         component = ET.SubElement(
@@ -167,22 +185,49 @@ def _structure(system: System, sets: dict[str, dict[str, float]], version: Versi
             implementation="CoSimulation",
         )
         listed = ET.SubElement(component, _tag(SSD, "Connectors"))
-        for kind, names in (("input", p.inputs), ("output", p.outputs)):
+        driven = {p.inputs[link.input] for link in system.links if system.parts[link.to] is p}
+        # fmpy writes 0 to an input that is listed and not connected
+        for kind, names in (("input", [n for n in p.inputs if n in driven]), ("output", p.outputs)):
             for name in names:
-                connector = ET.SubElement(listed, _tag(SSD, "Connector"), name=name, kind=kind)
-                ET.SubElement(connector, _tag(SSC, "Real"))
+                _connector(listed, name, kind, measures[f"{p.name}.{name}"])
         if p.name in sets:
             bindings = ET.SubElement(component, _tag(SSD, "ParameterBindings"))
             ET.SubElement(bindings, _tag(SSD, "ParameterBinding"), source=f"resources/{p.name}.ssv")
-    wires = ET.SubElement(top, _tag(SSD, "Connections"))
+    wires = ET.SubElement(top, _tag(SSD, "Connections")) if system.links or outside else top  # never an empty list
     ends = {place: end for end, place in system.columns.items()}
     for link in system.links:
         to = system.parts[link.to]
         _connect(wires, ends[link.source], {"endElement": to.name, "endConnector": to.inputs[link.input]})
     for end, name in outside.items():
         _connect(wires, end, {"endConnector": name})
+    _units_of_measure(root, set(measures.values()))
     _experiment(root, case)
     return xml_file(root)
+
+
+def _connector(listed: ET.Element, name: str, kind: str, measure: str) -> None:
+    connector = ET.SubElement(listed, _tag(SSD, "Connector"), name=name, kind=kind)
+    ET.SubElement(connector, _tag(SSC, "Real"), {"unit": measure} if measure else {})
+
+
+def _measures(system: System) -> dict[str, str]:
+    """The unit of measure of every input and output; "" without one."""
+    return {
+        f"{p.name}.{name}": port.unit
+        for p in system.parts
+        for port in p.graph.ports
+        if port.kind in ("input", "output")
+        for name in port.scalar_names
+    }
+
+
+def _units_of_measure(root: ET.Element, names: set[str]) -> None:
+    listed = sorted(names - {""})
+    units = ET.SubElement(root, _tag(SSD, "Units")) if listed else root
+    for name in listed:
+        base = base_unit(name)
+        unit = ET.SubElement(units, _tag(SSC, "Unit"), name=name)
+        ET.SubElement(unit, _tag(SSC, "BaseUnit"), base or {})
 
 
 def _connect(wires: ET.Element, start: str, to: dict[str, str]) -> None:

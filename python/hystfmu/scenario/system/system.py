@@ -89,6 +89,8 @@ class System:
     columns: dict[str, int] = field(default_factory=dict)
     overridden: frozenset[str] = frozenset()
     """Which of the case's overrides found their parameter."""
+    begins: tuple[float, ...] = ()
+    """Values before the units are initialised, instead of the start values of their outputs."""
 
     def __repr__(self) -> str:
         return f"System({self.case.title!r}, units {', '.join(p.name for p in self.parts)}, {self.n_steps} steps)"
@@ -203,6 +205,8 @@ class System:
 
     def starts(self) -> Array:
         """Values before the units are initialised: the start values of their outputs, shape (n_values,)."""
+        if self.begins:
+            return np.array(self.begins)
         return np.array([s for p in self.parts for s in start_values(p.graph, "output")], dtype=np.float64)
 
 
