@@ -15,7 +15,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress dev core check generate modelica platforms bench choice wheel clean torture
+.PHONY: demo test contract stress mutants dev core check generate modelica platforms bench choice wheel clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -32,6 +32,12 @@ contract: dev
 stress: dev
 	$(PIP) ziglang wasmtime zopfli
 	$(PYTEST) -m stress
+
+# small faults in core, fmi, scenario, studies, identify: which does no test find?  An interrupted run goes on
+SEED ?= 2
+mutants: dev
+	$(PIP) coverage
+	$(BIN)/python tests/mutation/run.py --seed $(SEED)
 
 # an editable installation: an edit of Python needs nothing, an edit of C one run of ninja
 dev: build/installed-dev core

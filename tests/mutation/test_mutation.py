@@ -1,0 +1,130 @@
+"""The tools of `make mutants`: what they change, draw, run and count."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import types
+from pathlib import Path
+
+import pytest
+from mutation import c_operators, equivalents, python_operators, sample, summary
+from mutation.judge import Outcome, judge
+from mutation.swap import loaded_functions, swap_python
+
+ROOT = Path(__file__).parents[2]
+
+PYTHON = '''"""Text with 1 < 2."""
+def f(x: int = 3):
+    # a < b
+    if x < 1 and not g(x):
+        raise ValueError(f"{x + 1}")
+    h(x)
+    return -x
+'''
+PYTHON_LINES = [
+    "def f(x: int = 4):",
+    "if x <= 1 and not g(x):",
+    "if x >= 1 and not g(x):",
+    "if x < 2 and not g(x):",
+    "if x < 1 or not g(x):",
+    "if x < 1 and g(x):",
+    "if (not (x < 1 and not g(x))):",
+    "pass",
+    "return None",
+    "return x",
+]
+C = """#include "a-b.h" /* a < b */
+static double f(const double *x, int n) {
+  if (n > 0 && x[0] != 2.5) g("a + b", n);
+  return -x[n] * n;
+}
+"""
+C_LINES = [
+    "static double f(const double /x, int n) {",  # no C: the compiler refuses it
+    'if (n >= 0 && x[0] != 2.5) g("a + b", n);',
+    'if (n <= 0 && x[0] != 2.5) g("a + b", n);',
+    'if (n > 1 && x[0] != 2.5) g("a + b", n);',
+    'if (n > 0 || x[0] != 2.5) g("a + b", n);',
+    'if (n > 0 && x[1] != 2.5) g("a + b", n);',
+    'if (n > 0 && x[0] == 2.5) g("a + b", n);',
+    'if (n > 0 && x[0] != 3.5) g("a + b", n);',
+    'if (!(n > 0 && x[0] != 2.5)) g("a + b", n);',
+    "return x[n] * n;",
+    "return -x[n] / n;",
+    "return 0;",
+]
+
+
+@pytest.mark.parametrize(
+    ("operators", "text", "lines"), [(python_operators, PYTHON, PYTHON_LINES), (c_operators, C, C_LINES)], ids="pc"
+)
+def test_every_operator_changes_what_it_names_and_nothing_else(operators, text, lines):
+    assert sorted(m.change(text)[1] for m in operators.mutants("file", text)) == sorted(lines)
+
+
+def test_texts_with_the_same_code_are_known():
+    assert python_operators.same("x = 1  # a\n", "x = (1)\n")
+    assert not python_operators.same("x = 1\n", "x = 2\n")
+    assert not python_operators.valid("x = \n")
+
+
+def test_a_sample_follows_from_its_seed_and_gives_each_file_its_share():
+    first = sample.sequence(ROOT, "studies", 5)
+    assert first == sample.sequence(ROOT, "studies", 5)
+    assert first[:50] != sample.sequence(ROOT, "studies", 6)[:50]
+    assert len(set(first)) == len(first) == sum(len(sample.mutants(ROOT, f)) for f in sample.files(ROOT, "studies"))
+    for file in sample.files(ROOT, "studies"):
+        share = 100 * len(sample.mutants(ROOT, file)) / len(first)
+        assert abs(sum(m.file == file for m in first[:100]) - share) <= 2, file
+
+
+def test_listed_equivalents_are_changes_of_todays_files():
+    assert not equivalents.stale(ROOT)
+    assert all(len(reason) > 20 for reason in equivalents.listed().values())
+
+
+def test_a_loaded_function_gets_the_code_of_its_mutant(tmp_path):
+    path, text = tmp_path / "some.py", "LIMIT = 3\ndef f(x):\n    return [g for g in x if g < LIMIT]\n"
+    module = types.ModuleType("some")
+    exec(compile(text, str(path), "exec"), vars(module))
+    loaded = loaded_functions(tmp_path)
+    assert not swap_python(path, text, text.replace("3", "4"), loaded)  # the body of the module needs a new start
+    assert swap_python(path, text, text.replace("<", ">"), loaded)
+    assert module.f(range(6)) == [4, 5]
+
+
+def fault():
+    raise OSError("disk")
+
+
+@pytest.mark.parametrize(
+    ("work", "said"),
+    [
+        (lambda: Outcome("tests/a.py::b"), "tests/a.py::b"),
+        (lambda: Outcome(), ""),
+        (lambda: os.kill(os.getpid(), signal.SIGKILL), "crash or CPU limit"),
+    ],
+    ids=["fails", "passes", "crashes"],
+)
+def test_a_fork_answers_or_crashes(work, said, tmp_path):
+    (tmp_path / "build").mkdir()
+    assert judge(work, tmp_path, 5).failed == said
+
+
+def test_an_error_of_the_runner_is_no_verdict(tmp_path):
+    (tmp_path / "build").mkdir()
+    with pytest.raises(RuntimeError, match="disk"):
+        judge(fault, tmp_path, 5)
+
+
+def test_the_score_counts_decided_mutants_and_names_survivors(tmp_path):
+    journal = tmp_path / "seed-1.jsonl"
+    verdicts = ["killed"] * 9 + ["survived", "invalid", "equivalent", "listed"]
+    lines = [{"room": "fmi", "verdict": v, "file": "a.c", "line": 7, "old": "a < b", "new": "a > b"} for v in verdicts]
+    journal.write_text("\n".join(map(json.dumps, lines)) + '\n{"room": "fm')  # the last line was interrupted
+    rows = summary.rows(journal)
+    assert summary.score(rows) == (9, 10)
+    assert "90.0%" in summary.table(rows)
+    assert summary.survivors(rows) == "a.c:7\n  - a < b\n  + a > b"
