@@ -61,11 +61,19 @@ static inline void advance(const hyst_graph *g, double t, double dt) {
   for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_advance_node(g, n, t, dt);
 }
 
+/* A delay knows its output before its first input; blocks in front of it in the order read that. */
+static inline int says_first(const hyst_node *n) {
+  const hyst_block *const b = n->block;
+  return b->rate == HYST_SAMPLED && b->feedthrough && !b->feedthrough(n->dim, n->p);
+}
+
 hyst_status hyst_graph_start(hyst_graph *g, double t) {
   const hyst_status s = prepare(g, 0, 0);
   if (s) return s;
   start_values(g);
   for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_rest(n);
+  for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++)
+    if (says_first(n)) n->block->output(n->dim, n->p, n->x, n->u, n->y);
   advance(g, t, 0);
   hyst_look_behind(g);
   return HYST_E_OK;

@@ -40,6 +40,7 @@ def main() -> None:
     Example: from measured data (columns t, u, y) to an FMU
       hystfmu fit data.csv --model prandtl_ishlinskii -o piezo.model.toml
       hystfmu export piezo.model.toml --fmi 2 -o piezo.fmu
+      hystfmu start data.csv -o mine     does all that and more: loop, controller, report
       hystfmu demo                       runs the whole workflow on built-in data
     """
 
@@ -59,6 +60,7 @@ for _command in (
     scenarios.ssp,
     scenarios.study,
     results.reproduce,
+    results.start,
     results.demo,
 ):
     main.add_command(_command)

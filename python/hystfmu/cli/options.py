@@ -76,6 +76,14 @@ class Columns:
     decimal: Literal[".", ","] | None
     covariates: tuple[str, ...] = ()
 
+    def words(self) -> list[str]:
+        """Return the options that were given, as on a command line."""
+        named = {"--time": self.time, "--input": self.input_, "--output": self.output, "--rate": self.rate}
+        named |= {"--lag": self.lag, "--record": self.record, "--decimal": self.decimal}
+        given = [w for name, value in named.items() if value for w in (name, f"{value}")]
+        given += [] if self.resample is None else [f"--resample={self.resample}"]
+        return [*given, *(w for c in self.covariates for w in ("--covariate", c))]
+
     def read(self, path: str | Sequence[str], train: str | None = None, with_output: bool = True) -> Dataset:
         """Read a data file, or several as records.
 

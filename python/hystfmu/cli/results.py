@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from hystfmu.cli.options import FAILED, Command, json_option
+from hystfmu.cli.options import FAILED, Columns, Command, data_options, json_option
+
+if TYPE_CHECKING:
+    from hystfmu.face.result import Result
 
 
 @click.command(cls=Command)
@@ -77,3 +81,84 @@ def demo(out: str) -> None:
     from hystfmu.demo.run import demo as run_demo
 
     sys.exit(0 if run_demo(Path(out)) else FAILED)
+
+
+@click.command(cls=Command)
+@click.argument("data", nargs=-1, required=True)
+@click.option("-o", "out", default="start", show_default=True, metavar="DIR", help="Folder to write into.")
+@click.option(
+    "--error",
+    "percent",
+    type=click.FloatRange(0, 100, min_open=True),
+    default=1.0,
+    show_default=True,
+    help="Largest RMS tracking error that is asked for, in percent of the stroke; five times that where the device "
+    "differs from its model.",
+)
+@click.option("--model", "key", default="auto", show_default=True, metavar="KEY", help="Kind of model.")
+@data_options
+@click.option("--train", metavar="A:B", help="Rows to fit, first:end.")
+@click.option("--seed", default=0, show_default=True, help="Seed of the fit.")
+@json_option
+def start(
+    data: tuple[str, ...],
+    out: str,
+    percent: float,
+    key: str,
+    columns: Columns,
+    train: str | None,
+    seed: int,
+    as_json: bool,
+) -> None:
+    """From one record of a device to a compensated loop.
+
+    Reads DATA, chooses and fits a model, inverts it, tunes a controller that is stable if the device differs by 20 % in
+    gain and frequency with a step of delay more, runs the loop, and writes FMUs and a report.  Each file is named with
+    the command that makes it alone.  If the record is poor, an input to measure next is written too.
+
+    The exit status is 1 if the loop misses what is asked for.
+
+    \b
+    Example: hystfmu start data.csv -o mine
+             hystfmu start stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output "Weg [um]" --error 0.5
+    """
+    from hystfmu.report.terminal import progress, table
+    from hystfmu.start.run import start as make
+
+    measured = columns.read(data, train)
+    say = (lambda line: None) if as_json else click.echo
+    say(measured.read_as)
+    with progress("fitting") as report:
+        source = [*data, *columns.words(), *(["--train", train] if train else [])]
+        made = make(measured, Path(out), percent, key, seed, source, say, report)
+    cases = [_case(r) for r in made.results]
+    if as_json:
+        told = {name: {"path": str(path), "command": command} for name, (path, command) in made.files.items()}
+        limits = [vars(v) | {"within": v.within} for v in made.margins.verdicts]
+        facts = {"model": made.model.key, "fit": made.model.fit, "gains": vars(made.gains), "passed": made.passed}
+        click.echo(json.dumps(facts | {"cases": cases, "limits": limits, "files": told, "notes": made.notes}))
+        sys.exit(0 if made.passed else FAILED)
+    head = ["case", "RMS % of stroke", "max %", "asked RMS %", "verdict", "what"]
+    click.echo("\n" + table(head, [[*c.values()] for c in cases]))
+    for v in made.margins.verdicts:
+        click.echo(f"{v.limit} {'unstable' if v.value is None else f'{v.value:.3g}'} at {v.where}: {v.word}")
+    for note in (*made.notes, *made.model.fit.get("warnings", ())):
+        click.echo(f"warning: {note}", err=True)
+    click.echo(
+        "\n" + table(["written", "file", "the same alone"], [[k, str(p), c] for k, (p, c) in made.files.items()])
+    )
+    sys.exit(0 if made.passed else FAILED)
+
+
+def _case(result: Result) -> dict[str, str]:
+    """Return a case of a started loop as a row of text."""
+    found = {v.metric: v for v in result.verdicts}
+    rms, most = found.get("tracking"), found.get("worst")
+    return {
+        "case": result.case,
+        "rms_percent": "stopped" if rms is None else f"{rms.value:.3g}",
+        "max_percent": "" if most is None else f"{most.value:.3g}",
+        "asked_percent": "" if rms is None or rms.limit is None else f"{rms.limit:g}",
+        "verdict": "FAILED" if not result.passed else "ok" if rms is not None and rms.limit is not None else "",
+        "text": result.system.case.text,
+    }

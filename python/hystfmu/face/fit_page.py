@@ -29,6 +29,13 @@ def fit_page(model: Model, data: Dataset) -> str:
     data : Dataset
         With a measured output.
     """
+    title = f"{model.key} fitted to {data.name}"
+    head = [f"<h1>{escape(title)}</h1>", f'<p class="lead">{escape(model.text)}</p>']
+    return page(title, [*head, *map(section, fit_sections(model, data))])
+
+
+def fit_sections(model: Model, data: Dataset) -> list[Section]:
+    """Return the sections of the page: errors with interval and plots, warnings, model, origin; as `fit_page`."""
     y = free_run(model, data)
     first = Section(
         "Errors",
@@ -40,15 +47,7 @@ def fit_page(model: Model, data: Dataset) -> str:
     warnings = Section(
         "Warnings", "" if warned else "None.", [Table(("warning",), [(w,) for w in warned])] if warned else []
     )
-    body = [
-        f"<h1>{escape(model.key)} fitted to {escape(data.name)}</h1>",
-        f'<p class="lead">{escape(model.text)}</p>',
-        section(first),
-        section(warnings),
-        section(Section("Model", "", tables(model))),
-        section(Section("Origin", data.read_as, [_origin(model)])),
-    ]
-    return page(f"{model.key} fitted to {data.name}", body)
+    return [first, warnings, Section("Model", "", tables(model)), Section("Origin", data.read_as, [_origin(model)])]
 
 
 def interval_of(model: Model, y: Array, data: Dataset, refit: bool) -> tuple[Interval | None, str]:

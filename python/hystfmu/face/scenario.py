@@ -339,6 +339,42 @@ class Scenario:
         self._spec.setdefault("loops", []).append([abscissa, ordinate])
         return self
 
+    def margins(
+        self,
+        case: str | None = None,
+        *,
+        Ms_db: float | None = None,
+        corners: Sequence[str] = ("*",),
+        slopes: tuple[float, float] | None = None,
+        stable_to_steps: float | None = None,
+    ) -> Scenario:
+        """State limits of the linearised loop; ``hystfmu margins`` holds it against them.
+
+        Parameters
+        ----------
+        case : str, optional
+            Case whose sensitivity is limited, for slope 1 of plant over inverse; default the first.
+        Ms_db : float, optional
+            Largest peak of its sensitivity (dB).
+        corners : sequence of str
+            Cases whose loops must be stable; ``?`` and ``*`` stand for any letters.
+        slopes : (float, float), optional
+            Local slopes of plant over inverse in the corners; default those along their paths.
+        stable_to_steps : float, optional
+            Steps beyond the delay of a corner up to which it is stable.
+
+        Returns
+        -------
+        Scenario
+            This one.
+        """
+        numbers = {"Ms_db": Ms_db, "stable_to_steps": stable_to_steps}
+        table = {"case": case} | {k: _number(v) for k, v in numbers.items()} | {"corners": list(corners)}
+        table |= {"slopes": [_number(v) for v in slopes]} if slopes is not None else {}
+        self._edit()
+        self._spec["margins"] = {k: v for k, v in table.items() if v is not None}
+        return self
+
     # ---- what is done with it ---------------------------------------------------------------------------------------
     def run(
         self,

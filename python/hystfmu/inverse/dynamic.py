@@ -128,7 +128,7 @@ def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Mode
     """
     if model.step is None:
         raise InputError(f"The model {model.key} must state its step for an inverse of its dynamics. Got none.")
-    ahead, taps = _feedforward(parts, model.step)
+    ahead, taps = feedforward(parts, model.step)
     behind = inverted(parts.front)
     g = behind.graph
     name = "dynamics"
@@ -152,8 +152,21 @@ def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Mode
     return Model(f"{model.key}_inverse", graph, model.step, text, {**behind.fit, **lag}, provenance)
 
 
-def _feedforward(parts: Parts, h: float) -> tuple[int, Array]:
-    """Return the number of samples ahead and the weights of the last samples, newest first."""
+def feedforward(parts: Parts, h: float) -> tuple[int, Array]:
+    """Return the number of samples ahead and the weights of the last samples, newest first.
+
+    Parameters
+    ----------
+    parts : Parts
+        Their transfer functions are inverted; gains and delays are not.
+    h : float
+        Step (s).
+
+    Raises
+    ------
+    InputError
+        The dynamics have no static gain, or need more than `MOST_AHEAD` samples.
+    """
     fractions = parts.fractions(h)
     theta = min(2 * np.pi * BAND * parts.frequency() * h, np.pi / 10)
     z = np.exp(1j * theta)

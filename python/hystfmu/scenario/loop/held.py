@@ -20,7 +20,7 @@ def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
     Parameters
     ----------
     plant : (A, B, C, D), shapes (n, n), (n, 1), (1, n), (1, 1)
-        One input and one output, without direct feed-through; time in s.
+        One input and one output, without direct feed-through; time in s.  Without states it is a gain D.
     h : float
         Step (s).
     delay : float
@@ -29,7 +29,7 @@ def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
     Returns
     -------
     (A, B, C, D), shapes (n + q, n + q), (n + q, 1), (1, n + q), (1, 1)
-        States of the plant, then the q past commands that still act.
+        States of the plant, then the q past commands that still act; a gain takes the last one that has come.
 
     Raises
     ------
@@ -42,6 +42,9 @@ def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
 @functools.lru_cache(maxsize=256)
 def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: float) -> StateSpace:
     A, B, C, D = (np.frombuffer(data).reshape(shape) for shape, data in content)
+    if not len(A):
+        past = 1 + int(np.ceil(delay - 1e-9))
+        return np.eye(past, k=-1), np.eye(past)[:, :1], D * np.eye(past)[-1:], np.zeros((1, 1))
     if np.any(D):
         raise InputError("The dynamics of the plant must have no direct feed-through. Got some.")
     whole = int(np.floor(delay + 1e-12))

@@ -106,17 +106,15 @@ def without_levels(graph: Graph) -> Graph:
 
 
 def dynamics(system: System, side: PlantSide, between: Collection[int]) -> StateSpace:
-    """Return the linear dynamics of the plant side, with static gain 1.
+    """Return the linear dynamics of the plant side, with static gain 1; without any, a gain of 1.
 
     Raises
     ------
     InputError
-        There are none, or they are not in series.
+        They are not in series.
     """
     undone = _undoes_creep(system, between)
     chain = [n for link in side.links for n in _on_the_way(system, link, side) if not (undone and n.type == CREEP)]
-    if not chain:
-        raise InputError(f"{system.case.title}: The plant must have linear dynamics to have margins. Got a static one.")
     gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([static_gain(n) for n in chain]))})
     nodes = [gain, *(Node(f"part{i}", n.type, n.dims, n.values) for i, n in enumerate(chain))]
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]

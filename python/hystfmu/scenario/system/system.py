@@ -21,7 +21,14 @@ from hystfmu.graph.rate_classes import is_sampled
 from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.delay_setting import SIZE, delayed, sizes
 from hystfmu.scenario.system.foreign import Foreign
-from hystfmu.scenario.system.unit_graph import load_unit, parameter_names, scalar_names, start_values, with_values
+from hystfmu.scenario.system.unit_graph import (
+    first_outputs,
+    load_unit,
+    parameter_names,
+    scalar_names,
+    start_values,
+    with_values,
+)
 
 Rows = np.ndarray[Any, np.dtype[np.int64]]
 CHUNK_VALUES, SHORTEST_CHUNK = 1 << 17, 512  # of a chunk of rows: doubles, and rows at least
@@ -204,10 +211,13 @@ class System:
         return tuple(p for p in self.parts if isinstance(p.graph, Foreign))
 
     def starts(self) -> Array:
-        """Values before the units are initialised: the start values of their outputs, shape (n_values,)."""
+        """Values before the units are initialised, shape (n_values,).
+
+        The outputs of delays are known then; others have their start values.
+        """
         if self.begins:
             return np.array(self.begins)
-        return np.array([s for p in self.parts for s in start_values(p.graph, "output")], dtype=np.float64)
+        return np.array([s for p in self.parts for s in first_outputs(p.graph)], dtype=np.float64)
 
 
 def build(case: Case) -> System:

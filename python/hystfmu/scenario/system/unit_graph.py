@@ -83,6 +83,26 @@ def start_values(graph: Graph | Foreign, kind: str) -> list[float]:
     return [s for p in graph.ports if p.kind == kind for s in p.start]
 
 
+def first_outputs(graph: Graph | Foreign) -> list[float]:
+    """Scalar outputs before any input is known: those of delays, which units in front of them read; else start values.
+
+    Parameters
+    ----------
+    graph : Graph or Foreign
+        A foreign FMU has start values.
+    """
+    if isinstance(graph, Foreign):
+        return start_values(graph, "output")
+    outputs = [p for p in graph.ports if p.kind == "output"]
+    nodes = graph.nodes
+    known = {p.name for p in outputs if nodes[p.node].block.rate == "sampled" and not nodes[p.node].feeds_through()}
+    if not known:
+        return start_values(graph, "output")
+    executor = graph.executor()
+    executor.start(0.0)
+    return [executor.get(p.reference + i) if p.name in known else s for p in outputs for i, s in enumerate(p.start)]
+
+
 def parameter_names(graph: Graph | Foreign) -> set[str]:
     """Every name that `set` may use: whole parameters and their elements."""
     if isinstance(graph, Foreign):

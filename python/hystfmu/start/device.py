@@ -1,0 +1,170 @@
+"""A fitted model as a loop sees it: hysteresis with its inverse, linear dynamics behind it, and devices that differ."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.data.reversals import reversals
+from hystfmu.design.sector import static_gain
+from hystfmu.face.model import Model
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.inverse.dynamic import Parts, feedforward, split
+from hystfmu.inverse.input_range import at_start, over_range
+from hystfmu.model.inputs import beside
+
+GAIN, FREQUENCY = 0.2, 0.2  # by which a device may differ from its model
+SAMPLES = 100  # steps of the loop in a period of the references, at least
+LONGEST = 20_000  # and at most
+DYNAMICS = "transfer_function"
+
+
+@dataclass(frozen=True)
+class Device:
+    """A fitted model and its parts.
+
+    Attributes
+    ----------
+    model : Model
+        The whole.
+    inverse : Model
+        Inverse of the model with its dynamics at rest.
+    ahead : Graph or None
+        Feed-forward of the dynamics; None if there are none.
+    lag_steps : int
+        Steps by which the output follows the wanted one behind feed-forward and inverse.
+    dynamics : tuple of Node
+        Transfer functions behind the hysteresis.
+    delay : int
+        Steps of delay behind it.
+    h : float
+        Step (s).
+    frequency : float
+        Of references (Hz): that of the record, as far as the step allows.
+    low, high, rest : float
+        Output at both ends of the range of the input, and before the first step.
+    """
+
+    model: Model
+    inverse: Model
+    ahead: Graph | None
+    lag_steps: int
+    dynamics: tuple[Node, ...]
+    delay: int
+    h: float
+    frequency: float
+    low: float
+    high: float
+    rest: float
+
+
+def device(model: Model, data: Dataset) -> Device:
+    """Cut a model into what a loop needs.
+
+    Parameters
+    ----------
+    model : Model
+        Fitted to `data`.
+    data : Dataset
+        Its input states how fast references may be.
+
+    Raises
+    ------
+    InputError
+        The model takes further inputs, has dynamics within its hysteresis, or no inverse.
+    """
+    if fault := unsuited(model):
+        raise InputError(f"{data.path or data.name}: {fault}")
+    parts = split(model) or Parts(model, ())
+    dynamics = tuple(n for n in parts.tail if n.type == DYNAMICS)
+    lag_steps, taps = feedforward(parts, data.h) if dynamics else (0, None)
+    y = model.predict(over_range(model, np.concatenate([np.linspace(a, b, 2000) for a, b in ((1, -1), (-1, 1))])))
+    return Device(
+        model,
+        _at_rest(model, parts).inverse(),
+        None if taps is None else _filter(taps, at_start(model)),
+        lag_steps + parts.delay,
+        dynamics,
+        parts.delay,
+        data.h,
+        _frequency(data),
+        float(y.min()),
+        float(y.max()),
+        at_start(model),
+    )
+
+
+def unsuited(model: Model) -> str:
+    """Return why a model cannot stand in the loop; empty if it can."""
+    if names := beside(model.graph):
+        return f"A loop is made for a model of one input. Got {', '.join(names)} beside it: use hystfmu fit."
+    front = (split(model) or Parts(model, ())).front
+    inner = [n.type for n in front.graph.nodes if n.block.rate in ("sampled", "continuous") and n.type != "creep"]
+    if inner:
+        return f"A loop is made for dynamics behind the hysteresis. Got {model.key}, whose {inner[0]} has them within."
+    return ""
+
+
+def _at_rest(model: Model, parts: Parts) -> Model:
+    """Return the model with its dynamics at rest: their static gains, no delay."""
+    g = model.graph
+    for n in parts.tail:
+        if n.type in (DYNAMICS, "delay"):
+            gain = static_gain(n) if n.type == DYNAMICS else 1.0
+            g = g.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
+    return Model.of(replace(model, graph=g, fit={}))
+
+
+def _filter(taps: Array, rest: float) -> Graph:
+    """Return a block that weighs the last samples, with static gain 1; before the first one they are `rest`."""
+    dims = {"n_u": len(taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
+    node = Node("dynamics", "polynomial_narx", dims, {"theta": [*(taps / taps.sum()).tolist(), 0.0]})
+    return Graph([node], [], [Input("u", ("dynamics.u",), start=rest)], [Output("y", "dynamics.y")])
+
+
+def corners(found: Device) -> Iterator[tuple[str, str, Model]]:
+    """Yield devices at the corners of what the model may be wrong by: name, text, model.
+
+    The gain differs by `GAIN`, and the frequencies of the dynamics by `FREQUENCY`.
+    """
+    frequencies = ((1 - FREQUENCY, "slow"), (1 + FREQUENCY, "fast")) if found.dynamics else ((1.0, ""),)
+    for k, side in ((1 + GAIN, "up"), (1 - GAIN, "down")):
+        for f, speed in frequencies:
+            name = f"{side}_{speed}" if speed else side
+            text = f"gain {100 * (k - 1):+.0f} %" + (f", frequencies {100 * (f - 1):+.0f} %" if speed else "")
+            yield name, text, _differing(found, k, f)
+
+
+def _differing(found: Device, k: float, f: float) -> Model:
+    """Return the model with k times the gain around the output at rest, and f times the frequencies."""
+    g = found.model.graph
+    for n in found.dynamics:
+        g = g.replace(faster(n, f))
+    name = "corner"
+    while name in {n.name for n in g.nodes}:
+        name += "_"
+    (out,) = g.outputs
+    node = Node(name, "scaling", {"n": 1}, {"gain": k, "offset": (1 - k) * found.rest})
+    ends = [replace(out, source=f"{name}.y")]
+    graph = Graph([*g.nodes, node], [*g.wires, (out.source, f"{name}.u")], g.inputs, ends, sort=False, step=g.step)
+    return Model.of(replace(found.model, graph=graph, text=f"{k:g} times the gain, {f:g} times the frequencies"))
+
+
+def faster(node: Node, f: float) -> Node:
+    """Return a transfer function with all its frequencies multiplied by f: s becomes s / f."""
+    values = dict(node.values)
+    for key, n in (("b", node.dims["nb"]), ("a", node.dims["na"])):
+        values[key] = (node.value(key) / f ** np.arange(n, -1, -1.0)).tolist()
+    return replace(node, values=values)
+
+
+def _frequency(data: Dataset) -> float:
+    """Return half the mean rate of reversals of the input, at least `SAMPLES` steps a period."""
+    turns = sum(len(reversals(data.u[rows])) for rows in data.records)
+    found = max(turns, 1) / (2 * len(data.u) * data.h)
+    return float(f"{min(max(found, 1 / (LONGEST * data.h)), 1 / (SAMPLES * data.h)):.3g}")

@@ -1,0 +1,113 @@
+"""From one record to a loop: every file is there, the loop holds what is asked, a poor record says what to measure."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import hystfmu as hy
+from hystfmu.cli import main
+
+
+def call(*words: object) -> tuple[int, str, str]:
+    found = CliRunner().invoke(main, [str(w) for w in words], catch_exceptions=False)
+    return found.exit_code, found.stdout, found.stderr
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A German file of a device with return-point memory, and what `start` makes of it."""
+    folder = tmp_path_factory.mktemp("start")
+    data = hy.synthetic.piezo(60, 1000.0, seed=5)
+    lines = ["Zeit [ms];Spannung [V];Weg [µm]", *(f"{1e3 * t:.1f};{u:.6f};{y:.6f}" for t, u, y in _rows(data))]
+    (folder / "messung.csv").write_text("\r\n".join(lines).replace(".", ","), encoding="cp1252")
+    words = ["--time", "Zeit [ms]", "--model", "prandtl_ishlinskii", "--json"]
+    status, out, _ = call("start", folder / "messung.csv", *words, "-o", folder / "mine")
+    (folder / "told.json").write_text(out)
+    assert status == 0, out
+    return folder
+
+
+def _rows(data: hy.Dataset) -> list[tuple[float, float, float]]:
+    return list(zip(data.t.tolist(), data.u.tolist(), data.y.tolist(), strict=True))
+
+
+def test_milliseconds_are_not_seconds(made: Path) -> None:
+    told = json.loads((made / "told.json").read_text())
+    assert told["passed"]
+    assert hy.Model.load(made / "mine" / "messung.model.toml").step == pytest.approx(1e-3)
+
+
+def test_every_case_that_has_a_limit_meets_it(made: Path) -> None:
+    cases = {c["case"]: c for c in json.loads((made / "told.json").read_text())["cases"]}
+    asked = {n for n, c in cases.items() if c["asked_percent"]}
+    assert {"sine", "nested", "triangle", "two_steps", "up", "down", "up_two_steps", "down_two_steps"} <= asked
+    assert all(float(cases[n]["rms_percent"]) <= float(cases[n]["asked_percent"]) for n in asked)
+    assert float(cases["sine"]["rms_percent"]) < 0.1 * float(cases["neither"]["rms_percent"])
+
+
+def test_each_artefact_is_there_and_its_command_repeats_it(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files = json.loads((made / "told.json").read_text())["files"]
+    assert all(Path(f["path"]).exists() for f in files.values())
+    monkeypatch.chdir(made)
+    before = Path(files["model"]["path"]).read_text()
+    status, out, err = call(*shlex.split(files["model"]["command"])[1:])
+    assert status == 0, out + err
+
+    def parameters(text: str) -> str:
+        return text.partition("[[blocks]]")[2]
+
+    assert parameters(Path(files["model"]["path"]).read_text()) == parameters(before) != ""
+    status, out, _ = call("run", files["loop"]["path"])
+    assert status == 0, out
+    status, out, _ = call("margins", files["loop"]["path"])
+    assert status == 0, out
+
+
+def test_the_loop_runs_to_the_same_bits_in_both_engines(made: Path) -> None:
+    loop = hy.Scenario.load(made / "mine" / "loop")
+    one, two = (loop.run("nested", engine=e).trace for e in ("native", "fmpy"))
+    assert one is not None
+    assert two is not None
+    assert (one["plant.y"] == two["plant.y"]).all()
+
+
+def test_a_device_starts_at_rest(made: Path) -> None:
+    """The first voltage is that of the record: without feedback the exact inverse has no error, from the start on."""
+    trace = hy.Scenario.load(made / "mine" / "loop").run("inverse_only", engine="native").trace
+    assert trace is not None
+    late = 2  # steps between a command and what it does
+    e = trace["plant.y"][late:] - trace["reference.r"][late:]
+    assert np.abs(e).max() < 1e-9 * np.ptp(trace["reference.r"])
+
+
+def test_a_poor_record_says_what_to_measure_next(tmp_path: Path) -> None:
+    k = np.arange(300)
+    u = 50 + 50 * np.exp(-0.002 * k) * np.sin(2 * np.pi * k / 50)
+    play = hy.Model("device", hy.blocks.PrandtlIshlinskii(w0=0.5, r=[5.0, 12.0], w=[0.3, 0.2]).graph)
+    hy.Dataset(1e-3 * k, u, play.predict(u)).to_csv(tmp_path / "decay.csv")
+    status, out, err = call("start", tmp_path / "decay.csv", "--model", "prandtl_ishlinskii", "-o", tmp_path / "mine")
+    assert status == 0, out + err
+    assert "not informative enough to identify memory" in err
+    assert (tmp_path / "mine" / "report.html").exists()
+    found = np.genfromtxt(tmp_path / "mine" / "measure_next.csv", delimiter=",", skip_header=1)
+    t, v = found[:, 0], found[:, 1]
+    assert np.allclose(np.diff(t), 1e-3)
+    assert v[0] == v[-1] == pytest.approx(u[0])
+    assert u.min() - 1e-9 <= v.min() <= v.max() <= u.max() + 1e-9
+    measured = hy.Dataset(t, v, play.predict(v))
+    assert not any("informative" in w for w in hy.fit(measured, "prandtl_ishlinskii").fit.get("warnings", ()))
+
+
+def test_a_model_without_inverse_ends_in_one_line(tmp_path: Path) -> None:
+    u = np.sin(np.arange(400) / 20)
+    hy.Dataset(1e-3 * np.arange(400), u, u**2).to_csv(tmp_path / "folded.csv")
+    status, _, err = call("start", tmp_path / "folded.csv", "--model", "play_bank_mlp", "-o", tmp_path / "mine")
+    assert status == 2
+    assert len(err.strip().splitlines()) == 1
+    assert not (tmp_path / "mine").exists()
