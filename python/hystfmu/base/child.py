@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
 import sys
+import tempfile
+import time
+from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
+from typing import IO
 
+from hystfmu.base.confine import Box, unconfined
 from hystfmu.base.package_files import PACKAGE
 
 MOST_LOG = 1 << 16
+_MOST_OUTPUT = 1 << 24  # bytes on the disk; what is older is dropped
+_LOOK = 0.5  # s: between two looks at the size of the output
+_END = 10.0  # s: time for the supervisor to end all processes
+_TOLD: set[str] = set()
 
 
 def limit_memory(gigabytes: float) -> None:
@@ -35,38 +46,98 @@ def late(seconds: float) -> str:
     return f"not finished after {seconds:g} s: a unit hangs, or allow more time"
 
 
-def start(*arguments: str) -> subprocess.Popen[bytes]:
-    """Start Python with this package on its path.
+def tell_unconfined() -> None:
+    """Say once, on stderr, what this system cannot keep foreign FMUs from."""
+    may = unconfined()
+    if may and may not in _TOLD:
+        _TOLD.add(may)
+        print(f"hystfmu: foreign FMUs are not confined on this system: they may {may}", file=sys.stderr)
 
-    The child leads a process group of its own, so that `finish` also ends the processes that it starts.
+
+class Child:
+    """Python with this package on its path, in a session of its own; its output goes to a file.
+
+    A pipe would be open as long as any process that the child has started, and waited for as long.  On Linux a
+    supervisor ends these processes with the child.  Elsewhere its process group ends, on Windows the child alone.
+
+    Parameters
+    ----------
+    *arguments : str
+        Of Python.
+    box : Box, optional
+        Confines the child as far as this system can.
     """
-    package = str(PACKAGE.parent)
-    path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
-    return subprocess.Popen(
-        [sys.executable, *arguments],
-        env={**os.environ, "PYTHONPATH": path},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        start_new_session=True,
-    )
 
+    def __init__(self, *arguments: str, box: Box | None = None) -> None:
+        package = str(PACKAGE.parent)
+        path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
+        command = ["-P", *arguments]  # the current folder is no place for modules
+        if box is not None:
+            tell_unconfined()
+        if sys.platform == "linux":
+            inside = json.dumps(None if box is None else asdict(box))
+            command = ["-S", "-P", "-m", "hystfmu.base.supervisor", str(os.getpid()), inside, *command]
+        self._output: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115
+        self._dropped = b""
+        self._process = subprocess.Popen(
+            [sys.executable, *command],
+            env={**os.environ, "PYTHONPATH": path},
+            stdin=subprocess.DEVNULL,
+            stdout=self._output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
 
-def finish(child: subprocess.Popen[bytes], seconds: float) -> tuple[list[str], bool]:
-    """Wait at most `seconds` for a child, then kill its process group.
+    @property
+    def status(self) -> int:
+        """Status with which it ended; the negative number of a signal."""
+        return int(self._process.returncode)
 
-    Returns
-    -------
-    lines : list of str
-        The last 64 KiB of its output, as lines.
-    in_time : bool
-        Whether it ended by itself.
-    """
-    try:
-        out, in_time = child.communicate(timeout=seconds)[0], True
-    except subprocess.TimeoutExpired:
-        if hasattr(os, "killpg"):
-            os.killpg(child.pid, signal.SIGKILL)
-        child.kill()
-        out, in_time = child.communicate()[0], False
-    return out[-MOST_LOG:].decode(errors="replace").strip().splitlines(), in_time
+    def finish(self, seconds: float) -> tuple[list[str], bool]:
+        """Wait at most `seconds`, then end the child and all that it has started.
+
+        Returns
+        -------
+        lines : list of str
+            The last 64 KiB of its output, as lines.
+        in_time : bool
+            Whether it ended by itself.
+        """
+        end = time.monotonic() + seconds
+        try:
+            while self._process.poll() is None and (left := end - time.monotonic()) > 0:
+                with suppress(subprocess.TimeoutExpired):
+                    self._process.wait(min(left, _LOOK))
+                self._drop_output()
+            in_time = self._process.poll() is not None
+        finally:
+            self._end()
+        with self._output:
+            return self._last_output().decode(errors="replace").strip().splitlines(), in_time
+
+    def _last_output(self) -> bytes:
+        handle = self._output.fileno()
+        at = max(os.fstat(handle).st_size - MOST_LOG, 0)
+        if sys.platform == "win32":
+            os.lseek(handle, at, os.SEEK_SET)
+            content = os.read(handle, MOST_LOG)
+        else:
+            content = os.pread(handle, MOST_LOG, at)  # the child writes where this handle stands
+        return (self._dropped + content.lstrip(b"\0"))[-MOST_LOG:]
+
+    def _drop_output(self) -> None:
+        """Keep a child that prints without end from filling the disk; the file becomes one with a hole."""
+        if getattr(os.fstat(self._output.fileno()), "st_blocks", 0) * 512 > _MOST_OUTPUT:
+            self._dropped = self._last_output()
+            os.ftruncate(self._output.fileno(), 0)
+
+    def _end(self) -> None:
+        if self._process.poll() is None and sys.platform == "linux":
+            self._process.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_END)
+        if hasattr(os, "killpg") and not (sys.platform == "linux" and self._process.poll() is not None):
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.kill()
+        self._process.wait()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option
+from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
 
 if TYPE_CHECKING:
     from hystfmu.graph.blocks import Block
@@ -114,8 +114,9 @@ def _block(name: str, values: dict[str, Any]) -> Block:
 @click.command(cls=Command)
 @click.argument("fmu")
 @click.option("--seconds", default=60.0, show_default=True, help="Time limit of the check (s).")
+@unconfined_option
 @json_option
-def validate(fmu: str, seconds: float, as_json: bool) -> None:
+def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:
     """Check an FMU of any origin, of FMI 1.0, 2.0 or 3.0.
 
     Checks the archive, applies the static checks of fmpy and fmutool, and runs the FMU in a child process.
@@ -128,7 +129,7 @@ def validate(fmu: str, seconds: float, as_json: bool) -> None:
     """
     import hystfmu as hy
 
-    problems = hy.validate(fmu, seconds)
+    problems = hy.validate(fmu, seconds, not unconfined)
     if as_json:
         click.echo(json.dumps({"file": fmu, "problems": problems}))
     else:

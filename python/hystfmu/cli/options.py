@@ -19,6 +19,11 @@ FAILED, BAD_INPUT = 1, 2
 MOST_BYTES = 2**20  # of a file of settings
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+unconfined_option = click.option(
+    "--unconfined",
+    is_flag=True,
+    help="Run foreign FMUs with your rights, for one that needs a licence server, another program or its own files.",
+)
 
 
 class Command(click.Command):

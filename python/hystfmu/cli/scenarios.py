@@ -10,7 +10,7 @@ from typing import Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option
+from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
 
 
 @click.command(cls=Command)
@@ -43,6 +43,7 @@ from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_
     metavar="SECONDS",
     help="Time limit of a case with foreign FMUs, which run in a child process.",
 )
+@unconfined_option
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="Run only the cases with this name; repeatable.")
 @click.option("--step", type=float, metavar="SECONDS", help="Step of an SSP: overrides the one it states.")
 @click.option("--stop", type=float, metavar="SECONDS", help="Stop time of an SSP: overrides the one it states.")
@@ -67,6 +68,7 @@ def run(
     engine: Literal["fmpy", "native"],
     coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
     timeout: float,
+    unconfined: bool,
     cases: tuple[str, ...],
     step: float | None,
     stop: float | None,
@@ -92,7 +94,7 @@ def run(
         from hystfmu.scenario.ssp.run import run_ssp_file
 
         _refuse(context, _NOT_OF_AN_SSP, f"{scenarios[0]}: an SSP archive runs alone and unchanged")
-        lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out)
+        lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out, not unconfined)
         click.echo("\n".join(lines))
         sys.exit(0 if passed else FAILED)
     _refuse(context, ("step", "stop"), "step and stop of a scenario are set in its scenario.toml")
@@ -122,6 +124,7 @@ def run(
             engine=engine,
             coupling=coupling,
             seconds=timeout,
+            confined=not unconfined,
             confirm=agreed,
             case=cases or None,
             out=out,
@@ -292,9 +295,16 @@ def ssp(
     type=click.Choice(["failed"]),
     help="Run failed rows again; those that failed at a limit which was raised always run again.",
 )
+@unconfined_option
 @json_option
 def study(
-    study: str, folder: str, jobs: int | None, on: str | None, retry: Literal["failed"] | None, as_json: bool
+    study: str,
+    folder: str,
+    jobs: int | None,
+    on: str | None,
+    retry: Literal["failed"] | None,
+    unconfined: bool,
+    as_json: bool,
 ) -> None:
     """Run a scenario with many parameter variations.
 
@@ -312,7 +322,7 @@ def study(
     from hystfmu.studies.report import spreads
 
     with counter("running") as report:
-        outcome = hy.study(study, folder, workers=jobs, on=on, retry=retry, progress=report)
+        outcome = hy.study(study, folder, workers=jobs, on=on, retry=retry, confined=not unconfined, progress=report)
     summary = outcome.summary
     facts = {"rows": len(outcome.rows), "ran": outcome.ran, "failed": len(outcome.failed)}
     if as_json:

@@ -22,6 +22,7 @@ def run(
     set: Mapping[str, Any] | None = None,
     coupling: Scheme | None = None,
     seconds: float = 600.0,
+    confined: bool = True,
     report: str | Path | None = None,
     record: bool = False,
     confirm: Callable[[list[Change]], bool] = lambda changes: True,
@@ -44,6 +45,8 @@ def run(
         Scheme for all cases instead of their own.
     seconds : float
         Longest time of a case with foreign FMUs.
+    confined : bool
+        Whether these run without network and write into a folder of their own only, where the system can.
     report : path, optional
         Write report.html and report.json into this folder.
     record : bool
@@ -79,6 +82,7 @@ def run(
             engine=engine,
             coupling=coupling,
             seconds=seconds,
+            confined=confined,
             confirm=confirm,
             case=case,
             out=out,

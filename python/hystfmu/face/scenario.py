@@ -384,6 +384,7 @@ class Scenario:
         set: Mapping[str, Any] | None = None,
         coupling: Scheme | None = None,
         seconds: float = 600.0,
+        confined: bool = True,
         out: str | Path | None = None,
     ) -> Result:
         """Run one case; `hystfmu.run(scenario)` runs all.
@@ -400,6 +401,8 @@ class Scenario:
             Scheme for this run.
         seconds : float
             Longest time of a run with foreign FMUs.
+        confined : bool
+            Whether these run without network and write into a folder of their own only, where the system can.
         out : path, optional
             Write all outputs there, as CSV.
 
@@ -418,8 +421,9 @@ class Scenario:
                 f"{self._origin}: The case of run() must be one of {', '.join(self.cases)}. Got none; hystfmu.run() "
                 "runs all."
             )
+        limits: dict[str, Any] = {"seconds": seconds, "confined": confined}
         found = run_scenarios(
-            [self.ready()], case=case, engine=engine, overrides=set, coupling=coupling, seconds=seconds, out=out
+            [self.ready()], case=case, engine=engine, overrides=set, coupling=coupling, out=out, **limits
         )
         return Result.of(found[0])
 

@@ -82,6 +82,7 @@ def study(
     workers: int | None = None,
     on: str | None = None,
     retry: Literal["failed"] | None = None,
+    confined: bool = True,
     progress: Callable[[int, int, float], None] = lambda done, total, rate: None,
 ) -> Outcome:
     """Run a scenario over many variations; an interrupted study goes on where it stopped.
@@ -98,6 +99,8 @@ def study(
         ``dask://HOST:PORT`` instead of local processes.
     retry : {"failed"}, optional
         Run failed rows again.  Those that failed at a limit of time or memory which is now higher always run again.
+    confined : bool
+        Whether foreign FMUs run without network and write into a folder of their own only, where the system can.
     progress : function, optional
         Called with rows done, rows in all, rows a second.
 
@@ -127,10 +130,10 @@ def study(
     from hystfmu.studies import run_study
 
     into = Path(Path(path).name.removesuffix(".toml").removesuffix(".study")) if folder is None else folder
-    return run_study(path, into, workers=workers, on=on, retry=retry, progress=progress)
+    return run_study(path, into, workers=workers, on=on, retry=retry, confined=confined, progress=progress)
 
 
-def validate(path: str | Path, seconds: float = 60.0) -> list[str]:
+def validate(path: str | Path, seconds: float = 60.0, confined: bool = True) -> list[str]:
     """Check an FMU of any origin: archive, description, behaviour.
 
     Parameters
@@ -139,6 +142,8 @@ def validate(path: str | Path, seconds: float = 60.0) -> list[str]:
         The FMU.  Its native code is executed, in a child process.
     seconds : float
         Time limit.
+    confined : bool
+        Whether the FMU runs without network and writes into a folder of its own only, where the system can.
 
     Returns
     -------
@@ -159,4 +164,4 @@ def validate(path: str | Path, seconds: float = 60.0) -> list[str]:
     """
     from hystfmu.fmu.check.check import check_fmu
 
-    return check_fmu(path, seconds)
+    return check_fmu(path, seconds, confined)

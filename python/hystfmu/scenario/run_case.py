@@ -29,6 +29,7 @@ def run_case(
     *,
     strict: bool = True,
     seconds: float = 600.0,
+    confined: bool = True,
     out: str | Path | None = None,
 ) -> tuple[Result, Record | None]:
     """Run a case and judge it.
@@ -41,6 +42,8 @@ def run_case(
         A missing baseline or a change against it is a failure; otherwise the limits alone decide.
     seconds : float
         Longest time for a case with foreign FMUs.
+    confined : bool
+        Whether these run without network and write into a folder of their own only, where the system can.
     out : path, optional
         Write all outputs there, as CSV.
 
@@ -58,7 +61,7 @@ def run_case(
         with ExitStack() as stack:
             if out is not None:
                 adders.append(stack.enter_context(row_file(out, system)))
-            for chunk in chunks(system, engine, store, seconds):
+            for chunk in chunks(system, engine, store, seconds, confined):
                 for add in adders:
                     add(chunk)
                 counted.add(chunk.sweeps)

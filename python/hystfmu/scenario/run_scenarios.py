@@ -29,6 +29,7 @@ def run_scenarios(
     engine: Engine = "fmpy",
     coupling: Scheme | None = None,
     seconds: float = 600.0,
+    confined: bool = True,
     confirm: Callable[[list[Change]], bool] = lambda changes: True,
     case: str | Sequence[str] | None = None,
     out: str | Path | None = None,
@@ -53,6 +54,8 @@ def run_scenarios(
         Scheme for all cases instead of their own.
     seconds : float
         Longest time for a case with foreign FMUs.
+    confined : bool
+        Whether these run without network and write into a folder of their own only, where the system can.
     confirm : callable
         With `record`: asked once, with what would change in the baselines, before anything is written.
     case : str or sequence of str, optional
@@ -88,9 +91,8 @@ def run_scenarios(
         with FmuStore() as store:
             ran = []
             for system in p.systems:
-                result, record_of = run_case(
-                    system, p.baseline, engine, store, strict=p.strict, seconds=seconds, out=out
-                )
+                limits: dict[str, Any] = {"seconds": seconds, "confined": confined}
+                result, record_of = run_case(system, p.baseline, engine, store, strict=p.strict, out=out, **limits)
                 ran.append((replace(result, loop=loop_figures(system)), record_of))
                 advance(system.n_steps)
         results += [r for r, _ in ran]

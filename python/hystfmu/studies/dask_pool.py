@@ -25,7 +25,7 @@ _RUNNERS: dict[int, tuple[str, Runner]] = {}  # of this worker process, by threa
 
 
 def _run(
-    key: str, systems: list[System], engine: Engine, limits: tuple[float, float], tasks: list[Task]
+    key: str, systems: list[System], engine: Engine, limits: tuple[float, float, bool], tasks: list[Task]
 ) -> list[dict[str, Any]]:
     thread = threading.get_ident()
     if thread not in _RUNNERS or _RUNNERS[thread][0] != key:
@@ -70,6 +70,8 @@ class DaskPool:
     timeout, memory : float
         Limits of time (s) and memory (GB) for a run with foreign FMUs.  Other runs cannot hang, and Dask limits their
         memory.
+    confined : bool
+        Whether foreign FMUs run without network and write into a folder of their own only, where the system can.
 
     Raises
     ------
@@ -77,7 +79,15 @@ class DaskPool:
         If the address is invalid, no scheduler answers, or Dask is not installed.
     """
 
-    def __init__(self, address: str, systems: list[System], engine: Engine, timeout: float, memory: float) -> None:
+    def __init__(
+        self,
+        address: str,
+        systems: list[System],
+        engine: Engine,
+        timeout: float,
+        memory: float,
+        confined: bool = True,
+    ) -> None:
         with extras("a study on a cluster (--on)"):
             import distributed
         self._dask: Any = distributed  # Dask has no type annotations
@@ -89,7 +99,7 @@ class DaskPool:
         except (OSError, ValueError, TimeoutError) as e:
             raise InputError(f"--on {address}: no Dask scheduler answers there ({e})") from None
         self._names = [s.case.name for s in systems]
-        self._engine, self._limits = engine, (timeout, memory)
+        self._engine, self._limits = engine, (timeout, memory, confined)
         self._key = uuid.uuid4().hex  # tells workers which runners belong to this study
         self._systems = self._client.scatter([systems], broadcast=True)[0]
         self._held: dict[Any, list[Task]] = {}  # running tasks by future

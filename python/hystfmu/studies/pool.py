@@ -8,12 +8,14 @@ worker twice, or exceeds the time limit, becomes a row with the reason.  A worke
 
 Workers of studies that run in the C core alone are forks: they start at once, with everything that the parent has
 imported, and use only what is safe in a fork of a process with threads.  All other workers (FMUs, foreign code,
-platforms without a safe fork) are new processes.
+platforms without a safe fork) are new processes.  One that runs foreign code is confined, has a supervisor on Linux,
+and is not believed: its answers are JSON, as nothing that it sends may be unpickled here.
 """
 
 from __future__ import annotations
 
 import gc
+import json
 import multiprocessing as mp
 import multiprocessing.connection
 import os
@@ -29,26 +31,44 @@ from contextlib import suppress
 from itertools import islice
 from typing import Any
 
-from hystfmu.base.child import late, limit_memory
+from hystfmu.base.child import late, limit_memory, tell_unconfined
+from hystfmu.base.confine import Box, confine
 from hystfmu.base.errors import InputError
+from hystfmu.scenario.engine.isolated import box_of
 from hystfmu.scenario.engine.master import Engine
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.task import Runner, Task, row_of
 
 MOMENT = 0.01  # s: a worker reports its finished tasks after this time; a message costs as much as a short run
 MOST_AT_ONCE = 64  # tasks given to a worker in one message
+END = 10.0  # s: time for a supervisor to end all processes
+MOST_ANSWER = 2**26  # bytes of a message from a worker
 
 
 def _work(
-    pipe: Any, begun: Any, parent: int, folder: str, systems: list[System], engine: Engine, memory: float
+    pipe: Any,
+    begun: Any,
+    parent: int,
+    folder: str,
+    systems: list[System],
+    engine: Engine,
+    memory: float,
+    box: Box | None,
 ) -> None:
-    tempfile.tempdir = folder  # the parent removes this folder: a killed process cannot
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles the interrupt
+    if _supervised(systems):
+        from hystfmu.base.supervisor import supervise  # of Linux
+
+        supervise(parent)  # the rest is a fork, with one thread, which `confine` needs
+        parent = os.getppid()
+    if box is not None:
+        confine(box)
+    tempfile.tempdir = folder  # the parent removes this folder: a killed process cannot
     gc.freeze()  # a garbage collection would copy the pages shared with the parent
     limit_memory(memory)
     runner = Runner(systems, engine)
     try:
-        pipe.send([])  # ready
+        pipe.send_bytes(b"[]")  # ready
         while True:
             while not pipe.poll(1.0):
                 if os.getppid() != parent:  # other forks hold copies of the pipe, so its end is no sign
@@ -56,16 +76,25 @@ def _work(
             rows, told = [], time.monotonic()
             for task in pipe.recv():
                 begun.value += 1
-                rows.append(runner(task))
+                rows.append(_answer(runner(task)))
                 if time.monotonic() - told > MOMENT:
-                    pipe.send(rows)
+                    pipe.send_bytes(json.dumps(rows).encode())
                     rows, told = [], time.monotonic()
             if rows:
-                pipe.send(rows)
+                pipe.send_bytes(json.dumps(rows).encode())
     except (EOFError, BrokenPipeError, ConnectionResetError):
         pass  # the parent is gone or has no more tasks
     finally:
         runner.close()
+
+
+def _answer(row: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
+    """Return what the parent does not know of a row."""
+    return row["status"], row["reason"], row["metrics"]
+
+
+def _supervised(systems: list[System]) -> bool:
+    return sys.platform == "linux" and any(s.foreign for s in systems)
 
 
 def _forked(systems: list[System], engine: Engine) -> bool:
@@ -73,12 +102,14 @@ def _forked(systems: list[System], engine: Engine) -> bool:
 
 
 class _Worker:
-    def __init__(self, systems: list[System], engine: Engine, memory: float) -> None:
+    def __init__(self, systems: list[System], engine: Engine, memory: float, confined: bool) -> None:
         context: Any = mp.get_context("fork" if _forked(systems, engine) else "spawn")
         self.pipe, theirs = context.Pipe()
         self._begun = context.RawValue("q", 0)
         self._folder = tempfile.mkdtemp(prefix="hystfmu-study-")
-        words = (theirs, self._begun, os.getpid(), self._folder, systems, engine, memory)
+        box = box_of(systems, self._folder) if confined and any(s.foreign for s in systems) else None
+        words = (theirs, self._begun, os.getpid(), self._folder, systems, engine, memory, box)
+        self._supervised, self._names = _supervised(systems), [s.case.name for s in systems]
         self.process = context.Process(target=_work, args=words, daemon=True)
         with warnings.catch_warnings():  # Python warns of threads in the parent; this fork needs none of their locks
             warnings.simplefilter("ignore", DeprecationWarning)
@@ -101,8 +132,23 @@ class _Worker:
             self.pipe.send(tasks)
 
     def take(self) -> list[dict[str, Any]]:
-        """Receive rows, and estimate from their duration how many tasks fit into twice `MOMENT`."""
-        rows: list[dict[str, Any]] = self.pipe.recv()
+        """Receive rows, and estimate from their duration how many tasks fit into twice `MOMENT`.
+
+        Raises
+        ------
+        EOFError
+            The worker ended, or sent what is no answer.
+        """
+        try:
+            answers = json.loads(self.pipe.recv_bytes(MOST_ANSWER))
+            rows = [
+                row_of(task, self._names[task.case], str(status), str(reason), {k: float(v) for k, v in found.items()})
+                for task, (status, reason, found) in zip(self.tasks, answers, strict=False)
+            ]
+            if len(rows) < len(answers):
+                raise EOFError
+        except (OSError, ValueError, TypeError, AttributeError, RecursionError):
+            raise EOFError from None
         now = time.monotonic()
         if rows:
             fits = int(2 * MOMENT * len(rows) / max(now - self.since, 1e-9))
@@ -115,16 +161,25 @@ class _Worker:
 
     def blamed(self) -> Task:
         """Remove the current task from the tasks of the worker and return it."""
-        at = max(self._begun.value - self.answered - 1, 0)
+        at = min(max(self._begun.value - self.answered - 1, 0), len(self.tasks) - 1)
         task = self.tasks[at]
         del self.tasks[at]
         return task
 
     def end(self) -> None:
         self.pipe.close()
+        self.kill()
+        self.process.join(END if self._supervised else None)
         self.process.kill()
         self.process.join()
         shutil.rmtree(self._folder, ignore_errors=True)
+
+    def kill(self) -> None:
+        """Begin to end it, with all that foreign code in it has started."""
+        if self._supervised:
+            self.process.terminate()
+        else:
+            self.process.kill()
 
 
 class _Waiting:
@@ -160,12 +215,24 @@ class Pool:
         Time limit of one task (s).
     memory : float
         Largest address space of a worker (GB).
+    confined : bool
+        Whether workers with foreign FMUs are confined, where the system can.
     """
 
     STARTUP = 60.0  # s: additional time for the imports of a new process
 
-    def __init__(self, systems: list[System], engine: Engine, n: int | None, timeout: float, memory: float) -> None:
-        self._of_worker = (systems, engine, memory)
+    def __init__(
+        self,
+        systems: list[System],
+        engine: Engine,
+        n: int | None,
+        timeout: float,
+        memory: float,
+        confined: bool = True,
+    ) -> None:
+        self._of_worker = (systems, engine, memory, confined)
+        if confined and any(s.foreign for s in systems):
+            tell_unconfined()
         self._names = [s.case.name for s in systems]
         self._n = n or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1))
         self._timeout = timeout
@@ -187,7 +254,7 @@ class Pool:
     def stop(self) -> None:
         """Announce the end of the tasks: the workers end while the parent goes on."""
         for w in self._workers:
-            w.process.kill()
+            w.kill()
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
         """Yield rows as they finish, of at most n tasks."""
@@ -210,17 +277,19 @@ class Pool:
             if w.pipe in ready:
                 try:
                     yield from w.take()
-                except (EOFError, ConnectionResetError):
-                    w.process.join()
+                except EOFError:
                     yield from self._dead(w, waiting)
+            elif w.process.exitcode is not None and not w.pipe.poll():  # a process that it started holds the pipe
+                yield from self._dead(w, waiting)
             elif time.monotonic() - w.since > self._timeout + (0.0 if w.ready else self.STARTUP):
                 task = w.blamed()
                 self._replace(w, waiting)
                 yield row_of(task, self._names[task.case], "timeout", late(self._timeout))
 
     def _dead(self, w: _Worker, waiting: _Waiting) -> Iterator[dict[str, Any]]:
-        task, status = w.blamed(), w.process.exitcode
+        task = w.blamed()
         self._replace(w, waiting)
+        status = w.process.exitcode
         self._unborn = 0 if w.ready else self._unborn + 1
         if self._unborn > 2 * self._n:  # no task is at fault
             raise InputError(

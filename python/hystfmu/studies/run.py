@@ -68,6 +68,7 @@ def run_study(
     workers: int | None = None,
     on: str | None = None,
     retry: Literal["failed"] | None = None,
+    confined: bool = True,
     progress: Progress = lambda done, total, rate: None,
 ) -> Outcome:
     """Run the missing rows of a study and write `results.parquet` and `report.html`.
@@ -84,6 +85,8 @@ def run_study(
         ``dask://HOST:PORT`` of a Dask scheduler, instead of local processes.
     retry : {"failed"}, optional
         Run failed rows again.  Those that failed at a limit of time or memory which is now higher always run again.
+    confined : bool
+        Whether foreign FMUs run without network and write into a folder of their own only, where the system can.
     progress : callable, optional
         Called after every row with (done, total, rows per second).
 
@@ -112,9 +115,9 @@ def run_study(
     engine = study.spec.engine
     pool: Pool | DaskPool
     if on is not None:
-        pool = DaskPool(on, systems, engine, study.spec.timeout, study.spec.memory)
+        pool = DaskPool(on, systems, engine, study.spec.timeout, study.spec.memory, confined)
     else:
-        pool = Pool(systems, engine, workers, study.spec.timeout, study.spec.memory)
+        pool = Pool(systems, engine, workers, study.spec.timeout, study.spec.memory, confined)
     first = there = 0
     try:
         with pool:

@@ -77,9 +77,9 @@ class Runner:
     engine : {"native", "fmpy"}
     folder : path, optional
         Folder for unpacked FMUs; by default the temporary folder.
-    limits : (float, float), optional
-        Limits of time (s) and memory (GB) for a run with foreign FMUs, which then runs in a child process.  Without
-        limits it runs in this process, which the caller has to watch.
+    limits : (float, float, bool), optional
+        Limits of time (s) and memory (GB) for a run with foreign FMUs, which then runs in a child process, and whether
+        that is confined.  Without limits it runs in this process, which the caller has to watch and to confine.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class Runner:
         systems: list[System],
         engine: Engine,
         folder: str | None = None,
-        limits: tuple[float, float] | None = None,
+        limits: tuple[float, float, bool] | None = None,
     ) -> None:
         self._systems, self._engine, self._folder, self._limits = systems, engine, folder, limits
         self._native: dict[tuple[object, ...], Native] = {}

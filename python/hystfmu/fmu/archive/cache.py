@@ -50,7 +50,7 @@ def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
         If the file is not an archive, is unsafe or too large, or cannot be unpacked.
     """
     digest = hashlib.sha256(read_bytes(path, MOST_UNPACKED)).hexdigest()
-    folder = cache_folder() / digest
+    folder = cache_folder().absolute() / digest
     if folder.is_dir():
         return folder, digest
     try:

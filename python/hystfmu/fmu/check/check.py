@@ -6,46 +6,46 @@ import importlib.util
 import json
 import re
 import signal
-import subprocess
 import tempfile
 import zipfile
 from pathlib import Path
 
-from hystfmu.base import child
+from hystfmu.base.child import Child
+from hystfmu.base.confine import Box
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check_source
 from hystfmu.fmu.archive.unpack import archive_problems, unpack, xml_problems
 
 
-def _run_problems(process: subprocess.Popen[bytes], result: Path, seconds: float) -> list[str]:
+def _run_problems(process: Child, result: Path, seconds: float) -> list[str]:
     """Return the findings of the child process, including the trial in which it crashed or hung."""
-    lines, in_time = child.finish(process, seconds)
+    lines, in_time = process.finish(seconds)
     if not result.exists():
-        return [f"the check failed: {lines[-1] if lines else process.returncode}"]
+        return [f"the check failed: {lines[-1] if lines else process.status}"]
     notes = json.loads(result.read_text())
     problems = [str(p) for p in notes["problems"]]
     if not in_time:
         problems.append(f"the FMU did not finish within {seconds:g} s while {notes['doing']}")
-    elif process.returncode < 0:
-        problems.append(f"the FMU crashed ({signal.Signals(-process.returncode).name}) while {notes['doing']}")
+    elif process.status < 0:
+        problems.append(f"the FMU crashed ({signal.Signals(-process.status).name}) while {notes['doing']}")
     elif not notes["done"]:
-        problems.append(f"the FMU ended its process with status {process.returncode} while {notes['doing']}")
+        problems.append(f"the FMU ended its process with status {process.status} while {notes['doing']}")
     if problems and lines and re.search("cannot be instantiated|failed with status", problems[0]):
         problems[0] += f" ({lines[-1]})"  # append the log message of the FMU
     return problems
 
 
-def _fmutool_problems(process: subprocess.Popen[bytes] | None, seconds: float) -> list[str]:
+def _fmutool_problems(process: Child | None, seconds: float) -> list[str]:
     """Return the errors that fmutool reports.  It is optional (extra `dev`)."""
     if process is None:
         return []
-    lines, _ = child.finish(process, seconds)
+    lines, _ = process.finish(seconds)
     found = (re.match(r"(?:ERROR|CRITICAL)\s*\|\s*(.*)", line) for line in lines)
     summary = re.compile(r"This FMU does not validate|error\(s\)")
     return [f"fmutool: {m[1]}" for m in found if m and not summary.search(m[1])]
 
 
-def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
+def check_fmu(path: str | Path, seconds: float = 60.0, confined: bool = True) -> list[str]:
     """Check archive, model description and behaviour of an FMU of any origin.
 
     The archive is inspected before it is unpacked.  Then the static checks of fmpy and, if installed, of fmutool are
@@ -56,7 +56,7 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
     events, the order of states, effects of rejected steps, dependencies and directional derivatives.  Those of
     `hystfmu.fmu.check.scheduled_trials` activate the partitions of Scheduled Execution.  An FMU may end its simulation
     by itself: a run is then as long as the FMU allows.  All but the inspection of the archive runs in child processes
-    with limits of time and memory.
+    with limits of time and memory, without network, and writes into a folder of its own only.
 
     Parameters
     ----------
@@ -64,6 +64,8 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
         The FMU.  Its native code is executed in a child process.
     seconds : float
         Time limit of the checks (s).
+    confined : bool
+        Whether the FMU runs without network and writes into a folder of its own only, where the system can.
 
     Returns
     -------
@@ -82,22 +84,25 @@ def check_fmu(path: str | Path, seconds: float = 60.0) -> list[str]:
             if problems:
                 return problems
             with tempfile.TemporaryDirectory(prefix="hystfmu-check-") as folder:
-                return unpack(archive, Path(folder, "fmu")) or _content_problems(Path(path), Path(folder), seconds)
+                return unpack(archive, Path(folder, "fmu")) or _content_problems(
+                    Path(path), Path(folder), seconds, confined
+                )
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as e:
         raise InputError(f"{path}: not a ZIP archive, or truncated ({e})") from None
     except OSError as e:
         raise InputError(f"{path}: {e.strerror or f'not a ZIP archive, or truncated ({e})'}") from None
 
 
-def _content_problems(path: Path, folder: Path, seconds: float) -> list[str]:
+def _content_problems(path: Path, folder: Path, seconds: float, confined: bool) -> list[str]:
     problems = xml_problems(folder / "fmu")
     if problems:
         return problems
     first = re.search(rb"""fmiVersion\s*=\s*["']1\.""", (folder / "fmu" / "modelDescription.xml").read_bytes())
     result = folder / "result.json"
-    probe = child.start("-m", "hystfmu.fmu.check.probe", str(folder / "fmu"), str(result))
+    box = Box.of(folder, path) if confined else None
+    probe = Child("-m", "hystfmu.fmu.check.probe", str(folder / "fmu"), str(result), box=box)
     fmutool = None
     if importlib.util.find_spec("fmu_manipulation_toolbox") and not first:  # it knows FMI 2.0 and 3.0
         start = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
-        fmutool = child.start("-c", start, "-input", str(path.absolute()), "-check")
+        fmutool = Child("-c", start, "-input", str(path.absolute()), "-check", box=box)
     return [*_run_problems(probe, result, seconds), *_fmutool_problems(fmutool, seconds)]

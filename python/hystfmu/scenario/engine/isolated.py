@@ -9,21 +9,31 @@ import json
 import pickle
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from hystfmu.base import child
+from hystfmu.base.child import Child, late, limit_memory
+from hystfmu.base.confine import Box
+from hystfmu.base.supervisor import CANNOT
 from hystfmu.scenario.engine.master import Engine, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
+from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import System
 
 GIGABYTES = 4.0
 TASK, ENDED, VALUES = "task", "ended.json", "values"
 
 
-def chunks_isolated(system: System, engine: Engine, seconds: float, gigabytes: float = GIGABYTES) -> Iterator[Trace]:
+def box_of(systems: Sequence[System], folder: str) -> Box:
+    """Return what the foreign FMUs of these cases may use: their unpacked archives, and a folder to write into."""
+    return Box.of(folder, *(p.graph.folder for s in systems for p in s.foreign if isinstance(p.graph, Foreign)))
+
+
+def chunks_isolated(
+    system: System, engine: Engine, seconds: float, gigabytes: float = GIGABYTES, confined: bool = True
+) -> Iterator[Trace]:
     """Return the chunks of a run in a child process, after it has ended without failure.
 
     Raises
@@ -33,10 +43,11 @@ def chunks_isolated(system: System, engine: Engine, seconds: float, gigabytes: f
     """
     with tempfile.TemporaryDirectory(prefix="hystfmu-foreign-") as folder:
         (Path(folder) / TASK).write_bytes(pickle.dumps((system, engine, gigabytes)))
-        process = child.start("-m", "hystfmu.scenario.engine.isolated", folder)
-        _, in_time = child.finish(process, seconds)
+        box = box_of([system], folder) if confined else None
+        child = Child("-m", "hystfmu.scenario.engine.isolated", folder, box=box)
+        lines, in_time = child.finish(seconds)
         if not in_time:
-            raise Stopped(child.late(seconds), "timeout")
+            raise Stopped(late(seconds), "timeout")
         try:
             ended = json.loads((Path(folder) / ENDED).read_text())
             if ended["stopped"] is not None:
@@ -50,7 +61,8 @@ def chunks_isolated(system: System, engine: Engine, seconds: float, gigabytes: f
                     yield Trace(times, values, system.columns, system.case.ripple, first=first, sweeps=sweeps)
         except (OSError, ValueError, KeyError, TypeError):
             foreign = ", ".join(p.name for p in system.foreign)
-            raise Stopped(f"the process that ran {foreign} ended with status {process.returncode}", "killed") from None
+            why = f" ({lines[-1]})" if child.status == CANNOT and lines else ""
+            raise Stopped(f"the process that ran {foreign} ended with status {child.status}{why}", "killed") from None
 
 
 def main(folder: Path) -> None:
@@ -58,7 +70,7 @@ def main(folder: Path) -> None:
     task = (folder / TASK).read_bytes()  # our own parent wrote it
     stopped, status, sweeps = None, "stopped", Sweeps()
     system, engine, gigabytes = pickle.loads(task)
-    child.limit_memory(gigabytes)
+    limit_memory(gigabytes)
     try:
         with (folder / VALUES).open("wb") as f:
             for chunk in chunks_here(system, engine):

@@ -39,6 +39,7 @@ def run_ssp(
     step: float | None = None,
     stop: float | None = None,
     seconds: float = 600.0,
+    confined: bool = True,
 ) -> SspRun:
     """Run an SSP archive and hold it against the reference result in it, if there is one for this step and coupling.
 
@@ -50,7 +51,7 @@ def run_ssp(
         As `simulate`.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop)
-    trace = simulate(build(case), engine, seconds=seconds)
+    trace = simulate(build(case), engine, seconds=seconds, confined=confined)
     return SspRun(trace, *_held_against(path, case, ssp.signals, reference, trace))
 
 
@@ -96,6 +97,7 @@ def run_ssp_file(
     stop: float | None,
     seconds: float,
     out: str | None,
+    confined: bool = True,
 ) -> tuple[list[str], bool]:
     """Run an archive for the command line: the lines to print, and whether it agrees with its reference.
 
@@ -109,7 +111,7 @@ def run_ssp_file(
             adders: list[Callable[[Trace], None]] = [begin.add]
             if out is not None:
                 adders.append(stack.enter_context(row_file(out, system)))
-            for chunk in chunks(system, engine, seconds=seconds):
+            for chunk in chunks(system, engine, seconds=seconds, confined=confined):
                 for add in adders:
                     add(chunk)
     except Stopped as e:

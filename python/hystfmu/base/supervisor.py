@@ -1,0 +1,117 @@
+"""Watch over a process with foreign native code on Linux: when it ends, all that it has started ends too.
+
+The supervisor is a sub-reaper: processes whose parents have died become its children, whatever session or process group
+they made for themselves, so that none is lost.  It ends as the process ended, with the same status or signal.  It ends
+the process when it is told to by SIGTERM, or when its own parent is gone.
+
+This module imports the standard library alone: it is a process of its own and is to start fast.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import json
+import os
+import resource
+import signal
+import sys
+import time
+from collections import defaultdict
+from contextlib import suppress
+from typing import NoReturn
+
+from hystfmu.base.confine import Box, confine
+
+_PARENT_DEATH, _SUB_REAPER = 1, 36  # of prctl(2)
+_PAUSE = 2e-3  # s: between two looks for processes that are still there
+CANNOT = 125  # status of a process that could not be confined
+
+
+def supervise(parent: int) -> None:
+    """Fork.  The child returns and goes on; this process watches over it and never returns.
+
+    Parameters
+    ----------
+    parent : int
+        The process whose end is that of all.
+    """
+    prctl = C.CDLL(None).prctl
+    awaited = {signal.SIGTERM, signal.SIGCHLD}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, awaited)
+    prctl(_SUB_REAPER, 1, 0, 0, 0)
+    prctl(_PARENT_DEATH, int(signal.SIGTERM), 0, 0, 0)
+    if os.getppid() != parent:
+        os._exit(1)
+    me, child = os.getpid(), os.fork()
+    if child:
+        try:
+            _watch(child, awaited)
+        finally:
+            os._exit(1)
+    prctl(_PARENT_DEATH, int(signal.SIGKILL), 0, 0, 0)
+    if os.getppid() != me:
+        os._exit(1)
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _watch(child: int, awaited: set[signal.Signals]) -> NoReturn:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles the interrupt
+    status = None
+    while status is None and signal.sigwait(awaited) != signal.SIGTERM:
+        status = _reap().get(child)
+    code = 1 if status is None else os.waitstatus_to_exitcode(status)
+    with suppress(ChildProcessError):
+        while True:
+            _end_descendants()
+            os.waitpid(-1, os.WNOHANG)
+            time.sleep(_PAUSE)
+    if code < 0:
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        with suppress(OSError):  # SIGKILL has no handler
+            signal.signal(-code, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {-code})
+        os.kill(os.getpid(), -code)
+    os._exit(code)
+
+
+def _reap() -> dict[int, int]:
+    """Return the status of every child that has ended."""
+    found = {}
+    with suppress(ChildProcessError):
+        while (ended := os.waitpid(-1, os.WNOHANG))[0]:
+            found[ended[0]] = ended[1]
+    return found
+
+
+def _end_descendants() -> None:
+    os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)  # none left: ChildProcessError, without a search
+    children = defaultdict(list)
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        with suppress(OSError), open(f"/proc/{name}/stat", "rb") as f:
+            children[int(f.read().rpartition(b")")[2].split()[1])].append(int(name))
+    found, rest = [], [os.getpid()]
+    while rest:
+        below = children[rest.pop()]
+        found += below
+        rest += below
+    for number in (signal.SIGSTOP, signal.SIGKILL):  # what is stopped starts no other
+        for pid in found:
+            with suppress(OSError):
+                os.kill(pid, number)
+
+
+def main() -> None:
+    """Run ``python -m hystfmu.base.supervisor PARENT BOX ARGUMENTS``: Python with these arguments, in a box or null."""
+    parent, box, arguments = int(sys.argv[1]), json.loads(sys.argv[2]), sys.argv[3:]
+    supervise(parent)
+    if box is not None:
+        try:
+            confine(Box(**box))
+        except OSError as e:
+            print(f"this process cannot be confined: {e}", flush=True)
+            os._exit(CANNOT)
+    os.execv(sys.executable, [sys.executable, *arguments])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,186 @@
+"""Child processes end with all that they have started, whatever that does to stay."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bad_fmu import SLEEPS, bad_fmu
+
+from hystfmu.base.child import MOST_LOG, Child
+from hystfmu.fmu import check_fmu
+from hystfmu.scenario import Scenario, build, simulate
+from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.studies import run_study
+
+if sys.platform != "linux":
+    pytest.skip("a sub-reaper of Linux", allow_module_level=True)
+
+# leaves a process in a session of its own, whose parent is gone, with the output of its maker open
+LEAVES = r"""
+#include <sys/prctl.h>
+static void leave(void) {
+  if (fork()) return;
+  setsid();
+  if (fork()) _exit(0);
+  prctl(15, NAME); // its name
+  for (;;) sleep(1);
+}
+"""
+PYTHON = """
+import ctypes, os, sys, time
+def leave():
+    if os.fork(): return
+    os.setsid()
+    if os.fork(): os._exit(0)
+    ctypes.CDLL(None).prctl(15, NAME, 0, 0, 0)
+    while True: time.sleep(1)
+"""
+LOOP: dict[str, Any] = {
+    "name": "bad",
+    "step": 1e-3,
+    "stop": 0.01,
+    "order": ["command", "bad"],
+    "units": {
+        "command": {"block": "disturbance", "values": {"step": 1.0, "amplitude": 0.0}},
+        "bad": {"fmu": "bad.fmu"},
+    },
+    "connections": {"bad.u": "command.d"},
+    "metrics": {"last": {"kind": "final", "signal": "bad.y"}},
+}
+
+
+@pytest.fixture
+def name() -> str:
+    """Of the process that is left: at most 15 letters."""
+    return f"left {os.getpid()} {time.monotonic_ns() % 1000}"
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
+
+
+def left(name: str) -> list[int]:
+    """Processes of this name."""
+    found = []
+    for comm in Path("/proc").glob("[0-9]*/comm"):
+        try:
+            if comm.read_text().strip() == name:
+                found.append(int(comm.parent.name))
+        except OSError:
+            continue
+    return found
+
+
+def scenario(folder: Path, name: str, defect: str) -> Path:
+    import tomli_w
+
+    folder.mkdir(exist_ok=True)
+    (folder / "scenario.toml").write_text(tomli_w.dumps(LOOP))
+    bad_fmu(folder / "bad.fmu", defect, extra=LEAVES.replace("NAME", f'"{name}"'))
+    return folder
+
+
+ONCE = "{ static int n; if (!n++) leave(); }"
+
+
+@pytest.mark.parametrize("engine", ["fmpy", "native"])
+def test_a_run_that_ends_well_is_no_failure_when_its_fmu_leaves_a_process(
+    engine: Any, tmp_path: Path, name: str
+) -> None:
+    system = build(Scenario(scenario(tmp_path / "loop", name, ONCE)).cases[0])
+    trace = simulate(system, engine, seconds=60.0)
+    assert trace["bad.y"][-1] == 1.0
+    assert left(name) == []
+
+
+def test_the_time_limit_holds_when_a_process_keeps_the_output(tmp_path: Path, name: str) -> None:
+    system = build(Scenario(scenario(tmp_path / "loop", name, f"{{ {ONCE} {SLEEPS}; }}")).cases[0])
+    with pytest.raises(Stopped, match="not finished after 4 s"):
+        simulate(system, seconds=4.0)
+    assert left(name) == []
+
+
+@pytest.mark.usefixtures("without_fmutool")
+def test_a_check_ends_what_the_fmu_has_started(tmp_path: Path, name: str) -> None:
+    extra = LEAVES.replace("NAME", f'"{name}"') + "__attribute__((constructor)) static void at_load(void) { leave(); }"
+    bad_fmu(tmp_path / "bad.fmu", extra=extra)
+    assert "did not finish" not in "".join(check_fmu(tmp_path / "bad.fmu"))
+    assert left(name) == []
+
+
+@pytest.fixture
+def without_fmutool(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)
+
+
+def test_a_worker_that_dies_is_seen_although_its_pipe_is_held(tmp_path: Path, name: str) -> None:
+    """A dead worker is a killed run, not one that exceeds its time."""
+    pytest.importorskip("pyarrow")
+    scenario(tmp_path / "loop", name, f"{{ {ONCE} abort(); }}")
+    study = tmp_path / "bad.study.toml"
+    lines = ['name = "bad"', 'scenario = "loop"', 'method = "grid"', "timeout = 100.0", "[parameters]"]
+    study.write_text("\n".join([*lines, '"command.step" = { values = [0.25, 1.0] }']))
+    outcome = run_study(study, tmp_path / "out", workers=1)
+    assert [row["status"] for row in outcome.rows] == ["ok", "killed"]
+    assert left(name) == []
+
+
+def child(code: str, name: str, **more: Any) -> Child:
+    return Child("-c", PYTHON.replace("NAME", repr(name.encode())) + code, **more)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV, signal.SIGTERM])
+def test_the_status_is_that_of_the_child(number: int, name: str) -> None:
+    made = child(f"leave(); os.kill(os.getpid(), {int(number)})", name)
+    assert made.finish(60.0)[1]
+    assert made.status == -number
+    assert left(name) == []
+    made = child("leave(); print('last'); sys.exit(7)", name)
+    assert made.finish(60.0) == (["last"], True)
+    assert made.status == 7
+    assert left(name) == []
+
+
+def test_generations_of_processes_that_make_others_end(name: str) -> None:
+    """Each starts the next in a new session and waits: the time limit ends them all."""
+    code = "for k in range(12):\n    leave()\n    if os.fork(): time.sleep(600)\n    os.setsid()\ntime.sleep(600)"
+    made = child(code, name)
+    while len(left(name)) < 6:
+        time.sleep(0.01)
+    assert not made.finish(0.1)[1]
+    assert left(name) == []
+
+
+def test_all_end_with_a_killed_parent(name: str) -> None:
+    code = PYTHON.replace("NAME", repr(name.encode())) + "leave(); time.sleep(600)"
+    program = f"from hystfmu.base.child import Child; Child('-c', {code!r}).finish(600.0)"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen([sys.executable, "-c", program], env=environment) as parent:
+        while not left(name):
+            time.sleep(0.01)
+        parent.kill()
+    while left(name):  # ends only when they do
+        time.sleep(0.01)
+
+
+def test_output_is_kept_from_its_end_and_bounded_on_the_disk(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hystfmu.base.child._MOST_OUTPUT", 1 << 20)
+    monkeypatch.setattr("hystfmu.base.child._LOOK", 0.02)
+    code = "for k in range(3000):\n    print(f'{k:01000d}', flush=True)\nprint('last')"
+    made = child(code, name)
+    lines, in_time = made.finish(100.0)
+    assert in_time
+    assert lines[-1] == "last"
+    assert sum(map(len, lines)) <= MOST_LOG
+    made = child("while True: print('x' * 1000, flush=True)", name)
+    lines, in_time = made.finish(3.0)
+    assert not in_time
+    assert set(lines[1:-1]) <= {"x" * 1000}

@@ -1,0 +1,216 @@
+"""Foreign FMUs have no network, write into their own folder only and read no files of the user."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomli_w
+from bad_fmu import bad_fmu
+from click.testing import CliRunner
+
+from hystfmu.base import child
+from hystfmu.base.child import Child
+from hystfmu.base.confine import Box, unconfined
+from hystfmu.cli import main
+from hystfmu.scenario import Scenario, build, simulate
+
+if unconfined():
+    pytest.skip(f"foreign FMUs may {unconfined()} here: needs Landlock and seccomp", allow_module_level=True)
+
+# each line that succeeds adds its number to y; all run once, in a step
+ATTEMPTS = r"""
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+static double did;
+static int opens(const char *path, int flags) {
+  int file = open(path, flags, 0600);
+  if (file >= 0) close(file);
+  return file >= 0;
+}
+static int connects(void) {
+  struct sockaddr_in to = {.sin_family = AF_INET, .sin_port = htons(PORT), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+  int s = socket(AF_INET, SOCK_STREAM, 0);
+  return s >= 0 && connect(s, (struct sockaddr *)&to, sizeof to) == 0;
+}
+static int own(const char *folder) {
+  char path[4096];
+  snprintf(path, sizeof path, "%s/own", folder);
+  return opens(path, O_CREAT | O_RDWR) && opens(path, O_RDONLY) && unlink(path) == 0;
+}
+static void attempts(void) {
+  static int n;
+  if (n++) return;
+  did += 1 * opens(HOME "/stolen", O_CREAT | O_WRONLY);
+  did += 2 * connects();
+  did += 4 * opens(HOME "/secret", O_RDONLY);
+  did += 8 * (truncate(HOME "/secret", 1) == 0);
+  did += 16 * (socket(AF_UNIX, SOCK_STREAM, 0) >= 0);
+  did += 32 * (system("echo > " HOME "/by_another") == 0);
+  did += 64 * (rename(HOME "/moved", HOME "/away") == 0);
+  did += 128 * own(".");
+  did += 256 * own(getenv("TMPDIR"));
+  did += 512 * opens("/dev/null", O_WRONLY);
+}
+"""
+ALL, OWN = 1023, 128 + 256 + 512
+LOOP: dict[str, Any] = {
+    "name": "bad",
+    "step": 1e-3,
+    "stop": 0.01,
+    "order": ["command", "bad"],
+    "units": {"command": {"block": "disturbance"}, "bad": {"fmu": "bad.fmu"}},
+    "connections": {"bad.u": "command.d"},
+    "metrics": {"last": {"kind": "final", "signal": "bad.y", "limit": 0.5}},
+}
+STUDY = {"name": "bad", "scenario": "loop", "method": "grid", "parameters": {"command.step": {"values": [0.0, 1.0]}}}
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The home folder of a user, who has a secret."""
+    folder = tmp_path / "home"
+    folder.mkdir()
+    (folder / "secret").write_text("secret")
+    (folder / "moved").touch()
+    monkeypatch.setenv("HOME", str(folder))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # where the unconfined FMU finds a temporary folder
+    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
+    monkeypatch.chdir(folder)
+    return folder
+
+
+@pytest.fixture
+def server() -> Iterator[socket.socket]:
+    with socket.create_server(("127.0.0.1", 0)) as s:
+        s.setblocking(False)
+        yield s
+
+
+def called(server: socket.socket) -> bool:
+    """Whether a connection waits."""
+    try:
+        server.accept()[0].close()
+    except BlockingIOError:
+        return False
+    return True
+
+
+def fmu(folder: Path, home: Path, server: socket.socket) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "scenario.toml").write_text(tomli_w.dumps(LOOP))
+    extra = ATTEMPTS.replace("HOME", f'"{home}"').replace("PORT", str(server.getsockname()[1]))
+    bad_fmu(folder / "bad.fmu", "{ attempts(); y = did; return fmi2OK; }", -1.0, extra)
+    return folder
+
+
+def done(home: Path, server: socket.socket) -> set[str]:
+    """What can be seen of the attempts."""
+    seen = {name for name in ("stolen", "by_another", "away") if (home / name).exists()}
+    seen |= set() if (home / "secret").read_text() == "secret" else {"truncated"}
+    return seen | ({"connected"} if called(server) else set())
+
+
+EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
+
+
+@pytest.mark.parametrize("engine", ["fmpy", "native"])
+@pytest.mark.parametrize("confined", [True, False])
+def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: socket.socket) -> None:
+    system = build(Scenario(fmu(tmp_path / "loop", home, server)).cases[0])
+    trace = simulate(system, engine, confined=confined)
+    assert trace["bad.y"][-1] == (OWN if confined else ALL)
+    assert done(home, server) == (set() if confined else EVERYTHING)
+
+
+@pytest.mark.parametrize("options", [[], ["--unconfined"]], ids=["confined", "unconfined"])
+@pytest.mark.parametrize("command", ["run loop", "study bad.study.toml -o out -j 1", "validate loop/bad.fmu"])
+def test_commands(
+    command: str,
+    options: list[str],
+    tmp_path: Path,
+    home: Path,
+    server: socket.socket,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)
+    monkeypatch.chdir(fmu(tmp_path / "loop", home, server).parent)
+    Path("bad.study.toml").write_text(tomli_w.dumps(STUDY))
+    if command.startswith("study"):
+        pytest.importorskip("pyarrow")
+    told = CliRunner().invoke(main, [*command.split(), *options])
+    assert told.exit_code in (0, 1), told.output
+    assert done(home, server) == (EVERYTHING if options else set()), told.output
+
+
+def test_our_fmus_run_as_before(tmp_path: Path, home: Path) -> None:
+    import hystfmu as hy
+
+    model = hy.Model("creep", hy.blocks.Creep().graph)
+    for version in (2, 3):
+        assert hy.validate(model.export(tmp_path / "creep.fmu", version)) == []  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("call", ["io_uring", "ptrace", "signal", "memory", "fork bomb of sessions"])
+def test_other_ways_out(call: str, tmp_path: Path) -> None:
+    """To a process outside: its memory, its signals; and a ring that makes sockets without a system call."""
+    program = {
+        "io_uring": "print(libc.syscall(425, 1, ctypes.create_string_buffer(120)))",
+        "ptrace": "print(libc.ptrace(16, PID, 0, 0))",  # PTRACE_ATTACH
+        "signal": "print(libc.kill(PID, 0))",
+        "memory": "print(-1 if not os.access('/proc/PID/mem', os.R_OK) else try_open('/proc/PID/mem'))",
+        "fork bomb of sessions": "pid = os.fork()\nif not pid:\n    os.setsid()\n    print(libc.socket(2, 1, 0))\n"
+        "else:\n    os.waitpid(pid, 0)",
+    }[call]
+    head = "import ctypes, os\nlibc = ctypes.CDLL(None)\n"
+    head += "def try_open(path):\n    try:\n        return os.open(path, os.O_RDWR)\n"
+    head += "    except OSError:\n        return -1\n"
+    with subprocess.Popen(["sleep", "600"]) as other:
+        try:
+            code = head + program.replace("PID", str(other.pid))
+            free, _ = Child("-c", code).finish(60.0)
+            assert int(free[-1]) >= 0
+            held, _ = Child("-c", code, box=Box.of(tmp_path)).finish(60.0)
+            assert held[-1] == "-1"
+        finally:
+            other.kill()
+
+
+def test_what_a_system_cannot_keep_from_is_told_once(
+    tmp_path: Path, home: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(child, "_TOLD", set())
+    monkeypatch.setattr(child, "unconfined", lambda: "use the network")
+    for _ in range(2):
+        assert Child("-c", "print(1)", box=Box.of(tmp_path)).finish(60.0) == (["1"], True)
+    told = "hystfmu: foreign FMUs are not confined on this system: they may use the network\n"
+    assert capfd.readouterr().err == told
+
+
+def test_a_system_without_either_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hystfmu.base.confine.sys.platform", "darwin")
+    assert unconfined() == "read and write your files and use the network"
+
+
+def test_an_old_landlock_says_what_it_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
+    for version, may in ((1, "truncate your files"), (2, "truncate your files"), (3, ""), (9, "")):
+        monkeypatch.setattr("hystfmu.base.confine._landlock", lambda v=version: v)
+        assert unconfined() == may
+
+
+def test_a_box_that_cannot_be_entered_runs_nothing(tmp_path: Path) -> None:
+    made = Child("-c", "print(1)", box=Box.of(tmp_path / "missing"))
+    lines, _ = made.finish(60.0)
+    assert made.status == 125
+    assert lines == [f"this process cannot be confined: [Errno 2] No such file or directory: '{tmp_path / 'missing'}'"]
+    assert os.listdir(tmp_path) == []
