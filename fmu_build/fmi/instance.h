@@ -17,6 +17,7 @@ typedef enum { FMI_OK, FMI_WARNING, FMI_DISCARD, FMI_ERROR, FMI_FATAL } fmi_stat
  * Continuous-Time Mode to Model Exchange, Event Mode to both (in FMI 2.0 to Model Exchange alone). */
 enum { CO_SIMULATION = 1, MODEL_EXCHANGE = 2, BOTH = 3 };
 enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, STEPPING = 8, CONTINUOUS = 16, TERMINATED = 32, ANY = 63 };
+enum { INTERMEDIATE = 64 }; /* Intermediate Update Mode of FMI 3.0, inside of a step: not in ANY */
 
 /* types of the table, as bits: a getter or setter lists those it accepts */
 enum { REAL = HYST_REAL, INTEGER = HYST_INT, BOOLEAN = HYST_BOOL, ENUMERATION = HYST_CHOICE };
@@ -43,6 +44,8 @@ typedef struct {
   int32_t phase, stop_defined;
   int32_t stale;   /* values were set since the outputs were computed; ignored in Step Mode */
   int32_t changed; /* hyst_graph.changed */
+  int32_t moving;  /* a derivative of an input is set for the next step */
+  int32_t unused;
   double t, stop, dt;
   double start;   /* Model Exchange: time of the first sample */
   double samples; /* periods from there to the last sample */
@@ -58,7 +61,8 @@ typedef struct {
   int event_mode; /* Co-Simulation with Event Mode */
 } fmi_kind;
 
-typedef struct {
+typedef struct instance instance;
+struct instance {
   char *name;
   fmi_logger logger;
   unsigned categories; /* bits of the categories that are sent */
@@ -75,5 +79,9 @@ typedef struct {
   int64_t n_broken;
   fmi_run run;
   fmi_saved *saved;
-} instance;
+  double *slopes; /* FMI 2.0 for Co-Simulation: see ahead.h; else NULL */
+  /* FMI 3.0 for Co-Simulation: asks the importer, by its own callback, for the inputs at a time; NULL: it wants none */
+  void (*ask)(instance *, double t);
+  void (*update)(void);
+};
 #endif

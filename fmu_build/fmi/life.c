@@ -8,10 +8,11 @@
 #include "core/graph/continuous.h"
 #include "core/graph/message.h"
 #include "core/graph/run.h"
+#include "fmi/ahead.h"
 #include "fmi/derivative.h"
 #include "fmi/event.h"
+#include "fmi/files/resource.h"
 #include "fmi/messages.h"
-#include "fmi/resource.h"
 #include "fmi/state.h"
 
 static void fresh_run(instance *i) {
@@ -24,6 +25,7 @@ static void fresh_run(instance *i) {
   i->tried = 0;
   memset(i->broken, 0, (size_t)i->graph->n_external);
   i->n_broken = 0;
+  if (i->slopes) memset(i->slopes, 0, (size_t)fmi_n_slopes(i) * sizeof(double));
 }
 
 /* opens the graph of the block file; 0 after a message */
@@ -41,6 +43,9 @@ static int open_graph(instance *i, const char *token, const unsigned char *file,
            0;
   i->broken = (unsigned char *)malloc((size_t)g->n_external + 1);
   if (!i->broken) return fmi_refuse(i, "out of memory"), 0;
+  if (!i->kind.by_element || i->kind.interface != CO_SIMULATION) return 1;
+  i->slopes = (double *)calloc((size_t)g->n_external + 1, FMI_SLOPES * sizeof *i->slopes);
+  if (!i->slopes) return fmi_refuse(i, "out of memory"), 0;
   return 1;
 }
 
@@ -102,6 +107,7 @@ void fmi_free(instance *i) {
   while ((state = i->saved)) fmi_forget(i, &state);
   free(i->memory);
   free(i->broken);
+  free(i->slopes);
   free(i->continuous);
   free(i->derivatives);
   free(i->before);
@@ -168,8 +174,12 @@ fmi_status fmi_step(instance *i, double t, double h) {
     return fmi_refuse(i, "The step ends at t = %s s, after the stop time %s s.", hyst_number(a, sizeof a, t_end),
                       hyst_number(b, sizeof b, i->run.stop));
   if (i->n_broken) return FMI_DISCARD; /* the message was sent when the value was set */
-  if (i->before ? hyst_graph_hold(i->graph, t_end, h) : hyst_graph_step(i->graph, t_end, h))
-    return fmi_refuse_graph(i, hyst_graph_error(i->graph));
+  const int ahead = i->run.moving || i->ask;
+  const fmi_status s = ahead ? fmi_go_ahead(i, t_end, h) : FMI_OK;
+  if (s) return s;
+  const int failed = (i->before ? hyst_graph_hold(i->graph, t_end, h) : hyst_graph_step(i->graph, t_end, h)) != 0;
+  if (ahead) fmi_arrive(i, !failed);
+  if (failed) return fmi_refuse_graph(i, hyst_graph_error(i->graph));
   if (i->before) i->run.pending += h; /* the sample waits for Event Mode */
   i->run.t = t_end;
   return FMI_OK;

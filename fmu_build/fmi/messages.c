@@ -63,6 +63,7 @@ static const char *phase_name(int phase) {
          : phase == EVENT          ? "Event Mode"
          : phase == STEPPING       ? "Step Mode"
          : phase == CONTINUOUS     ? "Continuous-Time Mode"
+         : phase == INTERMEDIATE   ? "Intermediate Update Mode"
                                    : "Terminated";
 }
 

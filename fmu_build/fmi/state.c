@@ -1,18 +1,19 @@
 /* state.c - saved states: a list of valid states per instance, and a byte form that other processes can read.
  *
- * Bytes: magic, version, length, checksum of all that follows, token of the block file, fmi_run, parameters, state of
- * the graph; little-endian.  A pointer is looked up in the list before it is followed, so that a pointer that was freed
- * or belongs to another instance is refused. */
+ * Bytes: magic, version, length, checksum of all that follows, token of the block file, fmi_run, derivatives of inputs
+ * (ahead.h), parameters, state of the graph; little-endian.  A pointer is looked up in the list before it is followed,
+ * so that a pointer that was freed or belongs to another instance is refused. */
 #include "fmi/state.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/elementary/crc.h"
+#include "fmi/ahead.h"
 #include "fmi/event.h"
 
 static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'S', 'T', 'A', 'T'};
-enum { VERSION = 3 };
+enum { VERSION = 4 };
 
 typedef struct {
   char magic[8];
@@ -24,10 +25,10 @@ typedef struct {
 struct fmi_saved {
   fmi_saved *next;
   fmi_run run;
-  double *values; /* this struct is followed by the parameters with derived values, then the state of the graph */
+  double *values; /* this struct is followed by derivatives, parameters with derived values, state of the graph */
 };
 
-static size_t n_values(const instance *i) { return (size_t)(i->graph->n_p + i->graph->n_state); }
+static size_t n_values(const instance *i) { return (size_t)(fmi_n_slopes(i) + i->graph->n_p + i->graph->n_state); }
 static size_t byte_size(const instance *i) { return sizeof(header) + sizeof(fmi_run) + n_values(i) * sizeof(double); }
 
 /* the state if it belongs to this instance; NULL after a message */
@@ -56,8 +57,10 @@ fmi_status fmi_save(instance *i, void **state) {
   s->run = i->run;
   s->run.changed = g->changed;
   s->run.dt = g->dt;
-  memcpy(s->values, g->p, (size_t)g->n_p * sizeof(double));
-  memcpy(s->values + g->n_p, g->state, (size_t)g->n_state * sizeof(double));
+  const int64_t n = fmi_n_slopes(i);
+  if (n) memcpy(s->values, i->slopes, (size_t)n * sizeof(double));
+  memcpy(s->values + n, g->p, (size_t)g->n_p * sizeof(double));
+  memcpy(s->values + n + g->n_p, g->state, (size_t)g->n_state * sizeof(double));
   *state = s;
   return FMI_OK;
 }
@@ -70,8 +73,10 @@ fmi_status fmi_restore(instance *i, void *state) {
   i->tried = 0;
   g->changed = s->run.changed;
   g->dt = s->run.dt;
-  memcpy(g->p, s->values, (size_t)g->n_p * sizeof(double));
-  memcpy(g->state, s->values + g->n_p, (size_t)g->n_state * sizeof(double));
+  const int64_t n = fmi_n_slopes(i);
+  if (n) memcpy(i->slopes, s->values, (size_t)n * sizeof(double));
+  memcpy(g->p, s->values + n, (size_t)g->n_p * sizeof(double));
+  memcpy(g->state, s->values + n + g->n_p, (size_t)g->n_state * sizeof(double));
   memset(i->broken, 0, (size_t)g->n_external); /* the inputs of the state are finite */
   i->n_broken = 0;
   return FMI_OK;
@@ -146,12 +151,14 @@ static int legal_run(const fmi_run *r) {
  * index in them (core/memory/stored.h), and prepare() derives its values again. */
 static int legal(const instance *i, const fmi_saved *s) {
   const hyst_graph *g = i->graph;
-  if (!legal_run(&s->run)) return 0;
+  const double *values = s->values + fmi_n_slopes(i);
+  if (!legal_run(&s->run) || (s->run.moving && !fmi_n_slopes(i))) return 0;
+  for (const double *slope = s->values; slope < values; slope++)
+    if (!fmi_is_finite(*slope)) return 0;
   for (int k = 0; k < g->n_ports; k++) {
     const hyst_port *p = g->ports + k;
     if (p->kind == HYST_OUTPUT) continue;
-    const double *own =
-        p->kind == HYST_INPUT ? s->values + g->n_p + (p->value - g->state) : s->values + (p->value - g->p);
+    const double *own = p->kind == HYST_INPUT ? values + g->n_p + (p->value - g->state) : values + (p->value - g->p);
     for (int64_t e = 0; e < p->size; e++)
       if (hyst_check(p->row, own[e])) return 0;
   }

@@ -57,6 +57,8 @@ static fmi_status examine_continuous(const instance *i, const hyst_port *p, doub
 fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double value) {
   const int phase = i->run.phase;
   if (p->kind == HYST_CSTATE) return examine_continuous(i, p, value);
+  if (phase == INTERMEDIATE && p->kind != HYST_INPUT)
+    return fmi_refuse(i, "'%s' is not an input: only inputs are set in an intermediate update.", p->name);
   if (p->kind == HYST_OUTPUT) return fmi_refuse(i, "'%s' is an output and cannot be set.", p->name);
   if (p->kind == HYST_FIXED && phase != INSTANTIATED && phase != INITIALIZATION)
     return fmi_refuse(i, "'%s' is a fixed parameter: set it before the initialisation ends.", p->name);

@@ -2,7 +2,7 @@
 
 The tables are those of FMI 2.0.4, sections 3.2.3 (Model Exchange) and 4.2.4 (Co-Simulation; stepInProgress and
 stepCanceled cannot occur, stepFailed is Step Mode: a discarded step leaves the unit as it was), and of FMI 3.0.1,
-sections 2.3 (common states), 3.2 and 4.2 (without Configuration Mode and Intermediate Update).
+sections 2.3 (common states), 3.2 and 4.2 (without Configuration Mode; Intermediate Update: test_fmu_ahead.py).
 """
 
 from __future__ import annotations
@@ -130,6 +130,7 @@ FMI2: Table = {
     "SerializeFMUstate": (ANY, ANY, _serialize),
     "DeSerializeFMUstate": (ANY, ANY, _deserialize),
     "DoStep": ("S", "", lambda m: m.step(0.0)),
+    "SetRealInputDerivatives": ("INS", "", _plain("SetRealInputDerivatives", NONE, ZERO, NONE, NONE)),
     "GetRealStatus": ("ST", "", _plain("GetRealStatus", 2, C.byref(C.c_double()))),
     "GetBooleanStatus": ("ST", "", _plain("GetBooleanStatus", 3, C.byref(C.c_int()))),
     "EnterEventMode": ("", "EC", _plain("EnterEventMode")),
@@ -188,7 +189,7 @@ def _words(text: str) -> list[str]:
 
 
 # not declared in modelDescription.xml: an error in every state, with the name in the message
-ABSENT2 = _words("SetRealInputDerivatives GetRealOutputDerivatives CancelStep")
+ABSENT2 = _words("GetRealOutputDerivatives CancelStep")
 ABSENT3 = _words(
     """
     GetFloat32 SetFloat32 GetInt8 SetInt8 GetUInt8 SetUInt8 GetInt16 SetInt16 GetUInt16 SetUInt16 GetUInt32

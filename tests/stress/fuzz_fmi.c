@@ -4,7 +4,7 @@
 #include "core/block_file/graph_open.h"
 #include "core/graph/graph.h"
 #include "embedded.h"
-#include "fmi/open_file.h"
+#include "fmi/files/open_file.h"
 
 static const unsigned char *at, *end;
 
@@ -17,7 +17,7 @@ static uint64_t draw(uint64_t n) {
 
 static const embedded_file *chosen;
 
-/* replaces fmi/open_file.c: every path opens the selected graph */
+/* replaces fmi/files/open_file.c: every path opens the selected graph */
 FILE *fmi_open_file(const char *path) {
   (void)path;
   return fmemopen((void *)chosen->bytes, chosen->length, "rb"); /* read only: the bytes stay unchanged */

@@ -1,5 +1,6 @@
 /* fmi2.c - FMI 2.0: common functions and Co-Simulation, as names and types around the layers below.
  * FMI Specification 2.0.4, sections 2.1 (common functions), 3.2.3 and 4.2.4 (tables of allowed calls). */
+#include "fmi/ahead.h"
 #include "fmi/derivative.h"
 #include "fmi/event.h"
 #include "fmi/life.h"
@@ -35,6 +36,7 @@
   C(SerializedFMUstateSize, BOTH, ANY)                      \
   C(SerializeFMUstate, BOTH, ANY)                           \
   C(DeSerializeFMUstate, BOTH, ANY)                         \
+  C(SetRealInputDerivatives, CO_SIMULATION, WRITE)          \
   C(DoStep, CO_SIMULATION, STEPPING)                        \
   C(GetStatus, CO_SIMULATION, STEPPING | TERMINATED)        \
   C(GetRealStatus, CO_SIMULATION, STEPPING | TERMINATED)    \
@@ -201,6 +203,18 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_se
   return (fmi2Status)fmi_step(i, t, h);
 }
 
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                       const fmi2Integer order[], const fmi2Real value[]) {
+  BEGIN(SetRealInputDerivatives)
+  NEED(SetRealInputDerivatives, vr, n, "value references");
+  NEED(SetRealInputDerivatives, order, n, "orders");
+  NEED(SetRealInputDerivatives, value, n, "values");
+  for (int write = 0; write < 2; write++) /* checks all before the first is set */
+    for (size_t k = 0; k < n; k++)
+      if (fmi_set_slope(i, TABLE + CALL_SetRealInputDerivatives, vr[k], order[k], value[k], write)) return fmi2Error;
+  return fmi2OK;
+}
+
 /* Only a discarded step has a status; a step is never pending. */
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
   BEGIN(GetRealStatus)
@@ -232,8 +246,6 @@ NO_STATUS(StringStatus, fmi2String)
   fmi2Status name(fmi2Component c, __VA_ARGS__) { return (fmi2Status)fmi_absent((const instance *)c, #name, why); }
 static const char NO_DERIVATIVES[] = "modelDescription.xml does not declare derivatives";
 
-ABSENT(fmi2SetRealInputDerivatives, NO_DERIVATIVES, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
-       const fmi2Real value[])
 ABSENT(fmi2GetRealOutputDerivatives, NO_DERIVATIVES, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
        fmi2Real value[])
 fmi2Status fmi2CancelStep(fmi2Component c) {

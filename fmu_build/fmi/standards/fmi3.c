@@ -9,7 +9,7 @@
 #define FMI "fmi3"
 #define REFUSED fmi3Error
 
-/* the states in which a call is allowed; there is no Configuration Mode or Intermediate Update */
+/* the states in which a call is allowed; there is no Configuration Mode */
 #define READ ANY /* before the initialisation: start values (section 2.3.2) */
 #define WRITE (INSTANTIATED | INITIALIZATION | EVENT | STEPPING)
 #define CALLS(C)                                                                                 \
@@ -20,11 +20,11 @@
   C(UpdateDiscreteStates, BOTH, EVENT)                                                           \
   C(Terminate, BOTH, EVENT | STEPPING | CONTINUOUS)                                              \
   C(Reset, BOTH, ANY)                                                                            \
-  C(GetFloat64, BOTH, READ)                                                                      \
+  C(GetFloat64, BOTH, READ | INTERMEDIATE)                                                       \
   C(GetInt32, BOTH, READ)                                                                        \
   C(GetInt64, BOTH, READ)                                                                        \
   C(GetBoolean, BOTH, READ)                                                                      \
-  C(SetFloat64, BOTH, WRITE | CONTINUOUS)                                                        \
+  C(SetFloat64, BOTH, WRITE | CONTINUOUS | INTERMEDIATE)                                         \
   C(SetInt32, BOTH, WRITE)                                                                       \
   C(SetInt64, BOTH, WRITE)                                                                       \
   C(SetBoolean, BOTH, WRITE)                                                                     \
@@ -57,16 +57,37 @@ static fmi3Instance refuse(fmi3LogMessageCallback log, fmi3InstanceEnvironment e
   return NULL;
 }
 
+/* the inputs at the end of the step, which begins when the callback returns */
+static void ask(instance *i, double t) {
+  fmi3Boolean early = fmi3False;
+  fmi3Float64 early_time = t;
+  ((fmi3IntermediateUpdateCallback)i->update)(i->logger.environment, t, fmi3True, fmi3False, fmi3False, fmi3False,
+                                              &early, &early_time);
+}
+
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible,
                                          fmi3Boolean logging_on, fmi3Boolean event_mode, fmi3Boolean early_return,
                                          const fmi3ValueReference intermediate[], size_t n_intermediate,
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
                                          fmi3IntermediateUpdateCallback update) {
-  (void)visible, (void)early_return, (void)intermediate, (void)update;
-  if (n_intermediate) return refuse(log, environment, "This FMU provides no intermediate updates.");
+  (void)visible, (void)early_return;
+  if (n_intermediate && !(intermediate && update))
+    return refuse(log, environment, "Intermediate updates need a callback and a list of variables.");
   const fmi_logger logger = {send, (void (*)(void))log, environment};
   const fmi_kind kind = {CO_SIMULATION, 0, event_mode};
-  return fmi_instantiate(name, token, path, logging_on, kind, &logger);
+  instance *i = fmi_instantiate(name, token, path, logging_on, kind, &logger);
+  for (size_t k = 0; i && k < n_intermediate; k++) {
+    const hyst_port *p = fmi_find(i, intermediate[k]);
+    if (p && p->kind == HYST_INPUT && p->type == REAL) continue;
+    fmi_refuse(i,
+               "The variable with the value reference %lu is no input of type Float64: only those have intermediate "
+               "updates.",
+               (unsigned long)intermediate[k]);
+    fmi_free(i);
+    return NULL;
+  }
+  if (i && n_intermediate) i->ask = ask, i->update = (void (*)(void))update;
+  return i;
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible,

@@ -131,6 +131,8 @@ def _variables3(graph: Graph) -> ET.Element:
             attributes["initial"] = "calculated" if p.kind == "output" else "exact"
         if p.var.choices:
             attributes["declaredType"] = _type_name(graph, p)
+        if p.kind == "input" and p.var.type == "real":
+            attributes["intermediateUpdate"] = "true"
         if p.var.type == "real" and p.unit:
             attributes["unit"] = p.unit
         attributes.update(_limits(p.var))
@@ -218,7 +220,10 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
         else {"needsCompletedIntegratorStep": str(steps)}
     )
     exchange = {k: v.lower() for k, v in exchange.items()}
-    simulation = {"canHandleVariableCommunicationStepSize": "true"} | ({"hasEventMode": "true"} if fmi == 3 else {})
+    simulation = {"canHandleVariableCommunicationStepSize": "true"}
+    simulation |= (
+        {"canInterpolateInputs": "true"} if fmi == 2 else {"hasEventMode": "true", "providesIntermediateUpdate": "true"}
+    )
     flags = (
         ["providesDirectionalDerivative"]
         if fmi == 2

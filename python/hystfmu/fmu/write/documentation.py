@@ -27,6 +27,10 @@ border-bottom:1px solid #d9e0e6}th,figcaption,.soft{color:#5d6b78}code{font-size
 .grid{stroke:#d9e0e6;fill:none}.frame{stroke:#5d6b78;fill:none}.tick{fill:#5d6b78;font-size:11px}
 .line{vector-effect:non-scaling-stroke;fill:none;stroke-width:1.4;stroke-linejoin:round}.c0{stroke:#0b63b5}
 """
+_AHEAD: dict[Fmi, str] = {
+    2: "or set those of t and their derivatives (<code>fmi2SetRealInputDerivatives</code>), which hold for one step.",
+    3: "or name them in <code>requiredIntermediateVariables</code> and set them in the callback of the step.",
+}
 _FIT = {
     "rms_percent": "RMS error, % of the span of y",
     "max_percent": "largest error, % of the span of y",
@@ -166,7 +170,8 @@ def documentation(
 {_equations(graph)}<h2>Provenance of the values</h2>
 {history(model)}<h2>Meaning of a step</h2>
 <p>After a step from t to t + h the outputs are those at t + h for the inputs held at the end of the step: static
-operators with memory have direct feed-through. {_dependencies(graph)} The memory advances in steps only; set and get
+operators with memory have direct feed-through. So set the inputs of t + h, then step; {_AHEAD[fmi]} An importer that
+knows them at t only is one step late. {_dependencies(graph)} The memory advances in steps only; set and get
 have no side effects. Linear parts are discretised exactly for the current step size. An input that is not finite is
 refused with one warning, and the memory keeps its value.</p>
 <h2>Check the import</h2>

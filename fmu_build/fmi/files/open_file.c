@@ -1,6 +1,6 @@
 /* open_file.c - importers pass paths in UTF-8, which fopen() of Windows would read in the local code page.
  * A separate file, because windows.h and instance.h define BOOLEAN and ERROR differently. */
-#include "fmi/open_file.h"
+#include "fmi/files/open_file.h"
 #ifdef _WIN32
 #include <stdlib.h>
 #include <windows.h>

@@ -2,7 +2,7 @@
  * Linux: dl_iterate_phdr, because dladdr is in libdl before glibc 2.34, and an FMU needs libc only.
  * A separate file because of windows.h, see open_file.c, and of _GNU_SOURCE, which precedes all headers. */
 #define _GNU_SOURCE
-#include "fmi/own_folder.h"
+#include "fmi/files/own_folder.h"
 
 #include <stdint.h>
 #include <stdlib.h>

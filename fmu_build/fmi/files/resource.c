@@ -1,13 +1,13 @@
 /* resource.c - reads block.bin from the resource location of the importer (file URI or path); without one, from the
  * resources of the FMU in which this binary lies. */
-#include "fmi/resource.h"
+#include "fmi/files/resource.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi/open_file.h"
-#include "fmi/own_folder.h"
+#include "fmi/files/open_file.h"
+#include "fmi/files/own_folder.h"
 
 static int hex(char c) {
   if (c >= '0' && c <= '9') return c - '0';
