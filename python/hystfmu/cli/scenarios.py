@@ -21,7 +21,7 @@ from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_
     "settings",
     multiple=True,
     metavar="UNIT.NAME=VALUE",
-    help="Override a parameter, or with @FILE.json those of a file; repeatable.",
+    help="Override a parameter (of an FMU: NAME=VALUE), or with @FILE.json those of a file; repeatable.",
 )
 @click.option(
     "--engine",
@@ -45,10 +45,13 @@ from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_
 )
 @unconfined_option
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="Run only the cases with this name; repeatable.")
-@click.option("--step", type=float, metavar="SECONDS", help="Step of an SSP: overrides the one it states.")
-@click.option("--stop", type=float, metavar="SECONDS", help="Stop time of an SSP: overrides the one it states.")
+@click.option("--step", type=float, metavar="SECONDS", help="Step of an SSP or FMU: overrides the one it states.")
+@click.option("--stop", type=float, metavar="SECONDS", help="Stop time of an SSP or FMU: overrides the one it states.")
 @click.option(
-    "-o", "--out", type=OUTPUT_FILE, metavar="OUT.csv", help="CSV file for all outputs of a single case or an SSP."
+    "--input", "given", metavar="IN.csv", help="Inputs of an FMU: a column of time, and one named like each input."
+)
+@click.option(
+    "-o", "--out", type=OUTPUT_FILE, metavar="OUT.csv", help="CSV file for all outputs of a single case, SSP or FMU."
 )
 @click.option(
     "--record",
@@ -72,6 +75,7 @@ def run(
     cases: tuple[str, ...],
     step: float | None,
     stop: float | None,
+    given: str | None,
     out: str | None,
     record: bool,
     yes: bool,
@@ -85,11 +89,23 @@ def run(
 
     SSP archives of other tools run too and are compared with the reference result that they contain.
 
+    An FMU of any origin runs alone: FMI 1.0, 2.0 or 3.0, Co-Simulation, or Model Exchange with an adaptive integrator.
+    Its inputs are held during a step. Continuous inputs are interpolated between the rows of the file.
+
     \b
     Example: hystfmu run scenarios/sliding_mode --report out
              hystfmu run scenarios/pid --case sine_10 -o sine_10.csv
              hystfmu run loop.ssp -o out.csv
+             hystfmu run pump.fmu --input in.csv --set k=2 --step 1e-3 --stop 5 -o out.csv
     """
+    if len(scenarios) == 1 and scenarios[0].endswith(".fmu"):
+        from hystfmu.scenario.run_fmu import run_fmu_file
+
+        _refuse(context, _NOT_OF_AN_FMU, f"{scenarios[0]}: an FMU runs alone")
+        told = run_fmu_file(scenarios[0], given, assignments(settings), step, stop, timeout, out)
+        click.echo(json.dumps(told.summary()) if as_json else "\n".join(told.lines()))
+        return
+    _refuse(context, ("given",), "only an FMU that runs alone takes a file of inputs")
     if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
         from hystfmu.scenario.ssp.run import run_ssp_file
 
@@ -179,6 +195,7 @@ def _everything() -> list[Path]:
     return sorted(f.parent for f in files)
 
 
+_NOT_OF_AN_FMU = ("everything", "engine", "coupling", "cases", "record", "yes", "junit", "report_dir")
 _NOT_OF_AN_SSP = ("everything", "settings", "cases", "record", "yes", "junit", "report_dir", "as_json")
 
 

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from hystfmu.fmu.foreign.carried import numbers
 from hystfmu.fmu.foreign.instance import CARRIED, REAL, Instance, Interface, Values, count, version
 
 STEPS = 100
@@ -104,8 +105,8 @@ class ForeignFmu:
 
     def start(self, v: Any) -> Values:
         """Return the start value in the model description, one number per element."""
-        values = [float({"true": 1, "false": 0}.get(w, w)) for w in str(v.start).split()]
-        return tuple(values * count(v) if len(values) == 1 else values)
+        values = numbers(v.start)
+        return values * count(v) if len(values) == 1 else values
 
     def excitation(self, v: Any, k: int, off: float = 0.0) -> Values:
         """Return row k of the excitation of an input, shifted by `off`: a modulated oscillation within its range.

@@ -17,7 +17,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.engine.fmu_member import FmuMember
+from hystfmu.scenario.engine.adapted_member import fmu_member
 from hystfmu.scenario.engine.fmu_store import FmuStore
 from hystfmu.scenario.engine.member import Member
 from hystfmu.scenario.engine.newton import Newton
@@ -65,7 +65,7 @@ def chunks_here(system: System, engine: Engine = "fmpy", store: FmuStore | None 
     try:
         for k, part in enumerate(system.parts):
             clock = clocks[part.period, part.any_step]
-            members.append(FmuMember(system, part, sources.get(k, ()), values, store, clock))
+            members.append(fmu_member(system, part, sources.get(k, ()), values, store, clock))
         yield from _loop(system, members, values, clocks)
     finally:
         for m in members:

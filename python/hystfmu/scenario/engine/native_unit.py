@@ -10,8 +10,8 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.executor import Executor
+from hystfmu.scenario.engine.adapted_member import fmu_member
 from hystfmu.scenario.engine.final_states import n_states, state_hash
-from hystfmu.scenario.engine.fmu_member import FmuMember
 from hystfmu.scenario.engine.hold import weights
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.fused import fuse
@@ -159,7 +159,7 @@ class ForeignUnit:
         links = {link.source: link for link in system.links if link.to == part}
         self._ahead = {j: weights(system, [link])[0] for j, link in links.items()}
         self._n_out = len(p.outputs)
-        self._member = FmuMember(system, p, sources, values, None, C.c_double())
+        self._member = fmu_member(system, p, sources, values, None, C.c_double())
 
     def start(self, values: C.Array[C.c_double]) -> None:
         """Initialise at t = 0 with the present values, and write the first outputs."""

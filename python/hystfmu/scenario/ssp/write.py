@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_bytes
 from hystfmu.data.csv_file import csv_text
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
@@ -157,7 +158,13 @@ def _changes(part: Part) -> dict[str, float]:
         return {}
     starts = {n: x for p in part.graph.ports for n, x in zip(p.scalar_names, p.start, strict=True)}
     constants = {n: v for n, v in part.constants.items() if v != starts.get(n)}
-    return {n: float(v) for n, v in part.graph.settings.items() if not isinstance(v, str | bool)} | constants
+    found: dict[str, float] = {}
+    for n, v in part.graph.settings.items():
+        if isinstance(v, list):
+            raise InputError(f"{part.name}.{n}: a parameter that is an array has no place in an SSP")
+        if not isinstance(v, str | bool):
+            found[n] = float(v)
+    return found | constants
 
 
 def _tag(space: str, name: str) -> str:

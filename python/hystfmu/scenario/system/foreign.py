@@ -1,7 +1,7 @@
 """A foreign FMU as a unit of a scenario: what the master reads from its modelDescription.xml.
 
-Real inputs and outputs are its ports; inputs that nothing is connected to keep their start values.  `hystfmu run`
-executes it in a child process.
+Its inputs and outputs that are numbers or booleans are its ports; inputs that nothing is connected to keep their start
+values.  `hystfmu run` executes it in a child process.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from typing import Any, Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.archive.cache import unpacked
+from hystfmu.fmu.foreign.carried import numbers
+from hystfmu.fmu.foreign.instance import CARRIED, NUMBERS, REAL, version
 from hystfmu.graph.ports import element_names
 
 MOST_PORTS = 100_000
-_REAL = {"Real", "Float64"}
-_NUMBERS = {*_REAL, "Float32", "Integer", "Enumeration", "Int8", "Int16", "Int32", "Int64", "UInt8", "UInt16", "UInt32"}
+_DIRECT = {"Real", "Float64"}  # an array of them is set and read where it stands
+_SETTABLE = ("parameter", "structuralParameter")
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class ForeignPort:
     unit: str
     start: tuple[float, ...]
     text: str = ""
+    variable: Any = None
 
     @property
     def size(self) -> int:
@@ -56,7 +59,7 @@ class Foreign:
     ports: tuple[ForeignPort, ...]
     has_tangent: bool = False
     """Whether it offers directional derivatives in Co-Simulation."""
-    settings: Mapping[str, float | bool | str] = field(default_factory=dict)
+    settings: Mapping[str, float | bool | str | list[float]] = field(default_factory=dict)
     nodes: tuple[()] = ()
 
     @classmethod
@@ -66,7 +69,7 @@ class Foreign:
         Raises
         ------
         InputError
-            Not a readable FMU 2.0 or 3.0 for Co-Simulation.
+            Not a readable FMU 1.0, 2.0 or 3.0 for Co-Simulation or Model Exchange.
         """
         import fmpy
 
@@ -75,29 +78,42 @@ class Foreign:
             description = fmpy.read_model_description(str(folder), validate=False)
         except Exception as e:
             raise InputError(f"{path}: modelDescription.xml: {' '.join(str(e).split())[:200]}") from None
-        if not str(description.fmiVersion).startswith(("2.", "3.")):
-            raise InputError(f"{path}: FMI 2.0 and 3.0 can run; this one is {description.fmiVersion}")
-        if description.coSimulation is None:
-            raise InputError(f"{path}: has no Co-Simulation interface")
-        ports = tuple(_port(path, v) for v in description.modelVariables if _is_port(v))
-        if sum(p.size for p in ports) > MOST_PORTS:
-            raise InputError(f"{path}: more than {MOST_PORTS} inputs and outputs")
+        if not str(description.fmiVersion).startswith(("1.", "2.", "3.")):
+            raise InputError(f"{path}: FMI 1.0, 2.0 and 3.0 can run; this one is {description.fmiVersion}")
+        if description.coSimulation is None and description.modelExchange is None:
+            raise InputError(f"{path}: has neither Co-Simulation nor Model Exchange")
         # fmpy does not read the plural of FMI 3.0
         declared = ET.parse(Path(folder) / "modelDescription.xml").getroot().find("CoSimulation")
         name = "providesDirectionalDerivative"
         has_tangent = declared is not None and {declared.get(name), declared.get(f"{name}s")} & {"true", "1"} != set()
-        # inputs first, then outputs: in both groups the order of the file
-        return cls(path, folder, digest, description, tuple(sorted(ports, key=lambda p: p.kind)), has_tangent)
+        made = cls(path, folder, digest, description, _ports(path, description, {}), has_tangent)
+        return made if made.direct else replace(made, has_tangent=False)
 
     @property
-    def fmi(self) -> Literal[2, 3]:
+    def fmi(self) -> Literal[1, 2, 3]:
         """Version of the standard."""
-        return 2 if str(self.description.fmiVersion).startswith("2.") else 3
+        return version(self.description)
+
+    @property
+    def direct(self) -> bool:
+        """Whether arrays of the master are set and read in the FMU as they stand."""
+        kinds = {p.variable.type for p in self.ports}
+        return self.description.coSimulation is not None and self.fmi > 1 and kinds <= _DIRECT
+
+    @property
+    def saves(self) -> bool:
+        """Whether it can get and set its state."""
+        can = self.description.coSimulation or self.description.modelExchange
+        return bool(getattr(can, "canGetAndSetFMUstate", False))
 
     @property
     def any_step(self) -> bool:
-        """Whether it declares communication steps of any length."""
+        """Whether it declares communication steps of any length; an integrator makes them."""
         simulation = self.description.coSimulation
+        if simulation is None:
+            return True
+        if self.fmi == 1:
+            return False
         fixed = getattr(simulation, "fixedInternalStepSize", None)
         return bool(simulation.canHandleVariableCommunicationStepSize) and fixed is None
 
@@ -127,45 +143,67 @@ class Foreign:
         InputError
             No such parameter, or a value that does not fit its type.
         """
-        variables = {v.name: v for v in self.description.modelVariables if v.causality in ("parameter", "structural")}
+        variables = {v.name: v for v in self.description.modelVariables if v.causality in _SETTABLE}
         new = dict(self.settings)
         for name, value in settings.items():
             if name not in variables:
                 raise InputError(f"no parameter {name!r}; there are {', '.join(list(variables)[:20]) or 'none'}")
             new[name] = _value(variables[name], value, self.settings.get(name))
-        return replace(self, settings=new)
+        sizes = {k: x for k, x in new.items() if variables[k].causality == "structuralParameter"}
+        for name, value in new.items():
+            expected = _size(variables[name], sizes)
+            if isinstance(value, list) and len(value) != expected:
+                raise InputError(f"{name}: must have {expected} elements; got {len(value)}")
+        return replace(self, settings=new, ports=_ports(self.path, self.description, sizes))
+
+
+def _ports(path: Path, description: Any, sizes: Mapping[str, Any]) -> tuple[ForeignPort, ...]:
+    """Return inputs, then outputs, in both groups in the order of the file."""
+    ports = [_port(path, v, sizes) for v in description.modelVariables if _is_port(v)]
+    if sum(p.size for p in ports) > MOST_PORTS:
+        raise InputError(f"{path}: more than {MOST_PORTS} inputs and outputs")
+    return tuple(sorted(ports, key=lambda p: p.kind))
 
 
 def _is_port(v: Any) -> bool:
-    return v.type in _REAL and v.causality in ("input", "output")
+    return v.type in CARRIED and v.causality in ("input", "output") and not getattr(v, "clocks", None)
 
 
-def _port(path: Path, v: Any) -> ForeignPort:
+def _size(v: Any, sizes: Mapping[str, Any]) -> int:
+    """Return the number of elements of a variable; structural parameters may have other values than in the file."""
     size = 1
     for d in v.dimensions:
-        if d.start is None:
-            raise InputError(f"{path}: the size of {v.name!r} is not fixed: arrays need a size that is a number")
-        size *= int(d.start)
+        size *= int(d.start if d.variable is None else sizes.get(d.variable.name, d.variable.start))
+    return size
+
+
+def _port(path: Path, v: Any, sizes: Mapping[str, Any]) -> ForeignPort:
+    size = _size(v, sizes)
     if not 0 < size <= MOST_PORTS:
         raise InputError(f"{path}: {v.name!r} has {size} elements; at most {MOST_PORTS} can be connected")
-    start = [float(x) for x in str(v.start).split()] if v.start not in (None, "") else [0.0]
+    start = list(numbers(v.start)) if v.start not in (None, "") else [0.0]
     if len(start) != size:
         start = start[:1] * size
     return ForeignPort(
-        v.name, v.causality, v.unit or "", tuple(x if math.isfinite(x) else 0.0 for x in start), v.description or ""
+        v.name,
+        v.causality,
+        v.unit or "",
+        tuple(x if math.isfinite(x) else 0.0 for x in start),
+        v.description or "",
+        v,
     )
 
 
-def _value(v: Any, value: Any, now: Any) -> float | bool | str:
+def _value(v: Any, value: Any, now: Any) -> float | bool | str | list[float]:
     if v.dimensions:
-        raise InputError(f"{v.name}: parameters that are arrays cannot be set in a scenario")
+        return _values(v, value, now)
     if v.type == "String":
         return str(value)
     if v.type == "Boolean":
         if not isinstance(value, bool) and value not in (0, 1):
             raise InputError(f"{v.name}: must be true or false; got {value!r}")
         return bool(value)
-    if v.type not in _NUMBERS:
+    if v.type not in NUMBERS:
         raise InputError(f"{v.name}: a parameter of type {v.type} cannot be set in a scenario")
     try:
         if isinstance(value, str) and value.startswith("*"):
@@ -174,6 +212,19 @@ def _value(v: Any, value: Any, now: Any) -> float | bool | str:
             number = float(value)
     except (TypeError, ValueError):
         raise InputError(f"{v.name}: must be a number or '*' and a number; got {value!r}") from None
-    if v.type not in _REAL and v.type != "Float32" and number != math.floor(number):
+    if v.type not in REAL and number != math.floor(number):
         raise InputError(f"{v.name}: must be a whole number; got {value!r}")
     return number
+
+
+def _values(v: Any, value: Any, now: Any) -> list[float]:
+    """Return all elements of an array, row by row."""
+    if v.type not in REAL:
+        raise InputError(f"{v.name}: an array of type {v.type} cannot be set in a scenario")
+    try:
+        if isinstance(value, str) and value.startswith("*"):
+            old = now if now is not None else numbers(v.start)
+            return [float(value[1:]) * x for x in old]
+        return [float(x) for x in value]
+    except (TypeError, ValueError):
+        raise InputError(f"{v.name}: must be a list of numbers or '*' and a number; got {value!r}") from None

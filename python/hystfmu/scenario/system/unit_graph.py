@@ -106,7 +106,8 @@ def first_outputs(graph: Graph | Foreign) -> list[float]:
 def parameter_names(graph: Graph | Foreign) -> set[str]:
     """Every name that `set` may use: whole parameters and their elements."""
     if isinstance(graph, Foreign):
-        return {v.name for v in graph.description.modelVariables if v.causality == "parameter"}
+        settable = ("parameter", "structuralParameter")
+        return {v.name for v in graph.description.modelVariables if v.causality in settable}
     ports = [p for p in graph.ports if p.is_parameter]
     return {p.name for p in ports} | {n for p in ports for n in p.scalar_names}
 

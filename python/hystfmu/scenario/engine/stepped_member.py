@@ -1,0 +1,177 @@
+"""What members of a run that are FMUs share: sources of inputs, substeps, first-order hold, order of calls."""
+
+from __future__ import annotations
+
+import ctypes as C
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Literal
+
+from hystfmu.graph.ports import Port
+from hystfmu.scenario.engine.hold import Lines, weights
+from hystfmu.scenario.engine.member import whole_turn
+from hystfmu.scenario.outcome.trace import Stopped
+from hystfmu.scenario.system.foreign import ForeignPort
+from hystfmu.scenario.system.system import Part, System
+
+Slot = tuple[str, tuple[str, ...]]
+
+
+def slots(port: Port | ForeignPort, fmi: int) -> list[Slot]:
+    """The variables of an FMU that a port is, each with the names of its elements."""
+    return [(port.name, port.scalar_names)] if fmi == 3 else [(n, (n,)) for n in port.scalar_names]
+
+
+def _window(values: C.Array[C.c_double], first: int, n: int) -> C.Array[C.c_double]:
+    return (C.c_double * n).from_buffer(values, 8 * first)
+
+
+def _nothing() -> int:
+    return 0
+
+
+@dataclass(frozen=True)
+class Calls:
+    """Function pointers of an FMU: set, step, get; save and restore where states are needed; tangent in a loop.
+
+    `source` says for every element of its inputs which value it reads; -1: it keeps what stands in `inputs`.
+    """
+
+    fmi3: bool
+    functions: list[int | None]
+    tangent: int | None
+    component: int
+    source: list[int]
+    inputs: list[float]
+    vr_in: Any
+    vr_out: Any
+    rollback: bool
+
+
+class SteppedMember:
+    """An FMU between its inputs and its outputs; a subclass says how it is called.
+
+    Its window `y` into the values of the system takes the outputs; `linked` and `fixed` are the inputs that are set in
+    every step and once.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        part: Part,
+        sources: Sequence[tuple[int, int]],
+        values: C.Array[C.c_double],
+        clock: C.c_double,
+        fmi: Literal[1, 2, 3],
+    ) -> None:
+        self.name, self.period, self._graph, self._substeps = part.name, part.period, part.graph, part.substeps
+        self.any_step, self._length = part.any_step, system.length(part)
+        self._h = C.c_double(self._length / part.substeps)
+        self._fmi, self._t = fmi, clock
+        self._said: list[str] = []  # what the FMU logs belongs into the verdict, not onto the terminal
+        # What is connected is set in every step, what is constant once.  FMI 3.0 has arrays: one reference for all the
+        # elements, set as a whole; their values lie side by side as ours do.
+        ports = {k: [p for p in part.graph.ports if p.kind == k] for k in ("input", "output")}
+        source = {part.inputs[i]: j for i, j in sources}
+        inputs = [slot for p in ports["input"] for slot in slots(p, fmi)]
+        self.linked = [slot for slot in inputs if any(n in source for n in slot[1])]
+        self.fixed = [slot for slot in inputs if slot not in self.linked]
+        self.read_back = [slot for p in ports["output"] for slot in slots(p, fmi)]
+        read = [n for _, names in self.linked for n in names]
+        self._u, self._values = (C.c_double * len(read))(*[part.constants.get(n, 0.0) for n in read]), values
+        self._copies = [(k, source[n]) for k, n in enumerate(read) if n in source]
+        links = {link.source: link for link in system.links if link.to == system.parts.index(part)}
+        places = [j for _, j in self._copies]
+        self._lines: Lines | None = None
+        if part.hold == "first":
+            self._lines = Lines(places, weights(system, [links[j] for j in places]), part.substeps, values)
+        elif len(read) == 1:  # reads the output of its source where it stands
+            self._u, self._copies = _window(values, source[read[0]], 1), []
+        self._y = _window(values, part.first, len(part.outputs))
+        self.sources = [source.get(n, -1) for n in read]
+        self._rollback = system.case.coupling.scheme == "iterative"  # states before the present point are restored
+
+    def _call(self, part: Part, put: Callable[[], int], do: Callable[[], int], get: Callable[[], int]) -> None:
+        """Take the calls that set the inputs, make a step and get the outputs; a status above 1 is a failure."""
+        self._put, self._do = put if len(self._u) else _nothing, do
+        self._get = get if part.outputs else _nothing
+        self.turn: Sequence[Callable[[], int]] = [partial(whole_turn, self)]
+        if part.substeps > 1 or self._lines is not None:
+            return
+        wanted: list[tuple[object, Callable[[], int]]] = [(self._copies, self._copy), (len(self._u), put), (do, do)]
+        wanted.append((part.outputs, get))
+        self.turn = [call for needed, call in wanted if needed]
+
+    def _copy(self) -> int:
+        u, values = self._u, self._values
+        for i, j in self._copies:
+            u[i] = values[j]
+        return 0
+
+    def begin(self) -> None:
+        if self._lines is not None:
+            self._lines.begin()
+
+    def stretch(self, h: float | None) -> None:
+        self._h.value = (self._length if h is None else h) / self._substeps
+        if self._lines is not None:
+            self._lines.cut()
+
+    def copy(self) -> None:
+        if self._lines is not None:
+            self._lines.take()
+            return
+        self._copy()
+        if self._put() > 1:
+            raise self.stopped()
+
+    def advance(self) -> None:
+        begin = self._t.value  # the clock is that of all units with this period
+        for i in range(self._substeps):
+            if self._lines is not None:
+                for (k, _), value in zip(self._copies, self._lines.at(i), strict=True):
+                    self._u[k] = value
+            self._t.value = begin + i * self._h.value
+            if (self._lines is not None and self._put() > 1) or self._do() > 1:
+                raise self.stopped()
+        self._t.value = begin
+
+    def take(self) -> None:
+        if self._get() > 1:
+            raise self.stopped()
+
+    @property
+    def said(self) -> str:
+        """What the FMU logged last."""
+        return self._said[-1] if self._said else "without a word"
+
+    def stopped(self) -> Stopped:
+        why = self._said[-1] if self._said else f"inputs {list(self._u)}"
+        return Stopped(f"{self.name} refuses the step from t = {self._t.value:g} s: {why}")
+
+    def start(self, t0: float) -> None:
+        raise NotImplementedError
+
+    def save(self) -> None:
+        raise NotImplementedError
+
+    def restore(self) -> None:
+        raise NotImplementedError
+
+    def tangent(self, du: list[float]) -> list[float] | None:
+        raise NotImplementedError
+
+    def state_hash(self) -> str:
+        raise NotImplementedError
+
+    def close(self) -> None:
+        raise NotImplementedError
+
+    def calls(self) -> Calls:
+        """What the master in C needs to call this FMU."""
+        raise NotImplementedError
+
+    def free_state(self, state: int) -> None:
+        """Free a state that the master in C saved."""
+        raise NotImplementedError
