@@ -102,7 +102,7 @@ def run(
         from hystfmu.scenario.run_fmu import run_fmu_file
 
         _refuse(context, _NOT_OF_AN_FMU, f"{scenarios[0]}: an FMU runs alone")
-        told = run_fmu_file(scenarios[0], given, assignments(settings), step, stop, timeout, out)
+        told = run_fmu_file(scenarios[0], given, assignments(settings), step, stop, timeout, out, not unconfined)
         click.echo(json.dumps(told.summary()) if as_json else "\n".join(told.lines()))
         return
     _refuse(context, ("given",), "only an FMU that runs alone takes a file of inputs")

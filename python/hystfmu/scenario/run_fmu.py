@@ -56,6 +56,7 @@ def run_fmu(
     step: float | None = None,
     stop: float | None = None,
     seconds: float = 600.0,
+    confined: bool = True,
 ) -> FmuRun:
     """Run an FMU of FMI 1.0, 2.0 or 3.0 by itself, in a child process.
 
@@ -78,6 +79,8 @@ def run_fmu(
         Stop time (s); by default that of the default experiment, or the last time in the table.
     seconds : float
         Time limit (s).
+    confined : bool
+        Keep its native code from the network and from files that are not its own, as far as the system can.
 
     Returns
     -------
@@ -98,7 +101,7 @@ def run_fmu(
             raise InputError(f"{path}: {e}") from None
     t, driven, signals = (np.zeros(1), (), np.empty((1, 0))) if given is None else _table(given, foreign)
     task = _task(str(path), foreign, t, driven, signals, step, stop, given is not None)
-    times, values, note = run_alone(task, seconds)
+    times, values, note = run_alone(task, seconds, confined)
     names = [n for p in foreign.ports if p.kind == "output" for n in p.scalar_names]
     return FmuRun(str(path), times, {n: values[:, k] for k, n in enumerate(names)}, note)
 
@@ -181,6 +184,7 @@ def run_fmu_file(
     stop: float | None,
     seconds: float,
     out: str | None,
+    confined: bool,
 ) -> FmuRun:
     """Run an FMU for the command line and write its outputs to the file `out`.
 
@@ -192,7 +196,7 @@ def run_fmu_file(
     if out is not None:
         check_target(out)
     try:
-        done = run_fmu(path, given, settings, step, stop, seconds)
+        done = run_fmu(path, given, settings, step, stop, seconds, confined)
     except Stopped as e:
         raise InputError(f"{path}: stopped: {e}") from None
     if out is not None:

@@ -14,8 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hystfmu.base import child
 from hystfmu.base.arrays import Array
+from hystfmu.base.child import Child, late, limit_memory
+from hystfmu.base.confine import Box
+from hystfmu.base.supervisor import CANNOT
 from hystfmu.fmu.foreign.finding import Ended, Finding
 from hystfmu.fmu.foreign.instance import REAL
 from hystfmu.fmu.foreign.simulated import Simulated
@@ -40,7 +42,7 @@ class Task:
     n_steps: int
 
 
-def run_alone(task: Task, seconds: float) -> tuple[Array, Array, str]:
+def run_alone(task: Task, seconds: float, confined: bool = True) -> tuple[Array, Array, str]:
     """Run an FMU in a child process.
 
     Returns
@@ -59,10 +61,11 @@ def run_alone(task: Task, seconds: float) -> tuple[Array, Array, str]:
     """
     with tempfile.TemporaryDirectory(prefix="hystfmu-alone-") as folder:
         (Path(folder) / _TASK).write_bytes(pickle.dumps(task))
-        process = child.start("-m", "hystfmu.scenario.engine.alone", folder)
-        _, in_time = child.finish(process, seconds)
+        box = Box.of(folder, task.foreign.folder) if confined else None
+        process = Child("-m", "hystfmu.scenario.engine.alone", folder, box=box)
+        lines, in_time = process.finish(seconds)
         if not in_time:
-            raise Stopped(child.late(seconds), "timeout")
+            raise Stopped(late(seconds), "timeout")
         width = sum(p.size for p in task.foreign.ports if p.kind == "output")
         try:
             ended = json.loads((Path(folder) / _ENDED).read_text())
@@ -73,7 +76,8 @@ def run_alone(task: Task, seconds: float) -> tuple[Array, Array, str]:
             t = np.asarray(task.start + np.arange(rows) * task.step, dtype=np.float64)
             return t, values, str(ended["note"])
         except (OSError, ValueError, KeyError, TypeError):
-            raise Stopped(f"the process that ran the FMU ended with status {process.returncode}", "killed") from None
+            why = f" ({lines[-1]})" if process.status == CANNOT and lines else ""
+            raise Stopped(f"the process that ran the FMU ended with status {process.status}{why}", "killed") from None
 
 
 def _inputs(task: Task, times: Array) -> Array:
@@ -124,7 +128,7 @@ def _run(task: Task, folder: Path) -> tuple[int, str]:
 def main(folder: Path) -> None:
     """In the child: run the task in the folder and leave what became of it there."""
     task: Task = pickle.loads((folder / _TASK).read_bytes())  # our own parent wrote it
-    child.limit_memory(GIGABYTES)
+    limit_memory(GIGABYTES)
     stopped, rows, note = None, 0, ""
     try:
         rows, note = _run(task, folder)
