@@ -89,7 +89,7 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def bad_fmu(path: Path, defect: str = "", limit: float = 0.5, extra: str = "") -> None:
+def bad_fmu(path: Path, defect: str = "", limit: float = 0.5, extra: str = "", *options: str) -> None:
     """Compile an FMU that does something terrible after 4 ms when its input is above the limit; else y = u.
 
     Parameters
@@ -101,6 +101,8 @@ def bad_fmu(path: Path, defect: str = "", limit: float = 0.5, extra: str = "") -
     limit : float
     extra : str
         Declarations and functions in C.
+    *options : str
+        Of the compiler.
     """
     if fmpy.platform not in ("linux64", "darwin64"):
         pytest.skip("builds a shared library for Linux or macOS")
@@ -110,7 +112,7 @@ def bad_fmu(path: Path, defect: str = "", limit: float = 0.5, extra: str = "") -
     include = next(HEADERS.rglob("fmi2Functions.h")).parent
     source, library = path.with_suffix(".c"), path.with_suffix(".so")
     source.write_text(SOURCE.replace("EXTRA", extra, 1))
-    flags = ["-shared", "-fPIC", f"-DDEFECT={defect}", f"-DLIMIT={limit}", f"-I{include}"]
+    flags = ["-shared", "-fPIC", f"-DDEFECT={defect}", f"-DLIMIT={limit}", f"-I{include}", *options]
     subprocess.run([compiler, *flags, str(source), "-o", str(library)], check=True)
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("modelDescription.xml", DESCRIPTION)

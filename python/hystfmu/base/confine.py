@@ -31,6 +31,7 @@ _NO_NEW_PRIVILEGES, _GET_SECCOMP, _SET_SECCOMP, _FILTER = 38, 21, 22, 2
 _ARCHITECTURES = {"x86_64": (0xC000003E, 41), "aarch64": (0xC00000B7, 198)}  # its number, that of socket(2)
 _IO_URING, _X32 = 425, 0x40000000
 _ALLOW, _REFUSE, _KILL = 0x7FFF0000, 0x00050000 | 13, 0x80000000  # 13: EACCES
+CANNOT = 125  # status of a process that could not be confined
 
 # programs, libraries and their settings; neither homes nor /tmp, /var, /srv, /mnt and the like
 _SYSTEM = ("/usr", "/lib", "/lib32", "/lib64", "/bin", "/sbin", "/etc", "/opt", "/nix", "/gnu", "/proc", "/sys", "/dev")

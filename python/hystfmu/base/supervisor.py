@@ -20,11 +20,10 @@ from collections import defaultdict
 from contextlib import suppress
 from typing import NoReturn
 
-from hystfmu.base.confine import Box, confine
+from hystfmu.base.confine import CANNOT, Box, confine
 
 _PARENT_DEATH, _SUB_REAPER = 1, 36  # of prctl(2)
 _PAUSE = 2e-3  # s: between two looks for processes that are still there
-CANNOT = 125  # status of a process that could not be confined
 
 
 def supervise(parent: int) -> None:

@@ -24,7 +24,7 @@ from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
-from hystfmu.base.files import read_bytes, write_bytes
+from hystfmu.base.files import check_target, read_bytes, write_bytes
 from hystfmu.studies.folder_lock import close_locked, open_locked
 
 PART_ROWS = 20_000
@@ -116,15 +116,18 @@ class Store:
         paths = self.folder / f"{name}.json", self.folder / f"{name}.copy.json"
         found = []
         for path in filter(Path.exists, paths):
-            with suppress(ValueError):
+            try:
                 found.append(_unsealed(path))
+            except ValueError as e:
+                if isinstance(e, InputError):
+                    raise
         if not found and any(map(Path.exists, paths)):
             raise InputError(
                 f"{paths[0]}: The file and its copy are damaged. Remove them to go on with the rows of this folder."
             )
         value = found[0] if found else first()
         for path in paths:
-            if not path.exists() or path.read_bytes() != _sealed(value):
+            if not path.exists() or read_bytes(path) != _sealed(value):
                 write_bytes(path, _sealed(value))
         return value
 
@@ -139,6 +142,7 @@ class Store:
             at += len(line)
         if damaged:
             aside = self.folder / "damaged.jsonl"
+            check_target(aside)
             with open(aside, "ab") as f:
                 f.writelines(line for _, line in damaged)
             _sync(aside)
@@ -211,7 +215,7 @@ class Store:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        content, sum_ = part.read_bytes(), part.stem.split("-")[2:]  # an older version wrote no sum
+        content, sum_ = read_bytes(part), part.stem.split("-")[2:]  # an older version wrote no sum
         with suppress(pa.ArrowException, OSError, KeyError):
             if sum_ in ([], [f"{zlib.crc32(content):08x}"]):
                 return [self._nested(row) for row in pq.read_table(pa.BufferReader(content)).to_pylist()]

@@ -13,23 +13,34 @@ from pathlib import Path
 from hystfmu.base.child import Child
 from hystfmu.base.confine import Box
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import check_source
+from hystfmu.base.files import check_source, read_bytes
 from hystfmu.fmu.archive.unpack import archive_problems, unpack, xml_problems
+
+MOST_NOTES = 2**24  # bytes of the findings
+
+
+def _signal(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
 
 
 def _run_problems(process: Child, result: Path, seconds: float) -> list[str]:
     """Return the findings of the child process, including the trial in which it crashed or hung."""
     lines, in_time = process.finish(seconds)
-    if not result.exists():
+    try:
+        notes = json.loads(read_bytes(result, MOST_NOTES))  # the FMU may have written it
+        problems = [" ".join(str(p).split()) for p in notes["problems"]]
+        doing, finished = str(notes["doing"]), bool(notes["done"])
+    except (ValueError, KeyError, TypeError, RecursionError):
         return [f"the check failed: {lines[-1] if lines else process.status}"]
-    notes = json.loads(result.read_text())
-    problems = [str(p) for p in notes["problems"]]
     if not in_time:
-        problems.append(f"the FMU did not finish within {seconds:g} s while {notes['doing']}")
+        problems.append(f"the FMU did not finish within {seconds:g} s while {doing}")
     elif process.status < 0:
-        problems.append(f"the FMU crashed ({signal.Signals(-process.status).name}) while {notes['doing']}")
-    elif not notes["done"]:
-        problems.append(f"the FMU ended its process with status {process.status} while {notes['doing']}")
+        problems.append(f"the FMU crashed ({_signal(-process.status)}) while {doing}")
+    elif not finished:
+        problems.append(f"the FMU ended its process with status {process.status} while {doing}")
     if problems and lines and re.search("cannot be instantiated|failed with status", problems[0]):
         problems[0] += f" ({lines[-1]})"  # append the log message of the FMU
     return problems

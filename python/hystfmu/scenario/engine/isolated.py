@@ -1,6 +1,7 @@
 """Foreign FMUs run in a child process with limits of time and memory, where they may crash or hang without harm.
 
-The results come back in two files of known form.  Nothing that the child writes is unpickled.
+The results come back in two files of known form, which are read as those of others.  Nothing that the child writes is
+unpickled.
 """
 
 from __future__ import annotations
@@ -15,14 +16,15 @@ from pathlib import Path
 import numpy as np
 
 from hystfmu.base.child import Child, late, limit_memory
-from hystfmu.base.confine import Box
-from hystfmu.base.supervisor import CANNOT
+from hystfmu.base.confine import CANNOT, Box
+from hystfmu.base.files import check_source, read_bytes
 from hystfmu.scenario.engine.master import Engine, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import System
 
 GIGABYTES = 4.0
+MOST_ENDED, MOST_WORDS = 2**16, 1000
 TASK, ENDED, VALUES = "task", "ended.json", "values"
 
 
@@ -49,9 +51,10 @@ def chunks_isolated(
         if not in_time:
             raise Stopped(late(seconds), "timeout")
         try:
-            ended = json.loads((Path(folder) / ENDED).read_text())
+            ended = json.loads(read_bytes(Path(folder) / ENDED, MOST_ENDED))
             if ended["stopped"] is not None:
-                raise Stopped(str(ended["stopped"]), str(ended["status"]))
+                raise Stopped(" ".join(str(ended["stopped"]).split())[:MOST_WORDS], str(ended["status"])[:20])
+            check_source(Path(folder) / VALUES)
             with (Path(folder) / VALUES).open("rb") as f:
                 for first, end in system.chunks():
                     shape = (end - first, system.n_values)
@@ -59,7 +62,7 @@ def chunks_isolated(
                     times = system.times(first, end)
                     sweeps = Sweeps(*map(int, ended["sweeps"])) if end > system.n_steps else Sweeps()
                     yield Trace(times, values, system.columns, system.case.ripple, first=first, sweeps=sweeps)
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
             foreign = ", ".join(p.name for p in system.foreign)
             why = f" ({lines[-1]})" if child.status == CANNOT and lines else ""
             raise Stopped(f"the process that ran {foreign} ended with status {child.status}{why}", "killed") from None
@@ -80,7 +83,7 @@ def main(folder: Path) -> None:
         stopped, status = f"needs more than {gigabytes:g} GB of memory", "memory"
     except Exception as e:  # fmpy raises many kinds when a foreign FMU misbehaves
         words = str(e) if isinstance(e, Stopped) else f"{type(e).__name__}: {e}"
-        stopped = " ".join(words.split())[:1000]
+        stopped = " ".join(words.split())[:MOST_WORDS]
     counted = [sweeps.all, sweeps.most, sweeps.steps]
     (folder / ENDED).write_text(json.dumps({"stopped": stopped, "status": status, "sweeps": counted}))
 

@@ -48,8 +48,9 @@ class _Report(pydantic.BaseModel):
 
 
 def _read(path: str | Path) -> tuple[str, dict[str, _Case]]:
+    content = read_bytes(path, MOST_BYTES)  # outside `try`: an InputError is a ValueError
     try:
-        report = _Report.model_validate(json.loads(read_bytes(path, MOST_BYTES)))
+        report = _Report.model_validate(json.loads(content))
     except (ValueError, RecursionError) as e:
         errors = e.errors() if isinstance(e, pydantic.ValidationError) else []
         why = f"{'.'.join(map(str, errors[0]['loc']))}: {errors[0]['msg']}" if errors else "not JSON"
