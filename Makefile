@@ -15,7 +15,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check generate modelica platforms bench choice wheel clean torture
+.PHONY: demo test contract stress mutants dev core check generate modelica platforms bench choice docs wheel clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -52,6 +52,11 @@ check: dev
 	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
 	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/python tests/generated.py
+
+# the site of tutorials, explanations and reference, without network: build/docs/html/index.html
+docs: dev
+	$(PIP) sphinx myst-parser furo
+	$(BIN)/python python/docs/build.py build/docs
 
 generate: dev
 	$(BIN)/python tests/generated.py --write

@@ -1,0 +1,15 @@
+"""Sphinx configuration; `make docs` builds the site, without network."""
+
+project = "HystFMU"
+author = "HystFMU authors"
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+html_theme = "furo"
+html_title = "HystFMU"
+html_show_copyright = False
+html_show_sphinx = False
+myst_enable_extensions = ["colon_fence"]
+myst_heading_anchors = 2
+autodoc_typehints = "none"  # the docstrings state types
+autodoc_member_order = "bysource"
+napoleon_use_rtype = False
+nitpicky = False

@@ -1,0 +1,87 @@
+"""Pictures of the site as SVG, computed from the blocks themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+import hystfmu as hy
+from hystfmu.base.arrays import Array
+from hystfmu.report.plot import LOOP_POINTS, Line, Plot
+
+STYLE = """<style>
+svg { background:#fff; font-family:sans-serif } .grid { stroke:#d9e0e6; fill:none } .frame { stroke:#5d6b78; fill:none }
+.tick { fill:#5d6b78; font-size:11px }
+.line { vector-effect:non-scaling-stroke; fill:none; stroke-width:1.4; stroke-linejoin:round }
+.c0 { stroke:#0b63b5 } .c1 { stroke:#d1521b } .c2 { stroke:#2a8a4a } .c3 { stroke:#8a3fa0 }
+</style>"""
+
+
+def side_by_side(*plots: Plot) -> str:
+    """Return plots in one SVG that needs no style sheet of a page."""
+    drawn = [p.svg() for p in plots]
+    width, height = 360, 270
+    inner = "".join(
+        s.replace("<svg ", f'<svg x="{k * width}" y="0" width="{width}" height="{height}" ', 1)
+        for k, s in enumerate(drawn)
+    )
+    whole = f'viewBox="0 0 {width * len(drawn)} {height}" width="{width * len(drawn)}" height="{height}"'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {whole}>{STYLE}{inner}</svg>'
+
+
+def loop(title: str, x: Array, y: Array, across: str = "u", up: str = "y") -> Plot:
+    """Return a diagram of one line."""
+    return Plot(title, across, up, [Line(title, x, y)], points=LOOP_POINTS)
+
+
+def before_after() -> str:
+    """The built-in piezo behind a gain, and behind the inverse of an identified model."""
+    data = hy.synthetic.piezo(60, 1000.0)
+    inverse = hy.fit(data, "actuator").inverse()
+    t = np.arange(4000) * 1e-3
+    wanted = 1.0 + 15.0 * np.sin(2 * np.pi * t) * np.exp(-0.25 * t)
+    line = np.polyfit(data.y, data.u, 1)
+    ahead = int(inverse.fit.get("lag_steps", 0))
+    gain = hy.synthetic.displacement(np.polyval(line, wanted), 1e-3)
+    there = hy.synthetic.displacement(inverse.predict(wanted), 1e-3)
+    return side_by_side(
+        loop("behind a gain", wanted, gain, "wanted (um)", "reached (um)"),
+        loop("behind the inverse", wanted[: len(t) - ahead], there[ahead:], "wanted (um)", "reached (um)"),
+    )
+
+
+def nested() -> str:
+    """Three operators on the same nested reversals."""
+    u = np.asarray(hy.signals.nested_reversals(14, seed=3))
+    kinds: dict[str, hy.Graph] = {
+        "plays": hy.blocks.PrandtlIshlinskii(w0=0.3, r=[0.1, 0.3, 0.6], w=[0.3, 0.3, 0.3]).graph,
+        "Zhao-Tan": hy.blocks.ZhaoTan().graph,
+        "Bouc-Wen": hy.blocks.BoucWen(A=1.0, beta=3.0, gamma=-1.0, alpha=0.3).graph,
+    }
+    first = {name: hy.Model(name, g).predict(u).reshape(len(u), -1)[:, 0] for name, g in kinds.items()}
+    return side_by_side(*(loop(name, u, y) for name, y in first.items()))
+
+
+def creeping() -> str:
+    """A step of the voltage: a memory answers at once, creep goes on."""
+    t = np.arange(4000) * 1e-3
+    u = np.where(t > 0.2, 1.0, 0.0)
+    y = hy.Model("creep", hy.blocks.Creep().graph, step=1e-3).predict(u, 1e-3)
+    return side_by_side(loop("creep", t, y, "time (s)", "displacement"))
+
+
+PICTURES: dict[str, tuple[str, str, Callable[[], str]]] = {
+    "before_after": (
+        "Before and after",
+        "The built-in piezo stack follows a decaying sine: driven by a gain, and by the inverse of the `actuator` "
+        "model that was fitted to a noisy record of random reversals.",
+        before_after,
+    ),
+    "nested": (
+        "Nested loops",
+        "The same reversals through plays, the Zhao-Tan operator, and Bouc-Wen, whose minor loops do not close.",
+        nested,
+    ),
+    "creep": ("Creep", "A step of the input and a weighted sum of first-order lags.", creeping),
+}
