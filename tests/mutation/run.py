@@ -46,7 +46,7 @@ def map_python(target: Path) -> None:
 
 
 class Run:
-    """The mutants of one seed, judged in one tree, written to one journal."""
+    """The mutants of one seed, run in one tree, written to one journal."""
 
     def __init__(self, seed: int, each: int, tree: Tree) -> None:
         self.seed, self.each, self.tree = seed, each, tree
