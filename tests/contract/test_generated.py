@@ -1,0 +1,25 @@
+"""What follows from the C tables is up to date: README, signatures for editors, Modelica base classes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hystfmu.graph import listing, stubs
+from hystfmu.modelica import library
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [("python/hystfmu/graph/blocks.pyi", stubs.stub), ("README.md", listing.markdown)],
+    ids=["signatures", "readme"],
+)
+def test_texts_follow_from_the_tables(file, text):
+    assert text() in (ROOT / file).read_text(), f"{file} is stale; run 'make generate'"
+
+
+def test_modelica_follows_from_the_tables():
+    assert list(library.stale(ROOT / "modelica" / "HystFMU")) == []

@@ -1,0 +1,327 @@
+"""Solvers against closed forms and scipy: what they minimise, under which constraints, in how many steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from hystfmu.base.errors import InputError
+from hystfmu.identify.solvers import conjugate_gradient, nonnegative, positive_solution
+from hystfmu.identify.solvers.levenberg_marquardt import minimise as levenberg_marquardt
+from hystfmu.identify.solvers.penalised import FOLDS, Penalised, best_strengths
+from hystfmu.identify.solvers.recursive import Recursive
+
+
+def rows(seed: int, n: int, p: int, q: int):
+    """A problem with positive and zero weights: A (n, p), b (n,), F (n, q)."""
+    rng = np.random.default_rng(seed)
+    A, F = rng.normal(size=(n, p)), np.column_stack([np.ones(n), rng.normal(size=(n, q - 1))])
+    return A, A @ rng.normal(size=p) + F @ rng.normal(size=q) + rng.normal(size=n), F
+
+
+def bounded(A, b, F):
+    """The same problem by scipy."""
+    lower = np.concatenate([np.zeros(A.shape[1]), np.full(F.shape[1], -np.inf)])
+    return lsq_linear(np.hstack([A, F]), b, (lower, np.inf), method="bvls", tol=1e-14).x
+
+
+@pytest.mark.parametrize(("n", "p", "q"), [(40, 6, 1), (40, 6, 3), (9, 12, 2), (200, 15, 2)])
+def test_non_negative_weights_are_those_of_scipy(n, p, q):
+    A, b, F = rows(n + p, n, p, q)
+    x, v = nonnegative.nonnegative(A, b, F)
+    assert (x >= 0).all()
+    assert (x == 0).any()
+    other = bounded(A, b, F)
+    assert A @ x + F @ v == pytest.approx(A @ other[:p] + F @ other[p:], abs=1e-8)
+    if n > p + q:
+        assert np.concatenate([x, v]) == pytest.approx(other, abs=1e-8)
+
+
+def test_columns_that_add_nothing_get_no_weight():
+    A, b, F = rows(3, 30, 4, 2)
+    A[:, 1], A[:, 2] = 0.0, 2 * F[:, 0] - F[:, 1]
+    x, v = nonnegative.nonnegative(A, b, np.hstack([F, F[:, :1]]))  # a free column twice shares its weight
+    assert x[1] == x[2] == 0
+    assert v[0] == pytest.approx(v[2], rel=1e-9)
+    other = bounded(A[:, [0, 3]], b, F)
+    assert [x[0], x[3], v[0] + v[2], v[1]] == pytest.approx(other, abs=1e-8)
+
+
+def plays(u, r):
+    """Plays from rest at 0, shape (n, m)."""
+    out, z = np.empty((len(u), len(r))), np.zeros(len(r))
+    for k, x in enumerate(u):
+        out[k] = z = np.clip(z, x - r, x + r)
+    return out
+
+
+@pytest.mark.parametrize("weights", ["few", "many"])
+def test_hundreds_of_plays_meet_the_conditions_of_the_optimum(weights):
+    rng = np.random.default_rng(5)
+    t, r = np.linspace(0, 1, 250), np.linspace(0, 1.1, 700)
+    u = np.sin(9 * t) * (1 - 0.7 * t) + 0.2 * np.sin(61 * t)
+    A = plays(u, r)
+    w = np.where(rng.random(700) < 0.01, rng.random(700), 0) if weights == "few" else rng.random(700)
+    b = A @ w + 0.3 + (1e-3 * rng.normal(size=250) if weights == "few" else 0)
+    F = np.ones((250, 1))
+    x, v = nonnegative.nonnegative(A, b, F)
+    r_ = b - A @ x - F @ v
+    gradient = (A - A.mean(axis=0)).T @ r_
+    assert (x >= 0).all()
+    assert abs(r_.mean()) < 1e-12
+    size = np.linalg.norm(A - A.mean(axis=0), axis=0) * np.linalg.norm(b)
+    assert (gradient / np.maximum(size, 1e-12)).max() < 2e-5
+    assert np.abs((gradient * x)[x > 0]).sum() <= 1e-2 * r_ @ r_ + 1e-9
+    if weights == "many":
+        assert np.linalg.norm(r_) < 1e-9 * np.linalg.norm(b)
+
+
+def test_the_extreme_columns_are_those_off_the_line_between_others():
+    n = nonnegative.COARSE + 60
+    k = np.arange(n)
+    A = np.vstack([np.abs(k - 100.0), np.maximum(k - 250.0, 0.0)])  # straight but at 100 and 250
+    assert nonnegative._extreme(A).tolist() == [0, 100, 250, n - 1]
+    assert nonnegative._extreme(A[:, :10]).tolist() == list(range(10))
+
+
+def test_a_positive_solution_is_the_shortest():
+    rng = np.random.default_rng(1)
+    A = rng.normal(size=(80, 90))
+    weights = rng.random(90)
+    weights[::15] = 0
+    b = A @ weights
+    x = positive_solution.positive_solution(A, b)
+    assert x is not None
+    assert np.linalg.norm(A @ x - b) < 1e-12 * np.linalg.norm(b)
+    assert (x >= 0).all()
+    assert (x == 0).any()  # plain least norm is negative somewhere
+    # conditions of the least norm: x = max(0, A' m) for some m
+    used = x > 1e-12
+    m = np.linalg.lstsq(A[:, used].T, x[used], rcond=None)[0]
+    assert x == pytest.approx(np.maximum(A.T @ m, 0), abs=1e-10)
+
+
+def test_without_a_positive_solution_there_is_none():
+    rng = np.random.default_rng(2)
+    A = rng.random((5, 40)) + 0.1  # all entries positive: b < 0 is out of reach
+    assert positive_solution.positive_solution(A, -np.ones(5)) is None
+    assert positive_solution.positive_solution(np.vstack([A, A[0]]), np.arange(6.0)) is None  # contradictory rows
+
+
+def test_the_row_space_is_factored():
+    rng = np.random.default_rng(4)
+    A = rng.normal(size=(150, 40)) @ rng.normal(size=(40, 200))  # rank 40, in several chunks
+    Q, L, chosen = positive_solution.row_space(A)
+    assert Q.shape == (200, 40)
+    assert np.abs(Q.T @ Q - np.eye(40)).max() < 1e-13
+    assert A[chosen] == pytest.approx(L @ Q.T, abs=1e-11)
+    assert np.abs(np.triu(L, 1)).max() < 1e-11
+    assert np.abs(A - (A @ Q) @ Q.T).max() < 1e-10
+
+
+def stacked(problem_of, strengths, keep):
+    """The penalised problem of some rows by scipy: scaled weights and the constant."""
+    A, F, y, penalties = problem_of
+    columns = np.hstack([A, F])
+    n, m = A.shape[1], columns.shape[1]
+    centred = columns - columns.mean(axis=0)
+    size = np.linalg.norm(centred, axis=0)
+    size[:n] = np.maximum(size[:n], 0.1 * size[:n].max())
+    blocks = [
+        np.eye(m),
+        *(np.hstack([P / size[:n] * np.median(size[:n]), np.zeros((len(P), m - n))]) for P in penalties),
+    ]
+    held = np.vstack([s * block for s, block in zip(strengths, blocks, strict=True)])
+    system = np.block([[(centred / size)[keep], np.ones((len(keep), 1))], [held, np.zeros((len(held), 1))]])
+    lower = np.r_[np.zeros(n), np.full(m - n + 1, -np.inf)]
+    target = np.r_[(y - y.mean())[keep], np.zeros(len(held))]
+    z = lsq_linear(system, target, (lower, np.inf), method="bvls", tol=1e-14).x
+    return z, centred / size, size, columns.mean(axis=0)
+
+
+@pytest.mark.parametrize("strengths", [(1e-3, 0.0), (0.3, 0.0), (0.05, 2.0)])
+def test_penalised_weights_and_their_cross_validation(strengths):
+    A, y, F = rows(7, 57, 5, 3)
+    A[:, 4] *= 1e-3  # hardly excited: not scaled up further than a tenth of the largest
+    F = F[:, 1:]
+    penalties = [np.diff(np.eye(5), axis=0)]
+    p = Penalised(A, F, y, penalties)
+    z, scaled, size, middle = stacked((A, F, y, penalties), strengths, np.arange(57))
+    x, v, c = p.solve(strengths)
+    assert np.r_[x, v] == pytest.approx(z[:-1] / size, abs=1e-7)
+    assert c == pytest.approx(y.mean() + z[-1] - middle @ (z[:-1] / size), abs=1e-8)
+    squares = 0.0
+    for chunk in np.array_split(np.arange(57), FOLDS):
+        z = stacked((A, F, y, penalties), strengths, np.setdiff1d(np.arange(57), chunk))[0]
+        squares += np.sum((scaled[chunk] @ z[:-1] + z[-1] - (y - y.mean())[chunk]) ** 2)
+    assert p.error(strengths) == pytest.approx(np.sqrt(squares / 57), rel=1e-7)
+
+
+def test_the_strengths_with_the_least_error_are_found():
+    class Bowl:
+        calls = 0
+
+        def error(self, s):
+            Bowl.calls += 1
+            return (
+                (np.log10(s[0]) + 2) ** 2
+                + (np.log10(s[1]) - 1) ** 2
+                + 0.5 * (np.log10(s[0]) + 2) * (np.log10(s[1]) - 1)
+            )
+
+    levels = [tuple(10.0 ** np.arange(-4, 4)), tuple(10.0 ** np.arange(-3, 4))]
+    seen: list[float] = []
+    assert best_strengths(Bowl(), levels, seen.append) == ((0.01, 10.0), 0.0)
+    assert len(seen) == Bowl.calls <= 45  # each pair once
+    assert seen == sorted(seen)
+    assert seen[-1] <= 1.0
+    assert seen[0] == pytest.approx(1 / 45)
+
+
+def quadratic(n: int):
+    rng = np.random.default_rng(n)
+    root = rng.normal(size=(n, n))
+    H, x = root @ root.T / n + 0.2 * np.eye(n), rng.normal(size=n)
+
+    def function(p):
+        function.calls += 1
+        return float(0.5 * (p - x) @ H @ (p - x)) + 3.0, H @ (p - x)
+
+    function.calls = 0
+    return function, x
+
+
+@pytest.mark.parametrize("n", [1, 2, 6, 10])
+def test_conjugate_directions_end_after_as_many_steps_as_variables(n):
+    function, x = quadratic(n)
+    p, value, steps = conjugate_gradient.minimise(np.zeros(n), function, 100, slope=1e-10, gradient=1e-7)
+    assert p == pytest.approx(x, abs=1e-6)
+    assert value == pytest.approx(3.0, abs=1e-12)
+    assert steps <= n + 1
+    assert function.calls <= 8 * (n + 1)
+
+
+def test_conjugate_gradients_in_the_valley_of_rosenbrock():
+    def valley(p):
+        a, b = 1 - p[:-1], p[1:] - p[:-1] ** 2
+        g = np.zeros(len(p))
+        g[:-1] = -2 * a - 400 * p[:-1] * b
+        g[1:] += 200 * b
+        return float(np.sum(a**2 + 100 * b**2)), g
+
+    seen: list[float] = []
+    p, value, steps = conjugate_gradient.minimise(np.full(4, -1.0), valley, 300, gradient=1e-9, progress=seen.append)
+    assert p == pytest.approx(np.ones(4), abs=1e-8)
+    assert value < 1e-16
+    assert steps < 120
+    assert seen == [k / 300 for k in range(len(seen))]
+    assert conjugate_gradient.minimise(np.ones(4), valley, 300)[2] == 0  # nothing to gain
+    p, value, steps = conjugate_gradient.minimise(np.full(4, -1.0), valley, 5)
+    assert steps == 5
+    assert value == valley(p)[0] < valley(np.full(4, -1.0))[0]
+
+
+CUBIC = np.polynomial.Polynomial([2.0, -3.0, 0.0, 1.0])  # minimum at 1, maximum at -1
+
+
+@pytest.mark.parametrize(("a", "b"), [(0.0, 2.0), (2.0, 0.0), (0.3, 0.9), (1.2, 4.0), (-0.5, 1.5)])
+def test_interpolation_finds_the_minimum_of_a_cubic(a, b):
+    slope = CUBIC.deriv()
+    ends = [(x, float(CUBIC(x)), float(slope(x))) for x in (a, b)]
+    assert conjugate_gradient._between(*ends, -10.0, 10.0) == pytest.approx(1.0, abs=1e-12)
+    assert conjugate_gradient._between(*ends, 1.5, 10.0) == 1.5
+    assert conjugate_gradient._between(*ends, -10.0, 0.5) == 0.5
+
+
+def test_interpolation_without_a_minimum_takes_the_middle():
+    assert conjugate_gradient._between((0, 1.0, -1.0), (2, np.inf, 1.0), 0.5, 2.0) == 1.25
+    assert conjugate_gradient._between((0, 1.0, -1.0), (2, 3.0, np.nan), 0.5, 2.0) == 1.25
+    assert conjugate_gradient._between((0, 0.0, -1.0), (1, -1.0, -1.0), 1.0, 4.0) == 2.5  # a straight line
+    assert conjugate_gradient._between((0, 0.0, 1.0), (1, 0.9, 1.0), 1.0, 4.0) == 2.5  # no stationary point
+    # values equal to rounding: the zero of the slope by a secant
+    assert conjugate_gradient._between((1, 5.0, -3.0), (2, 5.0 + 1e-7, 1.0), 1.0, 2.0) == pytest.approx(1.75, rel=1e-12)
+
+
+def test_levenberg_marquardt_ends_at_the_least_squares():
+    rng = np.random.default_rng(3)
+    A, b = rng.normal(size=(20, 4)), rng.normal(size=20)
+    seen: list[float] = []
+    p, cost = levenberg_marquardt(np.zeros(4), lambda p: (A @ p - b, A), 60, progress=seen.append)
+    best = np.linalg.lstsq(A, b, rcond=None)[0]
+    assert p == pytest.approx(best, rel=1e-6)
+    assert cost == pytest.approx(float(np.sum((A @ best - b) ** 2)), rel=1e-12)
+    assert seen == [k / 60 for k in range(len(seen))]
+    assert len(seen) <= 15
+    jacobians = []
+    q, _ = levenberg_marquardt(
+        np.zeros(4), lambda p: (jacobians.append(1), (A @ p - b, A))[1], 60, residuals=lambda p: A @ p - b
+    )
+    assert q == pytest.approx(p, abs=1e-12)
+    assert len(jacobians) <= len(seen) + 1
+
+
+def test_levenberg_marquardt_with_a_variable_without_effect():
+    p, cost = levenberg_marquardt(np.array([3.0, 5.0]), lambda p: (p[:1] - 1, np.array([[1.0, 0.0]])), 40)
+    assert p == pytest.approx([1.0, 5.0], abs=1e-9)
+    assert cost < 1e-18
+
+
+def sums(theta0, eta, mu, samples):
+    """The weighted least squares whose solution the recursion holds."""
+    n = len(theta0)
+    P, right = np.eye(n) / eta, theta0 / eta
+    for h, y in samples:
+        P, right = mu * P + np.outer(h, h), mu * right + h * y
+    return np.linalg.solve(P, right), P
+
+
+@pytest.mark.parametrize("mu", [1.0, 0.9])
+def test_the_recursion_holds_the_weighted_least_squares(mu):
+    rng = np.random.default_rng(9)
+    theta0 = np.array([0.5, -1.0, 2.0])
+    learner = Recursive(3, 10.0, mu, theta=theta0)
+    samples: list = []
+    for k in range(12):
+        h, y = rng.normal(size=3), float(rng.normal())
+        e = learner.update(h, y)
+        assert e == pytest.approx(y - h @ sums(theta0, 10.0, mu, samples)[0], rel=1e-9)
+        samples.append((h, y))
+        theta, P = sums(theta0, 10.0, mu, samples)
+        assert learner.theta == pytest.approx(theta, rel=1e-9)
+        assert learner.leverage(h) == pytest.approx(h @ np.linalg.solve(P, h), rel=1e-9)
+        assert learner.samples == k + 1
+    assert learner.variance == pytest.approx(
+        np.mean([(y - h @ sums(theta0, 10.0, mu, samples[:k])[0]) ** 2 for k, (h, y) in enumerate(samples)]), rel=1e-9
+    )
+
+
+def test_with_a_dead_zone_the_error_after_the_update_is_the_zone_squared_over_the_error():
+    learner = Recursive(2, 4.0, dead_zone=0.5)
+    h = np.array([1.0, 2.0])
+    assert learner.update(h, 0.5) == 0.5  # on the border nothing changes
+    assert learner.theta.tolist() == [0.0, 0.0]
+    e = learner.update(h, 3.0)
+    assert 3.0 - h @ learner.theta == pytest.approx(0.25 / e, rel=1e-12)
+    half = Recursive(2, 4.0, dead_zone=0.5, fraction=0.5)
+    half.update(h, 3.0)
+    c = 0.5 * (9 - 0.25) / (20 * 0.25)
+    assert 3.0 - h @ half.theta == pytest.approx(3 / (1 + 20 * c), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("values", "word"),
+    [({"n": 0}, "'n'"), ({"eta": 0.0}, "'eta'"),
+     ({"eta": np.inf}, "'eta'"), ({"mu": 0.0}, "'mu'"), ({"mu": 1.1}, "'mu'"),
+     ({"dead_zone": 0.0}, "'dead_zone'"), ({"dead_zone": np.inf}, "'dead_zone'"), ({"fraction": 0.0}, "'fraction'"),
+     ({"fraction": 1.5}, "'fraction'"), ({"theta": np.zeros(3)}, "'theta'")],
+)  # fmt: skip
+def test_recursive_least_squares_refuses(values, word):
+    with pytest.raises(InputError, match=word):
+        Recursive(**{"n": 2, **values})
+
+
+@pytest.mark.parametrize(("phi", "y"), [([1.0], 0.0), ([1.0, np.nan], 0.0), ([1.0, 2.0], np.inf)])
+def test_recursive_least_squares_refuses_a_sample(phi, y):
+    with pytest.raises(InputError, match=r"shape|finite"):
+        Recursive(2).update(np.array(phi), y)
