@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.cli import main
+from hystfmu.scenario.margin_table import margin_table
 
 W = 2 * np.pi * 500
 LOOP = f"""
@@ -113,3 +114,18 @@ def test_delays_have_a_row_each(tmp_path: Path) -> None:
     rows = [line.split() for line in run.output.splitlines() if line.startswith("loop ")]
     assert [row[3] for row in rows] == ["0", "0.5", "1", "2"]
     assert [row[-1] for row in rows] == ["stable", "stable", "stable", "unstable"]
+
+
+def test_the_figures_of_a_table_are_numbers_where_the_loop_is_stable(tmp_path: Path) -> None:
+    (row,) = margin_table([folder(tmp_path, "Ms_db = 6")], "nominal", delays=True).rows
+    assert row.slopes == (1.0, 1.0)
+    at = {d["further_steps"]: d for d in row.at_delay}
+    assert list(at) == [0.0, 0.5, 1.0, 2.0]
+    for further, d in at.items():
+        known = ("Ms_db", "Ms_worst_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz")
+        assert all((d[key] is not None) == (further < 2) for key in known), d
+        if further < 2:
+            assert d["Ms_worst_db"] == pytest.approx(d["Ms_db"], rel=1e-3)  # a sector of one slope
+            assert d["delay_steps"] == pytest.approx(row.margins["delay_steps"] - further, abs=0.02)
+    assert row.margins["Ms_1_db"] == pytest.approx(at[1.0]["Ms_db"])
+    assert 1.0 <= row.margins["stable_to_steps"] < 2.0

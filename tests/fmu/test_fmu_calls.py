@@ -19,7 +19,7 @@ U = rows(single("prandtl_ishlinskii"))[:, 0]
 
 
 # ---- steps ----------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("h", [0.0, -0.0, -5.7e-15, -1e-3, math.nan, math.inf, -math.inf, 1e300])
+@pytest.mark.parametrize("h", [0.0, -0.0, -5.7e-15, -1e-3, math.nan, math.inf, -math.inf, 1e9 + 0.5, 1e300])
 def test_bad_step_size(make: Make, h: float) -> None:
     m = make()
     m.initialize()

@@ -22,6 +22,6 @@ def stale(root: Path) -> list[Key]:
     for key in listed():
         path = root / key[0]
         text = path.read_text() if path.exists() else ""
-        if not text or all(m.change(text) != key[1:] for m in sample.mutants(root, key[0])):
+        if not text or all(m.change(text) != key[1:] for m in sample.mutants(key[0], text)):
             left.append(key)
     return left

@@ -12,9 +12,12 @@ second, a new process with the tests of a room a minute.
 from __future__ import annotations
 
 import argparse
+import contextlib
+import fcntl
 import json
 import os
-import subprocess
+import shutil
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -24,8 +27,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import pytest
 from mutation import equivalents, python_operators, sample, summary
+from mutation.calls import Calls
 from mutation.choose import PATHS, Tests, group
 from mutation.judge import Outcome, judge
+from mutation.line_map import Table, covered, refresh
 from mutation.mutant import Mutant
 from mutation.session import OPTIONS, Warm, run_cold
 from mutation.swap import loaded_functions, swap_core, swap_python
@@ -38,13 +43,6 @@ NEW_START = "needs a new start"
 Judged = tuple[str, str]  # verdict, and who gave it
 
 
-def map_python(target: Path) -> None:
-    """Run the tests of the Python rooms once, to see which of them run which lines."""
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "mutation.cover", "-p", "no:cacheprovider", *PATHS["python"]]
-    environment = {**os.environ, "HYSTFMU_COVER": str(target), "PYTHONPATH": str(Path(__file__).parents[1])}
-    subprocess.run(command, cwd=ROOT, env=environment, check=False)
-
-
 class Run:
     """The mutants of one seed, run in one tree, written to one journal."""
 
@@ -52,46 +50,79 @@ class Run:
         self.seed, self.each, self.tree = seed, each, tree
         self.journal = WORK / f"seed-{seed}.jsonl"
         self.known = equivalents.listed()
+        # files may have changed since: their rows are of other mutants
+        rows = [r for r in summary.rows(self.journal) if r["code"] == tree.code(r["file"])]
+        self.journal.write_text("".join(json.dumps(r) + "\n" for r in rows))
 
     def room(self, room: str) -> None:
         """Judge the mutants of a room: in a process that has collected its tests, then those that need a new one."""
         child = os.fork()
         if child == 0:
             code = 1
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
             try:
                 code = pytest.main([*OPTIONS, *PATHS[group(room)]], plugins=[Warm(lambda warm: self._warm(room, warm))])
             finally:
                 os._exit(code)
-        if code := os.waitpid(child, 0)[1]:
-            raise SystemExit(f"{room}: ended with status {code}")
-        self._all(room, lambda m, text, stage: run_cold(stage))
+        try:
+            if code := os.waitpid(child, 0)[1]:
+                raise SystemExit(f"{room}: ended with status {code}")
+        except BaseException:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(child, signal.SIGTERM)
+            raise
+        self._all(room, lambda m, text, chosen: run_cold(chosen))
 
     def _warm(self, room: str, warm: Warm) -> None:
-        table = WORK / f"{group(room)}.json"
-        if not table.exists():  # of a C room: which tests pass, and how long they take
-            tests = list(warm.items)
-            outcome = judge(lambda: warm.run(tests, all_=True), self.tree.folder, 900)
-            if not outcome.seconds:
-                raise SystemExit(f"{room}: the tests do not run without a mutant: {outcome.failed}")
-            seconds = {t: s for t, s in outcome.seconds.items() if t not in outcome.failures}
-            table.write_text(json.dumps({"seconds": seconds, "lines": {}, "failed": outcome.failures}))
-
+        if room in LIBRARIES:
+            self._map_calls(room, warm)
         loaded = loaded_functions(self.tree.folder / "python")
 
-        def run(m: Mutant, text: str, stage: list[str]) -> Outcome:
+        def run(m: Mutant, text: str, chosen: list[str]) -> Outcome:
             if room in LIBRARIES:
                 swap_core(self.tree.library("_core"))
             elif not swap_python(self.tree.folder / m.file, text, m.apply(text), loaded):
                 return Outcome(NEW_START)
-            return warm.run(stage)
+            return warm.run(chosen)
 
         self._all(room, run)
 
+    def _map_calls(self, room: str, warm: Warm) -> None:
+        """Bring the map of a C room up to date with its tests, by a fork that runs them on an instrumented library."""
+        by_module: dict[str, list[str]] = {}
+        for test in warm.items:
+            by_module.setdefault(test.partition("::")[0], []).append(test)
+
+        def make(stale: list[str]) -> Table:
+            tests, library = [t for m in stale for t in by_module[m]], LIBRARIES[room]
+            calls = Calls(self.tree.folder, library, WORK / "calls")
+
+            def work() -> Outcome:
+                target = self.tree.library(library)
+                target.unlink()
+                shutil.copyfile(calls.library, target)
+                swap_core(self.tree.library("_core"))
+                return warm.run(tests, calls.begin)
+
+            try:
+                outcome = judge(work, self.tree.folder, 1200)
+            finally:
+                self.tree.build(library)
+            if not outcome.seconds:
+                raise SystemExit(f"{room}: the tests do not run without a mutant: {outcome.failed}")
+            good = {t: s for t, s in outcome.seconds.items() if t not in outcome.failures}
+            lines = {
+                f: {k: [t for t in some if t in good] for k, some in d.items()} for f, d in calls.lines(tests).items()
+            }
+            return {"seconds": good, "lines": lines, "codes": {f: self.tree.code(f) for f in lines}}
+
+        refresh(ROOT, list(by_module), WORK / f"{room}.json", make)
+
     def _all(self, room: str, run: Callable[[Mutant, str, list[str]], Outcome]) -> None:
-        tests = Tests(ROOT, WORK / f"{group(room)}.json")
+        tests = Tests(self.tree, WORK / f"{group(room)}.json")
         with self.journal.open("a") as out:
             for m in self._open(room):
-                before, text = time.monotonic(), (ROOT / m.file).read_text()
+                before, text = time.monotonic(), self.tree.texts[m.file]
                 said = self._before(m, text, room) or self._judged(m, text, tests, run)
                 if said[1] == NEW_START:
                     continue
@@ -100,13 +131,14 @@ class Run:
                     "room": room, "file": m.file, "line": m.line(text), "kind": m.kind, "old": old, "new": new,
                     "verdict": said[0], "by": said[1], "seconds": round(time.monotonic() - before, 2),
                     "start": m.start, "end": m.end, "replaced_by": m.new,
+                    "code": self.tree.code(m.file),
                 }  # fmt: skip
                 out.write(json.dumps(row) + "\n")
                 out.flush()
 
     def _open(self, room: str) -> Iterator[Mutant]:
         """Yield the mutants without a row, file by file, until enough are decided."""
-        order = sample.sequence(ROOT, room, self.seed)
+        order = sample.sequence(self.tree.texts, room, self.seed)
         place = decided = 0
         while decided < self.each and place < len(order):
             some = order[place : place + self.each - decided]
@@ -141,13 +173,12 @@ class Run:
         return None
 
     def _judged(self, m: Mutant, text: str, tests: Tests, run: Callable[[Mutant, str, list[str]], Outcome]) -> Judged:
-        for stage in tests.for_mutant(m, text):
-            seconds = 10 + 4 * sum(tests.seconds[t] for t in stage)
-            outcome = judge(lambda stage=stage: run(m, text, stage), self.tree.folder, seconds)  # type: ignore[misc]
-            if outcome.failed:
-                tests.killed(m, outcome.failed)
-                return "killed", outcome.failed
-        return "survived", ""
+        chosen = tests.for_mutant(m, text)
+        seconds = 10 + 4 * sum(tests.seconds[t] for t in chosen)
+        outcome = judge(lambda: run(m, text, chosen), self.tree.folder, seconds) if chosen else Outcome()
+        if outcome.failed:
+            tests.killed(m, outcome.failed)
+        return ("killed", outcome.failed) if outcome.failed else ("survived", "" if chosen else "no test runs it")
 
 
 def main() -> None:
@@ -159,17 +190,24 @@ def main() -> None:
     given = parser.parse_args()
     WORK.mkdir(parents=True, exist_ok=True)
     os.environ.setdefault("HYSTFMU_DATA", str(ROOT.parent / "shared" / "data"))
-    table = WORK / "python.json"
-    if not table.exists() and not set(given.rooms) <= LIBRARIES.keys():
-        map_python(table)
+    lock = (WORK / "lock").open("w")  # also held by the processes of an interrupted run that have not ended yet
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise SystemExit(f"another run uses {WORK}") from None
+    python = not set(given.rooms) <= LIBRARIES.keys()
+    if python:
+        modules = [str(p.relative_to(ROOT)) for f in PATHS["python"] for p in sorted((ROOT / f).rglob("test_*.py"))]
+        refresh(ROOT, modules, WORK / "python.json", lambda stale: covered(ROOT, stale, WORK / "part.json"))
     tree = Tree(ROOT, WORK / "tree")
     os.chdir(tree.folder)
     sys.dont_write_bytecode = True  # a mutant may have the size and the second of its file
     os.environ.update(tree.environment)
     sys.path.insert(0, str(tree.folder / "python"))
     sys.meta_path[:] = [f for f in sys.meta_path if "editable" not in type(f).__module__]
-    for name in () if set(given.rooms) <= LIBRARIES.keys() else HEAVY.split():
+    for name in HEAVY.split() if python else ():
         __import__(name)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     run = Run(given.seed, given.each, tree)
     try:
         for room in given.rooms:

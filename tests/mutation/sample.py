@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from pathlib import Path
+from collections.abc import Mapping
 
 from mutation import c_operators, python_operators
 from mutation.mutant import Mutant
@@ -17,24 +17,24 @@ ROOMS = {
 }
 
 
-def files(root: Path, room: str) -> list[str]:
-    """Return the source files of a room, relative to the repository."""
-    found = [p for folder in ROOMS[room] for p in (root / folder).rglob("*") if p.suffix in (".c", ".h", ".py")]
-    return sorted(str(p.relative_to(root)) for p in found)
+def files(texts: Mapping[str, str], room: str) -> list[str]:
+    """Return the source files of a room."""
+    inside = tuple(f"{folder}/" for folder in ROOMS[room])
+    return sorted(n for n in texts if n.startswith(inside) and n.endswith((".c", ".h", ".py")))
 
 
-def mutants(root: Path, file: str) -> list[Mutant]:
+def mutants(file: str, text: str) -> list[Mutant]:
     """Return all mutants of a file."""
     operators = python_operators if file.endswith(".py") else c_operators
-    return operators.mutants(file, (root / file).read_text())
+    return operators.mutants(file, text)
 
 
-def sequence(root: Path, room: str, seed: int) -> list[Mutant]:
+def sequence(texts: Mapping[str, str], room: str, seed: int) -> list[Mutant]:
     """Return all mutants of a room in random order; the files have their share in every beginning of the list."""
     ranked = []
-    for file in files(root, room):
+    for file in files(texts, room):
         draw = random.Random(f"{seed} {file}")
-        some = mutants(root, file)
+        some = mutants(file, texts[file])
         draw.shuffle(some)
         start = draw.random()
         ranked += [((k + start) / len(some), m) for k, m in enumerate(some)]

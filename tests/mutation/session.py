@@ -48,12 +48,14 @@ class Warm(Watch):
         self.work(self)
         return True
 
-    def run(self, tests: Sequence[str], *, all_: bool = False) -> Outcome:
-        """Run tests in this order, to the first that fails or all of them."""
+    def run(self, tests: Sequence[str], begin: Callable[[int], None] | None = None) -> Outcome:
+        """Run tests in this order to the first that fails, or all of them with a call of `begin` before each."""
         chosen = [self.items[t] for t in tests if t in self.items]
-        for item, following in zip(chosen, [*chosen[1:], None], strict=False):
+        for k, (item, following) in enumerate(zip(chosen, [*chosen[1:], None], strict=False)):
+            if begin is not None:
+                begin(k)
             item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-            if self.outcome.failed and not all_:
+            if self.outcome.failed and begin is None:
                 break
         return self.outcome
 

@@ -9,7 +9,7 @@ import types
 from pathlib import Path
 
 import pytest
-from mutation import c_operators, equivalents, python_operators, sample, summary
+from mutation import c_operators, equivalents, line_map, python_operators, sample, summary
 from mutation.judge import Outcome, judge
 from mutation.swap import loaded_functions, swap_python
 
@@ -71,12 +71,13 @@ def test_texts_with_the_same_code_are_known():
 
 
 def test_a_sample_follows_from_its_seed_and_gives_each_file_its_share():
-    first = sample.sequence(ROOT, "studies", 5)
-    assert first == sample.sequence(ROOT, "studies", 5)
-    assert first[:50] != sample.sequence(ROOT, "studies", 6)[:50]
-    assert len(set(first)) == len(first) == sum(len(sample.mutants(ROOT, f)) for f in sample.files(ROOT, "studies"))
-    for file in sample.files(ROOT, "studies"):
-        share = 100 * len(sample.mutants(ROOT, file)) / len(first)
+    texts = {str(p.relative_to(ROOT)): p.read_text() for p in (ROOT / "python/hystfmu/studies").glob("*.py")}
+    first = sample.sequence(texts, "studies", 5)
+    assert first == sample.sequence(texts, "studies", 5)
+    assert first[:50] != sample.sequence(texts, "studies", 6)[:50]
+    assert len(set(first)) == len(first) == sum(len(sample.mutants(f, t)) for f, t in texts.items())
+    for file, text in texts.items():
+        share = 100 * len(sample.mutants(file, text)) / len(first)
         assert abs(sum(m.file == file for m in first[:100]) - share) <= 2, file
 
 
@@ -93,6 +94,19 @@ def test_a_loaded_function_gets_the_code_of_its_mutant(tmp_path):
     assert not swap_python(path, text, text.replace("3", "4"), loaded)  # the body of the module needs a new start
     assert swap_python(path, text, text.replace("<", ">"), loaded)
     assert module.f(range(6)) == [4, 5]
+
+
+def test_the_map_replaces_the_tests_of_a_changed_module():
+    table = {"seconds": {"a::x": 1.0, "b::x": 2.0}, "lines": {"f": {"1": ["a::x", "b::x"]}}, "codes": {"f": "old"}}
+    part = {
+        "seconds": {"b::y": 3.0},
+        "lines": {"f": {"2": ["b::y"]}, "g": {"1": ["b::y"]}},
+        "codes": {"f": "n", "g": "n"},
+    }
+    line_map.merge(table, part, {"b"})
+    assert table["seconds"] == {"a::x": 1.0, "b::y": 3.0}
+    assert table["lines"] == {"f": {"1": ["a::x"], "2": ["b::y"]}, "g": {"1": ["b::y"]}}
+    assert table["codes"] == {"f": "old", "g": "n"}  # the lines of f are those of another text
 
 
 def fault():

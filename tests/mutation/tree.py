@@ -35,6 +35,8 @@ class Tree:
             if not target.exists() or target.read_bytes() != (root / name).read_bytes():
                 target.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(root / name, target)
+        # what is mutated stays as it is now, whatever happens to the repository meanwhile
+        self.texts = {n: (folder / n).read_text() for n in names if n.startswith(("fmu_build/", "python/"))}
         if not (folder / ".venv").exists():
             (folder / ".venv").symlink_to(root / ".venv")
         site = folder / "build" / "site"
@@ -69,6 +71,10 @@ class Tree:
             command = [str(tools / "cmake"), "--build", str(build), "--target", "install", "--", "--quiet"]
             subprocess.run(command, check=True)  # texts and licence as well
 
+    def code(self, file: str) -> str:
+        """Return a short hash of a file without mutants."""
+        return hashlib.sha256(self.texts.get(file, "").encode()).hexdigest()[:8]
+
     def build(self, library: str) -> bool:
         """Compile what has changed and link it into the package; False if it does not compile."""
         command = [str(self.root / ".venv/bin/ninja"), "-C", "build/dev", "--quiet", library]
@@ -92,7 +98,7 @@ class Tree:
         self.changed = mutant.file
         target = self.folder / mutant.file
         stat = target.stat()
-        target.write_text(mutant.apply((self.root / mutant.file).read_text()))
+        target.write_text(mutant.apply(self.texts[mutant.file]))
         if mutant.file.endswith(".py"):  # by its time a stored bytecode is known to be stale
             os.utime(target, (stat.st_atime, stat.st_mtime + 3600))
 
@@ -100,7 +106,7 @@ class Tree:
         """Restore the changed file."""
         if self.changed is not None:
             target = self.folder / self.changed
-            target.write_bytes((self.root / self.changed).read_bytes())
+            target.write_text(self.texts[self.changed])
             if self.changed.endswith(".py"):
                 subprocess.run([sys.executable, "-m", "compileall", "-q", str(target)], check=True)
             self.changed = None

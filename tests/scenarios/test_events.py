@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from engines import ready, same
 
+from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import run_scenarios, simulate
 from hystfmu.scenario.engine.native import Native
@@ -216,6 +217,17 @@ def test_the_preview_has_events_of_its_own(write: Any) -> None:
     assert np.abs(trace["lag.y"] - answer(trace.t, 0.02 - 0.00037)).max() < 1e-7
     data["connections"]["lag.u"] = "source.r"  # nothing reads the preview
     assert len(cuts(ready(write(data)))[0]) == 0
+
+
+@pytest.mark.parametrize("shape", ["triangle", "random_reversals"])
+def test_too_many_reversals_are_refused(write: Any, shape: str) -> None:
+    def source(f: float) -> dict[str, Any]:
+        return {"block": "reference", "dims": {"m": 4}, "values": {"shape": shape, "frequency": f}}
+
+    # 0.2 s with two reversals a period: the limit of 2e7 is met at 5e7 Hz
+    with pytest.raises(InputError, match=r"source\.frequency: more than 20000000 reversals; got 5\.1e\+07 Hz"):
+        cuts(ready(write(behind(source(5.1e7), "r", {}, ("source", "lag"), "zoh"))))
+    cuts(ready(write(behind(source(0.0), "r", {}, ("source", "lag"), "zoh"))))
 
 
 def test_other_values_have_other_events(write: Any) -> None:

@@ -69,6 +69,20 @@ def test_without_a_tube_the_comparison_is_strict(loop: Any, write: Any) -> None:
     assert len(shifted(case, higher=1.1e-6)) == 1
 
 
+def test_the_tolerance_follows_the_size_of_a_signal(loop: Any, write: Any) -> None:
+    (case,) = Scenario(write(loop)).cases
+    for size in (1e-9, 1e9):
+        rows = np.column_stack([np.arange(301) * H, np.full(301, size), np.zeros(301)])
+        kept = Kept(build(case), Baseline({}, {"nominal": rows}, ("reference.r", "plant.y"), {}))
+        now = np.column_stack([np.full(301, size * (1 + 2e-6)), np.zeros(301)])
+        kept.add(Trace(H * np.arange(301), now, {"reference.r": 0, "plant.y": 1}, 1, first=0))
+        found = compare(case, kept, Baseline({}, {"nominal": kept.rows() * [1, 1 / (1 + 2e-6), 1]}, case.record, {}))
+        assert len(found) == 1, size
+        assert compare(case, kept, Baseline({}, {"nominal": kept.rows()}, case.record, {})) == []
+        (line,) = compare(case, kept, Baseline({}, {"nominal": kept.rows()[:-1]}, case.record, {}))
+        assert "other rows or signals" in line
+
+
 def test_a_run_within_its_tube_passes(loop: Any, write: Any) -> None:
     folder = write(loop)
     run_scenarios([folder], record=True, engine="native")

@@ -22,6 +22,7 @@ from hystfmu.scenario.system.delay_budget import delay_budget
 @pytest.fixture
 def page(loop: Any, write: Any, tmp_path: Path) -> str:
     loop["text"] = "a <loop> & its friends"
+    loop["delay"] = "as measured <at> the bench"
     loop["case"] = [{"name": "good"}, {"name": "bad", "limits": {"tracking": 1e-6}}]
     results = run_scenarios([write(loop)], engine="native")
     section = Section(
@@ -59,6 +60,7 @@ def test_well_formed_and_escaped(page: str) -> None:
         "Jacobi",
         "plant - reference - pid",
         "0.1 ms",
+        "as measured &lt;at&gt; the bench",
     ):
         assert word in page
     assert "loop/bad: tracking (rms_percent of plant.y)" in page
