@@ -81,6 +81,8 @@ class Calls:
 def _extent(file: str, line: int) -> range:
     """Return the lines of the function that begins at `line`: to the brace at the margin, or one line."""
     text = Path(file).read_text().splitlines()
+    if line > len(text):  # the compiler takes it for a line of the header whose macro makes the function
+        return range(0)
     first = text[line - 1]
     if "{" in first and first.rstrip().endswith("}"):
         return range(line, line + 1)

@@ -40,7 +40,7 @@ ROOT = Path(__file__).parents[2]
 WORK = ROOT / "build" / "mutants"
 HEAVY = "numpy scipy.optimize scipy.signal scipy.linalg scipy.stats pydantic fmpy click hypothesis torch optuna control"
 NEW_START = "needs a new start"
-Judged = tuple[str, str]  # verdict, and who gave it
+Verdict = tuple[str, str]  # verdict, and who gave it
 
 
 class Run:
@@ -123,7 +123,7 @@ class Run:
         with self.journal.open("a") as out:
             for m in self._open(room):
                 before, text = time.monotonic(), self.tree.texts[m.file]
-                said = self._before(m, text, room) or self._judged(m, text, tests, run)
+                said = self._before(m, text, room) or self._by_tests(m, text, tests, run)
                 if said[1] == NEW_START:
                     continue
                 old, new = m.change(text)
@@ -154,7 +154,7 @@ class Run:
     def _rows(self) -> dict[tuple[str, int, int, str], dict[str, str]]:
         return {(r["file"], r["start"], r["end"], r["replaced_by"]): r for r in summary.rows(self.journal)}
 
-    def _before(self, m: Mutant, text: str, room: str) -> Judged | None:
+    def _before(self, m: Mutant, text: str, room: str) -> Verdict | None:
         """Return the verdict that needs no test, or None with the mutant in the tree, built."""
         new = m.apply(text)
         if room not in LIBRARIES and not python_operators.valid(new):
@@ -172,7 +172,7 @@ class Run:
                 return "equivalent", "same library"
         return None
 
-    def _judged(self, m: Mutant, text: str, tests: Tests, run: Callable[[Mutant, str, list[str]], Outcome]) -> Judged:
+    def _by_tests(self, m: Mutant, text: str, tests: Tests, run: Callable[[Mutant, str, list[str]], Outcome]) -> Verdict:
         chosen = tests.for_mutant(m, text)
         seconds = 10 + 4 * sum(tests.seconds[t] for t in chosen)
         outcome = judge(lambda: run(m, text, chosen), self.tree.folder, seconds) if chosen else Outcome()
