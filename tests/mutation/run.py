@@ -40,7 +40,8 @@ ROOT = Path(__file__).parents[2]
 WORK = ROOT / "build" / "mutants"
 HEAVY = "numpy scipy.optimize scipy.signal scipy.linalg scipy.stats pydantic fmpy click hypothesis torch optuna control"
 NEW_START = "needs a new start"
-Verdict = tuple[str, str]  # verdict, and who gave it
+Verdict = tuple[str, str]  # and who gave it
+RunTests = Callable[[Mutant, str, list[str]], Outcome]
 
 
 class Run:
@@ -118,7 +119,7 @@ class Run:
 
         refresh(ROOT, list(by_module), WORK / f"{room}.json", make)
 
-    def _all(self, room: str, run: Callable[[Mutant, str, list[str]], Outcome]) -> None:
+    def _all(self, room: str, run: RunTests) -> None:
         tests = Tests(self.tree, WORK / f"{group(room)}.json")
         with self.journal.open("a") as out:
             for m in self._open(room):
@@ -172,7 +173,7 @@ class Run:
                 return "equivalent", "same library"
         return None
 
-    def _by_tests(self, m: Mutant, text: str, tests: Tests, run: Callable[[Mutant, str, list[str]], Outcome]) -> Verdict:
+    def _by_tests(self, m: Mutant, text: str, tests: Tests, run: RunTests) -> Verdict:
         chosen = tests.for_mutant(m, text)
         seconds = 10 + 4 * sum(tests.seconds[t] for t in chosen)
         outcome = judge(lambda: run(m, text, chosen), self.tree.folder, seconds) if chosen else Outcome()
