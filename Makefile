@@ -15,7 +15,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check generate modelica platforms bench choice docs wheel clean torture
+.PHONY: demo test contract stress mutants dev core check generate modelica platforms bench choice docs wheel release use clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -78,13 +78,26 @@ bench: dev
 choice: dev
 	$(BIN)/python tests/benchmarks/choice_grid.py --work build/choice.jsonl -o python/docs/choice.md
 
-# a wheel in dist/, and one use of it in an environment of its own, outside the repository
+# a wheel in dist/ that is compiled on this machine, and one use of it
 wheel: build/tools
-	rm -rf dist build/wheel
+	rm -rf dist
 	$(BIN)/python -m pip wheel --quiet --no-build-isolation --no-deps --wheel-dir dist .
-	$(PYTHON) -m venv build/wheel
-	build/wheel/bin/python -m pip install --quiet --constraint constraints.txt dist/*.whl
-	cp tests/wheel.py build/wheel && cd build/wheel && bin/python wheel.py
+	$(PYTHON) tests/release/use.py dist build/wheel
+
+# in dist/: the wheels of all platforms from this machine, the sdist, the list of parts, checksums; their tests
+release: dev platforms
+	$(PIP) twine 'readme-renderer[md]'
+	$(BIN)/python fmu_build/platforms/cores.py fmu_build build/cores
+	rm -rf dist
+	$(BIN)/python fmu_build/platforms/release.py build/platforms build/cores dist
+	$(BIN)/python -m twine check --strict dist/*.whl dist/*.gz
+	$(PYTEST) -m stress tests/release
+	$(PYTHON) tests/release/use.py dist build/wheel
+	cat dist/SHA256SUMS
+
+# one use of the wheel of this machine in dist/, in an environment of its own, without a compiler on the path
+use:
+	$(PYTHON) tests/release/use.py dist build/wheel
 
 torture:
 	@echo "'make torture' is now 'make stress'"; exit 1

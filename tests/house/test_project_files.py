@@ -37,8 +37,9 @@ def test_workflows_run_targets_of_the_makefile(path):
     commands = [step["run"] for job in jobs.values() for step in job["steps"] if "run" in step]
     assert commands
     for command in commands:
-        make, target = command.split()
+        make, target, *settings = command.split()
         assert make == "make", f"{path.name}: {command}"
+        assert all(re.fullmatch(r"[A-Z]+=\w+", s) for s in settings), f"{path.name}: {command}"
         assert target in TARGETS, f"{path.name}: {command}"
 
 

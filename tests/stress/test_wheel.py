@@ -46,7 +46,7 @@ def test_wheel_in_a_fresh_environment(tmp_path: Path) -> None:
     elsewhere.mkdir()
     hystfmu = bin_folder / "hystfmu"
     assert "Commands:" in run(hystfmu, "--help", cwd=elsewhere)
-    assert "both FMUs are valid" in run(bin_folder / "python", ROOT / "tests" / "wheel.py", cwd=elsewhere)
+    assert "both FMUs are valid" in run(bin_folder / "python", ROOT / "tests" / "release" / "wheel.py", cwd=elsewhere)
     shipped = run(
         bin_folder / "python",
         "-c",

@@ -60,7 +60,7 @@ def export(
     The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
 
     The Modelica package contains a record of the parameter values, a block and an example.  It uses the HystFMU
-    library.
+    library, which is installed with this program; a line says where.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
@@ -81,6 +81,7 @@ def export(
         loaded = loaded.with_in_range()
     if folder is not None:
         from hystfmu.modelica.package import package_name
+        from hystfmu.modelica.shipped import shipped_library
 
         file = Path(model).name
         package = name or package_name(file.removesuffix(".toml").removesuffix(".model"))
@@ -89,6 +90,7 @@ def export(
         except InputError as e:
             raise InputError(f"{model}: {e}") from None
         click.echo(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
+        click.echo(f"library path of HystFMU, which it uses: {shipped_library()}")
     if out is None:
         return
     from hystfmu.fmu.write.platforms import missing

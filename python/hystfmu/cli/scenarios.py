@@ -189,9 +189,12 @@ def margins(
 
 def _everything() -> list[Path]:
     """Return the folders of all scenarios in ./scenarios."""
+    from hystfmu.scenario.shipped import shipped_scenarios
+
     files = [f for depth in ("*", "*/*") for f in Path("scenarios").glob(f"{depth}/scenario.toml")]
     if not files:
-        raise InputError("the current folder has no scenarios/*/scenario.toml")
+        here = f"those of HystFMU are in {shipped_scenarios()}"
+        raise InputError(f"the current folder has no scenarios/*/scenario.toml; {here}")
     return sorted(f.parent for f in files)
 
 

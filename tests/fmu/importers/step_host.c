@@ -8,6 +8,10 @@
 #include <windows.h>
 #define OPEN(path) (void *)LoadLibraryA(path)
 #define FIND(library, name) (void *)GetProcAddress((HMODULE)(library), name)
+#elif defined(PE_LOADER)
+#include "pe_loader.h"
+#define OPEN(path) pe_load(path)
+#define FIND(library, name) ((void)(library), pe_find(name))
 #else
 #include <dlfcn.h>
 #define OPEN(path) dlopen(path, RTLD_NOW | RTLD_LOCAL)
@@ -15,7 +19,12 @@
 #endif
 #include "fmi2FunctionTypes.h"
 
-static void tell(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category, fmi2String text, ...) {
+#ifndef PE_LOADER
+#define CDECL static
+#define pe_calloc calloc
+#define pe_free free
+#endif
+CDECL void tell(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category, fmi2String text, ...) {
   (void)e;
   fprintf(stderr, "%s %d %s: %s\n", name, (int)s, category, text);
 }
@@ -35,7 +44,7 @@ int main(int argc, char **argv) {
   GET(fmi2DoStepTYPE, DoStep);
   GET(fmi2FreeInstanceTYPE, FreeInstance);
   if (!Instantiate || !DoStep || !FreeInstance) return 4;
-  const fmi2CallbackFunctions functions = {tell, calloc, free, NULL, NULL};
+  const fmi2CallbackFunctions functions = {tell, pe_calloc, pe_free, NULL, NULL};
   const fmi2ValueReference input = (fmi2ValueReference)strtoul(argv[4], NULL, 10);
   const fmi2ValueReference output = (fmi2ValueReference)strtoul(argv[5], NULL, 10);
   fmi2Component c = Instantiate("host", fmi2CoSimulation, argv[3], argv[2], &functions, 0, 0);

@@ -1,6 +1,7 @@
 """Binaries of `make platforms`: their exports, their dependencies, and the same bits as on this machine.
 
-win64 runs under wine, aarch64-linux under qemu-user; macOS binaries are inspected, not run.
+win64 runs under wine, aarch64-linux under qemu-user, win32 in a 32-bit process of Linux that loads it by itself
+(pe_loader.h); macOS binaries are inspected, not run.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")  # Debian's libc6-arm64-cross
 RUNNERS = {
     "x86_64-linux": ("x86_64-linux-gnu.2.17", []),
     "x86_64-windows": ("x86_64-windows-gnu", ["wine"]),
+    "x86-windows": ("x86-linux-musl", []),
     "aarch64-linux": ("aarch64-linux-gnu.2.17", ["qemu-aarch64-static", "-L", str(ARM_LIBRARIES)]),
 }
 GRAPHS = {
@@ -68,7 +70,7 @@ def binary(crossed: Path, tuple3: str) -> Path:
 @pytest.mark.parametrize("name", list(PLATFORMS))
 def test_it_exports_the_functions_of_the_standards_only(crossed: Path, name: str) -> None:
     path = binary(crossed, name)
-    if name.endswith("windows"):
+    if name.endswith("windows"):  # of 32 bits, too, without the underscore of C and the @4 of other calls
         table = run(tool("llvm-objdump"), "-p", path).split("Export Table:")[1]
         symbols = re.findall(r"^\s+\d+\s+0x[0-9a-f]+\s+(\S+)$", table, re.MULTILINE)
     elif name.endswith("darwin"):
@@ -105,6 +107,25 @@ def test_it_needs_no_newer_c_library(crossed: Path, name: str) -> None:
     assert set(re.findall(r"NEEDED\s+(\S+)", listing)) <= {"libc.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
 
 
+@pytest.mark.parametrize("name", [n for n in PLATFORMS if n.endswith("windows")])
+def test_it_needs_windows_alone(crossed: Path, name: str) -> None:
+    """The kernel and the C library that are parts of Windows; no library of a compiler."""
+    listing = run(tool("llvm-objdump"), "-p", binary(crossed, name)).split("Export Table:")[0]
+    needed = re.findall(r"DLL Name: (\S+)", listing)
+    assert "KERNEL32.dll" in needed
+    assert [n for n in needed if n != "KERNEL32.dll" and not re.fullmatch(r"api-ms-win-crt-\w+-l1-1-0\.dll", n)] == []
+
+
+@pytest.mark.parametrize("name", [n for n in PLATFORMS if n.endswith("darwin")])
+def test_it_loads_on_macos_11(crossed: Path, name: str) -> None:
+    """Its oldest system, its only library, the signature that arm64 demands, and no path of the build."""
+    listing = run(tool("llvm-objdump"), "--macho", "--private-headers", binary(crossed, name))
+    assert re.findall(r"minos (\S+)", listing) == ["11.0"]
+    assert re.findall(r"LC_LOAD_DYLIB\n.*\n\s+name (\S+)", listing) == ["/usr/lib/libSystem.B.dylib"]
+    assert re.findall(r"^\s+name (@\S+)", listing, re.MULTILINE) == [f"@rpath/{name}.dylib"]
+    assert "LC_CODE_SIGNATURE" in listing or not name.startswith("aarch64")
+
+
 def steps(tmp_path: Path, program: Path, before: list[str], library: Path, graph: Graph) -> str:
     """Return the hash of a run."""
     (tmp_path / "block.bin").write_bytes(graph.to_bytes())
@@ -120,7 +141,7 @@ def test_it_gives_the_bits_of_this_machine(
     target, before = RUNNERS[name]
     if before:
         tool(before[0])
-    elif host().tuple3 != name:
+    elif host().tuple3 != name.replace("x86-windows", "x86_64-linux"):
         pytest.skip(f"this machine is no {name}")
     if name == "aarch64-linux" and not ARM_LIBRARIES.is_dir():
         pytest.skip("no aarch64 C library (Debian: libc6-arm64-cross)")
@@ -128,8 +149,9 @@ def test_it_gives_the_bits_of_this_machine(
     monkeypatch.setenv("WINEPREFIX", str(tmp_path / "wine"))
     zig = [sys.executable, "-m", "ziglang", "cc"]
     flags = ["-std=c99", "-O1", "-ffp-contract=off", "-Wall", f"-I{HEADERS}", str(HOST)]  # the input is the same too
-    program = tmp_path / ("host.exe" if "windows" in name else "host")
-    run(*zig, "-target", target, *flags, *([] if "windows" in name else ["-ldl"]), "-o", program)
+    program = tmp_path / "host.exe"
+    loads = {"x86-windows": ["-std=gnu99", "-fno-sanitize=all", "-DPE_LOADER"], "x86_64-windows": []}
+    run(*zig, "-target", target, *flags, *loads.get(name, ["-ldl"]), "-o", program)
     own = tmp_path / "own"
     run("cc", *flags, "-ldl", "-o", own)
     ours = Path(hystfmu.__file__).parent / f"_fmu.{host().suffix}"
