@@ -1,7 +1,7 @@
 """Install the wheel of this machine in a new environment and use it: use.py DIST ENVIRONMENT [demo].
 
-No compiler and no other program is on the path of that use.  pip chooses the wheel in DIST, offline; what it needs comes
-in the versions of constraints.txt.
+No compiler and no other program is on the path of that use.  pip chooses the wheel in DIST, offline; what it needs
+comes in the versions of constraints.txt.
 """
 
 import os
