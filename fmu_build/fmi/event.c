@@ -82,6 +82,7 @@ int fmi_next_event(const instance *i, double *t) {
 fmi_status fmi_leave_event(instance *i) {
   fmi_undo_event(i);
   i->run.phase = i->run.interface == MODEL_EXCHANGE ? CONTINUOUS : STEPPING;
+  i->run.jump = FMI_HELD;
   return FMI_OK;
 }
 
@@ -113,12 +114,17 @@ fmi_status fmi_set_time(instance *i, double t) {
   return FMI_OK;
 }
 
-fmi_status fmi_completed_step(instance *i) {
+/* An importer that sets inputs at accepted steps only, and not where it reads derivatives, makes them jump for its
+ * solver.  Across a jump the error test of a solver of higher order fails at every length of the step.  So the unit
+ * asks for an event, after which solvers begin anew. */
+fmi_status fmi_completed_step(instance *i, int *event) {
+  *event = i->n_continuous > 0 && i->run.jump == FMI_JUMPED;
   if (i->n_broken) return FMI_DISCARD;
   const fmi_status s = fmi_prepare(i);
   if (s) return s;
   hyst_graph_commit(i->graph, i->run.t);
   i->run.stale = 0;
+  i->run.jump = FMI_HELD;
   return FMI_OK;
 }
 
@@ -158,6 +164,7 @@ fmi_status fmi_get_derivatives(instance *i, const fmi_call *call, double *dx, si
   if (!s) s = i->n_broken ? FMI_DISCARD : fmi_fresh(i);
   if (s) return s;
   hyst_graph_derivatives(i->graph, dx);
+  if (i->run.jump == FMI_JUMPED) i->run.jump = FMI_KNOWN;
   for (size_t k = 0; k < n; k++)
     if (!fmi_is_finite(dx[k])) {
       char t[32];

@@ -11,7 +11,7 @@ void fmi_undo_event(instance *i);                 /* discards a trial of the eve
 fmi_status fmi_try_event(instance *i);            /* outputs as if the event happened now */
 fmi_status fmi_evaluate(instance *i);             /* outputs for the current time, inputs and continuous states */
 fmi_status fmi_set_time(instance *i, double t);
-fmi_status fmi_completed_step(instance *i);
+fmi_status fmi_completed_step(instance *i, int *event); /* event: the importer is to enter Event Mode */
 fmi_status fmi_set_states(instance *i, const fmi_call *call, const double *x, size_t n);
 fmi_status fmi_get_states(instance *i, const fmi_call *call, double *x, size_t n);
 fmi_status fmi_get_derivatives(instance *i, const fmi_call *call, double *dx, size_t n);

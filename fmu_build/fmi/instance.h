@@ -45,7 +45,7 @@ typedef struct {
   int32_t stale;   /* values were set since the outputs were computed; ignored in Step Mode */
   int32_t changed; /* hyst_graph.changed */
   int32_t moving;  /* a derivative of an input is set for the next step */
-  int32_t unused;
+  int32_t jump;    /* Model Exchange: what the solver knows of the inputs since the last accepted step, see event.c */
   double t, stop, dt;
   double start;   /* Model Exchange: time of the first sample */
   double samples; /* periods from there to the last sample */

@@ -30,7 +30,12 @@ fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double 
 static inline fmi_status fmi_accept(instance *i, const hyst_port *p, int64_t element, double value) {
   return p->kind == HYST_INPUT && !hyst_check_port(p, value) ? FMI_OK : fmi_examine(i, p, element, value);
 }
+/* what a solver knows of inputs that were set since the last accepted step: nothing was set, derivatives have not been
+ * read since, or they have */
+enum { FMI_HELD, FMI_JUMPED, FMI_KNOWN };
 static inline void fmi_set(instance *i, const hyst_port *p, int64_t element, double value) {
+  if (i->run.phase == CONTINUOUS && p->kind == HYST_INPUT && i->run.jump == FMI_HELD && p->value[element] != value)
+    i->run.jump = FMI_JUMPED;
   p->value[element] = value;
   i->run.stale = 1;
   if (p->kind == HYST_PARAM || p->kind == HYST_FIXED) {

@@ -114,12 +114,12 @@ class Events(Master):
         """Set the time and return the status."""
         return self.call("SetTime", C.c_double(t))
 
-    def completed(self) -> int:
-        """Accept the step and return the status."""
+    def completed(self, asks: bool = False) -> int:
+        """Accept the step and return the status; the unit asks for Event Mode, or does not."""
         flag = C.c_int if self.fmi == 2 else C.c_bool
         event, terminate = flag(1), flag(1)
         status = self.call("CompletedIntegratorStep", flag(1), C.byref(event), C.byref(terminate))
-        assert (event.value, terminate.value) == (0, 0)
+        assert (event.value, terminate.value) == (asks, 0)
         return status
 
     def leave(self) -> None:

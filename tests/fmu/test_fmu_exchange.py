@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fmu_events import Events, Solver, adaptive, euler, runge_kutta
-from fmu_master import BLOCKS, H, loop, mixed, rows, single
+from fmu_master import BLOCKS, OK, H, loop, mixed, rows, single
 from runners import exchange_by_fmpy
 
 from hystfmu.core.library import block_types
@@ -174,3 +174,24 @@ def test_fmpy_with_cvode(tmp_path: Path, fmi: int) -> None:
     got = exchange_by_fmpy(export_fmu(graph, tmp_path / "x.fmu", fmi), graph, u, "CVode", H)  # type: ignore[arg-type]
     want = graph.executor().run(u, graph.n_outputs, H)
     np.testing.assert_allclose(got[:, 1], want[:, 1], rtol=0, atol=1e-6)
+
+
+def test_an_input_that_jumps_for_the_solver_asks_for_an_event(make: Make) -> None:
+    """It was set at an accepted step and not where derivatives were read; all other steps ask for none."""
+    m = exchange(make, single("transfer_function"))
+    m.begin(np.array([0.5]))
+    m.derivatives()
+    assert m.completed() == OK  # the input stays
+    m.put(np.array([1.0]))
+    m.derivatives()
+    m.put(np.array([1.5]))
+    assert m.completed() == OK  # the solver has seen it move
+    m.derivatives()
+    m.put(np.array([2.0]))
+    assert m.completed(asks=True) == OK
+    m.event(np.array([2.5]))
+    assert m.completed() == OK  # it jumped in Event Mode
+    still = exchange(make, single("prandtl_ishlinskii"))
+    still.begin(np.array([0.5]))
+    still.put(np.array([1.0]))
+    assert still.completed() == OK  # no solver without states

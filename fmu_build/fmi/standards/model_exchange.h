@@ -8,10 +8,12 @@ STATUS NAME(EnterContinuousTimeMode)(void *c) {
 
 STATUS NAME(CompletedIntegratorStep)(void *c, FLAG no_set_state, FLAG *event, FLAG *terminate) {
   BEGIN(CompletedIntegratorStep)
+  int asked = 0;
   (void)no_set_state;
-  if (event) *event = 0;
+  const fmi_status s = fmi_completed_step(i, &asked);
+  if (event) *event = asked != 0;
   if (terminate) *terminate = 0;
-  return (STATUS)fmi_completed_step(i);
+  return (STATUS)s;
 }
 
 STATUS NAME(SetTime)(void *c, double time) {

@@ -213,7 +213,8 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
     }
     if fmi == 2:
         common["canNotUseMemoryManagementFunctions"] = "true"  # the binary does not use the allocator of the importer
-    steps = is_hysteretic(graph)
+    # a memory takes its input at an accepted step; continuous states ask there for an event where an input jumps
+    steps = is_hysteretic(graph) or bool(graph.continuous_states and graph.inputs)
     exchange = (
         {"completedIntegratorStepNotNeeded": str(not steps)}
         if fmi == 2
