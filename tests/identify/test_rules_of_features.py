@@ -1,0 +1,285 @@
+"""Dynamics, covariates, excitation, drift and splits of a record: each rule on a case worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.polynomial import legendre
+from scipy.signal import cont2discrete, lfilter
+
+from hystfmu import Dataset
+from hystfmu.graph import Graph, Node
+from hystfmu.identify import guards
+from hystfmu.identify.candidate import Candidate
+from hystfmu.identify.excitation import closed_loop, dead_time, drift, minor_loops
+from hystfmu.identify.features import validation_blocks
+from hystfmu.identify.features.dynamics import Dynamics, bounds, polynomials, search, uncertainty, unknown
+from hystfmu.identify.features.following import Following
+
+H = 1e-3
+OPTIONS = {"hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}
+RNG = np.random.default_rng(5)
+
+
+def noise_data(n=500):
+    u = np.cumsum(RNG.normal(size=n)) / 5
+    return Dataset.from_signal(u, u, H, "noise")
+
+
+# ---- dynamics -------------------------------------------------------------------------------------------------------
+def test_a_delay_is_whole_samples_and_a_rest():
+    g = Dynamics(40.0, 0.3, 3.25 * H)
+    (g0, delay) = g.nodes(H, "foh")
+    assert delay.dims["n"] == 3
+    w, s, rest = 80 * np.pi, 2j * np.pi * 25.0, 0.25 * H
+    lag = np.polyval(g0.value("b"), s) / np.polyval(g0.value("a"), s)
+    assert lag == pytest.approx(w**2 / (s**2 + 0.6 * w * s + w**2) * np.exp(-s * rest), rel=1e-8)
+    assert np.polyval(g0.value("b"), 0) == pytest.approx(np.polyval(g0.value("a"), 0))
+    assert len(Dynamics(40.0, 0.3, 3 * H).nodes(H, "foh")[0].value("a")) == 3  # no rest
+    assert [n.name for n in Dynamics(40.0, 0.3, 0.0).nodes(H, "foh")] == ["g0"]
+    b, a = polynomials(Dynamics(40.0, 0.3, 0.0), 0.0)
+    assert b == pytest.approx([w**2])
+    assert a == pytest.approx([1.0, 0.6 * w, w**2])
+    assert Dynamics.at(g.point(H), H).delay == pytest.approx(g.delay)
+    assert g.point(H) == pytest.approx([np.log(40), np.log(0.3), 3.25])
+    assert Dynamics.at([0.0, 0.0, 1e-7], H).delay == 0.0
+
+
+@pytest.mark.parametrize("hold", ["zoh", "foh"])
+def test_columns_are_filtered_from_their_steady_states(hold):
+    g = Dynamics(60.0, 0.4, 2 * H)
+    columns = np.column_stack([noise_data().u, 3 + noise_data().u])
+    w = 120 * np.pi
+    b, a, _ = cont2discrete(([w**2], [1, 0.8 * w, w**2]), H, hold)
+    out = g.filter(columns, H, hold)
+    for c, y in zip(columns.T, out.T, strict=True):
+        late = np.r_[[c[0]] * 2, c[:-2]]
+        if hold == "zoh":  # "at the new value": the input of a row acts over the step that ends there
+            late = np.r_[late[1:], 0.0]
+            want = np.r_[0.0, lfilter(b.ravel(), a, late - c[0])[1:]][:-1] + c[0]
+            assert y[:-1] == pytest.approx(want, abs=1e-9)
+        else:
+            assert y == pytest.approx(lfilter(b.ravel(), a, late - c[0]) + c[0], abs=1e-9)
+
+
+def test_the_search_of_dynamics_finds_them():
+    data = noise_data(600)
+    lo, hi = bounds(data, OPTIONS)
+    rows = data.train.stop - data.train.start
+    assert lo == pytest.approx([np.log(1 / (rows * H)), np.log(0.01), 0.0])
+    assert hi == pytest.approx([np.log(500.0), np.log(5.0), 10.0])
+    true = Dynamics(30.0, 0.5, 2.4 * H)
+    y = true.filter(data.u[:, None], H, "foh")[:, 0] + 1e-4 * RNG.normal(size=600)
+
+    def residuals(g):
+        return (g.filter(data.u[:, None], H, "foh")[:, 0] - y)[data.train]
+
+    seen = []
+    for near in (None, Dynamics(35.0, 0.6, 2 * H)):
+        found = search(residuals, data, OPTIONS, seen.append, near)
+        assert found.point(H) == pytest.approx(true.point(H), abs=0.02)
+    assert seen == sorted(seen)
+    assert seen[-1] == pytest.approx(1.0)
+    spread = uncertainty(residuals, found, data, OPTIONS)
+    assert (spread > 0).all()
+    assert (spread < 0.01).all()
+    assert unknown(found, spread, data, OPTIONS) == []
+
+
+@pytest.mark.parametrize(
+    ("g", "spread", "words"),
+    [
+        (Dynamics(499.9, 0.5, 0.0), [0, 0, 0], ["f_n = 499.9 Hz is a bound of the search"]),
+        (Dynamics(2.0, 0.5, 0.0), [0, 0, 0], []),
+        (Dynamics(30.0, 0.5, 0.0), [0.021, 0, 0], ["f_n = 30 Hz is known to 2.1 % only"]),
+        (Dynamics(30.0, 0.5, 0.0), [0.019, 0.021, 0], ["zeta = 0.5 is known to 2.1 % only"]),
+        (Dynamics(30.0, 0.5, H), [0, 0, 0.27], ["the delay 0.001 s is known to 0.00027 s only"]),
+        (Dynamics(30.0, 0.5, H), [0, 0, 0.26], []),
+    ],
+)
+def test_what_the_record_does_not_tell_of_the_dynamics(g, spread, words):
+    found = unknown(g, np.array(spread), noise_data(1000), OPTIONS)
+    assert len(found) == len(words)
+    assert all(line.startswith(word) for line, word in zip(found, words, strict=True))
+
+
+# ---- covariates -----------------------------------------------------------------------------------------------------
+def test_a_bend_follows_its_covariates():
+    theta, v = RNG.uniform(-1, 1, (20, 4)), RNG.uniform(-1, 1, 20)
+    f = Following(theta, ("none", "offset", "gain", "bend"))
+    q, c = np.array([0.2, 1.0, 0.3]), np.zeros((4, 3))
+    c[1, 0], c[2, 0], c[3] = 0.5, -0.4, [0.1, 0.2, 0.3]
+    g = np.array([0.0, 0.0, 0.7, 0.0])
+
+    def b(v, q):
+        return q[0] + q[1] * v + q[2] * (1.5 * v**2 - 0.5)
+
+    want = (1 + 0.7 * theta[:, 2]) * b(v, q) + sum(theta[:, j] * b(v, c[j]) for j in range(4))
+    assert f.value(v, q, c, g) == pytest.approx(want)
+    e = 1e-6
+    assert f.slope(v, q, c, g) == pytest.approx((f.value(v + e, q, c, g) - f.value(v - e, q, c, g)) / (2 * e), abs=1e-8)
+    assert f.slope(v, q[:1], c[:, :1], g).tolist() == [0.0] * 20
+    assert f.gains.tolist() == [2]
+    assert f.free(3).tolist() == [[False] * 3, [True, False, False], [True, False, False], [True] * 3]
+    assert f.parameters(3) == 6
+    columns = f.columns(legendre.legvander(v, 2), g)
+    found = np.r_[q, 0.5, -0.4, 0.1, 0.2, 0.3]
+    assert columns @ found == pytest.approx(want)
+    again = f.coefficients(found, 3)
+    assert again[0].tolist() == q.tolist()
+    assert again[1].tolist() == c.tolist()
+    some = f.rows(np.array([3, 5]))
+    y = np.array([2.0, 4.0])
+    used = theta[[3, 5], 1:]
+    assert some.started(y) == pytest.approx(np.column_stack([np.ones(2), used, used * y[:, None]]))
+
+
+# ---- excitation -----------------------------------------------------------------------------------------------------
+def plays(u, r, w, slope=0.0):
+    z, out = np.zeros(len(r)), np.empty(len(u))
+    for k, x in enumerate(u):
+        z = np.clip(z, x - r, x + r)
+        out[k] = z @ w
+    return out + slope * np.arange(len(u))
+
+
+def test_minor_loops_close_at_the_extremum():
+    at, turns = [0, 5, 20, 30, 45, 60], np.array([5, 20, 30, 45])
+    u = np.interp(np.arange(61), at, [0, -1, 2, 1, 2.5, -1])  # 2 -> 1 -> 2 closes at row 40
+    y = plays(u, np.array([0.2, 0.5]), np.array([1.0, 0.7]))
+    assert minor_loops.gaps(u, y, turns) == pytest.approx([0.0], abs=1e-12)
+    assert minor_loops.gaps(u, y + 0.01 * np.arange(61), turns) == pytest.approx([0.2])
+    assert minor_loops.gaps(-u, y + 0.01 * np.arange(61), turns) == pytest.approx([0.2])
+    between = np.interp(np.arange(61), at, [0, -1, 2, 1, 2.55, -1])  # between two rows
+    rows = 30 + 15 / 1.55
+    assert minor_loops.gaps(between, np.arange(61.0), turns) == pytest.approx([rows - 20])
+    assert len(minor_loops.gaps(u, y, turns[:1])) == 0
+    open_ = np.interp(np.arange(61), at, [0, -1, 2, 1, 1.9, 1.2])
+    assert len(minor_loops.gaps(open_, y, turns)) == 0
+    small = np.interp(np.arange(61), [0, 5, 20, 21, 23, 60], [0, -1, 2, 1.97, 2.2, -1])  # below 2 % of the range
+    assert len(minor_loops.gaps(small, y, np.array([5, 20, 21, 23]))) == 0
+
+
+def test_the_width_of_a_loop():
+    u = np.tile(np.r_[np.linspace(-1, 1, 200), np.linspace(1, -1, 200)], 2)
+    side = np.tile(np.repeat([1.0, -1.0], 200), 2)
+    assert minor_loops.width(u, u**2) < 1e-3
+    assert minor_loops.width(u, 3 * u + 0.25 * side) == pytest.approx(0.25, rel=1e-2)
+
+
+def test_the_mean_drift_of_residuals():
+    n = 2000
+    total, error = drift.drift(4 + 3 * np.arange(n) / n)
+    assert total == pytest.approx(3.0, rel=1e-9)
+    assert error < 1e-9
+    e = RNG.normal(size=n)
+    total, error = drift.drift(e)
+    assert error == pytest.approx(np.sqrt(12 / n), rel=0.5)  # of a straight line through white noise of variance 1
+    assert abs(total) < 4 * error
+    assert drift.warnings(3 * np.arange(n) / n, 100.0)[0].startswith("the output drifts by +3 % of its span")
+    assert drift.warnings(-0.51 * np.arange(n) / n, 100.0)[0].startswith("the output drifts by -0.51 %")
+    assert drift.warnings(0.49 * np.arange(n) / n, 100.0) == []
+    assert drift.warnings(e, 1.0) == []
+
+
+@pytest.mark.parametrize("late", [0, 2, 5])
+def test_the_dead_time_of_a_lag_that_answers_late(late):
+    u = np.repeat(RNG.uniform(-1, 1, 120), 9)
+    y = lfilter([0.4], [1, -0.6], np.r_[[u[0]] * late, u][: len(u)] - u[0])
+    data = Dataset.from_signal(u, y + 1e-4 * RNG.normal(size=len(u)), H, "steps")
+    lag = late + 2
+    assert dead_time.dead_time(data, lag) == late
+    w, sigma = dead_time.answer(data, lag)
+    assert len(w) == len(sigma) == 8 + lag + 8 + 1
+    assert w[8 + late :][:4] == pytest.approx(0.4 * 0.6 ** np.arange(4), abs=5e-3)
+    assert np.abs(w[: 8 + late]).max() < 5e-3
+    smooth = Dataset.from_signal(np.sin(np.arange(900) / 30), np.sin(np.arange(900) / 30 - 0.1), H, "sine")
+    assert dead_time.dead_time(smooth, 3) is None
+    w, sigma = dead_time.answer(smooth, 100)  # too few rows for so many weights
+    assert w.tolist() == [0.0] * 117
+    assert sigma.tolist() == [1.0] * 117
+
+
+@pytest.mark.parametrize("k", [1, 2, 5])
+def test_the_input_of_a_closed_loop_follows_the_error(k):
+    n = 3000
+    e = RNG.normal(size=n)
+    own = RNG.normal(size=n)
+    dv = 0.5 * own + 0.5 * np.r_[np.zeros(k), e[:-k]]  # the increments of the input follow the error k rows later
+    u = np.cumsum(dv)
+    y = 2 * u + e
+    later, earlier = closed_loop.correlation(Dataset.from_signal(u, y, H, "loop"))
+    assert later > 20 * earlier
+    assert later > 300
+    assert earlier < 60
+    free = Dataset.from_signal(np.cumsum(own), 2 * np.cumsum(own) + e, H, "open")
+    assert max(closed_loop.correlation(free)) < 60
+    assert closed_loop.warnings(free) == []
+    assert len(closed_loop.warnings(Dataset.from_signal(u, y, H, "loop"))) == 1
+    short = Dataset.from_signal(u[:60], y[:60], H, "short")
+    assert closed_loop.correlation(short) == (0.0, 0.0)
+
+
+# ---- splits, guards, candidates -------------------------------------------------------------------------------------
+def test_validation_blocks_end_at_reversals_and_share_the_record():
+    levels = RNG.uniform(-1, 1, 81)
+    levels[::2], levels[1::2] = np.abs(levels[::2]) + 0.2, -np.abs(levels[1::2]) - 0.2
+    u = np.interp(np.arange(801), 10 * np.arange(81), levels)
+    sets = [validation_blocks.validation_rows(u, which) for which in range(4)]
+    assert np.sum(sets, axis=0).tolist() == [1] * 801  # each row in one of four
+    for rows in sets:
+        assert (np.flatnonzero(np.diff(rows.astype(int))) % 10 == 9).all()  # a new block begins at a reversal
+        assert 0.15 < rows.mean() < 0.35
+    assert sets[0][0]
+    assert np.count_nonzero(np.diff(sets[3].astype(int))) >= 18  # forty blocks, ten of them
+    few = validation_blocks.validation_rows(u, 3, 8)
+    assert np.count_nonzero(np.diff(few.astype(int))) == 3  # the fourth and the last block
+    ramp = validation_blocks.validation_rows(np.linspace(0, 1, 100))  # no reversals
+    assert np.flatnonzero(np.diff(ramp.astype(int))).tolist() == [14, 19, 34, 39, 54, 59, 74, 79, 94]
+
+
+def test_the_outermost_loop_is_not_held_out():
+    u = np.array([0.0, 1.0, 0.0, 3.0, 0.0, -1.0, 0.0, 1.0, 0.5])
+    held = np.array([0, 1, 0, 1, 0, 0, 0, 1, 1], dtype=bool)
+    assert validation_blocks.without_outermost(u, held).tolist() == [False, True, *[False] * 5, True, True]
+    assert validation_blocks.without_outermost(-u, held).tolist() == [False, True, *[False] * 5, True, True]
+    nearly = np.where(u == 3, 1.03, u)  # less than 1 % of the range beyond the others
+    assert validation_blocks.without_outermost(nearly, np.array([0, 0, 0, 1, 0, 0, 0, 0, 0], dtype=bool)).any()
+    alone = np.array([0, 0, 0, 1, 0, 0, 0, 0, 0], dtype=bool)
+    assert validation_blocks.without_outermost(u, alone).tolist() == alone.tolist()  # nothing else is left
+
+
+def test_the_other_signal_stays_in_the_trained_range_and_reaches_its_ends():
+    u = 3 + 2 * np.sin(np.arange(400) / 5)
+    data = Dataset.from_signal(u, u, H, "sine")
+    u = u[data.counted]
+    other = guards.other_signal(data)
+    lo, hi = u.min(), u.max()
+    assert other[:400].tolist() == pytest.approx([*[data.u[0]] * 100, *[hi] * 100, *[lo] * 100, *[(lo + hi) / 2] * 100])
+    turns = other[400:]
+    assert lo - 1e-9 <= turns.min()
+    assert turns.max() <= hi + 1e-9
+    assert np.abs(turns - (lo + hi) / 2).max() > 0.8 * (hi - lo) / 2
+    assert np.sort(np.abs(np.diff(turns)))[-2] <= 0.1001 * (hi - lo) / 2  # but for the start of the slower part
+    assert len(turns) > 2 * 80 * 5
+
+
+def test_poles_bounds_and_coverage_are_warned_of():
+    def chain(b, a):
+        return Graph.single(Node("g0", "transfer_function", {}, {"b": b, "a": a}))
+
+    fast = 1.01 * np.pi / H
+    assert guards._fast_poles(chain([1.0], [1.0, fast]), H)[0].startswith("a pole of g0 at 3.2e+03 1/s lies above")
+    assert guards._fast_poles(chain([1.0], [1.0, 0.99 * np.pi / H]), H) == []
+    assert guards._fast_poles(chain([-1.0, fast], [1.0, fast]), H) == []  # mirrored: of a delay
+    assert guards._fast_poles(chain([-1.0, 1.1 * fast], [1.0, fast]), H) != []
+    for value, warned in ((0.0, True), (1e-3, True), (2e-2, False), (9.98, False), (9.995, True), (10.0, True)):
+        assert bool(guards._at_bounds({"p": (value, 0.0, 10.0)})) is warned, value
+    for covered, warned in ((None, False), (39.9, True), (40.0, False)):
+        assert bool(guards._unseen(covered)) is warned
+
+
+def test_the_cost_and_the_name_of_a_candidate():
+    c = Candidate("open", 2.0, 0.5, {"memory": "last", "n": 3})
+    assert c.cost(4000) == 4.0
+    assert c.named("zhao_tan_mlp") == "zhao_tan_mlp memory=last n=3"
