@@ -15,7 +15,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check generate modelica platforms bench choice docs wheel release use clean torture
+.PHONY: demo test contract stress mutants dev core check generate modelica platforms bench choice docs wheel release use importers clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -79,6 +79,11 @@ choice: dev
 	$(BIN)/python tests/benchmarks/choice_grid.py --work build/choice.jsonl -o python/docs/choice.md
 
 # a wheel in dist/ that is compiled on this machine, and one use of it
+# every kind of model and every shipped loop in importers that are not ours; writes python/docs/importers.md
+importers: dev
+	$(BIN)/python tests/fmu/importers/matrix.py
+
+# a wheel in dist/, and one use of it in an environment of its own, outside the repository
 wheel: build/tools
 	rm -rf dist
 	$(BIN)/python -m pip wheel --quiet --no-build-isolation --no-deps --wheel-dir dist .

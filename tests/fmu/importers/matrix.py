@@ -1,0 +1,465 @@
+"""The matrix importer x kind x interface: `make importers` prints it and writes python/docs/importers.md.
+
+Every kind of model is fitted to a short record, exported, and run by importers that are not ours: fmpy, libcosim, ecos,
+and containers of fmu-manipulation-toolbox, whose checker reads every archive as well.  Every shipped loop runs as an
+SSP archive and as one FMU.  A cell is the largest difference from `predict`, or from the reference in the archive, as a
+share of the span; "bits" is no difference.  A cell above its bound ends the command with 1.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import textwrap
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2] / "oracles"))
+
+import fmpy
+import numpy as np
+from fmu_master import Array
+from runners import exchange_by_fmpy, run_by_fmpy, run_by_libcosim, run_in_container
+from ssp_readers import READERS, absent, error, reference
+from test_keys import H, fitted_model
+
+from hystfmu import Model
+from hystfmu.base.errors import InputError
+from hystfmu.data import signals
+from hystfmu.fmu import export_fmu
+from hystfmu.graph import Graph
+from hystfmu.identify import METHODS
+from hystfmu.scenario import Scenario
+from hystfmu.scenario.shipped import shipped_scenarios
+from hystfmu.scenario.ssp.write import write_loop, write_ssp
+from hystfmu.unit import Unit
+
+ROOT = Path(__file__).parents[3]
+PAGE = ROOT / "python" / "docs" / "importers.md"
+ROUNDED = 1e-9  # importers compute times and steps in their own way
+SOLVED = 2e-2  # an oscillator: CVode against Newmark's method with steps of a period / 50
+CLOCK = 1e-4  # a quantiser behind a clock that adds up its steps
+QUANTISED = ("adaptive", "adaptive_pid")
+RESIDUE = 1e-12  # s
+REFUSED = "refused"  # in one line: the units are an algebraic loop inside one graph
+N = 200
+
+
+class Failure(Exception):
+    """What an importer said instead of a result."""
+
+
+def from_start(graph: Graph, u0: Array) -> Graph:
+    """The graph whose inputs start at u0: libcosim and ecos set inputs only after the initialisation."""
+    inputs = [replace(i, start=float(x)) for i, x in zip(graph.inputs, u0, strict=True)]
+    return Graph(graph.nodes, graph.wires, inputs, graph.outputs, sort=False, step=graph.step)
+
+
+def signal(model: Model) -> Array:
+    lo, hi = model.provenance.get("span_u", (-1.0, 1.0))
+    u = (lo + hi) / 2 + (hi - lo) / 2 * signals.nested_reversals(12, 5, step=0.02)
+    return u[:N, None]
+
+
+def uneven(n: int) -> list[float]:
+    """Step sizes: even, halves, long and short ones, and the rounding residue of a clock."""
+    pattern = [H, H / 2, H / 2, 1.7 * H, 0.3 * H, 5.7e-15, H * (1 + 1e-12)]
+    return [pattern[k % len(pattern)] for k in range(n)]
+
+
+def run_uneven(fmu: Path, folder: Path, graph: Graph, u: Array) -> tuple[Array, Array]:
+    """Outputs of the FMU in fmpy and of the Python unit for uneven steps; a zero step before each must do nothing."""
+    from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+
+    description = fmpy.read_model_description(str(fmu), validate=False)
+    slave = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(str(fmu), str(folder)),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="i",
+    )
+    silent = fmi2CallbackFunctions()  # the refused steps would be printed
+    silent.logger = fmi2CallbackLoggerTYPE(lambda *_: None)
+    silent.allocateMemory, silent.freeMemory = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
+    slave.instantiate(callbacks=silent)
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    unit = Unit(graph)
+    unit.initialize(0.0)
+    (u_name,) = (p.name for p in graph.ports if p.kind == "input")
+    (y_name,) = (p.name for p in graph.ports if p.kind == "output")
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    t, rows = 0.0, []
+    for value, h in zip(u[:, 0], uneven(len(u)), strict=True):
+        slave.setReal([references[u_name]], [float(value)])
+        unit.set(u_name, float(value))
+        try:
+            slave.doStep(t, 0.0)
+            raise Failure("took a step of 0")
+        except Failure:
+            raise
+        except Exception:  # the FMU refuses it, and stays as it was
+            pass
+        slave.doStep(t, h)
+        if h > RESIDUE:  # a rest that is rounding is complete before it begins
+            unit.do_step(t, h)
+            t += h
+        rows.append((slave.getReal([references[y_name]])[0], unit.get(y_name)))
+    slave.terminate()
+    slave.freeInstance()
+    got = np.array(rows)
+    return got[:, :1], got[:, 1:]
+
+
+_ECOS = """
+import ctypes, json, sys
+from pathlib import Path
+tbb = Path(sys.prefix, "lib", "libtbb.so.12")
+if tbb.exists():
+    ctypes.CDLL(str(tbb), mode=ctypes.RTLD_GLOBAL)
+from ecospy import EcosSimulation, EcosSimulationStructure
+fmu, inputs, outputs, h, rows = json.loads(sys.stdin.read())
+structure = EcosSimulationStructure()
+structure.add_model("m", fmu)
+with EcosSimulation(structure=structure, step_size=h) as simulation:
+    simulation.init()
+    got = []
+    for row in rows:
+        for name, value in zip(inputs, row):
+            simulation.set_real("m::" + name, value)
+        simulation.step()
+        got.append([simulation.get_real("m::" + name) for name in outputs])
+Path(sys.argv[1]).write_text(json.dumps(got))
+"""
+
+
+def by_ecos(fmu: Path, inputs: list[str], outputs: list[str], h: float, u: Array) -> Array:
+    """Rows of outputs after each step; in a process of its own, because some FMUs crash ecos."""
+    out = Path(f"{fmu}.json")
+    task = json.dumps([str(fmu), inputs, outputs, h, u.tolist()])
+    done = subprocess.run(
+        [sys.executable, "-c", _ECOS, str(out)], input=task, capture_output=True, text=True, timeout=120
+    )
+    if done.returncode or not out.exists():
+        raise Failure("crashes" if done.returncode < 0 else done.stderr.strip().splitlines()[-1][:80])
+    return np.array(json.loads(out.read_text()))
+
+
+def problems(fmu: Path) -> float:
+    """The number of problems that `fmutool -check` finds."""
+    start = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
+    words = [sys.executable, "-c", start, "-input", str(fmu), "-check"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    return sum(line.startswith(("ERROR", "CRITICAL")) for line in (done.stdout + done.stderr).splitlines())
+
+
+def gap(got: Array, want: Array) -> float:
+    """The largest difference as a share of the span; 0 only for the same bits."""
+    if got.shape == want.shape and got.tobytes() == want.tobytes():
+        return 0.0
+    return float(np.abs(got - want).max() / (np.ptp(want) or 1.0)) or 5e-324
+
+
+# ---- kinds ----------------------------------------------------------------------------------------------------------
+KIND_COLUMNS = (
+    "fmpy CS 2",
+    "fmpy CS 3",
+    "fmpy uneven",
+    "fmpy ME 2",
+    "fmpy ME 3",
+    "libcosim CS 2",
+    "libcosim CS 3",
+    "ecos CS 2",
+    "ecos CS 3",
+    "container 2",
+    "container 3",
+    "fmutool 2",
+    "fmutool 3",
+)
+
+
+def kind_row(key: str, model: Model, folder: Path) -> dict[str, float | str]:
+    """The cells of a kind of model."""
+    u = signal(model)
+    graph = from_start(model.graph, u[0])
+    want = graph.executor().run(u, graph.n_outputs, H)
+    (u_name,) = (p.name for p in graph.ports if p.kind == "input")
+    (y_name,) = (p.name for p in graph.ports if p.kind == "output")
+    fmus = {fmi: export_fmu(replace(model, graph=graph), folder / f"m{fmi}.fmu", fmi, "m") for fmi in (2, 3)}  # type: ignore[arg-type]
+    runs: dict[str, Callable[[], float | str]] = {
+        "fmpy uneven": lambda: gap(*run_uneven(fmus[2], folder / "uneven", graph, u)),
+    }
+    for fmi, fmu in fmus.items():
+        runs[f"fmpy CS {fmi}"] = lambda f=fmu, d=folder / f"cs{fmi}": gap(run_by_fmpy(f, d, u, H), want)
+        runs[f"libcosim CS {fmi}"] = lambda f=fmu: gap(run_by_libcosim(graph, f, u[1:]), want[1:])
+        runs[f"ecos CS {fmi}"] = lambda f=fmu: gap(by_ecos(f, [u_name], [y_name], H, u[1:]), want[1:])
+        runs[f"container {fmi}"] = lambda f=fmu, d=folder / f"box{fmi}": gap(run_in_container(f, d, u, H), want)
+        runs[f"fmutool {fmi}"] = lambda f=fmu: problems(f)
+        runs[f"fmpy ME {fmi}"] = lambda f=fmu: exchange(f, graph, u, want)
+    return cells(runs, KIND_COLUMNS)
+
+
+def exchange(fmu: Path, graph: Graph, u: Array, want: Array) -> float:
+    """Model Exchange in fmpy: by Euler's method without continuous states, else by CVode with a held input."""
+    if not graph.continuous_states:
+        return gap(exchange_by_fmpy(fmu, graph, u, "Euler", H), want)
+    held = np.full_like(u, u.max())  # fmpy changes inputs only between the steps of CVode
+    settled = graph.executor().run(held, graph.n_outputs, H)
+    return float(np.abs(exchange_by_fmpy(fmu, graph, held, "CVode", H) - settled).max() / np.ptp(want))
+
+
+def cells(runs: dict[str, Callable[[], float | str]], columns: tuple[str, ...]) -> dict[str, float | str]:
+    found: dict[str, float | str] = {}
+    for name in columns:
+        try:
+            found[name] = runs[name]()
+        except Exception as e:
+            found[name] = f"{type(e).__name__}: {' '.join(str(e).split())[:100]}"
+    return found
+
+
+# ---- loops ----------------------------------------------------------------------------------------------------------
+LOOP_COLUMNS = ("SSP fmpy", "SSP libcosim", "SSP ecos", "FMU fmpy CS 2", "FMU fmpy CS 3")
+
+
+def loop_row(folder: Path, work: Path) -> dict[str, float | str]:
+    """The cells of a shipped loop; a loop that has no archive gives its one line."""
+    case = Scenario(folder).cases[0]
+    archive = work / "loop.ssp"
+    try:
+        written = write_ssp(case, archive)
+    except InputError as e:
+        return {"": f"refused: {str(e).rpartition(': ')[2] if 'case' not in str(e) else str(e).split(': ', 2)[2]}"}
+    names, rows = reference(archive)
+    n = min(len(rows), 1000)
+    runs: dict[str, Callable[[], float | str]] = {}
+    for reader in READERS:
+        missing = absent(reader)
+        runs[f"SSP {reader}"] = lambda r=reader, m=missing: (
+            float("nan") if m else error(archive, r, case.step, most=n - 1)
+        )
+    for fmi in (2, 3):
+        runs[f"FMU fmpy CS {fmi}"] = lambda fmi=fmi: as_one(case, fmi, names, rows[:n, 1:], work)
+    found = cells(runs, LOOP_COLUMNS)
+    return found | {"own order": max(written.differences.values()) / 100}
+
+
+def as_one(case: object, fmi: int, names: list[str], want: Array, work: Path) -> float | str:
+    """The loop as one FMU in fmpy, against the reference of its archive, which is one component as well."""
+    try:
+        fmu = write_loop(case, work / f"loop{fmi}.fmu", fmi)  # type: ignore[arg-type]
+    except InputError as e:
+        if "algebraic loop" in str(e):
+            return REFUSED
+        raise
+    outputs = [name.partition(".")[2] for name in names]
+    if any(name.partition(".")[0] != names[0].partition(".")[0] for name in names):
+        outputs = [name.replace(".", "_") for name in names]
+    step = case.step  # type: ignore[attr-defined]
+    result = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=(len(want) - 1) * step,
+        step_size=step,
+        output_interval=step,
+        output=outputs,
+        fmi_type="CoSimulation",
+    )
+    got = np.column_stack([result[name] for name in outputs])[: len(want)]
+    span = np.ptp(want, axis=0)
+    return float((np.abs(got - want) / np.where(span > 0, span, 1.0)).max())
+
+
+# ---- limits of importers, shown by Reference FMUs -------------------------------------------------------------------
+def reference_fmus() -> Path | None:
+    folder = Path(os.environ.get("HYSTFMU_DATA", ROOT.parent / "shared" / "data")) / "reference_fmus"
+    return folder if folder.is_dir() else None
+
+
+def limits(folder: Path, work: Path) -> list[str]:
+    """Sentences on what importers cannot do with Reference FMUs either, each from a run."""
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    found = []
+    for version, place in (("1.0", "fmi1cs"), ("2.0", "fmi2"), ("3.0", "fmi3")):
+        fmu = folder / place / "Dahlquist.fmu"
+        if not fmu.exists():
+            continue
+        told = []
+        try:
+            told.append(f"fmpy runs it to x = {fmpy.simulate_fmu(str(fmu), stop_time=1.0, step_size=0.1)['x'][-1]:.9g}")
+        except Exception as e:
+            told.append(f"fmpy does not run it ({str(e)[:60]})")
+        try:
+            CosimLocalSlave(fmu_path=str(fmu), instance_name="i")
+            told.append("libcosim loads it")
+        except Exception:
+            told.append("libcosim does not load it")
+        try:
+            rows = by_ecos(fmu, [], ["x", "time"], 1e-3, np.zeros((1000, 0)))
+            told.append(
+                f"ecos runs it to x = {rows[-1, 0]:.9g}; its clock is {rows[-1, 1] - 1:.1e} s off after 1000 steps"
+            )
+        except Failure as e:
+            told.append(f"ecos: {e}")
+        found.append(f"Dahlquist, FMI {version}: {'; '.join(told)}.")
+    fmu = folder / "fmi2" / "Feedthrough.fmu"
+    if fmu.exists():
+        (work / fmu.name).write_bytes(fmu.read_bytes())
+        rows = first_rows(work)
+        found.append(
+            "Feedthrough, FMI 2.0, as a component of an SSP archive behind a constant 1: fmpy has "
+            f"{rows[0]:g} after the first step and {rows[1]:g} after the second, because it hands a 0 to every "
+            "connected input of the first step. Loops of several components whose initial values differ from 0 begin "
+            "otherwise there; those of this table are one component."
+        )
+        try:
+            by_ecos(fmu, [], ["Float64_continuous_output"], 1e-3, np.zeros((1, 0)))
+        except Failure as e:
+            found.append(f"Feedthrough, FMI 2.0: ecos {e}.")
+    return found
+
+
+def first_rows(work: Path) -> Array:
+    """Two rows of fmpy for a constant source before a Reference FMU."""
+    import tomli_w
+    from ssp_readers import by_fmpy
+
+    data = {
+        "name": "first_rows",
+        "step": 1e-3,
+        "stop": 0.01,
+        "order": ["source", "fmu"],
+        "units": {
+            "source": {"block": "reference", "dims": {"m": 1}, "values": {"shape": "steps", "levels": [1.0]}},
+            "fmu": {"fmu": "Feedthrough.fmu"},
+        },
+        "connections": {"fmu.Float64_continuous_input": "source.r"},
+        "metrics": {"top": {"kind": "peak", "signal": "fmu.Float64_continuous_output", "limit": 2.0}},
+    }
+    (work / "scenario.toml").write_text(tomli_w.dumps(data))
+    archive = write_ssp(Scenario(work).cases[0], work / "first.ssp").path
+    return by_fmpy(archive, ["fmu.Float64_continuous_output"], 1e-3, 2)[:, 0]
+
+
+# ---- the table ------------------------------------------------------------------------------------------------------
+def bound(row: str, column: str) -> float:
+    if column.startswith("fmutool"):
+        return 0.0
+    if column.startswith("fmpy ME"):
+        return SOLVED
+    if row in QUANTISED and column != "SSP libcosim":
+        return CLOCK
+    return ROUNDED
+
+
+def text(value: float | str) -> str:
+    if isinstance(value, str):
+        return value
+    return "absent" if value != value else "bits" if value == 0 else f"{value:.0e}"
+
+
+def wrong(table: dict[str, dict[str, float | str]]) -> list[str]:
+    return [
+        f"{row}, {column}: {text(value)}"
+        for row, found in table.items()
+        for column, value in found.items()
+        if column
+        and column != "own order"
+        and value != REFUSED
+        and (isinstance(value, str) or value > bound(row, column))
+    ]
+
+
+def markdown(table: dict[str, dict[str, float | str]], columns: tuple[str, ...], head: str) -> str:
+    lines = [f"| {head} | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
+    for row, found in table.items():
+        if "" in found:
+            lines.append(f"| {row} | {found['']} {'| ' * (len(columns) - 1)}|")
+        else:
+            shown = ["ok" if c.startswith("fmutool") and found[c] == 0 else text(found[c]) for c in columns]
+            lines.append(f"| {row} | {' | '.join(shown)} |")
+    return "\n".join(lines)
+
+
+def page(kinds: str, loops: str, told: list[str]) -> str:
+    def wrapped(words: str) -> str:
+        return textwrap.fill(" ".join(words.split()), 120, break_long_words=False, break_on_hyphens=False)
+
+    parts = [
+        "# Importers",
+        wrapped(
+            """Written by `make importers`: every kind of model and every shipped loop in importers that are not ours. A
+            cell is the largest difference from `predict` (kinds) or from the reference in the archive (loops), as a
+            share of the span; "bits" is no difference. The command ends with 1 if a cell is above its bound."""
+        ),
+        "## Kinds of model",
+        wrapped(
+            f"""Nested reversals over the range of the data, {N} rows of 1 ms. "uneven": half, long and short steps and
+            the rounding residue of a clock (5.7e-15 s), against the Python unit, each after a refused step of 0. ME:
+            Euler's method with events; kinds with continuous states by CVode with a held input (fmpy changes inputs
+            only between the steps of CVode). libcosim counts nanoseconds, ecos adds up its steps, so both hand over
+            steps that differ from 1 ms by rounding. Containers are those of fmu-manipulation-toolbox; "fmutool" is its
+            checker. Bounds: {ROUNDED:g}; ME {SOLVED:g}, an oscillator in CVode against Newmark's method."""
+        ),
+        kinds,
+        "## Loops",
+        wrapped(
+            f"""The first case of every scenario, as `hystfmu ssp` writes it, first 1000 rows: the SSP archive in three
+            readers, and the whole loop as one FMU. "own order" is what the command prints: the largest difference
+            between the archive and the scenario itself, which comes from events inside a step and from `ripple`, which
+            no reader knows. Bounds: {ROUNDED:g}; {CLOCK:g} for {" and ".join(f"`{q}`" for q in QUANTISED)}, whose
+            quantiser turns the rounding of a clock that adds up its steps into levels."""
+        ),
+        loops,
+        "## What importers cannot do with Reference FMUs either",
+        "\n".join(
+            textwrap.fill(f"- {t}", 120, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+            for t in told
+        )
+        or "No Reference FMUs at hand.",
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def main() -> int:
+    """Print the tables, write the page, and return 1 if a cell is above its bound."""
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+
+    log_output_level(CosimLogLevel.ERROR)
+    kinds: dict[str, dict[str, float | str]] = {}
+    loops: dict[str, dict[str, float | str]] = {}
+    with tempfile.TemporaryDirectory(prefix="hystfmu-importers-") as name:
+        work = Path(name)
+        for key in METHODS:
+            (work / key).mkdir()
+            kinds[key] = kind_row(key, fitted_model(key, {}), work / key)
+            print(key, *(f"{c}: {text(v)};" for c, v in kinds[key].items()), flush=True)
+        folder = shipped_scenarios()
+        for file in sorted(folder.rglob("scenario.toml")):
+            row = file.parent.relative_to(folder).as_posix()
+            place = work / row.replace("/", "_")
+            place.mkdir(exist_ok=True)
+            loops[row] = loop_row(file.parent, place)
+            print(row, *(f"{c}: {text(v)};" for c, v in loops[row].items()), flush=True)
+        given = reference_fmus()
+        (work / "limits").mkdir()
+        told = limits(given, work / "limits") if given else []
+    columns = (*LOOP_COLUMNS, "own order")
+    PAGE.write_text(page(markdown(kinds, KIND_COLUMNS, "kind"), markdown(loops, columns, "loop"), told))
+    print("\n".join(told))
+    bad = wrong(kinds | loops)
+    n = sum(len(r) for r in (kinds | loops).values())
+    print(f"{PAGE.relative_to(ROOT)}: {n} cells, {len(bad)} above their bound", *bad, sep="\n")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
