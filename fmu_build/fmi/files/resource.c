@@ -1,5 +1,5 @@
-/* resource.c - reads block.bin from the resource location of the importer (file URI or path); without one, from the
- * resources of the FMU in which this binary lies. */
+/* resource.c - finds files at the resource location of the importer (file URI or path); without one, in the resources
+ * of the FMU in which this binary lies. */
 #include "fmi/files/resource.h"
 
 #include <stdio.h>
@@ -49,8 +49,8 @@ static const char *local_part(const char *uri) {
   return *uri == '/' || !*uri ? uri : NULL;
 }
 
-/* the path of the block file for a file URI or a path; an empty one if the location is; `path` has room for its name */
-static const char *to_path(const char *location, char *path) {
+/* the path of a file for a file URI or a path; an empty one if the location is; `path` has room for its name */
+static const char *to_path(const char *location, const char *name, char *path) {
   const char *uri = after(location, "file:"), *from = uri ? local_part(uri) : location;
   if (!from) return "the resource location names another machine";
 #ifdef _WIN32
@@ -59,38 +59,42 @@ static const char *to_path(const char *location, char *path) {
   strcpy(path, from);
   if (uri && !decode(path)) return "the resource location has a malformed % escape";
   const size_t n = strlen(path);
-  if (n > 0) strcat(path, path[n - 1] == '/' ? "block.bin" : "/block.bin");
+  if (n > 0) strcat(strcat(path, path[n - 1] == '/' ? "" : "/"), name);
   return NULL;
 }
 
-unsigned char *fmi_read_block_file(const char *location, size_t *length, char *why, size_t size) {
+char *fmi_resource(const char *location, const char *name, char *why, size_t size) {
+  static const char BESIDE[] = "../../resources/"; /* of <FMU>/binaries/<platform>/<this file> */
   if (!location) location = "";
-  char *path = malloc(strlen(location) + sizeof "/block.bin");
+  char *path = malloc(strlen(location) + strlen(name) + sizeof BESIDE);
   if (!path) return snprintf(why, size, "out of memory"), NULL;
+  const char *wrong = to_path(location, name, path);
+  if (wrong) return snprintf(why, size, "%s: '%s'", wrong, location), free(path), NULL;
+  if (*path) return path;
+  char *found = fmi_beside(strcat(strcpy(path, BESIDE), name));
+  free(path);
+  return found ? found : (snprintf(why, size, "no resource location was given"), NULL);
+}
+
+unsigned char *fmi_read_file(const char *path, size_t *length, char *why, size_t size) {
   unsigned char *bytes = NULL;
-  FILE *f = NULL;
-  const char *wrong = to_path(location, path);
-  if (!wrong && !*path) { /* <FMU>/binaries/<platform>/<this file> */
-    free(path);
-    path = fmi_beside("../../resources/block.bin");
-    if (!path) return snprintf(why, size, "no resource location was given"), NULL;
-  }
-  if (wrong) {
-    snprintf(why, size, "%s: '%s'", wrong, location);
-  } else if (!(f = fmi_open_file(path))) {
+  FILE *f = fmi_open_file(path);
+  const long end = !f || fseek(f, 0, SEEK_END) ? -1 : ftell(f);
+  if (end <= 0 || end > 1L << 30 || fseek(f, 0, SEEK_SET) || !(bytes = malloc((size_t)end)) ||
+      fread(bytes, 1, (size_t)end, f) != (size_t)end) {
     snprintf(why, size, "cannot read '%s'", path);
+    free(bytes);
+    bytes = NULL;
   } else {
-    const long end = fseek(f, 0, SEEK_END) ? -1 : ftell(f);
-    if (end <= 0 || end > 1L << 30 || fseek(f, 0, SEEK_SET) || !(bytes = malloc((size_t)end)) ||
-        fread(bytes, 1, (size_t)end, f) != (size_t)end) {
-      snprintf(why, size, "cannot read '%s'", path);
-      free(bytes);
-      bytes = NULL;
-    } else {
-      *length = (size_t)end;
-    }
+    *length = (size_t)end;
   }
   if (f) fclose(f);
+  return bytes;
+}
+
+unsigned char *fmi_read_block_file(const char *location, size_t *length, char *why, size_t size) {
+  char *path = fmi_resource(location, "block.bin", why, size);
+  unsigned char *bytes = path ? fmi_read_file(path, length, why, size) : NULL;
   free(path);
   return bytes;
 }

@@ -272,7 +272,7 @@ def ssp(
     become one component, in which the order of the scenario holds.  The last lines say what the coupling still costs:
     the largest difference to the scenario itself, by recorded output.
 
-    With -o X.fmu the whole loop becomes one FMU that steps its units in the order of the scenario.
+    With -o X.fmu the whole loop becomes one FMU that steps its units, ours and foreign, in the order of the scenario.
 
     \b
     Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp

@@ -23,6 +23,7 @@ from hystfmu.fmu.archive.xml_file import xml_file
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
 from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.ssp.container import container_fmu
 from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
 from hystfmu.scenario.ssp.joined import joined
 from hystfmu.scenario.system.case import Case
@@ -107,15 +108,24 @@ def write_ssp(
 
 
 def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
-    """Write a case as one FMU: a container without a master, Gauss-Seidel in the scenario's order inside.
+    """Write a case as one FMU that steps its units in the scenario's order.
+
+    Without foreign FMUs it is one graph, with Model Exchange and saved states.  With them it is a container of FMUs.
 
     Raises
     ------
     InputError
-        Units of different rates, foreign FMUs, an algebraic loop, or a file that cannot be written.
+        Of a graph: units of different rates, an algebraic loop.  Of a container: a version other than FMI 2.0, a unit
+        or a coupling that it does not step.  A file that cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
 
+    system = build(case)
+    if system.foreign:
+        if fmi != 2:
+            raise InputError(f"{case.where}: a loop with foreign FMUs becomes an FMU 2.0; its units may be FMI 3.0")
+        write_bytes(path, container_fmu(system, case.scenario))
+        return Path(path)
     graph = to_graph(build(replace(case, ripple=1))).with_step(case.step)
     return export_fmu(graph, path, fmi=fmi, name=case.scenario)
 

@@ -1,0 +1,24 @@
+/* system_file.h - reads resources/system.txt: the units of a container and how they are coupled.
+ *
+ * Words separated by blanks; doubles are the 16 hexadecimal digits of their bits, strings are percent-encoded, "" is
+ * "%". hystfmu-system 1 token STRING coupling SCHEME RIPPLE STEP FINE_STEP      0 Gauss-Seidel, 1 Jacobi values N
+ * START...                          of the outputs of all units, side by side units N unit NAME FMI LIBRARY RESOURCES
+ * TOKEN PERIOD SUBSTEPS LENGTH FIRST_VALUE   and for each unit parameters N   { TYPE REFERENCE N VALUE... }     a
+ * string has N = 1 inputs N       { the same: constant inputs } connected N_REFERENCES REFERENCE... N_ELEMENTS { SOURCE
+ * START }   SOURCE: index of a value, -1: constant outputs N_REFERENCES REFERENCE... N_ELEMENTS */
+#ifndef HYST_SYSTEM_FILE_H
+#define HYST_SYSTEM_FILE_H
+#include "container/unit.h"
+
+enum { MOST_UNITS = 200, MOST_VALUES = 100000 };
+
+typedef struct {
+  char *token;
+  master m;
+  unit *units;
+} system_file;
+
+/* `text` ends with 0 and is written to.  0, or 1 with what is wrong; system_free() in both cases. */
+int system_read(char *text, system_file *s, char *why, size_t size);
+void system_free(system_file *s);
+#endif
