@@ -121,6 +121,7 @@ def done(home: Path, server: socket.socket) -> set[str]:
     return seen | ({"connected"} if called(server) else set())
 
 
+ALONE = "run loop/bad.fmu --step 1e-3 --stop 0.01 -o alone.csv"
 EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
 
 
@@ -134,7 +135,7 @@ def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: 
 
 
 @pytest.mark.parametrize("options", [[], ["--unconfined"]], ids=["confined", "unconfined"])
-@pytest.mark.parametrize("command", ["run loop", "study bad.study.toml -o out -j 1", "validate loop/bad.fmu"])
+@pytest.mark.parametrize("command", ["run loop", ALONE, "study bad.study.toml -o out -j 1", "validate loop/bad.fmu"])
 def test_commands(
     command: str,
     options: list[str],
@@ -161,15 +162,21 @@ def test_our_fmus_run_as_before(tmp_path: Path, home: Path) -> None:
         assert hy.validate(model.export(tmp_path / "creep.fmu", version)) == []  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("call", ["io_uring", "ptrace", "signal", "memory", "fork bomb of sessions"])
+WAYS = ["io_uring", "ptrace", "signal", "memory", "queue", "shared memory", "device", "socket of a session"]
+
+
+@pytest.mark.parametrize("call", WAYS)
 def test_other_ways_out(call: str, tmp_path: Path) -> None:
-    """To a process outside: its memory, its signals; and a ring that makes sockets without a system call."""
+    """To a process outside: its memory, signals, shared memory; a device; a ring that makes sockets."""
     program = {
         "io_uring": "print(libc.syscall(425, 1, ctypes.create_string_buffer(120)))",
         "ptrace": "print(libc.ptrace(16, PID, 0, 0))",  # PTRACE_ATTACH
         "signal": "print(libc.kill(PID, 0))",
         "memory": "print(-1 if not os.access('/proc/PID/mem', os.R_OK) else try_open('/proc/PID/mem'))",
-        "fork bomb of sessions": "pid = os.fork()\nif not pid:\n    os.setsid()\n    print(libc.socket(2, 1, 0))\n"
+        "queue": "q = libc.msgget(0, 0o600)\nprint(q)\nlibc.msgctl(q, 0, None)",
+        "shared memory": "m = libc.shmget(0, 4096, 0o600)\nprint(m)\nlibc.shmctl(m, 0, None)",
+        "device": "print(try_open('/dev/ptmx'))",
+        "socket of a session": "pid = os.fork()\nif not pid:\n    os.setsid()\n    print(libc.socket(2, 1, 0))\n"
         "else:\n    os.waitpid(pid, 0)",
     }[call]
     head = "import ctypes, os\nlibc = ctypes.CDLL(None)\n"

@@ -28,14 +28,18 @@ _RIGHTS = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1, 5: (1 << 16) - 
 _TCP = 3  # bind, connect; from version 4
 _SCOPES = 3  # abstract sockets, signals to other processes; from version 6
 _NO_NEW_PRIVILEGES, _GET_SECCOMP, _SET_SECCOMP, _FILTER = 38, 21, 22, 2
-_ARCHITECTURES = {"x86_64": (0xC000003E, 41), "aarch64": (0xC00000B7, 198)}  # its number, that of socket(2)
-_IO_URING, _X32 = 425, 0x40000000
+_X32 = 0x40000000
+# its number, and those of socket, add_key, request_key, keyctl, shmget, semget, msgget, mq_open, io_uring_setup
+_ARCHITECTURES = {
+    "x86_64": (0xC000003E, (41, 248, 249, 250, 29, 64, 68, 240, 425)),
+    "aarch64": (0xC00000B7, (198, 217, 218, 219, 194, 190, 186, 180, 425)),
+}
 _ALLOW, _REFUSE, _KILL = 0x7FFF0000, 0x00050000 | 13, 0x80000000  # 13: EACCES
 CANNOT = 125  # status of a process that could not be confined
 
 # programs, libraries and their settings; neither homes nor /tmp, /var, /srv, /mnt and the like
-_SYSTEM = ("/usr", "/lib", "/lib32", "/lib64", "/bin", "/sbin", "/etc", "/opt", "/nix", "/gnu", "/proc", "/sys", "/dev")
-_DEVICES = ("/dev/null", "/dev/zero", "/dev/full")
+_SYSTEM = ("/usr", "/lib", "/lib32", "/lib64", "/bin", "/sbin", "/etc", "/opt", "/nix", "/gnu", "/proc", "/sys")
+_DEVICES = ("/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom")
 _TEMPORARY = ("TMPDIR", "TMP", "TEMP")
 
 
@@ -151,18 +155,18 @@ def _allow(rules: int, paths: Iterable[str], rights: int) -> None:
 def _confine_network() -> None:
     """Refuse new sockets of every kind: one to a local service would undo all other limits.
 
-    io_uring makes sockets without this system call.  A program of another architecture has other numbers of calls.
+    Also refused are keys of the user, and memory and queues of System V and POSIX that other processes share.  io_uring
+    makes sockets without their system call.  A program of another architecture has other numbers of calls: it ends.
     """
-    architecture, socket = _ARCHITECTURES[platform.machine()]
+    architecture, refused = _ARCHITECTURES[platform.machine()]
     load, equal, least, end = 0x20, 0x15, 0x35, 0x06
     program = [
         (load, 0, 0, 4),  # the architecture of the caller
         (equal, 1, 0, architecture),
         (end, 0, 0, _KILL),
         (load, 0, 0, 0),  # the number of the call
-        (least, 3, 0, _X32),
-        (equal, 2, 0, socket),
-        (equal, 1, 0, _IO_URING),
+        (least, len(refused) + 1, 0, _X32),
+        *[(equal, len(refused) - k, 0, call) for k, call in enumerate(refused)],
         (end, 0, 0, _ALLOW),
         (end, 0, 0, _REFUSE),
     ]

@@ -1,6 +1,7 @@
 """One foreign FMU runs alone in a child process, with inputs from a table.
 
-The results come back in two files of known form.  Nothing that the child writes is unpickled.
+The results come back in two files of known form, which are read as those of others.  Nothing that the child writes is
+unpickled.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.child import Child, late, limit_memory
-from hystfmu.base.confine import Box
-from hystfmu.base.supervisor import CANNOT
+from hystfmu.base.confine import CANNOT, Box
+from hystfmu.base.files import check_source, read_bytes
 from hystfmu.fmu.foreign.finding import Ended, Finding
 from hystfmu.fmu.foreign.instance import REAL
 from hystfmu.fmu.foreign.simulated import Simulated
+from hystfmu.scenario.engine.isolated import MOST_ENDED, one_line
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.foreign import Foreign, ForeignPort
 
@@ -68,14 +70,15 @@ def run_alone(task: Task, seconds: float, confined: bool = True) -> tuple[Array,
             raise Stopped(late(seconds), "timeout")
         width = sum(p.size for p in task.foreign.ports if p.kind == "output")
         try:
-            ended = json.loads((Path(folder) / _ENDED).read_text())
+            ended = json.loads(read_bytes(Path(folder) / _ENDED, MOST_ENDED))
             if ended["stopped"] is not None:
-                raise Stopped(str(ended["stopped"]))
+                raise Stopped(one_line(ended["stopped"]))
             rows = min(max(int(ended["rows"]), 0), task.n_steps + 1)
+            check_source(Path(folder) / _VALUES)
             values = np.fromfile(Path(folder) / _VALUES, count=rows * width).reshape(rows, width)
             t = np.asarray(task.start + np.arange(rows) * task.step, dtype=np.float64)
-            return t, values, str(ended["note"])
-        except (OSError, ValueError, KeyError, TypeError):
+            return t, values, one_line(ended["note"])
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
             why = f" ({lines[-1]})" if process.status == CANNOT and lines else ""
             raise Stopped(f"the process that ran the FMU ended with status {process.status}{why}", "killed") from None
 
@@ -136,7 +139,7 @@ def main(folder: Path) -> None:
         stopped = f"needs more than {GIGABYTES:g} GB of memory"
     except Exception as e:  # fmpy raises many kinds when a foreign FMU misbehaves
         words = str(e) if isinstance(e, Finding | Stopped) else f"{type(e).__name__}: {e}"
-        stopped = " ".join(words.split())[:1000]
+        stopped = one_line(words)
     (folder / _ENDED).write_text(json.dumps({"stopped": stopped, "rows": rows, "note": note}))
 
 

@@ -24,8 +24,13 @@ from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import System
 
 GIGABYTES = 4.0
-MOST_ENDED, MOST_WORDS = 2**16, 1000
+MOST_ENDED, MOST_WORDS = 2**16, 1000  # bytes, characters
 TASK, ENDED, VALUES = "task", "ended.json", "values"
+
+
+def one_line(words: object) -> str:
+    """Return what foreign code says as a line of bounded length."""
+    return " ".join(str(words).split())[:MOST_WORDS]
 
 
 def box_of(systems: Sequence[System], folder: str) -> Box:
@@ -53,7 +58,7 @@ def chunks_isolated(
         try:
             ended = json.loads(read_bytes(Path(folder) / ENDED, MOST_ENDED))
             if ended["stopped"] is not None:
-                raise Stopped(" ".join(str(ended["stopped"]).split())[:MOST_WORDS], str(ended["status"])[:20])
+                raise Stopped(one_line(ended["stopped"]), str(ended["status"])[:20])
             check_source(Path(folder) / VALUES)
             with (Path(folder) / VALUES).open("rb") as f:
                 for first, end in system.chunks():
@@ -83,7 +88,7 @@ def main(folder: Path) -> None:
         stopped, status = f"needs more than {gigabytes:g} GB of memory", "memory"
     except Exception as e:  # fmpy raises many kinds when a foreign FMU misbehaves
         words = str(e) if isinstance(e, Stopped) else f"{type(e).__name__}: {e}"
-        stopped = " ".join(words.split())[:MOST_WORDS]
+        stopped = one_line(words)
     counted = [sweeps.all, sweeps.most, sweeps.steps]
     (folder / ENDED).write_text(json.dumps({"stopped": stopped, "status": status, "sweeps": counted}))
 
