@@ -18,14 +18,15 @@ from fmpy.simulation import Input
 from fmu_master import ERROR, OK, Array, H, Master, mixed, single
 
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Graph, Node, Output
+from hystfmu.graph import Input as Port
 
 SIZE = C.c_size_t(1)
 
 
-def slope(m: Master, value: float, order: int = 1) -> int:
-    """Set a derivative of the input `u`."""
-    reference, n = C.c_uint(m.ports["u"].reference), C.c_int(order)
+def slope(m: Master, value: float, order: int = 1, name: str = "u") -> int:
+    """Set a derivative of an input."""
+    reference, n = C.c_uint(m.ports[name].reference), C.c_int(order)
     return m.call("SetRealInputDerivatives", C.byref(reference), SIZE, C.byref(n), C.byref(C.c_double(value)))
 
 
@@ -182,6 +183,21 @@ def test_an_input_that_would_leave_its_range_stops_the_step(make: Callable[..., 
 
 # ---- FMI 3.0 ------------------------------------------------------------------------------------------------------
 _B, _D = C.c_bool, C.c_double
+
+
+def test_each_input_has_derivatives_of_its_own(tmp_path: Path) -> None:
+    nodes = [Node(n, "backlash_sum", {"n": 1}, {"w0": 1.0, "w": [0.0]}) for n in "abc"]
+    inputs, outputs = [Port(f"u{n}", (f"{n}.u",)) for n in "abc"], [Output(f"y{n}", f"{n}.y") for n in "abc"]
+    m = Master(Graph(nodes, [], inputs, outputs).with_step(H), tmp_path, 2)
+    m.initialize()
+    for name, value, at in (("ua", 10.0, 1.0), ("ub", -20.0, 2.0), ("uc", 40.0, 3.0)):
+        assert m.set(name, at) == OK
+        assert slope(m, value, name=name) == OK
+    assert m.step(0.0) == OK
+    assert [m.get(f"y{n}") for n in "abc"] == pytest.approx([1 + 10 * H, 2 - 20 * H, 3 + 40 * H], rel=1e-14)
+    m.free()
+
+
 UPDATE = C.CFUNCTYPE(None, C.c_void_p, _D, _B, _B, _B, _B, C.POINTER(_B), C.POINTER(_D))
 
 
@@ -258,6 +274,22 @@ def test_a_variable_without_intermediate_updates_is_refused(tmp_path: Path) -> N
     m = Asked(play(0.1), tmp_path, ("y",))
     assert not m.c.value
     assert "is no input of type Float64" in m.messages[-1][2]
+
+
+@pytest.mark.parametrize(("names", "update"), [(True, False), (False, True)], ids=["callback", "variables"])
+def test_intermediate_updates_without_their_callback_or_variables_are_refused(
+    tmp_path: Path, names: bool, update: bool
+) -> None:
+    m = Asked(play(0.1), tmp_path)
+    m.free()
+    m.messages.clear()
+    references = C.byref(C.c_uint(m.ports["u"].reference)) if names else None
+    location = m.resources.as_uri().encode()
+    words = [b"i", m.token.encode(), location, 0, 0, 0, 0, references, C.c_size_t(1), None]
+    made = m.lib.fmi3InstantiateCoSimulation
+    assert not made(*words, m._log, m._update if update else None)
+    assert m.messages == [(ERROR, "logStatusError", "Intermediate updates need a callback and a list of variables.")]
+    assert not made(*words, None, m._update if update else None)  # without a logger nothing is said
 
 
 def test_the_description_declares_both(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,17 +15,27 @@ Table = dict[str, Any]  # seconds by test; lines: tests by file and line; codes:
 
 
 def refresh(root: Path, modules: Sequence[str], target: Path, make: Callable[[list[str]], Table]) -> None:
-    """Bring the map in `target` up to date: `make` returns that of the modules of tests that have changed."""
+    """Bring the map in `target` up to date: `make` returns that of some modules of tests.
+
+    Those are the modules that have changed, and those with a test that ran a line of a source file that has changed.
+    """
     now = {m: _hash(root / m) for m in modules}
     table: Table = {"seconds": {}, "lines": {}, "codes": {}, "modules": {}}
     if target.exists():
         table = json.loads(target.read_text())
+    stale = out_of_date(table, now, lambda file: _hash(root / file) if (root / file).exists() else "")
     gone = {m for m in table["modules"] if m not in now}
-    stale = [m for m, h in now.items() if table["modules"].get(m) != h]
     if stale or gone:
         merge(table, make(stale) if stale else {"seconds": {}, "lines": {}, "codes": {}}, {*stale, *gone})
         table["modules"] = now
         target.write_text(json.dumps(table))
+
+
+def out_of_date(table: Table, now: Mapping[str, str], code: Callable[[str], str]) -> list[str]:
+    """Return the modules whose tests must run again, for the hashes of today's modules and sources."""
+    changed = [f for f, old in table["codes"].items() if code(f) != old]
+    ran = {t.partition("::")[0] for f in changed for tests in table["lines"].get(f, {}).values() for t in tests}
+    return [m for m, h in now.items() if table["modules"].get(m) != h or m in ran]
 
 
 def covered(root: Path, modules: list[str], part: Path) -> Table:
@@ -47,8 +57,8 @@ def merge(table: Table, part: Table, modules: set[str]) -> None:
     for file in {**table["lines"], **part["lines"]}:
         old, new = table["lines"].get(file, {}), part["lines"].get(file, {})
         table["lines"][file] = {k: sorted({*others(old.get(k, [])), *new.get(k, [])}) for k in {**old, **new}}
-    # a file that has changed keeps its old hash: its lines are no longer those of the older tests
-    table["codes"] = part["codes"] | table["codes"]
+    table["lines"] = {f: lines for f, lines in table["lines"].items() if any(lines.values())}
+    table["codes"] |= part["codes"]
 
 
 def _hash(path: Path) -> str:

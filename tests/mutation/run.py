@@ -120,7 +120,7 @@ class Run:
         refresh(ROOT, list(by_module), WORK / f"{room}.json", make)
 
     def _all(self, room: str, run: RunTests) -> None:
-        tests = Tests(self.tree, WORK / f"{group(room)}.json")
+        tests = Tests(WORK / f"{group(room)}.json")
         with self.journal.open("a") as out:
             for m in self._open(room):
                 before, text = time.monotonic(), self.tree.texts[m.file]

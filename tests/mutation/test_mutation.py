@@ -97,16 +97,31 @@ def test_a_loaded_function_gets_the_code_of_its_mutant(tmp_path):
 
 
 def test_the_map_replaces_the_tests_of_a_changed_module():
-    table = {"seconds": {"a::x": 1.0, "b::x": 2.0}, "lines": {"f": {"1": ["a::x", "b::x"]}}, "codes": {"f": "old"}}
+    table = {"seconds": {"a::x": 1.0, "b::x": 2.0}, "lines": {"f": {"1": ["a::x", "b::x"]}}, "codes": {"f": "k"}}
     part = {
         "seconds": {"b::y": 3.0},
         "lines": {"f": {"2": ["b::y"]}, "g": {"1": ["b::y"]}},
-        "codes": {"f": "n", "g": "n"},
+        "codes": {"f": "k", "g": "n"},
     }
     line_map.merge(table, part, {"b"})
     assert table["seconds"] == {"a::x": 1.0, "b::y": 3.0}
     assert table["lines"] == {"f": {"1": ["a::x"], "2": ["b::y"]}, "g": {"1": ["b::y"]}}
-    assert table["codes"] == {"f": "old", "g": "n"}  # the lines of f are those of another text
+    assert table["codes"] == {"f": "k", "g": "n"}
+
+
+@pytest.mark.parametrize(
+    ("modules", "sources", "stale"),
+    [
+        ({"a": "1", "b": "1"}, {"f": "1", "g": "1"}, []),
+        ({"a": "2", "b": "1", "c": "1"}, {"f": "1", "g": "1"}, ["a", "c"]),
+        ({"a": "1", "b": "1"}, {"f": "1", "g": "2"}, ["b"]),
+        ({"a": "1", "b": "1"}, {"g": "1"}, ["a", "b"]),  # f is gone
+    ],
+)
+def test_what_a_change_of_tests_or_sources_makes_run_again(modules, sources, stale):
+    lines = {"f": {"1": ["a::x", "b::x"]}, "g": {"4": ["b::y"]}}
+    table = {"lines": lines, "codes": {"f": "1", "g": "1"}, "modules": {"a": "1", "b": "1"}}
+    assert line_map.out_of_date(table, modules, lambda file: sources.get(file, "")) == stale
 
 
 def fault():
