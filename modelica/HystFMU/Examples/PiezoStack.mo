@@ -5,17 +5,21 @@ model PiezoStack "Identified piezo stack that moves a mass: from an electrical p
   Sources.DecayingSine command(amplitude = 0.8, frequency = 40, decay = 15) annotation (Placement(transformation(extent = {{-90, -10}, {-70, 10}})));
   Plants.VoltageDrive drive annotation (Placement(transformation(extent = {{-50, -10}, {-30, 10}})));
   Plants.PiezoStack stack(n = identified.hysteresis_n, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w) annotation (Placement(transformation(extent = {{0, -10}, {20, 10}})));
+  Plants.Ground ground annotation (Placement(transformation(extent = {{-50, -50}, {-30, -30}})));
+  Plants.Fixed fixed annotation (Placement(transformation(extent = {{-20, -40}, {0, -20}})));
   Plants.SpringMassLoad load annotation (Placement(transformation(extent = {{50, -10}, {70, 10}})));
 equation
   connect(command.r, drive.u);
   connect(drive.pin_p, stack.pin_p);
   connect(drive.pin_n, stack.pin_n);
-  connect(stack.flange, load.flange);
+  connect(drive.pin_n, ground.pin);
+  connect(fixed.flange, stack.flange_a);
+  connect(stack.flange_b, load.flange);
   annotation (experiment(StopTime = 0.2, Interval = 2e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>A voltage amplifier drives a stack through its output resistance; the stack moves a mass on a spring. The rate that the hysteresis needs is the current: no input is differentiated. Redeclare <code>stack.hysteresis</code> to change its realisation.</p>
+<p>A voltage amplifier drives a stack through its output resistance; the stack moves a mass on a spring. The rate that the hysteresis needs is that of a state: no input is differentiated. Redeclare <code>stack.hysteresis</code> to change its realisation.</p>
 <p><b>Source:</b> hysteresis from scenarios/models/backlash_identified.model.toml</p>
-<p><b>Limitations:</b> the force does not act back on the charge.</p>
+<p><b>Limitations:</b> those of the stack.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.PiezoStack\">Plants.PiezoStack</a>.</p>
 </html>"));
 end PiezoStack;

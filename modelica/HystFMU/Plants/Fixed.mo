@@ -1,0 +1,15 @@
+within HystFMU.Plants;
+model Fixed "Flange that does not move"
+  extends Icons.Component;
+  Interfaces.Flange flange "Held in place" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  parameter Types.Position s0 = 0 "Where" annotation (Dialog(group = "Start"));
+equation
+  flange.s = s0;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> s = s0.</p>
+<p><b>Source:</b> definition.</p>
+<p><b>Limitations:</b> none.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.PiezoStack\">Examples.PiezoStack</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.PiezoStack\">Plants.PiezoStack</a>.</p>
+</html>"));
+end Fixed;
