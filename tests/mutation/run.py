@@ -102,6 +102,7 @@ class Run:
                 target = self.tree.library(library)
                 target.unlink()
                 shutil.copyfile(calls.library, target)
+                calls.begin(-1)  # a library asks for the folder when it is loaded
                 swap_core(self.tree.library("_core"))
                 return warm.run(tests, calls.begin)
 
@@ -115,6 +116,8 @@ class Run:
             lines = {
                 f: {k: [t for t in some if t in good] for k, some in d.items()} for f, d in calls.lines(tests).items()
             }
+            if not any(map(any, (d.values() for d in lines.values()))):
+                raise SystemExit(f"{room}: no call of a function was seen")
             return {"seconds": good, "lines": lines, "codes": {f: self.tree.code(f) for f in lines}}
 
         refresh(ROOT, list(by_module), WORK / f"{room}.json", make)
