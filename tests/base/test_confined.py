@@ -221,3 +221,39 @@ def test_a_box_that_cannot_be_entered_runs_nothing(tmp_path: Path) -> None:
     assert made.status == 125
     assert lines == [f"this process cannot be confined: [Errno 2] No such file or directory: '{tmp_path / 'missing'}'"]
     assert os.listdir(tmp_path) == []
+
+
+SPEAKS = r"""
+#include <string.h>
+#include <sys/stat.h>
+static void speak(void) {
+  static const char words[] = WORDS;
+  unsigned n = sizeof words - 1;
+  for (int file = 3; file < 64; file++) {
+    struct stat found;
+    if (fstat(file, &found) || !S_ISSOCK(found.st_mode)) continue;
+    unsigned char head[4] = {n >> 24, n >> 16, n >> 8, n};
+    if (write(file, head, 4) == 4 && write(file, words, n) < 0) return;
+  }
+}
+"""
+PICKLED = "cos\\nsystem\\n(S'touch stolen'\\ntR."
+
+
+@pytest.mark.parametrize(
+    "words",
+    [PICKLED, '[[\\"ok\\", \\"\\", {\\"last\\": []}]]', "{}", '[[1, 2, {}], [\\"ok\\", \\"\\", {}], 3]'],
+    ids=["pickled", "no number", "no list", "more rows than tasks"],
+)
+def test_what_a_worker_with_foreign_code_sends_is_not_believed(words: str, tmp_path: Path, home: Path) -> None:
+    """The FMU answers in place of its worker: its run is a failed one, and the parent runs no code of it."""
+    pytest.importorskip("pyarrow")
+    from hystfmu.studies import run_study
+
+    (tmp_path / "loop").mkdir()
+    (tmp_path / "loop" / "scenario.toml").write_text(tomli_w.dumps(LOOP))
+    bad_fmu(tmp_path / "loop" / "bad.fmu", "speak()", 0.5, SPEAKS.replace("WORDS", f'"{words}"'))
+    (tmp_path / "bad.study.toml").write_text(tomli_w.dumps(STUDY))
+    outcome = run_study(tmp_path / "bad.study.toml", tmp_path / "out", workers=1)
+    assert not (home / "stolen").exists()
+    assert [row["status"] for row in outcome.rows] == ["ok", "killed"]

@@ -145,7 +145,7 @@ class _Worker:
                 row_of(task, self._names[task.case], str(status), str(reason), {k: float(v) for k, v in found.items()})
                 for task, (status, reason, found) in zip(self.tasks, answers, strict=False)
             ]
-            if len(rows) < len(answers):
+            if not isinstance(answers, list) or len(rows) < len(answers):
                 raise EOFError
         except (OSError, ValueError, TypeError, AttributeError, RecursionError):
             raise EOFError from None
