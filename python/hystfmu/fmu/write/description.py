@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal
 
 import hystfmu
 from hystfmu.core.library import Var
 from hystfmu.fmu.archive.xml_file import xml_file
 from hystfmu.fmu.write.measures import rate_unit, unit_definitions
+from hystfmu.fmu.write.trained import Facts
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.dependencies import Knowns, dependencies
 from hystfmu.graph.rate_classes import is_hysteretic, is_sampled
@@ -33,16 +34,25 @@ def _number(v: Var, x: float) -> str:
     return repr(float(x)) if v.type == "real" else str(int(x))
 
 
+def _without_dust(x: float) -> str:
+    """Write a time without the digits of rounding: 0.001 for 0.0010000000000000009."""
+    short = float(f"{x:.12g}")
+    return repr(short if abs(short - x) <= 1e-14 * abs(x) else x)
+
+
 def _type_name(graph: Graph, p: Port) -> str:
     """Return the name of an enumeration type.  Its dot keeps it distinct from variable names."""
     return f"{graph.nodes[p.node].block.class_name}.{p.var.name}"
 
 
-def _limits(v: Var) -> dict[str, str]:
+def _limits(v: Var, facts: Facts) -> dict[str, str]:
+    """Return the limits of the block, or the narrower ones of a training record, and the nominal value."""
     if variable_type(v) not in ("real", "int"):
         return {}
-    bounds = {"min": v.lo, "max": v.hi}
-    return {k: _number(v, x) for k, x in bounds.items() if math.isfinite(x)}
+    low, high = (own if known is None else known for own, known in ((v.lo, facts.low), (v.hi, facts.high)))
+    bounds = {"min": low, "max": high}
+    found = {k: _number(v, x) for k, x in bounds.items() if math.isfinite(x)}
+    return found | ({"nominal": repr(facts.nominal)} if facts.nominal is not None and v.type == "real" else {})
 
 
 def _causality(p: Port) -> dict[str, str]:
@@ -98,11 +108,13 @@ def _continuous(graph: Graph) -> Iterator[tuple[dict[str, str], str, int | None]
         yield {**named, "description": f"time derivative of {x.name}", **local}, rate_unit(x.unit), k
 
 
-def _variables2(graph: Graph) -> ET.Element:
+def _variables2(graph: Graph, known: Mapping[str, Facts]) -> ET.Element:
     tags = {"real": "Real", "int": "Integer", "bool": "Boolean", "enumeration": "Enumeration"}
     variables = ET.Element("ModelVariables")
     for p, i, name in _scalars(graph):
-        attributes = {"name": name, "valueReference": str(p.reference + i), "description": p.text, **_causality(p)}
+        facts = known.get(p.name, Facts())
+        text = facts.text or p.text
+        attributes = {"name": name, "valueReference": str(p.reference + i), "description": text, **_causality(p)}
         if p.kind != "input":
             attributes["initial"] = "calculated" if p.kind == "output" else "exact"
         scalar = ET.SubElement(variables, "ScalarVariable", attributes)
@@ -111,7 +123,7 @@ def _variables2(graph: Graph) -> ET.Element:
             kind.set("declaredType", _type_name(graph, p))
         if p.var.type == "real" and p.unit:
             kind.set("unit", p.unit)
-        kind.attrib.update(_limits(p.var))
+        kind.attrib.update(_limits(p.var, facts))
         if p.kind != "output":
             kind.set("start", _number(p.var, p.start[i]))
     n = len(variables)
@@ -122,11 +134,13 @@ def _variables2(graph: Graph) -> ET.Element:
     return variables
 
 
-def _variables3(graph: Graph) -> ET.Element:
+def _variables3(graph: Graph, known: Mapping[str, Facts]) -> ET.Element:
     tags = {"real": "Float64", "int": "Int32", "bool": "Boolean", "enumeration": "Enumeration"}
     variables = ET.Element("ModelVariables")
     for p in graph.ports:
-        attributes = {"name": p.name, "valueReference": str(p.reference), "description": p.text, **_causality(p)}
+        facts = known.get(p.name, Facts())
+        text = facts.text or p.text
+        attributes = {"name": p.name, "valueReference": str(p.reference), "description": text, **_causality(p)}
         if p.kind != "input":
             attributes["initial"] = "calculated" if p.kind == "output" else "exact"
         if p.var.choices:
@@ -135,7 +149,7 @@ def _variables3(graph: Graph) -> ET.Element:
             attributes["intermediateUpdate"] = "true"
         if p.var.type == "real" and p.unit:
             attributes["unit"] = p.unit
-        attributes.update(_limits(p.var))
+        attributes.update(_limits(p.var, facts))
         if p.kind != "output":
             attributes["start"] = " ".join(_number(p.var, x) for x in p.start)
         variable = ET.SubElement(variables, tags[variable_type(p.var)], attributes)
@@ -240,7 +254,13 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
 
 
 def model_description(
-    graph: Graph, fmi: Fmi, name: str, text: str = "", step: float | None = None, sources: Sequence[str] = ()
+    graph: Graph,
+    fmi: Fmi,
+    name: str,
+    text: str = "",
+    step: float | None = None,
+    sources: Sequence[str] = (),
+    known: Mapping[str, Facts] | None = None,
 ) -> bytes:
     """Write modelDescription.xml.
 
@@ -258,6 +278,8 @@ def model_description(
         Step (s) of the default experiment; None for no default experiment.
     sources : sequence of str
         Files of the sources directory, listed in FMI 2.0 only (FMI 3.0 has buildDescription.xml).
+    known : mapping of str to Facts, optional
+        What a fitted model knows of its ports.
 
     Returns
     -------
@@ -281,7 +303,8 @@ def model_description(
         if part is not None:
             root.append(part)
     if step is not None:
-        ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=repr(1000 * step), stepSize=repr(step))
-    root.append(_variables2(graph) if fmi == 2 else _variables3(graph))
+        stop, size = _without_dust(1000 * step), _without_dust(step)
+        ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=stop, stepSize=size)
+    root.append(_variables2(graph, known or {}) if fmi == 2 else _variables3(graph, known or {}))
     root.append(_structure(graph, fmi))
     return xml_file(root)

@@ -18,6 +18,7 @@ from hystfmu.fmu.write.platforms import binaries
 from hystfmu.fmu.write.reference import Reference
 from hystfmu.fmu.write.sources import build_description, source_file
 from hystfmu.fmu.write.terminals import terminals_and_icons
+from hystfmu.fmu.write.trained import facts_of
 from hystfmu.graph import Graph
 from hystfmu.model import Model
 
@@ -44,8 +45,9 @@ def _entries(
     """Return the members of the archive by name."""
     reference = Reference.of(graph, model)
     files = [f"{name}.c"] if source else []
+    known = facts_of(model, reference.y) if model else {}
     entries: dict[str, bytes | Deflated] = {
-        "modelDescription.xml": model_description(graph, fmi, name, text, reference.h, files)
+        "modelDescription.xml": model_description(graph, fmi, name, text, reference.h, files, known)
     }
     entries |= {f"binaries/{folder}": content for folder, content in binaries.items()}
     entries["resources/block.bin"] = graph.to_bytes()

@@ -1,53 +1,94 @@
-"""UnitDefinitions of modelDescription.xml: each unit of measure with its exponents of the SI base units."""
+"""UnitDefinitions of modelDescription.xml: each unit of measure with its exponents of the SI base units.
+
+A unit of measure is a product such as `um/V` or `N.s/m2`: symbols with prefix and exponent.
+"""
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
+from dataclasses import dataclass
 
 from hystfmu.graph import Graph
 
-# unit of measure: exponents of the SI base units, factor to SI
-_UNITS: dict[str, tuple[dict[str, int], float]] = {
-    "1": ({}, 1.0),
-    "%": ({}, 0.01),
-    "s": ({"s": 1}, 1.0),
-    "ms": ({"s": 1}, 1e-3),
-    "s2": ({"s": 2}, 1.0),
-    "Hz": ({"s": -1}, 1.0),
-    "kHz": ({"s": -1}, 1e3),
-    "1/s": ({"s": -1}, 1.0),
-    "1/s2": ({"s": -2}, 1.0),
-    "rad": ({"rad": 1}, 1.0),
-    "rad/s": ({"rad": 1, "s": -1}, 1.0),
-    "m": ({"m": 1}, 1.0),
-    "mm": ({"m": 1}, 1e-3),
-    "um": ({"m": 1}, 1e-6),
-    "nm": ({"m": 1}, 1e-9),
-    "m/s": ({"m": 1, "s": -1}, 1.0),
-    "m/s2": ({"m": 1, "s": -2}, 1.0),
-    "1/m": ({"m": -1}, 1.0),
-    "kg": ({"kg": 1}, 1.0),
-    "N": ({"kg": 1, "m": 1, "s": -2}, 1.0),
-    "N/m": ({"kg": 1, "s": -2}, 1.0),
-    "N.s/m": ({"kg": 1, "s": -1}, 1.0),
-    "Pa": ({"kg": 1, "m": -1, "s": -2}, 1.0),
-    "A": ({"A": 1}, 1.0),
-    "A/m": ({"A": 1, "m": -1}, 1.0),
-    "T": ({"kg": 1, "s": -2, "A": -1}, 1.0),
-    "V": ({"kg": 1, "m": 2, "s": -3, "A": -1}, 1.0),
-    "mV": ({"kg": 1, "m": 2, "s": -3, "A": -1}, 1e-3),
-    "kV": ({"kg": 1, "m": 2, "s": -3, "A": -1}, 1e3),
-    "mA": ({"A": 1}, 1e-3),
-    "kA/m": ({"A": 1, "m": -1}, 1e3),
-    "mT": ({"kg": 1, "s": -2, "A": -1}, 1e-3),
-    "mN": ({"kg": 1, "m": 1, "s": -2}, 1e-3),
-    "pm": ({"m": 1}, 1e-12),
-    "mrad": ({"rad": 1}, 1e-3),
-    "V/m": ({"kg": 1, "m": 1, "s": -3, "A": -1}, 1.0),
-    "um/V": ({"kg": -1, "m": -1, "s": 3, "A": 1}, 1e-6),
-    "m/V": ({"kg": -1, "m": -1, "s": 3, "A": 1}, 1.0),
-    "K": ({"K": 1}, 1.0),
+
+@dataclass(frozen=True)
+class _Unit:
+    """Exponents of the SI base units, and the factor to SI: `scale` times a power of ten, which keeps its digits."""
+
+    exponents: dict[str, int]
+    ten: int = 0
+    scale: float = 1.0
+    offset: float = 0.0
+
+    def times(self, other: _Unit, n: int) -> _Unit:
+        """Return the product with the n-th power of another unit."""
+        both = {k: self.exponents.get(k, 0) + n * other.exponents.get(k, 0) for k in self.exponents | other.exponents}
+        return _Unit(both, self.ten + n * other.ten, self.scale * other.scale**n)
+
+    @property
+    def factor(self) -> float:
+        return float(f"{self.scale!r}e{self.ten}")
+
+    def attributes(self) -> dict[str, str]:
+        """Return the attributes of BaseUnit."""
+        found = {k: str(n) for k, n in self.exponents.items() if n}
+        found |= {"factor": repr(self.factor)} if self.factor != 1.0 else {}
+        return found | ({"offset": repr(self.offset)} if self.offset else {})
+
+
+_PI = 3.141592653589793
+_VOLT = {"kg": 1, "m": 2, "s": -3, "A": -1}
+_SYMBOLS = {
+    "1": _Unit({}),
+    "%": _Unit({}, -2),
+    **{name: _Unit({name: 1}) for name in ("s", "m", "A", "K", "rad", "mol", "cd")},
+    "g": _Unit({"kg": 1}, -3),
+    "min": _Unit({"s": 1}, scale=60.0),
+    "h": _Unit({"s": 1}, scale=3600.0),
+    "Hz": _Unit({"s": -1}),
+    "N": _Unit({"kg": 1, "m": 1, "s": -2}),
+    "Pa": _Unit({"kg": 1, "m": -1, "s": -2}),
+    "bar": _Unit({"kg": 1, "m": -1, "s": -2}, 5),
+    "J": _Unit({"kg": 1, "m": 2, "s": -2}),
+    "W": _Unit({"kg": 1, "m": 2, "s": -3}),
+    "V": _Unit(_VOLT),
+    "C": _Unit({"A": 1, "s": 1}),
+    "F": _Unit({"kg": -1, "m": -2, "s": 4, "A": 2}),
+    "Ohm": _Unit({"kg": 1, "m": 2, "s": -3, "A": -2}),
+    "H": _Unit({"kg": 1, "m": 2, "s": -2, "A": -2}),
+    "T": _Unit({"kg": 1, "s": -2, "A": -1}),
+    "G": _Unit({"kg": 1, "s": -2, "A": -1}, -4),
+    "Oe": _Unit({"A": 1, "m": -1}, 3, 1 / (4 * _PI)),
+    "deg": _Unit({"rad": 1}, scale=_PI / 180),
+    "degC": _Unit({"K": 1}, offset=273.15),
 }
+_PREFIXES = {"p": -12, "n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
+_WHOLE = {"1", "%", "min", "h", "deg", "degC", "bar"}  # without a prefix
+_FACTOR = re.compile(r"(1|%|[A-Za-z]+)(-?[1-9])?\Z")
+
+
+def _symbol(name: str) -> _Unit | None:
+    if name in _SYMBOLS:
+        return _SYMBOLS[name]
+    stem = _SYMBOLS.get(name[1:])
+    if stem is None or name[0] not in _PREFIXES or name[1:] in _WHOLE:
+        return None
+    return _Unit(stem.exponents, stem.ten + _PREFIXES[name[0]], stem.scale)
+
+
+def _parsed(unit: str) -> _Unit | None:
+    if unit in _SYMBOLS:
+        return _SYMBOLS[unit]
+    made = _Unit({})
+    for k, part in enumerate(unit.split("/")):
+        for word in part.split("."):
+            matched = _FACTOR.match(word)
+            found = _symbol(matched[1]) if matched else None
+            if matched is None or found is None:
+                return None
+            made = made.times(found, int(matched[2] or 1) * (1 if k == 0 else -1))
+    return made
 
 
 def rate_unit(unit: str) -> str:
@@ -57,28 +98,25 @@ def rate_unit(unit: str) -> str:
 
 
 def base_unit(unit: str) -> dict[str, str] | None:
-    """Return the attributes of `BaseUnit` of a unit of measure, None if it is not known."""
-    if unit not in _UNITS:
-        return None
-    exponents, factor = _UNITS[unit]
-    return {k: str(n) for k, n in exponents.items() if n} | ({"factor": repr(factor)} if factor != 1.0 else {})
+    """Return the attributes of `BaseUnit` of a unit of measure, None if it is not known.
+
+    Examples
+    --------
+    >>> from hystfmu.fmu.write.measures import base_unit
+    >>> base_unit("um/V")
+    {'m': '-1', 'kg': '-1', 's': '3', 'A': '1', 'factor': '1e-06'}
+    """
+    found = _parsed(unit)
+    return None if found is None else found.attributes()
 
 
 def unit_definitions(graph: Graph) -> ET.Element:
     """Define the units of measure of all real variables, continuous states and derivatives."""
     states = graph.continuous_states
     units = {p.unit for p in graph.ports if p.unit and p.var.type == "real"} | {"s"} | {x.unit for x in states}
-    rates = {rate_unit(x.unit): x.unit for x in states}
     definitions = ET.Element("UnitDefinitions")
-    for name in sorted(units | set(rates)):
+    for name in sorted(units | {rate_unit(x.unit) for x in states}):
         unit = ET.SubElement(definitions, "Unit", name=name)
-        of = name if name in _UNITS else rates.get(name)
-        if of in _UNITS:
-            exponents, factor = _UNITS[of]
-            if of != name:
-                exponents = {**exponents, "s": exponents.get("s", 0) - 1}
-            attributes = {k: str(n) for k, n in exponents.items() if n}
-            if factor != 1.0:
-                attributes["factor"] = repr(factor)
+        if (attributes := base_unit(name)) is not None:
             ET.SubElement(unit, "BaseUnit", attributes)
     return definitions
