@@ -88,7 +88,7 @@ def build(root: Path, out: Path, name: str) -> Path:
         raise SystemExit("build.py: fmpy is not installed; it contains the FMI headers")
     headers = Path(spec.origin).parent / "c-code"
     fast = {} if name == "x86-windows" else levels(root)
-    alone = [root / "fmi" / n for n in ("open_file.c", "own_folder.c")]  # see there
+    alone = [root / "fmi" / "files" / n for n in ("open_file.c", "own_folder.c")]  # see there
     sources = [p for p in source_files(root) if p not in fast and p not in alone]
     units = {"small": (SMALL, unit(root, sources))}
     for level in sorted(set(fast.values())):
