@@ -22,12 +22,21 @@ ROWS = 96  # of a study whose journal takes 23 kB
 FILES = ("journal.jsonl", "columns.json", "columns.copy.json", "seed.json", "seed.copy.json", "part-*.parquet")
 
 
+_MADE: list[Path] = []
+
+
 @pytest.fixture
-def study(write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path, bytes]:
-    """A study file, its folder with a part of 15 rows and a journal of 9, and its table."""
+def study(
+    write: Any, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> tuple[Path, Path, bytes]:
+    """A study file, its folder with a part of 15 rows and a journal of 9, made once, and its table."""
     monkeypatch.setattr("hystfmu.studies.store.PART_ROWS", 15)
     path, folder = write(**DRAWS), tmp_path / "out"
-    return path, folder, run_study(path, folder, workers=1).table.read_bytes()
+    if not _MADE:
+        _MADE.append(tmp_path_factory.mktemp("damage"))
+        run_study(path, _MADE[0], workers=1)
+    shutil.copytree(_MADE[0], folder)
+    return path, folder, (folder / "results.parquet").read_bytes()
 
 
 def only(folder: Path, pattern: str) -> Path:
