@@ -171,6 +171,25 @@ def test_all_end_with_a_killed_parent(name: str) -> None:
         time.sleep(0.01)
 
 
+def test_all_end_with_a_killed_study(tmp_path: Path, name: str) -> None:
+    """Its workers, the endless FMU in one of them, and what that has started."""
+    pytest.importorskip("pyarrow")
+    scenario(tmp_path / "loop", name, f"{{ {ONCE} prctl(15, NAME); {SLEEPS}; }}".replace("NAME", f'"{name}"'))
+    study = tmp_path / "bad.study.toml"
+    lines = ['name = "bad"', 'scenario = "loop"', 'method = "grid"', "[parameters]"]
+    study.write_text("\n".join([*lines, '"command.step" = { values = [1.0, 2.0, 3.0] }']))
+    program = "import sys; from hystfmu.studies import run_study; run_study(sys.argv[1], sys.argv[2], workers=2)"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    words = [sys.executable, "-c", program, str(study), str(tmp_path / "out")]
+    with subprocess.Popen(words, env=environment) as parent:
+        while len(left(name)) < 4:  # two workers and one left by each
+            assert parent.poll() is None
+            time.sleep(0.01)
+        parent.kill()
+    while left(name):  # ends only when they do
+        time.sleep(0.01)
+
+
 def test_output_is_kept_from_its_end_and_bounded_on_the_disk(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hystfmu.base.child._MOST_OUTPUT", 1 << 20)
     monkeypatch.setattr("hystfmu.base.child._LOOK", 0.02)
