@@ -33,7 +33,8 @@ stress: dev
 	$(PIP) ziglang wasmtime zopfli
 	$(PYTEST) -m stress
 
-# small faults in core, fmi, scenario, studies, identify: which does no test find?  An interrupted run goes on
+# small faults in core, fmi, scenario, studies, identify: which does no test find?  Half an hour, and as much at first
+# to see which tests run which lines; an interrupted run goes on
 SEED ?= 2
 mutants: dev
 	$(PIP) coverage
