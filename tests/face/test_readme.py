@@ -37,7 +37,7 @@ ELSEWHERE = {
     "hystfmu study scenarios/pid/draws.study.toml -o out": "tests/study/test_yield.py",
     "hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp": "tests/scenarios/test_ssp.py",
     "hystfmu run pid.ssp -o pid.csv": "tests/scenarios/test_ssp.py",
-    "hystfmu run pump.fmu --input in.csv -o out.csv": "tests/scenarios/test_fmu_alone.py",
+    "hystfmu run pump.fmu --input in.csv -o out.csv": "tests/scenarios/foreign/test_fmu_alone.py",
 }
 
 
