@@ -46,14 +46,15 @@ def container_fmu(system: System, name: str) -> bytes:
     Raises
     ------
     InputError
-        A coupling or a unit that a container does not step.
-    ImportError
-        The binary is not installed.
+        A coupling or a unit that a container does not step; the binary is not installed.
     """
     _check(system)
     binary = PACKAGE / f"_container.{host().suffix}"
     if not binary.exists():
-        raise ImportError("the compiled container binary is missing: install the package with 'pip install .'")
+        raise InputError(
+            f"{system.case.where}: a loop with foreign FMUs needs the container binary, which a build from source has "
+            "(pip install .), a wheel does not"
+        )
     files: dict[str, bytes] = {}
     lines: list[str] = []
     places = _places(system)

@@ -185,12 +185,12 @@ def _structure(system: System, sets: dict[str, dict[str, float]], version: Versi
     case = system.case
     root = ET.Element(_tag(SSD, "SystemStructureDescription"), name=case.scenario, version=version)
     top = ET.SubElement(root, _tag(SSD, "System"), name=case.scenario)
-    measures = _measures(system)
+    ports = _ports(system)
     outside = {end: end.replace(".", "_") for end in case.record} if connectors else {}
     if outside:
         listed = ET.SubElement(top, _tag(SSD, "Connectors"))
         for end, name in outside.items():
-            _connector(listed, name, "output", measures[end])
+            _connector(listed, name, "output", ports[end])
     elements = ET.SubElement(top, _tag(SSD, "Elements"))
     for p in system.parts:
         component = ET.SubElement(
@@ -206,7 +206,7 @@ def _structure(system: System, sets: dict[str, dict[str, float]], version: Versi
         # fmpy writes 0 to an input that is listed and not connected
         for kind, names in (("input", [n for n in p.inputs if n in driven]), ("output", p.outputs)):
             for name in names:
-                _connector(listed, name, kind, measures[f"{p.name}.{name}"])
+                _connector(listed, name, kind, ports[f"{p.name}.{name}"])
         if p.name in sets:
             bindings = ET.SubElement(component, _tag(SSD, "ParameterBindings"))
             ET.SubElement(bindings, _tag(SSD, "ParameterBinding"), source=f"resources/{p.name}.ssv")
@@ -217,25 +217,28 @@ def _structure(system: System, sets: dict[str, dict[str, float]], version: Versi
         _connect(wires, ends[link.source], {"endElement": to.name, "endConnector": to.inputs[link.input]})
     for end, name in outside.items():
         _connect(wires, end, {"endConnector": name})
-    _units_of_measure(root, set(measures.values()))
+    _units_of_measure(root, {unit for _, unit in ports.values()})
     _experiment(root, case)
     return xml_file(root)
 
 
-def _connector(listed: ET.Element, name: str, kind: str, measure: str) -> None:
+def _connector(listed: ET.Element, name: str, kind: str, port: tuple[str, str]) -> None:
     connector = ET.SubElement(listed, _tag(SSD, "Connector"), name=name, kind=kind)
-    ET.SubElement(connector, _tag(SSC, "Real"), {"unit": measure} if measure else {})
+    word, unit = port
+    ET.SubElement(connector, _tag(SSC, word), {"unit": unit} if unit and word == "Real" else {})
 
 
-def _measures(system: System) -> dict[str, str]:
-    """The unit of measure of every input and output; "" without one."""
-    return {
-        f"{p.name}.{name}": port.unit
-        for p in system.parts
-        for port in p.graph.ports
-        if port.kind in ("input", "output")
-        for name in port.scalar_names
-    }
+def _ports(system: System) -> dict[str, tuple[str, str]]:
+    """The type and the unit of measure of every input and output; "" without one."""
+    found: dict[str, tuple[str, str]] = {}
+    for p in system.parts:
+        for port in p.graph.ports:
+            variable = getattr(port, "variable", None)  # of a foreign FMU
+            kind = "Real" if variable is None or variable.type[:4] in ("Real", "Floa") else variable.type
+            word = kind if kind in ("Real", "Boolean") else "Integer"
+            if port.kind in ("input", "output"):
+                found |= {f"{p.name}.{name}": (word, port.unit) for name in port.scalar_names}
+    return found
 
 
 def _units_of_measure(root: ET.Element, names: set[str]) -> None:
