@@ -125,8 +125,10 @@ ALONE = "run loop/bad.fmu --step 1e-3 --stop 0.01 -o alone.csv"
 EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
 
 
-@pytest.mark.parametrize("engine", ["fmpy", "native"])
-@pytest.mark.parametrize("confined", [True, False])
+@pytest.mark.parametrize(
+    ("engine", "confined"),
+    [("fmpy", True), ("native", True), ("fmpy", False), pytest.param("native", False, marks=pytest.mark.stress)],
+)
 def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: socket.socket) -> None:
     system = build(Scenario(fmu(tmp_path / "loop", home, server)).cases[0])
     trace = simulate(system, engine, confined=confined)
@@ -242,8 +244,12 @@ PICKLED = "cos\\nsystem\\n(S'touch stolen'\\ntR."
 
 @pytest.mark.parametrize(
     "words",
-    [PICKLED, '[[\\"ok\\", \\"\\", {\\"last\\": []}]]', "{}", '[[1, 2, {}], [\\"ok\\", \\"\\", {}], 3]'],
-    ids=["pickled", "no number", "no list", "more rows than tasks"],
+    [
+        pytest.param(PICKLED, id="pickled"),
+        pytest.param('[[1, 2, {}], [\\"ok\\", \\"\\", {}], 3]', id="more rows than tasks"),
+        pytest.param('[[\\"ok\\", \\"\\", {\\"last\\": []}]]', id="no number", marks=pytest.mark.stress),
+        pytest.param("{}", id="no list", marks=pytest.mark.stress),
+    ],
 )
 def test_what_a_worker_with_foreign_code_sends_is_not_believed(words: str, tmp_path: Path, home: Path) -> None:
     """The FMU answers in place of its worker: its run is a failed one, and the parent runs no code of it."""

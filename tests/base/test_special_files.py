@@ -166,7 +166,14 @@ def test_a_new_file_follows_the_umask_and_a_link_stays(folder: Path) -> None:
     assert sorted(os.listdir(folder / "there")) == ["x", "x.fmu", "x.ssp"]  # no temporary file
 
 
-@pytest.mark.parametrize("kind", ["mkfifo(FILE, 0600)", 'symlink("/dev/zero", FILE)', 'symlink("/etc/passwd", FILE)'])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "mkfifo(FILE, 0600)",
+        pytest.param('symlink("/dev/zero", FILE)', marks=pytest.mark.stress),
+        pytest.param('symlink("/etc/passwd", FILE)', marks=pytest.mark.stress),
+    ],
+)
 def test_results_that_a_foreign_fmu_replaced_are_not_waited_for(
     kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
