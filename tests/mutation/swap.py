@@ -15,7 +15,7 @@ def loaded_functions(folder: Path) -> dict[str, list[FunctionType]]:
     """Return all functions of modules below a folder, by file: found once, before the forks."""
     found: dict[str, list[FunctionType]] = {}
     for f in gc.get_objects():
-        if isinstance(f, FunctionType) and f.__code__.co_filename.startswith(str(folder)):
+        if type(f) is FunctionType and f.__code__.co_filename.startswith(str(folder)):
             found.setdefault(f.__code__.co_filename, []).append(f)
     return found
 
