@@ -122,6 +122,7 @@ typedef struct hyst_block {
 /* ---- one list per block, expanded several times: descriptor rows, sizes, and the locals of every function -------
  *   #define DIMS(D) D(n, start, lo, hi, "text")
  *   #define VARS(V) V(name, KIND, size, "type", "unit", start, lo, hi, "text")
+ * The unit "=u" is that of the input u: of a threshold, an end of a grid.
  * A function begins with HYST_OPEN_<FUNCTION>: every variable that it may use is then a local pointer of that name,
  * and every size a local int.  Arguments end in _ so that a variable may be called u, x, y or p. */
 #define HYST_ROW(name, kind, size, type, unit, start, lo, hi, text) \

@@ -77,6 +77,8 @@ def test_ranges_sizes_and_texts(model: Model, tmp_path: Path, fmi: int) -> None:
     assert (y.min, y.max) == (None, None)  # a model may leave the range on its way
     assert y.description.startswith("output of the model prandtl_ishlinskii, fitted to the record stack 7")
     assert (u.unit, y.unit) == ("V", "um")
+    threshold, weight = (next(v for n, v in found.items() if n.startswith(f"hysteresis_{k}")) for k in "rw")
+    assert (threshold.unit, weight.unit) == ("V", "1")
     assert check_fmu(tmp_path / "m.fmu") == []
 
 

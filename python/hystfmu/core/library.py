@@ -118,6 +118,8 @@ class Var:
         ``real``, ``int``, ``bool``, or the words of an enumeration joined by ``|``.
     unit : str
         Unit of measure; "1" or empty without one.
+    follows : str
+        Input whose unit of measure it has in a graph that states one; "" for none.
     start, lo, hi : float
         Default and limits.
     raw : RawVar
@@ -134,6 +136,7 @@ class Var:
     hi: float
     text: str
     raw: RawVar = field(repr=False, compare=False)
+    follows: str = ""
 
     @property
     def interval(self) -> str:
@@ -308,12 +311,13 @@ def block_types() -> dict[str, BlockType]:
                 KINDS[v.kind],
                 v.size.decode(),
                 v.type.decode(),
-                v.unit.decode(),
+                "1" if v.unit.startswith(b"=") else v.unit.decode(),
                 v.start,
                 v.lo,
                 v.hi,
                 v.text.decode(),
                 v,
+                v.unit.decode()[1:] if v.unit.startswith(b"=") else "",
             )
             for v in b.vars[: b.n_vars]
         )

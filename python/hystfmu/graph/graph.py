@@ -233,12 +233,13 @@ class Graph:
             m = _ENDPOINT.match(o.source)
             place = int(m[3]) - 1 if m and m[3] else 0
             add(o.name, "output", node, v, place, size, o.unit, o.text, np.full(size, v.start))
+        driven = {end.partition("[")[0]: i.unit for i in self.inputs for end in i.to}
         for k, n in enumerate(self.nodes):
             for v in n.block.parameters:
                 start = n.value(v.name)
                 name = v.name if len(self.nodes) == 1 else f"{n.name}_{v.name}"
                 if start.size:
-                    add(name, v.kind, k, v, 0, start.size, "", "", start)
+                    add(name, v.kind, k, v, 0, start.size, driven.get(f"{n.name}.{v.follows}", ""), "", start)
         names = [s for p in ports for s in p.scalar_names]
         if len(set(names)) < len(names):
             twice = next(n for n in names if names.count(n) > 1)

@@ -7,9 +7,9 @@
 #define DIMS(D) D(n, 10, 1, 100000, "number of backlash operators")
 #define VARS(V)                                                                       \
   V(w0, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the linear term") \
-  V(r, PARAM, n, "real", "1", 0.1, 0.0, HYST_INF, "half-widths of the plays")         \
+  V(r, PARAM, n, "real", "=u", 0.1, 0.0, HYST_INF, "half-widths of the plays")        \
   V(w, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the plays")       \
-  V(z0, FIXED, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial play states")       \
+  V(z0, FIXED, n, "real", "=u", 0.0, -HYST_INF, HYST_INF, "initial play states")      \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                      \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                    \
   V(z, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "play states")

@@ -3,11 +3,11 @@
 #include "core/hyst.h"
 
 #define DIMS(D) D(n, 6, 1, 100000, "number of dead zones")
-#define VARS(V)                                                                                  \
-  V(w0, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "weight of the linear term")            \
-  V(r, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "thresholds; the sign selects the side") \
-  V(w, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the dead zones")             \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                 \
+#define VARS(V)                                                                                   \
+  V(w0, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "weight of the linear term")             \
+  V(r, PARAM, n, "real", "=u", 0.1, -HYST_INF, HYST_INF, "thresholds; the sign selects the side") \
+  V(w, PARAM, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the dead zones")              \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                  \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")
 
 static double dead_zone(double u, double r) {

@@ -4,11 +4,11 @@
 #include "core/memory/play.h"
 
 #define DIMS(D) D(n, 10, 1, 100000, "number of plays")
-#define VARS(V)                                                                 \
-  V(r, PARAM, n, "real", "1", 0.1, 0.0, HYST_INF, "half-widths of the plays")   \
-  V(z0, FIXED, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial play states") \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                \
-  V(z, OUTPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "plays")               \
+#define VARS(V)                                                                  \
+  V(r, PARAM, n, "real", "=u", 0.1, 0.0, HYST_INF, "half-widths of the plays")   \
+  V(z0, FIXED, n, "real", "=u", 0.0, -HYST_INF, HYST_INF, "initial play states") \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                 \
+  V(z, OUTPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "plays")                \
   V(held, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "play states")
 
 HYST_INIT_FN(init) {

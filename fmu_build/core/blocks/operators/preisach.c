@@ -14,8 +14,8 @@
   D(n, 2, 1, 1000, "steps of the grid over [lo, hi]") \
   D(depth, 256, 4, 100000, "extrema that the memory holds")
 #define VARS(V)                                                                                                   \
-  V(lo, FIXED, 1, "real", "1", -4.0, -HYST_INF, HYST_INF, "input of negative saturation")                         \
-  V(hi, FIXED, 1, "real", "1", 4.0, -HYST_INF, HYST_INF, "input of positive saturation")                          \
+  V(lo, FIXED, 1, "real", "=u", -4.0, -HYST_INF, HYST_INF, "input of negative saturation")                        \
+  V(hi, FIXED, 1, "real", "=u", 4.0, -HYST_INF, HYST_INF, "input of positive saturation")                         \
   V(E, FIXED, n *(n + 1) / 2, "real", "1", 1.0, -HYST_INF, HYST_INF,                                              \
     "Everett function at (alpha_1, beta_0), (alpha_2, beta_0), (alpha_2, beta_1), .., (alpha_n, beta_(n-1))")     \
   V(offset, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "middle of the two saturated outputs")               \
