@@ -36,7 +36,8 @@ def build(root: Path, out: Path, name: str) -> Path:
         for source, compiled in zip(sources, objects, strict=True):
             zig("-target", target, *options, "-c", source, "-o", compiled)
         part = Path(where, made.name)
-        zig("-target", target, "-s", "-shared", *objects, *link(made.name), "-o", part)
+        # without a level, zig links as for debugging, and a library of Windows states the time
+        zig("-target", target, "-O3", "-s", "-shared", *objects, *link(made.name), "-o", part)
         part.replace(made)
     return made
 

@@ -9,6 +9,7 @@ import base64
 import hashlib
 import importlib.util
 import json
+import os
 import re
 import shutil
 import struct
@@ -17,6 +18,7 @@ import sys
 import tarfile
 import tomllib
 import zipfile
+from datetime import datetime
 from email.parser import Parser
 from pathlib import Path
 from typing import Any
@@ -53,6 +55,10 @@ def wheel(name: str) -> Path:
     path = DIST / f"hystfmu-{hystfmu.__version__}-py3-none-{WHEELS[name][0]}.whl"
     if not path.exists():
         pytest.skip(f"no {path.name} in dist: 'make release' makes it")
+    commit = os.environ.get("SOURCE_DATE_EPOCH") or run("git", "-C", ROOT, "log", "-1", "--format=%ct").strip()
+    made = json.loads(sbom_file().read_text())["metadata"]["timestamp"]
+    if datetime.fromisoformat(made).timestamp() != int(commit):
+        pytest.skip(f"dist is of another commit, of {made}: 'make release' makes it anew")
     return path
 
 
