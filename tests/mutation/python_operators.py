@@ -1,6 +1,6 @@
 """Mutants of a Python file: every place where an operator of the list below applies, by the syntax tree.
 
-Texts, annotations and imports stay: a message is a matter of taste, and the rest is checked by mypy.
+Texts, checks, annotations and imports stay: a message is a matter of taste, and the rest is checked by mypy.
 """
 
 from __future__ import annotations
@@ -148,7 +148,11 @@ class Places(ast.NodeVisitor):
     def visit_Call(self, node: ast.Call) -> None:
         if isinstance(node.func, ast.Name) and node.func.id in NAMES:
             self.add(*self.span(node.func), NAMES[node.func.id], "name")
+        node.keywords = [k for k in node.keywords if k.arg != "strict"]  # of zip: a check, like `assert`
         self.generic_visit(node)
+
+    def visit_Assert(self, node: ast.Assert) -> None:
+        """Leave checks: they fail or have no effect."""
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
         if node.value is not None:

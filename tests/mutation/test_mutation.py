@@ -21,6 +21,8 @@ def f(x: int = 3):
     if x < 1 and not g(x):
         raise ValueError(f"{x + 1}")
     h(x)
+    assert x != 9
+    zip(x, x, strict=True)
     return -x
 '''
 PYTHON_LINES = [
@@ -31,6 +33,7 @@ PYTHON_LINES = [
     "if x < 1 or not g(x):",
     "if x < 1 and g(x):",
     "if (not (x < 1 and not g(x))):",
+    "pass",
     "pass",
     "return None",
     "return x",

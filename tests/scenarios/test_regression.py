@@ -224,6 +224,7 @@ def test_two_reports_side_by_side(loop: Any, write: Any, tmp_path: Path) -> None
     run_scenarios([write(loop)], engine="native", report_dir=tmp_path / "b")
     found = compare_reports(tmp_path / "a/report.json", tmp_path / "b/report.json", tmp_path / "diff.html")
     assert [c.what for c in found] == ["tracking", "verdict"]
+    assert (found[1].old, found[1].new) == ("ok", "failed")
     assert isinstance(found[0].old, float)
     assert found[0].relative == pytest.approx(found[0].new / found[0].old - 1)  # type: ignore[operator]
     page = (tmp_path / "diff.html").read_text()
