@@ -127,8 +127,8 @@ static const char *wrong_header(const instance *i, const unsigned char *bytes, s
   if (memcmp(h.magic, MAGIC, sizeof MAGIC) != 0) return "it is not a state of such a unit";
   if (h.version != VERSION) return "its version is unknown";
   if (h.length > size) return "it is truncated";
-  if (h.length != byte_size(i) || memcmp(h.token, i->graph->token, sizeof h.token) != 0)
-    return "it was saved by another model";
+  if (memcmp(h.token, i->graph->token, sizeof h.token) != 0) return "it was saved by another model";
+  if (h.length != byte_size(i)) return "it belongs to another interface of the standard"; /* equal models: ahead.h */
   const size_t covered = offsetof(header, length);
   if (h.checksum != hyst_crc32(bytes + covered, byte_size(i) - covered)) return "its checksum does not match";
   return NULL;
