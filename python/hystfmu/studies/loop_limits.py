@@ -49,7 +49,7 @@ class LoopLimits:
         corners = [self._opened(name, settings) for name in spec.corners]
         lo, hi = spec.slopes
         slopes = np.linspace(lo, hi, SLOPES)
-        radii = [c.radius(float(s), d) for c in corners for s in slopes for d in spec.delays]
+        radii = [_radius(c, float(s), d) for c in corners for s in slopes for d in spec.delays]
         return found | {"radius": max(radii, default=0.0) - RADIUS}
 
     def _opened(self, case: str, settings: Mapping[str, Any]) -> OpenedLoop:
@@ -85,6 +85,13 @@ def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float
     slopes = np.linspace(*opened.slopes, SLOPES)
     radius = max(opened.radius(float(s), delay) for s in slopes)
     return {"Ms_db": found.Ms_db if found.stable else math.inf, "radius": radius}
+
+
+def _radius(opened: OpenedLoop, slope: float, delay: float) -> float:
+    """Return the largest pole; a memory adds a bound that a stable loop may exceed, so there the plain loop counts."""
+    if opened.memories and opened.stable(slope, delay):
+        opened = replace(opened, memories=())
+    return opened.radius(slope, delay)
 
 
 def _changed(system: System, settings: Mapping[str, Any]) -> System:

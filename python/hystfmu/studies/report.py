@@ -18,6 +18,7 @@ from hystfmu.studies.effects import effects
 from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.spec import Study
 from hystfmu.studies.summary import PERCENTILES, Row, Summary, command, save_settings, worst_rows
+from hystfmu.studies.task import OUTSIDE
 
 WORST, BINS, MOST_PLOTS = 10, 12, 24
 DIVERGED = 1e100
@@ -50,7 +51,8 @@ def _label(study: Study, systems: Sequence[System], parameter: str) -> str:
 
 
 def _summary(study: Study, labels: dict[str, str], rows: list[Row], summary: Summary | None) -> Section:
-    failed = [r for r in rows if r["status"] != "ok"]
+    failed = [r for r in rows if r["status"] not in ("ok", OUTSIDE)]
+    left_out = sum(r["status"] == OUTSIDE for r in rows)
     tables = [
         Table(
             ["parameter", "from", "to"],
@@ -58,7 +60,8 @@ def _summary(study: Study, labels: dict[str, str], rows: list[Row], summary: Sum
                 [labels[k], *(p.bounds if p.values is None else (min(p.values), max(p.values)))]
                 for k, p in study.parameters.items()
             ],
-            f"{len(rows)} runs by {study.spec.method}, seed {study.seed}; {len(failed)} failed",
+            f"{len(rows)} runs by {study.spec.method}, seed {study.seed}; {len(failed)} failed"
+            + (f", {left_out} left out by the limits of the loop" if left_out else ""),
         )
     ]
     if failed:
@@ -93,6 +96,8 @@ def best_variation(study: Study, rows: list[Row]) -> Row | None:
         if any(r["status"] != "ok" for r in cases):
             continue
         if any(m[k] > limit for m in metrics for k, limit in objective.limits.items()):
+            continue
+        if any(r["metrics"][k] > v for r in cases for k, v in study.spec.limits.get(r["case"], {}).items()):
             continue
         scores[variation] = objective.score(cases)
     loop = LoopLimits(study, objective.loop) if objective.loop else None

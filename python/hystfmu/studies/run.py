@@ -18,7 +18,7 @@ from hystfmu.studies.sampling import sampler
 from hystfmu.studies.spec import LOOP_METRICS, Study
 from hystfmu.studies.store import Store
 from hystfmu.studies.summary import Summary, summarise
-from hystfmu.studies.task import Task, fingerprint, identity
+from hystfmu.studies.task import OUTSIDE, Task, fingerprint, identity, row_of
 
 Progress = Callable[[int, int, float], None]
 """Called with the number of finished rows, the total number, and the rate of this run (rows/s)."""
@@ -58,7 +58,7 @@ class Outcome:
     @property
     def failed(self) -> list[dict[str, Any]]:
         """Rows of failed runs."""
-        return [r for r in self.rows if r["status"] != "ok"]
+        return [r for r in self.rows if r["status"] not in ("ok", OUTSIDE)]
 
 
 def run_study(
@@ -126,12 +126,19 @@ def run_study(
             proposals = sampler(study)
             total = proposals.n * len(systems)
             for batch in proposals.batches():
+                reasons = [proposals.outside(k) for k in range(len(batch))]
                 missing = _Missing(_tasks(study, batch, marks, first), known)
+                missing.leave_out = {first + k: reason for k, reason in enumerate(reasons) if reason}
                 for row in pool.run(missing, len(batch) * len(marks)):
                     store.append(with_limits(row, study.spec))
                     known[row["id"]] = row
                     ran += 1
                     progress(there + missing.there + ran, total, ran / max(time.monotonic() - begin, 1e-9))
+                for t in missing.left_out:
+                    reason = f"breaks a limit of the loop: {missing.leave_out[t.variation]}"
+                    row = row_of(t, study.cases[t.case].name, OUTSIDE, reason)
+                    store.append(row)
+                    known[row["id"]] = row
                 first += len(batch)
                 there += missing.there
                 order |= {t.id: t.index for t in missing.all}
@@ -160,13 +167,15 @@ def _tasks(study: Study, batch: list[dict[str, float]], marks: list[str], first:
 class _Missing:
     """Iterate over the tasks without a row, each once: a sampler may propose a variation twice.
 
-    Tasks are created on demand, while others run.  At the end `all` holds every task, and `there` counts the tasks that
-    had a row.
+    Tasks are created on demand, while others run.  At the end `all` holds every task, `there` counts the tasks that had
+    a row, and `left_out` holds those of the variations in `leave_out`, which are not to run.
     """
 
     def __init__(self, tasks: Iterator[Task], known: Mapping[str, object]) -> None:
         self._tasks, self._known = tasks, known
         self.all: list[Task] = []
+        self.left_out: list[Task] = []
+        self.leave_out: Mapping[int, str] = {}
         self.there = 0
 
     def __iter__(self) -> Iterator[Task]:
@@ -177,4 +186,8 @@ class _Missing:
                 self.there += 1
                 continue
             asked.add(t.id)
+            if t.variation in self.leave_out:
+                self.there += 1
+                self.left_out.append(t)
+                continue
             yield t

@@ -25,6 +25,9 @@ class Sampler(Protocol):
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
         """Report the rows (one per case) of every variation of the last batch, in the order of the batch."""
 
+    def outside(self, k: int) -> str:
+        """Return which limits variation k of the last batch breaks before it has run; none: it runs."""
+
     @property
     def n(self) -> int:
         """Total number of variations."""
@@ -42,6 +45,10 @@ class Fixed:
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
         """Ignore the results."""
+
+    def outside(self, k: int) -> str:
+        """Run every variation."""
+        return ""
 
     @property
     def n(self) -> int:
@@ -67,8 +74,11 @@ class Asked:
         assert objective is not None
         self._objective = objective
         self._loop = LoopLimits(study, objective.loop) if objective.loop else None
+        self._excess: list[dict[str, float]] = []
         sampler = optuna.samplers.TPESampler(seed=study.seed)
         self._asker = optuna.create_study(direction="minimize", sampler=sampler)
+        if study.spec.start:
+            self._asker.enqueue_trial(dict(study.spec.start))
 
     @property
     def n(self) -> int:
@@ -81,7 +91,13 @@ class Asked:
         while left:
             self._trials = [self._asker.ask() for _ in range(min(self.BATCH, left))]
             left -= len(self._trials)
-            yield [self._ask(t) for t in self._trials]
+            batch = [self._ask(t) for t in self._trials]
+            self._excess = [self._loop.excess(self._study.settings(v)) if self._loop else {} for v in batch]
+            yield batch
+
+    def outside(self, k: int) -> str:
+        """Name the broken limits of the linearised loop: a simulation would tell the sampler nothing more."""
+        return ", ".join(name for name, excess in self._excess[k].items() if excess > 0)
 
     def _ask(self, trial: Any) -> dict[str, float]:
         values = {}
@@ -94,12 +110,14 @@ class Asked:
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
         """Report the results to Optuna: a failed case makes a failed trial, an exceeded limit an infeasible one."""
-        for trial, cases in zip(self._trials, rows, strict=True):
+        for trial, cases, excess in zip(self._trials, rows, self._excess, strict=True):
+            for name, value in excess.items():
+                trial.set_constraint(name, value)
+            if any(value > 0 for value in excess.values()):
+                self._asker.tell(trial, state=self._optuna.trial.TrialState.PRUNED)
+                continue
             for m, limit in self._objective.limits.items():
                 trial.set_constraint(m, max(row["metrics"].get(m, math.inf) - limit for row in cases))
-            if self._loop is not None:
-                for name, excess in self._loop.excess(self._study.settings(cases[0]["values"])).items():
-                    trial.set_constraint(name, excess)
             value = self._objective.score(cases)
             if math.isfinite(value):
                 self._asker.tell(trial, value)

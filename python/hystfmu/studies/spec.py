@@ -17,6 +17,7 @@ from hystfmu.scenario import Scenario
 from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.extends import MOST_BYTES, MOST_FILES
 from hystfmu.scenario.system.inside import inside
+from hystfmu.studies.designs import PREFIX, Design
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 MOST_ROWS = 10_000_000
@@ -181,6 +182,8 @@ class StudySpec(pydantic.BaseModel):
         None, description="case whose loop is linearised for every draw: metrics Ms_db (dB) and radius (of the poles)"
     )
     objective: ObjectiveSpec | None = None
+    start: dict[str, Finite] = Field({}, description="optuna: the first variation, a value of every parameter")
+    design: Design | None = Field(None, description="parameters that follow from the drawn ones by a design")
 
 
 def read_study(file: Path) -> StudySpec:
@@ -253,10 +256,45 @@ class Study:
                 if name not in have:
                     raise InputError(f"{self.file}: objective.loop: no case {name!r}; there are {', '.join(have)}")
         self._check_limits(names, have)
+        self._check_start()
+        self._check_design(have)
         self.seed = 0 if self.spec.seed == "run" else self.spec.seed  # a run that draws it sets it
         self.scenario_cases = have
+        self._designed: dict[tuple[float, ...], dict[str, Any]] = {}
         self.parameters = {k: c for name, p in self.spec.parameters.items() for k, c in p.coordinates(name).items()}
         """What is drawn, by `unit.parameter`, or `unit.block.f_n`."""
+
+    def _check_start(self) -> None:
+        spec, where = self.spec, f"{self.file}: start"
+        if not spec.start:
+            return
+        if spec.method != "optuna":
+            raise InputError(f"{where}: must be given for the method 'optuna' only. Got {spec.method!r} instead.")
+        if spec.start.keys() != spec.parameters.keys():
+            odd = sorted(spec.start.keys() ^ spec.parameters.keys())
+            raise InputError(f"{where}: must name the parameters, each once. {', '.join(odd)} is in one of them only.")
+        for name, value in spec.start.items():
+            p = spec.parameters[name]
+            if not (value in p.values if p.values is not None else p.bounds[0] <= value <= p.bounds[1]):
+                raise InputError(f"{where}: {name}: must lie in its range. Got {value:g} instead.")
+
+    def _check_design(self, have: Mapping[str, Case]) -> None:
+        spec = self.spec
+        of_design = [k for k in spec.parameters if k.startswith(PREFIX)]
+        if spec.design is None:
+            if of_design:
+                raise InputError(f"{self.file}: parameters: {of_design[0]!r} needs a table [design]")
+            return
+        missing = [k for k in spec.design.reads if k not in spec.parameters]
+        if missing:
+            have_not = f"no parameter {missing[0]!r}; there are {', '.join(spec.parameters)}"
+            raise InputError(f"{self.file}: design: {have_not}")
+        unread = [k for k in of_design if k not in spec.design.reads]
+        if unread:
+            raise InputError(f"{self.file}: parameters: {spec.design.method} has no {unread[0]!r}")
+        for name in spec.design.cases:
+            if name not in have:
+                raise InputError(f"{self.file}: design: no case {name!r}; there are {', '.join(have)}")
 
     def _check_limits(self, names: Sequence[str], have: Mapping[str, Case]) -> None:
         spec = self.spec
@@ -283,6 +321,13 @@ class Study:
         """Return the values of a variation in the form that `set` of a scenario takes."""
         settings: dict[str, Any] = {}
         for name, p in self.spec.parameters.items():
+            if name.startswith(PREFIX):
+                continue
             drawn = [values[k] for k in p.coordinates(name)]
             settings |= p.second_order.settings(name, *drawn) if p.second_order else {name: p.setting(*drawn)}
+        if self.spec.design is not None:
+            key = tuple(values.values())
+            if key not in self._designed:
+                self._designed[key] = self.spec.design.settings(self.scenario_cases, values)
+            settings |= self._designed[key]
         return settings

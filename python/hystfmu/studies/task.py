@@ -19,6 +19,9 @@ from hystfmu.scenario.system.delay_setting import sizes
 from hystfmu.scenario.system.system import System, build
 from hystfmu.studies.loop_limits import loop_metrics
 
+OUTSIDE = "outside"
+"""Status of a run that was left out: its variation breaks a limit of the linearised loop."""
+
 
 @dataclass(frozen=True)
 class Task:
