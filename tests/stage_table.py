@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import textwrap
 import tomllib
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,9 @@ HEAD = [
     "Ms, modes -20; +20 %",
     "bandwidth, Hz",
 ]
+LIMITS = HEAD[HEAD.index("Ms, dB") :]
+"""Columns of a loop, in which no value wins: a limit holds for all."""
+OURS = ("ppf_repetitive", "irc_repetitive")
 DRAWS = ["median", "95 %", "worst", "unstable", "inside"]
 
 
@@ -69,14 +73,52 @@ def draws(name: str) -> list[str]:
     return texts
 
 
-def _table(head: list[str], rows: dict[str, list[str]]) -> str:
-    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
-    return "\n".join([*lines, *(f"| {' | '.join([name, *cells])} |" for name, cells in rows.items())])
+def _value(cell: str) -> float:
+    """Return what a cell counts: the larger one of two, infinite where it is above what was measured."""
+    if not cell or cell.startswith("above"):
+        return inf
+    return max(float(part.split(" (")[0]) for part in cell.split("; "))
+
+
+def winners(head: list[str], found: dict[str, list[str]]) -> dict[str, list[str]]:
+    """Rows with the best printed value, by column: the largest share inside, the smallest of everything else."""
+    best = {}
+    for k, column in enumerate(head):
+        sign = -1 if column.startswith("inside") else 1
+        values = {name: sign * _value(texts[k]) for name, texts in found.items() if texts[k]}
+        least = [name for name, value in values.items() if value == min(values.values())]
+        if column not in LIMITS and len(least) < len(values):
+            best[column] = least
+    return best
+
+
+def _table(title: str, head: list[str], found: dict[str, list[str]]) -> str:
+    """Rows with the best values of every column in bold."""
+    best = winners(head, found)
+    lines = [f"| {title} | {' | '.join(head)} |", "|" + "---|" * (len(head) + 1)]
+    for name, texts in found.items():
+        cells = [f"**{t}**" if name in best.get(c, ()) else t for c, t in zip(head, texts, strict=True)]
+        lines.append(f"| {' | '.join([CONTROLLERS[name], *cells])} |")
+    return "\n".join(lines)
+
+
+def wins(head: list[str], found: dict[str, list[str]]) -> str:
+    """Sentence that names the columns in which no repetitive part is best."""
+    best = {c: names for c, names in winners(head, found).items() if not set(names) & set(OURS)}
+    if not best:
+        return ""
+    cells = [
+        f"{c} ({', '.join(f'{CONTROLLERS[n]} {found[n][head.index(c)]}' for n in names)})" for c, names in best.items()
+    ]
+    text = f"Others beat both loops with a repetitive part in these columns: {'; '.join(cells)}."
+    return "\n".join(textwrap.wrap(text, 120, break_on_hyphens=False))
 
 
 def markdown() -> str:
     """Both tables."""
-    errors = _table(["RMS on the lines, % of stroke", *HEAD], {text: row(name) for name, text in CONTROLLERS.items()})
+    nominal = {name: row(name) for name in CONTROLLERS}
+    errors = _table("RMS on the lines, % of stroke", HEAD, nominal)
     head = [f"{d}, {known} %" for known in (5, 20) for d in DRAWS]
-    share = _table(["1000 draws at 100 Hz", *head], {text: draws(name) for name, text in CONTROLLERS.items()})
-    return f"{errors}\n\n{share}"
+    drawn = {name: draws(name) for name in CONTROLLERS}
+    parts = [errors, wins(HEAD, nominal), _table("1000 draws at 100 Hz", head, drawn), wins(head, drawn)]
+    return "\n\n".join(part for part in parts if part)

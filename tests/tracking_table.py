@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 import tomllib
 from pathlib import Path
 
@@ -24,6 +25,10 @@ LOOPS = {
     "iterative_learning": "iterative learning",
     "repetitive": "internal model, repetitive",
 }
+LEARNING = ("iterative_learning", "repetitive")
+"""Loops that learn a period; their errors are compared with each other."""
+OURS = "internal_model"
+"""Of the loops that learn no period, the one that is recommended."""
 CORNERS = [f"{gain}_{f}" for gain in ("up", "down") for f in (400, 600)]
 SIGNALS = {"10": "10 Hz", "100": "100 Hz", "broadband": "broadband"}
 
@@ -34,14 +39,55 @@ def baseline(scenario: str) -> dict[str, dict[str, float]]:
     return {name: case["metrics"] for name, case in cases.items()}
 
 
-def table(rate: str) -> str:
-    """One rate: "" is 10 kHz."""
-    head = ["RMS, % of stroke"]
+def head() -> list[str]:
+    """Columns after the name: errors, then margins."""
+    texts = []
     for text in SIGNALS.values():
-        head += [text, "worst corner"] + ["with two steps"] * (text != "broadband")
-    lines = [f"| {' | '.join([*head, 'Ms, dB', 'delay margin, steps'])} |", "|" + "---|" * (len(head) + 2)]
+        texts += [text, f"{text}, worst corner"] + [f"{text}, with two steps"] * (text != "broadband")
+    return [*texts, "Ms, dB", "delay margin, steps"]
+
+
+def rows(rate: str) -> dict[str, list[str]]:
+    """Cells of every loop of one rate: "" is 10 kHz."""
     names = [name for name in LOOPS if (SCENARIOS / (name + rate) / "baseline.toml").exists()]
-    return "\n".join([*lines, *(f"| {LOOPS[name]} | {' | '.join(cells(name + rate))} |" for name in names)])
+    return {name: cells(name + rate) for name in names}
+
+
+def best(found: dict[str, list[str]], column: int) -> list[str]:
+    """Loops with the smallest printed error of a column."""
+    values = {name: float(texts[column]) for name, texts in found.items() if texts[column]}
+    return [name for name, value in values.items() if value == min(values.values())]
+
+
+def errors() -> list[int]:
+    """Columns in which the smallest value wins."""
+    return [k for k, text in enumerate(head()) if not text.startswith(("Ms", "delay"))]
+
+
+def table(rate: str) -> str:
+    """One rate, the smallest errors of the loops that learn a period and of the others in bold."""
+    found = rows(rate)
+    shown = {name: list(texts) for name, texts in found.items()}
+    for learns in (True, False):
+        group = {name: texts for name, texts in found.items() if (name in LEARNING) == learns}
+        for k in errors():
+            for name in best(group, k):
+                shown[name][k] = f"**{found[name][k]}**"
+    lines = [f"| RMS, % of stroke | {' | '.join(head())} |", "|" + "---|" * (len(head()) + 1)]
+    return "\n".join([*lines, *(f"| {LOOPS[name]} | {' | '.join(texts)} |" for name, texts in shown.items())])
+
+
+def wins() -> str:
+    """Sentence that names what beats the recommended loop, by column, among those that learn no period."""
+    found = {name: texts for name, texts in rows("").items() if name not in LEARNING}
+    ours = found.pop(OURS)
+    said = []
+    for k in errors():
+        names = [name for name, texts in found.items() if texts[k] and float(texts[k]) < float(ours[k])]
+        if names:
+            said.append(f"{head()[k]} ({', '.join(f'{LOOPS[name]} {found[name][k]}' for name in names)})")
+    text = f"Of the loops that learn no period, others beat the {LOOPS[OURS]} in these columns: {'; '.join(said)}."
+    return "\n".join(textwrap.wrap(text, 120, break_on_hyphens=False)) if said else ""
 
 
 def cells(name: str) -> list[str]:
@@ -63,7 +109,7 @@ def cells(name: str) -> list[str]:
 
 def markdown() -> str:
     """Both rates."""
-    return f"At 10 kHz:\n\n{table('')}\n\nAt 1 kHz:\n\n{table('_1khz')}"
+    return f"At 10 kHz:\n\n{table('')}\n\n{wins()}\n\nAt 1 kHz:\n\n{table('_1khz')}"
 
 
 def loop(name: str, case: str) -> OpenedLoop:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tuned
 
 from hystfmu.design import repetitive_filters
 from hystfmu.scenario import Scenario, build
@@ -31,10 +32,12 @@ def recorded(name: str) -> dict[str, dict[str, float]]:
 
 
 def test_filters_of_the_scenario_are_those_of_the_design() -> None:
+    """Of the loop without them, which is the scenario internal_model."""
+    asked = tuned.recorded()["repetitive"]["values"]
     loops = [opened("internal_model", "sine_10").open_loop(1.0, 0.0)]
     corners = [opened("internal_model", f"up_{f}_10") for f in (400, 600)]
     loops += [c.open_loop(slope, 0.0) for c in corners for slope in LEARNT_AT]
-    found = repetitive_filters(loops, cutoff=700.0, gain=0.2, n_q=9, n_l=40)
+    found = repetitive_filters(loops, cutoff=asked["design.cutoff"], gain=asked["design.gain"], n_q=9, n_l=40)
     assert max(found.contraction) < 0.85
     values = Scenario(ROOT / "repetitive").spec.units["repetitive"].values
     assert values["q"] == pytest.approx(found.q, rel=1e-4, abs=1e-7)

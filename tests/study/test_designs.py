@@ -1,0 +1,159 @@
+"""Parameters that follow from a design, the first trial, and trials that the linear limits leave out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tuned
+
+from hystfmu.base.errors import InputError
+from hystfmu.design import loop_shaping
+from hystfmu.design.linear import python_control
+from hystfmu.scenario import Scenario, build
+from hystfmu.scenario.loop_margins import open_loop
+from hystfmu.studies.designs import Weight, behind_memory, in_parallel
+from hystfmu.studies.run import run_study
+from hystfmu.studies.sampling import Asked
+from hystfmu.studies.spec import Study
+
+LOOPS = tuned.SCENARIOS / "loops" / "gains.toml"
+PID = """extends = "gains.toml"
+scenario = "SCENARIO"
+n = 8
+cases = ["sine_100"]
+objective = { targets = { sine_100 = 0.02 } }
+parameters = { "pid.Kd" = { range = [1e-5, 3e-3], log = true }, "pid.Ki" = { range = [1e3, 1e5], log = true } }
+start = { "pid.Kd" = 0.0003, "pid.Ki" = 4000.0 }
+"""
+
+
+def write(folder: Path, *changes: tuple[str, str]) -> Path:
+    """Write a small study of the scenario pid with changes."""
+    text = PID.replace("SCENARIO", (tuned.SCENARIOS / "pid").as_posix())
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "gains.toml").write_text(LOOPS.read_text())
+    path = folder / "small.study.toml"
+    path.write_text(text)
+    return path
+
+
+def test_the_loop_behind_a_memory_is_that_of_the_scenario_without_it() -> None:
+    z = np.exp(1j * np.geomspace(1e-3, 3.0, 40))
+    opened = {
+        name: open_loop(build(next(c for c in Scenario(tuned.SCENARIOS / name).cases if c.name == "up_400_10")), (1, 1))
+        for name in ("internal_model", "repetitive")
+    }
+    for slope in (0.7, 1.4):
+        behind = behind_memory(opened["repetitive"], slope)(z)
+        assert behind == pytest.approx(opened["internal_model"].open_loop(slope, 0.0)(z), rel=1e-6)
+    with pytest.raises(InputError, match="must have a memory of a period"):
+        behind_memory(opened["internal_model"], 1.0)
+
+
+@pytest.mark.parametrize("sizes", [[7], [3, 4], [4, 3], [2, 5]])
+def test_parts_in_parallel_add_up_and_keep_pairs_together(sizes: list[int]) -> None:
+    """Poles in the order real, pair, real, pair, real: some cuts by speed would part a pair."""
+    control = python_control()
+    poles = np.array([-1.0, -3 + 4j, -3 - 4j, -20.0, -30 + 90j, -30 - 90j, -500.0])
+    gains = np.array([2.0, 1 - 3j, 1 + 3j, -5.0, 4 + 1j, 4 - 1j, 70.0])
+    s = 1j * np.geomspace(0.1, 1e4, 60)
+    want = (gains / (s[:, None] - poles)).sum(axis=1)
+    G = control.ss(control.tf(1, [1, 1])) * 0
+    for p, g in zip(poles[[0, 3, 6]].real, gains[[0, 3, 6]].real, strict=True):
+        G += control.ss([[p]], [[1.0]], [[g]], [[0.0]])
+    for k in (1, 4):
+        G += control.ss(control.tf([2 * gains[k].real, -2 * (gains[k] * poles[k + 1]).real], np.poly(poles[k : k + 2])))
+    G = control.ss(G.A[1:, 1:], G.B[1:], G.C[:, 1:], G.D)  # without the term that it started from
+    parts = in_parallel(G.A, G.B, G.C, sizes)
+    assert [len(a) - 1 for _, a in parts] == sizes
+    assert all(len(b) == len(a) - 1 and a[-1] == pytest.approx(1.0) for b, a in parts)
+    assert sum(control.tf(b, a)(s) for b, a in parts) == pytest.approx(want, rel=1e-8)
+
+
+@pytest.mark.parametrize("name", ["h_infinity", "stage/h_infinity"])
+def test_the_robust_controller_of_a_scenario_is_that_of_its_weight(name: str) -> None:
+    """Against the design by hand: dynamics from a data sheet, Pade approximant, weight written out."""
+    control = python_control()
+    study = tuned.study(name)
+    assert study.spec.design is not None
+    v = tuned.drawn(name)
+    if name == "h_infinity":
+        w = 2 * np.pi * 500
+        G = control.tf([w**2], [1.0, 1.4 * w, w**2])
+        K, K_1, K_2, T_z, T_p = (v[f"h_infinity.{k}"] for k in ("lead_K", "pi_1_Ki", "pi_2_Ki", "lead_T_z", "lead_T_p"))
+        W = control.tf([T_z, 1], [T_p, 1]) * control.tf([K, K * K_1], [1, 0]) * control.tf([1, K_2], [1, 0])
+        names = ["h_infinity.slow", "h_infinity.fast"]
+    else:
+        modes = ((500.0, 0.02, 0.9), (1600.0, 0.01, 0.1))
+        first, second = (
+            control.ss(control.tf([k * (w := 2 * np.pi * f) ** 2], [1, 2 * z * w, w**2])) for f, z, k in modes
+        )
+        G = (first + second) * control.ss(control.tf([1], [1 / (2 * np.pi * 1e4), 1]))  # amplifier
+        W = control.tf([v["controller.integral_Ki"]], [v["controller.roll_off_a_1"], 1, 0])
+        names = ["controller.slow", "controller.fast"]
+    found = loop_shaping(G * control.ss(control.tf(*control.pade(1.5e-4, 2))), W)
+    points = 1j * np.geomspace(10.0, 1e5, 50)
+    parts = [control.tf(tuned.shipped(study, f"{n}_b"), tuned.shipped(study, f"{n}_a"))(points) for n in names]
+    assert sum(parts) == pytest.approx(found.robust(points), rel=1e-4)
+    assert found.b_opt > 0.25, "a weight that does not ask for too much"
+    assert name != "h_infinity" or found.b_opt == pytest.approx(0.38, abs=0.005), "as its text says"
+
+
+def test_a_weight_is_what_its_equation_says() -> None:
+    s = 3j
+    W = Weight(K="a", K_1="b", K_2="c", T_z="d", T_p="e").transfer({"a": 2.0, "b": 3.0, "c": 5.0, "d": 0.7, "e": 0.1})
+    assert W(s) == pytest.approx(2 * (1 + 3 / s) * (1 + 5 / s) * (0.7 * s + 1) / (0.1 * s + 1))
+    assert Weight(Ki="a").transfer({"a": 2.0})(s) == pytest.approx(2 / s)
+    with pytest.raises(ValueError, match="exactly one of K and Ki"):
+        Weight(K="a", Ki="b")
+
+
+def test_the_first_trial_is_the_one_that_the_file_states(tmp_path: Path) -> None:
+    (first, *others) = next(iter(Asked(Study(write(tmp_path))).batches()))
+    assert first == {"pid.Kd": 0.0003, "pid.Ki": 4000.0}
+    assert all(v != first for v in others)
+
+
+def test_a_trial_outside_the_linear_limits_is_not_simulated(tmp_path: Path) -> None:
+    """And a second call finds all rows; the first trial is inside."""
+    pytest.importorskip("pyarrow")
+    path = write(tmp_path)
+    outcome = run_study(path, tmp_path / "out", workers=1)
+    left_out = [r for r in outcome.rows if r["status"] == "outside"]
+    assert 0 < len(left_out) < len(outcome.rows) == 8
+    assert outcome.ran == 8 - len(left_out)
+    assert outcome.rows[0]["status"] == "ok"
+    assert not outcome.failed
+    limits = Asked(Study(path))._loop
+    assert limits is not None
+    for r in outcome.rows:
+        excess = limits.excess(r["values"])
+        broken = [k for k, v in excess.items() if v > 0]
+        assert r["reason"] == (f"breaks a limit of the loop: {', '.join(broken)}" if broken else "")
+    again = run_study(path, tmp_path / "out", workers=1)
+    assert (again.ran, again.rows) == (0, outcome.rows)
+    assert f"{len(left_out)} left out by the limits of the loop" in outcome.report.read_text()
+
+
+REPETITIVE = 'design = { method = "repetitive_filters", unit = "r", loops = [{ case = "sine_100" }] }\nn = 8'
+REFUSED: list[tuple[Any, str]] = [
+    (('"pid.Kd" = 0.0003, ', ""), "start: must name the parameters, each once. pid.Kd is in one of them only."),
+    (("0.0003", "0.3"), "start: pid.Kd: must lie in its range. Got 0.3 instead."),
+    (("n = 8", REPETITIVE), "design: no parameter 'design.cutoff'; there are pid.Kd, pid.Ki"),
+    (("pid.Kd", "design.cutoff"), "parameters: 'design.cutoff' needs a table [design]"),
+]
+
+
+@pytest.mark.parametrize(
+    ("change", "line"), REFUSED, ids=[line.split(":")[0] + str(k) for k, (_, line) in enumerate(REFUSED)]
+)
+def test_what_does_not_fit_is_refused_in_one_line(tmp_path: Path, change: tuple[str, str], line: str) -> None:
+    with pytest.raises(InputError) as e:
+        Study(write(tmp_path, change))
+    assert line in str(e.value)
+    assert "\n" not in str(e.value)
