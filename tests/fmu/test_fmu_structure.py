@@ -120,3 +120,10 @@ def test_elements_of_an_array_are_distinguished() -> None:
         {"a_q", "b_q", "o_q", "o_v", "o_f"},
         {"o_v", "o_f"},
     ]
+
+
+def test_the_force_of_the_duhem_oscillator_depends_on_itself() -> None:
+    """g' = v f(s g): a table that clips its argument must not hide it."""
+    graph = Graph.single(Node("d", "duhem_oscillator", {}, {"f": [5.0, 4.0, 3.0, 2.0, 1.0]}))
+    _, rates = dependencies(graph.nodes, graph.links, graph.ports)
+    assert [sorted(known.states) for known in rates] == [[1], [0, 1, 2], [1, 2]]

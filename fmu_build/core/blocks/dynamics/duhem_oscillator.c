@@ -34,7 +34,7 @@ typedef struct {
 /* f at x, and its derivative towards the sign of `way` */
 static double stiffness(const shape *s, double x) {
   const double at = 0.5 * (x / s->z_max + 1) * s->last;
-  if (!(at > 0)) return s->f[0]; /* NaN too */
+  if (!(at > 0)) return at != at ? at : s->f[0]; /* NaN stays: it shows what the derivative depends on */
   if (at >= s->last) return s->f[s->last];
   const int i = (int)at;
   return s->f[i] + (at - i) * (s->f[i + 1] - s->f[i]);
