@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import importlib.util
 import re
-import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import fmpy
 import pytest
 from fmu_master import loop, single
+from other_platforms import RUNNERS, loads_on_macos_11, needs_glibc_2_17, needs_windows_alone, run, runner, tool
 
 import hystfmu
 from hystfmu.fmu.write.platforms import PLATFORMS, host
@@ -25,24 +24,10 @@ pytestmark = pytest.mark.stress
 ROOT = Path(__file__).parents[3]
 HOST = Path(__file__).with_name("step_host.c")
 HEADERS = Path(fmpy.__file__).parent / "c-code"
-ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")  # Debian's libc6-arm64-cross
-# target of zig for the host program, and the emulator command
-RUNNERS = {
-    "x86_64-linux": ("x86_64-linux-gnu.2.17", []),
-    "x86_64-windows": ("x86_64-windows-gnu", ["wine"]),
-    "x86-windows": ("x86-linux-musl", []),
-    "aarch64-linux": ("aarch64-linux-gnu.2.17", ["qemu-aarch64-static", "-L", str(ARM_LIBRARIES)]),
-}
 GRAPHS = {
     "loop": loop,
     **{n: lambda n=n: single(n) for n in ("prandtl_ishlinskii", "zhao_tan", "mlp", "transfer_function", "bouc_wen")},
 }
-
-
-def run(*command: object, seconds: float = 300) -> str:
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=seconds)
-    assert done.returncode == 0, f"exit {done.returncode}: {done.stdout[-500:]}{done.stderr[-1500:]}"
-    return done.stdout
 
 
 @pytest.fixture(scope="session")
@@ -54,13 +39,6 @@ def crossed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("crossed")
     run(sys.executable, ROOT / "fmu_build" / "platforms" / "build.py", ROOT / "fmu_build", out, seconds=900)
     return out
-
-
-def tool(name: str) -> str:
-    found = shutil.which(name)
-    if not found:
-        pytest.skip(f"{name} is not installed")
-    return found
 
 
 def binary(crossed: Path, tuple3: str) -> Path:
@@ -100,30 +78,23 @@ def test_the_universal_binary_holds_both_processors(crossed: Path) -> None:
 
 @pytest.mark.parametrize("name", [n for n in PLATFORMS if n.endswith("linux")])
 def test_it_needs_no_newer_c_library(crossed: Path, name: str) -> None:
-    listing = run(tool("llvm-objdump"), "-p", "-T", binary(crossed, name))
-    versions = {tuple(map(int, v.split("."))) for v in re.findall(r"GLIBC_([0-9.]+)", listing)}
-    assert versions
-    assert max(versions) <= (2, 17)
-    assert set(re.findall(r"NEEDED\s+(\S+)", listing)) <= {"libc.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
+    assert needs_glibc_2_17(binary(crossed, name)) <= {
+        "libc.so.6",
+        "ld-linux-x86-64.so.2",
+        "ld-linux-aarch64.so.1",
+    }
 
 
 @pytest.mark.parametrize("name", [n for n in PLATFORMS if n.endswith("windows")])
 def test_it_needs_windows_alone(crossed: Path, name: str) -> None:
-    """The kernel and the C library that are parts of Windows; no library of a compiler."""
-    listing = run(tool("llvm-objdump"), "-p", binary(crossed, name)).split("Export Table:")[0]
-    needed = re.findall(r"DLL Name: (\S+)", listing)
-    assert "KERNEL32.dll" in needed
-    assert [n for n in needed if n != "KERNEL32.dll" and not re.fullmatch(r"api-ms-win-crt-\w+-l1-1-0\.dll", n)] == []
+    assert "KERNEL32.dll" in needs_windows_alone(binary(crossed, name))
 
 
 @pytest.mark.parametrize("name", [n for n in PLATFORMS if n.endswith("darwin")])
 def test_it_loads_on_macos_11(crossed: Path, name: str) -> None:
-    """Its oldest system, its only library, the signature that arm64 demands, and no path of the build."""
-    listing = run(tool("llvm-objdump"), "--macho", "--private-headers", binary(crossed, name))
-    assert re.findall(r"minos (\S+)", listing) == ["11.0"]
-    assert re.findall(r"LC_LOAD_DYLIB\n.*\n\s+name (\S+)", listing) == ["/usr/lib/libSystem.B.dylib"]
+    """And it holds no path of the build."""
+    listing = loads_on_macos_11(binary(crossed, name), name.startswith("aarch64"))
     assert re.findall(r"^\s+name (@\S+)", listing, re.MULTILINE) == [f"@rpath/{name}.dylib"]
-    assert "LC_CODE_SIGNATURE" in listing or not name.startswith("aarch64")
 
 
 def steps(tmp_path: Path, program: Path, before: list[str], library: Path, graph: Graph) -> str:
@@ -138,15 +109,7 @@ def steps(tmp_path: Path, program: Path, before: list[str], library: Path, graph
 def test_it_gives_the_bits_of_this_machine(
     crossed: Path, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    target, before = RUNNERS[name]
-    if before:
-        tool(before[0])
-    elif host().tuple3 != name.replace("x86-windows", "x86_64-linux"):
-        pytest.skip(f"this machine is no {name}")
-    if name == "aarch64-linux" and not ARM_LIBRARIES.is_dir():
-        pytest.skip("no aarch64 C library (Debian: libc6-arm64-cross)")
-    monkeypatch.setenv("WINEDEBUG", "-all")
-    monkeypatch.setenv("WINEPREFIX", str(tmp_path / "wine"))
+    target, before = runner(name, tmp_path / "wine", monkeypatch)
     zig = [sys.executable, "-m", "ziglang", "cc"]
     flags = ["-std=c99", "-O1", "-ffp-contract=off", "-Wall", f"-I{HEADERS}", str(HOST)]  # the input is the same too
     program = tmp_path / "host.exe"
