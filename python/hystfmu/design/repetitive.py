@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import firwin
-from scipy.signal.windows import tukey
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
@@ -91,6 +89,10 @@ def repetitive_filters(
     InputError
         No loop, or a cutoff above half the sampling frequency.
     """
+    # here, because its half second would count for every process that imports the package of scenarios
+    from scipy.signal import firwin
+    from scipy.signal.windows import tukey
+
     if not loops:
         raise InputError("The loops must be at least one. Got none.")
     h = float(loops[0].dt)
