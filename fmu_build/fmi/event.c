@@ -109,7 +109,7 @@ fmi_status fmi_evaluate(instance *i) {
 fmi_status fmi_set_time(instance *i, double t) {
   if (!fmi_is_finite(t)) return fmi_refuse(i, "The time must be finite.");
   fmi_undo_event(i);
-  i->run.t = t;
+  i->run.t = i->run.clock = t;
   i->run.stale = 1;
   return FMI_OK;
 }

@@ -47,7 +47,8 @@ typedef struct {
   int32_t moving;  /* a derivative of an input is set for the next step */
   int32_t jump;    /* Model Exchange: what the solver knows of the inputs since the last accepted step, see event.c */
   double t, stop, dt;
-  double start;   /* Model Exchange: time of the first sample */
+  double clock;   /* of the importer: t with the rounding of its additions, see hyst_graph_end_of_step */
+  double start;   /* of the first step of the model; Model Exchange: time of the first sample */
   double samples; /* periods from there to the last sample */
   double pending; /* Co-Simulation with Event Mode: time since the last sample */
 } fmi_run;

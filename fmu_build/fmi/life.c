@@ -128,7 +128,7 @@ fmi_status fmi_setup(instance *i, double start, int stop_defined, double stop) {
   if (!fmi_is_finite(start)) return fmi_refuse(i, "The start time must be finite.");
   if (stop_defined && !(fmi_is_finite(stop) && stop >= start))
     return fmi_refuse(i, "The stop time must be finite and not before the start time.");
-  i->run.t = i->run.start = start;
+  i->run.t = i->run.clock = i->run.start = start;
   i->run.stop_defined = stop_defined != 0;
   i->run.stop = stop_defined ? stop : 0;
   return FMI_OK;
@@ -165,22 +165,25 @@ fmi_status fmi_step(instance *i, double t, double h) {
   char a[32], b[32];
   if (!(h > 0 && h <= FMI_MOST_STEP))
     return fmi_refuse(i, "The step size must be in (0, 1e9] s. Got %s instead.", hyst_number(a, sizeof a, h));
-  if (t != i->run.t && (!fmi_is_finite(t) || !(t - i->run.t <= fmi_slack(t, h)) || !(i->run.t - t <= fmi_slack(t, h))))
+  const double now = i->run.clock;
+  if (t != now && (!fmi_is_finite(t) || !(t - now <= fmi_slack(t, h)) || !(now - t <= fmi_slack(t, h))))
     return fmi_refuse(i, "The step starts at t = %s s, but the unit is at t = %s s.", hyst_number(a, sizeof a, t),
-                      hyst_number(b, sizeof b, i->run.t));
+                      hyst_number(b, sizeof b, now));
   if (h < rounding(i, t)) return FMI_OK;
   const double t_end = t + h;
   if (i->run.stop_defined && t_end - i->run.stop > fmi_slack(t_end, h))
     return fmi_refuse(i, "The step ends at t = %s s, after the stop time %s s.", hyst_number(a, sizeof a, t_end),
                       hyst_number(b, sizeof b, i->run.stop));
   if (i->n_broken) return FMI_DISCARD; /* the message was sent when the value was set */
+  const double reached = hyst_graph_end_of_step(i->graph, i->run.start, t, h);
   const int ahead = i->run.moving || i->ask;
   const fmi_status s = ahead ? fmi_go_ahead(i, t_end, h) : FMI_OK;
   if (s) return s;
-  const int failed = (i->before ? hyst_graph_hold(i->graph, t_end, h) : hyst_graph_step(i->graph, t_end, h)) != 0;
+  const int failed = (i->before ? hyst_graph_hold(i->graph, reached, h) : hyst_graph_step(i->graph, reached, h)) != 0;
   if (ahead) fmi_arrive(i, !failed);
   if (failed) return fmi_refuse_graph(i, hyst_graph_error(i->graph));
   if (i->before) i->run.pending += h; /* the sample waits for Event Mode */
-  i->run.t = t_end;
+  i->run.t = reached;
+  i->run.clock = t_end;
   return FMI_OK;
 }

@@ -13,7 +13,7 @@
 #include "fmi/event.h"
 
 static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'S', 'T', 'A', 'T'};
-enum { VERSION = 4 };
+enum { VERSION = 5 };
 
 typedef struct {
   char magic[8];
@@ -135,7 +135,7 @@ static const char *wrong_header(const instance *i, const unsigned char *bytes, s
 }
 
 static int legal_run(const fmi_run *r) {
-  const double values[] = {r->t, r->stop, r->dt, r->start, r->samples, r->pending};
+  const double values[] = {r->t, r->clock, r->stop, r->dt, r->start, r->samples, r->pending};
   for (size_t k = 0; k < sizeof values / sizeof *values; k++)
     if (!fmi_is_finite(values[k])) return 0;
   if (!(r->dt >= 0 && r->dt <= FMI_MOST_STEP && r->pending >= 0)) return 0;

@@ -42,6 +42,7 @@ class Unit:
             name: (p, p.reference + i) for p in graph.ports for i, name in enumerate(p.scalar_names)
         }
         self._initialized = False
+        self._start = 0.0
 
     def __repr__(self) -> str:
         sides = (", ".join(p.name for p in self.graph.ports if p.kind == kind) for kind in ("input", "output"))
@@ -100,6 +101,7 @@ class Unit:
         for name, value in inputs.items():
             self.set(name, value)
         self._executor.start(t0)
+        self._start = t0
         self._initialized = True
 
     def do_step(self, t: float, h: float) -> None:
@@ -114,7 +116,7 @@ class Unit:
             raise InputError("The unit must be initialized before a step. Got do_step() before initialize().")
         if not (np.isfinite(t) and np.isfinite(h) and h > 0):
             raise InputError(f"The step must be finite and greater than 0. Got t = {t}, h = {h} instead.")
-        self._executor.step(t + h, h)
+        self._executor.step(self._executor.end_of_step(self._start, t, h), h)
 
     def tangent(self, t: float, du: Array) -> Array:
         """Tangent of the outputs at `t` (s) for the present inputs: exact, one-sided at kinks.

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "core/elementary/elementary.h"
 #include "core/graph/error.h"
 #include "core/graph/node.h"
 #include "core/graph/pass.h"
@@ -92,6 +93,19 @@ static inline hyst_status step(hyst_graph *g, double t_end, double dt) {
 }
 
 hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) { return step(g, t_end, dt); }
+
+/* Callers that add up their steps bring rounding along, which sources would follow and a quantiser behind one would
+ * turn into levels.  A step of the model that ends at one, give or take what k additions round (half a unit in the last
+ * place each), ends there: at the time of hyst_graph_run() and of masters that count.  Others end at t + h. */
+double hyst_graph_end_of_step(const hyst_graph *g, double start, double t, double h) {
+  const double step = g->step, end = t + h;
+  if (!(step > 0) || hyst_same_step(h, step, end) != step) return end;
+  const double steps = (end - start) / step + 0.5;
+  if (!(steps >= 1 && steps < 4503599627370496.0)) return end;
+  const double k = (double)(int64_t)steps, off = hyst_fabs(end - (start + k * step));
+  const double rounding = 1.2e-16 * (k + 3) * (hyst_fabs(end) + hyst_fabs(start));
+  return off <= rounding && off <= 1e-3 * step ? start + (k - 1) * step + step : end;
+}
 
 hyst_status hyst_graph_run(hyst_graph *g, int64_t n, double t0, double h, const double *u, double *y) {
   const hyst_port *const first = g->ports + g->first_output, *const end = g->ports + g->end_output;

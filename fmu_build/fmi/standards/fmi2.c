@@ -220,7 +220,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
   BEGIN(GetRealStatus)
   NEED(GetRealStatus, value, 1, "value");
   if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
-  *value = i->run.t;
+  *value = i->run.clock;
   return fmi2OK;
 }
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {

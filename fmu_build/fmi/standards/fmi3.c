@@ -157,7 +157,7 @@ static fmi_status check_count(const instance *i, const fmi_call *call, const fmi
       return fmi3Error;                                                                                         \
     for (size_t k = 0; k < n; k++) {                                                                            \
       const hyst_port *p = fmi_found(i, vr[k]);                                                                 \
-      if (!p) *values++ = (T)i->run.t;                                                                          \
+      if (!p) *values++ = (T)i->run.clock;                                                                      \
       for (int64_t e = 0; p && e < p->size; e++) *values++ = (T)p->value[e];                                    \
     }                                                                                                           \
     return fmi3OK;                                                                                              \
@@ -237,7 +237,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
   if (event) *event = s == FMI_OK && i->run.pending > 0; /* sampled blocks wait for Event Mode */
   if (terminate) *terminate = fmi3False;
   if (early_return) *early_return = fmi3False;
-  if (last_time) *last_time = i->run.t;
+  if (last_time) *last_time = i->run.clock;
   return (fmi3Status)s;
 }
 

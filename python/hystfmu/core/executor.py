@@ -91,6 +91,10 @@ class Executor:
         """Step by `dt` to `t_end` (s) with the present inputs."""
         self._check(self._lib.hyst_graph_step(self._g, t_end, dt))
 
+    def end_of_step(self, start: float, t: float, h: float) -> float:
+        """Return the end (s) of a step of `h` at `t` by a clock that began at `start`, without its rounding."""
+        return float(self._lib.hyst_graph_end_of_step(self._g, start, t, h))
+
     def run(self, u: Array, n_outputs: int, h: float, t0: float = 0.0) -> Array:
         """Run over input rows from a fresh start.
 

@@ -281,6 +281,8 @@ def library() -> C.CDLL:
     lib.hyst_graph_defaults.restype = None
     lib.hyst_graph_start.argtypes = [C.c_void_p, C.c_double]
     lib.hyst_graph_step.argtypes = [C.c_void_p, C.c_double, C.c_double]
+    lib.hyst_graph_end_of_step.argtypes = [C.c_void_p, C.c_double, C.c_double, C.c_double]
+    lib.hyst_graph_end_of_step.restype = C.c_double
     lib.hyst_graph_run.argtypes = [C.c_void_p, C.c_int64, C.c_double, C.c_double, C.c_void_p, C.c_void_p]
     lib.hyst_graph_value.argtypes = [C.c_void_p, C.c_int64]
     lib.hyst_graph_value.restype = _D

@@ -45,8 +45,6 @@ ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "python" / "docs" / "importers.md"
 ROUNDED = 1e-9  # importers compute times and steps in their own way
 SOLVED = 2e-2  # an oscillator: CVode against Newmark's method with steps of a period / 50
-CLOCK = 1e-4  # a quantiser behind a clock that adds up its steps
-QUANTISED = ("adaptive", "adaptive_pid")
 RESIDUE = 1e-12  # s
 REFUSED = "refused"  # in one line: the units are an algebraic loop inside one graph
 N = 200
@@ -352,13 +350,11 @@ def first_rows(work: Path) -> tuple[Array, float]:
 
 
 # ---- the table ------------------------------------------------------------------------------------------------------
-def bound(row: str, column: str) -> float:
+def bound(column: str) -> float:
     if column.startswith("fmutool"):
         return 0.0
     if column.startswith("fmpy ME"):
         return SOLVED
-    if row in QUANTISED and column != "SSP libcosim":
-        return CLOCK
     return ROUNDED
 
 
@@ -373,10 +369,7 @@ def wrong(table: dict[str, dict[str, float | str]]) -> list[str]:
         f"{row}, {column}: {text(value)}"
         for row, found in table.items()
         for column, value in found.items()
-        if column
-        and column != "own order"
-        and value != REFUSED
-        and (isinstance(value, str) or value > bound(row, column))
+        if column and column != "own order" and value != REFUSED and (isinstance(value, str) or value > bound(column))
     ]
 
 
@@ -417,8 +410,8 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
             f"""The first case of every scenario, as `hystfmu ssp` writes it, first 1000 rows: the SSP archive in three
             readers, and the whole loop as one FMU. "own order" is what the command prints: the largest difference
             between the archive and the scenario itself, which comes from events inside a step and from `ripple`, which
-            no reader knows. Bounds: {ROUNDED:g}; {CLOCK:g} for {" and ".join(f"`{q}`" for q in QUANTISED)}, whose
-            quantiser turns the rounding of a clock that adds up its steps into levels."""
+            no reader knows. fmpy and ecos add up their steps; the units leave that rounding away, which a quantiser
+            behind a source would turn into levels. Bound: {ROUNDED:g}."""
         ),
         loops,
         "## What importers cannot do with Reference FMUs either",

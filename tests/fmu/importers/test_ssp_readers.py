@@ -18,10 +18,8 @@ from hystfmu.scenario.ssp.write import write_ssp
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 SHIPPED = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.rglob("scenario.toml"))
-FEW = ("pid", "papers/zhao_tan_2008", "papers/yu_alici_2005_smc", "example_tube")
+FEW = ("pid", "adaptive", "papers/zhao_tan_2008", "papers/yu_alici_2005_smc", "example_tube")
 BOUND = 1e-9  # of the span
-# a quantiser turns the rounding of a clock that adds up its steps (fmpy, ecos) into levels
-ROUNDED = {"adaptive": 1e-4, "adaptive_pid": 1e-4}
 REFUSED = {"example_hold": "has substeps or a hold", "example_substeps": "has substeps or a hold"}
 
 
@@ -35,8 +33,7 @@ def test_a_shipped_scenario(name: str, tmp_path: Path) -> None:
     archive = write_ssp(case, tmp_path / "loop.ssp").path
     for reader in READERS:
         if not absent(reader):
-            bound = BOUND if reader == "libcosim" else ROUNDED.get(name, BOUND)
-            assert error(archive, reader, case.step, 1200) < bound, reader
+            assert error(archive, reader, case.step, 1200) < BOUND, reader
 
 
 def loop_with(fmu: Path, connections: dict[str, str], folder: Path) -> Path:
