@@ -17,10 +17,10 @@ SPREAD := -n $(WORKERS) --dist worksteal
 
 .PHONY: demo test contract stress mutants dev core check generate modelica platforms bench choice docs wheel release use importers clean torture
 
-demo: build/installed core
+demo: build/installed build/platforms/core.wasm core
 	$(BIN)/hystfmu demo -o demo
 
-test: dev
+test: build/platforms/core.wasm dev
 	$(PYTEST) $(SPREAD)
 
 # what the author of a block waits for: the contract of every block, its vectors, its rows in generated texts
@@ -66,11 +66,17 @@ generate: dev
 modelica: dev
 	$(BIN)/python tests/modelica/report.py
 
-# the FMU binary for Windows, Linux and macOS, x86-64 and arm64, on this machine; exports and wheels then carry them
+# the FMU binary for Windows, Linux and macOS, x86-64 and arm64, and the core for pages, on this machine; exports, pages
+# and wheels then carry them
 platforms: build/tools
 	$(PIP) ziglang zopfli
 	$(BIN)/python fmu_build/platforms/build.py fmu_build build/platforms
-	rm -rf build/dev
+	$(BIN)/python fmu_build/platforms/page.py fmu_build build/platforms
+
+# the core for pages alone; reports without it have no explorer
+build/platforms/core.wasm: build/tools $(wildcard fmu_build/platforms/*) $(shell find fmu_build/core fmu_build/sources -type f)
+	$(PIP) ziglang
+	$(BIN)/python fmu_build/platforms/page.py fmu_build build/platforms
 
 bench: dev
 	$(BIN)/python tests/benchmarks/run.py

@@ -74,6 +74,15 @@ def unit(root: Path, sources: list[Path]) -> str:
     return "#define HYST_PREFIX\n" + Amalgamation(root, sources).text("")
 
 
+def units(root: Path, sources: list[Path], fast: dict[Path, str]) -> dict[str, tuple[list[str], str]]:
+    """Return one translation unit for each level of `fast` and one of the other files: options and text by name."""
+    fast = {path: level for path, level in fast.items() if path in sources}
+    made = {"small": (SMALL, unit(root, [p for p in sources if p not in fast]))}
+    for level in sorted(set(fast.values())):
+        made[level] = ([f"-{level}"], unit(root, sorted(p for p in fast if fast[p] == level)))
+    return made
+
+
 def zig(*words: object) -> None:
     """Run zig cc."""
     if subprocess.run([sys.executable, "-m", "ziglang", "cc", *map(str, words)]).returncode:
@@ -87,20 +96,17 @@ def build(root: Path, out: Path, name: str) -> Path:
     if spec is None or spec.origin is None:
         raise SystemExit("build.py: fmpy is not installed; it contains the FMI headers")
     headers = Path(spec.origin).parent / "c-code"
-    fast = {} if name == "x86-windows" else levels(root)
     alone = [root / "fmi" / "files" / n for n in ("open_file.c", "own_folder.c")]  # see there
-    sources = [p for p in source_files(root) if p not in fast and p not in alone]
-    units = {"small": (SMALL, unit(root, sources))}
-    for level in sorted(set(fast.values())):
-        units[level] = ([f"-{level}"], unit(root, sorted(p for p in fast if fast[p] == level)))
+    fast = {} if name == "x86-windows" else levels(root)
+    texts = units(root, [p for p in source_files(root) if p not in alone], fast)
     for path in [*alone, *([root / "platforms" / "windows.c"] if suffix == "dll" else [])]:
-        units[path.stem] = (SMALL, path.read_text())
+        texts[path.stem] = (SMALL, path.read_text())
     position = [] if suffix == "dll" else ["-fPIC"]
     out.mkdir(parents=True, exist_ok=True)
     made = out / f"{name}.{suffix}"
     with tempfile.TemporaryDirectory(dir=out) as where:
         objects = []
-        for k, (level, text) in units.items():
+        for k, (level, text) in texts.items():
             source, compiled = Path(where, f"{k}.c"), Path(where, f"{k}.o")
             source.write_text(text)
             include = [f"-I{root}", f"-isystem{headers}"]

@@ -8,13 +8,15 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
+from hystfmu.face.explore import explorer
 from hystfmu.face.rows import free_run, held_out_errors, parts, split_errors, table_of
 from hystfmu.face.summary import tables
 from hystfmu.model import Model
 from hystfmu.model.conformal import Interval, interval
-from hystfmu.report.page import Section, Table, page, section
+from hystfmu.report.page import Section, Table, hero, page, section
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 
+EXPLORED = "The model of the FMU runs in this page. A model without an exact or implicit inverse has none in front."
 SEGMENT = 1024  # rows of a segment of the spectrum
 FLOOR = 1e-12  # least amplitude that is drawn, relative to the span
 
@@ -31,7 +33,7 @@ def fit_page(model: Model, data: Dataset) -> str:
     """
     title = f"{model.key} fitted to {data.name}"
     head = [f"<h1>{escape(title)}</h1>", f'<p class="lead">{escape(model.text)}</p>']
-    return page(title, [*head, *map(section, fit_sections(model, data))])
+    return page(title, [*head, hero(_loop(free_run(model, data), data)), *map(section, fit_sections(model, data))])
 
 
 def fit_sections(model: Model, data: Dataset) -> list[Section]:
@@ -41,13 +43,20 @@ def fit_sections(model: Model, data: Dataset) -> list[Section]:
         "Errors",
         interval_text(*interval_of(model, y, data, True), data.unit_y),
         [table_of(parts(y, data, True), data.unit_y)],
-        [_loop(y, data), *_errors(y, data)],
+        _errors(y, data),
     )
+    labels = _with("u", data.unit_u), _with("y", data.unit_y)
     warned = model.fit.get("warnings", [])
     warnings = Section(
         "Warnings", "" if warned else "None.", [Table(("warning",), [(w,) for w in warned])] if warned else []
     )
-    return [first, warnings, Section("Model", "", tables(model)), Section("Origin", data.read_as, [_origin(model)])]
+    return [
+        first,
+        Section("Explorer", EXPLORED, explorer=explorer([model], data, *labels)),
+        warnings,
+        Section("Model", "", tables(model)),
+        Section("Origin", data.read_as, [_origin(model)]),
+    ]
 
 
 def interval_of(model: Model, y: Array, data: Dataset, refit: bool) -> tuple[Interval | None, str]:

@@ -20,6 +20,7 @@ from hystfmu.report.drawing import drawing, save
 WIDTH, HEIGHT = 480, 300
 LEFT, RIGHT, TOP, BOTTOM = 58, 10, 26, 42
 T = TypeVar("T", float, Array)
+COLOURS = 5  # of the style sheet
 MOST_POINTS = 250  # per line; longer lines are thinned
 LOOP_POINTS = 5000  # of a loop with many reversals
 
@@ -81,20 +82,24 @@ class Plot:
         def py(v: T) -> T:
             return HEIGHT - BOTTOM - (v - ys[0]) * down
 
-        out = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(self.title, quote=True)}">']
+        ranges = f'data-x="{xs[0]!r} {xs[1]!r}" data-y="{ys[0]!r} {ys[1]!r}" data-label="{escape(self.x_label)}"'
+        out = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(self.title)}" {ranges}>']
         bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
+        out.append('<g class="axes">')
         for v in x_ticks:
             out.append(f'<path class="grid" d="M{px(v):.1f} {TOP}V{bottom}"/>')
             out.append(f'<text class="tick" x="{px(v):.1f}" y="{bottom + 15}" text-anchor="middle">{v:.6g}</text>')
         for v in y_ticks:
             out.append(f'<path class="grid" d="M{LEFT} {py(v):.1f}H{right}"/>')
             out.append(f'<text class="tick" x="{LEFT - 5}" y="{py(v) + 4:.1f}" text-anchor="end">{v:.6g}</text>')
+        out.append("</g>")
         out.append(f'<rect class="frame" x="{LEFT}" y="{TOP}" width="{right - LEFT}" height="{bottom - TOP}"/>')
         for k, line in enumerate(lines):
-            out.append(f'<path class="line c{k % 4}" transform="scale(.1)" d="{path(px(line.x), py(line.y))}"/>')
+            name, d = escape(line.name), path(px(line.x), py(line.y))
+            out.append(f'<path class="line c{k % COLOURS}" data-name="{name}" transform="scale(.1)" d="{d}"/>')
         at = LEFT
         for k, line in enumerate(lines):
-            out.append(f'<path class="line c{k % 4}" d="M{at} 15h14"/>')
+            out.append(f'<path class="line c{k % COLOURS}" d="M{at} 15h14"/>')
             out.append(f'<text class="tick" x="{at + 18}" y="19">{escape(line.name)}</text>')
             at += 34 + 6 * len(line.name)
         middle = (LEFT + right) / 2

@@ -1,0 +1,96 @@
+"""A model as the explorer of a page drives it: block files, what a reader may move, and where its memory is."""
+
+from __future__ import annotations
+
+from hystfmu.base.errors import InputError
+from hystfmu.graph import Graph, Port
+from hystfmu.graph.ports import element_names
+from hystfmu.model.model import Model
+from hystfmu.model.trained_range import COVARIATES, KEY
+from hystfmu.report.explorer import Driven, Explored, Memory, Slider
+
+TURNS = "HYST_TURNING_POINTS(depth)"  # size of a list of turning points in the table of a block
+PLAYS, WIDTHS = "play states", "r"  # text of the states of plays; name of their half-widths
+MOST_STATES = 6  # that are shown as numbers
+HUGE = 1e300  # "no limit" as a value, see limit.h
+
+
+def explored(model: Model, name: str, inverse: Model | None = None) -> Explored:
+    """Return a model for the explorer.
+
+    Parameters
+    ----------
+    model : Model
+        With one output; further inputs hold their start values until the reader moves them.
+    name : str
+        For the legend.
+    inverse : Model, optional
+        Its inverse.
+
+    Raises
+    ------
+    InputError
+        The model does not state the range of its input.
+    """
+    span = model.provenance.get(KEY, model.provenance.get("span_u"))
+    if not (isinstance(span, list) and len(span) == 2 and span[0] < span[1]):
+        raise InputError(f"The provenance of {model.key} must state {KEY} = [least, largest] input. Got {span!r}.")
+    beside = model.provenance.get(COVARIATES, {})
+    graph = model.graph
+    sliders = [_covariate(p, beside.get(p.name)) for p in graph.ports if p.kind == "input"][1:]
+    sliders += [_parameter(p) for p in graph.ports if p.is_parameter and _moves(p)]
+    return Explored(
+        name,
+        _driven(graph),
+        None if inverse is None else _driven(inverse.graph),
+        model.step if model.step is not None else 1.0,
+        float(span[0]),
+        float(span[1]),
+        sliders,
+        _memory(graph),
+    )
+
+
+def _driven(graph: Graph) -> Driven:
+    first = {kind: next(p.reference for p in graph.ports if p.kind == kind) for kind in ("input", "output")}
+    return Driven(graph.to_bytes(), first["input"], first["output"])
+
+
+def _label(p: Port) -> str:
+    return f"{p.name} ({p.unit})" if p.unit not in ("", "1") else p.name
+
+
+def _covariate(p: Port, span: list[float] | None) -> Slider:
+    start = float(p.start[0])
+    lo, hi = span if span else (start - 1, start + 1)
+    return Slider(_label(p), p.reference, (start,), float(lo), float(hi))
+
+
+def _moves(p: Port) -> bool:
+    """Tell whether a share of the values of a parameter makes sense: numbers that are not all 0 and no "no limit"."""
+    values = [abs(float(v)) for v in p.start]
+    return p.var.type == "real" and max(values, default=0.0) > 0 and max(values) < HUGE
+
+
+def _parameter(p: Port) -> Slider:
+    return Slider(_label(p), p.reference, tuple(float(v) for v in p.start))
+
+
+def _memory(graph: Graph) -> Memory | None:
+    """Return the memory that says most: turning points before plays, plays before other states."""
+    found: dict[str, Memory] = {}
+    for k, node in enumerate(graph.nodes):
+        place, named = 0, []
+        for v in node.block.of("cstate", "state"):
+            size = node.sizes[v.name]
+            if v.size == TURNS:
+                found.setdefault("turns", Memory(node.name, "turns", k, place))
+            elif v.text == PLAYS:
+                widths = tuple(float(r) for r in node.value(WIDTHS))
+                found.setdefault("plays", Memory(node.name, "plays", k, place, widths))
+            else:
+                named += [f"{node.name}.{n}: {v.text}" for n in element_names(v.name, size)]
+            place += size
+        if named and "states" not in found and node.block.family == "operators":
+            found["states"] = Memory(node.name, "states", k, 0, names=tuple(named[:MOST_STATES]))
+    return next((found[kind] for kind in ("turns", "plays", "states") if kind in found), None)

@@ -1,0 +1,121 @@
+"""The core in a page: no imports, small, and on the vectors of every block the bits of the native core."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import time
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import hystfmu as hy
+from hystfmu.core.library import block_types
+from hystfmu.graph import Graph, Node
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+VECTORS = sorted((Path(__file__).parents[1] / "vectors").glob("*/*.toml"))
+MOST_GZIP, MOST_SLOWER = 60_000, 2.0  # P13
+RUN = """
+async ([core, cases]) => {
+  const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0));
+  const text = a => btoa(Array.from(a, v => String.fromCharCode(v)).join(''));
+  const module = await WebAssembly.compile(bytes(core)), c = (await WebAssembly.instantiate(module, {})).exports;
+  const put = a => {
+    const at = c.room(a.length);
+    new Uint8Array(c.memory.buffer, at, a.length).set(a);
+    return at;
+  };
+  const outputs = cases.map(({file, u, rows, numbers, t0, h, times}) => {
+    const content = bytes(file), g = c.open(put(content), content.length);
+    const input = put(bytes(u)), y = c.room(8 * numbers);
+    if (!g) return 'refused';
+    const taken = [];
+    let status = 0;
+    for (let k = 0; k < times; k++) {
+      const begin = performance.now();
+      status = c.run(g, rows, t0, h, input, y);
+      taken.push(performance.now() - begin);
+    }
+    const made = times > 1 ? '' : text(new Uint8Array(c.memory.buffer, y, 8 * numbers));
+    return {status, seconds: Math.min(...taken) / 1000, y: made};
+  });
+  return {imports: WebAssembly.Module.imports(module).length, outputs};
+}
+"""
+
+
+def case(graph: Graph, u: np.ndarray, rows: int, t0: float, h: float, times: int = 1) -> dict[str, Any]:
+    """One run as the page takes it."""
+    numbers = rows * sum(p.size for p in graph.ports if p.kind == "output")
+    packed = [base64.b64encode(b).decode() for b in (graph.to_bytes(), u.astype("<f8").tobytes())]
+    named = dict(zip(("file", "u"), packed, strict=True))
+    return {**named, "rows": rows, "numbers": numbers, "t0": t0, "h": h, "times": times}
+
+
+@pytest.fixture(scope="module")
+def blank(browser: Browser) -> Page:
+    return browser.new_page()
+
+
+def test_it_is_small(core: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    packed = len(gzip.compress(core.read_bytes(), 9))
+    with capsys.disabled():
+        print(f"\ncore for pages: {core.stat().st_size} bytes, {packed} as gzip")
+    assert packed <= MOST_GZIP
+
+
+def test_the_vectors_of_every_block_give_the_bits_of_the_native_core(blank: Page, core: Path) -> None:
+    cases, expected, names = [], [], []
+    for file in VECTORS:
+        for k, v in enumerate(tomllib.loads(file.read_text())["case"]):
+            graph = Graph.single(Node(file.stem, file.stem, v.get("dims", {}), v.get("values", {})))
+            u = np.asarray(v["u"], dtype=float).reshape(len(v["y"]), graph.n_inputs)
+            h, t0 = v.get("h", 1.0), v.get("t0", 0.0)
+            names.append(f"{file.stem}-{k}")
+            expected.append(graph.run(u, h, t0).astype("<f8").tobytes())
+            cases.append(case(graph, u, len(u), t0, h))
+    got = blank.evaluate(RUN, [base64.b64encode(core.read_bytes()).decode(), cases])
+    assert got["imports"] == 0
+    different = [n for n, y, found in zip(names, expected, got["outputs"], strict=True) if _bytes(found) != y]
+    assert different == []
+    assert {n.split("-")[0] for n in names} == set(block_types())
+
+
+def _bytes(found: Any) -> bytes:
+    return b"" if found == "refused" or found["status"] else base64.b64decode(found["y"])
+
+
+@pytest.mark.stress
+def test_a_million_steps_take_at_most_twice_the_native_time(
+    blank: Page, core: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """P13, in one run: the least of several times on each side, because other programs run beside."""
+    data, n, times = hy.synthetic.piezo(60, 1000.0), 1_000_000, 3
+    k = np.arange(n)
+    u = 50 - 50 * np.cos(2 * np.pi * k / 400) * np.exp(-k / n)
+    lines, slow = [], []
+    for key in ("prandtl_ishlinskii", "zhao_tan_mlp", "preisach", "actuator"):
+        model = hy.fit(data, key)
+        native = min(_seconds(model, u) for _ in range(times))
+        packed = [base64.b64encode(core.read_bytes()).decode(), [case(model.graph, u, n, 0.0, 1e-3, times)]]
+        (found,) = blank.evaluate(RUN, packed)["outputs"]
+        ratio = found["seconds"] / native
+        lines.append(
+            f"  {key:20s} native {1e9 * native / n:5.0f} ns, page {1e9 * found['seconds'] / n:5.0f}: {ratio:.2f}"
+        )
+        slow += [key] if ratio > MOST_SLOWER else []
+    with capsys.disabled():
+        print("\na step of 1e6:\n" + "\n".join(lines))
+    assert slow == []
+
+
+def _seconds(model: hy.Model, u: np.ndarray) -> float:
+    begin = time.perf_counter()
+    model.predict(u, 1e-3)
+    return time.perf_counter() - begin
