@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from conftest import opened
+from opened_page import opened
 
 import hystfmu as hy
 from hystfmu.face.explore import explorer
@@ -132,7 +132,7 @@ def test_a_moved_parameter_gives_the_path_anew(browser: Browser, file: Path, mod
     with opened(browser, file) as p:
         drag(p, [0.2, 0.8, 0.4])
         before = path_of(p)
-        p.get_by_label("parameter").select_option(label="prandtl_ishlinskii: hysteresis_r")
+        p.get_by_label("parameter").select_option(label="prandtl_ishlinskii: hysteresis_r (V)")
         p.get_by_label("amount").focus()
         p.keyboard.press("End")
         after = path_of(p)

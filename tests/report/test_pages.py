@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from conftest import opened
+from opened_page import opened
 
 import hystfmu as hy
 from hystfmu import report
