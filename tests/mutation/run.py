@@ -86,7 +86,10 @@ class Run:
                 return Outcome(NEW_START)
             return warm.run(chosen)
 
-        self._all(room, run)
+        try:
+            self._all(room, run)
+        finally:
+            self.tree.restore()  # the process that goes on does not know of the last mutant
 
     def _map_calls(self, room: str, warm: Warm) -> None:
         """Bring the map of a C room up to date with its tests, by a fork that runs them on an instrumented library."""
