@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from hystfmu.base.arrays import Array
 from hystfmu.graph import Graph, Input, Node, Output
@@ -149,5 +148,8 @@ def pade(seconds: list[float], order: int, control: Any) -> StateSpace:
 
 
 def _side_by_side(parts: Sequence[StateSpace]) -> StateSpace:
+    # here, so that a process for a foreign FMU does not wait for it
+    from scipy.linalg import block_diag
+
     A, B, C, D = (block_diag(*matrices) for matrices in zip(*parts, strict=True))
     return A, B, C, D

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import LinAlgError, solve_continuous_are
 
 from hystfmu.base.errors import InputError
 from hystfmu.design.delays import StateSpace
@@ -70,7 +69,7 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
     system = shaped.A, shaped.B, shaped.C, shaped.D
     try:
         found, least = _robust(_to_continuous(system, h) if h else system, ratio)
-    except LinAlgError:
+    except np.linalg.LinAlgError:
         raise InputError("The shaped plant must be stabilisable and detectable. Got one that is not.") from None
     robust = control.ss(*(_to_discrete(found, h) if h else found), h)
     return LoopShaping(control.ss(W) * robust, robust, 1 / least, 1 / (ratio * least))
@@ -78,6 +77,9 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
 
 def _robust(system: StateSpace, ratio: float) -> tuple[StateSpace, float]:
     """Return the controller for negative feedback and the least norm, Skogestad & Postlethwaite, eq. 9.69 to 9.73."""
+    # here, so that a process for a foreign FMU does not wait for it
+    from scipy.linalg import solve_continuous_are
+
     A, B, C, D = system
     S, R = np.eye(B.shape[1]) + D.T @ D, np.eye(C.shape[0]) + D @ D.T
     F = A - B @ np.linalg.solve(S, D.T @ C)

@@ -89,7 +89,7 @@ def repetitive_filters(
     InputError
         No loop, or a cutoff above half the sampling frequency.
     """
-    # here, because its half second would count for every process that imports the package of scenarios
+    # here, so that a process for a foreign FMU does not wait for it
     from scipy.signal import firwin
     from scipy.signal.windows import tukey
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from scipy.linalg import expm
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
@@ -67,6 +66,9 @@ def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: f
 
 def _over(A: Array, B: Array, t: float) -> tuple[Array, Array]:
     """Return e^(A t) and the integral of e^(A s) B over 0 .. t."""
+    # here, so that a process for a foreign FMU does not wait for it
+    from scipy.linalg import expm
+
     n = len(A)
     M = expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * t)
     return M[:n, :n], M[:n, n:]
