@@ -18,9 +18,17 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FAILS = "exit status 1"
 # commands that take long, and the tests that run the same
 ELSEWHERE = {"hystfmu study scenarios/pid/draws.study.toml -o out": "tests/study/test_yield.py"}
+# fits a model with resonance three times; tests/start has the same commands
+SLOW = DOCS / "tutorial" / "piezo.md"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(DOCS).as_posix())
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(p, marks=[pytest.mark.stress] if p == SLOW else [], id=p.relative_to(DOCS).as_posix())
+        for p in PAGES
+    ],
+)
 def test_programs_and_commands_of_a_page_run(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
