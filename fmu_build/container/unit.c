@@ -38,11 +38,11 @@ static char *joined(const char *root, const char *path, int uri) {
   static const char PLAIN[] = "/._~-:abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789";
   char *made = malloc(3 * (strlen(root) + strlen(path)) + sizeof "file:////"), *to = made;
   if (!made) return NULL;
-  if (uri) to += sprintf(to, root[0] == '/' ? "file://" : "file:///");
+  if (uri) to += strlen(strcpy(to, root[0] == '/' ? "file://" : "file:///"));
   for (int part = 0; part < 2; part++)
     for (const char *c = part ? path : root; *c; c++)
       if (!uri || strchr(PLAIN, *c)) *to++ = *c;
-      else to += sprintf(to, "%%%02X", (unsigned char)*c);
+      else to += snprintf(to, 4, "%%%02X", (unsigned char)*c);
   *to = 0;
   return made;
 }

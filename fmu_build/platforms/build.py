@@ -46,7 +46,7 @@ OPTIONS += ["-mllvm", "-enable-machine-outliner=never"]  # outlining removes rep
 OPTIONS += ["-mllvm", "-inlinehint-threshold=80"]
 OPTIONS += ["-Wno-override-init", "-Wno-unused-function"]
 SMALL = ["-Os", "-Xclang", "-Oz"]
-WINDOWS = ("heap", "private", "stdio", "string")
+WINDOWS = ("convert", "heap", "private", "stdio", "string")
 LINK = {
     "so": ["-Wl,--gc-sections", "-Wl,--hash-style=sysv"],  # the Bloom filter of GNU hashes is incompressible
     "dylib": ["-Wl,-x"],  # removes local symbols, which -s keeps
@@ -89,13 +89,17 @@ def zig(*words: object) -> None:
         raise SystemExit("build.py: the compiler failed")
 
 
-def build(root: Path, out: Path, name: str) -> Path:
-    """Build one binary and write it atomically."""
-    target, suffix = TARGETS[name]
+def fmi_headers() -> Path:
+    """Return the folder of the official FMI headers, which come with fmpy."""
     spec = importlib.util.find_spec("fmpy")
     if spec is None or spec.origin is None:
         raise SystemExit("build.py: fmpy is not installed; it contains the FMI headers")
-    headers = Path(spec.origin).parent / "c-code"
+    return Path(spec.origin).parent / "c-code"
+
+
+def build(root: Path, out: Path, name: str) -> Path:
+    """Build one binary and write it atomically."""
+    target, suffix = TARGETS[name]
     alone = [root / "fmi" / "files" / n for n in ("open_file.c", "own_folder.c")]  # see there
     fast = {} if name == "x86-windows" else levels(root)
     texts = units(root, [p for p in source_files(root) if p not in alone], fast)
@@ -109,7 +113,7 @@ def build(root: Path, out: Path, name: str) -> Path:
         for k, (level, text) in texts.items():
             source, compiled = Path(where, f"{k}.c"), Path(where, f"{k}.o")
             source.write_text(text)
-            include = [f"-I{root}", f"-isystem{headers}"]
+            include = [f"-I{root}", f"-isystem{fmi_headers()}"]
             zig("-target", target, *OPTIONS, *level, *position, *include, "-c", source, "-o", compiled)
             objects.append(compiled)
         part = Path(where, made.name)

@@ -1,10 +1,11 @@
-"""Build the core that Python loads for all platforms of wheels on this machine by zig cc (PyPI: ziglang).
+"""Build the core that Python loads, and the container, for all platforms of wheels on this machine by zig cc.
 
 cores.py FMU_BUILD OUT [TUPLE ...]
 
-The libraries are written to OUT/<tuple>/_core.<suffix>, with the sources and options that CMakeLists.txt gives to
-_core, and linked like the FMU binaries of build.py.  There is none for 32-bit Windows: numpy and scipy have no wheels
-for it.
+The libraries (PyPI: ziglang) are written to OUT/<tuple>/_core.<suffix> and _container.<suffix>, with the sources and
+options that CMakeLists.txt gives to them, and linked like the FMU binaries of build.py.  There is none for 32-bit
+Windows: numpy and scipy have no wheels for it.  `hystfmu ssp` packs the container of its own machine only, so that a
+wheel needs no other.
 """
 
 from __future__ import annotations
@@ -13,45 +14,53 @@ import sys
 import tempfile
 from pathlib import Path
 
-from build import MEANING, TARGETS, link, zig
+from build import MEANING, TARGETS, fmi_headers, link, zig
 
 CORES = [name for name in TARGETS if name != "x86-windows"]
+SHRUNK = ["-Os", "-ffunction-sections", "-fdata-sections", "-fvisibility=hidden", "-DHYST_UNDOCUMENTED"]
+LIBRARIES = {
+    # Python calls functions of the core that no header exports
+    "_core": (("core/**/*.c", "master/*.c"), ["-O3", "-DNDEBUG", "-fvisibility=default"], "-O3"),
+    "_container": (("core/**/*.c", "master/*.c", "container/*.c", "fmi/files/*.c"), SHRUNK, "-Os"),
+}
 
 
-def build(root: Path, out: Path, name: str) -> Path:
-    """Build the core for one platform and write it atomically."""
+def build(root: Path, out: Path, name: str, library: str) -> Path:
+    """Build a library for one platform and write it atomically."""
     target, suffix = TARGETS[name]
-    sources = [*sorted(root.glob("core/**/*.c")), *sorted(root.glob("master/*.c"))]
-    options = [*MEANING, "-O3", "-DNDEBUG", "-fno-stack-protector", f"-I{root}"]
-    options += ["-fvisibility=default"]  # Python calls functions that no header exports
+    patterns, given, level = LIBRARIES[library]
+    sources = [path for pattern in patterns for path in sorted(root.glob(pattern))]
+    options = [*MEANING, *given, "-fno-stack-protector", f"-I{root}", f"-isystem{fmi_headers()}"]
     if suffix == "dll":
         sources.append(root / "platforms" / "windows.c")
     else:
         options.append("-fPIC")
     folder = out / name
     folder.mkdir(parents=True, exist_ok=True)
-    made = folder / f"_core.{suffix}"
+    made = folder / f"{library}.{suffix}"
     with tempfile.TemporaryDirectory(dir=folder) as where:
         objects = [Path(where, f"{k}.o") for k in range(len(sources))]  # names of files occur twice
         for source, compiled in zip(sources, objects, strict=True):
             zig("-target", target, *options, "-c", source, "-o", compiled)
         part = Path(where, made.name)
         # without a level, zig links as for debugging, and a library of Windows states the time
-        zig("-target", target, "-O3", "-s", "-shared", *objects, *link(made.name), "-o", part)
+        loads = ["-ldl"] if suffix == "so" and library == "_container" else []  # dlopen, before glibc 2.34
+        zig("-target", target, level, "-s", "-shared", *objects, *link(made.name), *loads, "-o", part)
         part.replace(made)
     return made
 
 
 def main() -> None:
-    """Build the named platforms, by default all of wheels."""
+    """Build both libraries for the named platforms, by default all of wheels."""
     root, out, *names = sys.argv[1:]
     unknown = set(names) - set(CORES)
     if unknown:
         got = sorted(unknown)[0]
         raise SystemExit(f"cores.py: the platform must be one of {', '.join(CORES)}. Got {got!r} instead.")
     for name in names or CORES:
-        path = build(Path(root).resolve(), Path(out), name)
-        print(f"{path}: {path.stat().st_size} bytes", flush=True)
+        for library in LIBRARIES:
+            path = build(Path(root).resolve(), Path(out), name, library)
+            print(f"{path}: {path.stat().st_size} bytes", flush=True)
 
 
 if __name__ == "__main__":

@@ -2,10 +2,11 @@
 
 release.py PLATFORMS CORES DIST
 
-Wheels are made by the backend of pyproject.toml, of which this program sets the tag and the core: one from CORES
-(cores.py) instead of the one that it would compile here.  They contain the FMU binaries of PLATFORMS (build.py), which
-must be the folder that CMakeLists.txt installs.  The list of parts is a CycloneDX file, in DIST and in each wheel
-(PEP 770).  Equal sources give equal bytes: times are those of SOURCE_DATE_EPOCH, by default the last commit.
+Wheels are made by the backend of pyproject.toml, of which this program sets the tag and the libraries: core and
+container from CORES (cores.py) instead of those that it would compile here.  They contain the FMU binaries of PLATFORMS
+(build.py), which must be the folder that CMakeLists.txt installs.  The list of parts is a CycloneDX file, in DIST and
+in each wheel (PEP 770).  Equal sources give equal bytes: times are those of SOURCE_DATE_EPOCH, by default the last
+commit.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import tomllib
 from pathlib import Path
 
 from build import TARGETS
-from cores import CORES
+from cores import CORES, LIBRARIES
 from parts import parts, sha256
 
 ROOT = Path(__file__).parents[2]
@@ -56,13 +57,13 @@ def main() -> None:
         raise SystemExit(f"release.py: {platforms} must hold a binary for each platform. Got none for {lacking[0]}.")
     sdist = build_sdist(str(dist), {})
     name, version = sdist.removesuffix(".tar.gz").split("-")
-    own = {t: cores / t / f"_core.{TARGETS[t][1]}" for t in CORES}
+    own = {t: [cores / t / f"{library}.{TARGETS[t][1]}" for library in LIBRARIES] for t in CORES}
     project = tomllib.loads(Path("pyproject.toml").read_text())["project"]
-    compiled = binaries | {f"hystfmu/{path.name} of {target}": path for target, path in own.items()}
+    compiled = binaries | {f"hystfmu/{p.name} of {target}": p for target, paths in own.items() for p in paths}
     listed = parts(project, version, compiled, seconds)
     sbom = dist / f"{name}-{version}.cdx.json"
     sbom.write_text(json.dumps(listed, indent=1) + "\n")
-    for target, core in own.items():
+    for target, paths in own.items():
         settings = {
             "wheel.tags": [f"py3-none-{tag}" for tag in TAGS[target]],
             "wheel.reproducible": "true",
@@ -70,7 +71,7 @@ def main() -> None:
             "build.targets": ["sources"],
             "install.components": ["files"],
             "install.strip": "false",
-            "cmake.define.HYSTFMU_CORE": str(core),
+            "cmake.define.HYSTFMU_LIBRARIES": ";".join(map(str, paths)),
             "cmake.define.HYSTFMU_SBOM": str(sbom),
         }
         build_wheel(str(dist), settings)  # type: ignore[arg-type]

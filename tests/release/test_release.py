@@ -75,7 +75,8 @@ def test_a_wheel_holds_all_that_it_needs(name: str) -> None:
         assert sorted(tags) == sorted(f"py3-none-{t}" for t in WHEELS[name][0].split("."))
         assert archive.read(f"{info}/sboms/hystfmu-{hystfmu.__version__}.cdx.json") == sbom_file().read_bytes()
     assert len(times) == 1  # that of the commit
-    assert sorted(n for n in names if re.match(r"hystfmu/_(core|fmu)\.", n)) == [f"hystfmu/_core.{WHEELS[name][1]}"]
+    own = [n for n in names if re.match(r"hystfmu/_(container|core|fmu)\.", n)]
+    assert sorted(own) == [f"hystfmu/_container.{WHEELS[name][1]}", f"hystfmu/_core.{WHEELS[name][1]}"]
     binaries = {f"hystfmu/_platforms/{p.tuple3}.{p.suffix}" for p in PLATFORMS.values()}
     binaries.add("hystfmu/_platforms/darwin64.dylib")
     assert binaries | {f"{b}.deflate" for b in binaries} <= set(names)
@@ -104,7 +105,8 @@ def test_the_list_of_parts_is_that_of_the_files() -> None:
     for name, (_, suffix) in WHEELS.items():
         with zipfile.ZipFile(wheel(name)) as archive:
             parts = {n: n for n in archive.namelist() if re.fullmatch(r"hystfmu/_platforms/.*\.(so|dll|dylib)", n)}
-            parts[f"hystfmu/_core.{suffix} of {name}"] = f"hystfmu/_core.{suffix}"
+            for own in ("_container", "_core"):
+                parts[f"hystfmu/{own}.{suffix} of {name}"] = f"hystfmu/{own}.{suffix}"
             for listed, file in parts.items():
                 assert hashes[listed] == hashlib.sha256(archive.read(file)).hexdigest()
     needed = [p["value"] for c in found["components"] for p in c.get("properties", [])]

@@ -52,8 +52,8 @@ def container_fmu(system: System, name: str) -> bytes:
     binary = PACKAGE / f"_container.{host().suffix}"
     if not binary.exists():
         raise InputError(
-            f"{system.case.where}: a loop with foreign FMUs needs the container binary, which a build from source has "
-            "(pip install .), a wheel does not"
+            f"{system.case.where}: a loop with foreign FMUs needs the compiled container binary, which is missing: "
+            "install the package with 'pip install .'"
         )
     files: dict[str, bytes] = {}
     lines: list[str] = []
