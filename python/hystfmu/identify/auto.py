@@ -5,8 +5,9 @@ changes (a decaying sine, a staircase of minor loops).  A model is fitted to the
 and its error counts in the blocks inside the range of u that those rows cover.  A block that alone reaches an end of
 the range is not held out: its loop sets the memory, and without it every kind extrapolates, some with more luck than
 others.  The blocks come in disjoint folds.  After each fold losers stop (a race: Maron & Moore 1994; Birattari et al.
-2002): kinds whose error, without the noise of the output, is `LOSER` times the least.  A kind that is expensive to fit
-starts with a short trial fit.
+2002): kinds whose error, without the noise of the output, is `LOSER` times the least.  What the fits of the folds
+disagree on counts as an error as well, and a loser returns where the others turn out uncertain.  A kind that is
+expensive to fit starts with a short trial fit, which has every part of the full one.
 
 Blocks tell nothing about states that no row has seen.  A network errs there, and a kind whose parameters are local, so
 the share of the states of other signals that the training rows leave out (`hystfmu.model.coverage`) counts with
@@ -36,7 +37,7 @@ from hystfmu.identify.candidate import CLOSES, LAGS, OPENS, Candidate
 from hystfmu.identify.catalogue import candidates, takes_covariates, takes_records
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.options import Option
-from hystfmu.identify.race import FOLDS, Race, Trial
+from hystfmu.identify.race import Race, Trial
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
 
@@ -46,6 +47,7 @@ CLEARLY, FINE = 1.2, 0.1  # error ratio and error in % of the span: static model
 LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return-point model can represent the data
 REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse one
 EXACT_INVERSE = "exact"
+SHORT = 0.2  # of the time of a full fit: a short trial fit
 BUDGET, PER_1000 = 25.0, 0.25  # s for all candidates, and per 1000 rows; estimated, not timed: the load must not decide
 
 
@@ -130,22 +132,22 @@ def choose(
             race.reasons[name] = f"{race.best().name} leaves nothing to explain"
             continue
         race.first(name, key, candidate, partial(_share, progress, done / total, (done + costs[name]) / total))
-        done += costs[name]
-    for fold in FOLDS[1:]:
-        left = race.contenders()
-        spent = sum(costs[t.name] for t in left)
-        if len(left) < 2 or done + spent > budget(rows):
-            break
-        race.again(fold, left)
-        done += spent
-        progress(min(done / total, 1.0))
+        done += costs[name] * (SHORT if candidate.quick and name not in race.trials else 1.0)
     if not race.trials:
         raise InputError(f"{where}: The data must suit a candidate. Got none that fits: {race.reasons}")
+    left = race.unexplained()
+    while (late := race.late()) and not race.explained():
+        spent = sum(costs[t.name] for t in late)
+        if done + spent > budget(rows):
+            break
+        race.again(late)
+        done += spent
+        progress(min(done / total, 1.0))
     rate = _rate(race, seen)
     able = race.contenders()
     if rate != "seen":  # static kinds that lost to a rate-dependent one stay
         able = [t for t in race.trials.values() if t.candidate.memory != LAGS] or able
-    if race.least() > REFUSED:
+    if min(left, race.unexplained()) > REFUSED:  # a later fold of a short record may hold out a loop like no other
         raise InputError(_refusal(where, race, seen))
     best = _preferred(race, able, inverses, only_invertible, where)
     ranked = sorted(race.trials.values(), key=race.excess)
@@ -204,7 +206,7 @@ def _preferred(race: Race, able: list[Trial], inverses: Inverses | None, only_in
     """Return the best that holds elsewhere; of those as good the one with an exact inverse and fewest parameters."""
     left, faults = list(able), {}
     while left:
-        best = min(left, key=race.excess)
+        best = min(left, key=race.risk)
         equal = [t for t in left if race.as_good(t, best)]
         if inverses is not None:
             equal = [t for t in equal if inverses.kind(t.model) == EXACT_INVERSE] or equal
@@ -224,7 +226,7 @@ def _preferred(race: Race, able: list[Trial], inverses: Inverses | None, only_in
 
 
 def _refusal(where: str, race: Race, seen: Excitation) -> str:
-    best = race.best()
+    best = min(race.trials.values(), key=race.excess)
     short = "" if not seen.warnings else f" ({'; '.join(seen.warnings)})"
     return (
         f"{where}: A kind of model must follow the data to {REFUSED:g} % of the span. Got {race.excess(best):.3g} % on "
@@ -237,8 +239,8 @@ def _rate(race: Race, seen: Excitation) -> str:
     """Decide whether a rate-dependent kind has a clearly smaller error than all others."""
     if not seen.several_speeds:
         return "one speed only"
-    lags = [race.excess(t) for t in race.trials.values() if t.candidate.memory == LAGS]
-    others = [race.excess(t) for t in race.trials.values() if t.candidate.memory != LAGS]
+    lags = [race.risk(t) for t in race.trials.values() if t.candidate.memory == LAGS]
+    others = [race.risk(t) for t in race.trials.values() if t.candidate.memory != LAGS]
     better = lags and min(others, default=np.inf) > max(CLEARLY * min(lags), FINE)
     return "seen" if better else "not seen"
 

@@ -23,7 +23,8 @@ class Candidate:
     options : dict
         Options of the kind that differ from its defaults.
     quick : dict
-        Options of a short trial fit, which a kind must pass before it is fitted in full; empty: there is none.
+        Options of a short trial fit, which a kind must pass before it is fitted in full; empty: there is none.  It may
+        be coarser than the full fit but must have each of its parts.
     local : bool
         Whether each parameter acts on some states of the memory only, so that the kind knows nothing of states that no
         row has seen.  A network states its coverage itself.

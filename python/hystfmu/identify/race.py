@@ -1,4 +1,9 @@
-"""A race of candidates over folds of validation blocks: errors beside the noise and beside what no row has seen."""
+"""A race of candidates over folds of validation blocks: errors beside the noise and beside what no row has seen.
+
+Blocks of one record are much alike: what a fit extrapolates to other states of the memory does not show in them.  It
+shows where fits to different rows disagree: the folds are a jackknife with groups deleted (Shao & Wu, Annals of
+Statistics 17 (1989) 1176-1197), and the standard error of the output on an input with other memory counts as an error.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +20,7 @@ from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.candidate import Candidate
+from hystfmu.identify.features.other_memory import other_memory
 from hystfmu.identify.features.plays import plays
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
 from hystfmu.identify.one import fit_one
@@ -50,6 +56,10 @@ class Trial:
         Share of the states of other signals of which the model knows nothing.
     errors : array, shape (m,)
         Errors on the validation rows so far.
+    others : list of array, shape (n,)
+        Output on the input with other memory, one for each fold, from the second fold on.
+    folds : int
+        Number of folds run.
     """
 
     name: str
@@ -58,11 +68,23 @@ class Trial:
     model: Model
     errors: Array
     outside: float
+    others: list[Array] = field(default_factory=list)
+    folds: int = 1
 
     @property
     def parameters(self) -> int:
         """Number of parameters."""
         return int(self.model.fit["parameters"])
+
+    @property
+    def spread(self) -> float:
+        """Standard error of the output in states that the record does not hold (RMS); 0 after one fold only."""
+        n = len(self.others)
+        if n < 2:
+            return 0.0
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = (n - 1) ** 0.5 * rms(np.array(self.others) - np.mean(self.others, axis=0))
+        return found if np.isfinite(found) else np.inf
 
 
 @dataclass
@@ -85,12 +107,15 @@ class Race:
     poor: bool = False
     sigma: float = 0.0
     unseen: float = 0.0
+    other: Array = field(default_factory=lambda: np.zeros(0))
     trials: dict[str, Trial] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.sigma = noise(self.data.y[self.data.train])
         self.unseen = _unseen(self.data)
+        u = self.data.longest().u
+        self.other = other_memory(u[self.data.longest().train], float(self.data.u[0]))
 
     def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp]]:
         """Return the data without the blocks of a fold, and the rows of these blocks that count."""
@@ -123,9 +148,13 @@ class Race:
         square = float(np.mean(trial.errors**2)) - self.floor()
         return 100 * float(np.sqrt(max(square, 0.0) / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
 
+    def risk(self, trial: Trial) -> float:
+        """Return the error to expect on other signals, in % of the span: `excess`, and the spread between the folds."""
+        return float(np.hypot(self.excess(trial), 100 * trial.spread / self.data.span))
+
     def best(self) -> Trial:
         """Return the candidate with the least error."""
-        return min(self.trials.values(), key=self.excess)
+        return min(self.trials.values(), key=self.risk)
 
     def floor(self) -> float:
         """Return the variance of the noise, which no model can explain; 0 if one leaves clearly less.
@@ -141,8 +170,12 @@ class Race:
         return least
 
     def least(self) -> float:
-        """Return the least error so far, in % of the span."""
-        return max(min((self.excess(t) for t in self.trials.values()), default=np.inf), EXACT)
+        """Return the least error to expect so far, in % of the span."""
+        return max(min((self.risk(t) for t in self.trials.values()), default=np.inf), EXACT)
+
+    def unexplained(self) -> float:
+        """Return the least error on the blocks so far, in % of the span."""
+        return min(self.excess(t) for t in self.trials.values())
 
     def explained(self) -> bool:
         """Whether the best leaves nothing; beside noise this is never sure, because its estimate is uncertain."""
@@ -172,24 +205,36 @@ class Race:
 
     def contenders(self) -> list[Trial]:
         """Return the candidates that are no losers, cheapest first."""
-        return [t for t in self.trials.values() if self.excess(t) <= LOSER * self.least()]
+        return [t for t in self.trials.values() if self.risk(t) <= LOSER * self.least()]
 
-    def again(self, fold: int, trials: list[Trial]) -> None:
-        """Let candidates run on another fold."""
+    def late(self) -> list[Trial]:
+        """Return the candidates to run next: no losers, or no longer, that have run on fewest folds."""
+        left = [t for t in self.contenders() if t.folds < len(FOLDS)]
+        return [t for t in left if t.folds == min(other.folds for other in left)]
+
+    def again(self, trials: list[Trial]) -> None:
+        """Let candidates run on their next fold."""
         for t in trials:
             try:
-                more = self.fitted(fold, t.key, t.candidate.options, lambda done: None)[1]
+                model, more = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, lambda done: None)
+                t.others += [self._other(m) for m in ([model] if t.others else [t.model, model])]
             except InputError:
                 more = np.full(1, np.inf)
             t.errors = np.concatenate([t.errors, more])
+            t.folds += 1
+
+    def _other(self, model: Model) -> Array:
+        """Return the output of a model on the input with other memory; covariates stay at their first values."""
+        held = [np.full(len(self.other), port.start) for port in model.graph.inputs[1:]]
+        return np.asarray(model.graph.run(np.column_stack([self.other, *held]), self.data.h)).reshape(-1)
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
         """Whether a candidate is as good as the best, or the noise explains the difference."""
-        if self.excess(trial) <= (LOSER if self.poor else AS_GOOD) * max(self.excess(best), EXACT):
+        if self.risk(trial) <= (LOSER if self.poor else AS_GOOD) * max(self.risk(best), EXACT):
             return True
         if trial.outside > best.outside or len(trial.errors) != len(best.errors):
             return False
-        worse = float(np.mean(trial.errors**2) - np.mean(best.errors**2))
+        worse = float(np.mean(trial.errors**2) - np.mean(best.errors**2)) + trial.spread**2 - best.spread**2
         by_noise = 2 * self.sigma * float(np.sqrt(np.mean((trial.errors - best.errors) ** 2) / len(best.errors)))
         return worse <= SURE * by_noise
 

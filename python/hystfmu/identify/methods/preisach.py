@@ -33,7 +33,7 @@ RECORDS = True
 LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))  # of ridge, penalty over the mean, over the width
 LAGS, DEAD_ZONES = 6, 6
 BETTER = 0.6  # ratio of errors below which rate dependence is kept: on one slow record it mimics a memory
-CANDIDATES = (Candidate(ANY, 0.5, 0.42, quick={"n": 20, "widths": 12, "means": 4, "rate": "no"}),)
+CANDIDATES = (Candidate(ANY, 0.5, 0.42, quick={"n": 20, "widths": 12, "means": 4}),)
 OPTIONS = (
     Option("n", 40, 1, 100, text="steps of the grid of the Everett function"),
     Option("widths", 32, 2, 100, text="hat functions of the half-difference of the thresholds"),
