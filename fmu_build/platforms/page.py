@@ -11,10 +11,11 @@ import tempfile
 import zlib
 from pathlib import Path
 
-from build import OPTIONS, levels, units, zig
+from build import MEANING, levels, units, zig
 
 MADE = "core.wasm"
 TARGET = ["-target", "wasm32-wasi", "-msimd128"]  # every browser that inflates a stream has vectors
+OPTIONS = [*MEANING, "-fvisibility=hidden", "-DHYST_UNDOCUMENTED", "-Wno-override-init", "-Wno-unused-function"]
 LINK = ["-mexec-model=reactor", "-Wl,--no-entry", "-Wl,--gc-sections", "-Wl,-z,stack-size=65536", "-Os", "-s"]
 TEXTS = "message.c"  # sentences need printf, which is as large as a dozen blocks
 
