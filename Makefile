@@ -17,7 +17,7 @@ SPREAD := -n $(WORKERS) --dist worksteal
 
 .PHONY: demo test contract stress mutants dev core check generate modelica platforms bench choice docs wheel release use importers clean torture
 
-demo: build/installed build/platforms/core.wasm core
+demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
 
 test: build/platforms/core.wasm dev
