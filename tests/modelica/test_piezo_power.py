@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import simulate
 
-STANDARD = Path(os.environ.get("HYSTFMU_DATA", "no data")) / "msl"
+STANDARD = Path(os.environ.get("HYSTFMU_DATA", Path(__file__).parents[3] / "shared" / "data")) / "msl"
 SETTLED = 1e-3  # s
 SEED = int(np.random.default_rng().integers(2**31))
 

@@ -228,7 +228,7 @@ def test_two_reports_side_by_side(loop: Any, write: Any, tmp_path: Path) -> None
     assert isinstance(found[0].old, float)
     assert found[0].relative == pytest.approx(found[0].new / found[0].old - 1)  # type: ignore[operator]
     page = (tmp_path / "diff.html").read_text()
-    ET.fromstring(page[page.index("<body>") : page.index("</body>") + 7])
+    ET.fromstring(page[page.index("<main>") : page.index("</main>") + 7])
     assert page.count("<svg") == 2  # reference.r, plant.y
     assert page.count(">old</text>") == page.count(">new</text>") == 2  # both revisions in each
     signals = json.loads((tmp_path / "a/report.json").read_text())["results"][0]["signals"]

@@ -15,7 +15,8 @@ from hystfmu.cli import main
 from hystfmu.data.synthetic import displacement, piezo
 
 pytestmark = pytest.mark.stress
-MEASURED = Path(os.environ.get("HYSTFMU_DATA", "no data")) / "dbo_piezo" / "Test_Vi_Do_Di.dat"
+DATA = Path(os.environ.get("HYSTFMU_DATA", Path(__file__).parents[3] / "shared" / "data"))
+MEASURED = DATA / "dbo_piezo" / "Test_Vi_Do_Di.dat"
 
 
 def _measured(path: Path) -> None:

@@ -6,7 +6,7 @@ model Pid "PID with inverse feed-forward on a hysteretic actuator"
   Sources.Sine reference(frequency = 10, lead = 1.5*Ts) "Preview of the delay and of half a sample for the hold" annotation (Placement(transformation(extent = {{-100, 0}, {-80, 20}})));
   Control.Feedforward feedforward(f_n = 500, zeta = 0.7) annotation (Placement(transformation(extent = {{-70, -30}, {-50, -10}})));
   Inverse.Sampled.PrandtlIshlinskiiInverse inverse(n = identified.hysteresis_n, depth = 16, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u0 = identified.hysteresis_u0, Ts = Ts) annotation (Placement(transformation(extent = {{-40, -30}, {-20, -10}})));
-  Control.Pid controller(Kp = 0.444, Ki = 4373, Kd = 0.0003218, tau = 8.276e-06, Ts = Ts) annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
+  Control.Pid controller(Kp = 0.4761, Ki = 4446, Kd = 0.0003252, tau = 7.305e-06, Ts = Ts) annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})));
   Dynamics.Delay delay(n = 1, Ts = Ts) "One sample between command and actuator" annotation (Placement(transformation(extent = {{60, -40}, {80, -20}})));
   Plants.BacklashSumDynamics plant(n = 10, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10), f_n = 500, zeta = 0.7, Ts = Ts) annotation (Placement(transformation(extent = {{40, 0}, {60, 20}})));
 equation
