@@ -41,9 +41,9 @@ OPTIONS = [*MEANING, "-fvisibility=hidden", "-DHYST_UNDOCUMENTED"]
 OPTIONS += ["-fno-asynchronous-unwind-tables", "-fno-unwind-tables", "-fno-stack-protector"]
 OPTIONS += ["-fomit-frame-pointer"]  # the default of zig is larger and up to 4 % slower
 OPTIONS += ["-mllvm", "-enable-machine-outliner=never"]  # outlining removes repetition, which deflate needs
-# zig takes "inline" at its word: functions of 325 instructions are copied into each caller. 80 instead makes an FMU a
+# zig takes "inline" at its word: functions of 325 instructions are copied into each caller. 60 instead makes an FMU a
 # twelfth smaller and its steps a few ns slower; 50, the limit of other functions, costs each step a tenth
-OPTIONS += ["-mllvm", "-inlinehint-threshold=80"]
+OPTIONS += ["-mllvm", "-inlinehint-threshold=60"]
 OPTIONS += ["-Wno-override-init", "-Wno-unused-function"]
 SMALL = ["-Os", "-Xclang", "-Oz"]
 WINDOWS = ("convert", "heap", "private", "stdio", "string")
