@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.cli import main
+from hystfmu.start.excitation import MOST_ROWS, excitation
 
 
 def call(*words: object) -> tuple[int, str, str]:
@@ -111,3 +112,13 @@ def test_a_model_without_inverse_ends_in_one_line(tmp_path: Path) -> None:
     assert status == 2
     assert len(err.strip().splitlines()) == 1
     assert not (tmp_path / "mine").exists()
+
+
+@pytest.mark.parametrize("rows", [100, 20_000])
+def test_the_input_to_measure_next_ends_where_it_begins(rows: int) -> None:
+    """Also for a slow record, whose speed would give too long a file."""
+    u = 50 + 50 * np.sin(2 * np.pi * np.arange(2 * rows) / rows)
+    found = excitation(hy.Dataset(1e-3 * np.arange(len(u)), u, u), 1e3 / rows)
+    assert found[0] == found[-1] == u[0]
+    assert len(found) <= MOST_ROWS
+    assert u.min() <= found.min() <= found.max() <= u.max()

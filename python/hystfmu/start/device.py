@@ -47,7 +47,7 @@ class Device:
     frequency : float
         Of references (Hz): that of the record, as far as the step allows.
     low, high, rest : float
-        Output at both ends of the range of the input, and before the first step.
+        Least and largest output over the range of the input, and output before the first step, in its unit of measure.
     """
 
     model: Model

@@ -42,22 +42,30 @@ def excitation(data: Dataset, frequency: float) -> Array:
     Returns
     -------
     array, shape (n,)
-        It starts and ends at the first input of the record.
+        In the unit of measure of u.  It starts and ends at the first input of the record, and is faster than the record
+        where it would have more than `MOST_ROWS` rows.
     """
     lo, hi = float(data.u.min()), float(data.u.max())
     middle, half = (lo + hi) / 2, (hi - lo) / 2
     start = (float(data.u[0]) - middle) / half
     cycle = 1 / (frequency * data.h)
-    full = ramps([start, 1.0, -1.0, 1.0, -1.0, 0.0], _step(cycle, 1.0))
-    parts = [full]
+    v = _path(start, cycle)
+    while len(v) > MOST_ROWS:  # never cut off, because it would end far from where it begins
+        cycle /= 2
+        v = _path(start, cycle)
+    return np.asarray(middle + half * v)
+
+
+def _path(start: float, cycle: float) -> Array:
+    """Return the path in [-1, 1] from `start` back to it, with `cycle` rows for a full loop."""
+    parts = [ramps([start, 1.0, -1.0, 1.0, -1.0, 0.0], _step(cycle, 1.0))]
     for k, speed in enumerate(SPEEDS):
         parts.append(nested_reversals(REVERSALS, seed=k + 1, step=_step(cycle, speed))[1:])
         parts.append(ramps([float(parts[-1][-1]), 0.0], _step(cycle, speed))[1:])
     parts.append(np.zeros(round(REST * sum(map(len, parts)))))
     parts.append(_sweep(cycle))
     parts.append(ramps([float(parts[-1][-1]), start], _step(cycle, 1.0))[1:])
-    v = np.concatenate(parts)[:MOST_ROWS]
-    return np.asarray(middle + half * v)
+    return np.concatenate(parts)
 
 
 def _step(cycle: float, speed: float) -> float:

@@ -74,16 +74,16 @@ def loop_scenario(found: Device, gains: Gains, percent: float, name: str, other:
     loop.add("pid", blocks.Pid(Kp=gains.Kp, Ki=gains.Ki), text="acts inside the inverse")
     loop.add("inverse", found.inverse)
     loop.add("delay", _late(found, COMPUTING), text="one step for computing")
+    y = f"plant.{found.model.graph.outputs[0].name}"
     for source, target in (
         (wanted, "pid.u_ff"),
         ("reference.r", "pid.y_d"),
-        ("plant.y", "pid.y"),
+        (y, "pid.y"),
         ("pid.u", f"inverse.{found.inverse.graph.inputs[0].name}"),
         (f"inverse.{found.inverse.graph.outputs[0].name}", "delay.u"),
         ("delay.y", f"plant.{found.model.graph.inputs[0].name}"),
     ):
         loop.connect(source, target)
-    y = f"plant.{found.model.graph.outputs[0].name}"
     size = float(f"{stroke:.6g}")
     loop.metric("tracking", "rms_percent", y, "reference.r", stroke=size, after=after, text="percent of the stroke")
     loop.metric("worst", "max_percent", y, "reference.r", stroke=size, after=after, text="percent of the stroke")
