@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ctypes as C
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hystfmu.core.library import library
 from hystfmu.graph import Node
 
 Array = NDArray[np.float64]
@@ -20,6 +22,13 @@ def _guarded(n: int) -> tuple[Array, Array]:
 
 def _pointer(a: Array) -> C._Pointer[C.c_double]:
     return a.ctypes.data_as(C.POINTER(C.c_double))
+
+
+def function(name: str, *arguments: Any, result: Any = C.c_int) -> Any:
+    """A function of the core with its own argument types: those of the binding belong to the whole process."""
+    found = C.CDLL(library()._name)[name]
+    found.argtypes, found.restype = arguments, result
+    return found
 
 
 class Raw:

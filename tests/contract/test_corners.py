@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from block_files import patched, raw_bytes
-from raw import Raw
+from raw import Raw, function
 
 from hystfmu.base.errors import InputError
 from hystfmu.core.executor import Executor
@@ -42,8 +42,7 @@ def wrong(block: str, h: float = 0.0, dims: dict[str, int] | None = None, **valu
 )
 def test_a_value_is_checked_by_its_type(kind: str, good: list[float], bad: list[float]) -> None:
     row = RawVar(name=b"v", type=kind.encode(), lo=-np.inf, hi=np.inf)
-    check = library().hyst_check
-    check.argtypes = [C.POINTER(RawVar), C.c_double]
+    check = function("hyst_check", C.POINTER(RawVar), C.c_double)
     assert [check(row, v) for v in good] == [0] * len(good)
     assert all(check(row, v) for v in bad)
 
@@ -73,8 +72,7 @@ def test_messages_keep_the_point_in_a_locale_with_a_comma(tmp_path: Path, monkey
         pytest.skip("localedef knows no de_DE")
     monkeypatch.setitem(os.environ, "LOCPATH", str(tmp_path))
     before = locale.setlocale(locale.LC_NUMERIC)
-    number = library().hyst_number
-    number.argtypes, number.restype = [C.c_char_p, C.c_size_t, C.c_double], C.c_char_p
+    number = function("hyst_number", C.c_char_p, C.c_size_t, C.c_double, result=C.c_char_p)
     try:
         locale.setlocale(locale.LC_NUMERIC, "de_DE.UTF-8")
         assert locale.localeconv()["decimal_point"] == ","
