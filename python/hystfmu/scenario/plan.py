@@ -68,15 +68,10 @@ def plan(
     cases = [[c for c in s.cases if c.name in wanted] for s in scenarios]
     built = [tuple(build(c) for c in group) for group in cases]
     _check_overrides(overrides, [s for group in built for s in group])
-    plans = [
+    return [
         Plan(s, systems, *((None, False) if record or s.folder is None else (Baseline.load(s.folder), True)))
         for s, systems in zip(scenarios, built, strict=True)
     ]
-    for system in (x for p in plans for x in p.systems):
-        if system.case.final_states and system.foreign:
-            name = system.foreign[0].name
-            raise InputError(f"{system.case.origin}: final_states: {name} is a foreign FMU, whose states are not known")
-    return plans
 
 
 def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) -> None:

@@ -15,7 +15,10 @@ from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Node
 from hystfmu.scenario import simulate
+from hystfmu.scenario.engine.adapted_member import AdaptedMember
+from hystfmu.scenario.engine.fmu_member import FmuMember
 from hystfmu.scenario.engine.master import ENGINES
+from hystfmu.scenario.engine.stepped_member import SteppedMember
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 
 
@@ -117,3 +120,41 @@ def test_fmi_1_in_both_engines(loop: Any, write: Any) -> None:
     loop["coupling"] = {"scheme": "iterative"}
     with pytest.raises(Stopped, match="x: iterative coupling needs an FMU that can get and set its state"):
         simulate(ready(write(loop)))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_adapted_fmu_is_never_asked_for_tangents(loop: Any, write: Any, engine: Any) -> None:
+    """Set by types, it is called by no function for a tangent: a loop through it is solved by relaxation."""
+    folder = write(loop)
+    (folder / "x.fmu").write_bytes(reference_fmu("fmi3/Feedthrough").read_bytes())
+    loop["units"]["x"] = {"fmu": "x.fmu", "set": {}}
+    loop["units"]["sum"] = {"block": "sum", "dims": {"n": 2}, "values": {"k": [1.0, -0.5]}}
+    loop["order"] += ["x", "sum"]
+    loop["connections"] |= {"sum.u_1": "reference.r", "sum.u_2": "x.Float64_continuous_output"}
+    loop["connections"]["x.Float64_continuous_input"] = "sum.y"
+    loop["stop"], loop["coupling"] = 0.005, {"scheme": "iterative"}
+    del loop["metrics"]["tracking"]["after"]
+    system = ready(write(loop))
+    assert not any(hasattr(AdaptedMember, name) for name in ("tangent", "state_hash"))
+    assert (system.parts[3].has_tangent, system.newton) == (False, False)
+    trace = simulate(system, engine)
+    assert trace["x.Float64_continuous_output"] == pytest.approx(trace["reference.r"] / 1.5, abs=1e-8)
+    assert trace["x.Float64_continuous_output"] == pytest.approx(trace["sum.y"], abs=1e-8)
+
+
+def test_final_states_of_a_foreign_fmu_are_refused_in_one_line(loop: Any, write: Any) -> None:
+    folder = feedthrough(loop, write, "Boolean")
+    loop["final_states"] = True
+    write(loop)
+    with pytest.raises(
+        InputError, match=r"scenario\.toml: final_states: x is a foreign FMU, whose states are not known$"
+    ):
+        ready(folder)
+
+
+def test_a_member_says_how_it_is_called() -> None:
+    wanted = {"start", "save", "restore", "close", "calls", "free_state"}
+    assert SteppedMember.__abstractmethods__ == wanted
+    assert not FmuMember.__abstractmethods__ | AdaptedMember.__abstractmethods__
+    with pytest.raises(TypeError, match="abstract"):
+        SteppedMember()  # type: ignore

@@ -135,7 +135,6 @@ class FmuMember(SteppedMember):
             raise Stopped(f"{self.name} refuses {v.name} = {value!r}: {e}") from None
 
     def calls(self) -> Calls:
-        """What the master in C needs to call this FMU."""
         names = ["fmi2SetReal", "fmi2DoStep", "fmi2GetReal", "fmi2GetFMUstate", "fmi2SetFMUstate"]
         if self._fmi == 3:
             names = ["fmi3SetFloat64", "fmi3DoStep", "fmi3GetFloat64", "fmi3GetFMUState", "fmi3SetFMUState"]
@@ -154,7 +153,6 @@ class FmuMember(SteppedMember):
         )
 
     def free_state(self, state: int) -> None:
-        """Free a state that the master in C saved."""
         self._fmu.freeFMUState(C.c_void_p(state))
 
     def start(self, t0: float) -> None:
@@ -173,6 +171,7 @@ class FmuMember(SteppedMember):
         self.take()
 
     def tangent(self, du: list[float]) -> list[float] | None:
+        """Return the tangent of the outputs along `du` (inputs of `sources`) after a step; None if it is not finite."""
         assert self._tangent is not None
         for k, v in enumerate(du):
             self._du[k] = v
@@ -191,6 +190,7 @@ class FmuMember(SteppedMember):
         self._fmu.setFMUState(self._state)
 
     def state_hash(self) -> str:
+        """Return the hash of the present states; not of a foreign FMU."""
         assert not isinstance(self._graph, Foreign)
         self.save()
         serialize = self._fmu.serializeFMUstate if self._fmi == 2 else self._fmu.serializeFMUState

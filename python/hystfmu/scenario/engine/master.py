@@ -18,6 +18,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.scenario.engine.adapted_member import fmu_member
+from hystfmu.scenario.engine.fmu_member import FmuMember
 from hystfmu.scenario.engine.fmu_store import FmuStore
 from hystfmu.scenario.engine.member import Member
 from hystfmu.scenario.engine.newton import Newton
@@ -131,7 +132,8 @@ def _loop(
             row = int(np.argwhere(~np.isfinite(record).all(axis=1))[0][0])
             raise Stopped(f"values that are not finite at t = {t[lead + row]:g} s")
         is_last = last > system.n_steps
-        hashes = {m.name: m.state_hash() for m in members} if system.case.final_states and is_last else {}
+        hashed = members if system.case.final_states and is_last else ()  # without foreign FMUs: `plan` refuses them
+        hashes = {m.name: m.state_hash() for m in hashed if isinstance(m, FmuMember)}
         yield Trace(times[lead:], record, system.columns, system.case.ripple, hashes, first, replace(sweeps))
         sweeps.all = sweeps.most = sweeps.steps = 0
 

@@ -48,12 +48,6 @@ class Member(Protocol):
     def restore(self) -> None:
         """Restore the state that was saved last."""
 
-    def tangent(self, du: list[float]) -> list[float] | None:
-        """Return the tangent of the outputs along `du` (inputs of `sources`) after a step; None if it is not finite."""
-
-    def state_hash(self) -> str:
-        """Return the hash of the present states; not of a foreign FMU."""
-
     def close(self) -> None:
         """Free what the unit holds."""
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.core.library import library
+from hystfmu.scenario.engine.fmu_member import FmuMember
 from hystfmu.scenario.engine.member import Member
 from hystfmu.scenario.system.system import System
 
@@ -33,7 +34,10 @@ class Newton:
         n = len(self._early)
         loops = {system.parts[k].name for k in system.loops()}
         width = {p.name: (p.first, len(p.outputs)) for p in system.parts}
-        self._due = [(m, m.name in loops, slice(width[m.name][0], sum(width[m.name]))) for m in due]
+        # whoever is in a loop has tangents, or there would be no Newton: an adapted FMU is never asked
+        inside = [m if isinstance(m, FmuMember) and m.name in loops else None for m in due]
+        own = [slice(width[m.name][0], sum(width[m.name])) for m in due]
+        self._due = list(zip(due, inside, own, strict=True))
         names = {m.name for m in due}
         self._steps = [system.parts[k].name in names for k in system.makers().tolist()]
         self._J, self._H, self._change, self._room = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(2 * n)
@@ -56,16 +60,16 @@ class Newton:
         return not self._lib.newton_start(self._n, _at(self._J), _at(self._H))
 
     @staticmethod
-    def _follow(m: Member, inside: bool, own: slice, begin: Array, read: Array, d: Array) -> bool:
+    def _follow(m: Member, inside: FmuMember | None, own: slice, begin: Array, read: Array, d: Array) -> bool:
         """Write the tangent of a unit's outputs into `d`, on the branch on which its inputs moved."""
         du = [float(d[j]) if j >= 0 else 0.0 for j in m.sources]
         along = 0.0
         for j, v in zip(m.sources, du, strict=True):
             along += v * float(read[j] - begin[j]) if v else 0.0
         d[own] = 0.0
-        if not inside or not any(du) or own.start == own.stop:
+        if inside is None or not any(du) or own.start == own.stop:
             return True
-        dy = m.tangent([-v for v in du] if along < 0 else du)
+        dy = inside.tangent([-v for v in du] if along < 0 else du)
         if dy is None:
             return False
         d[own] = [-v for v in dy] if along < 0 else dy

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as C
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -49,7 +50,7 @@ class Calls:
     rollback: bool
 
 
-class SteppedMember:
+class SteppedMember(ABC):
     """An FMU between its inputs and its outputs; a subclass says how it is called.
 
     Its window `y` into the values of the system takes the outputs; `linked` and `fixed` are the inputs that are set in
@@ -150,28 +151,26 @@ class SteppedMember:
         why = self._said[-1] if self._said else f"inputs {list(self._u)}"
         return Stopped(f"{self.name} refuses the step from t = {self._t.value:g} s: {why}")
 
+    @abstractmethod
     def start(self, t0: float) -> None:
-        raise NotImplementedError
+        """Initialise at `t0` (s) with the present values and write the first outputs."""
 
+    @abstractmethod
     def save(self) -> None:
-        raise NotImplementedError
+        """Save the present state."""
 
+    @abstractmethod
     def restore(self) -> None:
-        raise NotImplementedError
+        """Restore the state that was saved last."""
 
-    def tangent(self, du: list[float]) -> list[float] | None:
-        raise NotImplementedError
-
-    def state_hash(self) -> str:
-        raise NotImplementedError
-
+    @abstractmethod
     def close(self) -> None:
-        raise NotImplementedError
+        """Free what the FMU holds."""
 
+    @abstractmethod
     def calls(self) -> Calls:
-        """What the master in C needs to call this FMU."""
-        raise NotImplementedError
+        """Return what the master in C needs to call this FMU."""
 
+    @abstractmethod
     def free_state(self, state: int) -> None:
         """Free a state that the master in C saved."""
-        raise NotImplementedError

@@ -226,7 +226,8 @@ def build(case: Case) -> System:
     Raises
     ------
     InputError
-        Unknown block, port or parameter, value out of range, an input without a source, a path that leads out.
+        Unknown block, port or parameter, value out of range, an input without a source, a path that leads out, final
+        states of a foreign FMU.
     """
     parts: list[Part] = []
     columns: dict[str, int] = {}
@@ -267,6 +268,9 @@ def build(case: Case) -> System:
     links = _links(case, parts, columns)
     system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
     _check_lines(system)
+    if case.final_states and system.foreign:
+        name = system.foreign[0].name
+        raise InputError(f"{case.origin}: final_states: {name} is a foreign FMU, whose states are not known")
     where = case.where
     for key, ends in signals(case):
         for end in ends:
