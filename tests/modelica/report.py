@@ -14,6 +14,7 @@ from pathlib import Path
 sys.path += [str(Path(__file__).parents[1]), *(str(p) for p in Path(__file__).parent.iterdir() if p.is_dir())]
 
 import compare
+import cost
 import exported
 import form
 import library
@@ -37,9 +38,14 @@ def main(arguments: list[str]) -> int:
         print(f"\n{'exported model':58} {'values':>6} {'rows':>5} {'predict':>9}  {'s':>5}")
         exports = [exported.compare(exported.small(key), key, Path(folder)) for key in exported.KEYS]
         print(*map(exported.line, exports), sep="\n")
+        print(f"\n{cost.HEADING}")
+        smooth, events = (cost.measure(kind, Path(folder)) for kind in ("Smooth", "Events"))
+        print(cost.line(smooth, smooth), cost.line(events, smooth), sep="\n")
     bad = [f"{name}: does not load: {complaint}" for name, complaint in complaints.items() if complaint]
     bad += [message for o in found.values() for message in o.bad]
     bad += [f"{e.name}: {e.error:.1e} from predict, allowed {e.bound:.0e}" for e in exports if not e.good]
+    if events.seconds > cost.MOST * smooth.seconds:
+        bad.append(f"Events takes {events.seconds / smooth.seconds:.1f} times the time of Smooth, allowed {cost.MOST}")
     print("", *bad, f"{len(bad)} problem{'' if len(bad) == 1 else 's'}", sep="\n")
     return 1 if bad else 0
 

@@ -15,7 +15,7 @@ algorithm
 <p><b>Equation:</b> y = y_p + sgn(u - u_p) g(s d)/s, g(d) = 2 phi(d/2), phi the loading curve.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 5-10.</p>
 <p><b>Limitation:</b> all plays start from one input value.</p>
-<p><b>Example:</b> <code>prandtlIshlinskii(u, Functions.branchOrigin(memory, u0, (w0 + sum(w))*u0, 2), w0, r, w)</code> in <a href=\"modelica://HystFMU.Operators.Events.PrandtlIshlinskii\">Operators.Events.PrandtlIshlinskii</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.PrandtlIshlinskii\">Operators.Events.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Operators.Sampled.PrandtlIshlinskii\">Operators.Sampled.PrandtlIshlinskii</a>, which use it.</p>
+<p><b>Example:</b> <code>prandtlIshlinskii(u, Functions.branchOrigin(memory, u0, (w0 + sum(w))*u0, 2), w0, r, w)</code> in <a href=\"modelica://HystFMU.Operators.Sampled.PrandtlIshlinskii\">Operators.Sampled.PrandtlIshlinskii</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.PrandtlIshlinskii\">Operators.Sampled.PrandtlIshlinskii</a>, which uses it.</p>
 </html>"));
 end prandtlIshlinskii;

@@ -4,12 +4,16 @@ block BacklashSum "Weighted sum of backlash (play) operators, plain states, even
   extends Interfaces.Reversals(eps = 1e-9*max(r));
 protected
   discrete Real z_turn[n](start = z0, each fixed = true) "Plays at the last reversal";
+  Real p[n] "Plays";
 equation
   connect(du, rate);
   when {initial(), change(rising)} then
     z_turn = Functions.play(u, r, pre(z_turn));
   end when;
-  y = w0*u + w*Functions.play(u, r, z_turn);
+  for i in 1:n loop
+    p[i] = noEvent(max(u - r[i], min(u + r[i], z_turn[i])));
+  end for;
+  y = w0*u + w*p;
   annotation (Documentation(info = "<html>
 <p><b>Limitations:</b> none.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.BacklashSum\">Operators.BaseClasses.BacklashSum</a>: equation, source, example.</p>

@@ -9,7 +9,9 @@ equation
   when {initial(), change(rising)} then
     z_turn = Functions.play(u, r, pre(z_turn));
   end when;
-  z = Functions.play(u, r, z_turn);
+  for i in 1:n loop
+    z[i] = noEvent(max(u - r[i], min(u + r[i], z_turn[i])));
+  end for;
   annotation (Documentation(info = "<html>
 <p><b>Limitations:</b> a deadband width as in Simulink is 2 r.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.PlayBank\">Operators.BaseClasses.PlayBank</a>: equation, source, example.</p>

@@ -3,18 +3,21 @@ block PrandtlIshlinskii "Prandtl-Ishlinskii operator: linear term plus weighted 
   extends BaseClasses.PrandtlIshlinskii(final usesRate = true);
   extends Interfaces.Reversals(eps = 1e-9*max(r));
 protected
-  discrete Real memory[3 + 2*depth](start = cat(1, {0, 0, u0}, zeros(2*depth)), each fixed = true) "Dominant extrema of u";
-  discrete Real y_turn(start = (w0 + sum(w))*u0, fixed = true) "Output at the last reversal";
+  // the plays themselves: to search the list of extrema of Sampled at each step of a solver takes twice the time
+  discrete Real z_turn[n](start = fill(u0, n), each fixed = true) "Plays at the last reversal";
+  Real p[n] "Plays";
 equation
   connect(du, rate);
   assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");
   when {initial(), change(rising)} then
-    memory = Functions.turn(u, u0, pre(y_turn), pre(memory));
-    y_turn = Functions.prandtlIshlinskii(u, Functions.branchOrigin(memory, u0, (w0 + sum(w))*u0, 2), w0, r, w);
+    z_turn = Functions.play(u, r, pre(z_turn));
   end when;
-  y = Functions.prandtlIshlinskii(u, Functions.branchOrigin(Functions.turn(u, u0, y_turn, memory), u0, (w0 + sum(w))*u0, 2), w0, r, w);
+  for i in 1:n loop
+    p[i] = noEvent(max(u - r[i], min(u + r[i], z_turn[i])));
+  end for;
+  y = w0*u + w*p;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> all plays start from u0; the time of a step grows with depth (16 is enough for most loops).</p>
+<p><b>Limitations:</b> all plays start from u0. It forgets nothing: the parameter depth has no effect here.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.PrandtlIshlinskii\">Operators.BaseClasses.PrandtlIshlinskii</a>: equation, source, example.</p>
 </html>"));
 end PrandtlIshlinskii;

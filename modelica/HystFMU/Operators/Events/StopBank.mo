@@ -9,7 +9,9 @@ equation
   when {initial(), change(rising)} then
     z_turn = Functions.play(u, r, pre(z_turn));
   end when;
-  s = fill(u, n) - Functions.play(u, r, z_turn);
+  for i in 1:n loop
+    s[i] = u - noEvent(max(u - r[i], min(u + r[i], z_turn[i])));
+  end for;
   annotation (Documentation(info = "<html>
 <p><b>Limitations:</b> none.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.StopBank\">Operators.BaseClasses.StopBank</a>: equation, source, example.</p>
