@@ -144,7 +144,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "sliding_mode": "its gain depends on the amplitude",
         "super_twisting": "its gain depends on the amplitude",
     },
-    "scenario/report/page.py": {"delay": "label of a row of the report, not a block"},
+    "scenario/report/loop_tables.py": {"delay": "label of a row of the report, not a block"},
     "scenario/system/delay_budget.py": {"delay": "delay_budget(): its samples count"},
     "scenario/system/delay_setting.py": {
         "delay": "sizes(): the block whose size may be set",

@@ -1,7 +1,7 @@
 // What a page gets wrong for readers with a keyboard, a screen reader or weak eyes: a list of sentences.
 () => {
   const wrong = [];
-  const seen = e => e.checkVisibility({visibilityProperty: true});
+  const seen = e => e.checkVisibility({visibilityProperty: true}) && !e.closest('[aria-hidden=true]');
   const say = (e, text) => wrong.push(`${e.tagName.toLowerCase()}.${e.getAttribute('class') || ''} "${(e.textContent || '').trim().slice(0, 30)}": ${text}`);
 
   // contrast of texts, WCAG 2.1: 4.5, of large texts 3
@@ -42,7 +42,7 @@
   const name = e => e.getAttribute('aria-label') || (e.labels && [...e.labels].map(l => l.textContent).join(' ')) || e.textContent;
   for (const e of document.querySelectorAll('button, select, input, a[href], summary, [role=slider], [role=img], svg, canvas'))
     if (seen(e) && !(name(e) || '').trim()) say(e, 'no name');
-  for (const e of document.querySelectorAll('svg, canvas')) if (!e.getAttribute('role')) say(e, 'no role');
+  for (const e of document.querySelectorAll('svg, canvas')) if (seen(e) && !e.getAttribute('role')) say(e, 'no role');
   for (const e of document.querySelectorAll('img:not([alt])')) say(e, 'no alternative text');
   // what the keyboard reaches: in the order of the document, nothing hidden
   for (const e of document.querySelectorAll('[tabindex]')) if (e.tabIndex > 0) say(e, 'its own place in the order of focus');

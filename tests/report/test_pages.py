@@ -12,7 +12,7 @@ from opened_page import opened
 
 import hystfmu as hy
 from hystfmu import report
-from hystfmu.report.page import Section, Table, page, section
+from hystfmu.report.page import PARTS, Section, Table, page, section
 from hystfmu.report.plot import Line, Plot
 
 if TYPE_CHECKING:
@@ -24,13 +24,16 @@ T = np.linspace(0, 2, 200)
 ROWS = [(f"run {k}", k * 7 % 12, f"{(k * 5 % 12) / 8:.3f}" if k else "-") for k in range(12)]
 
 
-def test_the_scripts_are_small(capsys: pytest.CaptureFixture[str]) -> None:
-    files = sorted((Path(report.__file__).parent / "script").iterdir())
-    sizes = {f.name: f.stat().st_size for f in files}
+@pytest.mark.parametrize("part", ["", *PARTS])
+def test_the_script_of_a_page_is_small(part: str, capsys: pytest.CaptureFixture[str]) -> None:
+    script = page("parts", [part]).partition("</main><script>")[2].partition("</script>")[0]
     with capsys.disabled():
-        print(f"\n{sizes}")
-    assert sum(n for name, n in sizes.items() if name.endswith(".js")) <= MOST_SCRIPT
-    for f in files:
+        print(f"\nscript of a page with {part or 'plots and tables'}: {len(script.encode())} bytes")
+    assert 8_000 < len(script.encode()) <= MOST_SCRIPT
+
+
+def test_the_lines_of_scripts_are_short() -> None:
+    for f in (Path(report.__file__).parent / "script").iterdir():
         assert [line for line in f.read_text().splitlines() if len(line) > 120] == [], f.name
 
 

@@ -15,6 +15,7 @@ from engines import ready
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario import run_scenarios
+from hystfmu.scenario.outcome.plots import case_plots
 from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.system.delay_budget import delay_budget
 
@@ -34,11 +35,15 @@ def page(loop: Any, write: Any, tmp_path: Path) -> str:
     return write_report(results, tmp_path / "out", [section]).read_text()
 
 
-def test_signals_that_share_a_unit_are_drawn_over_it(loop: Any, write: Any, tmp_path: Path) -> None:
-    for record, said in ((["plant.y"], ">value in um</text>"), (["plant.y", "pid.u"], ">value</text>")):
-        loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
-        results = run_scenarios([write(loop | {"record": record})], engine="native")
-        assert said in write_report(results, tmp_path / "out").read_text()
+def test_signals_are_drawn_by_their_units_of_measure(loop: Any, write: Any, tmp_path: Path) -> None:
+    loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
+    results = run_scenarios([write(loop | {"record": ["plant.y", "pid.u"]})], engine="native")
+    (drawn,) = (case_plots(r.system, r.trace) for r in results if r.trace is not None)
+    signals = {p.y_label: [line.name for line in p.lines] for p in drawn if p.x_label == "t in s"}
+    assert signals["value in um"] == ["plant.y"]
+    assert signals["value, no unit"] == ["pid.u"]
+    text = write_report(results, tmp_path / "out").read_text()
+    assert all(f">{label}</text>" in text for label in signals)
 
 
 def test_self_contained(page: str) -> None:

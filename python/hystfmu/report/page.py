@@ -15,7 +15,7 @@ from hystfmu.report.plot import Plot
 
 NUMBER = ' class="num"'
 SCRIPTS = ("common.js", "plots.js", "tables.js")
-EXPLORER = ("core.js", "pictures.js", "explorer.js")
+PARTS = {'<div class="explorer">': ("core.js", "pictures.js", "explorer.js")}  # what a page may have: further scripts
 _PRINTED = re.compile(r"[+-]?(\d+(\.\d*)?(e[+-]?\d+)?|inf|nan|-?)")
 
 
@@ -42,7 +42,7 @@ class Section:
 def page(title: str, body: Sequence[str]) -> str:
     """Return a whole page as HTML; `body` holds its parts, which are HTML already."""
     parts = {"TITLE": escape(title), "STYLE": _own("page.css"), "BODY": "\n".join(body)}
-    scripts = SCRIPTS + (EXPLORER if '<div class="explorer">' in parts["BODY"] else ())
+    scripts = [*SCRIPTS, *(name for mark, names in PARTS.items() if mark in parts["BODY"] for name in names)]
     parts["SCRIPT"] = "(() => {\n" + "\n".join(map(_own, scripts)) + "})();\n"
     return re.sub("|".join(parts), lambda m: parts[m[0]], _PAGE)
 
@@ -85,16 +85,17 @@ def section(s: Section) -> str:
 
 def hero(p: Plot) -> str:
     """Return the first figure of a page, in full width, as HTML."""
-    return f'<div class="hero">{_figure(p)}</div>'
+    return f'<div class="hero">{figure(p)}</div>'
 
 
-def _figure(p: Plot) -> str:
+def figure(p: Plot) -> str:
+    """Return a plot with its title as HTML."""
     return f"<figure>{p.svg()}<figcaption>{escape(p.title)} </figcaption></figure>"
 
 
 def figures(plots: Sequence[Plot]) -> str:
     """Return plots side by side, each with its title, as HTML."""
-    drawn = [_figure(p) for p in plots]
+    drawn = [figure(p) for p in plots]
     return f'<div class="plots">{"".join(drawn)}</div>' if drawn else ""
 
 

@@ -20,6 +20,7 @@ from hystfmu.report.drawing import drawing, save
 WIDTH, HEIGHT = 480, 300
 LEFT, RIGHT, TOP, BOTTOM = 58, 10, 26, 42
 T = TypeVar("T", float, Array)
+LONGEST_TICK = 5  # characters
 COLOURS = 5  # of the style sheet
 MOST_POINTS = 250  # per line; longer lines are thinned
 LOOP_POINTS = 5000  # of a loop with many reversals
@@ -41,7 +42,8 @@ class Line:
 class Plot:
     """A diagram with one or more lines; labels carry the units.
 
-    `envelope` keeps the extremes of dense signals; `points` are drawn of each line at most.
+    `envelope` keeps the extremes of dense signals; `points` are drawn of each line at most; `height` is that of the
+    drawing, 480 points wide.
     """
 
     title: str
@@ -50,6 +52,7 @@ class Plot:
     lines: Sequence[Line]
     envelope: bool = False
     points: int = MOST_POINTS
+    height: int = HEIGHT
 
     def __repr__(self) -> str:
         return f"Plot({self.title!r}, {', '.join(line.name for line in self.lines)})"
@@ -74,24 +77,24 @@ class Plot:
         xs, x_ticks = _axis(np.concatenate([line.x for line in lines]))
         ys, y_ticks = _axis(np.concatenate([line.y for line in lines]))
         across = (WIDTH - LEFT - RIGHT) / (xs[1] - xs[0])
-        down = (HEIGHT - TOP - BOTTOM) / (ys[1] - ys[0])
+        down = (self.height - TOP - BOTTOM) / (ys[1] - ys[0])
 
         def px(v: T) -> T:
             return LEFT + (v - xs[0]) * across
 
         def py(v: T) -> T:
-            return HEIGHT - BOTTOM - (v - ys[0]) * down
+            return self.height - BOTTOM - (v - ys[0]) * down
 
         ranges = f'data-x="{xs[0]!r} {xs[1]!r}" data-y="{ys[0]!r} {ys[1]!r}" data-label="{escape(self.x_label)}"'
-        out = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(self.title)}" {ranges}>']
-        bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
+        out = [f'<svg viewBox="0 0 {WIDTH} {self.height}" role="img" aria-label="{escape(self.title)}" {ranges}>']
+        bottom, right = self.height - BOTTOM, WIDTH - RIGHT
         out.append('<g class="axes">')
         for v in x_ticks:
             out.append(f'<path class="grid" d="M{px(v):.1f} {TOP}V{bottom}"/>')
-            out.append(f'<text class="tick" x="{px(v):.1f}" y="{bottom + 15}" text-anchor="middle">{v:.6g}</text>')
+            out.append(f'<text class="tick" x="{px(v):.1f}" y="{bottom + 15}" text-anchor="middle">{tick(v)}</text>')
         for v in y_ticks:
             out.append(f'<path class="grid" d="M{LEFT} {py(v):.1f}H{right}"/>')
-            out.append(f'<text class="tick" x="{LEFT - 5}" y="{py(v) + 4:.1f}" text-anchor="end">{v:.6g}</text>')
+            out.append(f'<text class="tick" x="{LEFT - 5}" y="{py(v) + 4:.1f}" text-anchor="end">{tick(v)}</text>')
         out.append("</g>")
         out.append(f'<rect class="frame" x="{LEFT}" y="{TOP}" width="{right - LEFT}" height="{bottom - TOP}"/>')
         for k, line in enumerate(lines):
@@ -104,7 +107,7 @@ class Plot:
             at += 34 + 6 * len(line.name)
         middle = (LEFT + right) / 2
         out.append(
-            f'<text class="tick" x="{middle}" y="{HEIGHT - 8}" text-anchor="middle">{escape(self.x_label)}</text>'
+            f'<text class="tick" x="{middle}" y="{self.height - 8}" text-anchor="middle">{escape(self.x_label)}</text>'
         )
         turned = f'x="12" y="{(TOP + bottom) / 2}" transform="rotate(-90 12 {(TOP + bottom) / 2})"'
         out.append(f'<text class="tick" {turned} text-anchor="middle">{escape(self.y_label)}</text></svg>')
@@ -133,6 +136,14 @@ class Figure:
             Another suffix, or a file that cannot be written.
         """
         return save(path, self.plots[0].title if self.plots else "HystFMU", self._repr_html_())
+
+
+def tick(v: float) -> str:
+    """Return a number beside an axis: with an exponent if it is long and that is shorter."""
+    plain = f"{v:.6g}"
+    mantissa, _, power = f"{v:.5e}".partition("e")
+    other = f"{mantissa.rstrip('0').rstrip('.')}e{int(power)}"
+    return other if len(plain) > LONGEST_TICK and len(other) < len(plain) else plain
 
 
 def path(x: Array, y: Array) -> str:

@@ -34,11 +34,11 @@ function axes(canvas, xs, ys, xLabel, yLabel, [first, end] = [0, 1]) {
   g.font = '12px system-ui, sans-serif', g.lineWidth = 1, g.fillStyle = colour('soft'), g.strokeStyle = colour('line');
   for (const v of ticks(xs, (right - left) / 80)) {
     line([X(v), top], [X(v), bottom]);
-    write(v, X(v), bottom + 15, 'center');
+    write(tick(v), X(v), bottom + 15, 'center');
   }
   for (const v of ticks(ys, (bottom - top) / 35)) {
     line([left, Y(v)], [right, Y(v)]);
-    write(v, left - 5, Y(v) + 4, 'right');
+    write(tick(v), left - 5, Y(v) + 4, 'right');
   }
   g.strokeStyle = colour('soft');
   g.strokeRect(left, top, right - left, bottom - top);

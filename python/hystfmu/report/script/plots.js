@@ -50,11 +50,11 @@ function plot(svg, number) {
     axes.replaceChildren();
     for (const v of ticks(view.x)) {
       drawn('path', {class: 'grid', d: `M${px(v)} ${top}V${top + high}`}, axes);
-      drawn('text', {class: 'tick', x: px(v), y: top + high + 15, 'text-anchor': 'middle'}, axes).textContent = v;
+      drawn('text', {class: 'tick', x: px(v), y: top + high + 15, 'text-anchor': 'middle'}, axes).textContent = tick(v);
     }
     for (const v of ticks(view.y)) {
       drawn('path', {class: 'grid', d: `M${left} ${py(v)}H${left + wide}`}, axes);
-      drawn('text', {class: 'tick', x: left - 5, y: py(v) + 4, 'text-anchor': 'end'}, axes).textContent = v;
+      drawn('text', {class: 'tick', x: left - 5, y: py(v) + 4, 'text-anchor': 'end'}, axes).textContent = tick(v);
     }
     hide();
   }
@@ -71,6 +71,7 @@ function plot(svg, number) {
   // the values of all curves at x
   function show(x) {
     hide();
+    if (x < view.x[0] || x > view.x[1]) return;
     rule.setAttribute('d', `M${px(x)} ${top}V${top + high}`), rule.setAttribute('visibility', 'visible');
     const values = lines.map(l => `${l.name} ${print(mark(l, nearest(l.points, p => Math.abs(p[0] - x))))}`);
     output.textContent = `${svg.dataset.label} ${print(x)}: ${values.join(', ')}`;
@@ -151,4 +152,10 @@ function plot(svg, number) {
 }
 
 document.querySelectorAll('figure svg[data-x]').forEach(plot);
+const reveal = () => { // a link leads into a folded part
+  const fold = document.getElementById(decodeURIComponent(location.hash.slice(1)))?.closest('details');
+  if (fold) fold.open = true, fold.scrollIntoView();
+};
+addEventListener('hashchange', reveal);
+reveal();
 addEventListener('beforeprint', () => document.querySelectorAll('details').forEach(d => d.open = true));

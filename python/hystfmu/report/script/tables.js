@@ -2,17 +2,18 @@
 const FEW = 8; // rows that need no filter
 
 function table(t) {
-  const rows = [...t.querySelectorAll('tr')].slice(1);
+  const [first, ...rows] = t.rows, heads = [...first.cells];
   if (rows.length < 3 || t.querySelector('[rowspan], [colspan]')) return;
   const cell = (row, k) => row.cells[k].textContent.trim();
-  [...t.querySelectorAll('th')].forEach((head, k) => {
+  heads.forEach((head, k) => {
     const button = element('button', {type: 'button', class: 'sort'}, ...head.childNodes);
     head.append(button);
     button.addEventListener('click', () => {
       const down = head.getAttribute('aria-sort') === 'ascending';
-      t.querySelectorAll('th').forEach(h => h.removeAttribute('aria-sort'));
+      heads.forEach(h => h.removeAttribute('aria-sort'));
       head.setAttribute('aria-sort', down ? 'descending' : 'ascending');
-      const numbers = rows.every(r => !isNaN(parseFloat(cell(r, k))) || ['', '-'].includes(cell(r, k)));
+      const texts = rows.map(r => cell(r, k)), found = texts.filter(v => !isNaN(parseFloat(v))).length;
+      const numbers = 2 * found > texts.filter(v => v && v !== '-').length; // the others are words: stopped, unstable
       const value = r => numbers ? parseFloat(cell(r, k)) : cell(r, k);
       const order = (a, b) => numbers ? (isNaN(a) ? 1 : isNaN(b) ? -1 : a - b) : a.localeCompare(b);
       rows.sort((a, b) => (down ? -1 : 1) * order(value(a), value(b)));

@@ -1,42 +1,41 @@
 """Write report.html and report.json of scenarios: a self-contained page, and the same results as data.
 
-The page shows the verdicts first.  Every scenario follows with its order, step and delays, and every case with the loop
-before and after compensation, reference and output, and the tracking error, including the error between samples.
+The page shows the worst and the best case first, then all cases in a matrix.  Every scenario follows with its metrics,
+order, step and delays, and its cases with loops, signals and the tracking error, including the error between samples.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from hystfmu import __version__
 from hystfmu.base.files import write_text
-from hystfmu.report.page import NUMBER, Section, Table, figures, page, section, table
+from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.scenario.outcome.plots import case_plots
-from hystfmu.scenario.system.delay_budget import delay_budget
-from hystfmu.scenario.system.events import missed
-from hystfmu.scenario.system.system import System
+from hystfmu.scenario.report.loop_tables import delay_table, loop_rows
+from hystfmu.scenario.report.machine import machine_form
+from hystfmu.scenario.report.matrix import case_table, matrix, place
+from hystfmu.scenario.report.worst_and_best import nearness, worst_and_best
 
 if TYPE_CHECKING:
     from hystfmu.scenario.verdict.result import Result
 
-MOST_ROWS = 400  # rows per signal in report.json
 OPEN = ' open="open"'
 METHODS = {"newton": "Newton", "relaxation": "Aitken relaxation"}
-SCHEMES = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
+MOST_DRAWN = 400_000  # characters of the diagrams of cases
+MOST_FAILURES = 6  # lines above the first figure
 
 
 def write_report(
     results: Sequence[Result],
     directory: str | Path,
     extra_sections: Sequence[Section] = (),
-    title: str = "HystFMU report",
+    title: str = "",
+    lead: str = "",
 ) -> Path:
     """Write report.html and report.json.
 
@@ -49,7 +48,9 @@ def write_report(
     extra_sections : sequence of Section
         Sections placed before the scenarios.
     title : str
-        Title of the page.
+        Title of the page; by default the names of the scenarios.
+    lead : str
+        The answer in a sentence, below the title.
 
     Returns
     -------
@@ -57,169 +58,98 @@ def write_report(
         Path of report.html.
     """
     directory = Path(directory)
-    passed = sum(r.passed for r in results)
+    title = title or _title(results)
     body = [f"<h1>{escape(title)}</h1>"]
+    if lead:
+        body.append(f'<p class="answer">{escape(lead)}</p>')
     if results:
-        good = passed == len(results)
-        body.append(
-            f'<p class="lead"><b class="{"ok" if good else "bad"}">{passed} of {len(results)} cases passed</b>, '
-            f"{sum(r.seconds for r in results):.1f} s of simulation. HystFMU {escape(__version__)}.</p>"
-        )
+        body.append(_verdict(results))
     body += [section(s) for s in extra_sections]
     if results:
-        body.append(_overview(results))
-    for name in dict.fromkeys(r.scenario for r in results):
-        body.append(_scenario([r for r in results if r.scenario == name]))
-    write_text(directory / "report.json", json.dumps(_plain(_machine(results, extra_sections))))
+        figures_first = worst_and_best(results)
+        body.append(f"<section><h2>Closed loops</h2>{figures_first}</section>" if extra_sections else figures_first)
+        body += _scenarios(results)
+    write_text(directory / "report.json", json.dumps(machine_form(results, extra_sections)))
     write_text(directory / "report.html", page(title, body))
     return directory / "report.html"
 
 
-def _plain(v: Any) -> Any:
-    """Convert to JSON types.  Infinity and NaN, which a diverged run gives, become text."""
-    if isinstance(v, dict):
-        return {str(k): _plain(x) for k, x in v.items()}
-    if isinstance(v, list | tuple):
-        return [_plain(x) for x in v]
-    if isinstance(v, np.generic):
-        v = v.item()
-    return v if not isinstance(v, float) or np.isfinite(v) else str(v)
+def _title(results: Sequence[Result]) -> str:
+    names = list(dict.fromkeys(r.scenario for r in results))
+    return f"Loop{'s' if len(names) > 1 else ''} {', '.join(names)}" if 0 < len(names) <= 3 else "Closed loops"
 
 
-def _machine(results: Sequence[Result], sections: Sequence[Section]) -> dict[str, Any]:
-    return {
-        "version": __version__,
-        "passed": all(r.passed for r in results),
-        "sections": [{"title": s.title, "text": s.text, "tables": [vars(t) for t in s.tables]} for s in sections],
-        "results": [{**r.summary(), "loop": _loop_facts(r.system), **_signals(r)} for r in results],
-    }
+def _verdict(results: Sequence[Result]) -> str:
+    """Say how many cases passed, and what failed."""
+    passed = sum(r.passed for r in results)
+    good = passed == len(results)
+    said = (
+        f'<p class="lead"><b class="{"ok" if good else "bad"}">{passed} of {len(results)} cases passed</b>, '
+        f"{sum(r.seconds for r in results):.1f} s of simulation. HystFMU {escape(__version__)}.</p>"
+    )
+    lines = [f"<li>{escape(line)}</li>" for r in results for line in r.lines]
+    if lines:
+        said += f'<ul class="bad">{"".join(lines[:MOST_FAILURES])}</ul>'
+    if rest := "".join(lines[MOST_FAILURES:]):
+        said += f"<details><summary>{len(lines) - MOST_FAILURES} more</summary><ul>{rest}</ul></details>"
+    return said
 
 
-def _signals(r: Result) -> dict[str, Any]:
-    """Select rows of the recorded signals, enough for `hystfmu compare` to plot them."""
-    if r.trace is None:
-        return {}
-    picked = np.unique(np.linspace(0, len(r.trace.t) - 1, MOST_ROWS).round().astype(int))
-    table = {"t": r.trace.t[picked]} | {s: r.trace[s][picked] for s in r.system.case.record}
-    return {"signals": {name: [float(f"{x:.7g}") for x in v.tolist()] for name, v in table.items()}}
-
-
-def _loop_facts(system: System) -> dict[str, Any]:
-    case = system.case
-    return {
-        "order": list(case.order),
-        "step": case.step,
-        "fine_step": system.h,
-        "periods": {p.name: system.length(p) for p in system.parts},
-        "delays": [vars(d) for d in delay_budget(system)],
-        "note": case.delay,
-    }
-
-
-def _overview(results: Sequence[Result]) -> str:
-    """List the failures, then one line per scenario that opens to its metrics."""
-    failures = "".join(f"<li>{escape(line)}</li>" for r in results for line in r.lines)
-    listed = f'<ul class="bad">{failures}</ul>' if failures else ""
+def _scenarios(results: Sequence[Result]) -> list[str]:
+    """Return the matrix, if there are several scenarios, and a section for each of them."""
     groups: dict[str, list[Result]] = {}
     for r in results:
         groups.setdefault(r.scenario, []).append(r)
-    return f"<section><h2>Verdicts</h2>{listed}{''.join(_group(n, g) for n, g in groups.items())}</section>"
+    several = len(groups) > 1
+    parts = [f"<section><h2>All cases</h2>{matrix(results)}</section>"] if several else []
+    drawings = _drawings(results)
+    return parts + [_scenario(group, drawings, not several) for group in groups.values()]
 
 
-def _group(name: str, results: Sequence[Result]) -> str:
-    passed = sum(r.passed for r in results)
-    good = passed == len(results)
-    head = "".join(
-        f"<th{kind}>{h}</th>"
-        for h, kind in (
-            ("case", ""),
-            ("metric", ""),
-            ("value", NUMBER),
-            ("limit", NUMBER),
-            ("baseline", NUMBER),
-            ("verdict", ""),
-            ("Ms dB", NUMBER),
-            ("delay margin, steps", NUMBER),
-        )
-    )
-    return (
-        f'<details{"" if good else OPEN}><summary><b class="{"ok" if good else "bad"}">{passed} of {len(results)}</b> '
-        f'<a href="#{escape(name)}">{escape(name)}</a></summary>'
-        f'<div class="wide"><table><tr>{head}</tr>{"".join(map(_verdict_rows, results))}</table></div></details>'
-    )
+def _drawings(results: Sequence[Result]) -> dict[str, str]:
+    """Return the diagrams of cases by their place: all, or as many as fit, those nearest to their limits first."""
+    first = {r.scenario: r for r in sorted(results, key=nearness)}  # the worst of each scenario
+    ordered = sorted(results, key=lambda r: (first[r.scenario] is r, nearness(r)), reverse=True)
+    found: dict[str, str] = {}
+    room = MOST_DRAWN
+    for r in ordered:
+        drawn = figures(case_plots(r.system, r.trace)) if r.trace is not None and room > 0 else ""
+        if drawn:
+            room -= len(drawn)
+            found[place(r)] = drawn
+    return found
 
 
-def _verdict_rows(r: Result) -> str:
-    if not r.verdicts:
-        why = escape("; ".join(r.lines))
-        return (
-            f'<tr><td>{escape(r.case)}</td><td colspan="4">{why}</td><td class="bad">stopped</td>{_margins(r, 1)}</tr>'
-        )
-    rows = []
-    for k, v in enumerate(r.verdicts):
-        words = ("ok" if v.within else "over the limit") + (", changed" if v.same is False else "")
-        if v.baseline is None:
-            words += ", no baseline"
-        good = v.within and v.same is not False
-        case = f'<td rowspan="{len(r.verdicts)}">{escape(r.case)}</td>' if k == 0 else ""
-        numbers = "".join(f"<td{NUMBER}>{'' if x is None else f'{x:.4g}'}</td>" for x in (v.value, v.limit, v.baseline))
-        rows.append(
-            f"<tr>{case}<td>{escape(v.metric)} <small>{escape(v.kind)}</small></td>{numbers}"
-            f'<td class="{"ok" if good else "bad"}">{words}</td>{_margins(r, len(r.verdicts)) if k == 0 else ""}</tr>'
-        )
-    return "".join(rows)
-
-
-def _margins(r: Result, rows: int) -> str:
-    """Return the cells with the margins of the loop of a case, empty where it has none."""
-    cells = r.loop.cells() if r.loop is not None else ["", ""]
-    return "".join(f'<td rowspan="{rows}"{NUMBER}>{c}</td>' for c in cells)
-
-
-def _scenario(results: Sequence[Result]) -> str:
+def _scenario(results: Sequence[Result], drawings: dict[str, str], curves: bool) -> str:
     first = results[0].system
-    parts = [f'<section id="{escape(first.case.scenario)}"><h2>{escape(first.case.scenario)}</h2>']
+    name, passed = escape(first.case.scenario), sum(r.passed for r in results)
+    state = "ok" if passed == len(results) else "bad"
+    parts = [f'<section id="{name}"><h2>{name}: <span class="{state}">{passed} of {len(results)} passed</span></h2>']
     if first.case.about:
         parts.append(f"<p>{escape(first.case.about)}</p>")
-    parts.append(table(Table(("loop", "unless a case says otherwise"), _loop_rows(first))))
-    parts.append(table(_delays(first)))
-    for k, r in enumerate(results):
-        state = "ok" if r.passed else "bad"
-        text = f" - {escape(r.system.case.text)}" if r.system.case.text else ""
-        s = r.sweeps
-        counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""
-        plots = figures(case_plots(r.system, r.trace)) if r.trace is not None else ""
-        other = _loop_rows(r.system) != _loop_rows(first)  # show the delays that this case adds
-        own = table(Table(("loop", "of this case"), _loop_rows(r.system))) if other else ""
+    usual = loop_rows(first)
+    cases = {place(r): c for r in results if (c := _case(r, drawings.get(place(r), ""), usual))}
+    parts.append(case_table(results, curves, cases.keys()))
+    facts = table(Table(("loop", "unless a case says otherwise"), usual)) + table(delay_table(first))
+    parts.append(f"<details><summary>Order, step and delays of the loop</summary>{facts}</details>")
+    parts += cases.values()
+    if any(place(r) not in drawings and r.trace is not None for r in results):
         parts.append(
-            f'<details{OPEN if k == 0 else ""}><summary><b class="{state}">{escape(r.case)}</b>{text}</summary>'
-            f"{own}{counted}{plots}</details>"
+            f'<p class="lead">Diagrams are shown of the cases nearest to their limits. <code>hystfmu run {name} '
+            "--case NAME --report DIR</code> shows those of any other.</p>"
         )
     return "".join([*parts, "</section>"])
 
 
-def _loop_rows(system: System) -> list[Sequence[object]]:
-    case = system.case
-    rates = [f"{p.name} every {system.length(p) * 1e3:.6g} ms" for p in system.parts if system.length(p) != case.step]
-    rows: list[Sequence[object]] = [
-        (f"order ({SCHEMES[case.coupling.scheme]})", " - ".join(case.order)),
-        ("step", f"{case.step * 1e3:.6g} ms" + (f"; {', '.join(rates)}" if rates else "")),
-    ]
-    rows += [
-        ("delay", f"{d.where}: {d.steps:g} steps = {d.steps * case.step * 1e3:.4g} ms ({d.text})")
-        for d in delay_budget(system)
-    ]
-    if case.delay:
-        rows.append(("note", case.delay))
-    return [*rows, *(("note", line) for line in missed(system))]
-
-
-def _delays(system: System) -> Table:
-    """Tabulate the delays of the loop under every coupling scheme, in steps."""
-    budgets = []
-    for scheme in SCHEMES:
-        coupling = system.case.coupling.model_copy(update={"scheme": scheme})
-        other = replace(system, case=replace(system.case, coupling=coupling))
-        budgets.append({d.where: d.steps for d in delay_budget(other)})
-    rows = [[w, *(b.get(w, 0.0) for b in budgets)] for w in dict.fromkeys(w for b in budgets for w in b)]
-    return Table(("delay in steps", *SCHEMES.values()), rows)
+def _case(r: Result, drawing: str, usual: Sequence[Sequence[object]]) -> str:
+    """Return what is to be seen of a case beside its metrics: diagrams, its own delays, sweeps; often nothing."""
+    s, rows = r.sweeps, loop_rows(r.system)
+    counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""
+    other = table(Table(("loop", "of this case"), [row for row in rows if row not in usual])) if rows != usual else ""
+    text = escape(r.system.case.text)
+    said = "".join(f'<li class="bad">{escape(line)}</li>' for line in r.lines)
+    head = f'<b class="{"ok" if r.passed else "bad"}">{escape(r.case)}</b>' + (f" - {text}" if text else "")
+    inside = (f"<ul>{said}</ul>" if said else "") + other + counted + drawing
+    if not inside:
+        return ""
+    return f'<details{"" if r.passed else OPEN}><summary>{head}</summary><div id="{place(r)}">{inside}</div></details>'

@@ -1,0 +1,124 @@
+"""The matrix of scenarios and cases: metric, verdict and a small curve of the error in each cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence, Set
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hystfmu.report.page import NUMBER
+from hystfmu.report.plot import path
+from hystfmu.scenario.outcome.excerpt import drawn
+from hystfmu.scenario.outcome.plots import error_of
+from hystfmu.scenario.report.worst_and_best import main_verdict
+from hystfmu.scenario.system.measures import label, unit_of_metric
+
+if TYPE_CHECKING:
+    from hystfmu.scenario.verdict.judge import Verdict
+    from hystfmu.scenario.verdict.result import Result
+
+COLUMNS = 24  # of a small curve, each from the lowest to the highest error in it
+WIDE, HIGH = 72, 20
+CAPTION = (
+    "Each cell: the error over time, scaled to its largest value; {names}; the verdict on all metrics. "
+    "A cell leads to its case."
+)
+
+
+def place(r: Result) -> str:
+    """Return the identity of a case on the page."""
+    return escape(f"{r.scenario}/{r.case}")
+
+
+def matrix(results: Sequence[Result]) -> str:
+    """Return cases against scenarios as HTML; the longer side goes downwards."""
+    scenarios = list(dict.fromkeys(r.scenario for r in results))
+    cases = list(dict.fromkeys(r.case for r in results))
+    cells = {(r.case, r.scenario): r for r in results}
+    down, across, corner = cases, scenarios, "case"
+    if len(scenarios) > len(cases):
+        cells, down, across, corner = {(s, c): r for (c, s), r in cells.items()}, scenarios, cases, "scenario"
+    kinds = {(v.metric, v.kind.removesuffix("_percent")) for r in results if (v := main_verdict(r)) is not None}
+    names = " or ".join(sorted(f"{m} ({k.upper() if k == 'rms' else k} in % of the stroke)" for m, k in kinds))
+    head = "".join(f'<th scope="col">{escape(a)}</th>' for a in across)
+    rows = "".join(
+        f'<tr><th scope="row">{escape(d)}</th>{"".join(_cell(cells.get((d, a))) for a in across)}</tr>' for d in down
+    )
+    return (
+        f'<p class="lead">{escape(CAPTION.format(names=names))}</p><div class="wide"><table class="matrix">'
+        f'<tr><th scope="col">{corner}</th>{head}</tr>{rows}</table></div>'
+    )
+
+
+def _cell(r: Result | None) -> str:
+    return "<td></td>" if r is None else f"<td>{linked(r)}</td>"
+
+
+def linked(r: Result) -> str:
+    """Return curve, metric and verdict of a case as a link to it."""
+    v = main_verdict(r)
+    word = "stopped" if v is None else "ok" if r.passed else "failed"
+    number = "" if v is None else f"{v.value:.3g} "
+    return f'<a class="{"ok" if r.passed else "bad"}" href="#{place(r)}">{_curve(r)}{number}{word}</a>'
+
+
+def _curve(r: Result) -> str:
+    """Draw the error; nothing where there is none, or it is not finite."""
+    tracked = drawn(r.system.case)
+    if r.trace is None or tracked is None or tracked.against is None:
+        return ""
+    _, e = error_of(r.trace, tracked)
+    most = float(np.max(np.abs(e))) if len(e) else 0.0
+    if not np.isfinite(most) or most == 0:
+        return ""
+    pieces = np.array_split(e / most, min(COLUMNS, len(e)))
+    y = np.array([v for piece in pieces for v in (piece.min(), piece.max())])
+    x = np.repeat(np.linspace(1, WIDE - 1, len(pieces)), 2)
+    tenths = path(x / 10, (HIGH / 2 - (HIGH / 2 - 1) * y) / 10)  # `path` gives tenths: here whole points
+    return f'<svg viewBox="0 0 {WIDE} {HIGH}" aria-hidden="true"><path d="{tenths}"/></svg>'
+
+
+def case_table(results: Sequence[Result], curves: bool, shown: Set[str]) -> str:
+    """Return the cases of a scenario with all metrics, limits and margins as HTML.
+
+    Parameters
+    ----------
+    results : sequence of Result
+        Of one scenario.
+    curves : bool
+        Whether a cell shows the curve of the error and leads to the case.
+    shown : set of str
+        Places of the cases that have a part of their own; of another one the row itself is the place.
+    """
+    metrics = {v.metric: r.system.case.metrics[v.metric] for r in results for v in r.verdicts}
+    names = [label(k, unit_of_metric(results[0].system, m)) for k, m in metrics.items()]
+    loops = ["Ms in dB", "delay margin in steps"] if any(r.loop is not None for r in results) else []
+    numbers = "".join(f'<th scope="col"{NUMBER}>{escape(n)}</th>' for n in [*names, *loops])
+    head = f'<th scope="col">case</th><th scope="col">{"error" if curves else "verdict"}</th>{numbers}'
+    rows = "".join(_row(r, list(metrics), bool(loops), curves, place(r) in shown) for r in results)
+    return f'<div class="wide"><table class="matrix"><tr>{head}</tr>{rows}</table></div>'
+
+
+def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bool) -> str:
+    found = {v.metric: v for v in r.verdicts}
+    cells = "".join(_metric(found.get(m)) for m in metrics)
+    if loops:
+        cells += "".join(f"<td{NUMBER}>{c}</td>" for c in (r.loop.cells() if r.loop is not None else ["", ""]))
+    word = "ok" if r.passed else "failed" if r.verdicts else "stopped"
+    verdict = linked(r) if curves else f'<span class="{"ok" if r.passed else "bad"}">{word}</span>'
+    text = escape(r.system.case.text)
+    name = escape(r.case) + ("" if shown or not text else f" <small>{text}</small>")
+    own = "" if shown else f' id="{place(r)}"'
+    return f'<tr{own}><th scope="row">{name}</th><td>{verdict}</td>{cells}</tr>'
+
+
+def _metric(v: Verdict | None) -> str:
+    """Return value and limit; the sign between them is the verdict."""
+    if v is None:
+        return "<td></td>"
+    good = v.within and v.same is not False
+    limit = "" if v.limit is None else f" <small>{'&#8804;' if v.within else '&gt;'} {v.limit:.4g}</small>"
+    changed = f" changed, was {v.baseline:.4g}" if v.same is False else ""
+    return f'<td class="num{"" if good else " bad"}">{v.value:.4g}{limit}{changed}</td>'
