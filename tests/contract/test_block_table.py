@@ -100,6 +100,14 @@ def test_every_row_is_complete(name: str) -> None:
 
 
 @every_block
+def test_what_a_run_writes_starts_at_zero(name: str) -> None:
+    """Loops read outputs before the first step, and init() begins with zeroed states: no row may say otherwise."""
+    for v in block_types()[name].of("input", "time", "output", "cstate", "state"):
+        learns = (name, v.name) == ("repetitive", "active")  # unless a wire says no
+        assert v.start == (1 if learns else 0), v
+
+
+@every_block
 def test_trials_have_the_places_that_the_graph_expects(name: str) -> None:
     """`core/graph/implicit.h` names them: limits, wanted value, output, root and what it was found for."""
     block = block_types()[name]
@@ -189,3 +197,30 @@ def test_registry_is_sorted() -> None:
 def test_at_least_one_sourced_vector(name: str) -> None:
     files = [ROOT / "tests" / "vectors" / kind / f"{name}.toml" for kind in ("published", "derived")]
     assert any(f.exists() for f in files), f"{name} has no vectors: write {files[1].relative_to(ROOT)} with a `source`"
+
+
+@every_block
+def test_every_element_of_a_row_is_written(name: str) -> None:
+    """prepare() writes all derived values and a run changes every state: a row longer than that would be waste.
+
+    Turning points fill with the reversals of an input; what a search for a root keeps needs a model around it.
+    """
+    block, moved, written = block_types()[name], [], []
+    real = {v.name for v in block.parameters if v.type == "real"}
+    for n in [p for s in some(block) for p in (s, perturbed(s, real))]:
+        raw = Raw(n)
+        for v in block.of("derived"):
+            raw.p[raw.places[v.name]] = 1.2345e77
+        assert raw.prepare(0.0) is None
+        assert raw.prepare(0.05) is None
+        written.append(raw.p != 1.2345e77)
+        raw.init()
+        for k, row in enumerate(rows(block, dict(n.dims), 200)):
+            raw.set_inputs(row, k * 0.05)
+            raw.update(0.05 if k else 0.0)
+            moved.append(raw.x != 0)
+    for v in block.of("derived"):
+        assert np.any(written, axis=0)[raw.places[v.name]].all(), v
+    for v in block.of("cstate", "state"):
+        if not block.trial and "TURNING_POINTS" not in v.size:
+            assert np.any(moved, axis=0)[raw.places[v.name]].all(), v

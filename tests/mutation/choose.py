@@ -1,7 +1,7 @@
 """Which tests judge a mutant, and in which order.
 
 Those that run its line (Python) or its function (C); for a line outside functions, or of a process that is killed,
-those that run anything of the file.
+those that run anything of the file.  Rows of a block's table are data: those that read all tables see them too.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from mutation.mutant import Mutant
 
 BUDGET = 4.0  # CPU s of tests for one mutant, as measured when the map was made
 MOST_LINES = 12  # of a statement
+TABLES = tuple(f"tests/contract/test_{name}.py" for name in ("block_table", "generated", "largest_sizes"))
 MASTER = [f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps", "coupling")]
 PATHS = {  # what may judge the rooms of one library or language; the rest of tests/c compiles everything anew
     "python": [f"tests/{name}" for name in ("study", "scenarios", "identify", "design", "data", "face")],
@@ -73,6 +74,8 @@ class Tests:
                 if some := lines.get(str(line)):
                     return set(some)
         every = set().union(*lines.values())
+        if mutant.file.startswith("fmu_build/core/blocks/"):
+            every |= {t for t in self.seconds if t.partition("::")[0] in TABLES}
         return every or (set() if mutant.file.endswith(".py") else set(self.seconds))
 
 

@@ -9,7 +9,7 @@ import types
 from pathlib import Path
 
 import pytest
-from mutation import c_operators, equivalents, line_map, python_operators, sample, summary
+from mutation import c_operators, choose, equivalents, line_map, python_operators, sample, summary
 from mutation.judge import Outcome, judge
 from mutation.swap import loaded_functions, swap_python
 
@@ -125,6 +125,18 @@ def test_what_a_change_of_tests_or_sources_makes_run_again(modules, sources, sta
     lines = {"f": {"1": ["a::x", "b::x"]}, "g": {"4": ["b::y"]}}
     table = {"lines": lines, "codes": {"f": "1", "g": "1"}, "modules": {"a": "1", "b": "1"}}
     assert line_map.out_of_date(table, modules, lambda file: sources.get(file, "")) == stale
+
+
+def test_the_tables_of_blocks_are_judged_by_those_that_read_them(tmp_path):
+    file, text = "fmu_build/core/blocks/a/b.c", "#define VARS 1\nint f(int x) {\n  return x + 1;\n}\n"
+    read, run = "tests/contract/test_block_table.py::test_rows[b]", "tests/blocks/test_b.py::test_f"
+    table = {"seconds": {read: 0.1, run: 0.1}, "lines": {file: {"3": [run]}}}
+    (tmp_path / "map.json").write_text(json.dumps(table))
+    row, inside = c_operators.mutants(file, text)[0], c_operators.mutants(file, text)[-1]
+    tests = choose.Tests(tmp_path / "map.json")
+    assert [m.line(text) for m in (row, inside)] == [1, 3]
+    assert sorted(tests.for_mutant(row, text)) == [run, read]
+    assert tests.for_mutant(inside, text) == [run]
 
 
 def fault():
