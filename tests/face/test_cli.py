@@ -171,7 +171,10 @@ def test_the_kinds_of_model_are_listed_with_their_options():
     lines = hystfmu("fit", "--models").stdout.splitlines()
     line = "bouc_wen: Bouc-Wen operator as a grey box, nonlinear least squares"
     assert line in lines
-    assert lines[lines.index(line) + 1].startswith("    --set starts,")
+    head, _, first = lines[lines.index(line) + 1 : lines.index(line) + 4]
+    assert head.split()[-1] == "meaning"
+    assert first.split()[:6] == ["starts", "6", "an", "int", "in", "[1,"]
+    assert first.endswith("starts of the search")
     assert any(line.startswith("auto: ") for line in lines)
 
 

@@ -191,7 +191,7 @@ def test_blocks_lie_all_over_the_training_rows_inside_the_covered_range():
     data = Dataset.from_signal(u, plants.asymmetric(u), train=slice(0, len(u) - 200))
     rows = []
     for fold in FOLDS:
-        part, counted = Race(data, 0).held(fold)
+        part, counted, _ = Race(data, 0).held(fold)
         kept = u[part.counted]
         assert kept.min() <= u[counted].min() <= u[counted].max() <= kept.max()
         assert not set(counted) & set(part.counted)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -93,8 +94,15 @@ class Child:
         """Status with which it ended; the negative number of a signal."""
         return int(self._process.returncode)
 
-    def finish(self, seconds: float) -> tuple[list[str], bool]:
+    def finish(self, seconds: float, look: Callable[[], None] = lambda: None) -> tuple[list[str], bool]:
         """Wait at most `seconds`, then end the child and all that it has started.
+
+        Parameters
+        ----------
+        seconds : float
+            Time limit (s).
+        look : function
+            Called again and again while it runs.
 
         Returns
         -------
@@ -109,6 +117,7 @@ class Child:
                 with suppress(subprocess.TimeoutExpired):
                     self._process.wait(min(left, _LOOK))
                 self._drop_output()
+                look()
             in_time = self._process.poll() is not None
         finally:
             self._end()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import Any
 
 import click
@@ -10,16 +11,25 @@ from hystfmu import __version__
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
 from hystfmu.cli import fmus, models, results, scenarios
-from hystfmu.cli.options import BAD_INPUT
+from hystfmu.cli.options import BAD_INPUT, INTERRUPTED, Command
 
 __all__ = ["main"]
 
+_WORDS = "hystfmu.words"  # of the command line, in the context
+
 
 class _Commands(click.Group):
-    """List commands in the order of the workflow; report an `InputError` as one line on stderr with exit status 2."""
+    """List commands in the order of the workflow; report what ends one early as one line on stderr.
+
+    The exit status of an `InputError` is 2, that of an interrupt 130.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        ctx.meta[_WORDS] = list(args)
+        return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -29,6 +39,11 @@ class _Commands(click.Group):
             line = " ".join(str(e).split())
             click.echo(f"hystfmu: {line}", err=True)
             ctx.exit(BAD_INPUT)
+        except KeyboardInterrupt:
+            command = self.commands.get(ctx.invoked_subcommand or "")
+            left = command.interrupted if isinstance(command, Command) else "again:"
+            click.echo(f"hystfmu: interrupted; {left} {shlex.join(['hystfmu', *ctx.meta[_WORDS]])}", err=True)
+            ctx.exit(INTERRUPTED)
 
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})

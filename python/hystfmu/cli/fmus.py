@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,6 +12,7 @@ import click
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
+from hystfmu.report.verbosity import VERBOSE, level, say
 
 if TYPE_CHECKING:
     from hystfmu.graph.blocks import Block
@@ -89,8 +91,8 @@ def export(
             written = loaded.export_modelica(Path(folder) / package, file)
         except InputError as e:
             raise InputError(f"{model}: {e}") from None
-        click.echo(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
-        click.echo(f"library path of HystFMU, which it uses: {shipped_library()}")
+        say(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
+        say(f"library path of HystFMU, which it uses: {shipped_library()}")
     if out is None:
         return
     from hystfmu.fmu.write.platforms import missing
@@ -101,7 +103,7 @@ def export(
         click.echo(
             f"not packed: no binary is installed for {', '.join(left_out)} ('make platforms' builds them)", err=True
         )
-    click.echo(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
+    say(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
 
 
 def _block(name: str, values: dict[str, Any]) -> Block:
@@ -130,12 +132,22 @@ def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:
     Example: hystfmu validate piezo.fmu
     """
     import hystfmu as hy
+    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import table
 
-    problems = hy.validate(fmu, seconds, not unconfined)
+    with progress("checking") as report:
+        problems = hy.validate(fmu, seconds, not unconfined, report)
     if as_json:
-        click.echo(json.dumps({"file": fmu, "problems": problems}))
+        checks = [asdict(c) for c in problems.checks]
+        click.echo(json.dumps({"file": fmu, "problems": problems, "checks": checks}))
     else:
+        timed = level() == VERBOSE
+        rows = [
+            [c.name, c.tried or "does not apply", c.problems, *[f"{c.seconds:.2f}"] * timed] for c in problems.checks
+        ]
+        say(table(["check", "tried", "problems", *["seconds"] * timed], rows) + "\n")
         for p in problems:
             click.echo(p)
-        click.echo(f"{fmu}: {len(problems)} problem{'' if len(problems) == 1 else 's'}")
+        n = len(problems.checks)
+        say(f"{fmu}: {len(problems)} problem{'' if len(problems) == 1 else 's'} in {n} check{'' if n == 1 else 's'}")
     sys.exit(FAILED if problems else 0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -11,6 +12,7 @@ from typing import Any, Literal
 import click
 
 from hystfmu.cli.options import FAILED, OUTPUT_FILE, Columns, Command, assignments, data_options, json_option
+from hystfmu.report.verbosity import detail, say
 
 
 @click.command(cls=Command)
@@ -38,6 +40,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
         return
     from hystfmu.base.extras import MissingExtra
     from hystfmu.identify import METHODS, description, options
+    from hystfmu.report.terminal import table
 
     for key in METHODS:
         try:
@@ -45,8 +48,9 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
         except MissingExtra as e:
             click.echo(f"{key}: {e}")
             continue
-        if names := ", ".join(o.name for o in options(key)):
-            click.echo(f"    --set {names}")
+        if rows := [[f"  {o.name}", o.shown_default, o.rule, o.text] for o in options(key)]:
+            click.echo(table(["  --set", "default", "must be", "meaning"], rows))
+        click.echo()
     context.exit()
 
 
@@ -58,7 +62,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     is_eager=True,
     expose_value=False,
     callback=_list_models,
-    help="List the kinds of model and their options.",
+    help="List the kinds of model, and what each option means.",
 )
 @click.option(
     "--model",
@@ -122,12 +126,13 @@ def fit(
     import hystfmu as hy
     from hystfmu.face.fit_page import interval_of, interval_text
     from hystfmu.face.rows import free_run, parts, table_of
-    from hystfmu.report.terminal import progress, table
+    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import table
 
     options = assignments(settings)
     measured = columns.read(data, train)
     if not as_json:
-        click.echo(measured.read_as)
+        say(measured.read_as)
     with progress(f"fitting {key}") as report:
         model = hy.fit(measured, key, seed=seed, progress=report, purpose=purpose, **options)
     name = measured.name.partition(" ")[0]
@@ -146,14 +151,17 @@ def fit(
         return
     if key == "auto":
         p = model.provenance
-        rated = [[k, f"{e:.4g}", p["auto_parameters"][k], p["auto_inverse"][k]] for k, e in p["auto"].items()]
-        click.echo(table(["candidate", "validation RMS %FS", "parameters", "inverse"], rated))
+        rated = [
+            [k, f"{e:.4g}", _range(p["auto_blocks"][k]), p["auto_parameters"][k], p["auto_inverse"][k]]
+            for k, e in p["auto"].items()
+        ]
+        say(table(["candidate", "validation RMS %FS", "of single blocks", "parameters", "inverse"], rated))
         for name, reason in p["auto_left_out"].items():
-            click.echo(f"left out: {name}: {reason}")
-        click.echo(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
-        click.echo(f"rate dependence: {f['rate']}\n")
+            say(f"left out: {name}: {reason}")
+        say(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
+        say(f"rate dependence: {f['rate']}\n")
     if "lag" in f and not any("lags" in w for w in f.get("warnings", ())):
-        click.echo(f"lag: {f['lag']}; the model follows it")
+        say(f"lag: {f['lag']}; the model follows it")
     for warning in f.get("warnings", ()):
         click.echo(f"warning: {warning}", err=True)
     row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
@@ -163,13 +171,19 @@ def fit(
         head, row = [*head, "held-out RMS %FS", "held-out max %FS"], [*row, *held]
     if "coverage_percent" in f:
         head, row = [*head, "coverage %"], [*row, f"{f['coverage_percent']:.0f}"]
-    click.echo(table(head, [row]))
+    say(table(head, [row]))
     if len(found) > 1:
         shown = table_of(found, measured.unit_y)
-        click.echo("\n" + table(shown.head, shown.rows))
+        say("\n" + table(shown.head, shown.rows))
     if new is not None:
-        click.echo(interval_text(new, which, measured.unit_y))
-    click.echo(f"wrote {out}" + ("" if page is None else f" and {page}"))
+        say(interval_text(new, which, measured.unit_y))
+    detail(f"\n{model}\n")
+    say(f"wrote {out}" + ("" if page is None else f" and {page}"))
+
+
+def _range(errors: Sequence[float]) -> str:
+    """Return the least and the largest error of the validation blocks; empty if there is one only."""
+    return f"{min(errors):.3g} to {max(errors):.3g}" if len(errors) > 1 else ""
 
 
 @click.command(cls=Command)
@@ -228,11 +242,11 @@ def predict(
         told = {"errors": [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]}
         click.echo(json.dumps({"file": out, "rows": len(y), "clamped_percent": share, **(told if found else {})}))
         return
-    click.echo(measured.read_as)
+    say(measured.read_as)
     if found:
         shown = table_of(found, measured.unit_y)
-        click.echo(table(shown.head, shown.rows))
-    click.echo(f"wrote {out}: {len(y)} rows")
+        say(table(shown.head, shown.rows))
+    say(f"wrote {out}: {len(y)} rows")
 
 
 @click.command(cls=Command)
@@ -265,12 +279,12 @@ def check(model: str, data: str, columns: Columns, factor: float, as_json: bool)
     if as_json:
         click.echo(json.dumps(asdict(found)))
     else:
-        click.echo(measured.read_as)
+        say(measured.read_as)
         unit = f" ({measured.unit_y})" if measured.unit_y else ""
         rows = [[p.name, p.value, f"{p.left:.4g}"] for p in found.parts]
-        click.echo(table(["change of", "value", f"RMS left{unit}"], [["nothing", "", f"{found.rms:.4g}"], *rows]))
-        click.echo(f"{found.inside:.3g} % of the rows lie in the trained range and reach {found.reached:.3g} % of it")
-        click.echo(str(found))
+        say(table(["change of", "value", f"RMS left{unit}"], [["nothing", "", f"{found.rms:.4g}"], *rows]))
+        say(f"{found.inside:.3g} % of the rows lie in the trained range and reach {found.reached:.3g} % of it")
+        click.echo(str(found)) if found.drifted else say(str(found))
     sys.exit(FAILED if found.drifted else 0)
 
 
@@ -322,12 +336,12 @@ def inverse(
     made.save(out)
     rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
     worth = "" if rms is None else f": error of inverse and model in cascade: RMS {rms:.2g} %, max {most:.2g} % of span"
-    click.echo(f"wrote {out}, {made.provenance['inverse']} inverse{worth}")
+    say(f"wrote {out}, {made.provenance['inverse']} inverse{worth}")
     if len(made.graph.outputs) > 1:
         inputs, outputs = (", ".join(p.name for p in ports) for ports in (made.graph.inputs, made.graph.outputs))
-        click.echo(f"inputs {inputs}; outputs {outputs}")
+        say(f"inputs {inputs}; outputs {outputs}")
     if late := made.fit.get("lag_steps"):
-        click.echo(
+        say(
             f"the output of the model is the wanted one of {late} steps ({made.fit['lag']:.3g} s) ago, accurate up to "
             f"{made.fit['band']:.3g} Hz: give the reference that much earlier"
         )
@@ -353,6 +367,6 @@ def migrate(files: tuple[str, ...], as_json: bool) -> None:
     for file in files:
         told[file] = migrate_file(file)
         if not as_json:
-            click.echo(f"{file}: {', '.join(told[file]) or 'has the present format'}")
+            say(f"{file}: {', '.join(told[file]) or 'has the present format'}")
     if as_json:
         click.echo(json.dumps(told))

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
+from hystfmu.report.verbosity import NORMAL, QUIET, VERBOSE, level, set_level
 
 if TYPE_CHECKING:
     from hystfmu.data import Dataset
 
 FAILED, BAD_INPUT = 1, 2
+INTERRUPTED = 130  # as a shell tells of an interrupt: 128 and the number of the signal
 MOST_BYTES = 2**20  # of a file of settings
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
@@ -26,8 +28,36 @@ unconfined_option = click.option(
 )
 
 
+def _level(context: click.Context, option: click.Parameter, asked: bool) -> None:
+    if not asked:
+        return
+    if level() != NORMAL:
+        raise InputError("-v prints more and -q less. Got both.")
+    set_level(context, VERBOSE if option.name == "verbose" else QUIET)
+
+
+_HOW_MUCH = (
+    (("-v", "--verbose"), "Print also what the tables summarise, and how long each step takes."),
+    (("-q", "--quiet"), "Print only what is wrong; the exit status tells the outcome."),
+)
+
+
 class Command(click.Command):
-    """A command that refuses an option of one value given twice, of which click would silently take the last."""
+    """A command that takes -v and -q, and says what an interrupt leaves.
+
+    It refuses an option of one value given twice, of which click would silently take the last.
+
+    Parameters
+    ----------
+    interrupted : str
+        What an interrupt leaves, before the words that run the command again.
+    """
+
+    def __init__(self, *words: Any, interrupted: str = "files are whole or as they were; again:", **named: Any) -> None:
+        super().__init__(*words, **named)
+        self.interrupted = interrupted
+        for names, text in _HOW_MUCH:
+            self.params.append(click.Option(names, is_flag=True, expose_value=False, callback=_level, help=text))
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the words of the command line.

@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING
 import click
 
 from hystfmu.cli.options import FAILED, Columns, Command, data_options, json_option
+from hystfmu.report.verbosity import detail, say, wrong
 
 if TYPE_CHECKING:
     from hystfmu.face.result import Result
+
+_BEGUN = "files that were written are whole; to make all of them:"
 
 
 @click.command(cls=Command)
@@ -43,7 +46,7 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     from hystfmu.base.files import write_text
     from hystfmu.papers import NEEDS_DATA, PAPERS, missing
     from hystfmu.papers import reproduce as reproduce_paper
-    from hystfmu.report.terminal import progress
+    from hystfmu.report.progress import progress
 
     for name in names if data is None else ():  # without names, the table itself says that its data is missing
         if name in NEEDS_DATA:
@@ -59,7 +62,9 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
         with progress(name) as report:
             reports.append(reproduce_paper(name, data, report, full))
         if not as_json:
-            click.echo(reports[-1].text() + "\n")
+            say(reports[-1].text() + "\n")
+            missed_rows = [row for row in reports[-1].rows if row.met is False]
+            wrong([f"{name}: {row.quantity}: {row.ours:.4g} misses the target {row.target:.4g}" for row in missed_rows])
         if folder is not None:
             write_text(Path(folder) / f"{name}.html", reports[-1].html())
     if as_json:
@@ -68,7 +73,7 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     sys.exit(FAILED if missed or lacking else 0)
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, interrupted=_BEGUN)
 @click.option("-o", "out", default="demo", show_default=True, metavar="DIR", help="Folder to write into.")
 def demo(out: str) -> None:
     """Run the whole workflow on built-in data.
@@ -83,7 +88,7 @@ def demo(out: str) -> None:
     sys.exit(0 if run_demo(Path(out)) else FAILED)
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, interrupted=_BEGUN)
 @click.argument("data", nargs=-1, required=True)
 @click.option("-o", "out", default="start", show_default=True, metavar="DIR", help="Folder to write into.")
 @click.option(
@@ -122,15 +127,15 @@ def start(
     Example: hystfmu start data.csv -o mine
              hystfmu start stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output "Weg [um]" --error 0.5
     """
-    from hystfmu.report.terminal import progress, table
+    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import table
     from hystfmu.start.run import start as make
 
     measured = columns.read(data, train)
-    say = (lambda line: None) if as_json else click.echo
-    say(measured.read_as)
-    with progress("fitting") as report:
-        source = [*data, *columns.words(), *(["--train", train] if train else [])]
-        made = make(measured, Path(out), percent, key, seed, source, say, report)
+    tell = (lambda line: None) if as_json else say
+    tell(measured.read_as)
+    source = [*data, *columns.words(), *(["--train", train] if train else [])]
+    made = make(measured, Path(out), percent, key, seed, source, tell, progress)
     cases = [_case(r) for r in made.results]
     if as_json:
         told = {name: {"path": str(path), "command": command} for name, (path, command) in made.files.items()}
@@ -139,14 +144,17 @@ def start(
         click.echo(json.dumps(facts | {"cases": cases, "limits": limits, "files": told, "notes": made.notes}))
         sys.exit(0 if made.passed else FAILED)
     head = ["case", "RMS % of stroke", "max %", "asked RMS %", "verdict", "what"]
-    click.echo("\n" + table(head, [[*c.values()] for c in cases]))
-    for v in made.margins.verdicts:
-        click.echo(f"{v.limit} {'unstable' if v.value is None else f'{v.value:.3g}'} at {v.where}: {v.word}")
+    say("\n" + table(head, [[*c.values()] for c in cases]))
+    limits_of_loop = [
+        [v.limit, "unstable" if v.value is None else f"{v.value:.3g}", f"{v.bound:g}", v.word, v.where]
+        for v in made.margins.verdicts
+    ]
+    say("\n" + table(["limit of the loop", "value", "bound", "verdict", "at"], limits_of_loop))
+    detail(f"\n{made.model}")
+    wrong([*(line for r in made.results for line in r.failures()), *made.margins.broken()])
     for note in (*made.notes, *made.model.fit.get("warnings", ())):
         click.echo(f"warning: {note}", err=True)
-    click.echo(
-        "\n" + table(["written", "file", "the same alone"], [[k, str(p), c] for k, (p, c) in made.files.items()])
-    )
+    say("\n" + table(["written", "file", "the same alone"], [[k, str(p), c] for k, (p, c) in made.files.items()]))
     sys.exit(0 if made.passed else FAILED)
 
 

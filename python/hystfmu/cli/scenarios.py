@@ -11,6 +11,7 @@ import click
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
+from hystfmu.report.verbosity import VERBOSE, detail, level, say, wrong
 
 
 @click.command(cls=Command)
@@ -103,7 +104,10 @@ def run(
 
         _refuse(context, _NOT_OF_AN_FMU, f"{scenarios[0]}: an FMU runs alone")
         told = run_fmu_file(scenarios[0], given, assignments(settings), step, stop, timeout, out, not unconfined)
-        click.echo(json.dumps(told.summary()) if as_json else "\n".join(told.lines()))
+        if as_json:
+            click.echo(json.dumps(told.summary()))
+        else:
+            say("\n".join(told.lines()))
         return
     _refuse(context, ("given",), "only an FMU that runs alone takes a file of inputs")
     if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
@@ -111,14 +115,14 @@ def run(
 
         _refuse(context, _NOT_OF_AN_SSP, f"{scenarios[0]}: an SSP archive runs alone and unchanged")
         lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out, not unconfined)
-        click.echo("\n".join(lines))
+        say("\n".join(lines))
         sys.exit(0 if passed else FAILED)
     _refuse(context, ("step", "stop"), "step and stop of a scenario are set in its scenario.toml")
     import hystfmu as hy
-    from hystfmu.report.terminal import progress
+    from hystfmu.report.progress import progress
     from hystfmu.scenario import Change
     from hystfmu.scenario.report.junit import write_junit
-    from hystfmu.scenario.report.terminal import changes, verdicts
+    from hystfmu.scenario.report.terminal import changes, every_metric, verdicts
 
     if everything == bool(scenarios):
         raise InputError("run needs scenarios or --all (example: hystfmu run scenarios/pid)")
@@ -150,7 +154,9 @@ def run(
     if as_json:
         click.echo(json.dumps([r.summary() for r in results]))
     else:
-        click.echo(verdicts(results))
+        say(verdicts(results))
+        detail(every_metric(results))
+        wrong([line for r in results for line in r.failures()])
     sys.exit(0 if results.passed else FAILED)
 
 
@@ -176,14 +182,19 @@ def margins(
     \b
     Example: hystfmu margins scenarios/pid scenarios/pid_observer
     """
-    from hystfmu.report.terminal import progress
+    from hystfmu.report.progress import progress
     from hystfmu.scenario.margin_table import margin_table
 
     if everything == bool(scenarios):
         raise InputError("margins needs scenarios or --all (example: hystfmu margins scenarios/pid)")
+    delays = delays or level() == VERBOSE
     with progress("margins") as report:
         found = margin_table(_everything() if everything else scenarios, cases or None, report, at=at, delays=delays)
-    click.echo(json.dumps(found.summary()) if as_json else found.text(delays))
+    if as_json:
+        click.echo(json.dumps(found.summary()))
+    else:
+        say(found.text(delays))
+        wrong(found.broken())
     sys.exit(0 if found.rows and not found.broken() else FAILED)
 
 
@@ -230,8 +241,8 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps([vars(c) | {"relative": c.relative} for c in found]))
     else:
-        click.echo(changes(found, "the two reports have the same metrics"))
-        click.echo(f"wrote {out}")
+        say(changes(found, "the two reports have the same metrics"))
+        say(f"wrote {out}")
 
 
 @click.command(cls=Command)
@@ -286,19 +297,19 @@ def ssp(
     case = cases[name] if name is not None else next(iter(cases.values()))
     if out.endswith(".fmu"):
         path = write_loop(case, out, 3 if fmi == "3" else 2)
-        click.echo(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one, step {case.step:g} s")
+        say(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one, step {case.step:g} s")
         return
     written = write_ssp(case, out, version, connectors, 3 if fmi == "3" else 2, separate)
     made = f"{len(case.units)} units in {written.components} component{'s' if written.components > 1 else ''}"
-    click.echo(f"{out}: SSP {version}, case {case.name}, {made}, step {case.step:g} s")
+    say(f"{out}: SSP {version}, case {case.name}, {made}, step {case.step:g} s")
     listed = ", ".join(f"{name} {value:.2g} %" for name, value in written.differences.items())
-    click.echo(f"largest difference to the scenario, of its span: {listed}")
+    say(f"largest difference to the scenario, of its span: {listed}")
     if max(written.differences.values()) > 1e-6:
         late = "values reach other components one step late; " if written.components > 1 else ""
-        click.echo(f"its reason: {late}readers know no events inside a step and no finer steps")
+        say(f"its reason: {late}readers know no events inside a step and no finer steps")
 
 
-@click.command(cls=Command)
+@click.command(cls=Command, interrupted="finished rows are kept; to go on with the others:")
 @click.argument("study")
 @click.option(
     "-o",
@@ -338,7 +349,7 @@ def study(
              hystfmu study scenarios/pid/draws.study.toml -o out --retry failed
     """
     import hystfmu as hy
-    from hystfmu.report.terminal import counter
+    from hystfmu.report.progress import counter
     from hystfmu.studies.report import spreads
 
     with counter("running") as report:
@@ -352,12 +363,12 @@ def study(
         files = {"table": str(outcome.table), "report": str(outcome.report)}
         click.echo(json.dumps(facts | files | {"seed": outcome.seed, "summary": answer}))
     else:
-        click.echo(
+        say(
             f"{facts['rows']} rows, {facts['ran']} of them computed now ({outcome.seconds:.1f} s), "
             f"{facts['failed']} failed; seed {outcome.seed}"
         )
         if summary is not None:
-            click.echo(spreads(summary))
-        for row in outcome.failed[:10]:
-            click.echo(f"row {row['index']} ({row['case']}): {row['status']}: {row['reason']}")
-        click.echo(f"{outcome.table}\n{outcome.report}")
+            say(spreads(summary, every=level() == VERBOSE))
+        shown = outcome.failed if level() == VERBOSE else outcome.failed[:10]
+        click.echo("".join(f"row {r['index']} ({r['case']}): {r['status']}: {r['reason']}\n" for r in shown), nl=False)
+        say(f"{outcome.table}\n{outcome.report}")

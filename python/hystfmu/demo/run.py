@@ -18,7 +18,9 @@ from hystfmu.model import Model
 from hystfmu.model.accuracy import held_out_table
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
-from hystfmu.report.terminal import loop, progress, table
+from hystfmu.report.progress import progress
+from hystfmu.report.terminal import loop, table
+from hystfmu.report.verbosity import say, wrong
 from hystfmu.scenario import Result, run_scenarios
 from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts
@@ -58,20 +60,19 @@ def demo(out: Path) -> bool:
     train, other = piezo(seed=0), piezo(seed=1000)
     train.to_csv(out / "piezo.csv")
     other.to_csv(out / "piezo_held_out.csv")
-    click.echo(f"Synthetic piezo stack: {len(train.t)} rows at {1 / train.h:g} Hz, 0..100 V, {train.span:.1f} um.")
-    click.echo(loop(train.u, train.y, "displacement (um) over voltage (V)"))
+    say(f"Synthetic piezo stack: {len(train.t)} rows at {1 / train.h:g} Hz, 0..100 V, {train.span:.1f} um.")
+    say(loop(train.u, train.y, "displacement (um) over voltage (V)"))
 
     models = [_fit(train, key) for key in KEYS]
     rows = [_row(m, train) for m in models]
-    click.echo(
-        "\nErrors on held-out signals, in percent of the span of the training data: nested reversals, and the worst of"
-    )
-    click.echo("other decays, two tones, nested reversals and minor loops.\n")
-    click.echo(table(HEAD, rows))
+    say("\nErrors on held-out signals, in percent of the span of the training data: nested reversals, and the worst of")
+    say("other decays, two tones, nested reversals and minor loops.\n")
+    say(table(HEAD, rows))
 
     problems, n_fmus = _export(models, out)
     results = _run(scenarios)
-    click.echo("\n" + verdicts(results))
+    say("\n" + verdicts(results))
+    wrong([line for r in results for line in r.failures()])
     caption = (
         "Errors on nested reversals and worst errors on held-out signals, in percent of the span of the training data"
     )
@@ -82,7 +83,7 @@ def demo(out: Path) -> bool:
         _plots(models, other),
     )
     page = write_report(results, out, [section], "HystFMU demo")
-    click.echo(f"\nwrote {page}, report.json, {n_fmus // 2} models and {n_fmus} FMUs to {out}/")
+    say(f"\nwrote {page}, report.json, {n_fmus // 2} models and {n_fmus} FMUs to {out}/")
     return not problems and all(r.passed for r in results)
 
 
@@ -112,7 +113,7 @@ def _export(models: list[Model], out: Path) -> tuple[list[str], int]:
             path = export_fmu(m, out / "fmus" / f"{name}_fmi{version}.fmu", fmi=version, name=name)
             problems += [f"{path}: {p}" for p in check_fmu(path)]
             written += 1
-    click.echo(f"\n{written} FMUs written and checked: {len(problems)} problems")
+    say(f"\n{written} FMUs written and checked: {len(problems)} problems")
     for p in problems:
         click.echo(p)
     return problems, written

@@ -74,8 +74,9 @@ class Choice:
         ``not seen``, which discards rate-dependent kinds, or ``one speed only``), ``warnings`` (list of str).
     provenance : dict
         Entries of `Model.provenance`: ``auto``, the RMS error of every candidate on the validation blocks in percent of
-        the span of y, the best first; ``auto_choice``, the chosen one; ``auto_parameters``, their numbers of
-        parameters; ``auto_inverse``, their inverses; ``auto_left_out``, the reasons for discards.
+        the span of y, the best first, and ``auto_blocks``, those of single blocks; ``auto_choice``, the chosen one;
+        ``auto_parameters``, their numbers of parameters; ``auto_inverse``, their inverses; ``auto_left_out``, the
+        reasons for discards.
     """
 
     method: str
@@ -153,6 +154,7 @@ def choose(
     ranked = sorted(race.trials.values(), key=race.excess)
     told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
     why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / data.span for t in ranked}, "auto_choice": best.name}
+    why["auto_blocks"] = {t.name: [100 * e / data.span for e in t.by_block] for t in ranked}
     why["auto_parameters"] = {t.name: t.parameters for t in ranked}
     if inverses is not None:
         why["auto_inverse"] = {t.name: inverses.kind(t.model) for t in ranked}

@@ -45,6 +45,15 @@ class Option:
             return "true or false"
         return f"{'an int' if isinstance(self.default, int) else 'a float'} in [{self.lo:g}, {self.hi:g}]"
 
+    @property
+    def shown_default(self) -> str:
+        """The default in words."""
+        if self.default is None:
+            return "from the data"
+        if isinstance(self.default, float):
+            return f"{self.default:g}"
+        return str(self.default).lower() if isinstance(self.default, bool) else str(self.default)
+
     def check(self, value: Any) -> Any:
         """Convert a value to the type of the option.
 

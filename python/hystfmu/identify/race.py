@@ -60,6 +60,8 @@ class Trial:
         Output on the input with other memory, one for each fold, from the second fold on.
     folds : int
         Number of folds run.
+    by_block : list of float
+        RMS error in each validation block so far (unit of measure of y).
     """
 
     name: str
@@ -70,6 +72,7 @@ class Trial:
     outside: float
     others: list[Array] = field(default_factory=list)
     folds: int = 1
+    by_block: list[float] = field(default_factory=list)
 
     @property
     def parameters(self) -> int:
@@ -117,31 +120,33 @@ class Race:
         u = self.data.longest().u
         self.other = other_memory(u[self.data.longest().train], float(self.data.u[0]))
 
-    def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp]]:
-        """Return the data without the blocks of a fold, and the rows of these blocks that count."""
+    def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]:
+        """Return the data without the blocks of a fold, the rows of these blocks that count, and the block of each."""
         data, rows = self.data, self.data.train
         held = np.zeros(len(data.u), dtype=bool)
         held[rows] = without_outermost(data.u[rows], validation_rows(data.u[rows], fold, BLOCKS))
         part = data.with_held(held)
         kept = data.u[part.counted]
-        return part, np.flatnonzero(held & (data.u >= kept.min()) & (data.u <= kept.max()))
+        counted = np.flatnonzero(held & (data.u >= kept.min()) & (data.u <= kept.max()))
+        return part, counted, np.cumsum(np.diff(held, prepend=False))[counted]
 
     def fitted(
         self, fold: int, key: str, options: Mapping[str, Any], progress: Callable[[float], None]
-    ) -> tuple[Model, Array]:
-        """Fit without the blocks of a fold; return the model and its errors in them."""
-        part, rows = self.held(fold)
+    ) -> tuple[Model, Array, list[float]]:
+        """Fit without the blocks of a fold; return the model, its errors in them, and the RMS of each block."""
+        part, rows, block = self.held(fold)
         model = fit_one(part, key, self.seed, progress, dict(options))
-        free = run_along(model.graph, self.data)
-        return model, free[rows] - self.data.y[rows]
+        errors = run_along(model.graph, self.data)[rows] - self.data.y[rows]
+        return model, errors, [rms(errors[block == k]) for k in np.unique(block)]
 
     def trial(
         self, name: str, key: str, candidate: Candidate, options: Mapping[str, Any], progress: Callable[[float], None]
     ) -> Trial:
         """Fit a candidate without the first fold."""
-        model, errors = self.fitted(FOLDS[0], key, options, progress)
+        model, errors, blocks = self.fitted(FOLDS[0], key, options, progress)
         network = 1 - float(model.fit.get("coverage_percent", 100.0)) / 100
-        return Trial(name, key, candidate, model, errors, self.unseen if candidate.local else network)
+        outside = self.unseen if candidate.local else network
+        return Trial(name, key, candidate, model, errors, outside, by_block=blocks)
 
     def excess(self, trial: Trial) -> float:
         """Return the error beside the noise and that of states that were left out, in % of the span."""
@@ -216,11 +221,12 @@ class Race:
         """Let candidates run on their next fold."""
         for t in trials:
             try:
-                model, more = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, lambda done: None)
+                model, more, blocks = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, lambda done: None)
                 t.others += [self._other(m) for m in ([model] if t.others else [t.model, model])]
             except InputError:
-                more = np.full(1, np.inf)
+                more, blocks = np.full(1, np.inf), []
             t.errors = np.concatenate([t.errors, more])
+            t.by_block += blocks
             t.folds += 1
 
     def _other(self, model: Model) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -62,6 +62,11 @@ class Started:
         return self.results.passed and not self.margins.broken()
 
 
+def _unseen(step: str) -> AbstractContextManager[Callable[[float], None]]:
+    """Show nothing."""
+    return nullcontext(lambda fraction: None)
+
+
 def start(
     data: Dataset,
     folder: Path,
@@ -70,7 +75,7 @@ def start(
     seed: int = 0,
     source: Sequence[str] = ("DATA",),
     told: Callable[[str], None] = lambda line: None,
-    progress: Callable[[float], None] = lambda fraction: None,
+    shown: Callable[[str], AbstractContextManager[Callable[[float], None]]] = _unseen,
 ) -> Started:
     """Make everything from one record.
 
@@ -90,8 +95,8 @@ def start(
         Words that read the data on a command line.
     told : function
         Called with a line where a step ends.
-    progress : function
-        Called with the fraction of the fit that is done.
+    shown : function
+        Called with the name of a step that takes long; gives a context with a function of the fraction done.
 
     Raises
     ------
@@ -101,24 +106,29 @@ def start(
     """
     name = re.sub(r"\W", "_", data.name.partition(" ")[0])
     name = name if name[:1].isalpha() else f"device_{name}"
-    model, notes = _model(data, key, seed, progress)
+    with shown("fitting") as progress:
+        model, notes = _model(data, key, seed, progress)
     found = device(model, data)
     told(_fitted(model))
     inverse = model.inverse()
     model.save(folder / f"{name}.model.toml")
     inverse.save(folder / f"{name}_inverse.model.toml")
-    gains = _gains(found)
+    with shown("tuning"):
+        gains = _gains(found)
     told(f"loop: Kp = {gains.Kp:g}, Ki = {gains.Ki:g} 1/s, step {found.h:g} s, Ms {gains.Ms_db:.1f} dB")
     scenario = loop_scenario(found, gains, percent, name, _other(model, data))
     into = scenario.save(folder / "loop")
-    results = hy.run(into, engine="native", record=True)
-    margins = margin_table([into])
+    with shown("running the loop") as progress:
+        results = hy.run(into, engine="native", record=True, progress=progress)
+    with shown("margins") as progress:
+        margins = margin_table([into], progress=progress)
     files = _exported(folder, name, model, inverse, [*source, *_fit_words(model, key, seed)])
     if model.fit.get("warnings"):
         write_excitation(folder / "measure_next.csv", data, found.frequency)
         files["next measurement"] = (folder / "measure_next.csv", "written because of the warnings")
-    sections = [_hero(results, data), *fit_sections(model, data), _controller(gains, margins, notes)]
-    page = write_report(results, folder, sections, f"{name}: model, inverse, loop")
+    with shown("report"):
+        sections = [_hero(results, data), *fit_sections(model, data), _controller(gains, margins, notes)]
+        page = write_report(results, folder, sections, f"{name}: model, inverse, loop")
     files["report"] = (page, f"hystfmu run {into} --report DIR")
     return Started(model, inverse, found, gains, results, margins, files, notes)
 

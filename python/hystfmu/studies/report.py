@@ -200,14 +200,25 @@ def _spread(x: Array, y: Array) -> list[Line]:
     ]
 
 
-def spreads(summary: Summary) -> str:
-    """Return the answer of a study for the terminal: its sentence, and the percentiles of the metrics with a limit."""
-    limited = [s for s in summary.spreads if s.limit is not None]
-    if not limited:
+def spreads(summary: Summary, every: bool = False) -> str:
+    """Return the answer of a study for the terminal: its sentence, and the percentiles of metrics.
+
+    Parameters
+    ----------
+    summary : Summary
+    every : bool
+        Also the metrics without a limit.
+    """
+    shown = [s for s in summary.spreads if every or s.limit is not None]
+    if not shown:
         return summary.sentence
     rows = [
-        [s.case, s.metric, *(f"{v:.4g}" for v in (s.limit or 0.0, 100 * (s.within or 0.0), *s.percentiles, s.worst))]
-        for s in limited
+        [
+            *(s.case, s.metric),
+            *("" if v is None else f"{k * v:.4g}" for k, v in ((1, s.limit), (100, s.within))),
+            *(f"{v:.4g}" for v in (*s.percentiles, s.worst)),
+        ]
+        for s in shown
     ]
     head = ["case", "metric", "limit", "% within", *(f"{p} %" for p in PERCENTILES), "worst"]
     return f"{summary.sentence}\n{text_table(head, rows)}"

@@ -7,7 +7,10 @@ import json
 import re
 import signal
 import tempfile
+import time
 import zipfile
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from hystfmu.base.child import Child
@@ -15,8 +18,11 @@ from hystfmu.base.confine import Box
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check_source, read_bytes
 from hystfmu.fmu.archive.unpack import archive_problems, unpack, xml_problems
+from hystfmu.fmu.check.findings import Check, Findings, checks_of
 
 MOST_NOTES = 2**24  # bytes of the findings
+ABOUT = 20  # checks of an FMU with both interfaces, for the progress
+Progress = Callable[[float], None]
 
 
 def _signal(number: int) -> str:
@@ -26,15 +32,16 @@ def _signal(number: int) -> str:
         return f"signal {number}"
 
 
-def _run_problems(process: Child, result: Path, seconds: float) -> list[str]:
+def _run_problems(process: Child, result: Path, seconds: float, progress: Progress) -> Findings:
     """Return the findings of the child process, including the trial in which it crashed or hung."""
-    lines, in_time = process.finish(seconds)
+    lines, in_time = process.finish(seconds, lambda: _tell(result, progress))
     try:
         notes = json.loads(read_bytes(result, MOST_NOTES))  # the FMU may have written it
         problems = [" ".join(str(p).split()) for p in notes["problems"]]
-        doing, finished = str(notes["doing"]), bool(notes["done"])
+        doing, finished, checks = str(notes["doing"]), bool(notes["done"]), checks_of(notes["checks"])
     except (ValueError, KeyError, TypeError, RecursionError):
-        return [f"the check failed: {lines[-1] if lines else process.status}"]
+        return Findings([f"the check failed: {lines[-1] if lines else process.status}"])
+    known = len(problems)
     if not in_time:
         problems.append(f"the FMU did not finish within {seconds:g} s while {doing}")
     elif process.status < 0:
@@ -43,20 +50,33 @@ def _run_problems(process: Child, result: Path, seconds: float) -> list[str]:
         problems.append(f"the FMU ended its process with status {process.status} while {doing}")
     if problems and lines and re.search("cannot be instantiated|failed with status", problems[0]):
         problems[0] += f" ({lines[-1]})"  # append the log message of the FMU
-    return problems
+    if len(problems) > known:
+        checks.append(Check(doing, "not finished", len(problems) - known, 0.0))
+    return Findings(problems, checks)
 
 
-def _fmutool_problems(process: Child | None, seconds: float) -> list[str]:
+def _tell(result: Path, progress: Progress) -> None:
+    """Report the share of the trials that is done, as far as the child has written it down."""
+    with suppress(ValueError, KeyError, TypeError, RecursionError):
+        done = checks_of(json.loads(read_bytes(result, MOST_NOTES))["checks"])
+        progress(min(len(done) / ABOUT, 1.0))
+
+
+def _fmutool_problems(process: Child | None, seconds: float) -> Findings:
     """Return the errors that fmutool reports.  It is optional (extra `dev`)."""
     if process is None:
-        return []
+        return Findings()
+    begin = time.monotonic()
     lines, _ = process.finish(seconds)
     found = (re.match(r"(?:ERROR|CRITICAL)\s*\|\s*(.*)", line) for line in lines)
     summary = re.compile(r"This FMU does not validate|error\(s\)")
-    return [f"fmutool: {m[1]}" for m in found if m and not summary.search(m[1])]
+    problems = [f"fmutool: {m[1]}" for m in found if m and not summary.search(m[1])]
+    return Findings(problems, [Check("fmutool", "rules of fmutool", len(problems), time.monotonic() - begin)])
 
 
-def check_fmu(path: str | Path, seconds: float = 60.0, confined: bool = True) -> list[str]:
+def check_fmu(
+    path: str | Path, seconds: float = 60.0, confined: bool = True, progress: Progress = lambda fraction: None
+) -> Findings:
     """Check archive, model description and behaviour of an FMU of any origin.
 
     The archive is inspected before it is unpacked.  Then the static checks of fmpy and, if installed, of fmutool are
@@ -77,11 +97,14 @@ def check_fmu(path: str | Path, seconds: float = 60.0, confined: bool = True) ->
         Time limit of the checks (s).
     confined : bool
         Whether the FMU runs without network and writes into a folder of its own only, where the system can.
+    progress : function
+        Called with the fraction of the checks that is done, about.
 
     Returns
     -------
-    list of str
-        Problems, one line each; empty if none is found.  A problem of the archive ends the check before unpacking.
+    Findings
+        Problems, one line each; empty if none is found; `checks` says what was tried.  A problem of the archive ends
+        the check before unpacking.
 
     Raises
     ------
@@ -89,25 +112,25 @@ def check_fmu(path: str | Path, seconds: float = 60.0, confined: bool = True) ->
         If the file cannot be read or is not a complete ZIP archive.
     """
     check_source(path)
+    begin = time.monotonic()
     try:
         with zipfile.ZipFile(path) as archive:
-            problems = archive_problems(archive)
-            if problems:
-                return problems
+            problems, tried = archive_problems(archive), f"{len(archive.infolist())} entries"
             with tempfile.TemporaryDirectory(prefix="hystfmu-check-") as folder:
-                return unpack(archive, Path(folder, "fmu")) or _content_problems(
-                    Path(path), Path(folder), seconds, confined
-                )
+                unpacked = Path(folder, "fmu")
+                problems = problems or unpack(archive, unpacked) or xml_problems(unpacked)
+                first = Check("archive", tried, len(problems), time.monotonic() - begin)
+                if problems:
+                    return Findings(problems, [first])
+                found = _content_problems(Path(path), Path(folder), seconds, confined, progress)
+                return Findings(found, [first, *found.checks])
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as e:
         raise InputError(f"{path}: not a ZIP archive, or truncated ({e})") from None
     except OSError as e:
         raise InputError(f"{path}: {e.strerror or f'not a ZIP archive, or truncated ({e})'}") from None
 
 
-def _content_problems(path: Path, folder: Path, seconds: float, confined: bool) -> list[str]:
-    problems = xml_problems(folder / "fmu")
-    if problems:
-        return problems
+def _content_problems(path: Path, folder: Path, seconds: float, confined: bool, progress: Progress) -> Findings:
     first = re.search(rb"""fmiVersion\s*=\s*["']1\.""", (folder / "fmu" / "modelDescription.xml").read_bytes())
     result = folder / "result.json"
     box = Box.of(folder, path) if confined else None
@@ -116,4 +139,6 @@ def _content_problems(path: Path, folder: Path, seconds: float, confined: bool) 
     if importlib.util.find_spec("fmu_manipulation_toolbox") and not first:  # it knows FMI 2.0 and 3.0
         start = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
         fmutool = Child("-c", start, "-input", str(path.absolute()), "-check", box=box)
-    return [*_run_problems(probe, result, seconds), *_fmutool_problems(fmutool, seconds)]
+    run = _run_problems(probe, result, seconds, progress)
+    static = _fmutool_problems(fmutool, seconds)
+    return Findings([*run, *static], [*run.checks, *static.checks])

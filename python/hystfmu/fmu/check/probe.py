@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import json
 import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +20,7 @@ from hystfmu.fmu.check.foreign_library import ForeignFmu
 from hystfmu.fmu.check.scheduled_trials import SCHEDULED_TRIALS
 from hystfmu.fmu.check.trials import TRIALS, Trial
 from hystfmu.fmu.foreign.finding import Finding
-from hystfmu.fmu.foreign.instance import version
+from hystfmu.fmu.foreign.instance import TALLY, version
 
 MOST_GIGABYTES = 4.0
 ODD_FOLDER = "Größe 1 %41"
@@ -30,51 +33,68 @@ class Notes:
     def __init__(self, path: Path) -> None:
         self.path, self.doing = path, "reading modelDescription.xml"
         self.problems: list[str] = []
+        self.checks: list[dict[str, Any]] = []
         self.save(False)
 
     def save(self, done: bool) -> None:
         """Write the file atomically."""
         part = self.path.with_suffix(".part")
-        part.write_text(json.dumps({"done": done, "doing": self.doing, "problems": self.problems}))
+        part.write_text(json.dumps(self._content | {"done": done}))
         part.replace(self.path)
 
-    def begin(self, doing: str) -> None:
-        """Record an activity; a crash from now on is attributed to it."""
+    @property
+    def _content(self) -> dict[str, Any]:
+        return {"doing": self.doing, "problems": self.problems, "checks": self.checks}
+
+    @contextmanager
+    def check(self, doing: str, tried: str = "") -> Iterator[None]:
+        """Record an activity; a crash from now on is attributed to it.  Then record how much was tried."""
         self.doing = doing
         self.save(False)
+        begin, known, before = time.monotonic(), len(self.problems), TALLY.copy()
+        yield
+        done = ", ".join(_counted(n, what) for what, n in (TALLY - before).items())
+        found = {"name": doing, "tried": tried or done, "problems": len(self.problems) - known}
+        self.checks.append(found | {"seconds": time.monotonic() - begin})
+
+
+def _counted(n: int, what: str) -> str:
+    """Return a number of things, whose word has the plural at the end of its first part."""
+    first, *others = what.split(" ")
+    return " ".join([f"{n}", first if n > 1 else first[:-1], *others])
 
 
 def _try(fmu: ForeignFmu, trials: dict[str, Trial], notes: Notes) -> None:
     """Run all trials.  A finding that ends one trial does not end the others."""
     for title, trial in trials.items():
-        notes.begin(title)
-        try:
-            found = list(trial(fmu))
-        except Finding as e:
-            found = [f"{e} (while {title})"]
-        except Exception as e:  # any failure of a foreign FMU is a finding
-            found = [f"{title}: {type(e).__name__}: {e}"]
-        lines = [" ".join(p.split()) for p in found]
-        notes.problems += [p for p in lines if p not in notes.problems]
+        with notes.check(title):
+            try:
+                found = list(trial(fmu))
+            except Finding as e:
+                found = [f"{e} (while {title})"]
+            except Exception as e:  # any failure of a foreign FMU is a finding
+                found = [f"{title}: {type(e).__name__}: {e}"]
+            lines = [" ".join(p.split()) for p in found]
+            notes.problems += [p for p in lines if p not in notes.problems]
         if found and title in FIRST:
             return  # the FMU does not run: further trials would repeat the finding
 
 
 def _try_odd_folder(folder: Path, description: Any, notes: Notes) -> None:
     """Run from a folder with a space and non-ASCII letters, as some importers do."""
-    notes.begin("loading from a folder with a space and non-ASCII letters")
-    odd = folder.parent / ODD_FOLDER
-    folder.rename(odd)
-    fmu = ForeignFmu(odd, description)
-    try:
-        if description.coSimulation:
-            with fmu.running() as made:
-                fmu.run(made, range(3))
-        else:
-            with fmu.instance("ModelExchange" if description.modelExchange else "ScheduledExecution"):
-                pass
-    except Finding as e:
-        notes.problems.append(f"in a folder with a space and non-ASCII letters: {e}")
+    with notes.check("loading from a folder with a space and non-ASCII letters"):
+        odd = folder.parent / ODD_FOLDER
+        folder.rename(odd)
+        fmu = ForeignFmu(odd, description)
+        try:
+            if description.coSimulation:
+                with fmu.running() as made:
+                    fmu.run(made, range(3))
+            else:
+                with fmu.instance("ModelExchange" if description.modelExchange else "ScheduledExecution"):
+                    pass
+        except Finding as e:
+            notes.problems.append(f"in a folder with a space and non-ASCII letters: {e}")
 
 
 def probe(folder: Path, notes: Notes) -> None:
@@ -82,7 +102,8 @@ def probe(folder: Path, notes: Notes) -> None:
     from fmpy import platform, platform_tuple, read_model_description
     from fmpy.validation import validate_fmu
 
-    notes.problems += [" ".join(str(p).split()) for p in validate_fmu(str(folder))]
+    with notes.check("reading modelDescription.xml", "schema and rules of fmpy"):
+        notes.problems += [" ".join(str(p).split()) for p in validate_fmu(str(folder))]
     if notes.problems:
         return
     description = read_model_description(str(folder), validate=False)
@@ -90,7 +111,8 @@ def probe(folder: Path, notes: Notes) -> None:
     if not (folder / "binaries" / host).is_dir():
         notes.problems.append(f"the FMU has no binary for this platform ({host}): it was not run")
         return
-    notes.problems += description_problems(description, folder / "binaries" / host)
+    with notes.check("looking for contradictions in it", f"{len(description.modelVariables)} variables"):
+        notes.problems += description_problems(description, folder / "binaries" / host)
     if notes.problems:
         return
     fmu = ForeignFmu(folder, description)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes as C
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -50,6 +51,10 @@ def _kind(fmi: int, interface: Interface) -> Any:
     return getattr(module, f"FMU{fmi}{names[interface]}")
 
 
+TALLY: Counter[str] = Counter()
+"""What instances in this process have done so far."""
+
+
 class Instance:
     """One instance; a failing call raises a `Finding` that names the variable.
 
@@ -79,6 +84,7 @@ class Instance:
         name: str = "check",
         log: Callable[[str], None] | None = None,
     ) -> None:
+        TALLY["instances"] += 1
         self.version, self.interface = version(description), interface
         self._methods: dict[tuple[str, str], Callable[..., Any]] = {}
         kind = _kind(self.version, interface)
@@ -159,6 +165,7 @@ class Instance:
 
     def step(self, what: str, t: float, h: float) -> bool:
         """Make a communication step.  Returns False if the FMU ends the simulation, as the standard allows it."""
+        TALLY["steps"] += 1
         if self.version == 3:
             _, ended, early, _ = self.call(what, "doStep", t, h)
             if early and not ended:
@@ -193,6 +200,7 @@ class Instance:
     def get(self, v: Any, n: int | None = None) -> Values:
         """Read all elements of a variable (`n` of them, by default as many as declared)."""
         references = [v.valueReference]
+        TALLY["values read"] += 1
         try:
             get = self._method("get", v)
             size = count(v) if n is None else n
@@ -202,6 +210,7 @@ class Instance:
 
     def set(self, v: Any, values: Sequence[float]) -> None:
         """Set all elements of a variable; whole numbers are taken from floats that are whole."""
+        TALLY["values set"] += 1
         try:
             exact: Any = list(values) if v.type in REAL else [int(x) for x in values]
             self._method("set", v)([v.valueReference], [bool(x) for x in exact] if v.type == "Boolean" else exact)
@@ -211,6 +220,7 @@ class Instance:
 
     def derivative(self, unknown: Any, known: Any) -> float:
         """Read one directional derivative, with seed 1."""
+        TALLY["derivatives"] += 1
         what = f"the directional derivative of {unknown.name} with respect to {known.name} cannot be read"
         references = [unknown.valueReference], [known.valueReference], [1.0]
         return float(self.call(what, "getDirectionalDerivative", *references)[0])

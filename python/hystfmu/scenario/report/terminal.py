@@ -2,43 +2,98 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from hystfmu.report.terminal import table
 from hystfmu.scenario.verdict.baseline import CHANGED, Change
+from hystfmu.scenario.verdict.judge import Verdict
 from hystfmu.scenario.verdict.result import Result
 
 LOOP = ("Ms dB", "delay margin, steps")
+DECISIVE = ("metric", "value", "limit")
 WORST = ("largest Ms dB", "least delay margin, steps")
 
 
 def verdicts(results: Sequence[Result]) -> str:
-    """Return one line per case, or per scenario if there are several, followed by notes and failures."""
+    """Return one line per case, or per scenario if there are several, followed by notes and failures.
+
+    The metric beside the verdict is the one that is nearest to its limit, or beyond it.
+    """
     groups: dict[str, list[Result]] = {}
     for r in results:
         groups.setdefault(r.scenario, []).append(r)
     some = any(r.loop is not None for r in results)
     if len(groups) > 1:
-        rows = [
-            [
-                name,
-                f"{sum(r.passed for r in g)} of {len(g)}",
-                *_worst(g)[: 2 * some],
-                f"{sum(r.seconds for r in g):.2f}",
-            ]
-            for name, g in groups.items()
-        ]
-        head = ["scenario", "passed", *WORST[: 2 * some], "seconds"]
+        rows = []
+        for name, g in groups.items():
+            worst, seconds = max(g, key=_strain), f"{sum(r.seconds for r in g):.2f}"
+            count = f"{sum(r.passed for r in g)} of {len(g)}"
+            rows.append([name, count, worst.case, *_cells(decisive(worst)), *_worst(g)[: 2 * some], seconds])
+        head = ["scenario", "passed", "nearest to a limit", *DECISIVE, *WORST[: 2 * some], "seconds"]
     else:
         rows = [
-            [r.scenario, r.case, "ok" if r.passed else "FAILED", *_worst([r])[: 2 * some], f"{r.seconds:.2f}"]
+            [
+                r.scenario,
+                r.case,
+                "ok" if r.passed else "FAILED",
+                *_cells(decisive(r)),
+                *_worst([r])[: 2 * some],
+                f"{r.seconds:.2f}",
+            ]
             for r in results
         ]
-        head = ["scenario", "case", "verdict", *LOOP[: 2 * some], "seconds"]
+        head = ["scenario", "case", "verdict", *DECISIVE, *LOOP[: 2 * some], "seconds"]
     lines = [table(head, rows)]
     failures = [line for r in results for line in (*r.notes, *_shortened(r.failures()))]
     passed = sum(r.passed for r in results)
     return "\n".join([*lines, *failures, f"{passed} of {len(results)} cases passed"])
+
+
+def every_metric(results: Sequence[Result]) -> str:
+    """Tabulate every metric of every case with its limit and its baseline."""
+    rows = [
+        [
+            r.scenario,
+            r.case,
+            "ok" if v.within else "FAILED",
+            *_cells(v),
+            "" if v.baseline is None else f"{v.baseline:.4g}",
+        ]
+        for r in results
+        for v in r.verdicts
+    ]
+    return table(["scenario", "case", "verdict", *DECISIVE, "baseline"], rows)
+
+
+def decisive(result: Result) -> Verdict | None:
+    """Return the metric that is nearest to its limit or farthest beyond it, without limits the first.
+
+    None if a unit refused to go on, so that nothing was measured.
+    """
+    limited = [v for v in result.verdicts if v.limit is not None or not v.within]
+    return max(limited, key=_ratio, default=None) or next(iter(result.verdicts), None)
+
+
+def _ratio(v: Verdict) -> float:
+    """Return the share of its limit that a metric takes; infinite for a value that is not finite."""
+    if not math.isfinite(v.value):
+        return math.inf
+    if v.limit is None or v.limit == 0:
+        return 0.0 if v.within else math.inf
+    return v.value / v.limit
+
+
+def _strain(result: Result) -> float:
+    found = decisive(result)
+    return math.inf if found is None else _ratio(found)
+
+
+def _cells(v: Verdict | None) -> list[str]:
+    if v is None:
+        return ["stopped", "", ""]
+    percent = " %" if v.kind.endswith("_percent") else ""
+    return [f"{v.metric}{percent}", f"{v.value:.4g}", "" if v.limit is None else f"{v.limit:g}"]
 
 
 def _worst(results: Sequence[Result]) -> list[str]:

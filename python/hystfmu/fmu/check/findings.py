@@ -1,0 +1,60 @@
+"""What a check of an FMU found, and what it tried."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+MOST_CHECKS, MOST_WORDS = 200, 200
+
+
+@dataclass(frozen=True)
+class Check:
+    """One property that was checked.
+
+    Attributes
+    ----------
+    name : str
+        The property.
+    tried : str
+        How much was tried, such as ``3 instances, 250 steps``; empty for what does not apply to the FMU.
+    problems : int
+        Number of problems.
+    seconds : float
+        Duration (s).
+    """
+
+    name: str
+    tried: str
+    problems: int
+    seconds: float
+
+
+class Findings(list[str]):
+    """Problems, a line each, with the `checks` that were made.
+
+    Parameters
+    ----------
+    problems : sequence of str
+    checks : sequence of Check
+        In their order; the last may be the one that the FMU did not survive.
+    """
+
+    def __init__(self, problems: Sequence[str] = (), checks: Sequence[Check] = ()) -> None:
+        super().__init__(problems)
+        self.checks = tuple(checks)
+
+
+def checks_of(notes: Any) -> list[Check]:
+    """Return the checks that a child process wrote down, which the FMU may have overwritten.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        Something else is written there.
+    """
+    return [
+        Check(str(c["name"])[:MOST_WORDS], str(c["tried"])[:MOST_WORDS], int(c["problems"]), float(c["seconds"]))
+        for c in notes[:MOST_CHECKS]
+    ]

@@ -1,0 +1,96 @@
+"""Progress on a terminal: how much is done, the rate, the time left; nothing in a pipe and nothing with -q."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from hystfmu.report.verbosity import QUIET, level, timed
+
+PAUSE = 0.1  # s between two pictures of the bar
+BAR = 20  # characters
+
+
+class Bar:
+    """One line on stderr that is drawn anew.
+
+    Parameters
+    ----------
+    label : str
+        What is done.
+    clock : function
+        Seconds.
+    """
+
+    def __init__(self, label: str, clock: Callable[[], float] = time.monotonic) -> None:
+        self._label, self._clock = label, clock
+        self._begin, self._drawn = clock(), float("-inf")
+
+    def line(self, fraction: float, rate: str = "") -> str:
+        """Return the line for a fraction done; without a rate of its own it is that of percent."""
+        seconds = self._clock() - self._begin
+        done = min(max(fraction, 0.0), 1.0)
+        parts = [f"{seconds:.0f} s"]
+        if done > 0 and seconds > 0:
+            parts += [rate or f"{100 * done / seconds:.2g} %/s", f"{span(seconds * (1 - done) / done)} left"]
+        full = int(BAR * done)
+        return f"{self._label}  [{'#' * full}{'-' * (BAR - full)}] {100 * done:3.0f} %  {', '.join(parts)}"
+
+    def draw(self, fraction: float, rate: str = "") -> None:
+        """Draw the line, at most every `PAUSE`."""
+        if self._clock() - self._drawn < PAUSE:
+            return
+        self._drawn = self._clock()
+        self._write(self.line(fraction, rate))
+
+    def clear(self) -> None:
+        """Remove the line."""
+        self._write("")
+        sys.stderr.write("\r")
+        sys.stderr.flush()
+
+    def _write(self, text: str) -> None:
+        width = shutil.get_terminal_size().columns - 1
+        sys.stderr.write("\r" + text[:width].ljust(width))
+        sys.stderr.flush()
+
+
+def span(seconds: float) -> str:
+    """Return a time that is left: seconds, or minutes and seconds, or hours and minutes."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60:02d} s"
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+
+
+@contextmanager
+def _shown(label: str) -> Iterator[Callable[[float, str], None]]:
+    with timed(label):
+        if level() <= QUIET or not sys.stderr.isatty():
+            yield lambda fraction, rate: None
+            return
+        bar = Bar(label)
+        bar.draw(0.0)
+        try:
+            yield bar.draw
+        finally:
+            bar.clear()
+
+
+@contextmanager
+def progress(label: str) -> Iterator[Callable[[float], None]]:
+    """Show a bar.  Yields a function of the fraction done, 0 to 1."""
+    with _shown(label) as draw:
+        yield lambda fraction: draw(fraction, "")
+
+
+@contextmanager
+def counter(label: str, what: str = "runs") -> Iterator[Callable[[int, int, float], None]]:
+    """Show a bar with numbers.  Yields a function of (done, total, rate in 1/s)."""
+    with _shown(label) as draw:
+        yield lambda done, total, rate: draw(done / max(total, 1), f"{done}/{total} {what}, {rate:.3g} {what}/s")
