@@ -75,7 +75,7 @@ def gaps(u: Array, y: Array, turns: Array) -> Array:
         for j in range(i + 1, min(i + MOST_TURNS, len(level))):
             way = side * (level[j] - level[i])
             if way >= 0:
-                back = turns[i] + 1 if j == i + 1 else at[j - 1]
+                back = at[j - 1]
                 k = int(back + np.argmax(side * (u[back : at[j] + 1] - level[i]) >= 0))
                 if depth >= LEAST_LOOP * np.ptp(u):
                     share = side * (u[k] - level[i]) / (side * (u[k] - u[k - 1]))

@@ -1,0 +1,227 @@
+"""Lag, feedback, drift and dead time of a record against the formulas of their modules, written out again in numpy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import norm, rankdata
+
+from hystfmu import Dataset
+from hystfmu.identify.excitation import closed_loop, dead_time, drift, sensor_lag
+
+H = 1e-3
+RNG = np.random.default_rng()
+SEED = int(RNG.integers(1 << 31))
+
+
+@pytest.fixture
+def rng():
+    print("seed", SEED)
+    return np.random.default_rng(SEED)
+
+
+def plays(u, r):
+    z, out = np.full(len(r), u[0]), np.empty((len(u), len(r)))
+    for k, x in enumerate(u):
+        out[k] = z = np.clip(z, x - r, x + r)
+    return out
+
+
+def regression(u, rows):
+    """1, x, x^2, x^3 and twelve plays up to 98 % of half the trained range."""
+    x = (u - u[rows].mean()) / np.ptp(u[rows])
+    r = 0.98 * np.ptp(u[rows]) / 2 * np.arange(1, 13) / 12
+    return np.column_stack([x**0, x, x**2, x**3, plays(u, r)])
+
+
+def left(a, y):
+    return y - a @ np.linalg.lstsq(a, y, rcond=None)[0]
+
+
+# ---- the input follows the error ------------------------------------------------------------------------------------
+def white(v):
+    """What a prediction from the last twelve values leaves, as centred ranks in (-1/2, 1/2)."""
+    v = v - v.mean()
+    past = np.array([v[k - 12 : k] for k in range(12, len(v))])
+    return (rankdata(left(past, v[12:])) - 1) / (len(v) - 12) - 0.5
+
+
+def sums(a, b):
+    n = len(a)
+    return sum(n * float(a[: n - k] @ b[k:]) ** 2 / float(a @ a * (b @ b)) for k in range(1, 11))
+
+
+@pytest.mark.parametrize(("train", "rows"), [(slice(None), slice(0, 2000)), (slice(100, 500), slice(100, 500))])
+def test_the_correlation_of_residual_and_later_increments(rng, train, rows):
+    u = 3 + np.cumsum(rng.normal(size=2600))
+    data = Dataset.from_signal(u, 0.3 * u + rng.normal(size=2600), H, "loop", train)
+    e = white(left(regression(u, train)[rows], data.y[rows]))
+    v = white(np.diff(u[rows], prepend=u[rows][0]))
+    assert closed_loop.correlation(data) == pytest.approx((sums(e, v), sums(v, e)), rel=1e-6)
+
+
+@pytest.mark.parametrize(("rows", "told"), [(240, True), (239, False)])
+def test_a_record_of_twenty_rows_a_coefficient_is_enough(rng, rows, told):
+    u = np.cumsum(rng.normal(size=400))
+    data = Dataset.from_signal(u, u + rng.normal(size=400), H, "short", slice(100, 100 + rows))
+    assert (closed_loop.correlation(data) != (0.0, 0.0)) is told
+
+
+@pytest.mark.parametrize(
+    ("found", "warned"),
+    [((60.0, 20.0), 1), ((59.9, 0.0), 0), ((61.0, 20.4), 0), ((61.0, 20.3), 1), ((900.0, 301.0), 0), ((50.0, 1.0), 0)],
+)
+def test_feedback_is_sure_at_60_and_three_times_the_other_direction(monkeypatch, found, warned):
+    monkeypatch.setattr(closed_loop, "correlation", lambda data: found)
+    assert len(closed_loop.warnings(None)) == warned
+
+
+# ---- drift ----------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("rows", [1000, 31, 41, 5, 4])
+def test_the_drift_is_the_slope_of_a_line_through_chunk_means(rng, rows):
+    e = rng.normal(size=rows)
+    n = min(20, rows // 2)
+    chunks = np.array([part.mean() for part in np.array_split(e, n)])
+    t = (np.arange(n) + 0.5) / n
+    a = np.column_stack([t, np.ones(n)])
+    slope, rest = np.linalg.lstsq(a, chunks, rcond=None)[0][0], left(a, chunks)
+    covariance = np.linalg.inv(a.T @ a)[0, 0]
+    total, error = drift.drift(e)
+    assert total == pytest.approx(slope)
+    assert error == pytest.approx(np.sqrt(rest @ rest / max(n - 2, 1) * covariance), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("total", "error", "span", "warned"),
+    [(0.5, 0.1, 100.0, 1), (0.499, 0.01, 100.0, 0), (-0.5, 0.0999, 100.0, 1), (5.0, 1.001, 100.0, 0), (5.0, 1.0, 9, 1)],
+)
+def test_drift_is_told_from_half_a_percent_and_five_standard_errors_on(monkeypatch, total, error, span, warned):
+    monkeypatch.setattr(drift, "drift", lambda e: (total, error))
+    assert len(drift.warnings(np.zeros(4), span)) == warned
+
+
+# ---- dead time ------------------------------------------------------------------------------------------------------
+def test_the_answer_to_kinks_is_the_regression_on_second_differences(rng):
+    lag, n = 3, 700
+    u, y = rng.normal(size=n).cumsum(), rng.normal(size=n).cumsum()
+    du, dy = np.diff(u, 2), np.diff(y, 2)
+    rows = np.arange(lag + 8, len(du) - 8)
+    a = np.column_stack([du[rows - k] for k in range(-8, lag + 9)])
+    w = np.linalg.lstsq(a, dy[rows], rcond=None)[0]
+    sigma = np.sqrt(np.mean((dy[rows] - a @ w) ** 2) * np.diag(np.linalg.inv(a.T @ a)))
+    chance = np.sqrt(np.mean((w[:8] / sigma[:8]) ** 2))
+    found, error = dead_time.answer(Dataset.from_signal(u, y, H, "answer"), lag)
+    assert found == pytest.approx(w)
+    assert error == pytest.approx(sigma * max(chance, 1.0))
+
+
+@pytest.mark.parametrize(("n", "told"), [(10 + 8 + 20 * 17, False), (10 + 8 + 20 * 17 + 1, True), (900, True)])
+def test_twenty_rows_a_weight_are_needed(rng, n, told):
+    u = rng.normal(size=n)
+    w, _ = dead_time.answer(Dataset.from_signal(u, np.roll(u, 1), H, "rows"), 0)
+    assert len(w) == 17
+    assert bool(w.any()) is (n > 10 + 8 + 20 * 17 - 1)
+
+
+LEAD, ERROR = [0.02, -0.02, 0.02, -0.02] * 2, 0.01
+
+
+@pytest.mark.parametrize(
+    ("weights", "error", "lag", "found"),
+    [
+        ([0.0, 0.0, 1.0, 0.5], ERROR, 2, 2),
+        ([1.0, 0.5, 0.2, 0.1], ERROR, 2, 0),
+        ([0.0, 0.11, 1.0, 0.5], ERROR, 2, 1),
+        ([0.0, 0.09, 1.0, 0.5], ERROR, 2, 2),  # less than a tenth of the largest
+        ([0.0, 0.11, 1.0, 0.5], 0.11 / 1.9, 2, 2),  # beyond 1.96 standard errors once in twenty
+        ([0.0, 0.115, 1.0, 0.5], 0.115 / 2.0, 2, 1),
+        ([0.0, 0.0, 1.0, 0.5], 1 / 4.99, 2, None),  # unclear
+        ([0.0, 0.0, 1.0, 0.5], 1 / 5.01, 2, 2),
+        ([0.0, 0.0, 0.0, 1.0], ERROR, 2, 3),
+        ([0.0, 0.0, 0.0, 0.0, 1.0], ERROR, 2, None),  # later than a row after the lag
+        ([0.0, 0.0, 0.079, 0.02], 1e-4, 2, None),  # leading weights of a quarter: a smooth input
+        ([0.0, 0.0, 0.081, 0.02], 1e-4, 2, 2),
+    ],
+)
+def test_the_first_answer_that_chance_does_not_explain(monkeypatch, weights, error, lag, found):
+    w = np.array([*LEAD, *weights])
+    monkeypatch.setattr(dead_time, "answer", lambda data, lag: (w, np.full(len(w), error)))
+    assert norm.ppf(1 - 0.05 / 2) == pytest.approx(1.96, abs=1e-3)
+    assert dead_time.dead_time(None, lag) == found
+
+
+# ---- lag of the sensor ----------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("train", [slice(None), slice(300, 2700)])
+def test_the_residual_of_each_lag_until_it_rises(rng, train):
+    u = np.cumsum(rng.normal(size=3000))
+    y = 5 * np.r_[[u[0]] * 4, u[:-4]] + 0.1 * rng.normal(size=3000)
+    data = Dataset.from_signal(u, y, H, "late", train)
+    first, end = data.train.start, data.train.stop
+    a = regression(u[:end], data.train)
+    rows = np.arange(max(first, 8), end)[::2]  # 2000 rows at most: every second
+    want = [np.sqrt(np.mean(left(a[rows - k], y[rows]) ** 2)) for k in range(6)]
+    assert np.argmin(want) == 4
+    assert sensor_lag.residuals(data) == pytest.approx(100 * np.array(want) / np.ptp(y[first:end]))
+    assert sensor_lag.lag(data)[0] == 4
+
+
+def test_lags_up_to_eight_rows_and_a_tenth_of_the_record():
+    ramp = np.linspace(0, 1, 200)
+    data = Dataset.from_signal(np.sin(40 * ramp), np.roll(np.sin(40 * ramp), 30), H, "far")
+    assert len(sensor_lag.residuals(data)) <= 9
+    u = np.cumsum(np.random.default_rng(1).normal(size=100))
+    late = Dataset.from_signal(u, np.r_[[u[0]] * 30, u[:-30]], H, "far")
+    assert len(sensor_lag.residuals(late.with_train((0, 47)))) == 1  # fewer than 4 rows a play
+    assert len(sensor_lag.residuals(late.with_train((0, 48)))) > 1
+    assert sensor_lag.residuals(late.with_train((0, 47))).tolist() == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("residuals", "found"),
+    [
+        ([1.16, 1.0, 1.2], 1),
+        ([1.14, 1.0, 1.2], 0),
+        ([0.3, 0.199, 0.25], 1),
+        ([0.3, 0.201, 0.25], 0),  # less than 0.1 % of the span
+        ([3.0, 2.0, 1.0], 0),  # no minimum inside
+        ([3.0, 2.0, 1.0, 1.1], 2),
+    ],
+)
+def test_a_lag_must_matter(monkeypatch, residuals, found):
+    monkeypatch.setattr(sensor_lag, "residuals", lambda data: np.array(residuals))
+    rows, seen = sensor_lag.lag(None)
+    assert rows == found
+    assert seen.tolist() == residuals
+
+
+@pytest.mark.parametrize(
+    ("rows", "dead", "error", "words", "warned"),
+    [
+        (1, None, 0.25, "by about 1 row, 0.002 s", "align the record with --lag 1; if the device is, take a kind"),
+        (3, 2, 0.25, "by about 3 rows, 0.006 s, of which 2 rows dead time: kinks of the input, such as that at row 4, "
+         "show no answer before", "--lag 2; if the device is, take a kind of model with a delay"),
+        (3, 1, 0.25, "of which 1 row dead time", "--lag 1"),
+        (3, 0, 0.25, "such as that at row 4, show an answer at once", ": take a kind of model with dynamics"),
+        (3, 0, 0.249, "answer at once", None),
+        (0, None, 9.0, None, None),
+    ],
+)  # fmt: skip
+def test_what_a_fit_says_of_a_lag(monkeypatch, rows, dead, error, words, warned):
+    u = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 3.0, 5.6, 8.2])
+    data = Dataset.from_signal(u, u, 2e-3, "said")
+    monkeypatch.setattr(sensor_lag, "lag", lambda data: (rows, np.array([3.456, 2.0, 1.5, 1.0 if rows == 3 else 9.0])))
+    monkeypatch.setattr(sensor_lag, "dead_time", lambda data, lag: dead)
+    if rows == 1:
+        error *= 2
+    noted, found = sensor_lag.told(data, error)
+    if words is None:
+        assert (noted, found) == ({}, [])
+        return
+    assert noted["lag_rows"] == rows
+    assert noted.get("dead_rows") == dead
+    assert words in noted["lag"]
+    assert len(found) == (warned is not None)
+    for line in found:
+        assert line.startswith(noted["lag"])
+        assert warned in line
+        assert f"leaves {1 if rows == 3 else 2} % of the span with that lag, 3.5 % without" in line

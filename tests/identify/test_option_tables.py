@@ -1,0 +1,145 @@
+"""What the options of every kind promise: a model file names only what was given, so a default must not move unseen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hystfmu import InputError
+from hystfmu.identify import catalogue
+from hystfmu.identify.candidate import ANY, CLOSES, LAGS, OPENS, Candidate
+
+U0 = {"u0": (None, -1e300, 1e300)}
+DYNAMICS = {"delay_max": (10.0, 0.0, 1e5), "zeta_max": (5.0, 0.01, 1e3)}
+STRIDE = {"stride": (1, 1, 1_000_000)}
+BAND = {"dead_band": (None, 0.0, 1e300)}
+
+
+def network(hidden: int, starts: int, iterations: int):
+    return {
+        "hidden": (hidden, 1, 10_000),
+        "starts": (starts, 1, 1000),
+        "iterations": (iterations, 1, 100_000),
+        "decay": (None, 0.0, 1e3),
+        "margin": (0.05, 0.0, 1e300),
+    }
+
+
+NUMBERS = {  # default, least and largest value
+    "actuator": {"N": (40, 1, 10_000), "bend": (None, 1, 20), "w0_min": (1e-3, 0.0, 1.0), **U0, **DYNAMICS},
+    "bouc_wen": {"starts": (6, 1, 1000), "n_max": (6.0, 1.0, 20.0), "z0": (None, -1.0, 1.0), **BAND},
+    "bouc_wen_oscillator": {"nu": (1.0, 1.0, 20.0), **STRIDE},
+    "constraint_factor_mlp": {
+        "m": (9, 1, 20), "roughness": (1e-4, 0.0, 1e3), "bend": (5, 1, 20), "range": (1.0, 1e-6, 10.0),
+        "sweep": (0, 0, 1000), **U0, **network(5, 3, 230),
+    },
+    "duhem": {"m": (0, 0, 6), "q": (5, 1, 10), **BAND},
+    "duhem_oscillator": STRIDE,
+    "fitted_operator_mlp": {"N": (40, 1, 100_000), "bend": (5, 1, 20), **U0, **network(12, 3, 150)},
+    "g0_bouc_wen": {"n_max": (6.0, 1.0, 20.0), **DYNAMICS},
+    "g0_prandtl_ishlinskii": {"N": (40, 1, 10_000), "w0_min": (0.0, 0.0, 1e300), **U0, **DYNAMICS},
+    "krasnoselskii_pokrovskii": {"levels": (20, 1, 200), **U0},
+    "narx_network": {
+        "lags": (10, 1, 1000), "hidden": (15, 1, 10_000), "one_step": (40, 1, 100_000), "iterations": (40, 1, 100_000),
+        "y0": (None, -1e300, 1e300),
+    },
+    "play_bank_mlp": {"N": (32, 1, 10_000), **U0, **network(6, 2, 150)},
+    "polynomial_narx": {
+        "n_u": (9, 1, 1000), "n_f": (9, 0, 1000), "n_y": (0, 0, 1000), "n_k": (1, 0, 1), "q": (2, 1, 10),
+        "dead_zone": (None, 1e-300, 1e300), "ridge": (1e-3, 1e-12, 1e6), "range": (None, 1e-6, 1e6),
+        "margin": (0.05, 0.0, 1e300), **U0,
+    },
+    "prandtl_ishlinskii": {"N": (40, 1, 100_000), "w0_min": (0.0, 0.0, 1e300), **U0},
+    "preisach": {"n": (40, 1, 100), "widths": (32, 2, 100), "means": (8, 1, 50)},
+    "rate_mlp": {"N": (12, 1, 10_000), "tau": (None, 0.0, 1e12), **U0, **network(6, 2, 150)},
+    "zhao_tan_mlp": {"range": (None, 1e-6, 1e6), **U0, **network(12, 3, 150)},
+    "auto": {},
+}  # fmt: skip
+WORDS = {  # the default comes first; None: chosen from the data
+    "actuator": {
+        "creep": (None, "yes", "no"), "dynamics": (None, "yes", "no"), "covariates": (None, "offset", "gain", "bend"),
+        "hold": ("foh", "foh", "zoh"),
+    },
+    "g0_bouc_wen": {"hold": ("foh", "foh", "zoh")},
+    "constraint_factor_mlp": {"branch": ("increasing", "increasing", "literal")},
+    "polynomial_narx": {"training": ("batch", "batch", "recursive", "dead_zone")},
+    "preisach": {"rate": (None, "yes", "no"), "start": ("demagnetised", "demagnetised", "low", "high")},
+    "rate_mlp": {"memory": ("plays", "plays", "none")},
+    "zhao_tan_mlp": {"memory": ("dominant", "dominant", "last")},
+    "play_bank_mlp": {
+        "activation": ("sigmoid", "sigmoid", "tanh"),
+        "trainer": ("levenberg_marquardt", "levenberg_marquardt", "powell_beale", "lbfgs"),
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", NUMBERS)
+def test_the_numbers_of_a_kind_have_their_default_and_range(key):
+    table = {o.name: o for o in catalogue.options(key)}
+    assert [name for name, o in table.items() if not o.choices] == [n for n in table if n in NUMBERS[key]]
+    assert NUMBERS[key].keys() <= table.keys()
+    for name, (default, least, most) in NUMBERS[key].items():
+        option = table[name]
+        assert option.default == default, name
+        assert type(option.default) is type(default), name
+        for end in (least, most):
+            assert option.check(end) == end, name
+        whole = isinstance(default, int)
+        for outside in (least - 1, most + 1) if whole else (np.nextafter(least, -np.inf), np.nextafter(most, np.inf)):
+            with pytest.raises(InputError, match=rf"'{name}' must be an? (int|float) in \["):
+                option.check(outside)
+
+
+@pytest.mark.parametrize("key", WORDS)
+def test_the_words_of_a_kind(key):
+    table = {o.name: o for o in catalogue.options(key)}
+    for name, (default, *choices) in WORDS[key].items():
+        assert table[name].default == default
+        assert table[name].choices == tuple(choices)
+
+
+QUICK_NETWORK = {"starts": 1, "iterations": 30}
+COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
+    "actuator": (ANY, 1.5, 0.2, {}, {}, False),
+    "bouc_wen": (OPENS, 0.2, 0.4, {}, {"starts": 1}, False),
+    "constraint_factor_mlp": (CLOSES, 0.3, 0.1, {}, QUICK_NETWORK, False),
+    "duhem": (OPENS, 0.2, 0.5, {}, {}, False),
+    "duhem_oscillator": (LAGS, 0.5, 0.15, {}, {}, False),
+    "fitted_operator_mlp": (CLOSES, 1.0, 0.05, {}, QUICK_NETWORK, False),
+    "g0_prandtl_ishlinskii": (LAGS, 1.0, 1.0, {}, {}, False),
+    "krasnoselskii_pokrovskii": (CLOSES, 0.02, 0.03, {}, {}, True),
+    "play_bank_mlp": (CLOSES, 2.0, 0.05, {}, QUICK_NETWORK, False),
+    "polynomial_narx": (ANY, 0.05, 0.02, {}, {}, False),
+    "prandtl_ishlinskii": (CLOSES, 0.02, 0.01, {}, {}, False),
+    "prandtl_ishlinskii N=200": (CLOSES, 0.05, 0.06, {"N": 200}, {}, False),
+    "preisach": (ANY, 0.5, 0.42, {}, {"n": 20, "widths": 12, "means": 4}, False),
+    "rate_mlp": (LAGS, 2.0, 0.05, {}, QUICK_NETWORK, False),
+    "zhao_tan_mlp": (CLOSES, 2.0, 0.05, {}, QUICK_NETWORK, False),
+    "zhao_tan_mlp memory=last": (OPENS, 2.0, 0.05, {"memory": "last"}, QUICK_NETWORK, False),
+}
+
+
+def test_who_competes_and_at_what_cost():
+    found, missing = catalogue.candidates()
+    assert missing == {}
+    assert {name: c for name, (_, c) in found.items()} == {name: Candidate(*row) for name, row in COMPETE.items()}
+    assert all(name.split()[0] == key for name, (key, _) in found.items())
+
+
+RECORDS = {"prandtl_ishlinskii", "krasnoselskii_pokrovskii", "play_bank_mlp", "preisach"}
+COVARIATES = {
+    "actuator", "constraint_factor_mlp", "fitted_operator_mlp", "play_bank_mlp", "polynomial_narx", "rate_mlp",
+    "zhao_tan_mlp",
+}  # fmt: skip
+
+
+def test_who_takes_several_records_and_covariates():
+    assert {k for k in catalogue.METHODS if catalogue.takes_records(k)} == RECORDS
+    assert {k for k in catalogue.METHODS if catalogue.takes_covariates(k)} == COVARIATES
+
+
+def test_a_kind_that_is_gone_or_unknown_is_one_line():
+    with pytest.raises(InputError, match="must be actuator or preisach, which replace prandtl_ishlinskii_asym"):
+        catalogue.method("prandtl_ishlinskii_asym")
+    with pytest.raises(InputError, match=r"must be one of actuator, .*, auto. Got 'pi' instead"):
+        catalogue.method("pi")
