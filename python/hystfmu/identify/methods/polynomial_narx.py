@@ -157,8 +157,8 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     Raises
     ------
     InputError
-        Too many weights for the rows, a dead zone without its training, a model that is unstable in a free run,
-        covariates with lags of y or another training than by batch.
+        Too many weights for the rows, a dead zone without its training, covariates with lags of y or another training
+        than by batch.
     """
     n_u, n_f, n_y, n_k, q = (options[name] for name in ("n_u", "n_f", "n_y", "n_k", "q"))
     if data.covariates and (n_y or options["training"] != "batch"):
@@ -198,11 +198,6 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     graph = assemble(data, seen, dict(zip(("n_u", "n_f", "n_y", "n_k"), lags, strict=True)), q, weights)
     if data.covariates:
         graph = _weighted(graph, data, _scaling(data, options["margin"]), weights)
-    if n_y and not np.isfinite(graph.run(data.u, data.h)).all():
-        raise InputError(
-            f"The model with n_y = {n_y} must be stable in a free run. Got an unstable one: use fewer lags of y or a "
-            "larger ridge."
-        )
     return graph, parameters
 
 

@@ -1,0 +1,159 @@
+"""Polynomial NARX: choice of the range, recursive training, covariates, refusals; the graph runs the equation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hystfmu import Dataset, InputError, fit
+from hystfmu.identify.features.monomials import basis, lagged
+from hystfmu.identify.methods import polynomial_narx as kind
+
+H = 1e-3
+OPTIONS = {
+    "n_u": 2, "n_f": 1, "n_y": 0, "n_k": 1, "q": 2, "training": "batch", "dead_zone": None, "ridge": 1e-3,
+    "memory": "dominant", "range": 2.0, "u0": None, "margin": 0.1,
+}  # fmt: skip
+TRAIN = slice(20, 280)
+
+
+def record(n=300, covariate=False, train=TRAIN):
+    rng = np.random.default_rng(7)
+    u = 5 + 2 * np.sin(np.arange(n) / 11) * np.linspace(1, 0.3, n)
+    T = {"T [degC]": 20 + 30 * rng.random(n)} if covariate else None
+    y = 40 + 3 * u + np.r_[0, u[:-1]] ** 2 + (0.05 * u * T["T [degC]"] if covariate else 0) + 0.01 * rng.normal(size=n)
+    return Dataset(H * np.arange(n), u, y, train=train, unit_u="V", unit_y="um", covariates=T)
+
+
+def batch(phi, y, ridge=1e-3):
+    return np.linalg.solve(phi.T @ phi + len(y) * ridge**2 * np.eye(phi.shape[1]), phi.T @ y)
+
+
+def polynomial(data, n_u=2, n_f=1, q=2, first=1, span=2.0):
+    """Regressors with scaled lags, before the weights; and the scaled signals."""
+    s = kind.signals(data, span, "dominant", float(data.u[0]), 0.1)
+    z = np.column_stack([lagged(s.x, n_u, first), lagged(s.f, n_f, first)])
+    z = z / np.concatenate([np.full(n_u, np.abs(s.x).max()), np.full(n_f, np.abs(s.f).max())])
+    return basis(z, q), s
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_the_graph_runs_the_batch_solution(first):
+    data, told = record(), []
+    graph, parameters = kind.build(data, {**OPTIONS, "n_k": first}, 0, told.append)
+    phi, s = polynomial(data, first=first)
+    want = phi @ batch(phi[TRAIN], s.y[TRAIN]) * s.half + s.middle
+    assert graph.run(data.u, H).reshape(-1)[3:] == pytest.approx(want[3:], rel=1e-6)
+    assert parameters == 10
+    assert told == [0.4]
+    assert (graph.inputs[0].unit, graph.inputs[0].start, graph.outputs[0].unit) == ("V", data.u[0], "um")
+    assert graph.node("network").value("y0")[0] == pytest.approx(s.y[0])
+
+
+def test_a_signal_without_values_keeps_its_gain():
+    s = kind.Signals((), np.array([0.0, 0.25]), np.zeros(2), np.array([4.0, -8.0]), 0.0, 1.0, np.zeros((2, 0)))
+    assert s.lags(1, 2, 1, 0)[1].tolist() == [4.0, 1.0, 1.0, 0.125]
+
+
+@pytest.mark.parametrize("n_f", [0, 5])
+def test_the_range_with_the_least_training_error(monkeypatch, n_f):
+    data, told, tried = record(), [], []
+    solve = kind.solve
+
+    def noted(seen, rows, lags, q, ridge):
+        found = solve(seen, rows, lags, q, ridge)
+        tried.append((round(float(np.ptp(seen.x[TRAIN])), 9), lags, found[1]))
+        return found
+
+    monkeypatch.setattr(kind, "solve", noted)
+    kind.build(data, {**OPTIONS, "n_u": 4, "n_f": n_f, "range": None}, 0, told.append)
+    assert [t[0] for t in tried[:3]] == [1.0, 2.0, 4.0]
+    assert all(t[1] == [3, min(n_f, 3), 0, 1] for t in tried[:3])
+    assert tried[3][1] == [4, n_f, 0, 1]
+    best = min(tried[:3], key=lambda t: (t[2], t[0]))[0]
+    assert tried[3][0] == (best if n_f else 2.0)
+    assert told == [0.2, 0.4]
+
+
+def recursion(phi, y, ridge, zone=None):
+    """Weighted least squares row by row, in covariances: P(0) = 1 / (rows ridge^2)."""
+    theta, P = np.zeros(phi.shape[1]), np.eye(phi.shape[1]) / (len(y) * ridge**2)
+    for h, value in zip(phi, y, strict=True):
+        e = value - h @ theta
+        if zone is not None and abs(e) <= zone:
+            continue
+        c = 1.0 if zone is None else (e**2 - zone**2) / (h @ P @ h * zone**2)
+        K = c * P @ h / (1 + c * h @ P @ h)
+        theta, P = theta + K * e, P - np.outer(K, h @ P)
+    return theta
+
+
+@pytest.mark.parametrize(("training", "zone"), [("recursive", None), ("dead_zone", 0.8), ("dead_zone", None)])
+def test_training_row_by_row(training, zone):
+    data, told = record(2600, train=slice(20, 1120)), []
+    rows = data.train
+    options = {**OPTIONS, "training": training, "dead_zone": zone, "ridge": 0.03}
+    graph, _ = kind.build(data, options, 0, told.append)
+    phi, s = polynomial(data)
+    y = s.y[rows]
+    if training == "dead_zone":
+        left = np.abs(y - phi[rows] @ batch(phi[rows], y, 0.03)).max()
+        zone = 1.2 * left if zone is None else zone / s.half
+    want = phi @ recursion(phi[rows], y, 0.03, zone) * s.half + s.middle
+    assert graph.run(data.u, H).reshape(-1)[3:] == pytest.approx(want[3:], rel=1e-5)
+    assert told == pytest.approx([0.4, 0.4, 0.4 + 0.6 * 500 / 1100, 0.4 + 0.6 * 1000 / 1100])
+
+
+def test_a_covariate_scales_a_network_of_its_own():
+    data = record(covariate=True)
+    graph, parameters = kind.build(data, OPTIONS, 0, lambda f: None)
+    phi, s = polynomial(data)
+    T = data.covariates.values[:, 0]
+    lo, hi = T[TRAIN].min(), T[TRAIN].max()
+    c = (2 * T - lo - hi) / (hi - lo)
+    both = np.hstack([phi, phi * c[:, None]])
+    theta = batch(both[TRAIN], s.y[TRAIN])
+    limited = np.clip(T, lo - 0.1 * (hi - lo), hi + 0.1 * (hi - lo))
+    c = (2 * limited - lo - hi) / (hi - lo)
+    want = np.hstack([phi, phi * c[:, None]]) @ theta * s.half + s.middle
+    got = graph.run(np.column_stack([data.u, T]), H).reshape(-1)
+    assert got[3:] == pytest.approx(want[3:], rel=1e-6)
+    assert parameters == 20
+    assert [i.name for i in graph.inputs] == ["u", "T"]
+    assert s.beside[:, 0] == pytest.approx((2 * T - lo - hi) / (hi - lo))
+    far = graph.run(np.column_stack([data.u, np.full(300, hi + 0.1 * (hi - lo))]), H)
+    assert graph.run(np.column_stack([data.u, np.full(300, 1e3)]), H) == pytest.approx(far)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"training": "recursive", "dead_zone": 0.5}, "must come with training = 'dead_zone'. Got 'recursive'"),
+        ({"n_u": 20, "n_f": 2}, "at most the 260 train rows. Got 276 for n_u = 20, n_f = 2, n_y = 0, q = 2"),
+        ({"n_u": 60, "n_f": 40}, "at most 5000 and"),
+    ],
+)
+def test_what_does_not_go_together(options, words):
+    with pytest.raises(InputError, match=words):
+        kind.build(record(), {**OPTIONS, **options}, 0, lambda f: None)
+
+
+def test_as_many_weights_as_rows_are_enough():
+    data = record(train=slice(20, 75))  # 55 rows, 55 monomials of nine variables
+    assert kind.build(data, {**OPTIONS, "n_u": 8}, 0, lambda f: None)[1] == 55
+    with pytest.raises(InputError, match=r"the 54 train rows. Got 55"):
+        kind.build(data.with_train((20, 74)), {**OPTIONS, "n_u": 8}, 0, lambda f: None)
+
+
+def test_covariates_take_neither_lags_of_y_nor_other_training():
+    data = record(covariate=True)
+    for options in ({"n_y": 1}, {"training": "recursive"}):
+        with pytest.raises(InputError, match="with covariates must be n_y = 0 and training = 'batch'"):
+            kind.build(data, {**OPTIONS, **options}, 0, lambda f: None)
+    kind.build(record(), {**OPTIONS, "n_y": 1}, 0, lambda f: None)
+
+
+def test_an_unstable_model_with_lags_of_y_is_refused(monkeypatch):
+    monkeypatch.setattr(kind, "solve", lambda *given: (np.array([0, 0, 3.0, 1.0]), 0.0, np.ones(3)))
+    with pytest.raises(InputError, match="kind polynomial_narx must follow the data"):
+        fit(record(), "polynomial_narx", n_u=1, n_f=1, n_y=1, q=1, range=2.0)
