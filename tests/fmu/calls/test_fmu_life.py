@@ -99,8 +99,8 @@ class Used(C.Structure):
     """`struct mallinfo2` of glibc."""
 
     _fields_ = [
-        (n, C.c_size_t)
-        for n in ["arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks", "fsmblks", "uordblks", "fordblks", "keep"]
+        *((n, C.c_size_t) for n in ("arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks", "fsmblks")),
+        *((n, C.c_size_t) for n in ("uordblks", "fordblks", "keepcost")),
     ]
 
 
