@@ -15,8 +15,8 @@ from scipy.stats import spearmanr
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.studies import run_study
-from hystfmu.studies.report import sensitivity
 from hystfmu.studies.spec import ObjectiveSpec
+from hystfmu.studies.study_case import sensitivity
 
 pq = pytest.importorskip("pyarrow.parquet")
 
@@ -138,7 +138,7 @@ def test_the_report_shows_units_of_measure_and_marks_factors(write: Any, tmp_pat
     of_scenario = {"units": {"lag": {"graph": graph}, "command": {"block": "disturbance"}}, "metrics": metrics}
     parameters = {"command.t_step": {"range": [0.1, 0.2], "steps": 2}, "lag.b": {"scale": [0.5, 2.0], "steps": 2}}
     outcome = run_study(write(of_scenario=of_scenario, parameters=parameters), tmp_path / "out", workers=1)
-    overview, case = json.loads((tmp_path / "out" / "report.json").read_text())["sections"][:2]
+    overview, _, case = json.loads((tmp_path / "out" / "report.json").read_text())["sections"][:3]
     assert [row[0] for row in overview["tables"][0]["rows"]] == ["command.t_step in s", "lag.b as a factor"]
     assert list(case["tables"][-2]["head"]) == [
         *("row", "command.t_step in s", "lag.b as a factor", "last in um", "error in %", "calm")

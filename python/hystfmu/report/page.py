@@ -9,13 +9,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
+from typing import Protocol
 
 from hystfmu.report.explorer import Explorer
-from hystfmu.report.plot import Plot
 
-NUMBER = ' class="num"'
+NUMBER, ANSWER = ' class="num"', ' class="answer"'
+FOLDED = "Tables"
 SCRIPTS = ("common.js", "plots.js", "tables.js")
-PARTS = {'<div class="explorer">': ("core.js", "pictures.js", "explorer.js")}  # what a page may have: further scripts
+PARTS = {  # what a page may have: further scripts
+    '<div class="explorer">': ("core.js", "pictures.js", "explorer.js"),
+    'class="parallel"': ("parallel.js",),
+}
 _PRINTED = re.compile(r"[+-]?(\d+(\.\d*)?(e[+-]?\d+)?|inf|nan|-?)")
 
 
@@ -28,15 +32,29 @@ class Table:
     caption: str = ""
 
 
+class Diagram(Protocol):
+    """What a page shows as a figure."""
+
+    @property
+    def title(self) -> str:
+        """Its caption."""
+        ...
+
+    def svg(self) -> str:
+        """The diagram as an <svg> element."""
+        ...
+
+
 @dataclass(frozen=True)
 class Section:
-    """A part of a page with tables, plots and an explorer."""
+    """A part of a page: text, tables, diagrams, an explorer, folded tables; without a title the answer of the page."""
 
     title: str
     text: str = ""
     tables: Sequence[Table] = field(default_factory=tuple)
-    plots: Sequence[Plot] = field(default_factory=tuple)
+    plots: Sequence[Diagram] = field(default_factory=tuple)
     explorer: Explorer | None = None
+    folded: Sequence[Table] = field(default_factory=tuple)
 
 
 def page(title: str, body: Sequence[str]) -> str:
@@ -78,22 +96,25 @@ def table(t: Table) -> str:
 
 def section(s: Section) -> str:
     """Return a section as HTML."""
-    text = f"<p>{escape(s.text)}</p>" if s.text else ""
+    head = f"<h2>{escape(s.title)}</h2>" if s.title else ""
+    text = f"<p{'' if s.title else ANSWER}>{escape(s.text)}</p>" if s.text else ""
     parts = [*map(table, s.tables), figures(s.plots), s.explorer.html() if s.explorer else ""]
-    return f"<section><h2>{escape(s.title)}</h2>{text}{''.join(parts)}</section>"
+    if s.folded:
+        parts.append(f"<details><summary>{FOLDED}</summary>{''.join(map(table, s.folded))}</details>")
+    return f"<section>{head}{text}{''.join(parts)}</section>"
 
 
-def hero(p: Plot) -> str:
+def hero(p: Diagram) -> str:
     """Return the first figure of a page, in full width, as HTML."""
     return f'<div class="hero">{figure(p)}</div>'
 
 
-def figure(p: Plot) -> str:
+def figure(p: Diagram) -> str:
     """Return a plot with its title as HTML."""
     return f"<figure>{p.svg()}<figcaption>{escape(p.title)} </figcaption></figure>"
 
 
-def figures(plots: Sequence[Plot]) -> str:
+def figures(plots: Sequence[Diagram]) -> str:
     """Return plots side by side, each with its title, as HTML."""
     drawn = [figure(p) for p in plots]
     return f'<div class="plots">{"".join(drawn)}</div>' if drawn else ""

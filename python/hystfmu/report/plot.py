@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 from typing import TypeVar
@@ -28,11 +28,12 @@ LOOP_POINTS = 5000  # of a loop with many reversals
 
 @dataclass(frozen=True)
 class Line:
-    """One curve: x and y of equal shape (n,)."""
+    """One curve, or dots: x and y of equal shape (n,)."""
 
     name: str
     x: Array
     y: Array
+    dots: bool = field(default=False, kw_only=True)
 
     def __repr__(self) -> str:
         return f"Line({self.name!r}, {len(self.x)} points)"
@@ -98,11 +99,11 @@ class Plot:
         out.append("</g>")
         out.append(f'<rect class="frame" x="{LEFT}" y="{TOP}" width="{right - LEFT}" height="{bottom - TOP}"/>')
         for k, line in enumerate(lines):
-            name, d = escape(line.name), path(px(line.x), py(line.y))
-            out.append(f'<path class="line c{k % COLOURS}" data-name="{name}" transform="scale(.1)" d="{d}"/>')
+            name, d = escape(line.name), (dots if line.dots else path)(px(line.x), py(line.y))
+            out.append(f'<path class="line {_kind(k, line)}" data-name="{name}" transform="scale(.1)" d="{d}"/>')
         at = LEFT
         for k, line in enumerate(lines):
-            out.append(f'<path class="line c{k % COLOURS}" d="M{at} 15h14"/>')
+            out.append(f'<path class="line {_kind(k, line)}" d="{f"M{at + 7} 15z" if line.dots else f"M{at} 15h14"}"/>')
             out.append(f'<text class="tick" x="{at + 18}" y="19">{escape(line.name)}</text>')
             at += 34 + 6 * len(line.name)
         middle = (LEFT + right) / 2
@@ -155,14 +156,25 @@ def path(x: Array, y: Array) -> str:
     return f"M{tenths[0, 0]} {tenths[0, 1]}l" + " ".join(f"{a} {b}" for a, b in steps.tolist() or [[0, 0]])
 
 
+def dots(x: Array, y: Array) -> str:
+    """Return points as SVG path data: closed subpaths without length, which round ends make visible."""
+    tenths = np.round(10 * np.column_stack([x, y])).astype(int)
+    steps = np.diff(tenths, axis=0, prepend=0).tolist()
+    return f"M{steps[0][0]} {steps[0][1]}z" + "".join(f"m{a} {b}z" for a, b in steps[1:])
+
+
+def _kind(k: int, line: Line) -> str:
+    return f"c{k % COLOURS}{' dots' if line.dots else ''}"
+
+
 def _thin(line: Line, envelope: bool, points: int) -> Line:
     x, y = np.asarray(line.x, dtype=float), np.asarray(line.y, dtype=float)
     n = len(x)
     if n <= points:
-        return Line(line.name, x, y)
+        return Line(line.name, x, y, dots=line.dots)
     if not envelope:
         picked = np.unique(np.linspace(0, n - 1, points).round().astype(int))
-        return Line(line.name, x[picked], y[picked])
+        return Line(line.name, x[picked], y[picked], dots=line.dots)
     extremes = []  # keep the lowest and highest row of every piece, so that ripple and peaks stay visible
     for piece in np.array_split(np.arange(n), points // 2):
         extremes += sorted((piece[y[piece].argmin()], piece[y[piece].argmax()]))

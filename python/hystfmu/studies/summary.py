@@ -90,26 +90,37 @@ def summarise(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> S
     """Summarise the rows of a study; None for the method 'optuna'."""
     if study.spec.method == "optuna":
         return None
+    limits = {s.case.name: study.limits(s.case) for s in systems}
+    found = list(outcomes(study, systems, rows).values())
+    inside = found.count("inside")
+    return Summary(
+        len(found),
+        inside,
+        found.count("unstable"),
+        found.count("failed"),
+        interval(inside, len(found)) if study.spec.method != "grid" else None,
+        tuple(s for name in limits for s in _spreads(name, limits[name], rows)),
+        tuple(w for name in limits for w in worst_rows(rows, name, limits[name])[:1]),
+    )
+
+
+def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> dict[int, str]:
+    """Return by variation whether it is inside the limits of all cases, outside, unstable, or failed."""
     of_case = {s.case.name: s for s in systems}
     limits = {name: study.limits(s.case) for name, s in of_case.items()}
     draws: dict[int, list[Row]] = {}
     for row in rows:
         draws.setdefault(row["variation"], []).append(row)
-    unstable = {v for v, group in draws.items() if any(is_unstable(of_case[r["case"]], r) for r in group)}
-    failed = {v for v, group in draws.items() if any(r["status"] != "ok" for r in group)} - unstable
-    inside = sum(
-        v not in unstable | failed and all(not limits[r["case"]] or _excess(r, limits[r["case"]]) <= 1 for r in group)
-        for v, group in draws.items()
-    )
-    return Summary(
-        len(draws),
-        inside,
-        len(unstable),
-        len(failed),
-        interval(inside, len(draws)) if study.spec.method != "grid" else None,
-        tuple(s for name in of_case for s in _spreads(name, limits[name], rows)),
-        tuple(w for name in of_case for w in worst_rows(rows, name, limits[name])[:1]),
-    )
+
+    def outcome(group: list[Row]) -> str:
+        if any(is_unstable(of_case[r["case"]], r) for r in group):
+            return "unstable"
+        if any(r["status"] != "ok" for r in group):
+            return "failed"
+        good = all(not limits[r["case"]] or excess(r, limits[r["case"]]) <= 1 for r in group)
+        return "inside" if good else "outside"
+
+    return {v: outcome(group) for v, group in draws.items()}
 
 
 def is_unstable(system: System, row: Row) -> bool:
@@ -127,11 +138,11 @@ def worst_rows(rows: Sequence[Row], case: str, limits: Mapping[str, float]) -> l
     Without limits the first metric decides.
     """
     mine = [r for r in rows if r["case"] == case]
-    return sorted(mine, key=lambda r: (-_excess(r, limits), r["index"]))
+    return sorted(mine, key=lambda r: (-excess(r, limits), r["index"]))
 
 
-def _excess(row: Row, limits: Mapping[str, float]) -> float:
-    """Return the largest ratio of a metric to its limit; infinite for a run without metrics."""
+def excess(row: Row, limits: Mapping[str, float]) -> float:
+    """Return the largest ratio of a metric to its limit, without limits the first metric; infinite for a failed run."""
     if row["status"] != "ok":
         return math.inf
     if not limits:

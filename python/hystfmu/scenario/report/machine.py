@@ -24,7 +24,9 @@ def machine_form(results: Sequence[Result], sections: Sequence[Section]) -> dict
     form = {
         "version": __version__,
         "passed": all(r.passed for r in results),
-        "sections": [{"title": s.title, "text": s.text, "tables": [vars(t) for t in s.tables]} for s in sections],
+        "sections": [
+            {"title": s.title, "text": s.text, "tables": [vars(t) for t in (*s.tables, *s.folded)]} for s in sections
+        ],
         "results": [{**r.summary(), "loop": _loop_facts(r.system), **_signals(r)} for r in results],
     }
     plain: dict[str, Any] = _plain(form)

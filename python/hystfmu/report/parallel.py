@@ -1,0 +1,79 @@
+"""Parallel coordinates as inline SVG: an axis a row, a line from row to row for each draw.
+
+The axes lie across, one below the other, so that their names fit on a narrow screen, however many there are.  In a page
+`parallel.js` lets a reader choose a range on an axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.report.plot import path, tick
+
+WIDTH, ROW, LEFT, RIGHT, TOP = 480, 54, 14, 14, 30
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """An axis: its name with unit of measure, its range, where each draw lies on it (0 to 1, shape (n,)); a limit."""
+
+    name: str
+    lo: float
+    hi: float
+    at: Array
+    limit: float | None = None
+
+
+@dataclass(frozen=True)
+class Parallel:
+    """Draws across axes.
+
+    Parameters
+    ----------
+    title : str
+    axes : sequence of Coordinate
+    good : array of bool, shape (n,)
+        Which draws are inside the limits.
+    words : (str, str)
+        Of the good draws and of the others, for the legend.
+    """
+
+    title: str
+    axes: Sequence[Coordinate]
+    good: Array
+    words: tuple[str, str]
+
+    def svg(self) -> str:
+        """The diagram as an <svg> element."""
+        wide, height = WIDTH - LEFT - RIGHT, TOP + ROW * len(self.axes)
+        heights: Array = TOP + ROW * (np.arange(len(self.axes), dtype=np.float64) + 0.6)
+        out = [
+            f'<svg viewBox="0 0 {WIDTH} {height}" role="group" aria-label="{escape(self.title)}" class="parallel" '
+            f'data-good="{escape(self.words[0])}">'
+        ]
+        for k in np.argsort(self.good, kind="stable"):  # the good ones on top
+            x = LEFT + wide * np.array([axis.at[k] for axis in self.axes])
+            kind = "c0" if self.good[k] else "c1"
+            out.append(f'<path class="draw {kind}" transform="scale(.1)" d="{path(x, heights)}"/>')
+        at = LEFT
+        for kind, word in zip(("c0", "c1"), self.words, strict=True):
+            out.append(f'<path class="line {kind}" d="M{at} 12h14"/><text class="tick" x="{at + 18}" y="16">')
+            out.append(f"{escape(word)}</text>")
+            at += 40 + 7 * len(word)
+        for axis, y in zip(self.axes, heights.tolist(), strict=True):
+            out.append(f'<g class="axis" data-name="{escape(axis.name)}" data-ends="{axis.lo!r} {axis.hi!r}">')
+            out.append(f'<path class="frame" d="M{LEFT} {y:.1f}h{wide}"/>')
+            if axis.limit is not None:
+                limit = LEFT + wide * axis.limit
+                out.append(f'<path class="limit" d="M{limit:.1f} {y - 9:.1f}v18"/>')
+                out.append(f'<text class="tick" x="{limit + 5:.1f}" y="{y + 15:.1f}">limit</text>')
+            for value, end, anchor in ((axis.lo, LEFT, "start"), (axis.hi, LEFT + wide, "end")):
+                out.append(f'<text class="tick" x="{end}" y="{y + 15:.1f}" text-anchor="{anchor}">')
+                out.append(f"{tick(float(f'{value:.4g}'))}</text>")
+            out.append(f'<text class="name" x="{LEFT}" y="{y - 7:.1f}">{escape(axis.name)}</text></g>')
+        return "".join([*out, "</svg>"])

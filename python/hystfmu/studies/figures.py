@@ -1,0 +1,146 @@
+"""The figures that answer a study: shares with intervals, total effects, all draws at once, scatter, distributions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.report.bars import Bar, Bars
+from hystfmu.report.parallel import Coordinate, Parallel
+from hystfmu.report.plot import Line, Plot
+from hystfmu.scenario.system.system import System
+from hystfmu.studies.effects import Effects
+from hystfmu.studies.spec import Study
+from hystfmu.studies.summary import Row, Summary, excess, interval, outcomes
+
+MOST_BARS, MOST_DRAWS, MOST_DOTS = 8, 300, 1000
+MOST_RATIO = 10.0  # of a metric over its limit that an axis shows
+STRONGEST = 3  # parameters that are drawn against a metric
+LONGEST = 3.0  # a limit this many times the worst value is not drawn: the curve would be a stroke at the edge
+
+
+def shares(summary: Summary) -> Bars | None:
+    """Draw the shares inside the limits with their intervals: of all limits together, then of each; None without."""
+    limited = sorted((s.within, f"{s.case}: {s.metric}") for s in summary.spreads if s.within is not None)
+    if not limited:
+        return None
+    named = [(summary.inside / summary.draws, "all limits of all cases"), *limited]
+    bars = []
+    for share, name in named[:MOST_BARS]:
+        ends = interval(round(share * summary.draws), summary.draws) if summary.interval is not None else None
+        text = f"{100 * share:.3g} %"
+        if ends is not None:
+            text += f" ({100 * ends[0]:.3g} to {100 * ends[1]:.3g})"
+        bars.append(Bar(name, 100 * share, text, ends and (100 * ends[0], 100 * ends[1])))
+    title = "draws inside the limits" + (", with 95 % intervals" if summary.interval is not None else "")
+    return Bars(title, "% of the draws", bars)
+
+
+def strongest(names: Sequence[str], metric: str, found: Effects, column: int) -> Bars | None:
+    """Draw the total effects of the parameters on a metric, the largest first; None if none moves it."""
+    order = _order(found, column)
+    if not order:
+        return None
+    bars = [
+        Bar(names[k], 100 * total, f"{100 * total:.3g} %", part=100 * float(found.first[k, column]))
+        for k in order[:MOST_BARS]
+        for total in [float(found.total[k, column])]
+    ]
+    return Bars(f"what decides {metric}: total effect, dark the part of it alone", "% of the variance", bars)
+
+
+def _order(found: Effects, column: int) -> list[int]:
+    """Return the parameters that move a metric, the strongest first."""
+    return [k for k in np.argsort(-found.total[:, column], kind="stable").tolist() if found.total[k, column] > 0]
+
+
+def all_draws(
+    study: Study, labels: Mapping[str, str], systems: Sequence[System], rows: Sequence[Row]
+) -> Parallel | None:
+    """Draw every variation, or evenly many, across its parameters and the largest ratio to a limit; None for one.
+
+    `labels` names the parameters in the order of their axes.
+    """
+    kinds = outcomes(study, systems, rows)
+    limits = {s.case.name: study.limits(s.case) for s in systems}
+    worst: dict[int, float] = {}
+    for r in rows:
+        worst[r["variation"]] = max(worst.get(r["variation"], -math.inf), excess(r, limits[r["case"]]))
+    values = {r["variation"]: r["values"] for r in rows}
+    if len(values) < 2:
+        return None
+    names = list(values)
+    picked = [names[k] for k in np.unique(np.linspace(0, len(names) - 1, MOST_DRAWS).round().astype(int))]
+    axes = [_axis(name, np.array([float(values[v][k]) for v in picked])) for k, name in labels.items()]
+    if any(limits.values()):
+        ratios = np.array([worst[v] for v in picked])
+        most = float(np.clip(np.max(ratios), 1.0, MOST_RATIO))
+        name = "largest metric over its limit" + (" (at the end: or more)" if np.max(ratios) > most else "")
+        axes.append(Coordinate(name, 0.0, most, np.clip(ratios, 0.0, most) / most, 1 / most))
+    good = np.array([kinds[v] == "inside" for v in picked])
+    title = f"{len(picked)} of {len(names)} draws" if len(picked) < len(names) else f"all {len(names)} draws"
+    return Parallel(f"{title}, each a line across its values", axes, good, ("inside the limits", "outside"))
+
+
+def _axis(name: str, values: Array) -> Coordinate:
+    lo, hi = float(values.min()), float(values.max())
+    return Coordinate(name, lo, hi, (values - lo) / (hi - lo) if hi > lo else np.full(len(values), 0.5))
+
+
+def scatter(
+    metric: str,
+    y_label: str,
+    names: Sequence[str],
+    x: Array,
+    y: Array,
+    found: Effects,
+    column: int,
+    limit: float | None,
+) -> list[Plot]:
+    """Draw a metric over the parameters that move it most.
+
+    Parameters
+    ----------
+    metric, y_label : str
+        Its name, and with its unit of measure.
+    names : sequence of str
+        Of the p parameters, with their units of measure.
+    x : array, shape (n, p)
+    y : array, shape (n,)
+    found : Effects
+    column : int
+        Of the metric in `found`.
+    limit : float, optional
+    """
+    order = _order(found, column) or [k for k in range(len(names)) if np.ptp(x[:, k]) > 0]
+    plots = []
+    for k in order[:STRONGEST] if np.ptp(y) > 0 else ():
+        good = y <= limit if limit is not None else np.ones(len(y), dtype=bool)
+        kinds = [("within the limit" if limit is not None else "draws", good), ("above it", ~good)]
+        lines = [Line(name, x[m, k], y[m], dots=True) for name, m in kinds if m.any()]
+        if limit is not None:
+            lines.append(Line("limit", np.array([x[:, k].min(), x[:, k].max()]), np.array([limit, limit])))
+        plots.append(Plot(f"{metric} over {names[k]}", names[k], y_label, lines, points=MOST_DOTS))
+    return plots
+
+
+def distribution(metric: str, label: str, values: Array, limit: float | None) -> Plot:
+    """Draw the empirical distribution function, with the limit."""
+    at = np.sort(values)
+    lines = [Line("share of the draws", at, 100 * np.arange(1, len(at) + 1) / len(at))]
+    if limit is not None and limit < LONGEST * at[-1]:
+        lines.append(Line("limit", np.array([limit, limit]), np.array([0.0, 100.0])))
+    return Plot(f"distribution of {metric}", label, "% of the draws at or below", lines)
+
+
+def tuning(scores: Mapping[int, float], label: str) -> Plot | None:
+    """Draw the objective of the variations within the limits, and the best so far; None without any."""
+    if not scores:
+        return None
+    x = np.array(sorted(scores), dtype=np.float64)
+    y = np.array([scores[int(v)] for v in x])
+    best = Line("best so far", np.repeat(x, 2)[1:], np.repeat(np.minimum.accumulate(y), 2)[:-1])
+    return Plot("objective of the variations", "variation", label, [best, Line("variations", x, y, dots=True)])
