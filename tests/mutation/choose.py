@@ -1,7 +1,8 @@
 """Which tests judge a mutant, and in which order.
 
 Those that run its line (Python) or its function (C); for a line outside functions, or of a process that is killed,
-those that run anything of the file.  Rows of a block's table are data: those that read all tables see them too.
+those that run anything of the file.  Rows of a block's table are data: those that read all tables see them too.  A
+module that compiles headers by itself runs them where no call is counted: it judges every line of them.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from mutation.mutant import Mutant
 BUDGET = 4.0  # CPU s of tests for one mutant, as measured when the map was made
 MOST_LINES = 12  # of a statement
 TABLES = tuple(f"tests/contract/test_{name}.py" for name in ("block_table", "generated", "largest_sizes"))
+COMPILES = {"fmu_build/core/elementary/": "tests/c/test_elementary.py"}
 MASTER = [f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps", "coupling")]
 PATHS = {  # what may judge the rooms of one library or language; the rest of tests/c compiles everything anew
     "python": [f"tests/{name}" for name in ("study", "scenarios", "identify", "design", "data", "face")],
@@ -54,7 +56,7 @@ class Tests:
 
         chosen: list[str] = []
         spent = 0.0
-        for t in sorted(self._found(mutant, text), key=rank):
+        for t in sorted(self._found(mutant, text) | self._compiling(mutant), key=rank):
             if spent == 0 or spent + self.seconds[t] <= BUDGET:
                 chosen.append(t)
                 spent += self.seconds[t]
@@ -63,6 +65,10 @@ class Tests:
     def killed(self, mutant: Mutant, test: str) -> None:
         """Remember who killed: it comes first for the next mutant of the file."""
         self.kills[mutant.file].update((test, test.partition("::")[0]))
+
+    def _compiling(self, mutant: Mutant) -> set[str]:
+        modules = {module for folder, module in COMPILES.items() if mutant.file.startswith(folder)}
+        return {t for t in self.seconds if t.partition("::")[0] in modules}
 
     def _found(self, mutant: Mutant, text: str) -> set[str]:
         lines = self.lines.get(mutant.file, {})

@@ -139,6 +139,15 @@ def test_the_tables_of_blocks_are_judged_by_those_that_read_them(tmp_path):
     assert tests.for_mutant(inside, text) == [run]
 
 
+def test_a_header_is_judged_by_the_module_that_compiles_it(tmp_path):
+    file, text = "fmu_build/core/elementary/e.h", "static double f(double x) {\n  return x + 1;\n}\n"
+    own, run = "tests/c/test_elementary.py::test_bound", "tests/blocks/test_b.py::test_f"
+    table = {"seconds": {own: 0.1, run: 0.1}, "lines": {file: {"2": [run]}}}
+    (tmp_path / "map.json").write_text(json.dumps(table))
+    tests = choose.Tests(tmp_path / "map.json")
+    assert all(sorted(tests.for_mutant(m, text)) == [run, own] for m in c_operators.mutants(file, text))
+
+
 def fault():
     raise OSError("disk")
 
