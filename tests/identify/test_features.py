@@ -284,7 +284,7 @@ def test_the_weights_behind_a_bend_are_found_again(after, T):
     assert s.k == pytest.approx([0.4, 0.0][: len(T)], abs=2e-2)
     assert np.sqrt(np.mean((bent_sum.model(p, s) - p.y) ** 2)) == pytest.approx(s.rms, rel=1e-6, abs=1e-12)
     assert np.abs(p.columns @ s.w).max() == pytest.approx(1.0)
-    assert np.sqrt(np.mean(bent_sum.residuals(p, s) ** 2)) <= 1.01 * s.rms + 1e-12
+    assert np.sqrt(np.mean(bent_sum.residuals(p, s)(p.after) ** 2)) <= 1.01 * s.rms + 1e-12
 
 
 def test_creep_adds_its_lags():

@@ -187,16 +187,21 @@ def fit(p: Problem, start: BentSum) -> BentSum:
     return best
 
 
-def residuals(p: Problem, s: BentSum) -> Array:
-    """Return the residuals (m,) after one Gauss-Newton step from `s`: what is left for other dynamics than its own.
+def residuals(p: Problem, s: BentSum) -> Callable[[Filter | None], Array]:
+    """Return the function from other dynamics to the residuals (m,) that one Gauss-Newton step from `s` leaves.
 
     Columns without weight stay without: a search of the dynamics filters the others hundreds of times.
     """
     used = s.w > 0
     p, s = replace(p, columns=np.ascontiguousarray(p.columns[:, used])), replace(s, w=s.w[used])
-    linear, free, target = _linearised(p, s)
-    x, v = nonnegative(linear, target, free)
-    return np.asarray(linear @ x + free @ v - target)
+    before = _before(p, s)
+
+    def left(after: Filter | None) -> Array:
+        linear, free, target = _after(replace(p, after=after), s, before)
+        x, v = nonnegative(linear, target, free)
+        return np.asarray(linear @ x + free @ v - target)
+
+    return left
 
 
 def _variables(s: BentSum) -> dict[str, Array]:
@@ -228,18 +233,28 @@ def _slope(p: Problem, s: BentSum, v: Array) -> Array:
 
 def _linearised(p: Problem, s: BentSum) -> tuple[Array, Array, Array]:
     """Return the derivatives of the output by w and k at `s`, those by free variables, and the target of both."""
+    return _after(p, s, _before(p, s))
+
+
+def _before(p: Problem, s: BentSum) -> Array:
+    """Return what `_linearised` filters by the dynamics: derivatives by w, the output, derivatives by k, free ones."""
     v = p.columns @ s.w
     slope, b = _slope(p, s, v), _bend(p, s, v)[:, None]
-    moved = p.seen(p.crept(slope[:, None] * p.columns, s.k))
-    creep = np.hstack([np.zeros((len(p.y), 0)), *(p.seen(p.lag(b - b[:1], T)) for T in p.T)])
-    linear, target = np.hstack([moved, creep]), p.y - model(p, s) + moved @ s.w + creep @ s.k
-    constant = np.ones((len(p.y), 1))
-    if p.following is None or len(p.following.gains) == 0:
-        return linear, constant, target
-    which = p.following.gains
-    own = np.asarray(legendre.legval(v, s.q), float)[:, None]
-    gained = p.seen(p.crept(p.following.theta[:, which] * own, s.k))
-    return linear, np.hstack([constant, gained]), target + gained @ s.g[which]
+    parts = [p.crept(slope[:, None] * p.columns, s.k), p.crept(b, s.k), *(p.lag(b - b[:1], T) for T in p.T)]
+    if p.following is not None and len(p.following.gains):
+        own = np.asarray(legendre.legval(v, s.q), float)[:, None]
+        parts.append(p.crept(p.following.theta[:, p.following.gains] * own, s.k))
+    return np.hstack(parts)
+
+
+def _after(p: Problem, s: BentSum, before: Array) -> tuple[Array, Array, Array]:
+    n, m = len(s.w), len(p.T)
+    seen = p.seen(before)
+    moved, creep, gained = seen[:, :n], seen[:, n + 1 : n + 1 + m], seen[:, n + 1 + m :]
+    linear = np.hstack([moved, creep])
+    target = p.y - seen[:, n] + moved @ s.w + creep @ s.k
+    free = np.hstack([np.ones((len(p.y), 1)), gained])
+    return linear, free, target if p.following is None else target + gained @ s.g[p.following.gains]
 
 
 def _with_bend(p: Problem, s: BentSum) -> BentSum:

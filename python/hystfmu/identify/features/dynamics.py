@@ -64,7 +64,9 @@ class Dynamics:
         """Filter columns (rows, n) by G0 and the delay, each from its steady state, in the C core."""
         g0, *delays = self.nodes(h, hold)
         executor = Graph.single(g0).executor()  # loaded once: a search filters thousands of columns
-        out = np.hstack([executor.run(np.ascontiguousarray(c)[:, None], 1, h) for c in columns.T])
+        out = np.empty(columns.shape, order="F")
+        for k, c in enumerate(np.ascontiguousarray(columns.T)):
+            out[:, k] = executor.run(c[:, None], 1, h)[:, 0]
         if not delays:
             return out
         n = min(delays[0].dims["n"], len(out))
@@ -104,8 +106,13 @@ def search(
 
     scale = data.span * np.sqrt(data.train.stop - data.train.start)
 
-    def error(p: Array) -> Array:
-        return np.asarray(residuals(Dynamics.at(p, h)) / scale)
+    last: tuple[bytes, Array] = b"", np.zeros(0)
+
+    def error(p: Array) -> Array:  # a step and the derivatives at its end ask for the same point
+        nonlocal last
+        if last[0] != (key := p.tobytes()):
+            last = key, np.asarray(residuals(Dynamics.at(p, h)) / scale)
+        return last[1]
 
     def jacobian(p: Array) -> Array:
         return _jacobian(error, p, hi)

@@ -33,7 +33,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.candidate import ANY, Candidate
 from hystfmu.identify.features import bent_sum
-from hystfmu.identify.features.bent_sum import BentSum, Problem
+from hystfmu.identify.features.bent_sum import BentSum, Filter, Problem
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, search, uncertainty, unknown
 from hystfmu.identify.features.following import LEVELS, Following
@@ -107,11 +107,14 @@ class _Fitting:
 
     def problem(self, parts: Parts, rows: NDArray[np.intp]) -> Problem:
         """Return the problem of `bent_sum` for a structure on some rows."""
-        data, hold, g = self.data, self.options["hold"], parts.g
-        after = None if g is None else lambda columns: g.filter(columns, data.h, hold)
         columns = self.stops if parts.stops else self.plays
         least, beside = self.options["w0_min"], Following(self.theta, parts.levels) if parts.levels else None
-        return Problem(columns, data.y[rows], rows, data.h, np.array(parts.T), after, least, beside)
+        after, T = self.filtered(parts.g), np.array(parts.T)
+        return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside)
+
+    def filtered(self, g: Dynamics | None) -> Filter | None:
+        """Return the function from columns to columns behind dynamics."""
+        return None if g is None else lambda columns: g.filter(columns, self.data.h, self.options["hold"])
 
     def fit(self, parts: Parts, rows: NDArray[np.intp], start: BentSum | None = None) -> BentSum:
         """Fit weights, bend and creep on some rows, from a fit with fewer parts or from a straight one."""
@@ -138,7 +141,8 @@ class _Fitting:
 
     def residuals(self, trial: Trial, rows: NDArray[np.intp]) -> Callable[[Dynamics], Array]:
         """Return the function from other dynamics to the residuals that a hysteresis near that of the trial leaves."""
-        return lambda g: bent_sum.residuals(self.problem(replace(trial.parts, g=g), rows), trial.fit)
+        left = bent_sum.residuals(self.problem(trial.parts, rows), trial.fit)
+        return lambda g: left(self.filtered(g))
 
 
 @dataclass(frozen=True)
