@@ -222,17 +222,17 @@ def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
 
 
 @click.command(cls=Command)
-@click.argument("before", metavar="A/report.json")
-@click.argument("after", metavar="B/report.json")
+@click.argument("before", metavar="A")
+@click.argument("after", metavar="B")
 @click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="DIFF.html", help="HTML page to write.")
 @json_option
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
-    """Compare two reports of 'hystfmu run'.
+    """Compare two reports of 'hystfmu run': their folders, or the files report.json in them.
 
-    The page lists old and new metrics with their change and overlays the signals.
+    The page says what changed, lists old and new metrics, the largest change first, and overlays the signals.
 
     \b
-    Example: hystfmu compare main/report.json branch/report.json -o diff.html
+    Example: hystfmu compare main branch -o diff.html
     """
     from hystfmu.scenario.report.compare import compare_reports
     from hystfmu.scenario.report.terminal import changes

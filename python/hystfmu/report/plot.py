@@ -144,7 +144,7 @@ def tick(v: float) -> str:
     plain = f"{v:.6g}"
     mantissa, _, power = f"{v:.5e}".partition("e")
     other = f"{mantissa.rstrip('0').rstrip('.')}e{int(power)}"
-    return other if len(plain) > LONGEST_TICK and len(other) < len(plain) else plain
+    return other if len(plain.lstrip("-")) > LONGEST_TICK and len(other) < len(plain) else plain
 
 
 def path(x: Array, y: Array) -> str:

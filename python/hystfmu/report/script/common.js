@@ -11,7 +11,7 @@ function element(tag, attributes = {}, ...children) {
 // a number beside an axis, as in plot.py
 function tick(v) {
   const plain = String(v), other = v.toExponential().replace('e+', 'e');
-  return plain.length > 5 && other.length < plain.length ? other : plain;
+  return plain.replace('-', '').length > 5 && other.length < plain.length ? other : plain;
 }
 
 // round numbers in [lo, hi]: steps of 1, 2 or 5 times a power of ten, as in plot.py

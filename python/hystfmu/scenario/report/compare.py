@@ -1,8 +1,10 @@
-"""Compare the report.json of two revisions on one page: metrics with their change, and overlaid signals."""
+"""Compare the report.json of two runs on one page: the largest changes first, all metrics, overlaid signals."""
 
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,11 +15,13 @@ from pydantic import Field
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_text
-from hystfmu.report.page import Section, Table, page, section
+from hystfmu.report.page import Section, Table, figure, page, section, table
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.verdict.baseline import Change
 
 MOST_BYTES = 2**28
+MOST_CASES, MOST_FIRST = 12, 8  # whose signals are drawn; changes beside the first figure
+TALL, LOW = 220, 150
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
@@ -33,6 +37,7 @@ class _Case(pydantic.BaseModel):
     metrics: list[_Metric]
     failures: list[str] = []
     signals: dict[str, list[Finite]] = {}
+    units: dict[str, str] = {}
 
     @pydantic.field_validator("signals")
     @classmethod
@@ -48,6 +53,7 @@ class _Report(pydantic.BaseModel):
 
 
 def _read(path: str | Path) -> tuple[str, dict[str, _Case]]:
+    path = Path(path) / "report.json" if Path(path).is_dir() else Path(path)
     content = read_bytes(path, MOST_BYTES)  # outside `try`: an InputError is a ValueError
     try:
         report = _Report.model_validate(json.loads(content))
@@ -64,7 +70,7 @@ def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> l
     Parameters
     ----------
     before, after : path
-        The report.json of each revision.
+        The report.json of each run, or the folder that it is in.
     out : path
         HTML page to write.
 
@@ -80,28 +86,88 @@ def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> l
     """
     (old_version, old), (new_version, new) = _read(before), _read(after)
     found: list[Change] = []
-    rows: list[list[object]] = []
-    sections: list[Section] = []
+    same: list[Change] = []
     for title in dict.fromkeys([*old, *new]):
         a, b = old.get(title), new.get(title)
         values = [{m.metric: m.value for m in c.metrics} if c is not None else {} for c in (a, b)]
         for name in {**values[0], **values[1]}:
             change = Change(title, name, values[0].get(name), values[1].get(name))
-            rows.append([title, name, *_cells(change)])
-            if change.old != change.new:
-                found.append(change)
+            (same if change.old == change.new else found).append(change)
         verdicts = [_verdict(c) for c in (a, b)]
         if verdicts[0] != verdicts[1]:
             found.append(Change(title, "verdict", *verdicts))
-            rows.append([title, "verdict", *verdicts, ""])
-        plots = _plots(a, b)
+    ordered = _largest_first(found)
+    cases = list(dict.fromkeys(c.title for c in ordered))
+    text = f"Old: {before} (HystFMU {old_version}). New: {after} (HystFMU {new_version})."
+    body = ["<h1>Two runs side by side</h1>", f'<p class="answer">{escape(_answer(found, same))}</p>']
+    body.append(f'<p class="lead">{escape(text)}</p>')
+    if found:
+        first = table(
+            _table([c for c in ordered if c.what != "verdict"][:MOST_FIRST], "the largest changes of metrics")
+        )
+        drawn = _drawn(cases[0], old.get(cases[0]), new.get(cases[0]))
+        body.append(f'<div class="plots hero">{drawn}<div>{first}</div></div>')
+    folded = [_table(same)] if same else []
+    body.append(section(Section("Changes, the largest first", "", [_table(ordered)] if found else [], folded=folded)))
+    for title in cases[:MOST_CASES]:
+        plots = _plots(old.get(title), new.get(title))
         if plots:
-            sections.append(Section(title, plots=plots))
-    head = Table(("scenario/case", "what", "old", "new", "change %"), rows)
-    text = f"old: {before} (HystFMU {old_version}); new: {after} (HystFMU {new_version}); {len(found)} differences."
-    body = [f"<h1>{escape('Two runs side by side')}</h1>", section(Section("Metrics", text, [head]))]
-    write_text(out, page("HystFMU comparison", [*body, *map(section, sections)]))
+            body.append(section(Section(title, plots=plots)))
+    write_text(out, page("HystFMU comparison", body))
     return found
+
+
+def _largest_first(found: Sequence[Change]) -> list[Change]:
+    """Sort by the share of the change, verdicts in front by that of their case; what one run lacks counts as most."""
+
+    def share(c: Change) -> float:
+        return math.inf if c.relative is None or not math.isfinite(c.relative) else abs(c.relative)
+
+    most: dict[str, float] = {}
+    for c in found:
+        if c.what != "verdict":
+            most[c.title] = max(most.get(c.title, 0.0), share(c))
+    key = {id(c): (c.what == "verdict", most.get(c.title, 0.0) if c.what == "verdict" else share(c)) for c in found}
+    return sorted(found, key=lambda c: key[id(c)], reverse=True)
+
+
+def _answer(found: Sequence[Change], same: Sequence[Change]) -> str:
+    """Say what changed in a sentence."""
+    verdicts = [c for c in found if c.what == "verdict"]
+    metrics = len(found) - len(verdicts)
+    if not found:
+        return f"All {len(same)} metrics are the same."
+    worse = sum(c.relative is not None and c.relative > 0 for c in found)
+    said = f"{metrics} of {metrics + len(same)} metrics differ, {worse} of them are larger"
+    if verdicts:
+        failing = sum(c.new != "ok" for c in verdicts)
+        said += f"; {len(verdicts)} verdict{'s' if len(verdicts) > 1 else ''} changed, {failing} to failed or missing"
+    return said + "."
+
+
+def _table(changes: Sequence[Change], caption: str = "") -> Table:
+    rows = [[c.title, c.what, *_cells(c)] for c in changes]
+    return Table(("scenario/case", "what", "old", "new", "change in %"), rows, caption)
+
+
+def _drawn(title: str, a: _Case | None, b: _Case | None) -> str:
+    """Draw the signal that changed most, old over new, with the difference under it; empty without one."""
+    times = a.signals.get("t") if a is not None else None
+    if a is None or b is None or times is None or times != b.signals.get("t"):
+        return ""
+    t = np.array(times)
+    moved = {s: np.array(b.signals[s]) - np.array(a.signals[s]) for s in a.signals if s in b.signals and s != "t"}
+    sizes = {s: float(np.max(np.abs(d), initial=0.0)) / (float(np.ptp(a.signals[s])) or 1.0) for s, d in moved.items()}
+    name = max(sizes, key=sizes.__getitem__, default=None)
+    if name is None or sizes[name] == 0:
+        return ""
+    unit = a.units.get(name) or "no unit"
+    lines = [Line("old", t, np.array(a.signals[name])), Line("new", t, np.array(b.signals[name]))]
+    plots = [
+        Plot(f"{title}: the case of the largest change", "t in s", f"{name}, {unit}", lines, height=TALL),
+        Plot("difference", "t in s", unit, [Line("new - old", t, moved[name])], envelope=True, height=LOW),
+    ]
+    return f"<div>{''.join(map(figure, plots))}</div>"
 
 
 def _verdict(c: _Case | None) -> str:
@@ -122,5 +188,6 @@ def _plots(a: _Case | None, b: _Case | None) -> list[Plot]:
         both = zip(("old", "new"), signals, strict=True)
         lines = [Line(which, np.array(s["t"]), np.array(s[name])) for which, s in both if s.get(name)]
         if lines:
-            plots.append(Plot(name, "t in s", name, lines))
+            unit = next((c.units[name] for c in (a, b) if c is not None and c.units.get(name)), "no unit")
+            plots.append(Plot(name, "t in s", f"{name}, {unit}", lines))
     return plots
