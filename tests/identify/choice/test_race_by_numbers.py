@@ -1,0 +1,211 @@
+"""The race and the choice by numbers: errors beside the noise, losers, equals, preference."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hystfmu import Dataset, InputError
+from hystfmu.data.reversals import noise
+from hystfmu.identify import race as module
+from hystfmu.identify.candidate import ANY, Candidate
+from hystfmu.identify.race import Race, Trial
+
+U = np.interp(np.arange(400), 10 * np.arange(41), np.random.default_rng(2).uniform(-1, 1, 41))
+DATA = Dataset.from_signal(U, 10 * U, 1e-3)
+SPAN = float(np.ptp(DATA.y))
+E4 = 1e-2 * SPAN  # 1 % of the span
+
+
+def trial(name="x", error=E4, n=100, memory=ANY, parameters=3, outside=0.0, others=(), folds=1, **more):
+    model = SimpleNamespace(fit={"parameters": parameters}, graph=name)
+    candidate = Candidate(memory, 1.0, 0.1, **more)
+    return Trial(name, f"key of {name}", candidate, model, np.full(n, error), outside, list(others), folds)
+
+
+@pytest.fixture
+def race(monkeypatch):
+    monkeypatch.setattr(module, "_unseen", lambda data: 0.25)
+    made = Race(DATA, 7)
+    made.sigma = 0.0
+    return made
+
+
+def test_a_race_begins_with_the_noise_and_an_input_of_other_memory(monkeypatch):
+    monkeypatch.setattr(module, "_unseen", lambda data: 0.25)
+    rng = np.random.default_rng(1)
+    noisy = DATA.with_output(DATA.y + rng.normal(size=400)).with_train((20, 380))
+    made = Race(noisy, 7)
+    assert made.sigma == noise(noisy.y[20:380]) > 0.5
+    assert made.unseen == 0.25
+    assert made.other[0] == U[0]
+    assert made.poor is False
+    assert (made.trials, made.reasons) == ({}, {})
+
+
+# ---- errors ---------------------------------------------------------------------------------------------------------
+def test_the_error_beside_the_noise_and_outside_the_record(race):
+    t = trial(error=0.03 * SPAN)
+    assert race.excess(t) == pytest.approx(3.0)
+    assert race.excess(trial(error=0.0, outside=0.5)) == pytest.approx(1.5)  # 3 % for each state not seen
+    assert race.excess(trial(error=0.02 * SPAN, outside=0.5)) == pytest.approx(2.5)
+    spread = [np.zeros(4), np.full(4, 0.02 * SPAN)]  # n - 1 = 1 times the RMS from the mean
+    assert race.risk(trial(error=0.0, others=spread)) == pytest.approx(1.0)
+    assert race.risk(trial(error=0.0, outside=0.25, others=spread)) == pytest.approx(1.25)
+    race.sigma = 0.03 * SPAN
+    race.trials = {"a": trial(error=0.05 * SPAN)}
+    assert race.excess(trial(error=0.05 * SPAN)) == pytest.approx(4.0)
+    assert race.excess(trial(error=0.02 * SPAN)) == 0.0
+
+
+@pytest.mark.parametrize(("rows", "doubted"), [(400, 0.2), (16, 1.0)])
+def test_the_noise_is_the_least_square_unless_one_refutes_it(race, rows, doubted):
+    assert module.doubt(rows) == pytest.approx(doubted)  # 2 sqrt(4 / n)
+    race.sigma = 1.0
+    assert race.floor() == 1.0
+    race.trials = {"a": trial(error=2.0, n=rows)}
+    assert race.floor() == 1.0
+    if rows == 400:
+        race.trials["b"] = trial(error=np.sqrt(0.81), n=rows)
+        assert race.floor() == pytest.approx(0.81)
+        race.trials["c"] = trial(error=np.sqrt(0.79), n=rows)
+        assert race.floor() == 0.0
+
+
+def test_least_best_and_explained(race):
+    assert race.least() == np.inf
+    race.trials = {
+        "a": trial("a", 0.03 * SPAN),
+        "b": trial("b", 0.02 * SPAN, others=[np.zeros(3), np.full(3, SPAN / 5)]),
+    }
+    assert race.least() == pytest.approx(3.0)
+    assert race.best().name == "a"
+    assert race.unexplained() == pytest.approx(2.0)
+    assert race.explained() is False
+    race.trials["c"] = trial("c", 1.99e-5 * SPAN)
+    assert race.explained() is True
+    assert race.least() == 0.002
+    race.trials["c"] = trial("c", 2.01e-5 * SPAN)
+    assert race.explained() is False
+
+
+def test_losers_and_who_runs_next(race):
+    race.trials = {n: trial(n, e * E4, folds=f) for n, e, f in (("a", 1.0, 2), ("b", 1.499, 1), ("c", 1.501, 1))}
+    assert [t.name for t in race.contenders()] == ["a", "b"]
+    assert [t.name for t in race.late()] == ["b"]
+    race.trials["b"].folds = 3
+    assert [t.name for t in race.late()] == ["a"]
+    race.trials["a"].folds = 3
+    assert race.late() == []
+
+
+@pytest.mark.parametrize("poor", [False, True])
+def test_as_good_within_a_fifth_or_a_half_of_a_poor_record(race, poor):
+    race.poor = poor
+    best = trial("best")
+    for factor, good in ((1.19, True), (1.21, poor), (1.49, poor), (1.51, False)):
+        assert race.as_good(trial(error=factor * E4), best) is good, factor
+    exact = trial("exact", 0.0)
+    assert race.as_good(trial(error=0.0019e-2 * SPAN), exact)
+    assert race.as_good(trial(error=0.0031e-2 * SPAN), exact) is False
+
+
+def test_as_good_if_the_noise_explains_the_difference(race):
+    race.sigma = 1.0
+    rng = np.random.default_rng(3)
+    best, other = trial("best", n=200), trial("other", n=200)
+    best.errors = rng.normal(size=200)
+    race.trials = {"best": best}
+    d = 0.5 * rng.normal(size=200)
+    for k in np.linspace(0.01, 3, 150):
+        other.errors = best.errors + k * d
+        worse = np.mean(other.errors**2) - np.mean(best.errors**2)
+        limit = 2 * 2 * np.sqrt(np.mean((k * d) ** 2) / 200)
+        close = race.risk(other) <= 1.2 * max(race.risk(best), 0.002)
+        assert race.as_good(other, best) is bool(close or worse <= limit)
+    other.errors = best.errors + 0.05 * np.sign(best.errors)
+    other.outside, best.outside = 1.0, 0.0
+    assert race.as_good(other, best) is False  # knows less of other states
+    other.outside, other.errors = 0.0, np.append(other.errors, 0.3)
+    assert race.as_good(other, best) is False  # other rows
+    race.sigma, other.errors = 1e-9, best.errors.copy()
+    other.others = [np.zeros(4), np.full(4, 20.0)]
+    assert race.as_good(other, best) is False  # its folds disagree
+    best.others = [np.zeros(4), np.full(4, 20.0)]
+    assert race.as_good(other, best) is True
+
+
+# ---- who enters -----------------------------------------------------------------------------------------------------
+def entering(race, monkeypatch, errors, parameters=3):
+    asked, left = [], iter(errors)
+
+    def fit(name, key, candidate, options, progress):
+        asked.append(dict(options))
+        value = next(left)
+        if isinstance(value, Exception):
+            raise value
+        return trial(name, value, parameters=parameters)
+
+    monkeypatch.setattr(race, "trial", fit)
+    return asked
+
+
+@pytest.mark.parametrize(("short", "enters"), [(3.99, True), (4.01, False)])
+def test_a_short_fit_up_to_four_times_the_least_gives_hope(race, monkeypatch, short, enters):
+    candidate = Candidate(ANY, 1.0, 0.1, {"N": 5}, {"N": 2, "starts": 1})
+    asked = entering(race, monkeypatch, [E4, short * E4, E4])
+    race.first("a", "k", candidate, lambda f: None)
+    assert asked == [{"N": 5}]  # the first of all needs no short fit
+    race.first("b", "k", candidate, lambda f: None)
+    assert asked[1:] == [{"N": 2, "starts": 1}, {"N": 5}][: 1 + enters]
+    assert ("b" in race.trials) is enters
+    assert race.reasons == ({} if enters else {"b": "4 % of the span after a short trial fit"})
+
+
+def test_who_does_not_enter(race, monkeypatch):
+    rows = len(race.data.y[race.held(1)[0].counted])
+    candidate = Candidate(ANY, 1.0, 0.1)
+    entering(race, monkeypatch, [InputError("no"), np.nan, E4, E4], parameters=rows)
+    race.first("a", "k", candidate, lambda f: None)
+    race.first("b", "k", candidate, lambda f: None)
+    race.first("c", "k", candidate, lambda f: None)
+    assert race.reasons == {"a": "no", "b": "unstable in a free run"}
+    assert list(race.trials) == ["c"]
+    entering(race, monkeypatch, [E4], parameters=rows + 1)
+    race.first("d", "k", candidate, lambda f: None)
+    assert race.reasons["d"] == f"{rows + 1} parameters for {rows} rows"
+
+
+def test_folds_hold_blocks_inside_the_range_of_the_others(race):
+    part, rows, block = race.held(1)
+    held = np.zeros(400, dtype=bool)
+    held[:] = module.without_outermost(U, module.validation_rows(U, 1, 8))
+    kept = U[~held]
+    want = [k for k in range(400) if held[k] and kept.min() <= U[k] <= kept.max()]
+    assert rows.tolist() == want
+    assert part.counted.tolist() == np.flatnonzero(~held).tolist()
+    assert len(np.unique(block)) == np.count_nonzero(np.diff(held.astype(int)) == 1) + held[0]
+
+
+def test_the_next_fold_adds_its_errors_and_outputs(race, monkeypatch):
+    asked = []
+
+    def fitted(fold, key, options, progress):
+        asked.append((fold, key, dict(options)))
+        if key == "key of broken":
+            raise InputError("no")
+        return SimpleNamespace(name=f"fold {fold}"), np.full(5, 2.0), [0.5]
+
+    monkeypatch.setattr(race, "fitted", fitted)
+    monkeypatch.setattr(race, "_other", lambda model: np.zeros(3))
+    a, b = trial("a", options={"N": 4}), trial("broken")
+    race.again([a, b])
+    assert asked == [(3, "key of a", {"N": 4}), (3, "key of broken", {})]
+    assert (a.folds, len(a.others), len(a.errors), a.by_block) == (2, 2, 105, [0.5])
+    assert b.errors[-1] == np.inf
+    assert b.folds == 2
+    race.again([a])
+    assert asked[2][0] == 2
+    assert (a.folds, len(a.others), len(a.errors)) == (3, 3, 110)

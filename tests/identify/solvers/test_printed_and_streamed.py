@@ -1,0 +1,173 @@
+"""Recursion as printed, streaming updates, preisach terms: each against the equations row by row."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from hystfmu import Dataset, InputError, fit
+from hystfmu.graph import Graph
+from hystfmu.identify.features.dead_zones_and_lags import dead_zones, knots, lag
+from hystfmu.identify.features.smooth_density import smooth_density
+from hystfmu.identify.methods import preisach
+from hystfmu.identify.solvers import penalised
+from hystfmu.identify.solvers.recursive import PrintedRecursive, Recursive
+from hystfmu.identify.streaming import Stream
+
+H = 1e-3
+SEED = int(np.random.default_rng().integers(1 << 31))
+
+
+@pytest.mark.parametrize(("rho", "fraction"), [(0.005, 1.0), (0.1, 0.5)])
+def test_the_printed_recursion(rho, fraction):
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    r, eta, n = 0.4, 20.0, 3
+    learner = PrintedRecursive(n, r, eta, rho, fraction)
+    theta, P, variance, Sigma, mu = np.zeros(n), eta * np.eye(n), 0.0, r**2, 1 - rho
+    for k in range(1, 15):
+        h, y = rng.normal(size=n), float(rng.normal())
+        e = y - h @ theta
+        variance += e**2 / k
+        Sigma = (1 - rho) * Sigma + rho * variance
+        hPh = h @ P @ h
+        lam = fraction * mu * Sigma * (variance - r**2) / (hPh * r**2) if abs(e) > r else 0.0
+        theta = theta + lam * P @ h / (mu * Sigma + lam * hPh) * e
+        P = (P - lam * np.outer(P @ h, P @ h) / (mu * Sigma + lam * hPh)) / mu
+        assert learner.update(h, y) == pytest.approx(e)
+        assert learner.theta == pytest.approx(theta, rel=1e-6, abs=1e-9)
+        assert pytest.approx(P, rel=1e-6) == learner.P
+        assert (learner.samples, learner.Sigma) == (k, pytest.approx(Sigma))
+    border = PrintedRecursive(1, 0.5)
+    border.update(np.ones(1), 0.5)  # an error of the dead zone changes nothing
+    assert border.theta.tolist() == [0.0]
+    assert border.P[0, 0] == pytest.approx(1e6 / 0.995)
+
+
+def test_the_recursion_with_forgetting_and_a_dead_zone():
+    """P(k)^-1 = mu (P(k-1)^-1 + c h h'), c = fraction (e^2 - r^2) / (h' P h r^2)."""
+    rng = np.random.default_rng(SEED)
+    learner = Recursive(2, 4.0, 0.9, 0.3, 0.7)
+    inverse, right = np.eye(2) / 4, np.zeros(2)
+    for _ in range(12):
+        h, y = rng.normal(size=2), float(2 * rng.normal())
+        e = y - h @ np.linalg.solve(inverse, right)
+        assert learner.update(h, y) == pytest.approx(e)
+        if abs(e) > 0.3:
+            c = 0.7 * (e**2 - 0.09) / (h @ np.linalg.solve(inverse, h) * 0.09)
+            inverse, right = 0.9 * (inverse + c * np.outer(h, h)), 0.9 * (right + c * h * y)
+        assert learner.theta == pytest.approx(np.linalg.solve(inverse, right))
+        assert learner.leverage(h) == pytest.approx(h @ np.linalg.solve(inverse, h))
+
+
+def test_defaults_of_the_recursion_and_its_end():
+    learner = Recursive(1)
+    assert (learner.mu, learner.dead_zone, learner.fraction) == (1.0, None, 1.0)
+    assert learner.leverage(np.ones(1)) == pytest.approx(1e6)
+    assert (learner.samples, learner.variance) == (0, 0.0)
+    tight = Recursive(1, dead_zone=1e-200)
+    with pytest.raises(InputError, match=r"diverged at sample 1: the dead zone 1e-200 is below the achievable error"):
+        tight.update(np.ones(1), 1.0)
+    with pytest.raises(InputError, match=r"sample 0: .* must be finite. Got nan"):
+        Recursive(2).update(np.array([1.0, np.nan]), 0.0)
+
+
+# ---- streaming ------------------------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def data():
+    u = 5 + 2 * np.sin(np.arange(400) / 9) * np.linspace(1, 0.4, 400)
+    return Dataset.from_signal(u, 40 + 3 * u + np.r_[u[0], u[:-1]] ** 2 / 4, H, "stream")
+
+
+@pytest.mark.parametrize("n_k", [0, 1])
+def test_a_streamed_model_is_the_recursion_on_its_own_regressors(data, n_k):
+    model = fit(data, "polynomial_narx", n_u=2, n_f=1, n_y=1, q=1, n_k=n_k, range=2.0)
+    stream = Stream(model, 0.5, 0.99, 0.02)
+    node, readout = model.graph.node("network"), model.graph.node("readout")
+    half, middle = readout.value("gain")[0], readout.value("offset")[0]
+    theta = node.value("theta")
+    learner = Recursive(len(theta), 0.5, 0.99, 0.02 / half, theta=theta)
+    x = Graph.single(model.graph.node("input")).run(data.u).reshape(len(data.u), -1)[:, 0]
+    f = Graph.single(model.graph.node("operator")).run(x).reshape(len(x), -1)[:, 0]
+    changed = data.y * 1.05
+    y = (changed - middle) / half
+    for k in range(60):
+        a, b = (k, k - 1) if n_k == 0 else (k - 1, k - 2)
+        last = y[k - 1] if k else node.value("y0")[0]
+        h = np.array([x[max(a, 0)], x[max(b, 0)], f[max(a, 0)], last, 1.0])
+        e = learner.update(h, y[k])
+        assert stream.update(data.u[k], changed[k]) == pytest.approx(changed[k] - e * half)
+    made = stream.model
+    assert made.graph.node("network").value("theta") == pytest.approx(learner.theta)
+    assert made.provenance["updated_samples"] == 60
+    assert made.fit == {}
+    assert (made.key, made.step) == ("polynomial_narx", H)
+    assert Stream(model).recursive.dead_zone is None
+    assert Stream(model).recursive.leverage(np.eye(5)[0]) == pytest.approx(1.0)  # eta = 1
+
+
+def test_only_a_polynomial_model_is_streamed(data):
+    with pytest.raises(InputError, match=r"must be a polynomial_narx\. Got prandtl_ishlinskii instead"):
+        Stream(fit(data, "prandtl_ishlinskii"))
+
+
+# ---- preisach -------------------------------------------------------------------------------------------------------
+OPTIONS = {"n": 8, "widths": 4, "means": 3, "rate": None, "start": "demagnetised"}
+
+
+def strengths_of(monkeypatch, errors):
+    """Skip the cross-validation: given errors, the middle strengths; note the problems."""
+    asked, left = [], iter(errors)
+
+    def best(problem, levels, progress):
+        progress(0.5)
+        asked.append((problem, levels))
+        return tuple(some[1] for some in levels), next(left)
+
+    monkeypatch.setattr(preisach, "best_strengths", best)
+    return asked
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("rate", "errors", "kept"),
+    [(None, (1.0, 0.59), True), (None, (1.0, 0.61), False), ("yes", (1.0,), True), ("no", (1.0,), False)],
+)
+def test_rate_dependent_terms_must_gain(monkeypatch, data, sign, rate, errors, kept):
+    record, told = data.with_output(sign * data.y).with_train((50, 350)), []
+    asked = strengths_of(monkeypatch, errors)
+    graph, count = preisach.build(record, {**OPTIONS, "rate": rate}, 0, told.append)
+    assert len(asked) == len(errors)
+    assert asked[0][1] == ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))
+    u, rows = record.u, slice(50, 350)
+    density = smooth_density(u[rows], 8, 4, 3, "demagnetised")
+    T, middle = np.geomspace(H, max(350 * H / 3, 10 * H), 6), u[rows].mean()
+    bent = dead_zones(lag(u, H, 4 * H) - middle, knots(u[rows] - middle, 6))
+    beside = np.column_stack([*(lag(u, H, t) for t in T), bent])
+    free = beside if kept else np.zeros((400, 0))
+    columns = density.columns(u)
+    problem = penalised.Penalised(
+        columns[rows], free[rows], sign * record.y[rows], (density.along_mean, density.along_width)
+    )
+    x, v, c = problem.solve((1e-3, 3e-2, 3e-2))
+    want = sign * (columns @ x + free @ v + c)
+    assert graph.run(u, H).reshape(-1) == pytest.approx(want, rel=1e-6, abs=1e-6)
+    assert count == len(x) + len(v) + 1
+    assert len(v) == 12 * kept
+    assert told == pytest.approx([0.2, *(0.2 + 0.4 * k + 0.2 for k in range(len(errors)))])
+    assert graph.inputs[0].start == u[0]
+
+
+def test_the_report_of_a_part_of_the_search():
+    told = []
+    partial(preisach._report, told.append, 0.2)(0.5)
+    assert told == pytest.approx([0.4])
+
+
+def test_a_short_record_has_lags_up_to_ten_rows(data):
+    rate = preisach._Rate(data.with_train((0, 20)))
+    assert rate.T[-1] == pytest.approx(10 * H)
+    assert rate.T[0] == pytest.approx(H)
+    assert len(rate.T) == len(rate.s) == 6
