@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+import numpy as np
 
-from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.signals import held_out
 from hystfmu.data.synthetic import VOLTS, displacement, piezo
+from hystfmu.face.explore import explorer
 from hystfmu.fmu.check.check import check_fmu
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.identify import description, fit
@@ -33,6 +34,8 @@ KEYS = (
     "play_bank_mlp",
     "bouc_wen",
 )
+MOST_SHOWN, MOST_POINTS = 4000, 1000  # rows of a diagram, points of a loop
+EXPLORED = "The models of the FMUs run in this page. Those with an exact or implicit inverse can have it in front."
 HEAD = ("model", "parameters", "nested RMS %FS", "worst RMS %FS", "worst max %FS", "seconds")
 
 
@@ -73,16 +76,7 @@ def demo(out: Path) -> bool:
     results = _run(scenarios)
     say("\n" + verdicts(results))
     wrong([line for r in results for line in r.failures()])
-    caption = (
-        "Errors on nested reversals and worst errors on held-out signals, in percent of the span of the training data"
-    )
-    section = Section(
-        "Identification of the built-in piezo stack",
-        "Models are fitted to piezo.csv. The plots show piezo_held_out.csv, which has other random reversals.",
-        [Table(HEAD, rows, caption)],
-        _plots(models, other),
-    )
-    page = write_report(results, out, [section], "HystFMU demo")
+    page = write_report(results, out, _sections(models, rows, other), "HystFMU demo")
     say(f"\nwrote {page}, report.json, {n_fmus // 2} models and {n_fmus} FMUs to {out}/")
     return not problems and all(r.passed for r in results)
 
@@ -119,33 +113,34 @@ def _export(models: list[Model], out: Path) -> tuple[list[str], int]:
     return problems, written
 
 
-def _plots(models: list[Model], data: Dataset) -> list[Plot]:
-    """Plot the loop of the true plant before and after compensation, and the errors of three models over time."""
+def _sections(models: list[Model], rows: list[list[str]], data: Dataset) -> list[Section]:
+    """Return what precedes the loops: before and after compensation, the models, the explorer."""
     compensator = inverse(models[0])
     wanted = models[0].predict(data.u, data.h)  # a displacement that the actuator can follow
-    reached = displacement(compensator.predict(wanted, data.h), data.h)
+    slope, offset = np.polyfit(data.y, data.u, 1).tolist()
+    before = displacement(slope * wanted + offset, data.h)
+    after = displacement(compensator.predict(wanted, data.h), data.h)
     late = int(compensator.fit.get("lag_steps", 0))  # an inverse of dynamics needs the reference so many steps ahead
-    wanted, reached = wanted[: len(wanted) - late], reached[late:]
-    shown = slice(0, min(len(data.t), 4000))
-
-    def line(name: str, x: Array, values: Array) -> Line:
-        return Line(name, x[shown], values[shown])
-
+    wanted = wanted[: len(wanted) - late]
+    reached = {"before: a gain alone": before[: len(wanted)], f"after: the inverse of {models[0].key}": after[late:]}
+    errors = [100 * float(np.sqrt(np.mean((v - wanted) ** 2))) / data.span for v in reached.values()]
+    shown = slice(0, MOST_SHOWN)
+    plots = [
+        Plot(title, "wanted (um)", "reached (um)", [Line("reached", wanted[shown], v[shown])], points=MOST_POINTS)
+        for title, v in reached.items()
+    ]
+    held_out = [Line(m.key, data.t[shown], (m.predict(data.u, data.h) - data.y)[shown]) for m in models[:3]]
+    error = Plot("error on the held-out record", "time (s)", "error (um)", held_out, envelope=True)
+    answer = f"The inverse of a model brings the RMS error from {errors[0]:.3g} to {errors[1]:.3g} % of the stroke."
+    text = (
+        "Models are fitted to piezo.csv, the built-in piezo stack. The diagram shows piezo_held_out.csv, which has "
+        "other random reversals. Errors on nested reversals and worst errors on held-out signals are in percent of the "
+        "span of the training data."
+    )
     return [
-        Plot("before", "voltage (V)", "displacement (um)", [line("measured", data.u, data.y)]),
-        Plot(
-            f"after: with the inverse of {models[0].key} in cascade",
-            "wanted (um)",
-            "displacement (um)",
-            [line("reached", wanted, reached)],
-        ),
-        Plot(
-            "error on the held-out record",
-            "time (s)",
-            "error (um)",
-            [line(m.key, data.t, m.predict(data.u, data.h) - data.y) for m in models[:3]],
-            envelope=True,
-        ),
+        Section("", answer, plots=plots),
+        Section("Models", text, [Table(HEAD, rows)], [error]),
+        Section("Explorer", EXPLORED, explorer=explorer(models, data, "voltage (V)", "displacement (um)")),
     ]
 
 

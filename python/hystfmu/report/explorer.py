@@ -19,7 +19,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.package_files import PACKAGE
 
 CORE = PACKAGE / "_platforms" / "core.wasm"
-MOST_MEASURED = 4000  # points
+MOST_MEASURED = 3000  # points
 NO_CORE = "The explorer is left out: the core for pages is not installed ('make platforms' builds it)."
 
 

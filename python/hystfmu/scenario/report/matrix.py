@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence, Set
 from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hystfmu.report.page import NUMBER
 from hystfmu.report.plot import path
 from hystfmu.scenario.outcome.excerpt import drawn
 from hystfmu.scenario.outcome.plots import error_of
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from hystfmu.scenario.verdict.judge import Verdict
     from hystfmu.scenario.verdict.result import Result
 
-COLUMNS = 24  # of a small curve, each from the lowest to the highest error in it
+COLUMNS = 18  # of a small curve, each from the lowest to the highest error in it
 WIDE, HIGH = 72, 20
+BAD = ' class="bad"'
 CAPTION = (
     "Each cell: the error over time, scaled to its largest value; {names}; the verdict on all metrics. "
     "A cell leads to its case."
@@ -33,9 +34,9 @@ def place(r: Result) -> str:
 
 
 def matrix(results: Sequence[Result]) -> str:
-    """Return cases against scenarios as HTML; the longer side goes downwards."""
-    scenarios = list(dict.fromkeys(r.scenario for r in results))
-    cases = list(dict.fromkeys(r.case for r in results))
+    """Return cases against scenarios as HTML, the fullest rows and columns first; the longer side goes downwards."""
+    scenarios = [name for name, _ in Counter(r.scenario for r in results).most_common()]
+    cases = [name for name, _ in Counter(r.case for r in results).most_common()]
     cells = {(r.case, r.scenario): r for r in results}
     down, across, corner = cases, scenarios, "case"
     if len(scenarios) > len(cases):
@@ -76,8 +77,8 @@ def _curve(r: Result) -> str:
     pieces = np.array_split(e / most, min(COLUMNS, len(e)))
     y = np.array([v for piece in pieces for v in (piece.min(), piece.max())])
     x = np.repeat(np.linspace(1, WIDE - 1, len(pieces)), 2)
-    tenths = path(x / 10, (HIGH / 2 - (HIGH / 2 - 1) * y) / 10)  # `path` gives tenths: here whole points
-    return f'<svg viewBox="0 0 {WIDE} {HIGH}" aria-hidden="true"><path d="{tenths}"/></svg>'
+    d = path(x / 10, (HIGH / 2 - (HIGH / 2 - 1) * y) / 10)  # `path` gives tenths: here whole points
+    return f'<svg viewBox="0 0 {WIDE} {HIGH}" aria-hidden="true"><path d="{d}"/></svg>'
 
 
 def case_table(results: Sequence[Result], curves: bool, shown: Set[str]) -> str:
@@ -94,18 +95,19 @@ def case_table(results: Sequence[Result], curves: bool, shown: Set[str]) -> str:
     """
     metrics = {v.metric: r.system.case.metrics[v.metric] for r in results for v in r.verdicts}
     names = [label(k, unit_of_metric(results[0].system, m)) for k, m in metrics.items()]
-    loops = ["Ms in dB", "delay margin in steps"] if any(r.loop is not None for r in results) else []
-    numbers = "".join(f'<th scope="col"{NUMBER}>{escape(n)}</th>' for n in [*names, *loops])
-    head = f'<th scope="col">case</th><th scope="col">{"error" if curves else "verdict"}</th>{numbers}'
-    rows = "".join(_row(r, list(metrics), bool(loops), curves, place(r) in shown) for r in results)
-    return f'<div class="wide"><table class="matrix"><tr>{head}</tr>{rows}</table></div>'
+    loops = any(r.loop is not None for r in results)
+    names += ["Ms in dB", "delay margin in steps"] if loops else []
+    heads = ["case", "error" if curves else "verdict", *names]
+    head = "".join(f'<th scope="col">{escape(h)}</th>' for h in heads)
+    rows = "".join(_row(r, list(metrics), loops, curves, place(r) in shown) for r in results)
+    return f'<div class="wide"><table class="matrix metrics"><tr>{head}</tr>{rows}</table></div>'
 
 
 def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bool) -> str:
     found = {v.metric: v for v in r.verdicts}
     cells = "".join(_metric(found.get(m)) for m in metrics)
     if loops:
-        cells += "".join(f"<td{NUMBER}>{c}</td>" for c in (r.loop.cells() if r.loop is not None else ["", ""]))
+        cells += "".join(f"<td>{c}</td>" for c in (r.loop.cells() if r.loop is not None else ["", ""]))
     word = "ok" if r.passed else "failed" if r.verdicts else "stopped"
     verdict = linked(r) if curves else f'<span class="{"ok" if r.passed else "bad"}">{word}</span>'
     text = escape(r.system.case.text)
@@ -119,6 +121,6 @@ def _metric(v: Verdict | None) -> str:
     if v is None:
         return "<td></td>"
     good = v.within and v.same is not False
-    limit = "" if v.limit is None else f" <small>{'&#8804;' if v.within else '&gt;'} {v.limit:.4g}</small>"
+    limit = "" if v.limit is None else f" <small>{'≤' if v.within else '&gt;'} {v.limit:.4g}</small>"
     changed = f" changed, was {v.baseline:.4g}" if v.same is False else ""
-    return f'<td class="num{"" if good else " bad"}">{v.value:.4g}{limit}{changed}</td>'
+    return f"<td{'' if good else BAD}>{v.value:.4g}{limit}{changed}</td>"

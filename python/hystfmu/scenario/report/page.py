@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 OPEN = ' open="open"'
 METHODS = {"newton": "Newton", "relaxation": "Aitken relaxation"}
-MOST_DRAWN = 400_000  # characters of the diagrams of cases
+MOST_SHOWN, LEAST_DRAWN, PER_CASE = 500_000, 100_000, 550  # characters: of all cases, their diagrams, rows of a case
 MOST_FAILURES = 6  # lines above the first figure
 
 
@@ -111,7 +111,7 @@ def _drawings(results: Sequence[Result]) -> dict[str, str]:
     first = {r.scenario: r for r in sorted(results, key=nearness)}  # the worst of each scenario
     ordered = sorted(results, key=lambda r: (first[r.scenario] is r, nearness(r)), reverse=True)
     found: dict[str, str] = {}
-    room = MOST_DRAWN
+    room = max(LEAST_DRAWN, MOST_SHOWN - PER_CASE * len(results))
     for r in ordered:
         drawn = figures(case_plots(r.system, r.trace)) if r.trace is not None and room > 0 else ""
         if drawn:
@@ -129,7 +129,8 @@ def _scenario(results: Sequence[Result], drawings: dict[str, str], curves: bool)
         parts.append(f"<p>{escape(first.case.about)}</p>")
     usual = loop_rows(first)
     cases = {place(r): c for r in results if (c := _case(r, drawings.get(place(r), ""), usual))}
-    parts.append(case_table(results, curves, cases.keys()))
+    metrics = case_table(results, curves, cases.keys())
+    parts.append(metrics if curves else f"<details><summary>Metrics and margins</summary>{metrics}</details>")
     facts = table(Table(("loop", "unless a case says otherwise"), usual)) + table(delay_table(first))
     parts.append(f"<details><summary>Order, step and delays of the loop</summary>{facts}</details>")
     parts += cases.values()
