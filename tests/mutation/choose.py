@@ -1,8 +1,9 @@
 """Which tests judge a mutant, and in which order.
 
 Those that run its line (Python) or its function (C); for a line outside functions, or of a process that is killed,
-those that run anything of the file.  Rows of a block's table are data: those that read all tables see them too.  A
-module that compiles headers by itself runs them where no call is counted: it judges every line of them.
+those that run anything of the file.  Rows of a table are data, read when a module is imported, before any test: those
+that read all tables see them too.  A module that compiles headers by itself runs them where no call is counted: it
+judges every line of them.
 """
 
 from __future__ import annotations
@@ -16,7 +17,14 @@ from mutation.mutant import Mutant
 
 BUDGET = 4.0  # CPU s of tests for one mutant, as measured when the map was made
 MOST_LINES = 12  # of a statement
-TABLES = tuple(f"tests/contract/test_{name}.py" for name in ("block_table", "generated", "largest_sizes"))
+CHOICE = "tests/identify/choice"
+TABLES = {
+    "fmu_build/core/blocks/": tuple(
+        f"tests/contract/test_{n}.py" for n in ("block_table", "generated", "largest_sizes")
+    ),
+    "python/hystfmu/identify/": (f"{CHOICE}/test_option_tables.py", f"{CHOICE}/test_results_are_frozen.py"),
+    "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py",),
+}
 COMPILES = {"fmu_build/core/elementary/": "tests/c/test_elementary.py"}
 MASTER = [f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps", "coupling")]
 PATHS = {  # what may judge the rooms of one library or language; the rest of tests/c compiles everything anew
@@ -80,8 +88,8 @@ class Tests:
                 if some := lines.get(str(line)):
                     return set(some)
         every = set().union(*lines.values())
-        if mutant.file.startswith("fmu_build/core/blocks/"):
-            every |= {t for t in self.seconds if t.partition("::")[0] in TABLES}
+        readers = {module for folder, some in TABLES.items() if mutant.file.startswith(folder) for module in some}
+        every |= {t for t in self.seconds if t.partition("::")[0] in readers}
         return every or (set() if mutant.file.endswith(".py") else set(self.seconds))
 
 

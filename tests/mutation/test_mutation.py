@@ -127,15 +127,24 @@ def test_what_a_change_of_tests_or_sources_makes_run_again(modules, sources, sta
     assert line_map.out_of_date(table, modules, lambda file: sources.get(file, "")) == stale
 
 
-def test_the_tables_of_blocks_are_judged_by_those_that_read_them(tmp_path):
-    file, text = "fmu_build/core/blocks/a/b.c", "#define VARS 1\nint f(int x) {\n  return x + 1;\n}\n"
-    read, run = "tests/contract/test_block_table.py::test_rows[b]", "tests/blocks/test_b.py::test_f"
+@pytest.mark.parametrize(
+    ("operators", "file", "text", "read"),
+    [
+        (c_operators, "fmu_build/core/blocks/a/b.c", "#define VARS 1\nint f(int x) {\n  return x + 1;\n}\n",
+         "tests/contract/test_block_table.py::test_rows[b]"),
+        (python_operators, "python/hystfmu/identify/b.py", "N = 1\ndef f(x):\n    return x + 1\n",
+         "tests/identify/choice/test_option_tables.py::test_rows[b]"),
+    ],
+    ids=["C", "Python"],
+)  # fmt: skip
+def test_tables_are_judged_by_those_that_read_them(operators, file, text, read, tmp_path):
+    run = "tests/blocks/test_b.py::test_f"
     table = {"seconds": {read: 0.1, run: 0.1}, "lines": {file: {"3": [run]}}}
     (tmp_path / "map.json").write_text(json.dumps(table))
-    row, inside = c_operators.mutants(file, text)[0], c_operators.mutants(file, text)[-1]
+    row, inside = operators.mutants(file, text)[0], operators.mutants(file, text)[-1]
     tests = choose.Tests(tmp_path / "map.json")
     assert [m.line(text) for m in (row, inside)] == [1, 3]
-    assert sorted(tests.for_mutant(row, text)) == [run, read]
+    assert sorted(tests.for_mutant(row, text)) == sorted([run, read])
     assert tests.for_mutant(inside, text) == [run]
 
 

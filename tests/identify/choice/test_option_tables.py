@@ -8,6 +8,8 @@ import pytest
 from hystfmu import InputError
 from hystfmu.identify import catalogue
 from hystfmu.identify.candidate import ANY, CLOSES, LAGS, OPENS, Candidate
+from hystfmu.identify.features.initial_memory import u0_option
+from hystfmu.identify.network import readout
 
 U0 = {"u0": (None, -1e300, 1e300)}
 DYNAMICS = {"delay_max": (10.0, 0.0, 1e5), "zeta_max": (5.0, 0.01, 1e3)}
@@ -117,6 +119,17 @@ COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
     "zhao_tan_mlp": (CLOSES, 2.0, 0.05, {}, QUICK_NETWORK, False),
     "zhao_tan_mlp memory=last": (OPENS, 2.0, 0.05, {"memory": "last"}, QUICK_NETWORK, False),
 }
+
+
+def test_options_that_kinds_share_are_made_with_their_defaults():
+    made = {o.name: o for o in readout.options(7, 4, 90, 1e-8)}
+    assert list(made) == ["hidden", "activation", "starts", "trainer", "iterations", "decay", "margin"]
+    assert {name: (made[name].default, made[name].lo, made[name].hi) for name in network(7, 4, 90)} == network(7, 4, 90)
+    assert "at least 1e-08" in made["decay"].text
+    assert made["activation"].choices == ("sigmoid", "tanh")
+    made = u0_option("it rests")
+    assert (made.name, made.default, made.lo, made.hi) == ("u0", None, -1e300, 1e300)
+    assert made.text == "initial memory: it rests at this input; default the first input"
 
 
 def test_who_competes_and_at_what_cost():
