@@ -1,4 +1,4 @@
-"""The pool by its messages: what a worker answers and when, whom the parent blames, what goes back to the queue."""
+"""The pool by its messages: what a worker answers and when, which task is at fault, what goes back to the queue."""
 
 from __future__ import annotations
 

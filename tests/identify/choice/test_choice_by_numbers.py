@@ -84,7 +84,7 @@ def test_rate_dependence_is_seen_in_a_clearly_smaller_error(race, lags, other, s
     assert auto._rate(race, seen(several_speeds=speeds)) == told
     race.trials.pop("o")
     if lags is not None and speeds:
-        assert auto._rate(race, seen()) == "seen"  # nobody else is left
+        assert auto._rate(race, seen()) == "seen"  # no static kind is left
 
 
 class Inverses:

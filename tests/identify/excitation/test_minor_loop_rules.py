@@ -59,7 +59,7 @@ def test_the_last_row_may_close_a_loop():
 
 
 @pytest.mark.parametrize(("inner", "count"), [(98, 1), (99, 0)])
-def test_two_hundred_turns_later_nobody_looks(inner, count):
+def test_the_search_ends_after_two_hundred_turns(inner, count):
     levels = [0.3, 0.0, 1.0, *[0.5, 0.6] * inner, 0.4, 1.1]
     u = np.interp(np.arange(10 * len(levels) - 9), 10 * np.arange(len(levels)), levels)
     turns = turning_points(u, 0.0)
