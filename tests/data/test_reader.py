@@ -201,7 +201,7 @@ def test_one_line_says_what_was_assumed(tmp_path):
     assert "time 't' in s (no unit of measure is stated)" in read(path).read_as
 
 
-# ---- refused ---------------------------------------------------------------------------------------------------------
+# ---- refused -------------------------------------------------------------------------------------------------------
 REFUSED = {
     "thousands or decimals": (
         text(["t [s];u;y"], [f"{k};{k + 1},125;{k + 2},250" for k in range(9)]), {},

@@ -120,7 +120,7 @@ def test_nothing_heavy_is_imported():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-# ---- columns and least squares ---------------------------------------------------------------------------------------
+# ---- columns and least squares -------------------------------------------------------------------------------------
 def test_plays_against_their_definition():
     u = signals.nested_reversals(30, 2)
     r = thresholds(u, 17)
@@ -230,7 +230,7 @@ def test_weights_on_the_grid_are_recovered_exactly(n):
     assert abs(m.graph.node("hysteresis").value("w0")[0] - 0.4) < 1e-6
 
 
-# ---- training --------------------------------------------------------------------------------------------------------
+# ---- training ------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("activation", ["sigmoid", "tanh"])
 def test_jacobian_against_differences(activation):
     rng = np.random.default_rng(1)
@@ -287,7 +287,7 @@ def test_a_network_is_not_asked_outside_its_training_range(small):
     assert np.abs(beyond).max() < 1.2 * np.abs(inside).max()
 
 
-# ---- grey box --------------------------------------------------------------------------------------------------------
+# ---- grey box ------------------------------------------------------------------------------------------------------
 def test_a_model_of_a_removed_kind_still_runs(small, tmp_path):
     model = fit(small, "prandtl_ishlinskii")
     old = replace(model, key="prandtl_ishlinskii_asym")

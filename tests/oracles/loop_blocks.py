@@ -16,7 +16,7 @@ from scipy.signal import cont2discrete
 from whole_history import dominant_extrema
 
 
-# ---- functions -------------------------------------------------------------------------------------------------------
+# ---- functions -----------------------------------------------------------------------------------------------------
 def weighted_sum(p, state, u, t, dt):
     return {"y": float(p.k @ u["u"] + p.offset)}, state
 
@@ -51,7 +51,7 @@ def quantiser(p, state, u, t, dt):
     return {"y": p.offset + p.q * np.floor((u["u"] - p.offset) / p.q + 0.5)}, state
 
 
-# ---- hysteresis ------------------------------------------------------------------------------------------------------
+# ---- hysteresis ----------------------------------------------------------------------------------------------------
 def _plays(p, state, u):
     return np.maximum(u - p.r, np.minimum(u + p.r, state))
 
@@ -126,7 +126,7 @@ def _monomials(n, degree):
     return list(combinations_with_replacement(range(n), degree))
 
 
-# ---- dynamics --------------------------------------------------------------------------------------------------------
+# ---- dynamics ------------------------------------------------------------------------------------------------------
 @lru_cache(maxsize=256)
 def _held(b, a, dt):
     """x+ = A x + B u, y = C x + D u of b(s)/a(s) for an input held over dt, in the companion form of s / |s|."""
@@ -236,7 +236,7 @@ def differentiator(p, state, u, t, dt):
     return {"du": state[0]}, state
 
 
-# ---- controllers -----------------------------------------------------------------------------------------------------
+# ---- controllers ---------------------------------------------------------------------------------------------------
 def _limited(p, u):
     return min(max(u, p.u_min), p.u_max)
 
@@ -403,7 +403,7 @@ def _exponential(rows, dt):
     return expm(np.array(rows) * dt)
 
 
-# ---- sources ---------------------------------------------------------------------------------------------------------
+# ---- sources -------------------------------------------------------------------------------------------------------
 SINE, TRIANGLE, DECAYING, MULTISINE, STEPS = range(5)
 
 

@@ -27,7 +27,7 @@ def rms(x):
     return np.sqrt(np.mean(np.square(x)))
 
 
-# ---- excitation ------------------------------------------------------------------------------------------------------
+# ---- excitation ----------------------------------------------------------------------------------------------------
 def test_turning_points_under_noise_and_on_plateaus():
     levels = [0.0, 1.0, -0.5, 0.7, 0.7, -1.0, 0.2]
     u = signals.ramps(levels, 0.01)
@@ -109,14 +109,14 @@ def test_s3_bouc_wen_is_picked_and_holds_on_other_signals(monkeypatch):
         assert e["rms_percent"] <= 0.03, name
 
 
-# ---- dead zones ------------------------------------------------------------------------------------------------------
+# ---- dead zones ----------------------------------------------------------------------------------------------------
 def test_dead_zones_have_sides():
     np.testing.assert_array_equal(
         dead_zones(np.array([-2.0, 0.0, 3.0]), np.array([1.0, -1.0])), [[0, -1], [0, 0], [2, 0]]
     )
 
 
-# ---- oscillators -----------------------------------------------------------------------------------------------------
+# ---- oscillators ---------------------------------------------------------------------------------------------------
 def test_linear_oscillator_from_its_spectra():
     h, n = 1e-3, 4000
     u = np.fft.irfft(np.r_[0, np.exp(2j * np.pi * np.random.default_rng(0).uniform(size=400)), np.zeros(1600)], n)
@@ -196,7 +196,7 @@ def test_narx_network_on_an_oscillator_with_a_bouc_wen_force():
     assert errors[0] < 0.3 * errors[1]
 
 
-# ---- tables ----------------------------------------------------------------------------------------------------------
+# ---- tables --------------------------------------------------------------------------------------------------------
 def test_static_plant_against_the_block_of_another_integrator():
     u = signals.nested_reversals(30, 2)
     p = static_bouc_wen

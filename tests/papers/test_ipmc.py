@@ -33,7 +33,7 @@ def data():
     return synthetic_ipmc.ipmc(20, (2.0, 5.0), seed=1)
 
 
-# ---- monomials -------------------------------------------------------------------------------------------------------
+# ---- monomials -----------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(("p", "q"), [(1, 3), (4, 1), (3, 2), (2, 4), (18, 2)])
 def test_monomials_in_the_order_of_equation_11(p, q):
     z = np.random.default_rng(p).normal(size=p)
@@ -53,7 +53,7 @@ def test_lags_rest_at_the_first_value():
     assert lagged(np.arange(4.0), 0).shape == (4, 0)
 
 
-# ---- auxiliary function ----------------------------------------------------------------------------------------------
+# ---- auxiliary function --------------------------------------------------------------------------------------------
 def test_printed_auxiliary_function_only_ratchets():
     u = np.sin(2 * np.pi * np.arange(20 * 200 + 1) / 200)
     printed, corrected = auxiliary(u, corrected=False), auxiliary(u)
@@ -73,7 +73,7 @@ def test_corrected_auxiliary_function_is_the_zhao_tan_operator():
     np.testing.assert_allclose(auxiliary(u), block.run(u), atol=1e-12)
 
 
-# ---- least squares ---------------------------------------------------------------------------------------------------
+# ---- least squares -------------------------------------------------------------------------------------------------
 def test_batch_against_lstsq(problem):
     phi, y = problem
     rows, n = phi.shape
@@ -127,7 +127,7 @@ def test_square_root_form_keeps_digits_that_the_covariance_form_loses():
     assert np.abs(theta - exact).max() > 1e-4
 
 
-# ---- dead zone -------------------------------------------------------------------------------------------------------
+# ---- dead zone -----------------------------------------------------------------------------------------------------
 def test_dead_zone_equals_the_equations_in_covariance_form(problem):
     """Eqs. 13 to 18 with the errata, written out with P."""
     phi, y = problem
@@ -226,7 +226,7 @@ def test_wrong_samples_are_refused():
     assert not model.theta.any()
 
 
-# ---- the model -------------------------------------------------------------------------------------------------------
+# ---- the model -----------------------------------------------------------------------------------------------------
 def by_hand(model, u):
     """Free run of a polynomial_narx model in plain Python, from the values in its graph."""
     nodes = {n.name: n for n in model.graph.nodes}
@@ -286,7 +286,7 @@ def test_wrong_options(data):
         fit(data, "polynomial_narx", n_u=2, n_f=2, training="recursive", dead_zone=0.1)
 
 
-# ---- streaming -------------------------------------------------------------------------------------------------------
+# ---- streaming -----------------------------------------------------------------------------------------------------
 def test_stream_predicts_as_the_model_and_follows_a_change(data):
     m = fit(data, "polynomial_narx", n_u=2, n_f=2)
     x = synthetic_ipmc.excitation(20, (2.0, 5.0), seed=5)
@@ -311,7 +311,7 @@ def test_stream_refuses_another_model(data):
         Stream(other)
 
 
-# ---- synthetic sensor ------------------------------------------------------------------------------------------------
+# ---- synthetic sensor ----------------------------------------------------------------------------------------------
 def test_sensor_depends_on_the_rate_and_drifts_but_little():
     slow, fast = (synthetic_ipmc.sensor(signals.decaying_sine(3, 0.0, n)) for n in (10000, 100))
     # 10 Hz against 0.1 Hz: the 4 ms lag takes 1 - 1/sqrt(1 + (0.08 pi)^2) of the amplitude and delays by 4 samples
@@ -332,7 +332,7 @@ def test_frequencies_are_checked():
         synthetic_ipmc.ipmc(frequencies=(0.0,))
 
 
-# ---- the table -------------------------------------------------------------------------------------------------------
+# ---- the table -----------------------------------------------------------------------------------------------------
 @pytest.mark.stress
 def test_table_meets_its_targets():
     fractions = []

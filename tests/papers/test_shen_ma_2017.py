@@ -117,7 +117,7 @@ def test_a_negative_actuator_is_followed_by_the_negative_operator():
         assert down.fit["rms_percent"] <= 1.5 * up.fit["rms_percent"] <= 1.5
 
 
-# ---- as printed ------------------------------------------------------------------------------------------------------
+# ---- as printed ----------------------------------------------------------------------------------------------------
 def test_the_printed_branch_falls_and_is_refused():
     """Table 1: g'(0) = a_0 = -13.1; it falls again around d = 0.36."""
     a = np.array(shen_ma_2017.PAPER_A)
@@ -155,7 +155,7 @@ def test_half_of_the_printed_thresholds_are_dead():
     assert (weights[101:] == 0).all()
 
 
-# ---- models ----------------------------------------------------------------------------------------------------------
+# ---- models --------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("plant", [plants.prandtl_ishlinskii, plants.asymmetric])
 def test_constraint_factor_and_network_on_held_out_signals(plant):
     u = signals.training(100, 1)
@@ -208,7 +208,7 @@ def test_hidden_sweep():
     assert m.graph.node("network").dims["n_hidden"] in (1, 2, 3)
 
 
-# ---- the table -------------------------------------------------------------------------------------------------------
+# ---- the table -----------------------------------------------------------------------------------------------------
 @pytest.mark.stress
 def test_table(monkeypatch):
     monkeypatch.setattr(shen_ma_2017.table, "__defaults__", ((2, 5, 10),))

@@ -19,7 +19,7 @@ from hystfmu.papers import zhao_tan_2008
 rng = np.random.default_rng(2)
 
 
-# ---- conjugate gradients ---------------------------------------------------------------------------------------------
+# ---- conjugate gradients -------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("n", [2, 5, 10])
 def test_powell_beale_ends_a_quadratic_in_n_steps(n):
     Q = np.linalg.qr(np.random.default_rng(n).normal(size=(n, n)))[0]
@@ -72,7 +72,7 @@ def test_powell_beale_stops_at_a_minimum_and_never_climbs():
     assert value <= values[0]
 
 
-# ---- trainers --------------------------------------------------------------------------------------------------------
+# ---- trainers ------------------------------------------------------------------------------------------------------
 def test_gradient_of_the_network_against_differences():
     x, y = rng.uniform(-1, 1, (30, 2)), rng.normal(size=30)
     p = start(x, y, 5, "sigmoid", np.random.default_rng(0))
@@ -120,7 +120,7 @@ def test_trainer_is_an_option_of_the_network_methods():
         fit(data, "zhao_tan_mlp", trainer="adam")
 
 
-# ---- inverse operators -----------------------------------------------------------------------------------------------
+# ---- inverse operators ---------------------------------------------------------------------------------------------
 def test_reconstructed_inverse_operator_is_twice_the_input_minus_the_operator():
     """(1 + e^-d) d = 2d - (1 - e^-d) d: the reconstruction carries no more than the forward operator does."""
     u = signals.nested_reversals(60, 4)
@@ -143,7 +143,7 @@ def test_network_with_the_exact_inverse_operator_inverts_better():
         fit(swapped, "zhao_tan_mlp", operator="zhao_tan_inverse", memory="last")
 
 
-# ---- KP model --------------------------------------------------------------------------------------------------------
+# ---- KP model ------------------------------------------------------------------------------------------------------
 def kp_loop(u, a, p1, p2, k0):
     """Kernels from their definition: rising and falling told apart."""
     ridge = lambda x: max(-1.0, min(1.0, 2 * x / a - 1))  # noqa: E731
@@ -184,7 +184,7 @@ def test_kp_weights_are_found_again():
     np.testing.assert_allclose(m.predict(v), plant(v), atol=1e-10)
 
 
-# ---- networks of the user --------------------------------------------------------------------------------------------
+# ---- networks of the user ------------------------------------------------------------------------------------------
 def networks():
     nn = pytest.importorskip("torch").nn
     return {
@@ -283,7 +283,7 @@ def test_torch_modules_are_trained(smooth, trainer, iterations):
         train_module(module, x, np.column_stack([y, y]))
 
 
-# ---- the paper -------------------------------------------------------------------------------------------------------
+# ---- the paper -----------------------------------------------------------------------------------------------------
 def test_the_replica_is_of_the_papers_order():
     """463 Powell-Beale iterations of the 2-12-1 network: printed max 0.026735, RMS 0.01027 on another actuator."""
     data = zhao_tan_2008.experiment(zhao_tan_2008.actuator())

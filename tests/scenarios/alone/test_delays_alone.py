@@ -21,7 +21,7 @@ def delay(**more: Any) -> UnitSpec:
     return UnitSpec.model_validate({"block": "delay", "dims": {"n": 3}} | more)
 
 
-# ---- a number of steps -------------------------------------------------------------------------------------------------
+# ---- a number of steps ---------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("steps", "unit", "n", "fine"),
     [
@@ -76,7 +76,7 @@ def test_only_delays_have_such_a_setting(loop: Any, write: Any) -> None:
     assert "late.n" in system.parameters
 
 
-# ---- the budget ---------------------------------------------------------------------------------------------------------
+# ---- the budget ----------------------------------------------------------------------------------------------------
 def test_every_late_value_is_in_the_budget(loop: Any, write: Any) -> None:
     """Plant, reference, PID in this order: only the command is read before it is made, by a plant with dynamics."""
     assert delay_budget(ready(write(loop))) == [
@@ -120,7 +120,7 @@ def test_fine_units_and_straight_lines_in_the_budget(loop: Any, write: Any) -> N
     assert "straight line" in line.text
 
 
-# ---- files ------------------------------------------------------------------------------------------------------------
+# ---- files ---------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("path", "good"), [("a/b", True), ("../a", True), ("/a", False), ("a\\b", False), ("C:a", False)]
 )
@@ -146,7 +146,7 @@ def test_a_path_stays_within_the_folder_of_all_scenarios(tmp_path: Path) -> None
         with pytest.raises(InputError, match=r"^w: must stay within the folder of the scenarios; got '\.\./"):
             inside(top / folder, path, "w")
     for path in ("/etc/passwd", "a\\b"):
-        with pytest.raises(InputError, match="^w: must be a path relative to the scenario, with '/'; got "):
+        with pytest.raises(InputError, match=r"^w: must be a path relative to the scenario, with '/'; got "):
             inside(top / "one", path, "w")
     with pytest.raises(InputError, match=r"^w: .*null.*; got 'a\\x00b'$"):
         inside(top / "one", "a\0b", "w")
@@ -178,7 +178,7 @@ def test_folders_of_a_group_are_sorted(tmp_path: Path) -> None:
     assert scenario_folders(top / "none.toml") == [top / "none.toml"]
 
 
-# ---- older names --------------------------------------------------------------------------------------------------------
+# ---- older names ---------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("path", "value", "now"),
     [

@@ -33,7 +33,7 @@ def metric(kind: str, signal: str = "a.y", against: str | None = "b.y") -> Metri
     return MetricSpec.model_validate({"kind": kind, "signal": signal} | ({"against": against} if against else {}))
 
 
-# ---- a run in one piece -----------------------------------------------------------------------------------------------
+# ---- a run in one piece --------------------------------------------------------------------------------------------
 def test_a_run_is_joined_from_its_chunks() -> None:
     whole = run(10)
     found = Trace.joined(chunks(whole, 3, 4), 10)
@@ -48,7 +48,7 @@ def test_a_run_is_joined_from_its_chunks() -> None:
 def test_a_trace_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trace, "MOST_VALUES", 30)
     assert len(Trace.joined(chunks(run(10), 5), 10).t) == 10
-    with pytest.raises(InputError, match="^a trace would hold 11 rows of 3 values, more than 30: take its chunks$"):
+    with pytest.raises(InputError, match=r"^a trace would hold 11 rows of 3 values, more than 30: take its chunks$"):
         Trace.joined(chunks(run(11), 5), 11)
 
 
@@ -72,7 +72,7 @@ def test_a_reason_has_a_status() -> None:
     assert (str(Stopped("why")), Stopped("why").status, Stopped("why", "killed").status) == ("why", "stopped", "killed")
 
 
-# ---- some rows ----------------------------------------------------------------------------------------------------------
+# ---- some rows -----------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("edges", [(), (1,), (3, 4), (2, 6, 9)])
 def test_stated_rows_are_kept(edges: tuple[int, ...]) -> None:
     whole, rows = run(12), np.array([0, 3, 4, 9, 11])
@@ -95,7 +95,7 @@ def test_chunks_without_such_rows_leave_nothing() -> None:
     assert len(kept._pieces) == 1
 
 
-# ---- a picture --------------------------------------------------------------------------------------------------------
+# ---- a picture -----------------------------------------------------------------------------------------------------
 def case(*metrics: MetricSpec) -> Any:
     return SimpleNamespace(metrics={f"m{k}": m for k, m in enumerate(metrics)}, record=("c.y",), loops=())
 

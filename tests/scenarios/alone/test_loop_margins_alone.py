@@ -71,7 +71,7 @@ def test_direct_feed_through_is_refused() -> None:
         held((*LAG[:3], np.full((1, 1), 0.5)), H, 0.0)
 
 
-# ---- an integrator around a gain -------------------------------------------------------------------------------------
+# ---- an integrator around a gain -----------------------------------------------------------------------------------
 def test_the_poles_of_an_integral_loop() -> None:
     """y_(k+1) = u_k, u_k = u_(k-1) - k h y_k: z^2 - z + slope k h z = 0 has the poles 0 and 1 - slope k h."""
     made = loop(integrator(30.0))
@@ -140,10 +140,10 @@ def test_covariance_solves_its_equation() -> None:
     M, N = rng.normal(size=(4, 4)), rng.normal(size=(4, 2))
     M *= 0.95 / np.abs(np.linalg.eigvals(M)).max()
     X = _covariance(M, N)
-    assert X == pytest.approx(M @ X @ M.T + N @ N.T, rel=1e-9)
+    assert pytest.approx(M @ X @ M.T + N @ N.T, rel=1e-9) == X
 
 
-# ---- broken elsewhere -------------------------------------------------------------------------------------------------
+# ---- broken elsewhere ----------------------------------------------------------------------------------------------
 def test_a_loop_broken_at_a_signal_closes_the_rest() -> None:
     """Constant gains: L = -(d11 + d10 G d01 / (1 - d00 G)) with G = slope / z."""
     D = np.array([[-0.4, 0.7], [0.9, -0.2]])
@@ -160,7 +160,7 @@ def test_a_loop_broken_at_a_signal_closes_the_rest() -> None:
     assert low.Ms_db == pytest.approx(-20 * np.log10(np.abs(1 + made.response(0.5)).min()), abs=1e-3)
 
 
-# ---- a memory of a period -----------------------------------------------------------------------------------------------
+# ---- a memory of a period ------------------------------------------------------------------------------------------
 def repetitive(n: int, q: float, ll: float, lifted: bool = False) -> PeriodMemory:
     return PeriodMemory(n, np.array([q]), np.array([ll]), lifted)
 
@@ -190,7 +190,7 @@ def test_a_memory_is_closed_around_the_controller() -> None:
     assert made.response() == pytest.approx((P + R) / z, rel=1e-9)
     both = np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((2, 0)), np.array([[-P, 2.0], [-3.0, 0.25]])
     K = loop(both, memories=(memory,)).response() * -z
-    assert K == pytest.approx(-P + 2.0 * R * -3.0 / (1 - 0.25 * R), rel=1e-9)
+    assert pytest.approx(-P + 2.0 * R * -3.0 / (1 - 0.25 * R), rel=1e-9) == K
 
 
 def test_the_poles_of_a_memory_are_bounded_by_its_factor() -> None:
@@ -227,7 +227,7 @@ def test_the_noise_of_a_loop_with_a_memory() -> None:
     assert made.noise_gain(0.7) == pytest.approx(np.sqrt(area / np.pi), rel=1e-9)
 
 
-# ---- small parts -----------------------------------------------------------------------------------------------------
+# ---- small parts ---------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("n", [0, 1, 2, -3])
 def test_turns_around_zero(n: int) -> None:
     w = np.linspace(0, np.pi, 1001)[1:]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -50,7 +51,7 @@ def between(y: list[float], r: list[float], first: int) -> float:
 
 def variation(y: list[float], r: list[float], first: int) -> float:
     at = [k for k in range(len(y)) if k % RIPPLE == 0 and k >= first]
-    moved = [sum(abs(x[b] - x[a]) for a, b in zip(at, at[1:], strict=False)) for x in (y, r)]
+    moved = [sum(abs(x[b] - x[a]) for a, b in itertools.pairwise(at)) for x in (y, r)]
     return moved[0] / moved[1]
 
 
