@@ -1,4 +1,4 @@
-"""Fails when a generated text is stale: tables of the README, signatures of blocks, files of the Modelica library."""
+"""Fails when a generated file is stale: tables and picture of pages, signatures of blocks, the Modelica library."""
 
 import sys
 from pathlib import Path
@@ -10,14 +10,19 @@ from hystfmu.base.errors import InputError
 from hystfmu.graph import listing, stubs
 from hystfmu.modelica import library
 
-README = Path(__file__).parent.parent / "README.md"
+sys.path.insert(0, str(Path(__file__).parent.parent / "python" / "docs"))
+import first_screen
+
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "python" / "docs"
 PARTS = (
-    (README, "from the C tables", listing.markdown),
-    (README, "from the baselines of the scenarios", tracking_table.markdown),
+    (DOCS / "blocks.md", "from the C tables", lambda: listing.markdown("##")),
+    (DOCS / "tracking.md", "from the baselines of the scenarios", tracking_table.markdown),
     (stage_table.PAGE, "from the baselines of the scenarios", stage_table.markdown),
 )
-STUB = README.parent / "python" / "hystfmu" / "graph" / "blocks.pyi"
-MODELICA = README.parent / "modelica" / "HystFMU"
+STUB = ROOT / "python" / "hystfmu" / "graph" / "blocks.pyi"
+MODELICA = ROOT / "modelica" / "HystFMU"
+PICTURE = DOCS / "first_screen.svg"
 END = "<!-- end of the generated table -->"
 
 
@@ -31,11 +36,12 @@ def main(write: bool) -> int:
         for page, text in fresh.items():
             page.write_text(text)
         STUB.write_text(stubs.stub())
+        PICTURE.write_text(first_screen.first_screen())
         library.write(MODELICA)
         return 0
-    here = README.parent
-    stale = [f"{p.relative_to(here)}: a generated table" for p, text in fresh.items() if text != p.read_text()]
+    stale = [f"{p.relative_to(ROOT)}: a generated table" for p, text in fresh.items() if text != p.read_text()]
     stale += [] if STUB.read_text() == stubs.stub() else ["python/hystfmu/graph/blocks.pyi"]
+    stale += [] if PICTURE.read_text() == first_screen.first_screen() else [f"{PICTURE.relative_to(ROOT)}"]
     stale += [f"modelica/HystFMU/{file}" for file in library.stale(MODELICA)]
     found = [*library.missing(MODELICA), *(f"{what} is stale; run 'make generate'" for what in stale)]
     print(*found, sep="\n", end="\n" if found else "")

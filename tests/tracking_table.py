@@ -1,4 +1,4 @@
-"""The tracking tables of the README: one row for each loop, from baselines and margins of the scenarios."""
+"""The tables of python/docs/tracking.md: one row for each loop, from baselines and margins of the scenarios."""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from pathlib import Path
+from xml.etree import ElementTree
 
 import click
 import pytest
@@ -88,3 +89,19 @@ def test_commands_and_options_that_a_page_names_exist(page: Path) -> None:
         known = {o for p in main.commands[name].params if isinstance(p, click.Option) for o in p.opts} | {"--help"}
         options = {w.split("=")[0] for w in rest if re.match(r"--?[a-z]", w)}
         assert options <= known, f"{page.name}: hystfmu {words}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_links_of_a_page_lead_to_files(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", FENCE.sub("", page.read_text())):
+        assert target.startswith("https://") or (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_the_first_page_is_short_and_shows_a_picture() -> None:
+    assert len(README.encode()) < 12_000
+    (picture,) = re.findall(r"!\[[^]]+\]\(([^)]+\.svg)\)", README)
+    assert README.index(picture) < 1500, "on the first screen"
+    svg = (ROOT / picture).read_text()
+    assert len(svg) < 20_000
+    assert "prefers-color-scheme: dark" in svg
+    ElementTree.fromstring(svg)

@@ -17,7 +17,7 @@ from hystfmu.report.verbosity import detail, say
 
 @click.command(cls=Command)
 @click.argument("name", required=False)
-@click.option("--markdown", is_flag=True, hidden=True, help="Print the tables of the README.")
+@click.option("--markdown", is_flag=True, hidden=True, help="Print the tables of a page.")
 @json_option
 def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
     """List all blocks, or describe one.

@@ -1,4 +1,4 @@
-"""Blocks as text, from the C tables: overview, one block in detail, JSON, the table of the README."""
+"""Blocks as text, from the C tables: overview, one block in detail, JSON, tables for a page."""
 
 from __future__ import annotations
 
@@ -81,11 +81,16 @@ def _data(t: BlockType) -> dict[str, Any]:
     return {**{k: getattr(t, k) for k in facts}, "dims": dims, "variables": rows}
 
 
-def markdown() -> str:
-    """Write the tables of the README, one for each family."""
+def markdown(heading: str = "###") -> str:
+    """Write tables for a page, one for each family."""
     sections = []
     for family in FAMILIES:
-        lines = [f"### {family.capitalize()}", "", "| block | inputs | outputs | what it is |", "|---|---|---|---|"]
+        lines = [
+            f"{heading} {family.capitalize()}",
+            "",
+            "| block | inputs | outputs | what it is |",
+            "|---|---|---|---|",
+        ]
         for t in block_types().values():
             if t.family == family:
                 inputs, outputs = _ports(t)
