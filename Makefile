@@ -15,7 +15,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check generate modelica platforms bench choice docs wheel release use importers clean torture
+.PHONY: demo test contract stress mutants dev core check generate modelica modelica-strict platforms bench choice docs wheel release use importers clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -65,6 +65,11 @@ generate: dev
 # every class of the Modelica library: loads, simulates, error against the C core, numpy and the committed reference
 modelica: dev
 	$(BIN)/python tests/modelica/report.py
+
+# what OpenModelica and Dymola refuse or mark in a class, and the compiler of the tests does not: each rule by its section
+# of the language specification
+modelica-strict: dev
+	$(BIN)/python tests/modelica/lint/rules.py
 
 # the FMU binary for Windows, Linux and macOS, x86-64 and arm64, and the core for pages, on this machine; exports, pages
 # and wheels then carry them

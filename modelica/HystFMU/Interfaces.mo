@@ -30,7 +30,7 @@ package Interfaces "Ports and partial blocks"
 
   partial block Sampled "Block that acts at the instants 0, Ts, 2 Ts, ..."
     extends Icons.Sampled;
-    parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period: the communication step of the unit";
+    parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period: the communication step of the unit" annotation (Dialog(group = "Sampling"));
     annotation (Documentation(info = "<html>
 <p>Inputs are read at k Ts; outputs are held until (k + 1) Ts. The instant 0 is the initialisation. The block is the unit of the same name stepped with Ts.</p>
 <p><b>Limitation:</b> blocks in one chain must have the same Ts; extrema of an input between two samples are not seen.</p>
@@ -39,9 +39,9 @@ package Interfaces "Ports and partial blocks"
 
   partial block Reversals "Block whose memory changes where its input turns, and there only"
     extends Icons.Events;
-    parameter Real eps(unit = "1/s", min = 0) = 1e-9 "Rate of the input that is not yet a reversal";
+    parameter Real eps(unit = "1/s", min = 0) = 1e-9 "Rate of the input that is not yet a reversal" annotation (Dialog(group = "Realisation"));
   protected
-    RealInput rate(unit = "1/s") "Rate of the input; connected to the conditional port";
+    RealInput rate(unit = "1/s") "Rate of the input; connected to the conditional port" annotation (Placement(transformation(extent = {{-90, -80}, {-70, -60}})));
     Boolean rising(start = true, fixed = true) "Direction of the input; a plateau keeps it";
   equation
     rising = rate > eps or (pre(rising) and not rate < -eps);
@@ -54,7 +54,7 @@ package Interfaces "Ports and partial blocks"
   partial block Rated "Block that needs the rate of its input"
     extends Icons.Smooth;
   protected
-    RealInput rate(unit = "1/s") "Rate of the input; connected to the conditional port";
+    RealInput rate(unit = "1/s") "Rate of the input; connected to the conditional port" annotation (Placement(transformation(extent = {{-90, -80}, {-70, -60}})));
     Real followed(start = 0, fixed = true) "Integral of the rate";
   equation
     // while every play rests, nothing else tells the solver that the input moves: it would step over the next motion

@@ -8,17 +8,19 @@ package Types "Quantities with units, and choices"
     annotation (Documentation(info = "<html><p>Frequency, Hz.</p></html>"));
   type Angle = Real(final quantity = "Angle", final unit = "rad") "Phase angle in radians"
     annotation (Documentation(info = "<html><p>Angle, rad.</p></html>"));
-  type Voltage = Real(final quantity = "ElectricPotential", final unit = "V") "Electric potential"
+  type Voltage = Real(final quantity = "ElectricPotential", final unit = "V", nominal = 10) "Electric potential"
     annotation (Documentation(info = "<html><p>Electric potential, V.</p></html>"));
-  type Current = Real(final quantity = "ElectricCurrent", final unit = "A") "Electric current"
+  type Current = Real(final quantity = "ElectricCurrent", final unit = "A", nominal = 1e-2) "Electric current"
     annotation (Documentation(info = "<html><p>Electric current, A.</p></html>"));
   type Resistance = Real(final quantity = "Resistance", final unit = "Ohm") "Resistance"
     annotation (Documentation(info = "<html><p>Resistance, Ohm.</p></html>"));
   type Capacitance = Real(final quantity = "Capacitance", final unit = "F", displayUnit = "uF") "Capacitance"
     annotation (Documentation(info = "<html><p>Capacitance, F.</p></html>"));
-  type Position = Real(final quantity = "Length", final unit = "m", displayUnit = "um") "Position"
+  type Position = Real(final quantity = "Length", final unit = "m", displayUnit = "um", nominal = 1e-5) "Position"
     annotation (Documentation(info = "<html><p>Position, m.</p></html>"));
-  type Force = Real(final quantity = "Force", final unit = "N") "Force"
+  type Velocity = Real(final quantity = "Velocity", final unit = "m/s", nominal = 1e-2) "Velocity"
+    annotation (Documentation(info = "<html><p>Velocity, m/s.</p></html>"));
+  type Force = Real(final quantity = "Force", final unit = "N", nominal = 10) "Force"
     annotation (Documentation(info = "<html><p>Force, N.</p></html>"));
   type Mass = Real(final quantity = "Mass", final unit = "kg") "Mass"
     annotation (Documentation(info = "<html><p>Mass, kg.</p></html>"));

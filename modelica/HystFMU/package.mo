@@ -2,6 +2,9 @@ package HystFMU "Hysteresis operators, their inverses, networks, plants and cont
   extends Icons.Package;
   annotation (
     version = "0.1.0",
+    versionDate = "2026-11-21",
+    versionBuild = 1,
+    preferredView = "info",
     uses(),
     Documentation(info = "<html>
 <p>Pure Modelica equations, no dependency: the library plugs into the blocks of the Modelica Standard Library as it is.

@@ -49,7 +49,7 @@ def test_every_operator_has_every_signal_in_every_realisation() -> None:
         (port,) = (
             p for p in library.ports(of, "RealInput") if p[0] != "d" or p[1:] not in library.ports(of, "RealInput")
         )
-        assert f"connect(signal.r, tested.{port});" in library.text(model.file), name
+        assert f"connect(signal.r, tested.{port}) " in library.text(model.file), name
     for package in ("Operators", "Inverse"):
         blocks = [n for n in library.classes() if compare_operator.is_realisation(n, package)]
         assert blocks

@@ -1,9 +1,9 @@
 within HystFMU.Data;
 partial record IdentifiedModel "What every identified model says about itself"
-  parameter String key = "" "Kind of model, as of hystfmu fit --model";
-  parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period of the identification";
-  parameter Real rms_percent(min = 0) = 0 "RMS error on the training rows, in percent of the span of the output";
-  parameter Real max_percent(min = 0) = 0 "Largest error there, in percent of the span of the output";
+  parameter String key = "" "Kind of model, as of hystfmu fit --model" annotation (Dialog(group = "Identification"));
+  parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period of the identification" annotation (Dialog(group = "Sampling"));
+  parameter Real rms_percent(min = 0) = 0 "RMS error on the training rows, in percent of the span of the output" annotation (Dialog(group = "Identification"));
+  parameter Real max_percent(min = 0) = 0 "Largest error there, in percent of the span of the output" annotation (Dialog(group = "Identification"));
   annotation (
     Icon(graphics = {Rectangle(extent = {{-100, -60}, {100, 60}}, lineColor = {64, 64, 64}, fillColor = {255, 215, 136}, fillPattern = FillPattern.Solid)}),
     Documentation(info = "<html>

@@ -1,12 +1,12 @@
 within HystFMU.Dynamics;
 block Amplifier "Piezo amplifier with limits of voltage and current and a bandwidth"
   extends BaseClasses.Amplifier;
-  Real voltage(unit = "V", start = 0, fixed = true) "Voltage at the actuator";
+  Types.Voltage voltage(start = 0, fixed = true) "Voltage at the actuator";
 protected
   parameter Real omega(unit = "rad/s") = 6.283185307179586*f_b "Bandwidth";
-  parameter Real most(unit = "V") = i_max/C/omega "Largest error without current limit";
-  Real wanted(unit = "V") "Command within the limits of voltage";
-  Real driving(unit = "V") "Error within the limit of current";
+  parameter Types.Voltage most = i_max/C/omega "Largest error without current limit";
+  Types.Voltage wanted "Command within the limits of voltage";
+  Types.Voltage driving "Error within the limit of current";
 equation
   assert(u_min <= u_max, "the limits need u_min <= u_max");
   wanted = min(u_max, max(u_min, u));

@@ -1,7 +1,7 @@
 within HystFMU.Dynamics;
 block RateFilter "A signal and its rate through a lag, for operators that need both"
   extends Icons.Block;
-  parameter Types.Time T(min = 1e-12) = 1e-3 "Time constant of the lag";
+  parameter Types.Time T(min = 1e-12) = 1e-3 "Time constant of the lag" annotation (Dialog(group = "Parameters"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput r(start = 0, fixed = true) "Lagged input" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   Interfaces.RealOutput dr(unit = "1/s") "Its rate, exactly" annotation (Placement(transformation(extent = {{100, -80}, {120, -60}})));

@@ -2,13 +2,13 @@ within HystFMU.Dynamics;
 block StateSpace "Linear dynamics, discretised for the sample period"
   extends Icons.Block;
   extends Interfaces.Sampled;
-  parameter Integer n(min = 1) = 1 "Order";
-  parameter Real A[n, n] = 0.5*identity(n) "State of the last step";
-  parameter Real b_new[n] = fill(0.5, n) "New input";
-  parameter Real b_old[n] = fill(0.0, n) "Input before it; 0 for an input that is held";
-  parameter Real c[n] = fill(1.0, n) "Output row";
-  parameter Real d = 0 "Direct term";
-  parameter Real x_steady[n] = fill(0.0, n) "State at a first input of 1; 0: from rest";
+  parameter Integer n(min = 1) = 1 "Order" annotation (Dialog(group = "Parameters"));
+  parameter Real A[n, n] = 0.5*identity(n) "State of the last step" annotation (Dialog(group = "Parameters"));
+  parameter Real b_new[n] = fill(0.5, n) "New input" annotation (Dialog(group = "Parameters"));
+  parameter Real b_old[n] = fill(0.0, n) "Input before it; 0 for an input that is held" annotation (Dialog(group = "Parameters"));
+  parameter Real c[n] = fill(1.0, n) "Output row" annotation (Dialog(group = "Parameters"));
+  parameter Real d = 0 "Direct term" annotation (Dialog(group = "Parameters"));
+  parameter Real x_steady[n] = fill(0.0, n) "State at a first input of 1; 0: from rest" annotation (Dialog(group = "Parameters"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y(start = 0, fixed = true) "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected

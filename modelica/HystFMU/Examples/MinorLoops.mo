@@ -6,13 +6,13 @@ model MinorLoops "The three realisations of one operator on nested loops"
   Operators.Events.PrandtlIshlinskii events(n = 10, depth = 16, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10)) annotation (Placement(transformation(extent = {{-10, -10}, {10, 10}})));
   replaceable Operators.Smooth.PrandtlIshlinskii hysteresis(n = 10, depth = 16, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10))
     constrainedby Operators.BaseClasses.PrandtlIshlinskii(n = 10, depth = 16, w0 = 0.3, r = linspace(0.05, 0.5, 10), w = fill(0.1, 10))
-    "Smooth; any realisation by redeclare" annotation (Placement(transformation(extent = {{-10, -60}, {10, -40}})));
+    "Smooth; any realisation by redeclare" annotation (choicesAllMatching = true, Placement(transformation(extent = {{-10, -60}, {10, -40}})));
 equation
-  connect(signal.r, sampled.u);
-  connect(signal.r, events.u);
-  connect(signal.dr_lead, events.du);
-  connect(signal.r, hysteresis.u);
-  connect(signal.dr_lead, hysteresis.du);
+  connect(signal.r, sampled.u) annotation (Line(points = {{-59, 6}, {-35, 6}, {-35, 50}, {-11, 50}}, color = {0, 0, 127}));
+  connect(signal.r, events.u) annotation (Line(points = {{-59, 6}, {-35, 6}, {-35, 0}, {-11, 0}}, color = {0, 0, 127}));
+  connect(signal.dr_lead, events.du) annotation (Line(points = {{-59, -2}, {-35, -2}, {-35, -7}, {-11, -7}}, color = {0, 0, 127}));
+  connect(signal.r, hysteresis.u) annotation (Line(points = {{-59, 6}, {-35, 6}, {-35, -50}, {-11, -50}}, color = {0, 0, 127}));
+  connect(signal.dr_lead, hysteresis.du) annotation (Line(points = {{-59, -2}, {-35, -2}, {-35, -57}, {-11, -57}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 1.0, Interval = 0.001, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Two tones make minor loops within each other. Plot the outputs over signal.r: the loops close, and the three agree to the sample period and to width. With lead = 0 dr_lead is the rate of r.</p>

@@ -11,20 +11,20 @@ model RateDependence "Hysteresis, creep and dynamics at a low and a high frequen
   Dynamics.TransferFunction fastDynamics(na = 2, b = {omega_n^2}, a = {1, 1.4*omega_n, omega_n^2}) annotation (Placement(transformation(extent = {{-10, -50}, {10, -30}})));
   Dynamics.Sum slowOutput annotation (Placement(transformation(extent = {{40, 30}, {60, 50}})));
   Dynamics.Sum fastOutput annotation (Placement(transformation(extent = {{40, -50}, {60, -30}})));
-  parameter Real omega_n(unit = "rad/s") = 3141.592653589793 "Natural angular frequency, 500 Hz";
+  parameter Real omega_n(unit = "rad/s") = 3141.592653589793 "Natural angular frequency, 500 Hz" annotation (Dialog(group = "Parameters"));
 equation
-  connect(slow.r, slowHysteresis.u);
-  connect(slow.dr_lead, slowHysteresis.du);
-  connect(fast.r, fastHysteresis.u);
-  connect(fast.dr_lead, fastHysteresis.du);
-  connect(slowHysteresis.y, slowDynamics.u);
-  connect(fastHysteresis.y, fastDynamics.u);
-  connect(slowHysteresis.y, slowCreep.u);
-  connect(fastHysteresis.y, fastCreep.u);
-  connect(slowDynamics.y, slowOutput.u[1]);
-  connect(slowCreep.y, slowOutput.u[2]);
-  connect(fastDynamics.y, fastOutput.u[1]);
-  connect(fastCreep.y, fastOutput.u[2]);
+  connect(slow.r, slowHysteresis.u) annotation (Line(points = {{-69, 46}, {-60, 46}, {-60, 40}, {-51, 40}}, color = {0, 0, 127}));
+  connect(slow.dr_lead, slowHysteresis.du) annotation (Line(points = {{-69, 38}, {-60, 38}, {-60, 33}, {-51, 33}}, color = {0, 0, 127}));
+  connect(fast.r, fastHysteresis.u) annotation (Line(points = {{-69, -34}, {-60, -34}, {-60, -40}, {-51, -40}}, color = {0, 0, 127}));
+  connect(fast.dr_lead, fastHysteresis.du) annotation (Line(points = {{-69, -42}, {-60, -42}, {-60, -47}, {-51, -47}}, color = {0, 0, 127}));
+  connect(slowHysteresis.y, slowDynamics.u) annotation (Line(points = {{-29, 40}, {-11, 40}}, color = {0, 0, 127}));
+  connect(fastHysteresis.y, fastDynamics.u) annotation (Line(points = {{-29, -40}, {-11, -40}}, color = {0, 0, 127}));
+  connect(slowHysteresis.y, slowCreep.u) annotation (Line(points = {{-29, 40}, {-20, 40}, {-20, 70}, {-11, 70}}, color = {0, 0, 127}));
+  connect(fastHysteresis.y, fastCreep.u) annotation (Line(points = {{-29, -40}, {-20, -40}, {-20, -70}, {-11, -70}}, color = {0, 0, 127}));
+  connect(slowDynamics.y, slowOutput.u[1]) annotation (Line(points = {{11, 40}, {39, 40}}, color = {0, 0, 127}));
+  connect(slowCreep.y, slowOutput.u[2]) annotation (Line(points = {{11, 70}, {25, 70}, {25, 40}, {39, 40}}, color = {0, 0, 127}));
+  connect(fastDynamics.y, fastOutput.u[1]) annotation (Line(points = {{11, -40}, {39, -40}}, color = {0, 0, 127}));
+  connect(fastCreep.y, fastOutput.u[2]) annotation (Line(points = {{11, -70}, {25, -70}, {25, -40}, {39, -40}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 0.4, Interval = 1e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>The operators themselves do not depend on the rate: creep widens the loop at a low frequency, the dynamics G0(s) at a high one. Plot slowOutput.y over slow.r and fastOutput.y over fast.r.</p>

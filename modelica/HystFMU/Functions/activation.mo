@@ -8,7 +8,7 @@ algorithm
   for i in 1:size(s, 1) loop
     a[i] := if kind == Types.Activation.sigmoid then 1/(1 + exp(-s[i])) elseif kind == Types.Activation.tanh then tanh(s[i]) else max(s[i], 0);
   end for;
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> a_i = 1/(1 + e<sup>-s_i</sup>), tanh(s_i) or max(s_i, 0).</p>
 <p><b>Source:</b> the usual definitions.</p>
 <p><b>Limitation:</b> the sigmoid needs s_i &gt; -700.</p>

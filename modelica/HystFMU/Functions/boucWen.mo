@@ -52,7 +52,7 @@ algorithm
     end if;
   end if;
   z := direction*v;
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> with v = z sgn(u'), xi = abs(u - u_last): dv/dxi = A - c(v) abs(v)<sup>n</sup>, c = gamma + beta for v &gt; 0, gamma - beta for v &lt; 0.</p>
 <p><b>Source:</b> Wen, J. Eng. Mech. Div. 102 (1976) 249-263; Ikhouane &amp; Rodellar, Systems with Hysteresis, 2007, chapter 2.</p>
 <p><b>Limitations:</b> closed form for n = 1, otherwise an incomplete beta function and its inverse: exact but for rounding, whatever the size of the input step.</p>

@@ -10,7 +10,7 @@ function boucWenRate "Rate of the hysteretic part"
   output Real dz "Its rate";
 algorithm
   dz := A*du - (beta*abs(du)*(if z >= 0 then 1 else -1) + gamma*du)*abs(z)^n;
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> z' = A u' - beta abs(u') abs(z)<sup>n-1</sup> z - gamma u' abs(z)<sup>n</sup>.</p>
 <p><b>Source:</b> Wen, J. Eng. Mech. Div. 102 (1976) 249-263.</p>
 <p><b>Limitations:</b> n &ge; 1.</p>

@@ -19,6 +19,7 @@ algorithm
 <p><b>Equation:</b> h = h_p + sgn(x - x_p) g(s abs(x - x_p))/s with (x_p, h_p, s) from here and g the operator's branch; s = 1 after a
 reversal, 2 on the virgin branch.</p>
 <p><b>Source:</b> Masing's rule.</p>
+<p><b>Smoothness:</b> the origin jumps where a loop closes; what is computed from it does not.</p>
 <p><b>Limitation:</b> the memory must come from turn.</p>
 <p><b>Example:</b> <code>branchOrigin(extrema, 0, x0, 2)</code> in <a href=\"modelica://HystFMU.Inverse.Events.ConstraintFactorInverse\">Inverse.Events.ConstraintFactorInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverse\">Inverse.Events.ZhaoTanInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverseReconstructed\">Inverse.Events.ZhaoTanInverseReconstructed</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>, which use it.</p>

@@ -9,7 +9,7 @@ function constraintFactor "Branch of the constraint-factor operator"
   output Real h "Operator output";
 algorithm
   h := origin[2] + (if x >= origin[1] then 1 else -1)*constraintFactorBranch(origin[3]*abs(x - origin[1]), a0, a, d_max)/origin[3];
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> h = h_p + sgn(x - x_p) g(s abs(x - x_p))/s.</p>
 <p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2.</p>
 <p><b>Limitations:</b> none.</p>

@@ -21,7 +21,7 @@ algorithm
   g := factor*(a0 + odd*e);
   // a straight line beyond d_max
   g := g + (exp(-e)*(a0 + odd*e) + factor*slope)*(d - e);
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>), with its slope at d_max beyond it.</p>
 <p><b>Source:</b> Shen &amp; Ma 2017, eq. 1.</p>
 <p><b>Limitations:</b> d &ge; 0.</p>

@@ -29,7 +29,7 @@ algorithm
   end for;
   d := if v > edge then d_max + (v - edge)/constraintFactorSlope(d_max, a0, a) else d;
   x := origin[2] + (if h >= origin[1] then 1 else -1)*d/origin[3];
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(s abs(h - h_p))/s.</p>
 <p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2, solved for x; bracketed Newton's method.</p>
 <p><b>Limitations:</b> the branch must rise between 0 and d_max.</p>

@@ -15,7 +15,7 @@ algorithm
   w[1] := e*s;
   w[2] := e*(omega*c - decay*s);
   w[3] := e*(-omega*omega*s - 2*decay*omega*c + decay*decay*s);
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 2, Documentation(info = "<html>
 <p><b>Equation:</b> e<sup>-decay t</sup> sin(2 pi f t + phase).</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV.</p>
 <p><b>Limitations:</b> none.</p>

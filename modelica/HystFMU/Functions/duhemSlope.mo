@@ -23,7 +23,7 @@ algorithm
     end for;
     power := power*u;
   end for;
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> dw/du = sum_i u<sup>i</sup> (a_i + sum_j (b_ij w<sup>j</sup> + c_ij abs(w) w<sup>j-1</sup>)).</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005; Coleman &amp; Hodgdon 1986.</p>
 <p><b>Limitations:</b> none.</p>

@@ -11,7 +11,7 @@ algorithm
   for i in 1:size(p1, 1) loop
     k_new[i] := min(max(k[i], min(max(2*(u - p2[i])/a - 1, -1), 1)), min(max(2*(u - p1[i])/a - 1, -1), 1));
   end for;
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> k+ = min(max(k, ridge(u - p2)), ridge(u - p1)), ridge(x) = min(max(2 x/a - 1, -1), 1).</p>
 <p><b>Source:</b> Krasnosel'skii &amp; Pokrovskii 1989, chapter 2.</p>
 <p><b>Limitations:</b> p1 &le; p2.</p>

@@ -17,6 +17,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> k' = 2/a (max(u', 0) S((ridge(u - p2) - k)/width) + min(u', 0) S((k - ridge(u - p1))/width)) within the ramps, 0 outside, S(x) = min(max(1 + x, 0), 1).</p>
 <p><b>Source:</b> the kernel as a generalised play (Krasnosel'skii &amp; Pokrovskii 1989, chapter 2), its corner rounded.</p>
+<p><b>Smoothness:</b> a rate, which jumps where a ramp begins and ends.</p>
 <p><b>Limitations:</b> the distance to the exact kernel stays within width.</p>
 <p><b>Example:</b> <code>kernelRate(u, rate, a, p1[i], p2[i], k[i], width)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.KrasnoselskiiPokrovskii\">Operators.Smooth.KrasnoselskiiPokrovskii</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.KrasnoselskiiPokrovskii\">Operators.Smooth.KrasnoselskiiPokrovskii</a>, which uses it.</p>

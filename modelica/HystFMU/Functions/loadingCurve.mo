@@ -11,7 +11,7 @@ algorithm
   for i in 1:size(r, 1) loop
     phi := phi + w[i]*max(q - r[i], 0);
   end for;
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, inverse(q = loadingCurveInverse(phi, w0, r, w)), Documentation(info = "<html>
 <p><b>Equation:</b> phi(q) = w0 q + sum_i w_i max(q - r_i, 0).</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10.</p>
 <p><b>Limitation:</b> q &ge; 0.</p>

@@ -26,7 +26,7 @@ algorithm
     offset := offset + w[i]*r[i];
   end for;
   q := (v + offset_v)/slope_v;
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, inverse(v = loadingCurve(q, w0, r, w)), Documentation(info = "<html>
 <p><b>Equation:</b> q = (v + R_j)/W_j, W_j = w0 + w_1 + ... + w_j, R_j = w_1 r_1 + ... + w_j r_j, j the number of thresholds whose
 curve value lies below v.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 12-14.</p>

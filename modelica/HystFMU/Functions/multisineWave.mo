@@ -16,7 +16,7 @@ algorithm
     w[2] := w[2] + a[i]*omega*cos(omega*t + ph[i]);
     w[3] := w[3] - a[i]*omega*omega*sin(omega*t + ph[i]);
   end for;
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 2, Documentation(info = "<html>
 <p><b>Equation:</b> sum_i a_i sin(2 pi f_i t + ph_i).</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>

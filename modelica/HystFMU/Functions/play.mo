@@ -9,7 +9,7 @@ algorithm
   for i in 1:size(r, 1) loop
     z_new[i] := if z[i] < u - r[i] then u - r[i] elseif z[i] > u + r[i] then u + r[i] else z[i];
   end for;
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> z+ = max(u - r, min(u + r, z)).</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 3.</p>
 <p><b>Limitation:</b> r &ge; 0; a deadband width as in Simulink is 2 r.</p>

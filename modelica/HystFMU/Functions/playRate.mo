@@ -9,7 +9,7 @@ function playRate "Rate of a play with a rounded corner"
   output Real dz "Rate of the play";
 algorithm
   dz := max(du, 0)*min(max(1 + (u - z - r)/width, 0), 1) + min(du, 0)*min(max(1 + (z - u - r)/width, 0), 1);
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> z' = max(u', 0) S((u - z - r)/width) + min(u', 0) S((z - u - r)/width), S(x) = min(max(1 + x, 0), 1).</p>
 <p><b>Source:</b> play as a differential inclusion (Krejci &amp; Kuhnen 2001, eq. 3), its corner rounded.</p>
 <p><b>Limitations:</b> abs(u - z) stays within r, and the distance to the exact play within width.</p>

@@ -11,7 +11,7 @@ protected
   Real g = 2*loadingCurve(0.5*origin[3]*abs(u - origin[1]), w0, r, w);
 algorithm
   y := origin[2] + (if u >= origin[1] then 1 else -1)*g/origin[3];
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> y = y_p + sgn(u - u_p) g(s d)/s, g(d) = 2 phi(d/2), phi the loading curve.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 5-10.</p>
 <p><b>Limitation:</b> all plays start from one input value.</p>

@@ -11,7 +11,7 @@ protected
   Real g = 2*loadingCurveInverse(0.5*origin[3]*abs(y - origin[1]), w0, r, w);
 algorithm
   u := origin[2] + (if y >= origin[1] then 1 else -1)*g/origin[3];
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> u = u_p + sgn(y - y_p) g(s d)/s, g(d) = 2 phi<sup>-1</sup>(d/2), phi the loading curve.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 12-14.</p>
 <p><b>Limitation:</b> w0 &gt; 0: without a linear term no continuous inverse exists.</p>

@@ -22,6 +22,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = y_p + 2 E(u, u_p) rising, y_p - 2 E(u_p, u) falling.</p>
 <p><b>Source:</b> Mayergoyz 1991, chapter 1; Everett 1955.</p>
+<p><b>Smoothness:</b> the memory selects a branch: continuous in u, not in the memory.</p>
 <p><b>Limitations:</b> none.</p>
 <p><b>Example:</b> <code>preisach(min(max(u, lo), hi), memory, lo, hi, n, E, virgin)</code> in <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>, <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, which use it.</p>

@@ -20,6 +20,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> l_k + (l_(k+1) - l_k) (1 - cos(pi p))/2.</p>
 <p><b>Source:</b> definition.</p>
+<p><b>Smoothness:</b> the second derivative jumps at an extremum.</p>
 <p><b>Limitations:</b> constant before the start and after the last level.</p>
 <p><b>Example:</b> <code>reversalsWave(time, levels, frequency)</code> in <a href=\"modelica://HystFMU.Sources.RandomReversals\">Sources.RandomReversals</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.RandomReversals\">Sources.RandomReversals</a>, which uses it.</p>

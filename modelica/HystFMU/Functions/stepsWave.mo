@@ -14,6 +14,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> level i for (i - 1) T &le; t &lt; i T.</p>
 <p><b>Source:</b> definition.</p>
+<p><b>Smoothness:</b> jumps from level to level.</p>
 <p><b>Limitations:</b> the derivatives are 0: a jump does not show in them.</p>
 <p><b>Example:</b> <code>stepsWave(time, levels, T)</code> in <a href=\"modelica://HystFMU.Sources.Steps\">Sources.Steps</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Steps\">Sources.Steps</a>, which uses it.</p>

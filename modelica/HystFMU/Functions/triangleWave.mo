@@ -30,6 +30,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> rises through 0 at the start of a cycle, as the sine does. For the share <em>turn</em> of the time, parabolas around the extrema join the lines.</p>
 <p><b>Source:</b> definition.</p>
+<p><b>Smoothness:</b> rates jump where a line begins.</p>
 <p><b>Limitations:</b> the derivatives in the corners are those of the next piece.</p>
 <p><b>Example:</b> <code>triangleWave(time, frequency, phase, turn)</code> in <a href=\"modelica://HystFMU.Sources.Triangle\">Sources.Triangle</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Triangle\">Sources.Triangle</a>, which uses it.</p>

@@ -58,6 +58,7 @@ previous input is appended with the output there. The output is not needed to fi
 by branchOrigin and the operator's own branch function. With last = true the new extremum replaces the old one, whether
 that was passed or not: it drifts, and is unbounded on random reversals.</p>
 <p><b>Source:</b> Madelung's rules; Zhao &amp; Tan 2008, section III (dominant extrema), eq. 4 (literal reading).</p>
+<p><b>Smoothness:</b> the list jumps where a loop closes; what is computed from it does not.</p>
 <p><b>Limitations:</b> depth (size of memory = 3 + 2 depth) must be at least 4. When the list is full, the smallest stored loop, the last pair, is
 forgotten as if it had closed. The cost grows with depth: loops of fixed length instead of while, because
 rumoca 0.10.2 has no while whose end depends on data.</p>

@@ -8,7 +8,7 @@ protected
   Real d = origin[3]*abs(x - origin[1]);
 algorithm
   h := origin[2] + (if x >= origin[1] then 1 else -1)*(1 + exp(-d))*tanh(0.5*d)*d/origin[3];
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> h = h_p + sgn(x - x_p) g(s d)/s, g(d) = (1 - e<sup>-d</sup>) d, d = abs(x - x_p).</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 4.</p>
 <p><b>Limitation:</b> convex for d &lt; 2 only: scale the input accordingly.</p>

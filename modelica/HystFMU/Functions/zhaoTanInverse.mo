@@ -25,7 +25,7 @@ algorithm
     end for;
   end if;
   x := origin[2] + (if h >= origin[1] then 1 else -1)*d/origin[3];
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(s abs(h - h_p))/s, g(d) = (1 - e<sup>-d</sup>) d.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section III; Halley's method.</p>
 <p><b>Limitations:</b> four iterations: full accuracy for every v.</p>

@@ -8,7 +8,7 @@ protected
   Real d = origin[3]*abs(h - origin[1]) "Length of the branch";
 algorithm
   x := origin[2] + (if h >= origin[1] then 1 else -1)*(d + d*exp(-d))/origin[3];
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g(s d)/s, g(d) = (1 + e<sup>-d</sup>) d.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 11 (lost; reconstructed).</p>
 <p><b>Limitations:</b> none.</p>

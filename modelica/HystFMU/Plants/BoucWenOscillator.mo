@@ -1,7 +1,7 @@
 within HystFMU.Plants;
 block BoucWenOscillator "Oscillator with a Bouc-Wen force: the hysteretic benchmark plant"
-  extends BaseClasses.BoucWenOscillator(y(start = 0, fixed = true), z(start = 0, fixed = true));
-  Real v(unit = "m/s", start = 0, fixed = true) "Velocity";
+  extends BaseClasses.BoucWenOscillator(y(start = 0, fixed = true, nominal = 1e-3), z(start = 0, fixed = true, nominal = 10));
+  Types.Velocity v(start = 0, fixed = true) "Velocity";
 equation
   der(y) = v;
   m_L*der(v) = u - c_L*v - k_L*y - z;

@@ -1,7 +1,7 @@
 within HystFMU.Plants;
 block DuhemOscillator "Oscillator with a Duhem force of free shape"
-  extends BaseClasses.DuhemOscillator(y(start = 0, fixed = true), z(start = 0, fixed = true));
-  Real v(unit = "m/s", start = 0, fixed = true) "Velocity";
+  extends BaseClasses.DuhemOscillator(y(start = 0, fixed = true, nominal = 1e-3), z(start = 0, fixed = true, nominal = 10));
+  Types.Velocity v(start = 0, fixed = true) "Velocity";
 protected
   Real x "Place among the knots, 0 at the first";
 equation

@@ -21,18 +21,18 @@ model PiezoStack "Piezo stack between two pins and two flanges, with hysteresis 
   // the values stand twice, because rumoca 0.10.2 does not apply those of the constraining class to the default
   replaceable Operators.Smooth.PrandtlIshlinskii hysteresis(n = n, depth = 16, w0 = w0, r = r, w = w, u0 = v_start/v_max)
     constrainedby Operators.BaseClasses.PrandtlIshlinskii(n = n, depth = 16, w0 = w0, r = r, w = w, u0 = v_start/v_max)
-    "From voltage to polarisation" annotation (Placement(transformation(extent = {{-10, -10}, {10, 10}})));
+    "From voltage to polarisation" annotation (choicesAllMatching = true, Placement(transformation(extent = {{-10, -10}, {10, 10}})));
   Types.Voltage v "Voltage behind the leads";
-  Types.Voltage e(start = v_start, fixed = true) "Voltage that the polarisation follows";
+  Types.Voltage e(nominal = v_max, start = v_start, fixed = true) "Voltage that the polarisation follows";
   Types.Force F "Tension";
   Types.Position stroke "Stroke of the polarisation";
   Real P(quantity = "ElectricCharge", unit = "C") "Charge of the polarisation that moves the stack";
-  Real q(quantity = "ElectricCharge", unit = "C", start = share*C*(w0 + sum(w))*v_start + (1 - share)*C*v_start, fixed = true) "Charge";
+  Real q(quantity = "ElectricCharge", unit = "C", nominal = 1e-4, start = share*C*(w0 + sum(w))*v_start + (1 - share)*C*v_start, fixed = true) "Charge";
   Types.Voltage driving "v, and what the tension adds to it";
 protected
   parameter Real d(unit = "m/C") = stroke_max/(share*C*v_max) "Stroke of a charge, and voltage of a force";
-  Interfaces.RealOutput normalised "e in parts of v_max";
-  Interfaces.RealOutput rate(unit = "1/s") "Its rate: nothing is differentiated";
+  Interfaces.RealOutput normalised "e in parts of v_max" annotation (Placement(transformation(extent = {{-60, -10}, {-40, 10}})));
+  Interfaces.RealOutput rate(unit = "1/s") "Its rate: nothing is differentiated" annotation (Placement(transformation(extent = {{-60, -40}, {-40, -20}})));
 equation
   pin_p.i + pin_n.i = 0;
   pin_p.v - pin_n.v = v + resistance*pin_p.i;
@@ -47,8 +47,8 @@ equation
   tau*der(e) = driving - e;
   normalised = e/v_max;
   rate = (driving - e)/(tau*v_max);
-  connect(normalised, hysteresis.u);
-  connect(rate, hysteresis.du);
+  connect(normalised, hysteresis.u) annotation (Line(points = {{-50, 0}, {-11, 0}}, color = {0, 0, 127}));
+  connect(rate, hysteresis.du) annotation (Line(points = {{-50, -30}, {-30.5, -30}, {-30.5, -7}, {-11, -7}}, color = {0, 0, 127}));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> P = H[e], tau e' + e = v + d F, q = P + C v, x = d P + F/k: C and P have the parts 1 - share and share of the capacitance.</p>
 <p><b>Power:</b> v q' + F x' = (C v<sup>2</sup>/2 + F<sup>2</sup>/(2 k))' + (v + d F) P'. The last term gives no energy back over a closed cycle if the weights are not negative: the model is passive. The sum of the losses is resistance i<sup>2</sup> + tau e' P' + v_max share C v_max sum_i w_i r_i abs(z_i').</p>

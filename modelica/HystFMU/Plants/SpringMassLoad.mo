@@ -1,12 +1,12 @@
 within HystFMU.Plants;
 model SpringMassLoad "Mass with spring and damper against the ground"
   extends Icons.Component;
-  parameter Types.Mass m(min = 0) = 0.5 "Mass, greater than 0";
-  parameter Types.Damping c(min = 0) = 500 "Damping";
-  parameter Types.Stiffness k(min = 0) = 1e6 "Stiffness";
+  parameter Types.Mass m(min = 0) = 0.5 "Mass, greater than 0" annotation (Dialog(group = "Parameters"));
+  parameter Types.Damping c(min = 0) = 500 "Damping" annotation (Dialog(group = "Parameters"));
+  parameter Types.Stiffness k(min = 0) = 1e6 "Stiffness" annotation (Dialog(group = "Parameters"));
   Interfaces.Flange flange "Where it is moved" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Types.Position s(start = 0, fixed = true) "Position";
-  Real v(unit = "m/s", start = 0, fixed = true) "Velocity";
+  Types.Velocity v(start = 0, fixed = true) "Velocity";
 equation
   flange.s = s;
   der(s) = v;

@@ -1,8 +1,8 @@
 within HystFMU.Plants;
 model VoltageDrive "Voltage amplifier with an output resistance"
   extends Icons.Component;
-  parameter Real gain(unit = "V") = 100 "Volts for a command of 1";
-  parameter Types.Resistance resistance(min = 0) = 50 "Output resistance";
+  parameter Real gain(unit = "V") = 100 "Volts for a command of 1" annotation (Dialog(group = "Parameters"));
+  parameter Types.Resistance resistance(min = 0) = 50 "Output resistance" annotation (Dialog(group = "Parameters"));
   Interfaces.RealInput u "Command" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.Pin pin_p "Output" annotation (Placement(transformation(extent = {{100, 40}, {120, 60}})));
   Interfaces.Pin pin_n "Return; a circuit needs one ground" annotation (Placement(transformation(extent = {{100, -60}, {120, -40}})));

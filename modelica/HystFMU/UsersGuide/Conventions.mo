@@ -1,7 +1,7 @@
 within HystFMU.UsersGuide;
 package Conventions "Conventions"
   extends Icons.Information;
-  annotation (Documentation(info = "<html>
+  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
 <p><b>Names.</b> A class with a twin among the HystFMU units carries its names, units, ranges and defaults. A quantity of dimension one, or one in
 units of your own choice, is a plain Real; times, frequencies and physical ports have SI units.</p>
 <p><b>Base classes.</b> Such a class extends the class of its name in BaseClasses, which has parameters, ports, equation and source

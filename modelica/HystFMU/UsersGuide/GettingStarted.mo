@@ -1,7 +1,7 @@
 within HystFMU.UsersGuide;
 package GettingStarted "Getting started"
   extends Icons.Information;
-  annotation (Documentation(info = "<html>
+  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
 <p>Add the folder that holds HystFMU to the library path (MODELICAPATH), or open HystFMU/package.mo. Then open Examples.MinorLoops,
 simulate for 1 s and plot events.y over signal.r.</p>
 <p>A model of your own: drag Operators.Sampled.PrandtlIshlinskii into it, set n, w0, r, w and the sample period Ts, and connect u and y.</p>

@@ -1,7 +1,7 @@
 within HystFMU.UsersGuide;
 package Realisations "Sampled, Events, Smooth"
   extends Icons.Information;
-  annotation (Documentation(info = "<html>
+  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
 <p><b>Sampled</b> acts at 0, Ts, 2 Ts, ... and holds its output in between: the semantics of the unit of the same name, equal to rounding.
 Blocks in a chain must have the same Ts. Extrema between two samples are not seen. For controllers, and for models that shall
 give what a unit gives.</p>

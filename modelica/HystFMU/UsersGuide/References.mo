@@ -1,7 +1,7 @@
 within HystFMU.UsersGuide;
 package References "References"
   extends Icons.Information;
-  annotation (Documentation(info = "<html>
+  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
 <ul>
 <li>Krejci, Kuhnen: Inverse control of systems with hysteresis and creep. IEE Proc. Control Theory Appl. 148 (2001) 185-192.</li>
 <li>Zhao, Tan: Modeling hysteresis and its inverse model using neural networks based on expanded input space method. IEEE Trans. Control Syst. Technol. 16 (2008) 484-490.</li>

@@ -1,7 +1,7 @@
 within HystFMU.UsersGuide;
 package ReleaseNotes "Release notes"
   extends Icons.Information;
-  annotation (Documentation(info = "<html>
+  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
 <p><b>0.1.0</b> First version: operators and inverses in three realisations, networks, dynamics, plants, controllers, sources, examples,
 validation models with reference results, export of identified models.</p>
 </html>"));

@@ -1,7 +1,7 @@
 within HystFMU.UsersGuide;
 package ToolSupport "Tool support"
   extends Icons.Information;
-  annotation (Documentation(info = "<html>
+  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
 <p>Verified with rumoca 0.10.2, solver rk-like: every block and model loads, every Validation and Example model is simulated and compared.
 Every file is also read by the parser pymoca 0.11. Scripts for OpenModelica stand in Resources/Scripts/OpenModelica; they run in the tests where
 omc is installed. Nothing else is claimed.</p>

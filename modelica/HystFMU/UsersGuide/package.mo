@@ -1,7 +1,7 @@
 within HystFMU;
 package UsersGuide "How to use the library"
   extends Icons.Information;
-  annotation (Documentation(info = "<html>
-<p>Getting started, realisations, conventions, tool support, references, release notes.</p>
+  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
+<p>Getting started, realisations, conventions, checks, tool support, references, release notes, contact, licence.</p>
 </html>"));
 end UsersGuide;

@@ -1,9 +1,9 @@
 within HystFMU.Validation;
 model Amplifier "Amplifier at its current limit, at a limit of voltage, and between them, with a held input"
   extends Icons.Example;
-  Dynamics.Amplifier tested(u_min = -20, u_max = 80, i_max = 0.25, C = 1.8e-6, f_b = 2e3);
+  Dynamics.Amplifier tested(u_min = -20, u_max = 80, i_max = 0.25, C = 1.8e-6, f_b = 2e3) annotation (Placement(transformation(extent = {{-20, -20}, {20, 20}})));
 protected
-  discrete Real u_k(start = 0, fixed = true) "Held input";
+  discrete Types.Voltage u_k(start = 0, fixed = true) "Held input";
 equation
   // held between samples, as the unit's input is
   when sample(0, 0.0001) then

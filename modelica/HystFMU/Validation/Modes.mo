@@ -1,7 +1,7 @@
 within HystFMU.Validation;
 model Modes "Two lightly damped modes with a held input, from rest"
   extends Icons.Example;
-  Dynamics.Modes tested(n = 2, f_n = {500, 1600}, zeta = {0.02, 0.01}, k = {0.9, 0.1});
+  Dynamics.Modes tested(n = 2, f_n = {500, 1600}, zeta = {0.02, 0.01}, k = {0.9, 0.1}) annotation (Placement(transformation(extent = {{-20, -20}, {20, 20}})));
 protected
   discrete Real u_k(start = 0, fixed = true) "Held input";
 equation

@@ -1,7 +1,7 @@
 within HystFMU.Validation;
 model TransferFunction "Second-order dynamics, 500 Hz, damping 0.7, with a held input, from rest"
   extends Icons.Example;
-  Dynamics.TransferFunction tested(na = 2, nb = 0, b = {9.869604401089358e6}, a = {1, 4398.22971502571, 9.869604401089358e6});
+  Dynamics.TransferFunction tested(na = 2, nb = 0, b = {9.869604401089358e6}, a = {1, 4398.22971502571, 9.869604401089358e6}) annotation (Placement(transformation(extent = {{-20, -20}, {20, 20}})));
 protected
   discrete Real u_k(start = 0, fixed = true) "Held input";
 equation

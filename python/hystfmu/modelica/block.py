@@ -10,7 +10,7 @@ from hystfmu.core.library import Var
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit, network
-from hystfmu.modelica.layout import placed, port_placed, spots
+from hystfmu.modelica.layout import Point, Spots, line, on_component, placed, port_at, port_placed, spots
 from hystfmu.modelica.literals import NAME, number, sentence, string, unique
 from hystfmu.modelica.places import DEPTH
 from hystfmu.modelica.record import field
@@ -43,20 +43,28 @@ def block(model: Model, name: str, within: str, record_name: str, history: str =
     _refuse_loops(graph, wires)
     ports, parts = names(graph, {name, record_name})
     where = spots([n.name for n in nodes], wires)
-    body = [f'  parameter {record_name} values "Values of the model" annotation ({placed(*where.corner)});']
+    body = [
+        f'  parameter {record_name} values "Values of the model" '
+        f'annotation (Dialog(group = "Parameters"), {placed(*where.corner)});'
+    ]
     for i, p in enumerate(graph.inputs):
-        body.append(_port("Input", p, ports[p.name] + _shape(graph, p.to[0]), i, len(graph.inputs)))
+        body.append(_port("Input", p, ports[p.name] + _shape(graph, p.to[0]), i, len(graph.inputs), where.edge))
     for i, o in enumerate(graph.outputs):
-        body.append(_port("Output", o, ports[o.name] + _shape(graph, o.source), i, len(graph.outputs)))
+        body.append(_port("Output", o, ports[o.name] + _shape(graph, o.source), i, len(graph.outputs), where.edge))
     body += [
         f"  {_declaration(graph, n, parts[n.name], inverses.get(n.name))} annotation ({placed(*where.of[n.name])});"
         for n in nodes
     ]
     body.append("equation")
-    for p in graph.inputs:
-        body += [_from_port(ports[p.name], _end(graph, b, parts)) for b in p.to]
-    body += [f"  connect({_end(graph, a, parts)}, {_end(graph, b, parts)});" for a, b in wires]
-    body += [f"  connect({_end(graph, o.source, parts)}, {ports[o.name]});" for o in graph.outputs]
+    for i, p in enumerate(graph.inputs):
+        at = port_at(True, i, len(graph.inputs), where.edge)
+        body += [_from_port(ports[p.name], _end(graph, b, parts), line(at, _point(graph, b, where))) for b in p.to]
+    for a, b in wires:
+        drawn = line(_point(graph, a, where), _point(graph, b, where))
+        body.append(f"  connect({_end(graph, a, parts)}, {_end(graph, b, parts)}) {drawn};")
+    for i, o in enumerate(graph.outputs):
+        drawn = line(_point(graph, o.source, where), port_at(False, i, len(graph.outputs), where.edge))
+        body.append(f"  connect({_end(graph, o.source, parts)}, {ports[o.name]}) {drawn};")
     body += _unconnected(graph, nodes, parts)
     sampled = any(classes.is_sampled(n) for n in graph.nodes)
     tied = any(classes.is_discretised(n) for n in graph.nodes)
@@ -88,9 +96,9 @@ def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]
     return ports, unique([n.name for n in graph.nodes], own | set(ports.values()))
 
 
-def _port(kind: str, p: Input | Output, declared: str, i: int, n: int) -> str:
+def _port(kind: str, p: Input | Output, declared: str, i: int, n: int, edge: int) -> str:
     text = f"{p.text or kind}{f' ({p.unit})' if p.unit else ''}"  # a user's unit of measure need not be one of Modelica
-    where = port_placed(kind == "Input", i, n)
+    where = port_placed(kind == "Input", i, n, edge)
     return f"  HystFMU.Interfaces.Real{kind} {declared} {sentence(text)} annotation ({where});"
 
 
@@ -125,12 +133,19 @@ def _end(graph: Graph, end: str, parts: dict[str, str]) -> str:
     return f"{parts[node.name]}.{v.name}" + (f"[{index}]" if index and v.size != "1" else "")
 
 
-def _from_port(port: str, end: str) -> str:
+def _point(graph: Graph, end: str, where: Spots) -> Point:
+    """Where an end of a wire stands in the diagram."""
+    node, v, _ = _row(graph, end)
+    rows = node.block.of(v.kind)
+    return on_component(port_at(v.kind == "input", rows.index(v), len(rows)), where.of[node.name])
+
+
+def _from_port(port: str, end: str, drawn: str) -> str:
     """A port and an element of a vector are made equal instead of connected.
 
     rumoca 0.10.2 takes an array as a whole: connected, the port would seem to depend on what drives the other elements.
     """
-    return f"  {end} = {port};" if end.endswith("]") else f"  connect({port}, {end});"
+    return f"  {end} = {port};" if end.endswith("]") else f"  connect({port}, {end}) {drawn};"
 
 
 def _shape(graph: Graph, end: str) -> str:

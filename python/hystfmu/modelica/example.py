@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hystfmu.model import Model
 from hystfmu.modelica.block import names
-from hystfmu.modelica.layout import placed
+from hystfmu.modelica.layout import line, placed
 from hystfmu.modelica.literals import number
 from hystfmu.modelica.record import step
 
@@ -41,7 +41,8 @@ def example(model: Model, name: str, within: str, block_name: str, record_name: 
         lines.append(f"  HystFMU.Sources.DecayingSine signal({signal}) annotation ({placed(-50, 0)});")
     lines += [f"  {block_name} tested annotation ({placed(10, 0)});", "equation"]
     ends, held = _inputs(model, {block_name, record_name})
-    lines += [f"  connect(signal.r, tested.{end});" for end in ends]
+    drawn = line((-39, 0), (-1, 0))  # from the right edge of the source to the left one of the block
+    lines += [f"  connect(signal.r, tested.{end}) {drawn};" for end in ends]
     lines += [f"  tested.{end} = {number(value)};" for end, value in held.items()]
     time = f"StopTime = {number((PERIODS * ROWS + 0.5) * h)}, Interval = {number(h)}, Tolerance = 1e-10"
     return "\n".join(

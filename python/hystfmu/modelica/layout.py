@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 _DISTANCE, _SIZE = 40, 20
+Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Spots:
-    """Centres in the diagram: of each component by its name, and of the record in a corner."""
+    """Centres in the diagram: of each component by its name, and of the record in a corner; distance of the ports."""
 
     of: dict[str, tuple[int, int]]
     corner: tuple[int, int]
+    edge: int = 110
 
 
 def spots(nodes: Sequence[str], wires: Sequence[tuple[str, str]]) -> Spots:
@@ -29,14 +31,44 @@ def spots(nodes: Sequence[str], wires: Sequence[tuple[str, str]]) -> Spots:
         for k, names in enumerate(columns)
         for i, name in enumerate(names)
     }
-    return Spots(of, (-80, _DISTANCE + max(y for _, y in of.values())))
+    edge = max(110, middle + _DISTANCE)
+    return Spots(of, (-80, _DISTANCE + max(y for _, y in of.values())), edge)
 
 
-def placed(x: int, y: int, half: int = _SIZE // 2) -> str:
+def placed(x: float, y: float, half: int = _SIZE // 2) -> str:
     """The annotation of a component around (x, y)."""
-    return f"Placement(transformation(extent = {{{{{x - half}, {y - half}}}, {{{x + half}, {y + half}}}}}))"
+    return f"Placement(transformation(extent = {{{{{x - half:g}, {y - half:g}}}, {{{x + half:g}, {y + half:g}}}}}))"
 
 
-def port_placed(is_input: bool, i: int, n: int) -> str:
-    """The annotation of port i of n at the left or right edge of the icon."""
-    return placed(-110 if is_input else 110, (n - 1 - 2 * i) * 80 // n)
+def port_placed(is_input: bool, i: int, n: int, edge: int = 110) -> str:
+    """The annotation of port i of n at the left or right edge of the icon; in a wide diagram it stands at `edge`."""
+    icon = placed(*port_at(is_input, i, n))
+    if edge == 110:
+        return icon
+    inner = icon.replace("Placement(transformation", "iconTransformation")[:-1]
+    return f"{placed(*port_at(is_input, i, n, edge))[:-1]}, {inner})"
+
+
+def port_at(is_input: bool, i: int, n: int, edge: int = 110) -> Point:
+    """Centre of port i of n at the left or right edge."""
+    return -edge if is_input else edge, (n - 1 - 2 * i) * 80 // n
+
+
+def on_component(port: Point, centre: Point, half: float = _SIZE / 2) -> Point:
+    """Where a port of an icon from -100 to 100 stands in the diagram, on a component of `half` its size."""
+    return centre[0] + port[0] * half / 100, centre[1] + port[1] * half / 100
+
+
+def line(a: Point, b: Point, color: str = "{0, 0, 127}") -> str:
+    """The annotation of a wire between two ports: horizontal at both ends; below the components where it leads back."""
+    (x1, y1), (x2, y2) = a, b
+    if y1 == y2 and x1 < x2:
+        points = [a, b]
+    elif x1 < x2:
+        middle = (x1 + x2) / 2
+        points = [a, (middle, y1), (middle, y2), b]
+    else:
+        low = min(y1, y2) - _SIZE
+        points = [a, (x1 + 6, y1), (x1 + 6, low), (x2 - 6, low), (x2 - 6, y2), b]
+    text = ", ".join(f"{{{x:g}, {y:g}}}" for x, y in points)
+    return f"annotation (Line(points = {{{text}}}, color = {color}))"

@@ -18,6 +18,7 @@ from hystfmu.modelica.literals import NAME, RESERVED, class_name, sentence, stri
 from hystfmu.modelica.network import names as network_names
 from hystfmu.modelica.network import network
 from hystfmu.modelica.record import is_ours, mark, record
+from hystfmu.modelica.shipped import library_date
 
 CLASSES = ("Values", "Model", "Example")  # in every package
 
@@ -96,6 +97,8 @@ def _package(model: Model, name: str, source: str, told: str) -> str:
   extends HystFMU.Icons.Package;
   annotation (
     version = "1.0.0",
+    versionDate = "{library_date()}",
+    preferredView = "info",
     uses(HystFMU(version = "{__version__}")),
     Documentation(info = {string(info)}));
 end {name};

@@ -107,7 +107,8 @@ def _fields(model: Model, node: Node) -> dict[str, str]:
             kind = "Integer" if v.type == "int" else "Real"
             literal = str(int(value[0])) if v.type == "int" else _literal(value, size)
             found[field(graph, node, key)] = (kind, size, literal, v.text)
-    return {n: f"{kind} {n}{size} = {value} {sentence(text)}" for n, (kind, size, value, text) in found.items()}
+    group = f"annotation (Dialog(group = {string(node.name)}))"
+    return {n: f"{kind} {n}{size} = {value} {sentence(text)} {group}" for n, (kind, size, value, text) in found.items()}
 
 
 def _literal(value: Array, size: str) -> str:

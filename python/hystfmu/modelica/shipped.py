@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.package_files import PACKAGE
+
+
+def library_date() -> str:
+    """Return the day of the version of the library, ``2026-11-21``; exports carry it, so that their bytes repeat."""
+    found = re.search(r'versionDate = "([\d-]+)"', (shipped_library() / "HystFMU" / "package.mo").read_text("utf-8"))
+    assert found is not None
+    return found[1]
 
 
 def shipped_library() -> Path:

@@ -4,33 +4,46 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import library
+import lint_balance
 import lint_equations
+import lint_functions
+import lint_graphics
+import lint_package
 import lint_silent
+import lint_units
+import lint_variability
 import numpy as np
 import pymoca.ast as ast
 from syntax_tree import is_array, text_of
 
+Rule = Callable[[library.Class], Iterator[str]]
+PARTS = (
+    lint_equations,
+    lint_silent,
+    lint_graphics,
+    lint_variability,
+    lint_functions,
+    lint_units,
+    lint_balance,
+    lint_package,
+)
 ARRAY_CALLS = {"fill", "zeros", "ones", "linspace", "cat"}
 
 
 def complaints(c: library.Class) -> Iterator[str]:
     """Every rule on one class; a message begins with the name of the rule."""
-    for rule in (
-        undocumented,
-        dead_link,
-        stale_example,
-        without_icon,
-        missing_each,
-        below_min,
-        other_choice,
-        *lint_equations.RULES,
-        *lint_silent.RULES,
-    ):
+    for rule in rules():
         for message in rule(c):
             yield f"{rule.__name__}: {c.name}: {message}"
+
+
+def rules() -> list[Rule]:
+    """Every rule on a class, each with a row in modelica/rules.toml."""
+    own = (undocumented, dead_link, stale_example, without_icon, missing_each, below_min, other_choice)
+    return [*own, *(rule for part in PARTS for rule in part.RULES)]
 
 
 def undocumented(c: library.Class) -> Iterator[str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import library
 import pymoca.ast as ast
-from syntax_tree import assigned, inside, references, text_of
+from syntax_tree import assigned, calls, inside, plain, references, text_of
 
 RELATIONS = {"<", ">", "<=", ">="}
 
@@ -99,7 +99,7 @@ def connected_twice(c: library.Class) -> Iterator[str]:
 def without_start(c: library.Class) -> Iterator[str]:
     """What `pre` reads at the first event has a start value that is written down."""
     texts = "".join(map(text_of, _with_bases(c)))
-    for name in sorted({_plain(r) for e in c.tree.equations for p in _calls(e, "pre") for r in references(p)}):
+    for name in sorted({plain(r) for e in c.tree.equations for p in calls(e, "pre") for r in references(p)}):
         declared = re.search(rf"\b{name}\b(?:\[[^;]*?\])?\s*\([^;]*?\bstart\s*=[^;]*?\bfixed\s*=", texts)
         if not declared:
             yield f"pre({name}) is read, and {name} has no start value that is fixed"
@@ -109,8 +109,8 @@ def own_value(c: library.Class) -> Iterator[str]:
     """In a when-equation the old value of a variable is pre(z); z itself is the new one, computed from itself."""
     for w in c.tree.equations:
         for e in _equations(w) if isinstance(w, ast.WhenEquation) else ():
-            left = {_plain(r) for r in references(e.left)}
-            for name in sorted(left & {_plain(r) for r in _without(e.right, "pre")}):
+            left = {plain(r) for r in references(e.left)}
+            for name in sorted(left & {plain(r) for r in _without(e.right, "pre")}):
                 yield f"{name} is computed from itself; its old value is pre({name})"
 
 
@@ -118,14 +118,14 @@ def event_storm(c: library.Class) -> Iterator[str]:
     """A relation in the equation of a derivative is an event at each of its zeros: hundreds in one loop."""
     fixed = {n for n, s in library.components(c).items() if {"parameter", "constant"} & set(s.prefixes)}
     for e in c.tree.equations:
-        branches = isinstance(e, ast.IfEquation) and any(_calls(i, "der") for i in _equations(e))
+        branches = isinstance(e, ast.IfEquation) and any(calls(i, "der") for i in _equations(e))
         for i in _equations(e):
-            of = [*_calls(i.left, "der"), *_calls(i.right, "der")]
+            of = [*calls(i.left, "der"), *calls(i.right, "der")]
             if not of:
                 continue
             places = [i.left, i.right, *(e.conditions if branches else [])]
             relations = [r for p in places for r in _relations(p)]
-            if any({_plain(n) for n in references(r)} - fixed for r in relations):
+            if any({plain(n) for n in references(r)} - fixed for r in relations):
                 yield f"der({', '.join(references(of[0]))}) depends on a relation that is an event; use noEvent"
 
 
@@ -159,13 +159,6 @@ def _equations(e: Any) -> Iterator[ast.Equation]:
             yield from _equations(i)
 
 
-def _calls(e: Any, function: str) -> list[Any]:
-    """Every call of a built-in function in an expression."""
-    if isinstance(e, ast.Expression) and str(e.operator) == function:
-        return [e]
-    return [c for i in inside(e) for c in _calls(i, function)]
-
-
 def _relations(e: Any) -> Iterator[ast.Expression]:
     """Relations that are events: those outside noEvent and smooth."""
     if isinstance(e, ast.Expression) and str(e.operator) in ("noEvent", "smooth"):
@@ -189,7 +182,3 @@ def _end(ref: ast.ComponentRef) -> str:
     """A reference with its indices, which str() leaves out."""
     indices = ", ".join(str(i) for row in ref.indices for i in row if i is not None)
     return ".".join([ref.name + (f"[{indices}]" if indices else ""), *map(_end, ref.child)])
-
-
-def _plain(reference: str) -> str:
-    return re.sub(r"\[.*", "", reference)

@@ -59,3 +59,15 @@ def inside(e: Any) -> Iterator[Any]:
         yield from e
     elif isinstance(e, ast.Node):
         yield from (v for k, v in vars(e).items() if k not in ("parent", "scope", "operator"))
+
+
+def calls(e: Any, function: str) -> list[Any]:
+    """Every call of a built-in function in an expression."""
+    if isinstance(e, ast.Expression) and str(e.operator) == function:
+        return [e]
+    return [c for i in inside(e) for c in calls(i, function)]
+
+
+def plain(reference: str) -> str:
+    """A reference without its indices."""
+    return re.sub(r"\[.*", "", reference)

@@ -2,12 +2,12 @@
 within HystFMU.Control.BaseClasses;
 partial block Pid "PID controller with feed-forward and anti-windup: parameters and ports"
   extends Icons.Block;
-  parameter Real Kp = 1 "Proportional gain";
-  parameter Real Ki(unit = "1/s") = 0 "Integral gain";
-  parameter Types.Time Kd = 0 "Derivative gain";
-  parameter Types.Time tau(min = 0) = 0 "Time constant of the derivative filter; 0: none";
-  parameter Real u_min = -1e300 "Lower limit of u";
-  parameter Real u_max = 1e300 "Upper limit of u";
+  parameter Real Kp = 1 "Proportional gain" annotation (Dialog(group = "Parameters"));
+  parameter Real Ki(unit = "1/s") = 0 "Integral gain" annotation (Dialog(group = "Parameters"));
+  parameter Types.Time Kd = 0 "Derivative gain" annotation (Dialog(group = "Parameters"));
+  parameter Types.Time tau(min = 0) = 0 "Time constant of the derivative filter; 0: none" annotation (Dialog(group = "Parameters"));
+  parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));
+  parameter Real u_max = 1e300 "Upper limit of u" annotation (Dialog(group = "Limits"));
   Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
   Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput u_ff "Feed-forward" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));

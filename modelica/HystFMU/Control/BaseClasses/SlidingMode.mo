@@ -2,15 +2,15 @@
 within HystFMU.Control.BaseClasses;
 partial block SlidingMode "Sliding mode controller around a feed-forward, with integral action and anti-windup: parameters and ports"
   extends Icons.Block;
-  parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line";
-  parameter Types.Time eta(min = 0) = 0.001 "Linear gain of s";
-  parameter Real rho(min = 0) = 0.01 "Switching gain";
-  parameter Real epsilon(unit = "1/s", min = 0) = 0 "Width of the boundary layer; 0: rho / (10 eta)";
-  parameter Types.Switching switching = Types.Switching.smooth "S / (|s| + epsilon), or sat(s / epsilon)";
-  parameter Real k_i(unit = "1/s2", min = 0) = 0 "Integral gain; 0: the law of the paper";
-  parameter Types.Time tau(min = 0) = 0 "Time constant of the filter of de/dt; 0: none";
-  parameter Real u_min = -1e300 "Lower limit of u";
-  parameter Real u_max = 1e300 "Upper limit of u";
+  parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line" annotation (Dialog(group = "Parameters"));
+  parameter Types.Time eta(min = 0) = 0.001 "Linear gain of s" annotation (Dialog(group = "Parameters"));
+  parameter Real rho(min = 0) = 0.01 "Switching gain" annotation (Dialog(group = "Parameters"));
+  parameter Real epsilon(unit = "1/s", min = 0) = 0 "Width of the boundary layer; 0: rho / (10 eta)" annotation (Dialog(group = "Parameters"));
+  parameter Types.Switching switching = Types.Switching.smooth "S / (|s| + epsilon), or sat(s / epsilon)" annotation (Dialog(group = "Parameters"));
+  parameter Real k_i(unit = "1/s2", min = 0) = 0 "Integral gain; 0: the law of the paper" annotation (Dialog(group = "Parameters"));
+  parameter Types.Time tau(min = 0) = 0 "Time constant of the filter of de/dt; 0: none" annotation (Dialog(group = "Parameters"));
+  parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));
+  parameter Real u_max = 1e300 "Upper limit of u" annotation (Dialog(group = "Limits"));
   Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
   Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput u_ff "Feed-forward: the inverse model" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));

@@ -3,8 +3,8 @@ within HystFMU.Dynamics.BaseClasses;
 partial block InRange "Whether signals lie within their limits: parameters and ports"
   extends Icons.Block;
   parameter Integer n(min = 1) = 1 "Number of signals" annotation (Dialog(group = "Sizes"));
-  parameter Real lo[n](each min = -1e300, each max = 1e300) = fill(-1.0, n) "Least value inside (-1e300: any)";
-  parameter Real hi[n](each min = -1e300, each max = 1e300) = fill(1.0, n) "Largest value inside (1e300: any)";
+  parameter Real lo[n](each min = -1e300, each max = 1e300) = fill(-1.0, n) "Least value inside (-1e300: any)" annotation (Dialog(group = "Limits"));
+  parameter Real hi[n](each min = -1e300, each max = 1e300) = fill(1.0, n) "Largest value inside (1e300: any)" annotation (Dialog(group = "Limits"));
   Interfaces.RealInput u[n] "Signals" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "1 if all signals are inside, else 0" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

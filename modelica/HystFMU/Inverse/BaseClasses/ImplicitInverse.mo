@@ -2,8 +2,8 @@
 within HystFMU.Inverse.BaseClasses;
 partial block ImplicitInverse "Implicit inverse: the input at which a static model has the wanted output: parameters and ports"
   extends Icons.Inverse;
-  parameter Real lo(min = -1e300, max = 1e300) = -1 "Lower limit of u";
-  parameter Real hi(min = -1e300, max = 1e300) = 1 "Upper limit of u";
+  parameter Real lo(min = -1e300, max = 1e300) = -1 "Lower limit of u" annotation (Dialog(group = "Limits"));
+  parameter Real hi(min = -1e300, max = 1e300) = 1 "Upper limit of u" annotation (Dialog(group = "Limits"));
   Interfaces.RealInput y "Wanted output" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput u "Model input" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

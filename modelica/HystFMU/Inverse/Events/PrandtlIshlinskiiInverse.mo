@@ -7,7 +7,7 @@ protected
   discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, y0}, zeros(2*depth)), each fixed = true) "Dominant extrema of y";
   discrete Real u_turn(start = u0, fixed = true) "Output at the last reversal";
 equation
-  connect(dy, rate);
+  connect(dy, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");
   assert(Functions.leastSlope(w0, w) > 0, "w0 and w0 + w_1 + ... + w_i must be greater than 0 for every i: the loading curve must increase");
   when {initial(), change(rising)} then

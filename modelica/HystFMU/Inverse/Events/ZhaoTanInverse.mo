@@ -6,7 +6,7 @@ protected
   discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, 0}, zeros(2*depth)), each fixed = true) "Dominant extrema of h";
   discrete Real x_turn(start = x0, fixed = true) "Output at the last reversal";
 equation
-  connect(dh, rate);
+  connect(dh, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   when {initial(), change(rising)} then
     extrema = Functions.turn(h, 0, pre(x_turn), pre(extrema));
     x_turn = Functions.zhaoTanInverse(h, Functions.branchOrigin(extrema, 0, x0, 2));

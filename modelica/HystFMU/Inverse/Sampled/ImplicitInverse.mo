@@ -3,8 +3,8 @@ block ImplicitInverse "Implicit inverse: the input at which a static model has t
   extends BaseClasses.ImplicitInverse(u(start = 0, fixed = true));
   extends Interfaces.Sampled;
   replaceable package Model = Models.BacklashSum constrainedby BaseClasses.StaticModel "The model" annotation (choicesAllMatching = true);
-  parameter Real values[:] = {1} "Parameters of the model, in the order that it says";
-  parameter Real state0[:] = {0} "Output and memory of the model before the first input";
+  parameter Real values[:] = {1} "Parameters of the model, in the order that it says" annotation (Dialog(group = "Parameters"));
+  parameter Real state0[:] = {0} "Output and memory of the model before the first input" annotation (Dialog(group = "Parameters"));
 protected
   discrete Real state[size(state0, 1)](start = state0, each fixed = true) "Output and memory of the model";
 equation

@@ -1,9 +1,9 @@
 within HystFMU.Operators.BaseClasses;
 partial block StopBank "Bank of stop operators: parameters and ports"
   extends Icons.Hysteresis;
-  parameter Integer n(min = 1) = 10 "Number of stops";
-  parameter Real r[n](each min = 0) = fill(0.1, n) "Half-widths of the stops";
-  parameter Real z0[n] = fill(0.0, n) "Initial states of the plays that the stops are the rest of";
+  parameter Integer n(min = 1) = 10 "Number of stops" annotation (Dialog(group = "Parameters"));
+  parameter Real r[n](each min = 0) = fill(0.1, n) "Half-widths of the stops" annotation (Dialog(group = "Parameters"));
+  parameter Real z0[n] = fill(0.0, n) "Initial states of the plays that the stops are the rest of" annotation (Dialog(group = "Parameters"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput s[n] "Stops: elastic part, between -r_i and r_i" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));

@@ -10,7 +10,7 @@ protected
   parameter Real k0[m] = Functions.kernelStart(n, lo, hi, u0) "Kernels before the first input";
   discrete Real k_turn[m](start = k0, each fixed = true) "Kernels at the last reversal";
 equation
-  connect(du, rate);
+  connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(lo < hi, "lo must be less than hi");
   when {initial(), change(rising)} then
     k_turn = Functions.kernel(u, a, p1, p2, pre(k_turn));

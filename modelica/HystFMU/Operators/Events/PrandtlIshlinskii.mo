@@ -7,7 +7,7 @@ protected
   discrete Real z_turn[n](start = fill(u0, n), each fixed = true) "Plays at the last reversal";
   Real p[n] "Plays";
 equation
-  connect(du, rate);
+  connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");
   when {initial(), change(rising)} then
     z_turn = Functions.play(u, r, pre(z_turn));

@@ -8,7 +8,7 @@ protected
   discrete Real memory[3 + 2*depth](start = cat(1, {0, 0, origin}, zeros(2*depth)), each fixed = true) "Dominant extrema of u";
   discrete Real y_turn(start = Functions.firstBranch(origin, lo, hi, virgin), fixed = true) "Output at the last reversal";
 equation
-  connect(du, rate);
+  connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(lo < hi, "lo must be less than hi");
   when {initial(), change(rising)} then
     memory = Functions.turn(min(max(u, lo), hi), origin, pre(y_turn), pre(memory));

@@ -5,7 +5,7 @@ block StopBank "Bank of stop operators, events at reversals"
 protected
   discrete Real z_turn[n](start = z0, each fixed = true) "Plays at the last reversal";
 equation
-  connect(du, rate);
+  connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   when {initial(), change(rising)} then
     z_turn = Functions.play(u, r, pre(z_turn));
   end when;

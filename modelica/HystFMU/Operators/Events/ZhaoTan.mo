@@ -9,7 +9,7 @@ protected
   discrete Real h_turn(start = 0, fixed = true) "Output at the last reversal";
   Real current[3 + 2*depth] "Extrema, those that x has passed wiped out";
 equation
-  connect(dx, rate);
+  connect(dx, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   when {initial(), change(rising)} then
     extrema = Functions.turn(x, x0, pre(h_turn), pre(extrema), last);
     h_turn = Functions.zhaoTan(x, Functions.branchOrigin(extrema, x0, 0, virgin));

@@ -5,7 +5,7 @@ block BoucWen "Bouc-Wen operator, smooth"
 initial equation
   z = z0;
 equation
-  connect(du, rate);
+  connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");
   assert((beta + gamma)*abs(z0)^n <= A, "z0 must be within (A/(beta + gamma))^(1/n), the bound of z");
   der(z) = Functions.boucWenRate(rate, z, A, beta, gamma, n);

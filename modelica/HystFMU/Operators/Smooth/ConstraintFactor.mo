@@ -2,9 +2,9 @@ within HystFMU.Operators.Smooth;
 block ConstraintFactor "Constraint-factor operator (Ma): odd polynomial branch, smooth"
   extends BaseClasses.ConstraintFactor(final usesRate = true);
   extends Interfaces.Rated;
-  parameter Integer plays(min = 2) = 50 "Number of plays that stand for the branch";
-  parameter Real reach(min = 0) = min(4, d_max) "Longest branch that is met; a straight line beyond";
-  parameter Real width(min = 0) = 2.5e-4*reach "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play";
+  parameter Integer plays(min = 2) = 50 "Number of plays that stand for the branch" annotation (Dialog(group = "Realisation"));
+  parameter Real reach(min = 0) = min(4, d_max) "Longest branch that is met; a straight line beyond" annotation (Dialog(group = "Realisation"));
+  parameter Real width(min = 0) = 2.5e-4*reach "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play" annotation (Dialog(group = "Realisation"));
 protected
   parameter Real r[plays] = linspace(0, 0.5*reach*(1 - 1/plays), plays) "Half-widths";
   parameter Real q[plays + 1] = linspace(0, 0.5*reach, plays + 1) "Corners of the loading curve";
@@ -13,7 +13,7 @@ protected
 initial equation
   z = Functions.play(x, r, fill(x0, plays));
 equation
-  connect(dx, rate);
+  connect(dx, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(memory == Types.Memory.dominant, "the realisation Smooth has memory = dominant only");
   for i in 1:plays loop
     der(z[i]) = Functions.playRate(x, rate, r[i], z[i], width);

@@ -7,7 +7,7 @@ protected
 initial equation
   w = w0;
 equation
-  connect(du, rate);
+  connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(abs(w0) <= w_max, "w0 must be within w_max, the bound of abs(w)");
   der(w) = noEvent(if rate > 0 then Functions.duhemSlope(u, w, a_rise, b_rise, c_rise, q)*rate else Functions.duhemSlope(u, w, a_fall, b_fall, c_fall, q)*rate);
   y = k*u + min(max(w, -w_max), w_max);

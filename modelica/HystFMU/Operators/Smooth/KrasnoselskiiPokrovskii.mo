@@ -2,7 +2,7 @@ within HystFMU.Operators.Smooth;
 block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps, smooth"
   extends BaseClasses.KrasnoselskiiPokrovskii(final usesRate = true);
   extends Interfaces.Rated;
-  parameter Real width(min = 0) = 1e-3 "Value on which the corner of a kernel is rounded, greater than 0: the bound of the error of a kernel, which lies between -1 and 1";
+  parameter Real width(min = 0) = 1e-3 "Value on which the corner of a kernel is rounded, greater than 0: the bound of the error of a kernel, which lies between -1 and 1" annotation (Dialog(group = "Realisation"));
 protected
   parameter Integer m = div(n*(n + 1), 2) "Number of kernels";
   parameter Real a = (hi - lo)/n "Rise length of the ridge function";
@@ -13,7 +13,7 @@ protected
 initial equation
   k = Functions.kernel(u, a, p1, p2, k0);
 equation
-  connect(du, rate);
+  connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(lo < hi, "lo must be less than hi");
   for i in 1:m loop
     der(k[i]) = Functions.kernelRate(u, rate, a, p1[i], p2[i], k[i], width);

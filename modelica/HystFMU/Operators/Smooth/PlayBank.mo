@@ -2,11 +2,11 @@ within HystFMU.Operators.Smooth;
 block PlayBank "Bank of play (backlash) operators, smooth"
   extends BaseClasses.PlayBank(final usesRate = true);
   extends Interfaces.Rated;
-  parameter Real width(min = 0) = 1e-3*max(max(r), 1e-300) "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play";
+  parameter Real width(min = 0) = 1e-3*max(max(r), 1e-300) "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play" annotation (Dialog(group = "Realisation"));
 initial equation
   z = Functions.play(u, r, z0);
 equation
-  connect(du, rate);
+  connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   for i in 1:n loop
     der(z[i]) = Functions.playRate(u, rate, r[i], z[i], width);
   end for;

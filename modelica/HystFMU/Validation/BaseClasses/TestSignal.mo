@@ -1,8 +1,8 @@
 within HystFMU.Validation.BaseClasses;
 block TestSignal "What every operator is tried on"
   extends Icons.Source;
-  parameter Real amplitude = 1 "Factor of the signal";
-  parameter Real offset = 0 "Added to the signal";
+  parameter Real amplitude = 1 "Factor of the signal" annotation (Dialog(group = "Parameters"));
+  parameter Real offset = 0 "Added to the signal" annotation (Dialog(group = "Parameters"));
   Interfaces.RealOutput r "Signal" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   Interfaces.RealOutput dr(unit = "1/s") "Its rate" annotation (Placement(transformation(extent = {{100, -80}, {120, -60}})));
 protected

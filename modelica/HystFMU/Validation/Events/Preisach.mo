@@ -5,8 +5,8 @@ model Preisach "Preisach operator from the demagnetised state, beyond its range 
   Operators.Events.Preisach tested(n = 4, depth = 32, lo = -0.8, hi = 1, E = {0.3, 0.7, 0.25, 1.1, 0.6, 0.2, 1.3, 0.9, 0.5, 0.15}, offset = 0.2) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
-  connect(signal.r, tested.u);
-  connect(signal.dr, tested.du);
+  connect(signal.r, tested.u) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));
+  connect(signal.dr, tested.du) annotation (Line(points = {{-28, -14}, {8, -14}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Preisach operator from the demagnetised state, beyond its range too. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every row of the simulation.</p>

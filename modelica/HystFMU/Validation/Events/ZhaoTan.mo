@@ -5,8 +5,8 @@ model ZhaoTan "Zhao-Tan operator, events"
   Operators.Events.ZhaoTan tested(depth = 32, x0 = 0.1) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1.2, offset = 0.1) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
-  connect(signal.r, tested.x);
-  connect(signal.dr, tested.dx);
+  connect(signal.r, tested.x) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));
+  connect(signal.dr, tested.dx) annotation (Line(points = {{-28, -14}, {8, -14}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Zhao-Tan operator. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every row of the simulation.</p>

@@ -5,7 +5,7 @@ model ConstraintFactor "Constraint-factor operator with two odd powers, beyond d
   Operators.Sampled.ConstraintFactor tested(m = 2, depth = 32, a0 = 0.5, a = {1, 0.05}, d_max = 1.5, x0 = -0.1, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
-  connect(signal.r, tested.x);
+  connect(signal.r, tested.x) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Constraint-factor operator with two odd powers, beyond d_max too. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every sample.</p>

@@ -5,7 +5,7 @@ model CreepInverse "Exact inverse of creep, values of its first vector, sampled"
   Inverse.Sampled.CreepInverse tested(n = 2, w = {0.5, 0.25}, T = {0.1, 2.0}, w0 = 2, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 6.812313432616847, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
-  connect(signal.r, tested.u);
+  connect(signal.r, tested.u) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Exact inverse of creep, values of its first vector. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every sample.</p>

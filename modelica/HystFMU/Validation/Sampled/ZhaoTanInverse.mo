@@ -5,7 +5,7 @@ model ZhaoTanInverse "Exact inverse of the Zhao-Tan operator, sampled"
   Inverse.Sampled.ZhaoTanInverse tested(depth = 32, x0 = 0.1, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 0.7, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
-  connect(signal.r, tested.h);
+  connect(signal.r, tested.h) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 1.4, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Exact inverse of the Zhao-Tan operator. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every sample.</p>

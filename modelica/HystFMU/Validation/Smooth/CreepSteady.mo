@@ -5,7 +5,7 @@ model CreepSteady "Two lags in equilibrium with the first input, smooth"
   Operators.Smooth.Creep tested(n = 2, w = {0.3, 0.1}, T = {0.005, 0.1}, start = Types.Start.steady) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1, offset = 0.2) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
-  connect(signal.r, tested.u);
+  connect(signal.r, tested.u) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Two lags in equilibrium with the first input. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every row of the simulation.</p>

@@ -5,8 +5,8 @@ model KrasnoselskiiPokrovskii "Six kernels, asymmetric, beyond their ramps too, 
   Operators.Smooth.KrasnoselskiiPokrovskii tested(n = 3, depth = 32, lo = -0.7, hi = 0.9, w = {0.1, 0.2, 0.15, 0.3, -0.05, 0.1}, offset = 0.1, u0 = 0.15) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
-  connect(signal.r, tested.u);
-  connect(signal.dr, tested.du);
+  connect(signal.r, tested.u) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));
+  connect(signal.dr, tested.du) annotation (Line(points = {{-28, -14}, {8, -14}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 1.4, Interval = 0.001, Tolerance = 1e-10),
     Documentation(info = "<html>
 <p>Six kernels, asymmetric, beyond their ramps too. The test holds it against the unit on the signal of <a href=\"modelica://HystFMU.Validation.BaseClasses.TestSignal\">Validation.BaseClasses.TestSignal</a>, at every row of the simulation.</p>

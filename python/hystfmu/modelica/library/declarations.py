@@ -14,6 +14,7 @@ from hystfmu.modelica.literals import sentence
 from hystfmu.modelica.places import DEPTH, enumeration
 
 _CALL = re.compile(r"(\w+)\(")
+_LIMIT = re.compile(r"_min\Z|_max\Z|\Alo\Z|\Ahi\Z")
 _PRODUCT = re.compile(r"(\w+)\*(\w+)\Z")
 _QUOTIENT = re.compile(r"(.+?)\s*/\s*(\w+)\Z")
 _MONOMIALS = re.compile(r"monomials\((.+), (\w+)\)\Z")
@@ -62,7 +63,7 @@ def dim(d: Dim) -> str:
 
 def parameter(block: BlockType, v: Var, shelf: Shelf) -> str:
     """The declaration of a parameter of a block."""
-    group = "Start" if v.kind == "fixed" and _is_start(v) else "Memory" if v.name == "memory" else ""
+    group = _group(v)
     if v.choices:
         kind = enumeration(block, v)
         return f"parameter {kind} {v.name} = {kind}.{v.choices[int(v.start)]} {sentence(v.text)}{_dialog(group)};"
@@ -92,12 +93,21 @@ def _kind(v: Var, shelf: Shelf) -> tuple[str, list[str]]:
     return "Real", [f'{"each " if v.size != "1" else ""}unit = "{v.unit}"']
 
 
+def _group(v: Var) -> str:
+    """Group of the dialog that a parameter stands in."""
+    if v.kind == "fixed" and _is_start(v):
+        return "Start"
+    if v.name == "memory":
+        return "Memory"
+    return "Limits" if _LIMIT.search(v.name) else "Parameters"
+
+
 def _is_start(v: Var) -> bool:
     return v.name == "start" or v.text.startswith("initial") or "first input" in v.text
 
 
 def _dialog(group: str) -> str:
-    return group and f' annotation (Dialog(group = "{group}"))'
+    return f' annotation (Dialog(group = "{group}"))'
 
 
 def ports(block: BlockType, kind: str, lacks: frozenset[str]) -> list[str]:

@@ -10,7 +10,17 @@ _FIRST = (
     *("UsersGuide", "Operators", "Inverse", "Networks", "Dynamics", "Plants", "Control", "Sources", "Functions"),
     *("Data", "Examples", "Validation", "Interfaces", "Types", "Choices", "Icons"),
     *("BaseClasses", "Models", "Sampled", "Events", "Smooth"),
-    *("GettingStarted", "Realisations", "Conventions", "ToolSupport", "References", "ReleaseNotes"),
+    *(
+        "GettingStarted",
+        "Realisations",
+        "Conventions",
+        "Checks",
+        "ToolSupport",
+        "References",
+        "ReleaseNotes",
+        "Contact",
+        "License",
+    ),
 )
 
 

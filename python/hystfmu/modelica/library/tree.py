@@ -4,19 +4,25 @@ from __future__ import annotations
 
 from pathlib import Path, PurePath
 
-from hystfmu.modelica.library import enumerations, scripts, validation
+from hystfmu.modelica.library import checks, enumerations, scripts, validation
 from hystfmu.modelica.library.base_class import base_classes, package
 from hystfmu.modelica.library.order import orders
 from hystfmu.modelica.library.shelf import Shelf, is_generated
+from hystfmu.modelica.library.wires import drawn, nested
 
 
 def generated(root: Path) -> dict[PurePath, str]:
-    """The generated files, relative to the folder HystFMU `root`, beside its hand-written ones."""
+    """The generated files, relative to the folder HystFMU `root`, and those by hand to which a line is missing."""
     shelf = Shelf(root)
     classes = {b.path: b.text(shelf) for b in base_classes()}
     classes |= {f"{b.package}.BaseClasses.package": package(b.package) for b in base_classes()}
     classes |= validation.models(shelf, classes)
     classes |= enumerations.enumerations()
+    classes |= checks.page(root)
+    every_text = nested({**shelf.texts, **classes})
+    classes = {name: drawn(text, name, every_text) for name, text in classes.items()}
+    by_hand = {name: drawn(text, name, every_text) for name, text in shelf.texts.items()}
+    classes |= {name: text for name, text in by_hand.items() if text != shelf.texts[name]}
     made = {_file(name): text for name, text in classes.items()}
     every = {*made, *map(_file, shelf.texts)}
     made |= orders(every)

@@ -1,0 +1,45 @@
+"""The page UsersGuide.Checks: what the lint checks, by the sections of the language specification."""
+
+from __future__ import annotations
+
+import tomllib
+from html import escape
+from pathlib import Path
+
+from hystfmu.modelica.library.shelf import mark
+
+_FILE = "modelica/rules.toml"
+_APART = {"compiler": "what one compiler gets wrong without a word", "house": "of this library"}
+
+
+def page(root: Path) -> dict[str, str]:
+    """The page by its name below HystFMU; `root` is the folder of the library, beside which the table lies."""
+    table = tomllib.loads((root.parent / "rules.toml").read_text("utf-8"))
+    rows = sorted(table.items(), key=lambda row: _key(row[1]["section"]))
+    lines = "\n".join(
+        f"<tr><td>{_APART.get(row['section'], row['section'])}</td><td>{name}</td>"
+        f"<td>{escape(row['text'], quote=False)}.</td></tr>"
+        for name, row in rows
+    )
+    return {
+        "UsersGuide.Checks": f"""{mark(_FILE)}
+within HystFMU.UsersGuide;
+package Checks "What is checked in every class"
+  extends Icons.Information;
+  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
+<p>Tools differ in what they notice. <code>make modelica-strict</code> checks every class against these rules, the
+tests every exported package; numbers are sections of the Modelica Language Specification 3.6. Each rule has a test that
+plants the fault and sees it found.</p>
+<table>
+<tr><th>Section</th><th>Rule</th><th>What it asks for</th></tr>
+{lines}
+</table>
+</html>"));
+end Checks;
+"""
+    }
+
+
+def _key(section: str) -> tuple[bool, list[int], str]:
+    numbers = [int(n) for n in section.split(".") if n.isdigit()]
+    return not numbers, numbers, section

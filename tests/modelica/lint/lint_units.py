@@ -1,0 +1,113 @@
+"""Rules of the lint on units of measure: what has a dimension says its unit, and units fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import library
+import measures
+import pymoca.ast as ast
+from lint_variability import differentiated
+from syntax_tree import plain
+
+
+def unit_clash(c: library.Class) -> Iterator[str]:
+    """Both sides of an equation, and the terms of a sum, have one unit."""
+    for left, right, text in _pairs(c):
+        try:
+            one, other = (measures.of(e, lambda n: _unit(c, n)) for e in (left, right))
+        except measures.ClashError as e:
+            yield f"{text}: {e}"
+            continue
+        if isinstance(one, tuple) and isinstance(other, tuple) and one != other:
+            yield f"{text}: {measures.written(one)} = {measures.written(other)}"
+
+
+def without_unit(c: library.Class) -> Iterator[str]:
+    """A Real to which an equation gives a dimension has a unit or a type that has one."""
+    for left, right, text in _pairs(c):
+        for target, e in ((left, right), (right, left)):
+            power = 0
+            if isinstance(target, ast.Expression) and str(target.operator) == "der":
+                target, power = target.operands[0], 1
+            name = plain(str(target)) if isinstance(target, ast.ComponentRef) else ""
+            s = library.components(c).get(name)
+            if s is None or str(s.type) != "Real" or _unit(c, name) is not None or name not in c.tree.symbols:
+                continue
+            try:
+                found = measures.of(e, lambda n: _unit(c, n))
+            except measures.ClashError:
+                continue
+            if isinstance(found, tuple) and (found or power):
+                what = dict(found)
+                what["s"] = what.get("s", 0) + power
+                dimension = tuple(sorted((b, p) for b, p in what.items() if p))
+                if dimension:
+                    yield f"{name} has the dimension {measures.written(dimension)} by {text}, and no unit"
+
+
+def without_nominal(c: library.Class) -> Iterator[str]:
+    """A state with a unit says how large it is: solvers scale their errors by it."""
+    for name in differentiated(c):
+        s = library.components(c).get(name)
+        unit = _unit(c, name) if s is not None else None
+        if s is None or not unit or unit == (("s", 1),):
+            continue
+        typed = library.find(str(s.type), c.name)
+        own = "nominal" in library.modifiers(s.class_modification) or _inherited_nominal(c, name)
+        if not own and not (typed and _type_has_nominal(typed)):
+            yield f"the state {name} in {measures.written(unit)} has no nominal value"
+
+
+RULES = (unit_clash, without_unit, without_nominal)
+
+
+def _inherited_nominal(c: library.Class, name: str) -> bool:
+    """Does the class modify a component of its base class so?"""
+    given = [library.modifiers(e.class_modification).get(name) for e in c.tree.extends]
+    return any(isinstance(g, ast.ClassModification) and "nominal" in library.modifiers(g) for g in given)
+
+
+def _type_has_nominal(c: library.Class) -> bool:
+    declared = library.text(c.file).partition(f"type {c.short_name} ")[2].partition(";")[0]
+    return "nominal" in declared
+
+
+def _unit(c: library.Class, name: str) -> measures.Unit | None:
+    """The unit of a component reference in a class; None: not stated."""
+    head, _, tail = plain(name).partition(".") if "." not in name else name.partition(".")
+    s = library.components(c).get(plain(head))
+    if s is None:
+        return None
+    if not tail:
+        if str(s.type) in ("Integer", "Boolean"):
+            return measures.NUMBER
+        return measures.parsed(library.unit(s, c.name))
+    of = library.find(str(s.type), c.name)
+    return _unit(of, tail) if of else None
+
+
+def _pairs(c: library.Class) -> Iterator[tuple[Any, Any, str]]:
+    """Both sides of each equation, those in branches included, and each declaration with its value."""
+    if c.tree.type not in ("block", "model", "record") or c.name.startswith("HystFMU.Validation"):
+        return  # a Validation model drives its component with plain numbers
+    for e in [*c.tree.equations, *c.tree.initial_equations]:
+        for i in _plain_equations(e):
+            yield i.left, i.right, f"the equation of {plain(str(i.left)) if _is_ref(i.left) else 'a sum'}"
+    for name, s in c.tree.symbols.items():
+        given = library.modifiers(s.class_modification).get("value")
+        if given is not None and (str(s.type) == "Real" or str(s.type).startswith("Types.")):
+            yield ast.ComponentRef(name=name), given, f"the declaration of {name}"
+
+
+def _is_ref(e: Any) -> bool:
+    return isinstance(e, ast.ComponentRef)
+
+
+def _plain_equations(e: Any) -> Iterator[ast.Equation]:
+    if isinstance(e, ast.Equation):
+        yield e
+    for block in getattr(e, "blocks", None) or [getattr(e, "equations", [])]:
+        for i in block:
+            yield from _plain_equations(i)
