@@ -1,0 +1,321 @@
+"""Figures and page of a study by the numbers they show: bars, axes, dots, curves, tables, the answer for a terminal."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import spearmanr
+
+from hystfmu.report.page import Section
+from hystfmu.studies import figures, report, study_case
+from hystfmu.studies.effects import Effects
+from hystfmu.studies.spec import ObjectiveSpec, ParameterSpec
+from hystfmu.studies.study_case import StudyCase, sensitivity
+from hystfmu.studies.summary import Spread, Summary, interval
+
+PERCENT = (1.0, 2.0, 3.0, 4.0)
+
+
+def spread(metric: str, within: float | None, case: str = "a", limit: float | None = 2.0) -> Spread:
+    return Spread(case, metric, PERCENT, 5.0, limit if within is not None else None, within)
+
+
+def summary(*spreads: Spread, between: bool = True, inside: int = 30, draws: int = 40) -> Summary:
+    return Summary(draws, inside, 0, 0, interval(inside, draws) if between else None, spreads, ())
+
+
+# ---- shares ---------------------------------------------------------------------------------------------------------
+def test_shares_with_intervals_the_least_first() -> None:
+    found = figures.shares(summary(spread("m", 0.9), spread("n", 0.8, "b"), spread("free", None)))
+    assert found is not None
+    assert [b.name for b in found.bars] == ["all limits of all cases", "b: n", "a: m"]
+    assert [b.share for b in found.bars] == pytest.approx([75.0, 80.0, 90.0])
+    for bar, count in zip(found.bars, (30, 32, 36), strict=True):
+        lo, hi = interval(count, 40)
+        assert bar.interval == pytest.approx((100 * lo, 100 * hi))
+        assert bar.text == f"{100 * count / 40:.3g} % ({100 * lo:.3g} to {100 * hi:.3g})"
+    assert found.title == "draws inside the limits, with 95 % intervals"
+    grid = figures.shares(summary(spread("m", 0.9), between=False))
+    assert grid is not None
+    assert [(b.interval, b.text) for b in grid.bars] == [(None, "75 %"), (None, "90 %")]
+    assert grid.title == "draws inside the limits"
+    assert figures.shares(summary(spread("free", None))) is None
+    many = figures.shares(summary(*(spread(f"m{k}", 0.5 + k / 100) for k in range(9))))
+    assert many is not None
+    assert len(many.bars) == 8
+
+
+# ---- effects --------------------------------------------------------------------------------------------------------
+def found(*total: float) -> Effects:
+    t = np.array(total)[:, None] * [[1.0, 0.0]]
+    return Effects(t / 4, t, np.ones(2))
+
+
+def test_the_strongest_parameters_first() -> None:
+    bars = figures.strongest(["p", "q", "r"], "a: m", found(0.2, 0.0, 0.8), 0)
+    assert bars is not None
+    assert [(b.name, b.share, b.text, b.part) for b in bars.bars] == [
+        ("r", pytest.approx(80), "80 %", pytest.approx(20)), ("p", pytest.approx(20), "20 %", pytest.approx(5)),
+    ]  # fmt: skip
+    assert figures.strongest(["p", "q", "r"], "m", found(0.2, 0.0, 0.8), 1) is None
+    many = figures.strongest([str(k) for k in range(9)], "m", found(*np.arange(1, 10) / 10), 0)
+    assert many is not None
+    assert [b.name for b in many.bars] == ["8", "7", "6", "5", "4", "3", "2", "1"]
+
+
+@pytest.mark.parametrize("limit", [None, 3.0])
+def test_dots_over_the_three_strongest(limit: float | None) -> None:
+    x, y = np.random.default_rng(1).random((20, 5)), np.arange(20.0)
+    plots = figures.scatter("m", "m (um)", list("pqrst"), x, y, found(0.1, 0.4, 0.0, 0.3, 0.2), 0, limit)
+    assert [p.x_label for p in plots] == ["q", "s", "t"]
+    assert all((p.y_label, p.points) == ("m (um)", 1000) for p in plots)
+    lines = plots[0].lines
+    if limit is None:
+        assert [line.name for line in lines] == ["draws"]
+        assert lines[0].x == pytest.approx(x[:, 1])
+    else:
+        assert [line.name for line in lines] == ["within the limit", "above it", "limit"]
+        assert lines[0].y.tolist() == [0, 1, 2, 3]
+        assert lines[1].y.tolist() == list(range(4, 20))
+        assert (lines[2].x.tolist(), lines[2].y.tolist()) == ([x[:, 1].min(), x[:, 1].max()], [3.0, 3.0])
+        assert [line.dots for line in lines] == [True, True, False]
+
+
+def test_dots_without_effects_or_without_change() -> None:
+    x = np.column_stack([np.arange(4.0), np.ones(4)])
+    plots = figures.scatter("m", "m", ["p", "q"], x, np.array([1.0, 2, 1, 2]), found(0.0, 0.0), 0, 9.0)
+    assert [p.x_label for p in plots] == ["p"]
+    assert [line.name for line in plots[0].lines] == ["within the limit", "limit"]
+    assert figures.scatter("m", "m", ["p", "q"], x, np.ones(4), found(0.0, 0.0), 0, None) == []
+
+
+@pytest.mark.parametrize(("limit", "drawn"), [(None, False), (8.99, True), (9.0, False)])
+def test_the_distribution_and_a_limit_that_is_not_far_off(limit: float | None, drawn: bool) -> None:
+    plot = figures.distribution("m", "m (um)", np.array([3.0, 1.0, 2.0, 2.5]), limit)
+    curve, *others = plot.lines
+    assert (curve.x.tolist(), curve.y.tolist()) == ([1.0, 2.0, 2.5, 3.0], [25.0, 50.0, 75.0, 100.0])
+    assert len(others) == drawn
+    for line in others:
+        assert (line.x.tolist(), line.y.tolist()) == ([limit, limit], [0.0, 100.0])
+
+
+def test_the_best_so_far_is_a_staircase() -> None:
+    plot = figures.tuning({4: 3.0, 1: 5.0, 7: 4.0}, "score")
+    assert plot is not None
+    best, all_ = plot.lines
+    assert (best.x.tolist(), best.y.tolist()) == ([1, 4, 4, 7, 7], [5, 5, 3, 3, 3])
+    assert (all_.x.tolist(), all_.y.tolist(), all_.dots) == ([1, 4, 7], [5, 3, 4], True)
+    assert figures.tuning({}, "score") is None
+
+
+# ---- all draws ------------------------------------------------------------------------------------------------------
+def row(k: int, m: float, case: str = "a", status: str = "ok", **values: float) -> dict[str, Any]:
+    return {
+        "index": k, "variation": k, "case": case, "status": status, "reason": "", "id": str(k),
+        "metrics": {"m": m} if status == "ok" else {}, "values": values or {"p": float(k), "q": 1.0},
+    }  # fmt: skip
+
+
+def case(name: str = "a") -> Any:
+    return SimpleNamespace(case=SimpleNamespace(name=name, metrics={}))
+
+
+def study(limits: Any = None, **spec: Any) -> Any:
+    given = {
+        "method": "random",
+        "objective": None,
+        "limits": {},
+        "text": "Text.",
+        "parameters": {"p": 1, "q": 1},
+    } | spec
+    return SimpleNamespace(
+        limits=lambda of: (limits or {}).get(of.name, {}),
+        spec=SimpleNamespace(**given),
+        parameters={k: ParameterSpec.model_validate({"range": [0.0, 10.0]}) for k in "pq"},
+        seed=3,
+        settings=lambda values: values,
+    )
+
+
+LABELS = {"p": "p (V)", "q": "q"}
+
+
+def test_a_line_for_each_draw_across_its_values() -> None:
+    rows = [row(k, m) for k, m in enumerate((1.0, 2.0, 4.0, 6.0))]
+    drawn = figures.all_draws(study({"a": {"m": 2.0}}), LABELS, [case()], rows)
+    assert drawn is not None
+    p, q, ratio = drawn.axes
+    assert (p.name, p.lo, p.hi, p.at.tolist()) == ("p (V)", 0.0, 3.0, pytest.approx([0, 1 / 3, 2 / 3, 1]))
+    assert (q.lo, q.hi, q.at.tolist()) == (1.0, 1.0, [0.5] * 4)
+    assert (ratio.name, ratio.lo, ratio.hi) == ("largest metric over its limit", 0.0, 3.0)
+    assert ratio.at.tolist() == pytest.approx([1 / 6, 1 / 3, 2 / 3, 1])
+    assert ratio.limit == pytest.approx(1 / 3)
+    assert drawn.good.tolist() == [True, True, False, False]
+    assert drawn.title == "all 4 draws, each a line across its values"
+    free = figures.all_draws(study(), LABELS, [case()], rows)
+    assert free is not None
+    assert len(free.axes) == 2
+    assert figures.all_draws(study(), LABELS, [case()], rows[:1]) is None
+
+
+def test_an_axis_ends_at_ten_times_the_limit_and_begins_at_one() -> None:
+    limits = study({"a": {"m": 2.0}})
+    far = figures.all_draws(limits, LABELS, [case()], [row(0, 1.0), row(1, 50.0)])
+    near = figures.all_draws(limits, LABELS, [case()], [row(0, 0.2), row(1, 0.4)])
+    assert far is not None
+    assert near is not None
+    assert (far.axes[2].hi, far.axes[2].at.tolist()) == (10.0, pytest.approx([0.05, 1.0]))
+    assert far.axes[2].name.endswith(" (at the end: or more)")
+    assert (near.axes[2].hi, near.axes[2].limit, near.axes[2].at.tolist()) == (1.0, 1.0, pytest.approx([0.1, 0.2]))
+    both = [row(0, 1.0), row(0, 3.0, "b"), row(1, 1.0), row(1, 0.5, "b")]
+    worst = figures.all_draws(study({"a": {"m": 2.0}, "b": {"m": 1.0}}), LABELS, [case(), case("b")], both)
+    assert worst is not None
+    assert (worst.axes[2].at * worst.axes[2].hi).tolist() == pytest.approx([3.0, 0.5])
+
+
+def test_three_hundred_of_many_draws() -> None:
+    drawn = figures.all_draws(study(), LABELS, [case()], [row(k, 1.0) for k in range(301)])
+    assert drawn is not None
+    assert len(drawn.good) == 300
+    assert drawn.title == "300 of 301 draws, each a line across its values"
+    assert (drawn.axes[0].lo, drawn.axes[0].hi) == (0.0, 300.0)
+
+
+# ---- a case of the page ---------------------------------------------------------------------------------------------
+@pytest.fixture
+def page(monkeypatch: Any, tmp_path: Any) -> Any:
+    monkeypatch.setattr(study_case, "unit_of_metric", lambda system, metric: "um")
+    monkeypatch.setattr(study_case, "command", lambda study, row: f"run {row['index']}")
+    monkeypatch.setattr(
+        study_case, "save_settings", lambda study, row, folder: folder / "worst" / f"{row['index']}.json"
+    )
+    return tmp_path
+
+
+def rows_of_two() -> list[dict[str, Any]]:
+    rng = np.random.default_rng(5)
+    rows = []
+    for k in range(30):
+        p, q = 10 * rng.random(2)
+        rows.append({**row(k, 0.0, p=p, q=q), "metrics": {"m": p, "n": 3 * q, "Ms_db": 4.0}})
+    return rows
+
+
+def test_the_limit_that_fewest_meet_is_the_main_one(page: Any) -> None:
+    rows = rows_of_two()
+    made = StudyCase(study({"a": {"m": 9.5, "n": 12.0}}), LABELS, case(), rows, rows[:2])
+    assert made.main == 1
+    share = np.mean([r["metrics"]["n"] <= 12.0 for r in rows])
+    assert made.share() == pytest.approx(share)
+    assert made.decides().bars[0].name == "q"  # type: ignore[union-attr]
+    assert list(made.by_effect(LABELS)) == ["p", "q"]
+    assert made.x.tolist() == [[r["values"]["p"], r["values"]["q"]] for r in rows]
+    assert made.y.tolist() == [list(r["metrics"].values()) for r in rows]
+    other = StudyCase(study({"a": {"m": 0.1, "n": 12.0}}), LABELS, case(), rows, rows)
+    assert other.main == 0
+    assert list(other.by_effect(LABELS)) == ["q", "p"]
+    free = StudyCase(study(), LABELS, case(), rows, rows)
+    assert (free.main, free.share()) == (0, 1.0)
+
+
+def test_plots_and_tables_of_a_case(page: Any) -> None:
+    rows = rows_of_two()
+    system = case()
+    system.case.metrics = {"m": 1, "n": 1}
+    made = StudyCase(study({"a": {"n": 12.0}}), LABELS, system, rows, rows[4:6])
+    told = summary(spread("n", 0.5), spread("m", None), spread("x", 0.5, "b"))
+    section = made.section(told, page)
+    assert section.title == "Case a"
+    titles = [p.title for p in section.plots]
+    assert titles[0] == "n over q"
+    assert titles[-2:] == ["distribution of m", "distribution of n"]  # Ms_db does not vary
+    spreads, first, total, correlation, worst, again = section.folded
+    assert [r[0] for r in spreads.rows] == ["n", "m"]
+    assert spreads.rows[0] == ["n", *PERCENT, 5.0, 2.0]
+    assert spreads.rows[1][-1] == "-"
+    assert first.rows[0] == ["p (V)", pytest.approx(1.0, abs=1e-3), 0.0, 0.0]
+    assert first.rows[2][1:] == pytest.approx([1.0, 1.0, 0.0], abs=1e-3)
+    assert len(total.rows) == len(correlation.rows) == 2
+    assert correlation.rows[0][1] == pytest.approx(1.0)
+    assert worst.head == ["row", "p (V)", "q", "m (um)", "n (um)", "Ms_db (dB)"]
+    assert worst.rows[0][:2] == [4, rows[4]["values"]["p"]]
+    assert [r[1:] for r in again.rows] == [[f"run {k}", f"worst/{k}.json"] for k in (4, 5)]
+    assert len(made.section(None, page).folded) == 5
+
+
+def test_rank_correlations_with_ties_are_spearmans() -> None:
+    rng = np.random.default_rng(4)
+    x, y = rng.integers(0, 4, (30, 2)).astype(float), rng.integers(0, 5, (30, 3)).astype(float)
+    y[:, 2] = 1.0
+    want = [[spearmanr(x[:, i], y[:, j]).statistic for j in range(2)] for i in range(2)]
+    assert sensitivity(x, y)[:, :2] == pytest.approx(np.array(want))
+    assert sensitivity(x, y)[:, 2].tolist() == [0.0, 0.0]
+
+
+# ---- the answer -----------------------------------------------------------------------------------------------------
+def objective(**more: Any) -> Any:
+    return ObjectiveSpec.model_validate({"metric": "m", **more})
+
+
+def test_scores_of_variations_within_all_limits() -> None:
+    rows = [row(0, 2.0), row(0, 3.0, "b"), row(1, 1.0), row(1, 9.0, "b"), row(2, 1.0), row(2, 0.0, "b", "timeout")]
+    rows += [row(3, 0.6), row(3, 0.5, "b"), row(4, 5.0), row(4, 5.0, "b")]
+    of = study(objective=objective(limits={"m": 5.0}), limits={"a": {"m": 4.0}})
+    of.spec.limits = {"a": {"m": 4.0}}
+    assert report._scores(of, rows) == {0: 3.0, 3: 0.6}
+    best = report.best_variation(of, rows)
+    assert best is not None
+    assert (best["variation"], best["case"]) == (3, "a")
+    assert report._scores(study(), rows) == {}
+    assert report.best_variation(study(), rows) is None
+
+
+@pytest.mark.parametrize(("worst", "best"), [(0.0, 3), (1e-9, 0)])
+def test_the_best_meets_every_limit_of_the_loop(monkeypatch: Any, worst: float, best: int) -> None:
+    class Loop:
+        def __init__(self, study: Any, loop: Any) -> None:
+            pass
+
+        def excess(self, settings: Any) -> dict[str, float]:
+            return {"Ms_db": -1.0, "radius": worst if settings["p"] == 3.0 else -1.0}
+
+    monkeypatch.setattr(report, "LoopLimits", Loop)
+    of = study(objective=objective().model_copy(update={"loop": object()}))
+    found = report.best_variation(of, [row(0, 2.0), row(1, 4.0), row(3, 1.0)])
+    assert found is not None
+    assert found["variation"] == best
+
+
+def test_the_answer_comes_first() -> None:
+    rows = [row(0, 2.0), row(1, 1.0), row(2, 1.0, status="timeout"), row(3, 1.0, status="outside")]
+    rows += [row(k, 1.0, status="refused") for k in range(4, 16)]
+    told = summary(spread("m", 0.5), spread("n", None))
+    section: Section = report._answer(study(), LABELS, None, rows, told)
+    assert section.text == f"{told.sentence} Text."
+    limits, ranges, failed = section.folded
+    assert limits.rows == [["a", "m", 2.0, 50.0, *PERCENT, 5.0]]
+    assert ranges.rows == [["p (V)", 0.0, 10.0], ["q", 0.0, 10.0]]
+    assert ranges.caption == "16 runs by random, seed 3; 13 failed, 1 left out by the limits of the loop"
+    assert [r[0] for r in failed.rows] == [2, *range(4, 13)]
+    assert len(section.plots) == 1
+    tuned = report._answer(study(objective=objective()), LABELS, None, rows[:2], None)
+    assert tuned.text == "Variation 1 is the best: 1. Text."
+    assert tuned.folded[1].rows == [["p (V)", 1.0], ["q", 1.0]]
+    assert tuned.folded[0].caption == "2 runs by random, seed 3; 0 failed"
+    assert len(tuned.plots) == 1
+
+
+def test_percentiles_for_the_terminal() -> None:
+    limited = summary(spread("m", 0.123456), spread("free", None))
+    lines = report.spreads(limited).splitlines()
+    assert lines[0] == limited.sentence
+    assert [line.split() for line in lines if line.split()[:2] == ["a", "m"]] == [["a", "m", "2", "12.35", *"12345"]]
+    assert "free" not in report.spreads(limited)
+    every = report.spreads(limited, every=True)
+    assert [line.split() for line in every.splitlines() if "free" in line] == [["a", "free", *"12345"]]
+    assert report.spreads(summary(spread("free", None))) == summary(spread("free", None)).sentence
+    assert math.isclose(report.DIVERGED, 1e100)
