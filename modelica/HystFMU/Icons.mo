@@ -65,6 +65,12 @@ package Icons "Icons"
       Documentation(info = "<html><p>Icon of a source.</p></html>"));
   end Source;
 
+  partial record Record "Icon of a record"
+    annotation (
+      Icon(graphics = {Rectangle(extent = {{-100, -60}, {100, 60}}, lineColor = {64, 64, 64}, fillColor = {255, 215, 136}, fillPattern = FillPattern.Solid), Line(points = {{-100, 0}, {100, 0}}, color = {64, 64, 64}), Text(extent = {{-150, 105}, {150, 70}}, textString = "%name")}),
+      Documentation(info = "<html><p>Icon of a record.</p></html>"));
+  end Record;
+
   partial function Function "Icon of a function"
     annotation (
       Icon(graphics = {Ellipse(extent = {{-100, -100}, {100, 100}}, lineColor = {108, 88, 49}, fillColor = {255, 215, 136}, fillPattern = FillPattern.Solid)}),

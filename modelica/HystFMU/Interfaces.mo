@@ -28,6 +28,14 @@ package Interfaces "Ports and partial blocks"
       Documentation(info = "<html><p>The same quantities as the flanges of Modelica.Mechanics.Translational, with which it can be connected.</p></html>"));
   end Flange;
 
+  connector HeatPort "Thermal port"
+    Types.Temperature T "Temperature";
+    flow Types.Power Q_flow "Heat flow into the component";
+    annotation (
+      Icon(graphics = {Rectangle(extent = {{-100, -100}, {100, 100}}, lineColor = {191, 0, 0}, fillColor = {191, 0, 0}, fillPattern = FillPattern.Solid)}),
+      Documentation(info = "<html><p>The same quantities as the heat ports of Modelica.Thermal.HeatTransfer, with which it can be connected.</p></html>"));
+  end HeatPort;
+
   partial block Sampled "Block that acts at the instants 0, Ts, 2 Ts, ..."
     extends Icons.Sampled;
     parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period: the communication step of the unit" annotation (Dialog(group = "Sampling"));

@@ -28,6 +28,16 @@ package Types "Quantities with units, and choices"
     annotation (Documentation(info = "<html><p>Stiffness, N/m.</p></html>"));
   type Damping = Real(final quantity = "TranslationalDampingConstant", final unit = "N.s/m") "Viscous damping"
     annotation (Documentation(info = "<html><p>Viscous damping, N.s/m.</p></html>"));
+  type Charge = Real(final quantity = "ElectricCharge", final unit = "C") "Electric charge"
+    annotation (Documentation(info = "<html><p>Electric charge, C.</p></html>"));
+  type Velocity = Real(final quantity = "Velocity", final unit = "m/s") "Velocity"
+    annotation (Documentation(info = "<html><p>Velocity, m/s.</p></html>"));
+  type Power = Real(final quantity = "Power", final unit = "W") "Power"
+    annotation (Documentation(info = "<html><p>Power, W.</p></html>"));
+  type Energy = Real(final quantity = "Energy", final unit = "J") "Energy"
+    annotation (Documentation(info = "<html><p>Energy, J.</p></html>"));
+  type Temperature = Real(final quantity = "ThermodynamicTemperature", final unit = "K", displayUnit = "degC") "Absolute temperature"
+    annotation (Documentation(info = "<html><p>Absolute temperature, K.</p></html>"));
   type Memory = enumeration(
       dominant "Dominant extrema: wiping-out (Madelung) memory",
       last "The last extremum only: the literal reading, for replicas") "Which extrema an operator remembers"

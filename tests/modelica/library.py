@@ -161,6 +161,10 @@ def evaluate(e: Any, scope: Mapping[str, Any]) -> Any:
             return min(a, b)
         case "div", [a, b]:
             return int(a // b)
+        case "^", [a, b]:
+            return a**b
+        case "sqrt", [a]:
+            return np.sqrt(a)
         case "==", [a, b]:
             return a == b
         case "identity", [n]:

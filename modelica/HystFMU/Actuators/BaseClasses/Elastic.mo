@@ -1,0 +1,33 @@
+within HystFMU.Actuators.BaseClasses;
+model Elastic "Elastic body with a stroke of its own, damped and preloaded"
+  extends Icons.Component;
+  parameter Types.Stiffness k(min = 0) = 4e7 "Stiffness of an element whose stroke does not change, greater than 0";
+  parameter Types.Damping c(min = 0) = 20 "Damping between the flanges, greater than 0";
+  parameter Types.Stiffness k_pre(min = 0) = 0 "Stiffness of the spring that preloads it";
+  parameter Types.Position stroke_start = 0 "Free stroke of an element at the start" annotation (Dialog(group = "Start"));
+  parameter Integer n_series(min = 1) = 1 "Elements one on the other";
+  parameter Integer n_parallel(min = 1) = 1 "Elements side by side";
+  Interfaces.Flange flange_a "End that is mostly fixed" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.Flange flange_b "End that moves" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  Interfaces.RealInput stroke(unit = "m") "Free stroke of an element" annotation (Placement(transformation(extent = {{-10, 100}, {10, 120}})));
+  Interfaces.RealOutput rest(unit = "m") "Position of flange_b without load at the start" annotation (Placement(transformation(extent = {{100, 50}, {120, 70}})));
+  Types.Force F(nominal = 100) "Tension of an element";
+  Types.Position s_rel(nominal = 1e-5) "Distance of the flanges, over that without stroke and load";
+  Types.Velocity v_rel(nominal = 0.01) "Its rate";
+  Types.Energy stored(nominal = 1e-3) "Elastic energy";
+equation
+  s_rel = flange_b.s - flange_a.s;
+  v_rel = der(s_rel);
+  F = k*(s_rel/n_series - stroke);
+  flange_b.f = n_parallel*F + k_pre*s_rel + c*v_rel;
+  flange_a.f = -flange_b.f;
+  rest = flange_a.s + n_parallel*k*stroke_start/(n_parallel*k/n_series + k_pre);
+  stored = 0.5*n_series*n_parallel*F^2/k + 0.5*k_pre*s_rel^2;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> F = k (s_rel/n_series - stroke), f = n_parallel F + k_pre s_rel + c s_rel'.</p>
+<p><b>Source:</b> Hooke's law.</p>
+<p><b>Limitations:</b> linear, no mass.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.BaseClasses.Piezo\">Actuators.BaseClasses.Piezo</a>, which uses it.</p>
+</html>"));
+end Elastic;

@@ -1,0 +1,29 @@
+within HystFMU.Actuators.BaseClasses;
+model Inertia "Mass at the end of an actuator"
+  extends Icons.Component;
+  parameter Types.Mass m(min = 0) = 0.02 "Mass, greater than 0";
+  parameter Types.Start start = Types.Start.rest "At the position without load, or in equilibrium with the load" annotation (Dialog(group = "Start"));
+  parameter Types.Velocity v_start = 0 "Velocity at the start" annotation (Dialog(group = "Start"));
+  Interfaces.Flange flange "Where it is moved" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.RealInput rest(unit = "m") "Position without load at the start" annotation (Placement(transformation(extent = {{-120, 50}, {-100, 70}})));
+  Types.Position s(nominal = 1e-5) "Position";
+  Types.Velocity v(nominal = 0.01) "Velocity";
+initial equation
+  v = v_start;
+  if start == Types.Start.steady then
+    flange.f = 0;
+  else
+    s = rest;
+  end if;
+equation
+  s = flange.s;
+  der(s) = v;
+  m*der(v) = flange.f;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> m s'' = f.</p>
+<p><b>Source:</b> Newton's second law.</p>
+<p><b>Limitations:</b> one direction.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.BaseClasses.Piezo\">Actuators.BaseClasses.Piezo</a>, which uses it.</p>
+</html>"));
+end Inertia;

@@ -1,0 +1,14 @@
+within HystFMU.Actuators;
+model DataSheetStack "Piezo stack from the values of a data sheet"
+  parameter DataSheet data "Data sheet" annotation (Placement(transformation(extent = {{-80, 60}, {-60, 80}})));
+  extends BaseClasses.Piezo(final v_max = data.v_max, final stroke = data.stroke, final C = data.C, final k = data.k, m = data.m, final c = data.c, final share = data.share);
+equation
+  assert(data.coupling < 1, "The data sheet must have F_block*stroke < C*v_max^2, C the mean capacitance over the range: else the stack gives more work than it takes");
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> that of Actuators.BaseClasses.Piezo with the values of Actuators.DataSheet.</p>
+<p><b>Source:</b> as there.</p>
+<p><b>Limitations:</b> as there; the default hysteresis is that of the defaults, scaled to the stroke: replace it by an identified one.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.AmplifiedStack\">Examples.AmplifiedStack</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.DataSheet\">Actuators.DataSheet</a>, <a href=\"modelica://HystFMU.Actuators.Stack\">Actuators.Stack</a>.</p>
+</html>"));
+end DataSheetStack;

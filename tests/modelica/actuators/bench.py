@@ -1,0 +1,107 @@
+"""An actuator among genuine parts of the Modelica Standard Library, and its energies as pins and flanges show them."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import library
+import numpy as np
+import pytest
+import simulate
+
+Array = simulate.Array
+STANDARD = Path(os.environ.get("HYSTFMU_DATA", Path(__file__).parents[4] / "shared" / "data")) / "msl"
+ROOTS = (library.ROOT, STANDARD)
+needs_standard = pytest.mark.skipif(not STANDARD.exists(), reason=f"Modelica Standard Library absent: {STANDARD}")
+
+ELECTRICAL = """
+  Modelica.Electrical.Analog.Basic.Ground ground;
+  Modelica.Electrical.Analog.Basic.Resistor line(R = 20);
+"""
+WALL = "  Modelica.Mechanics.Translational.Components.Fixed wall;\n"
+WIRED = """
+  connect(line.n, stack.pin_p);
+  connect(stack.pin_n, ground.p);
+"""
+HELD = "  connect(wall.flange, stack.flange_a);\n"
+
+
+def complaint(tmp_path: Path, declared: str, joined: str, stop: float, step: float, tolerance: float = 1e-10) -> str:
+    """Simulate a model of these parts into `out.npz` of the folder; what the compiler or the solver says, or ""."""
+    file = tmp_path / "Bench.mo"
+    file.write_text(f"model Bench\n{declared}equation\n{joined}end Bench;\n")
+    return simulate.rumoca(file, "Bench", repr(stop), repr(step), repr(tolerance), tmp_path / "out.npz", packages=ROOTS)
+
+
+def run(
+    tmp_path: Path, declared: str, joined: str, stop: float = 0.02, step: float = 1e-5, tolerance: float = 1e-10
+) -> dict[str, Array]:
+    """Trajectories of a model of these parts, by name."""
+    said = complaint(tmp_path, declared, joined, stop, step, tolerance)
+    assert not said, said
+    with np.load(tmp_path / "out.npz") as found:
+        return {k: found[k] for k in found.files}
+
+
+def over(y: Array, x: Array) -> float:
+    """Integral of y over x by the rule of trapezia."""
+    return float(np.sum((y[1:] + y[:-1]) / 2 * np.diff(x)))
+
+
+@dataclass(frozen=True)
+class Values:
+    """Parameters of an actuator that the energies need; the defaults are those of the library."""
+
+    C: float = 6e-6
+    share: float = 0.9
+    stroke: float = 26e-6
+    v_max: float = 100.0
+    resistance: float = 1.0
+    c: float = 20.0
+    m: float = 0.02
+
+    @property
+    def d(self) -> float:
+        return self.stroke / (self.share * self.C * self.v_max)
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Work and losses (J) between two instants; `loop` is that of v - d F over P, F the compression."""
+
+    electrical: float
+    mechanical: float  # out of the actuator
+    loop: float
+    others: float  # lost in leads and damping, and kept by the mass
+    exchanged: float
+
+    @property
+    def rest(self) -> float:
+        """What remains of the balance, in parts of the exchanged energy."""
+        return (self.electrical - self.mechanical - self.loop - self.others) / self.exchanged
+
+
+def energies(v: dict[str, Array], since: float, p: Values, stack: str = "stack") -> Energies:
+    """Energies from the quantities at pins and flanges alone; P is what C leaves of the charge."""
+    late = v["time"] >= since - 1e-9
+    one = {k.removeprefix(f"{stack}."): x[late] for k, x in v.items() if k.startswith(f"{stack}.")}
+    t, i, s = v["time"][late], one["pin_p.i"], one["flange_b.s"] - one["flange_a.s"]
+    volts = one["pin_p.v"] - one["pin_n.v"]
+    behind = volts - p.resistance * i
+    P = one["q"] - (1 - p.share) * p.C * behind
+    speed = one["inertia.v"]
+    ceramic = -one["flange_a.f"] - p.c * speed
+    power = np.abs(one["flange_b.f"] * np.gradient(one["flange_b.s"], t))
+    exchanged = over(np.abs(volts * i) + power, t)
+    damped = over(p.resistance * i**2 + p.c * speed**2, t)
+    moving = p.m * (speed[-1] ** 2 - speed[0] ** 2) / 2
+    into = over(one["flange_b.f"], one["flange_b.s"]) + over(one["flange_a.f"], one["flange_a.s"])
+    assert np.ptp(s) > 0
+    return Energies(over(volts * i, t), -into, over(behind + p.d * ceramic, P), damped + moving, exchanged)
+
+
+def example(name: str, tmp_path: Path) -> dict[str, Array]:
+    """Trajectories of an example of the library."""
+    return simulate.run(f"HystFMU.Examples.{name}", tmp_path / "example.npz").instants()
