@@ -1,4 +1,4 @@
-"""What a call may not leave behind: trials of events, derivatives, states that are gone; and what it must not forget."""
+"""What a call may not leave behind: trials of events, derivatives, states that are gone; what it must not forget."""
 
 from __future__ import annotations
 
