@@ -241,7 +241,7 @@ def test_plots_and_tables_of_a_case(page: Any) -> None:
     assert first.rows[2][1:] == pytest.approx([1.0, 1.0, 0.0], abs=1e-3)
     assert len(total.rows) == len(correlation.rows) == 2
     assert correlation.rows[0][1] == pytest.approx(1.0)
-    assert worst.head == ["row", "p (V)", "q", "m (um)", "n (um)", "Ms_db (dB)"]
+    assert worst.head == ["row", "p (V)", "q", "m in um", "n in um", "Ms_db in dB"]
     assert worst.rows[0][:2] == [4, rows[4]["values"]["p"]]
     assert [r[1:] for r in again.rows] == [[f"run {k}", f"worst/{k}.json"] for k in (4, 5)]
     assert len(made.section(None, page).folded) == 5
@@ -307,6 +307,43 @@ def test_the_answer_comes_first() -> None:
     assert tuned.folded[1].rows == [["p (V)", 1.0], ["q", 1.0]]
     assert tuned.folded[0].caption == "2 runs by random, seed 3; 0 failed"
     assert len(tuned.plots) == 1
+
+
+def test_the_page_of_a_study(monkeypatch: Any, page: Any) -> None:
+    pages: list[Any] = []
+    monkeypatch.setattr(report, "write_page", lambda *given: (pages.append(given), page / "report.html")[1])
+    monkeypatch.setattr(report, "unit_of", lambda system, parameter: {"p": "V"}.get(parameter, ""))
+    of = study({"a": {"m": 5.0}, "b": {"m": 1.0}}, name="s")
+    of.cases = [SimpleNamespace(scenario="loop")]
+    rows = [{**row(k, k / 3, c), "variation": k, "index": k} for k in range(15) for c in "ab"]
+    rows += [{**row(15, 1e100), "index": 30}, {**row(16, 1.0, status="timeout"), "index": 31}]
+    rows += [{**row(17, 0.99e100), "index": 32}]
+    path = report.write_report(of, [case(), case("b"), case("empty")], rows, None, page)
+    assert path == page / "report.html"
+    (_, folder, sections, title) = pages[0]
+    assert (folder, title) == (page, "Study s of loop")
+    answer, draws, first, second = sections
+    assert answer.plots[0].title.startswith("what decides b: m")  # the case with the limit that fewest meet
+    assert draws.title == "All draws"
+    assert [axis.name for axis in draws.plots[0].axes[:2]] == ["q", "p in V"]
+    assert (first.title, second.title) == ("Case a", "Case b")
+    worst = first.folded[3]
+    assert len(worst.rows) == 10
+    assert [r[0] for r in worst.rows[:4]] == [31, 30, 32, 14]  # a failed run, one that diverged, the largest
+    assert max(line.y.max() for line in first.plots[0].lines) == 0.99e100
+    assert max(line.y.max() for line in second.plots[0].lines) == pytest.approx(14 / 3)
+
+
+def test_labels_of_parameters(monkeypatch: Any) -> None:
+    monkeypatch.setattr(report, "unit_of", lambda system, parameter: {"second": "N"}.get(system, ""))
+    of = study()
+    of.spec.parameters = {"p": 1, "q": 1, "lag.g": 1}
+    of.parameters["q"] = ParameterSpec.model_validate({"scale": [0.5, 2.0]})
+    systems: Any = ["first", "second"]
+    assert report._label(of, systems, "p") == "p in N"
+    assert report._label(of, systems, "q") == "q as a factor"
+    assert report._label(of, systems, "lag.g.f_n") == "lag.g.f_n in Hz"
+    assert report._label(of, systems, "lag.g.zeta") == "lag.g.zeta"
 
 
 def test_percentiles_for_the_terminal() -> None:
