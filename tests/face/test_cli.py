@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hystfmu.cli import main
+from hystfmu.base.errors import InputError
+from hystfmu.cli import main, places
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -219,6 +220,7 @@ def test_a_damaged_fmu_fails_validation(fitted, tmp_path):
 
 def test_run_needs_a_scenario(tmp_path):
     one_line(hystfmu("run", cwd=tmp_path), ["--all"])
+    (tmp_path / "scenarios").mkdir()
     one_line(hystfmu("run", "--all", cwd=tmp_path), ["scenario"])
     done = hystfmu("run", tmp_path / "none", cwd=tmp_path)
     one_line(done, ["none", "No such file"])
@@ -284,3 +286,31 @@ def test_a_bare_block_is_exported(tmp_path):
     one_line(hystfmu("export", "transfer_functio", "-o", fmu), ["transfer_functio", "transfer_function"])
     one_line(hystfmu("export", "zhao_tan", "--set", "nothing=1", "-o", fmu), ["zhao_tan", "'nothing'"])
     one_line(hystfmu("export", "m.model.toml", "--set", "a=1", "-o", fmu), ["--set", "bare block"])
+
+
+def test_shipped_scenarios_run_by_their_names_where_there_is_no_such_folder(tmp_path):
+    done = hystfmu("run", "scenarios/example_hold", "--engine", "native", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout
+    assert done.stderr.startswith("scenarios are those that HystFMU ships, in ")
+    assert hystfmu("margins", "scenarios/pid", "--case", "sine_10", cwd=tmp_path).returncode == 0
+    one_line(hystfmu("run", "scenarios/no_such", cwd=tmp_path), ["scenarios/no_such"])
+    own = tmp_path / "scenarios" / "example_hold"
+    own.mkdir(parents=True)
+    (own / "scenario.toml").write_text("name = 1\n")
+    one_line(hystfmu("run", "scenarios/example_hold", cwd=tmp_path), ["scenarios/example_hold/scenario.toml", "name"])
+
+
+def test_all_without_a_folder_of_scenarios_means_the_shipped_ones(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {p.name for p in places.everything()}
+    assert {"pid", "example_hold"} <= names
+    (tmp_path / "scenarios" / "mine").mkdir(parents=True)
+    (tmp_path / "scenarios" / "mine" / "scenario.toml").touch()
+    assert [p.name for p in places.everything()] == ["mine"]
+
+
+def test_no_baseline_is_written_into_the_package(monkeypatch):
+    monkeypatch.setattr("hystfmu.base.package_files.PACKAGE", ROOT / "scenarios")
+    with pytest.raises(InputError, match="--record writes beside"):
+        places.refuse_shipped([ROOT / "scenarios" / "pid"])
+    places.refuse_shipped([ROOT / "elsewhere"])

@@ -186,6 +186,7 @@ def test_the_command_shows_the_change_and_writes_in_a_pipe(loop: Any, write: Any
 def test_junit_counts_failures_and_errors(loop: Any, write: Any, tmp_path: Path) -> None:
     loop["units"]["large"] = {"block": "sum", "dims": {"n": 1}, "values": {"k": [1e308]}}
     loop["order"].append("large")
+    loop["metrics"]["tracking"].pop("limit")
     loop["connections"]["large.u"] = "reference.r"
     loop["case"] = [{"name": "good"}, {"name": "bad"}, {"name": "ends", "set": {"reference.amplitude": 1e6}}]
     folder = write(loop)

@@ -18,11 +18,22 @@ def run(folder: Path, **more: Any) -> Result:
     return result
 
 
-def test_a_missing_baseline_is_a_failure_and_is_not_written(loop: Any, write: Any) -> None:
+def test_without_any_baseline_the_limits_alone_decide_and_none_is_written(loop: Any, write: Any) -> None:
     folder = write(loop)
     result = run(folder)
-    assert result.failures() == ["loop/nominal: no baseline: run with --record"]
+    assert result.passed
+    assert result.notes[-1].startswith("loop: no baseline yet")
+    assert "no baseline yet" in terminal.verdicts([result])
     assert [p.name for p in folder.iterdir()] == ["scenario.toml"]
+    loop["metrics"]["tracking"]["limit"] = 1e-9
+    write(loop)
+    assert not run(folder).passed
+    assert not run(folder, record=True).notes
+
+
+def test_without_baseline_and_limits_nothing_can_pass(loop: Any, write: Any) -> None:
+    loop["metrics"]["tracking"].pop("limit")
+    assert run(write(loop)).failures() == ["loop/nominal: no baseline: run with --record"]
 
 
 def test_recorded_once_it_passes(loop: Any, write: Any) -> None:

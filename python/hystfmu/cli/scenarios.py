@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import json
 import sys
-from pathlib import Path
 from typing import Literal
 
 import click
 
 from hystfmu.base.errors import InputError
+from hystfmu.cli import places
 from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
 from hystfmu.report.verbosity import VERBOSE, detail, level, say, wrong
 
 
 @click.command(cls=Command)
 @click.argument("scenarios", nargs=-1)
-@click.option("--all", "everything", is_flag=True, help="Run every scenario in ./scenarios.")
+@click.option(
+    "--all",
+    "everything",
+    is_flag=True,
+    help="Run every scenario in ./scenarios, or without that folder those that HystFMU ships.",
+)
 @click.option(
     "--set",
     "settings",
@@ -86,7 +91,8 @@ def run(
 ) -> None:
     """Run scenarios and compare them with limits and baselines.
 
-    A scenario is a closed loop of FMUs, simulated by fmpy.  A folder of scenarios runs them all.
+    A scenario is a closed loop of FMUs, simulated by fmpy.  A folder of scenarios runs them all.  Those that HystFMU
+    ships run by their names, such as scenarios/pid, where the current folder has none of that name.
 
     SSP archives of other tools run too and are compared with the reference result that they contain.
 
@@ -126,7 +132,9 @@ def run(
 
     if everything == bool(scenarios):
         raise InputError("run needs scenarios or --all (example: hystfmu run scenarios/pid)")
-    paths = _everything() if everything else scenarios
+    paths = places.everything() if everything else places.found(scenarios)
+    if record:
+        places.refuse_shipped(paths)
 
     def agreed(found: list[Change]) -> bool:
         click.echo(changes(found), err=as_json)
@@ -162,7 +170,12 @@ def run(
 
 @click.command(cls=Command)
 @click.argument("scenarios", nargs=-1)
-@click.option("--all", "everything", is_flag=True, help="Every scenario in ./scenarios.")
+@click.option(
+    "--all",
+    "everything",
+    is_flag=True,
+    help="Every scenario in ./scenarios, or without that folder those that HystFMU ships.",
+)
 @click.option(
     "--case", "cases", multiple=True, metavar="NAME", help="Only these cases, without the limits; repeatable."
 )
@@ -188,25 +201,15 @@ def margins(
     if everything == bool(scenarios):
         raise InputError("margins needs scenarios or --all (example: hystfmu margins scenarios/pid)")
     delays = delays or level() == VERBOSE
+    paths = places.everything() if everything else places.found(scenarios)
     with progress("margins") as report:
-        found = margin_table(_everything() if everything else scenarios, cases or None, report, at=at, delays=delays)
+        found = margin_table(paths, cases or None, report, at=at, delays=delays)
     if as_json:
         click.echo(json.dumps(found.summary()))
     else:
         say(found.text(delays))
         wrong(found.broken())
     sys.exit(0 if found.rows and not found.broken() else FAILED)
-
-
-def _everything() -> list[Path]:
-    """Return the folders of all scenarios in ./scenarios."""
-    from hystfmu.scenario.shipped import shipped_scenarios
-
-    files = [f for depth in ("*", "*/*") for f in Path("scenarios").glob(f"{depth}/scenario.toml")]
-    if not files:
-        here = f"those of HystFMU are in {shipped_scenarios()}"
-        raise InputError(f"the current folder has no scenarios/*/scenario.toml; {here}")
-    return sorted(f.parent for f in files)
 
 
 _NOT_OF_AN_FMU = ("everything", "engine", "coupling", "cases", "record", "yes", "junit", "report_dir")
@@ -291,7 +294,7 @@ def ssp(
     from hystfmu.scenario import Scenario
     from hystfmu.scenario.ssp.write import write_loop, write_ssp
 
-    cases = {c.name: c for c in Scenario(scenario).cases}
+    cases = {c.name: c for c in Scenario(places.found([scenario])[0]).cases}
     if name is not None and name not in cases:
         raise InputError(f"{scenario}: no case {name!r}; there are {', '.join(cases)}")
     case = cases[name] if name is not None else next(iter(cases.values()))
@@ -352,8 +355,9 @@ def study(
     from hystfmu.report.progress import counter
     from hystfmu.studies.report import spreads
 
+    (file,) = places.found([study])
     with counter("running") as report:
-        outcome = hy.study(study, folder, workers=jobs, on=on, retry=retry, confined=not unconfined, progress=report)
+        outcome = hy.study(file, folder, workers=jobs, on=on, retry=retry, confined=not unconfined, progress=report)
     summary = outcome.summary
     facts = {"rows": len(outcome.rows), "ran": outcome.ran, "failed": len(outcome.failed)}
     if as_json:

@@ -20,13 +20,15 @@ from hystfmu.scenario.verdict.baseline import Baseline
 class Plan:
     """One scenario: the cases that run, and its baseline (None while one is recorded, or where there is none).
 
-    `strict`: a missing baseline is a failure; a scenario built in Python has none, so its limits alone decide.
+    `strict`: a case without baseline is a failure.  Where there is none at all, as for a scenario built in Python or one
+    that runs for the first time, the limits alone decide, if it states any; `note` says so.
     """
 
     scenario: Scenario
     systems: tuple[System, ...]
     baseline: Baseline | None
     strict: bool
+    note: str = ""
 
 
 def read(
@@ -68,10 +70,17 @@ def plan(
     cases = [[c for c in s.cases if c.name in wanted] for s in scenarios]
     built = [tuple(build(c) for c in group) for group in cases]
     _check_overrides(overrides, [s for group in built for s in group])
-    return [
-        Plan(s, systems, *((None, False) if record or s.folder is None else (Baseline.load(s.folder), True)))
-        for s, systems in zip(scenarios, built, strict=True)
-    ]
+    return [_plan(s, systems, record) for s, systems in zip(scenarios, built, strict=True)]
+
+
+def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool) -> Plan:
+    if record or scenario.folder is None:
+        return Plan(scenario, systems, None, strict=False)
+    baseline = Baseline.load(scenario.folder)
+    if baseline is None and any(m.limit is not None for s in systems for m in s.case.metrics.values()):
+        note = f"{scenario.spec.name}: no baseline yet: the limits alone decide; --record keeps these results as one"
+        return Plan(scenario, systems, None, strict=False, note=note)
+    return Plan(scenario, systems, baseline, strict=True)
 
 
 def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) -> None:

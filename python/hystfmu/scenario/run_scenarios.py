@@ -93,7 +93,8 @@ def run_scenarios(
             for system in p.systems:
                 limits: dict[str, Any] = {"seconds": seconds, "confined": confined}
                 result, record_of = run_case(system, p.baseline, engine, store, strict=p.strict, out=out, **limits)
-                ran.append((replace(result, loop=loop_figures(system)), record_of))
+                notes = (*result.notes, *filter(None, [p.note]))
+                ran.append((replace(result, loop=loop_figures(system), notes=notes), record_of))
                 advance(system.n_steps)
         results += [r for r, _ in ran]
         if record and all(r.passed for r, _ in ran):

@@ -20,3 +20,15 @@ def shipped_scenarios() -> Path:
         if folder.is_dir():
             return folder
     raise InputError(f"no scenarios in {PACKAGE / '_scenarios'}: install the package with 'pip install .'")
+
+
+def here_or_shipped(path: str) -> Path:
+    """Return a path as it is, or the shipped one where nothing of that name, `scenarios/...`, lies in this folder."""
+    first, *inside = Path(path).parts or (".",)
+    if first != "scenarios" or Path(path).exists():
+        return Path(path)
+    try:
+        found = shipped_scenarios().joinpath(*inside)
+    except InputError:
+        return Path(path)
+    return found if found.exists() else Path(path)

@@ -45,7 +45,7 @@ def verdicts(results: Sequence[Result]) -> str:
         ]
         head = ["scenario", "case", "verdict", *DECISIVE, *LOOP[: 2 * some], "seconds"]
     lines = [table(head, rows)]
-    failures = [line for r in results for line in (*r.notes, *_shortened(r.failures()))]
+    failures = dict.fromkeys(line for r in results for line in (*r.notes, *_shortened(r.failures())))
     passed = sum(r.passed for r in results)
     return "\n".join([*lines, *failures, f"{passed} of {len(results)} cases passed"])
 

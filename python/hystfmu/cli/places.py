@@ -1,0 +1,53 @@
+"""Where the scenarios and studies of a command line are: here, or among those that HystFMU ships."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from hystfmu.base.errors import InputError
+
+
+def found(paths: Sequence[str]) -> list[Path]:
+    """Return scenarios or studies; those that HystFMU ships by the names they have in its repository.
+
+    A line on stderr says where these are.
+    """
+    from hystfmu.scenario.shipped import here_or_shipped, shipped_scenarios
+
+    places = [here_or_shipped(p) for p in paths]
+    if any(place != Path(p) for place, p in zip(places, paths, strict=True)):
+        click.echo(f"scenarios are those that HystFMU ships, in {shipped_scenarios()}", err=True)
+    return places
+
+
+def everything() -> list[Path]:
+    """Return the folders of all scenarios in ./scenarios, or without that folder of those that HystFMU ships.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    (root,) = found(["scenarios"])
+    files = [f for depth in ("*", "*/*") for f in root.glob(f"{depth}/scenario.toml")]
+    if not files:
+        raise InputError("the current folder has no scenarios/*/scenario.toml")
+    return sorted(f.parent for f in files)
+
+
+def refuse_shipped(paths: Sequence[Path]) -> None:
+    """Refuse to write beside scenarios that were installed with the package.
+
+    Raises
+    ------
+    InputError
+        One of the paths is such a scenario.
+    """
+    from hystfmu.base.package_files import PACKAGE
+
+    for path in paths:
+        if PACKAGE in path.parents:
+            raise InputError(f"--record writes beside a scenario.toml. Copy {path} to a folder of your own first.")
