@@ -20,8 +20,8 @@ from hystfmu.scenario.verdict.baseline import Baseline
 class Plan:
     """One scenario: the cases that run, and its baseline (None while one is recorded, or where there is none).
 
-    `strict`: a case without baseline is a failure.  Where there is none at all, as for a scenario built in Python or one
-    that runs for the first time, the limits alone decide, if it states any; `note` says so.
+    `strict`: a case without baseline is a failure.  Where there is none at all, as for a scenario built in Python or on
+    a first run, the limits alone decide, if it states any; `note` says so.
     """
 
     scenario: Scenario
