@@ -26,7 +26,10 @@ TABLES = {
     "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py", "tests/study/test_spec_limits.py"),
 }
 COMPILES = {"fmu_build/core/elementary/": "tests/c/test_elementary.py"}
-MASTER = [f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps", "coupling")]
+MASTER = [
+    *(f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps", "coupling")),
+    "tests/scenarios/alone/test_members_alone.py",  # units that are FMUs
+]
 PATHS = {  # what may judge the rooms of one library or language; the rest of tests/c compiles everything anew
     "python": [f"tests/{name}" for name in ("study", "scenarios", "identify", "design", "data", "face")],
     "core": [
