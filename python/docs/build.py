@@ -8,6 +8,7 @@ What follows from the code is written into the build folder only; nothing of it 
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -18,7 +19,9 @@ import click
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.core.library import block_types
+from hystfmu.face.explore import explorer
 from hystfmu.graph import listing
+from hystfmu.report.page import Section, page, section
 from hystfmu.scenario.system.spec import ScenarioSpec
 from hystfmu.studies.spec import StudySpec
 
@@ -28,6 +31,7 @@ sys.path.insert(0, str(HERE))
 
 from pictures import PICTURES  # noqa: E402
 
+EXPLORED = ("actuator", "prandtl_ishlinskii", "zhao_tan_mlp")
 FILES = {"scenario.toml": ScenarioSpec, "*.study.toml": StudySpec}
 
 
@@ -45,6 +49,10 @@ def build(out: Path) -> None:
     schemas = out / "html" / "schema"
     words = ["-W", "--keep-going", "-q", "-b", "html", str(source), str(out / "html")]
     subprocess.run([sys.executable, "-m", "sphinx", *words], check=True)
+    for made in (out / "html").rglob("*.html"):  # icons of the theme stand beside a text
+        text = re.sub(r"<svg(?![^>]*role=)", '<svg aria-hidden="true"', made.read_text())
+        made.write_text(text.replace('<th class="head', '<th scope="col" class="head'))
+    (out / "html" / "explorer_alone.html").write_text(explored())
     schemas.mkdir(exist_ok=True)
     for name, spec in FILES.items():
         schema = json.dumps(spec.model_json_schema(by_alias=True), indent=1)
@@ -114,6 +122,14 @@ def python() -> str:
         members = ["   :members:"] if kind != "function" else []
         parts += [f"## {name}", "", "```{eval-rst}", f".. auto{kind}:: {home}", *members, "```", ""]
     return "\n".join(parts)
+
+
+def explored() -> str:
+    """A page with the explorer of three kinds of models, fitted to the built-in piezo stack."""
+    data = hy.synthetic.piezo(60, 1000.0)
+    models = [hy.fit(data, key) for key in EXPLORED]
+    shown = explorer(models, data, "voltage (V)", "displacement (um)")
+    return page("Explorer", ["<h1>Explorer</h1>", section(Section("", explorer=shown))])
 
 
 def gallery(folder: Path) -> str:

@@ -53,7 +53,7 @@
   levels.forEach((v, k) => k && v > levels[k - 1] + 1 && wrong.push(`headings: ${levels}`));
   // tables, language, title, identities, width
   for (const e of document.querySelectorAll('th')) if (!e.scope || !e.textContent.trim()) say(e, 'a heading without scope or text');
-  if (!document.documentElement.lang || !document.title || !document.querySelector('main')) wrong.push('no lang, title or main');
+  if (!document.documentElement.lang || !document.title || !document.querySelector('main, [role=main]')) wrong.push('no lang, title or main');
   const ids = [...document.querySelectorAll('[id]')].map(e => e.id);
   if (new Set(ids).size !== ids.length) wrong.push(`equal ids: ${ids}`);
   if (document.documentElement.scrollWidth > innerWidth) wrong.push(`${document.documentElement.scrollWidth} px wide in ${innerWidth}`);

@@ -37,6 +37,11 @@ if TYPE_CHECKING:
     help="Platforms whose binaries are packed.",
 )
 @click.option("--source", is_flag=True, help="Also pack the C source as one file that contains the data.")
+@click.option(
+    "--explorer",
+    is_flag=True,
+    help="Put the explorer into the documentation: the model runs in the page, some 70 kB more.",
+)
 @click.option("--modelica", "folder", metavar="DIR", help="Folder to write a Modelica package into.")
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Size or value of BLOCK (repeatable).")
 @click.option("--step", type=float, metavar="SECONDS", help="Sample period of BLOCK.")
@@ -52,6 +57,7 @@ def export(
     name: str | None,
     platforms: Literal["host", "all"],
     source: bool,
+    explorer: bool,
     folder: str | None,
     settings: tuple[str, ...],
     step: float | None,
@@ -98,7 +104,7 @@ def export(
     from hystfmu.fmu.write.platforms import missing
 
     version: Literal[2, 3] = 2 if fmi == "2" else 3
-    path = loaded.export(out, version, name, platforms, source)
+    path = loaded.export(out, version, name, platforms, source, explorer)
     if platforms == "all" and (left_out := missing()):
         click.echo(
             f"not packed: no binary is installed for {', '.join(left_out)} ('make platforms' builds them)", err=True

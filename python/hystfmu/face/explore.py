@@ -10,23 +10,40 @@ from hystfmu.data import Dataset
 from hystfmu.inverse import invert
 from hystfmu.model import Model
 from hystfmu.model.explored import explored
-from hystfmu.report.explorer import Explorer
+from hystfmu.report.explorer import NO_CORE, Explorer, packed_core
 
 
-def explorer(models: Sequence[Model], data: Dataset, u_label: str, y_label: str) -> Explorer:
+def explorer(models: Sequence[Model], data: Dataset | None, u_label: str, y_label: str) -> Explorer:
     """Return the part of a page in which a reader moves the input of models.
 
     Parameters
     ----------
     models : sequence of Model
         Fitted to `data`.
-    data : Dataset
+    data : Dataset, optional
         The measured points.
     u_label, y_label : str
         Names of input and output with their units of measure.
     """
     shown = [explored(m, m.key, _analytic(m)) for m in models]
-    return Explorer(shown, u_label, y_label, (data.u, data.y))
+    return Explorer(shown, u_label, y_label, None if data is None else (data.u, data.y))
+
+
+def explorer_of(model: Model) -> Explorer:
+    """Return the explorer of one model, without measured points.
+
+    Raises
+    ------
+    InputError
+        The core for pages is not installed, the model has not one output, or it does not state the range of its input.
+    """
+    if packed_core() is None:
+        raise InputError(NO_CORE)
+    first = {kind: [p for p in model.graph.ports if p.kind == kind] for kind in ("input", "output")}
+    if not first["input"] or [p.size for p in first["output"]] != [1]:
+        raise InputError(f"The explorer needs a model with an input and one output. Got {model.key} instead.")
+    labels = [f"{p.name} ({p.unit})" if p.unit not in ("", "1") else p.name for (p, *_) in first.values()]
+    return explorer([model], None, *labels)
 
 
 def _analytic(model: Model) -> Model | None:

@@ -345,6 +345,7 @@ class Model(Record):
         name: str | None = None,
         platforms: Literal["host", "all"] = "host",
         source: bool = False,
+        explorer: bool = False,
     ) -> Path:
         """Write an FMU for Co-Simulation and Model Exchange; no compiler is needed.
 
@@ -360,6 +361,8 @@ class Model(Record):
             Pack the binary of this machine, or those of all platforms that are installed.
         source : bool
             Pack the C source too.
+        explorer : bool
+            Put the explorer into the documentation: the model runs in the page; some 70 kB more.
 
         Returns
         -------
@@ -369,7 +372,8 @@ class Model(Record):
         Raises
         ------
         InputError
-            The version, the name or the platform will not do, or the file cannot be written.
+            The version, the name or the platform will not do, the file cannot be written, or the explorer cannot show
+            the model.
 
         Examples
         --------
@@ -377,9 +381,10 @@ class Model(Record):
         >>> hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii").export("piezo.fmu", fmi=3).name
         'piezo.fmu'
         """
+        from hystfmu.face.explore import explorer_of
         from hystfmu.fmu.write.export import export_fmu
 
-        return export_fmu(self, path, fmi, name, platforms, source)
+        return export_fmu(self, path, fmi, name, platforms, source, explorer_of(self) if explorer else None)
 
     def export_modelica(self, folder: str | Path, source: str = "a model in memory") -> Path:
         """Write a Modelica package: record ``Values``, block ``Model``, model ``Example``.

@@ -15,8 +15,11 @@ from hystfmu.fmu.write.description import Fmi
 from hystfmu.fmu.write.reference import FOLDER, Reference
 from hystfmu.graph import Graph, Port
 from hystfmu.model import Model
+from hystfmu.report.explorer import Explorer
+from hystfmu.report.page import Section, page, section
 from hystfmu.report.plot import Line, Plot
 
+EXPLORED = "The model of this FMU runs in this page. Grey: one rise and fall of its input."
 _MOST_VALUES = 6  # of an array in the table; modelDescription.xml has all
 _STYLE = """
 body{max-width:60rem;margin:0 auto;padding:1rem;font:16px/1.5 system-ui,sans-serif;color:#1b2733;background:#fff}
@@ -54,7 +57,7 @@ _HISTORY = {
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table as HTML; the cells are HTML already."""
-    top = "".join(f"<th>{h}</th>" for h in head)
+    top = "".join(f'<th scope="col">{h}</th>' for h in head)
     body = "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>\n" for row in rows)
     return f'<div class="wide"><table><tr>{top}</tr>\n{body}</table></div>\n'
 
@@ -133,7 +136,14 @@ def _dependencies(graph: Graph) -> str:
 
 
 def documentation(
-    graph: Graph, fmi: Fmi, name: str, text: str, reference: Reference, model: Model | None = None, source: bool = False
+    graph: Graph,
+    fmi: Fmi,
+    name: str,
+    text: str,
+    reference: Reference,
+    model: Model | None = None,
+    source: bool = False,
+    explorer: Explorer | None = None,
 ) -> bytes:
     """Write the page.
 
@@ -151,6 +161,8 @@ def documentation(
         Source of fit and provenance.
     source : bool
         Whether the archive has a sources directory.
+    explorer : Explorer, optional
+        The model in the page, with the style and the scripts of a report.
 
     Returns
     -------
@@ -165,7 +177,7 @@ def documentation(
     body = f"""<h1>{escape(name)}</h1>
 <p>{escape(text)}</p>
 <p class="soft">FMI {fmi}.0, written by HystFMU {__version__}, token <code>{graph.token}</code>.</p>
-{_picture(reference)}<h2>Variables</h2>
+{_picture(reference) if explorer is None else section(Section("", EXPLORED, explorer=explorer))}<h2>Variables</h2>
 {variables}<h2>Equations</h2>
 {_equations(graph)}<h2>Provenance of the values</h2>
 {history(model)}<h2>Meaning of a step</h2>
@@ -184,7 +196,9 @@ the rounding of the time.</li>
 <p>The binary and the sources are HystFMU, BSD-3-Clause: <a href="licenses/license.txt">licenses/license.txt</a>. They
 need only the C library. The values of the model belong to its author.</p>
 """
+    if explorer is not None:
+        return page(name, [body]).encode()
     return (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(name)}</title>'
-        f"<style>{_STYLE}</style></head><body>\n{body}</body></html>\n"
+        f"<style>{_STYLE}</style></head><body><main>\n{body}</main></body></html>\n"
     ).encode()

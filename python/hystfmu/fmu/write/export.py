@@ -21,6 +21,7 @@ from hystfmu.fmu.write.terminals import terminals_and_icons
 from hystfmu.fmu.write.trained import facts_of
 from hystfmu.graph import Graph
 from hystfmu.model import Model
+from hystfmu.report.explorer import Explorer
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
@@ -40,7 +41,14 @@ def _identifier(text: str) -> str:
 
 
 def _entries(
-    model: Model | None, graph: Graph, fmi: Fmi, name: str, text: str, source: bool, binaries: dict[str, Deflated]
+    model: Model | None,
+    graph: Graph,
+    fmi: Fmi,
+    name: str,
+    text: str,
+    source: bool,
+    binaries: dict[str, Deflated],
+    explorer: Explorer | None,
 ) -> dict[str, bytes | Deflated]:
     """Return the members of the archive by name."""
     reference = Reference.of(graph, model)
@@ -61,7 +69,7 @@ def _entries(
         entries[f"sources/{name}.c"] = source_file(graph, fmi, name)
         if fmi == 3:
             entries["sources/buildDescription.xml"] = build_description(name)
-    entries["documentation/index.html"] = documentation(graph, fmi, name, text, reference, model, source)
+    entries["documentation/index.html"] = documentation(graph, fmi, name, text, reference, model, source, explorer)
     entries["documentation/licenses/license.txt"] = _licence()
     return entries | reference.files(fmi)
 
@@ -73,6 +81,7 @@ def export_fmu(
     name: str | None = None,
     platforms: Literal["host", "all"] = "host",
     source: bool = False,
+    explorer: Explorer | None = None,
 ) -> Path:
     """Write an FMU for Co-Simulation and Model Exchange.
 
@@ -91,6 +100,8 @@ def export_fmu(
         Pack the binary of this machine, or the installed binaries of all platforms.
     source : bool
         Also pack the source: one self-contained C file.
+    explorer : Explorer, optional
+        The model in the page of the documentation, which is then some 70 kB larger.
 
     Returns
     -------
@@ -112,5 +123,7 @@ def export_fmu(
         raise InputError(f"The FMU name must be a letter or _ followed by letters, digits or _. Got {name!r} instead.")
     text = whole.text if whole else single.block.text if single else ""
     packed = binaries(fmi, name, platforms)
-    write_bytes(path, zip_file(_entries(whole, graph, fmi, name, text, source, packed), executable="binaries/"))
+    write_bytes(
+        path, zip_file(_entries(whole, graph, fmi, name, text, source, packed, explorer), executable="binaries/")
+    )
     return Path(path)

@@ -27,6 +27,7 @@ async function explorer(place) {
       const u = lo + (hi - lo) * (k < 200 ? k : 400 - k) / 200, y = m.plant.next(u, h);
       wanted[0] = Math.min(wanted[0], y), wanted[1] = Math.max(wanted[1], y);
       if (turning(m)) m.swept.push([u, current(turning(m))]);
+      if (!data.measured.length && m === models[0]) measured[0].push(u), measured[1].push(y);
     }
   }
   const outputs = [least(measured[1], wanted[0]), most(measured[1], wanted[1])];

@@ -12,7 +12,7 @@ import numpy as np
 from hystfmu.report.plot import path
 from hystfmu.scenario.outcome.excerpt import drawn
 from hystfmu.scenario.outcome.plots import error_of
-from hystfmu.scenario.report.worst_and_best import main_verdict
+from hystfmu.scenario.report.worst_and_best import main_verdict, word_of
 from hystfmu.scenario.system.measures import label, unit_of_metric
 
 if TYPE_CHECKING:
@@ -60,9 +60,8 @@ def _cell(r: Result | None) -> str:
 def linked(r: Result) -> str:
     """Return curve, metric and verdict of a case as a link to it."""
     v = main_verdict(r)
-    word = "stopped" if v is None else "ok" if r.passed else "failed"
     number = "" if v is None else f"{v.value:.3g} "
-    return f'<a class="{"ok" if r.passed else "bad"}" href="#{place(r)}">{_curve(r)}{number}{word}</a>'
+    return f'<a class="{"ok" if r.passed else "bad"}" href="#{place(r)}">{_curve(r)}{number}{word_of(r)}</a>'
 
 
 def _curve(r: Result) -> str:
@@ -108,8 +107,7 @@ def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bo
     cells = "".join(_metric(found.get(m)) for m in metrics)
     if loops:
         cells += "".join(f"<td>{c}</td>" for c in (r.loop.cells() if r.loop is not None else ["", ""]))
-    word = "ok" if r.passed else "failed" if r.verdicts else "stopped"
-    verdict = linked(r) if curves else f'<span class="{"ok" if r.passed else "bad"}">{word}</span>'
+    verdict = linked(r) if curves else f'<span class="{"ok" if r.passed else "bad"}">{word_of(r)}</span>'
     text = escape(r.system.case.text)
     name = escape(r.case) + ("" if shown or not text else f" <small>{text}</small>")
     own = "" if shown else f' id="{place(r)}"'

@@ -20,6 +20,7 @@ from hystfmu.scenario.report.loop_tables import delay_table, loop_rows
 from hystfmu.scenario.report.machine import machine_form
 from hystfmu.scenario.report.matrix import case_table, matrix, place
 from hystfmu.scenario.report.worst_and_best import nearness, worst_and_best
+from hystfmu.scenario.verdict.baseline import CHANGED
 
 if TYPE_CHECKING:
     from hystfmu.scenario.verdict.result import Result
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 OPEN = ' open="open"'
 METHODS = {"newton": "Newton", "relaxation": "Aitken relaxation"}
 MOST_SHOWN, LEAST_DRAWN, PER_CASE = 500_000, 100_000, 550  # characters: of all cases, their diagrams, rows of a case
-MOST_FAILURES = 6  # lines above the first figure
+MOST_FAILURES = 3  # lines above the first figure
 
 
 def write_report(
@@ -87,7 +88,8 @@ def _verdict(results: Sequence[Result]) -> str:
         f'<p class="lead"><b class="{"ok" if good else "bad"}">{passed} of {len(results)} cases passed</b>, '
         f"{sum(r.seconds for r in results):.1f} s of simulation. HystFMU {escape(__version__)}.</p>"
     )
-    lines = [f"<li>{escape(line)}</li>" for r in results for line in r.lines]
+    said_of = sorted((line for r in results for line in r.lines), key=lambda line: CHANGED in line)  # limits first
+    lines = [f"<li>{escape(line)}</li>" for line in said_of]
     if lines:
         said += f'<ul class="bad">{"".join(lines[:MOST_FAILURES])}</ul>'
     if rest := "".join(lines[MOST_FAILURES:]):

@@ -13,6 +13,7 @@ from hystfmu.report.page import figure
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.excerpt import drawn
 from hystfmu.scenario.outcome.plots import case_plots, error_of, value_label
+from hystfmu.scenario.verdict.baseline import CHANGED
 
 if TYPE_CHECKING:
     from hystfmu.scenario.verdict.judge import Verdict
@@ -30,12 +31,21 @@ def main_verdict(r: Result) -> Verdict | None:
     return next((v for v in r.verdicts if r.system.case.metrics[v.metric] is tracked), r.verdicts[0])
 
 
-def nearness(r: Result) -> float:
-    """Return how near a case is to its limit: the share of the limit that its metric takes; infinite if it failed."""
+def nearness(r: Result) -> tuple[bool, float]:
+    """Return whether a case failed, and how near it is to its limit: the share of it that its metric takes."""
     v = main_verdict(r)
-    if v is None or not r.passed or not math.isfinite(v.value):
-        return math.inf
-    return v.value / v.limit if v.limit else v.value
+    if v is None or not math.isfinite(v.value):
+        return True, math.inf
+    return not r.passed, v.value / v.limit if v.limit else v.value
+
+
+def word_of(r: Result) -> str:
+    """Return the verdict on a case in a word or two."""
+    if r.passed or not r.verdicts:
+        return "ok" if r.passed else "stopped"
+    if all(v.within for v in r.verdicts):
+        return "changed" if any(CHANGED in line for line in r.lines) else "no baseline"
+    return "failed"
 
 
 def worst_and_best(results: Sequence[Result]) -> str:
@@ -58,7 +68,7 @@ def _said(name: str, r: Result) -> str:
         return f'<p><b>{title}</b> <b class="bad">stopped</b></p>'
     unit = " % of the stroke" if v.kind.endswith("_percent") else ""
     limit = "" if v.limit is None else f", limit {v.limit:.4g}"
-    word = '<b class="ok">passed</b>' if r.passed else '<b class="bad">failed</b>'
+    word = f'<b class="{"ok" if r.passed else "bad"}">{word_of(r)}</b>'
     return f"<p><b>{title}</b><br/>{escape(v.metric)} {v.value:.3g}{unit}{limit}: {word}</p>"
 
 

@@ -1,0 +1,117 @@
+"""A page of each kind, as the commands write it, from records and loops that take seconds."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from click.testing import CliRunner
+
+import hystfmu as hy
+from hystfmu.cli import main
+from hystfmu.demo import run as demo
+from hystfmu.scenario.report.page import write_report
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+CASES = ("sine_10", "sine_100", "up_400_10", "noise_10")
+LAG: dict[str, Any] = {
+    "name": "decay",
+    "step": 1e-2,
+    "stop": 1.0,
+    "order": ["lag", "command"],
+    "units": {
+        "lag": {
+            "block": "transfer_function",
+            "dims": {"na": 1, "nb": 0},
+            "values": {"b": [1.0], "a": [0.5, 1.0], "hold": "zoh"},
+        },
+        "command": {"block": "disturbance", "values": {"step": 2.0, "amplitude": 0.0}},
+    },
+    "connections": {"lag.u": "command.d"},
+    "metrics": {"last": {"kind": "final", "signal": "lag.y"}, "peak": {"kind": "peak", "signal": "command.d"}},
+    "case": [{"name": "one"}, {"name": "half", "stop": 0.5}],
+}
+DRAWS: dict[str, Any] = {
+    "name": "draws",
+    "scenario": "decay",
+    "method": "random",
+    "n": 60,
+    "seed": 3,
+    "limits": {"one": {"last": 3.0}, "half": {"last": 2.5, "peak": 3.5}},
+    "parameters": {"command.step": {"range": [1.0, 4.0]}, "lag.b": {"scale": [0.5, 2.0]}},
+}
+
+
+def data() -> hy.Dataset:
+    return hy.synthetic.piezo(40, 1000.0).with_train(":6000")
+
+
+def fit(folder: Path) -> Path:
+    return hy.fit(data(), "prandtl_ishlinskii", N=20).report(data(), folder / "fit.html")
+
+
+def start(folder: Path) -> Path:
+    hy.synthetic.piezo(40, 1000.0).to_csv(folder / "piezo.csv")
+    words = ["start", str(folder / "piezo.csv"), "--model", "prandtl_ishlinskii", "-o", str(folder / "mine")]
+    CliRunner().invoke(main, words, catch_exceptions=False)
+    return folder / "mine" / "report.html"
+
+
+def run(folder: Path) -> Path:
+    paths = [SCENARIOS / "pid", SCENARIOS / "sliding_mode", SCENARIOS / "example_jacobi"]
+    hy.run(paths, case=[*CASES, "in_parallel"], engine="native", report=folder)
+    return folder / "report.html"
+
+
+def failed(folder: Path) -> Path:
+    """A run whose cases exceed their limits."""
+    hy.run(SCENARIOS / "pid", case=CASES, engine="native", set={"pid.Kp": "*6"}, report=folder)
+    return folder / "report.html"
+
+
+def study(folder: Path) -> Path:
+    (folder / "decay").mkdir(parents=True)
+    (folder / "decay" / "scenario.toml").write_text(tomli_w.dumps(LAG))
+    (folder / "draws.study.toml").write_text(tomli_w.dumps(DRAWS))
+    hy.study(folder / "draws.study.toml", folder / "out", workers=1)
+    return folder / "out" / "report.html"
+
+
+def compare(folder: Path) -> Path:
+    for name, factor in (("a", "*1"), ("b", "*1.3")):
+        (folder / name).mkdir(parents=True)
+        hy.run(SCENARIOS / "pid", case=CASES, engine="native", set={"pid.Kp": factor}, report=folder / name)
+    words = ["compare", str(folder / "a"), str(folder / "b"), "-o", str(folder / "diff.html")]
+    CliRunner().invoke(main, words, catch_exceptions=False)
+    return folder / "diff.html"
+
+
+def demonstration(folder: Path) -> Path:
+    """The page of the demo, with fewer models and loops."""
+    models = [hy.fit(data(), "prandtl_ishlinskii", N=20), hy.fit(data(), "zhao_tan_mlp", starts=1, iterations=5)]
+    rows = [[m.key, "42", "1.0", "2.0", "3.0", "0.1"] for m in models]
+    results = hy.run([SCENARIOS / "pid", SCENARIOS / "adaptive"], case=[*CASES, "nominal_10"], engine="native")
+    return write_report(results, folder, demo._sections(models, rows, data()), "HystFMU demo")  # type: ignore[arg-type]
+
+
+def _documentation(folder: Path, explorer: bool) -> Path:
+    fmu = hy.fit(data(), "prandtl_ishlinskii", N=20).export(folder / "m.fmu", explorer=explorer)
+    page = folder / "index.html"
+    page.write_bytes(zipfile.ZipFile(fmu).read("documentation/index.html"))
+    return page
+
+
+def fmu(folder: Path) -> Path:
+    return _documentation(folder, False)
+
+
+def fmu_with_explorer(folder: Path) -> Path:
+    return _documentation(folder, True)
+
+
+KINDS: dict[str, Callable[[Path], Path]] = {
+    f.__name__: f for f in (fit, start, run, failed, study, compare, demonstration, fmu, fmu_with_explorer)
+}

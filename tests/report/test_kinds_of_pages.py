@@ -1,0 +1,126 @@
+"""Every kind of page: the answer on the first screen, the list of accessibility, its size, nothing from a network."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from kinds_of_pages import KINDS
+from opened_page import opened
+
+from hystfmu.demo import run as demo
+from hystfmu.scenario import Result, run_scenarios
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+CHECKS = Path(__file__).with_name("accessibility.js").read_text()
+MOST_SCRIPT, MOST_PAGE = 30_000, 1_000_000
+DOCS = Path(__file__).parents[2] / "python" / "docs"
+EXPLORED = {"fit", "start", "demonstration", "fmu_with_explorer"}
+rarely = pytest.mark.stress
+LOOKS = [
+    (1100, "light"),
+    (400, "dark"),
+    pytest.param(1100, "dark", marks=rarely),
+    pytest.param(400, "light", marks=rarely),
+]
+Made = Callable[[str], Path]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """A page of a kind, written once."""
+    pages: dict[str, Path] = {}
+
+    def make(kind: str) -> Path:
+        if kind not in pages:
+            if kind == "study":
+                pytest.importorskip("pyarrow", reason="a study needs the extra study")
+            pages[kind] = KINDS[kind](tmp_path_factory.mktemp(kind))
+        return pages[kind]
+
+    return make
+
+
+@pytest.mark.parametrize(("width", "scheme"), LOOKS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_page_is_accessible_and_answers_first(
+    browser: Browser, core: Path, made: Made, kind: str, width: int, scheme: str
+) -> None:
+    with opened(browser, made(kind), viewport={"width": width, "height": 900}, color_scheme=scheme) as p:
+        assert p.evaluate(CHECKS) == []
+        assert p.locator(".explorer").count() == (kind in EXPLORED)
+        first = p.locator("figure, canvas").first.bounding_box()
+        assert first is not None
+        assert first["y"] < 600  # a figure is on the first screen
+        reached = set()
+        for _ in range(30):
+            p.keyboard.press("Tab")
+            reached.add(p.evaluate("document.activeElement.getBoundingClientRect().top + scrollY"))
+        assert len(reached) > (1 if kind == "fmu" else 5)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_page_is_small(core: Path, made: Made, kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = made(kind).read_text()
+    script = text.rpartition("<script>")[2].partition("</script>")[0] if "<script>" in text else ""
+    with capsys.disabled():
+        print(f"\npage of {kind}: {len(text.encode())} bytes, script {len(script.encode())}")
+    assert len(script.encode()) <= MOST_SCRIPT
+    assert len(text.encode()) <= MOST_PAGE
+
+
+@pytest.mark.stress
+def test_the_page_of_the_whole_demo_is_small(
+    browser: Browser, core: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def native(paths: list[Path]) -> list[Result]:
+        return run_scenarios(paths, engine="native")
+
+    monkeypatch.setattr(demo, "_run", native)
+    monkeypatch.setattr(demo, "_export", lambda models, out: ([], 0))
+    assert demo.demo(tmp_path)
+    size = (tmp_path / "report.html").stat().st_size
+    with capsys.disabled():
+        print(f"\npage of the whole demo: {size} bytes")
+    assert size <= MOST_PAGE
+    with opened(browser, tmp_path / "report.html") as p:
+        assert p.evaluate(CHECKS) == []
+        assert p.locator(".matrix a").count() > 500
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize(("width", "scheme"), [(1100, "light"), (400, "dark")])
+def test_the_pages_of_the_site_are_accessible(
+    browser: Browser, core: Path, site: Path, width: int, scheme: str
+) -> None:
+    found = {}
+    for name in ("index", "explorer", "explorer_alone", "gallery", "papers", "tutorial/piezo", "reference/blocks"):
+        context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)  # type: ignore[arg-type]
+        page = context.new_page()
+        asked: list[str] = []
+        page.on("request", lambda r, asked=asked: asked.append(r.url))
+        page.goto((site / f"{name}.html").as_uri())
+        page.wait_for_load_state()
+        wrong = page.evaluate(CHECKS) + [url for url in asked if not url.startswith(("file:", "blob:", "data:"))]
+        found[name] = wrong
+        if name == "explorer":
+            page.frame_locator("iframe").locator(".status:not(:empty)").wait_for()
+        context.close()
+    assert found == {name: [] for name in found}
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    pytest.importorskip("sphinx", reason="the site needs the extra docs")
+    pytest.importorskip("furo", reason="the site needs the extra docs")
+    sys.path.insert(0, str(DOCS))
+    import build
+
+    folder = tmp_path_factory.mktemp("site")
+    build.build(folder / "docs")
+    return folder / "docs" / "html"
