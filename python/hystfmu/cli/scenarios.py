@@ -232,7 +232,8 @@ def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
     """Compare two reports of 'hystfmu run'.
 
-    A and B are their folders, or the files report.json in them.  The page says what changed, lists old and new metrics, the largest change first, and overlays the signals.
+    A and B are their folders, or the files report.json in them.  The page says what changed, lists old and new metrics,
+    the largest change first, and overlays the signals.
 
     \b
     Example: hystfmu compare main branch -o diff.html
