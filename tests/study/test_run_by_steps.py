@@ -309,5 +309,6 @@ def test_variations_outside_a_limit_of_the_loop_are_rows_without_a_run(
     assert (found.ran, found.failed) == (12, [])
     assert Twice.told == [[["ok"] * 2, ["outside"] * 2, ["ok"] * 2, ["ok"] * 2]] * 2
     assert progress[-1] == (16, 16)
+    assert len((tmp_path / "out" / "journal.jsonl").read_bytes().splitlines()) == 16  # those outside are kept too
     assert [d for d, _ in progress] == sorted(d for d, _ in progress)
     assert row_of(Task(0, 0, 0, "", {}, {}), "c", "ok", "")["metrics"] == {}

@@ -1,0 +1,252 @@
+"""Dynamics behind a hysteresis: the grid of starts, settings of the search, derivatives, standard errors, the rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.optimize import OptimizeResult
+
+from hystfmu import Dataset, InputError, fit
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.features import bent_sum, dynamics, following, initial_memory, other_memory
+from hystfmu.identify.features.bent_sum import BentSum, Problem
+from hystfmu.identify.features.covariate_inputs import covariate_inputs
+from hystfmu.identify.features.dead_band import behind, half_width, in_front
+from hystfmu.identify.features.dynamics import Dynamics, bounds, search, uncertainty, unknown
+from hystfmu.identify.features.identifiable import standard_errors
+from hystfmu.identify.features.validation_blocks import validation_rows
+
+H = 1e-3
+OPTIONS = {"hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}
+DATA = Dataset.from_signal(np.arange(400.0), np.arange(400.0), H, "d", slice(100, 300))
+LO, HI = np.log([1 / 0.2, 0.01, 1.0]), np.array([np.log(500), np.log(5), 10.0])
+
+
+def point_error(g):
+    """Residuals that are linear in the point of the search."""
+    return 199 * np.sqrt(200) * np.array([1.0, 2.0, 3.0]) * (g.point(H) - [np.log(60), np.log(0.5), 3.0])
+
+
+@pytest.fixture
+def refined(monkeypatch):
+    asked = []
+
+    def least_squares(error, p, jacobian, bounds, **words):
+        asked.append((np.array(p), error(p), jacobian(p), bounds, words))
+        cost = 10.0 - len(asked)
+        return OptimizeResult(x=np.array(p) + 0.01 * len(asked), cost=cost)
+
+    monkeypatch.setattr(dynamics, "least_squares", least_squares)
+    return asked
+
+
+def test_the_best_two_of_a_grid_are_refined(refined):
+    told = []
+    found = search(point_error, DATA, OPTIONS, told.append)
+    grid = np.linspace(HI[0], LO[0], 11)  # less than four decades
+    inside = lambda p: np.clip(p, LO + 1e-9 * (HI - LO), HI - 1e-9 * (HI - LO))  # noqa: E731
+    starts = [inside([f, np.log(0.7), d]) for f in grid for d in (0.0, 2.0)]
+    errors = [np.sum((point_error(Dynamics.at(p, H)) / 199 / np.sqrt(200)) ** 2) for p in starts]
+    first, second = np.argsort(errors)[:2]
+    assert refined[0][0] == pytest.approx(starts[first])
+    assert refined[1][0] == pytest.approx(starts[second])
+    assert found.point(H) == pytest.approx(starts[second] + 0.02)  # of less cost
+    assert told == pytest.approx([0.3 * k / 11 for k in range(1, 12)] + [0.65, 1.0])
+    for p, e, J, (lo, hi), words in refined:
+        assert (lo.tolist(), hi.tolist()) == (LO.tolist(), HI.tolist())
+        assert e == pytest.approx(point_error(Dynamics.at(p, H)) / 199 / np.sqrt(200))
+        assert pytest.approx(np.diag([1.0, 2.0, 3.0]), abs=1e-6) == J
+        assert {k: v for k, v in words.items() if k != "x_scale"} == {"ftol": 1e-10, "xtol": 1e-9, "max_nfev": 40}
+        assert words["x_scale"].tolist() == [1, 1, 1]
+
+
+def test_a_start_near_the_last_dynamics(refined):
+    found = search(point_error, DATA, OPTIONS, lambda f: None, Dynamics(70.0, 0.4, 3 * H))
+    assert len(refined) == 1
+    assert refined[0][0] == pytest.approx([np.log(70), np.log(0.4), 3.0])
+    assert found.point(H) == pytest.approx(np.array([np.log(70), np.log(0.4), 3.0]) + 0.01)
+    search(point_error, DATA, OPTIONS, lambda f: None, Dynamics(1e4, 9.0, 0.0))
+    assert refined[1][0] == pytest.approx([HI[0], HI[1], 0.0], abs=1e-7)
+    assert (refined[1][0] < HI).all()
+    assert (refined[1][0] > LO).all()
+
+
+def test_a_long_record_is_searched_over_four_decades(refined):
+    u = np.arange(2_000_000.0)
+    tried = []
+
+    def residuals(g):
+        tried.append(g.f_n)
+        return point_error(g)
+
+    search(residuals, Dataset.from_signal(u, u, 1e-4), OPTIONS, lambda f: None)
+    assert min(tried) == pytest.approx(0.5, rel=1e-3)
+    assert max(tried) == pytest.approx(5000, rel=1e-3)
+
+
+def test_each_point_is_filtered_once():
+    count = []
+
+    def residuals(g):
+        count.append(g.point(H).tobytes())
+        return point_error(g)
+
+    search(residuals, DATA, OPTIONS, lambda f: None, Dynamics(70.0, 0.4, 3 * H))
+    assert len(count) > 4
+    assert all(a != b for a, b in pairwise(count))
+
+
+@pytest.mark.parametrize(("at", "sign"), [(HI[2] - 2e-5, 1), (HI[2] - 0.5e-5, -1)])
+def test_a_difference_stays_inside_the_bounds(at, sign):
+    seen = []
+    dynamics._jacobian(lambda p: (seen.append(np.array(p)), p)[1], np.array([1.0, 1.0, at]), HI)
+    steps = np.array(seen[1:]) - seen[0]
+    assert np.diag(steps) == pytest.approx([1e-5, 1e-5, sign * 1e-5], rel=1e-6)
+
+
+def test_standard_errors_of_what_is_free():
+    g = Dynamics(60.0, 0.5, 0.0)  # the delay is at its bound
+    rng = np.random.default_rng(2)
+    J, e = rng.normal(size=(200, 3)), rng.normal(size=200)
+
+    def residuals(g):
+        return e + J @ (g.point(H) - [np.log(60), np.log(0.5), 0.0])
+
+    found = uncertainty(residuals, g, DATA, OPTIONS)
+    want = standard_errors(e, J, np.array([True, True, False]))
+    assert found == pytest.approx(want, rel=1e-3)
+    assert found[2] == 0
+    inner = uncertainty(
+        lambda g: e + J @ (g.point(H) - [np.log(60), np.log(0.5), 3.0]), replace(g, delay=3 * H), DATA, OPTIONS
+    )
+    assert inner == pytest.approx(standard_errors(e, J, np.ones(3, dtype=bool)), rel=1e-3)
+
+
+def test_bounds_leave_room_for_a_delay_of_nothing():
+    lo, hi = bounds(DATA, {**OPTIONS, "delay_max": 0.0, "zeta_max": 2.0})
+    assert lo == pytest.approx([np.log(5), np.log(0.01), 0])
+    assert hi == pytest.approx([np.log(500), np.log(2), 1e-9])
+    none = {**OPTIONS, "delay_max": 0.0}
+    assert unknown(Dynamics(60.0, 0.5, 0.0), np.array([0, 0, 9.0]), DATA, none) == []
+    assert len(unknown(Dynamics(60.0, 0.5, 0.0), np.array([0, 0, 9.0]), DATA, OPTIONS)) == 1
+    near = Dynamics(500 * np.exp(-2e-3), 0.5, 0.0)
+    assert unknown(near, np.zeros(3), DATA, OPTIONS) == []
+    assert len(unknown(replace(near, f_n=500 * np.exp(-0.5e-3)), np.zeros(3), DATA, OPTIONS)) == 1
+    assert len(unknown(replace(near, f_n=5 * np.exp(0.5e-3)), np.zeros(3), DATA, OPTIONS)) == 1
+
+
+@pytest.mark.parametrize(("rest", "order"), [(0.5e-6, 3), (2e-6, 5)])
+def test_a_rest_of_a_millionth_of_a_sample_is_none(rest, order):
+    g0, delay = Dynamics(60.0, 0.5, (3 + rest) * H).nodes(H, "foh")
+    assert delay.dims["n"] == 3
+    assert len(g0.value("a")) == order
+    early = Dynamics(60.0, 0.5, (3 - 0.5e-6) * H).nodes(H, "foh")
+    assert early[1].dims["n"] == 3
+    assert Dynamics.at([0.0, 0.0, 1.1e-6], H).delay > 0
+    assert Dynamics.at([0.0, 0.0, 0.9e-6], H).delay == 0
+
+
+def test_columns_shorter_than_the_delay_rest():
+    columns = np.arange(4.0)[:, None] + 2
+    out = Dynamics(60.0, 0.5, 9 * H).filter(columns, H, "foh")
+    assert out[:, 0] == pytest.approx(np.full(4, 2.0))
+
+
+def test_the_static_part_of_a_model():
+    u = 3 + np.interp(np.arange(300), 10 * np.arange(31), np.random.default_rng(1).uniform(-1, 1, 31))
+    model = fit(Dataset.from_signal(u, 2 * u, H), "g0_prandtl_ishlinskii", N=3, delay_max=0.0)
+    static = dynamics.hysteresis(model)
+    assert static.key == "prandtl_ishlinskii"
+    assert [n.name for n in static.graph.nodes] == ["input", "hysteresis", "readout"]
+    assert static.fit == {}
+    assert static.predict(u) == pytest.approx(2 * u, abs=1e-2)
+    with pytest.raises(InputError, match=r"must have a key g0_\.\.\. \. Got 'prandtl_ishlinskii'"):
+        dynamics.hysteresis(static)
+
+
+# ---- smaller features -----------------------------------------------------------------------------------------------
+def test_an_input_with_other_memory_by_its_recipe():
+    turns = np.array([0.0, 3, 1, 2, 0.5, 2.5, 0.7])
+    u = np.interp(np.arange(61), 10 * np.arange(7), turns)
+    found = other_memory.other_memory(u, 1.3)
+    rng = np.random.default_rng(77)
+    rng.permutation(4)  # the order of the half cycles, all alike here
+    assert found[0] == 1.3
+    assert (len(found) - 1) % 10 == 0
+    assert 8000 <= len(found) <= 8010
+    level, want = 1.3, [1.3]
+    for k in range((len(found) - 1) // 10):
+        up = k % 2 == 0
+        to = 3.0 if up else 0.0
+        if k >= 4:
+            to = rng.uniform(level, 3.0) if up else rng.uniform(0.0, level)
+        want += (level + (to - level) * np.arange(1, 11) / 10).tolist()
+        level = to
+    assert found == pytest.approx(np.array(want))
+    sweep = other_memory.other_memory(np.linspace(0, 1, 9), 0.5)
+    assert sweep[:3] == pytest.approx([0.5, 0.75, 1.0])  # a quarter of nine rows: two
+    long = other_memory.other_memory(np.linspace(0, 1, 40_000), 0.5)
+    assert len(long) == 1 + 12 * 10_000  # at least twelve reversals
+
+
+@pytest.mark.parametrize(("noise", "band"), [(0.001, True), (0.3, False), (0.0, False)])
+def test_a_dead_band_of_two_sigma(noise, band):
+    t = np.arange(4000) / 300
+    u = np.sin(t) + noise * np.random.default_rng(2).normal(size=4000)
+    found = half_width(u)
+    assert (found > 0) is band
+    if band:
+        assert found == pytest.approx(2 * noise, rel=0.1)
+
+
+def test_a_play_in_front_of_a_model():
+    graph = Graph.single(Node("k", "scaling", {"n": 1}, {"gain": 3.0}))
+    assert in_front(graph, 0.0) is graph
+    made = in_front(graph, 0.5)
+    u = np.array([0.0, 1.0, 0.8, -0.4, -1.0])
+    assert made.run(u).reshape(-1) == pytest.approx(3 * np.array([0.0, 0.5, 0.5, 0.1, -0.5]))
+    data = Dataset.from_signal(u, u, H)
+    assert behind(data, 0.0) is data
+    assert behind(data, 0.5).u.tolist() == pytest.approx([0.0, 0.5, 0.5, 0.1, -0.5])
+
+
+def test_covariates_start_at_their_training_means():
+    T = {"T [degC]": np.arange(10.0), "load [N]": np.arange(10.0) ** 2}
+    data = Dataset(H * np.arange(10), np.arange(10.0), np.arange(10.0), train=slice(2, 6), covariates=T)
+    first, second = covariate_inputs(data, [("a.u",), ("b.u", "c.u")])
+    assert (first.name, first.unit, first.start, first.to, first.text) == ("T", "degC", 3.5, ("a.u",), "covariate")
+    assert (second.name, second.start, second.to) == ("load", 13.5, ("b.u", "c.u"))
+    assert initial_memory.u0_of(data, {"u0": None}) == 0.0
+    assert initial_memory.u0_of(data, {"u0": 4}) == 4.0
+
+
+def test_blocks_by_default():
+    u = np.interp(np.arange(2001), 20 * np.arange(101), np.random.default_rng(3).uniform(-1, 1, 101))
+    assert validation_rows(u).tolist() == validation_rows(u, 3, 40).tolist()
+    assert following.LEVELS == ("none", "offset", "gain", "bend")
+
+
+def test_gauss_newton_steps_with_gains_of_covariates():
+    """The gain of a covariate is found beside the weights; a least weight of the input is kept."""
+    rng = np.random.default_rng(9)
+    x = np.sin(np.linspace(0, 30, 500))
+    play = np.clip(np.r_[0, x[:-1]], x - 0.2, x + 0.2)
+    theta = rng.uniform(-1, 1, (500, 2))
+    v = 0.6 * x + 0.4 * play
+    y = (1 + 0.3 * theta[:, 0]) * (0.5 + v + 0.2 * v**2) + 0.1 * theta[:, 0] + 0.4 * theta[:, 1]
+    f = following.Following(theta, ("gain", "offset"))
+    rows = np.arange(20, 500)
+    p = Problem(np.column_stack([x, play]), y[rows], rows, H, np.zeros(0), following=f)
+    s = bent_sum.fit(p, bent_sum.fit_linear(p, 2))
+    assert s.rms < 1e-6
+    assert s.g == pytest.approx([0.3, 0.0], abs=1e-6)
+    assert s.w / s.w.sum() == pytest.approx([0.6, 0.4], abs=1e-6)
+    assert bent_sum.model(p, s) == pytest.approx(p.y, abs=1e-5)
+    held = bent_sum.fit(replace(p, least=0.8), bent_sum.fit_linear(p, 2))
+    assert held.w[0] / held.w.sum() == pytest.approx(0.8 / 1.2, abs=0.01)  # 0.8 of the sum of 0.6 and 0.4
+    made = BentSum(np.ones(2), np.ones(2), np.zeros(0))
+    assert (made.rms, made.g.shape, made.c.shape) == (np.inf, (0,), (0, 0))
+    assert bent_sum._with_bend(p, replace(made, w=np.zeros(2), g=np.zeros(2))).rms == np.inf
