@@ -42,7 +42,7 @@ class _Case(pydantic.BaseModel):
     @pydantic.field_validator("signals")
     @classmethod
     def _same_length(cls, signals: dict[str, list[float]]) -> dict[str, list[float]]:
-        if signals and len({"t" in signals, *map(len, signals.values())} - {True}) != 1:
+        if signals and ("t" not in signals or len(set(map(len, signals.values()))) > 1):
             raise ValueError("must be lists of equal length that include the times 't'")
         return signals
 

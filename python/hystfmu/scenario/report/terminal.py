@@ -23,14 +23,14 @@ def verdicts(results: Sequence[Result]) -> str:
     groups: dict[str, list[Result]] = {}
     for r in results:
         groups.setdefault(r.scenario, []).append(r)
-    some = any(r.loop is not None for r in results)
+    loops = any(r.loop is not None for r in results)
     if len(groups) > 1:
         rows = []
         for name, g in groups.items():
             worst, seconds = max(g, key=_strain), f"{sum(r.seconds for r in g):.2f}"
             count = f"{sum(r.passed for r in g)} of {len(g)}"
-            rows.append([name, count, worst.case, *_cells(decisive(worst)), *_worst(g)[: 2 * some], seconds])
-        head = ["scenario", "passed", "nearest to a limit", *DECISIVE, *WORST[: 2 * some], "seconds"]
+            rows.append([name, count, worst.case, *_cells(decisive(worst)), *(_worst(g) if loops else ()), seconds])
+        head = ["scenario", "passed", "nearest to a limit", *DECISIVE, *(WORST if loops else ()), "seconds"]
     else:
         rows = [
             [
@@ -38,12 +38,12 @@ def verdicts(results: Sequence[Result]) -> str:
                 r.case,
                 "ok" if r.passed else "FAILED",
                 *_cells(decisive(r)),
-                *_worst([r])[: 2 * some],
+                *(_worst([r]) if loops else ()),
                 f"{r.seconds:.2f}",
             ]
             for r in results
         ]
-        head = ["scenario", "case", "verdict", *DECISIVE, *LOOP[: 2 * some], "seconds"]
+        head = ["scenario", "case", "verdict", *DECISIVE, *(LOOP if loops else ()), "seconds"]
     lines = [table(head, rows)]
     failures = dict.fromkeys(line for r in results for line in (*r.notes, *_shortened(r.failures())))
     passed = sum(r.passed for r in results)

@@ -1,0 +1,324 @@
+"""Archives of a system written by hand: every element that is read, and the sentence for each that is not."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.outcome.trace import Stopped, Trace
+from hystfmu.scenario.ssp import coupling
+from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
+from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, SSV, Ssp, read_ssp
+from hystfmu.scenario.ssp.write import _changes, _handed
+from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.spec import CouplingSpec, UnitSpec
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
+
+
+def component(name: str, inside: str = "", **more: str) -> str:
+    facts = {"name": name, "source": f"resources/{name}.fmu"} | more
+    ends = "".join(
+        f'<d:Connector name="{n}" kind="{k}"/>' for n, k in (("u", "input"), ("y", "output"), ("w", "input"))
+    )
+    told = " ".join(f'{k}="{v}"' for k, v in facts.items())
+    return f"<d:Component {told}><d:Connectors>{ends}</d:Connectors>{inside}</d:Component>"
+
+
+def wire(start: str, end: str, inside: str = "") -> str:
+    (a, b), (c, d) = start.split("."), end.split(".")
+    ends = f'startElement="{a}" startConnector="{b}" endElement="{c}" endConnector="{d}"'
+    return f"<d:Connection {ends}>{inside}</d:Connection>"
+
+
+def values(*parameters: str, prefix: str = "") -> str:
+    listed = "".join(parameters)
+    return (
+        f'<d:ParameterBindings><d:ParameterBinding prefix="{prefix}"><d:ParameterValues><v:ParameterSet>'
+        f"<v:Parameters>{listed}</v:Parameters></v:ParameterSet></d:ParameterValues></d:ParameterBinding>"
+        "</d:ParameterBindings>"
+    )
+
+
+def value(name: str, text: str, word: str = "Real") -> str:
+    return f'<v:Parameter name="{name}"><v:{word} value="{text}"/></v:Parameter>'
+
+
+EXPERIMENT = '<d:DefaultExperiment stopTime="1.0"/>'
+TWO = component("a") + component("b")
+BOTH = wire("a.y", "b.u") + wire("b.y", "a.u")
+
+
+def note(**facts: str) -> str:
+    told = " ".join(f'{k}="{v}"' for k, v in facts.items())
+    return (
+        f'<d:DefaultExperiment stopTime="1.0"><d:Annotations><h:Coupling {told}/></d:Annotations></d:DefaultExperiment>'
+    )
+
+
+def archive(
+    folder: Path, elements: str = TWO, wires: str = BOTH, rest: str = EXPERIMENT, shared: str = "", files: Any = None
+) -> Path:
+    spaces = f'xmlns:d="{SSD}" xmlns:v="{SSV}" xmlns:h="{OURS}" xmlns:o="{OSP}"'
+    system = f"<d:System>{shared}<d:Elements>{elements}</d:Elements><d:Connections>{wires}</d:Connections></d:System>"
+    text = f"<d:SystemStructureDescription {spaces}>{system}{rest}</d:SystemStructureDescription>"
+    path = folder / "s.ssp"
+    with zipfile.ZipFile(path, "w") as z:
+        z.writestr("SystemStructure.ssd", text)
+        for name, content in (files or {}).items():
+            z.writestr(name, content)
+    return path
+
+
+def read(folder: Path, step: float | None = 0.25, stop: float | None = None, **more: Any) -> Ssp:
+    return read_ssp(archive(folder, **more), step, stop)
+
+
+# ---- what is read --------------------------------------------------------------------------------------------------
+def test_a_system_becomes_a_case(tmp_path: Path) -> None:
+    found = read(tmp_path)
+    case = found.case
+    assert (case.scenario, case.name, case.step, case.stop, case.ripple) == ("s", "ssp", 0.25, 1.0, 1)
+    assert case.order == ("a", "b")
+    assert case.coupling.scheme == "jacobi"
+    assert case.connections == {"b.u": "a.y", "a.u": "b.y"}
+    assert {n: (u.fmu, u.inputs, u.set) for n, u in case.units.items()} == {
+        n: (f"resources/{n}.fmu", {}, {}) for n in ("a", "b")
+    }
+    assert (found.signals, found.reference) == ((), None)
+
+
+def test_a_connection_has_no_direction(tmp_path: Path) -> None:
+    assert read(tmp_path, wires=wire("b.u", "a.y") + wire("b.y", "a.u")).case.connections == {
+        "b.u": "a.y",
+        "a.u": "b.y",
+    }
+    through = wire("a.u", "b.w")  # of two inputs, or two outputs, the end is driven
+    assert read(tmp_path, wires=through).case.connections == {"b.w": "a.u"}
+    assert read(tmp_path, wires=wire("a.y", "b.y")).case.connections == {"b.y": "a.y"}
+    outside = '<d:Connection endElement="a" endConnector="u" startConnector="x"/>'
+    assert read(tmp_path, wires=outside).case.connections == {}
+
+
+def test_steps_and_times(tmp_path: Path) -> None:
+    told = note(step="0.5", scheme="gauss_seidel", order="b a")
+    assert read(tmp_path, None, rest=told).case.step == 0.5
+    assert read(tmp_path, 0.125, rest=told).case.step == 0.125
+    assert (read(tmp_path, None, rest=told).case.order, read(tmp_path, rest=told).case.coupling.scheme) == (
+        ("b", "a"), "gauss_seidel",
+    )  # fmt: skip
+    fixed = '<d:DefaultExperiment stopTime="1.0"><o:FixedStepAlgorithm baseStepSize="0.2"/></d:DefaultExperiment>'
+    assert read(tmp_path, None, rest=fixed).case.step == 0.2
+    assert read(tmp_path, 0.25, 2.1).case.stop == 2.0
+    assert read(tmp_path, 0.25, 0.25).case.stop == 0.25
+
+
+def test_values_of_every_kind(tmp_path: Path) -> None:
+    listed = [
+        value("p", "1.5"), value("n", "3", "Integer"), value("m", "4", "UInt8"), value("k", "5", "Int64"),
+        value("f", "0.5", "Float32"), value("e", "2", "Enumeration"), value("s", "text", "String"),
+        value("t", "true", "Boolean"), value("o", "1", "Boolean"), value("x", "0", "Boolean"),
+        value("w", "7.5"), value("u", "9"),
+    ]  # fmt: skip
+    elements = component("a", values(*listed)) + component("b", values(value("q", "2"), prefix="z."))
+    shared = values(value("a.p", "9"), value("a.own", "6"), value("b.w", "8"))
+    units = read(tmp_path, elements=elements, shared=shared).case.units
+    assert units["a"].set == {
+        "own": 6.0, "p": 1.5, "n": 3.0, "m": 4.0, "k": 5.0, "f": 0.5, "e": 2.0, "s": "text", "t": True, "o": True,
+        "x": False,
+    }  # fmt: skip
+    assert units["a"].inputs == {"w": 7.5}, "u is driven: its start value is of no use"
+    assert (units["b"].set, units["b"].inputs) == ({"z.q": 2.0}, {"w": 8.0})
+
+
+def test_values_in_a_file_of_the_archive(tmp_path: Path) -> None:
+    bound = '<d:ParameterBindings><d:ParameterBinding source="resources/v.ssv"/></d:ParameterBindings>'
+    file = f'<v:ParameterSet xmlns:v="{SSV}"><v:Parameters>{value("p", "2.5")}</v:Parameters></v:ParameterSet>'
+    found = read(tmp_path, elements=component("a", bound), wires="", files={"resources/v.ssv": file})
+    assert found.case.units["a"].set == {"p": 2.5}
+
+
+def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
+    found = read(tmp_path, files={REFERENCE: "t,a.y\n0,1\n0.5,2\n"})
+    assert found.signals == ("a.y",)
+    assert found.reference is not None
+    assert found.reference.tolist() == [[0.0, 1.0], [0.5, 2.0]]
+    for text in ("x,a.y\n0,1\n", "t,a.y\n0\n", "t,a.y\n0,x\n", "", "t,a.y\n0,1\n0,1,2\n"):
+        with pytest.raises(
+            InputError, match=re.escape(f"{REFERENCE}: must have a head t,... and rows of as many numbers")
+        ):
+            read(tmp_path, files={REFERENCE: text})
+
+
+# ---- what is not ---------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"step": None}, "states no step: give it with --step SECONDS"),
+        ({"rest": ""}, "states no stop time: give it with --stop SECONDS"),
+        ({"rest": '<d:DefaultExperiment stopTime="x"/>'}, "stopTime: must be a number; got 'x'"),
+        ({"rest": '<d:DefaultExperiment stopTime="inf"/>'}, "stopTime: must be a number; got 'inf'"),
+        ({"step": None, "rest": note(order="a b")}, "step: must be a number; got None"),
+        ({"step": 2.0}, "the step must be greater than 0 and not above the stop time; got 2, 1"),
+        ({"step": 0.0}, "the step must be greater than 0 and not above the stop time; got 0, 1"),
+        ({"rest": note(order="a")}, "order: must name every component once; got a"),
+        ({"rest": note(order="a b", scheme="x")}, "scheme: must be gauss_seidel, jacobi or iterative; got 'x'"),
+        ({"elements": "", "wires": ""}, "has no components"),
+        ({"elements": '<d:System name="n"/>'}, "n: System is not read: only one level of components is"),
+        ({"elements": component("a") * 2}, "a component needs a name of its own, of letters, digits and _; got 'a'"),
+        ({"elements": component("1a")}, "a component needs a name of its own, of letters, digits and _; got '1a'"),
+        (
+            {"elements": component("a", type="application/x-ssp")},
+            "a: only FMUs are run; got the type 'application/x-ssp'",
+        ),
+        (
+            {"elements": component("a", values(value("p", "1", "Binary")))},
+            "ParameterValues: p: a value of type Binary is not read",
+        ),
+        ({"elements": component("a", values(value("p", "z")))}, "ParameterValues: p: must be a number; got 'z'"),
+        ({"wires": wire("a.y", "c.u")}, "a connection names c.u, which does not exist"),
+        ({"wires": wire("a.z", "b.u")}, "a connection names a.z, which does not exist"),
+        ({"wires": wire("a.y", "b.u", "<d:LinearTransformation/>")}, "connection of a.y: transformations are not read"),
+        (
+            {
+                "shared": "<d:ParameterBindings><d:ParameterBinding><d:ParameterMapping/></d:ParameterBinding>"
+                "</d:ParameterBindings>"
+            },
+            "parameter mappings (SSM) are not read",
+        ),
+        (
+            {"shared": '<d:ParameterBindings><d:ParameterBinding source="../../x"/></d:ParameterBindings>'},
+            "'../../x' lies outside the archive",
+        ),
+    ],
+)
+def test_what_is_not_understood_is_refused_by_name(tmp_path: Path, change: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError) as e:
+        read(tmp_path, **change)
+    assert str(e.value) == f"{tmp_path / 's.ssp'}: SystemStructure.ssd: {said}"
+
+
+def test_a_root_of_another_kind(tmp_path: Path) -> None:
+    path = archive(tmp_path)
+    with zipfile.ZipFile(path, "w") as z:
+        z.writestr("SystemStructure.ssd", "<x/>")
+    with pytest.raises(InputError, match=r"SystemStructure\.ssd: must begin with SystemStructureDescription; got x"):
+        read_ssp(path, 0.1)
+    with zipfile.ZipFile(path, "w") as z:
+        z.writestr("SystemStructure.ssd", f'<SystemStructureDescription xmlns="{SSD}"/>')
+    with pytest.raises(InputError, match=r"SystemStructure\.ssd: has no System$"):
+        read_ssp(path, 0.1)
+
+
+# ---- as readers run ------------------------------------------------------------------------------------------------
+def case(scheme: str = "gauss_seidel", **unit: Any) -> Any:
+    from dataclasses import make_dataclass
+
+    fields = ["where", "units", "coupling", "ripple", "record", "stop"]
+    units = {"a": UnitSpec.model_validate({"block": "delay"}), "b": UnitSpec.model_validate({"block": "delay"} | unit)}
+    made = make_dataclass("Case", fields)
+    return made("w", units, CouplingSpec.model_validate({"scheme": scheme}), 5, ("a.y", "b.y"), 1.0)
+
+
+def test_readers_step_all_at_once_at_the_base_step() -> None:
+    found = as_readers_run(case())
+    assert (found.ripple, found.coupling.scheme, found.coupling.events) == (1, "jacobi", "grid")
+    for made, said in [
+        (case("iterative"), "w: the coupling is iterative: no reader of SSP archives iterates"),
+        (case(every=2), "w: b runs once in several steps: SSP has one step"),
+        (case(substeps=2), "w: b has substeps or a hold of its own: SSP knows neither"),
+        (case(hold="first"), "w: b has substeps or a hold of its own: SSP knows neither"),
+    ]:
+        with pytest.raises(InputError, match=f"^{re.escape(said)}$"):
+            as_readers_run(made)
+
+
+def test_differences_are_shares_of_the_span(monkeypatch: pytest.MonkeyPatch) -> None:
+    ends = {"a.y": 0, "b.y": 1}
+
+    def trace(a: Any, b: Any) -> Trace:
+        return Trace(np.arange(len(a)) * 1.0, np.column_stack([a, b]).astype(float), ends, 1)
+
+    def between(a: list[float], b: list[float], got: list[float], record: Any = ("a.y", "b.y")) -> dict[str, float]:
+        own = trace(np.repeat(a, 5)[:-4], np.repeat(b, 5)[:-4])
+        monkeypatch.setattr(coupling, "build", lambda c: c)
+        monkeypatch.setattr(coupling, "simulate", lambda system, engine: own)
+        made = case()
+        made.record = record
+        return differences(made, {"a.y": "a.y", "b.y": "b.y"}, trace(got, b))
+
+    assert between([0, 4, 2], [1, 1, 1], [0, 3.5, 3]) == {"a.y": 25.0, "b.y": 0.0}
+    assert between([2, 2, 2], [1, 1, 1], [2, 3, 2])["a.y"] == 50.0
+    assert between([0, 0, 0], [1, 1, 1], [0, 0.5, 0])["a.y"] == 50.0
+    assert list(between([0, 4, 2], [1, 1, 1], [0, 3.5, 3], ())) == ["a.y", "b.y"]
+    assert list(between([0, 4, 2], [1, 1, 1], [0, 3.5, 3], ("b.y",))) == ["b.y"]
+
+
+def test_initial_values_are_passed_on_until_they_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each pass brings a value one unit further; with three units they agree after three, or never."""
+    from dataclasses import make_dataclass
+
+    seen: list[Any] = []
+
+    def simulate(system: Any, engine: str) -> Any:
+        seen.append((system.case.stop, system.begins))
+        a, b = system.begins or (0.0, 0.0)
+        after = rules[0](a, b)
+        return SimpleNamespace(values=np.array([after, after]))
+
+    system = make_dataclass("System", ["case", "parts", "begins"], namespace={"starts": lambda self: np.zeros(2)})
+    monkeypatch.setattr(coupling, "simulate", simulate)
+    made = system(case(), (1, 2, 3), ())
+
+    def one_further(a: float, b: float) -> tuple[float, float]:
+        return 1.0, a
+
+    rules: list[Any] = [one_further]
+    run_as_readers(made)
+    assert seen == [(0.0, (0.0, 0.0)), (0.0, (1.0, 0.0)), (0.0, (1.0, 1.0)), (1.0, (1.0, 1.0))]
+
+    rules[0] = lambda a, b: (a + 1, b)
+
+    seen.clear()
+    with pytest.raises(InputError, match=r"^w: the initial values of its units do not agree: an algebraic loop$"):
+        run_as_readers(made)
+    assert len(seen) == 4
+
+    def stops(system: Any, engine: str) -> Any:
+        raise Stopped("why")
+
+    monkeypatch.setattr(coupling, "simulate", stops)
+    with pytest.raises(InputError, match=r"^w: with the coupling of SSP readers \(Jacobi\): why; one FMU"):
+        run_as_readers(made)
+
+
+# ---- as it is written ----------------------------------------------------------------------------------------------
+def test_what_connected_inputs_are_handed() -> None:
+    parts = [SimpleNamespace(name="a", inputs=("u", "v")), SimpleNamespace(name="b", inputs=("w",))]
+    links = [SimpleNamespace(to=0, input=1, source=2), SimpleNamespace(to=1, input=0, source=0)]
+    system: Any = SimpleNamespace(parts=parts, links=links, columns={"a.y": 0, "a.z": 1, "b.y": 2})
+    trace = Trace(np.arange(2.0), np.array([[5.0, 6.0, 7.0], [1.0, 2.0, 3.0]]), system.columns, 1)
+    assert _handed(system, trace) == {("a", "v"): 7.0, ("b", "w"): 5.0}
+
+
+def test_values_that_a_foreign_unit_is_given() -> None:
+    foreign = object.__new__(Foreign)
+    ports = [SimpleNamespace(scalar_names=("u", "v"), start=(1.0, 2.0))]
+    object.__setattr__(foreign, "ports", ports)
+    object.__setattr__(foreign, "settings", {"p": 3, "s": "text", "t": True})
+    part: Any = SimpleNamespace(name="x", graph=foreign, constants={"u": 1.0, "v": 5.0})
+    assert _changes(part) == {"p": 3.0, "v": 5.0}
+    object.__setattr__(foreign, "settings", {"a": [1.0]})
+    with pytest.raises(InputError, match=r"^x\.a: a parameter that is an array has no place in an SSP$"):
+        _changes(part)
+    assert _changes(SimpleNamespace(graph=None)) == {}  # type: ignore[arg-type]
