@@ -27,7 +27,9 @@ def measured(value: float) -> Measure:
     return SimpleNamespace(value=lambda: value)  # type: ignore[return-value]
 
 
-def judged(value: float, limit: float | None, old: float | None, tolerance: float = 1e-3, strict: bool = True) -> Any:
+def verdict_on(
+    value: float, limit: float | None, old: float | None, tolerance: float = 1e-3, strict: bool = True
+) -> Any:
     m = MetricSpec.model_validate({"kind": "peak", "signal": "a.y"} | ({} if limit is None else {"limit": limit}))
     case: Any = SimpleNamespace(name="c", title="s/c", where="w", metrics={"m": m}, tolerance=tolerance)
     known = SimpleNamespace(metrics={"c": {} if old is None else {"m": old}})
@@ -39,7 +41,7 @@ def judged(value: float, limit: float | None, old: float | None, tolerance: floa
     [(1.0, None, True), (1.0, 1.0, True), (1.1, 1.0, False), (math.inf, None, False), (math.nan, 1.0, False)],
 )
 def test_within_is_finite_and_not_above_the_limit(value: float, limit: float | None, good: bool) -> None:
-    (v,), lines = judged(value, limit, None, strict=False)
+    (v,), lines = verdict_on(value, limit, None, strict=False)
     assert (v.within, v.same, v.baseline, v.limit, v.kind, v.metric) == (good, None, None, limit, "peak", "m")
     rule = "is not finite" if limit is None else f"exceeds the limit {limit:g}"
     assert lines == ([] if good else [f"s/c: m (peak of a.y) = {value:.6g} {rule}"])
@@ -59,12 +61,12 @@ def test_within_is_finite_and_not_above_the_limit(value: float, limit: float | N
     ],
 )
 def test_the_same_within_a_tolerance(value: float, limit: float | None, old: float, same: bool) -> None:
-    (v,), lines = judged(value, limit, old, strict=False)
+    (v,), lines = verdict_on(value, limit, old, strict=False)
     assert (v.same, v.baseline, lines) == (same, old, [])
 
 
 def test_a_missing_baseline_and_a_change_are_failures() -> None:
-    assert judged(1.0, None, None)[1] == ["s/c: no baseline: run with --record"]
+    assert verdict_on(1.0, None, None)[1] == ["s/c: no baseline: run with --record"]
     m = MetricSpec.model_validate({"kind": "peak", "signal": "a.y"})
     case: Any = SimpleNamespace(name="c", title="s/c", where="w", metrics={"m": m}, tolerance=0.1)
     other: Any = SimpleNamespace(metrics={"c": {"m": 2.0, "n": 1.0}})
