@@ -293,11 +293,11 @@ def test_the_best_meets_every_limit_of_the_loop(monkeypatch: Any, worst: float, 
 def test_the_answer_comes_first() -> None:
     rows = [row(0, 2.0), row(1, 1.0), row(2, 1.0, status="timeout"), row(3, 1.0, status="outside")]
     rows += [row(k, 1.0, status="refused") for k in range(4, 16)]
-    told = summary(spread("m", 0.5), spread("n", None))
+    told = summary(spread("m", 0.5), spread("n", None), spread("none", 0.0))
     section: Section = report._answer(study(), LABELS, None, rows, told)
     assert section.text == f"{told.sentence} Text."
     limits, ranges, failed = section.folded
-    assert limits.rows == [["a", "m", 2.0, 50.0, *PERCENT, 5.0]]
+    assert limits.rows == [["a", "m", 2.0, 50.0, *PERCENT, 5.0], ["a", "none", 2.0, 0.0, *PERCENT, 5.0]]
     assert ranges.rows == [["p (V)", 0.0, 10.0], ["q", 0.0, 10.0]]
     assert ranges.caption == "16 runs by random, seed 3; 13 failed, 1 left out by the limits of the loop"
     assert [r[0] for r in failed.rows] == [2, *range(4, 13)]

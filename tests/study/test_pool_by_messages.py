@@ -51,6 +51,7 @@ class Pipe:
         self.messages, self.sent, self.polls = list(messages), [], list(polls or [])
 
     def poll(self, seconds=0.0):
+        assert seconds == 1.0  # so long after its parent a worker ends
         return self.polls.pop(0) if self.polls else True
 
     def recv(self):
@@ -131,6 +132,8 @@ def test_which_workers_are_forks_and_which_are_supervised(monkeypatch):
     assert pool._forked(systems(), "native")
     assert not pool._forked(systems(), "fmpy")
     assert not pool._forked(systems(foreign=True), "native")
+    assert not pool._forked([*systems(), *systems(foreign=True)], "native")
+    assert pool._supervised([*systems(), *systems(foreign=True)])
     assert pool._supervised(systems(foreign=True))
     assert not pool._supervised(systems())
     monkeypatch.setattr(pool.sys, "platform", "win32")

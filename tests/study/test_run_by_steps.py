@@ -41,6 +41,8 @@ def test_the_fingerprint_of_a_case_changes_with_what_its_results_depend_on(write
     m = dict(case.metrics)
     m["last"] = m["last"].model_copy(update={"limit": 3.0, "text": "other"})
     assert task.fingerprint(replace(one, case=replace(case, metrics=m))) == task.fingerprint(one)  # only a judgement
+    turned = dict(reversed(case.metrics.items()))
+    assert task.fingerprint(replace(one, case=replace(case, metrics=turned))) == task.fingerprint(one)
     m["last"] = m["last"].model_copy(update={"signal": "command.d"})
     assert task.fingerprint(replace(one, case=replace(case, metrics=m))) != task.fingerprint(one)
 
@@ -189,7 +191,9 @@ def rows(value: float, status: str = "ok") -> list[dict[str, Any]]:
 def test_optuna_is_asked_in_batches_of_eight_and_told(monkeypatch: Any) -> None:
     import optuna
 
+    optuna.logging.set_verbosity(optuna.logging.INFO)
     sampler = asked(monkeypatch, start={"a": 1.5, "c": 5.0})
+    assert optuna.logging.get_verbosity() == optuna.logging.WARNING
     sizes, states = [], []
     for batch in sampler.batches():
         sizes.append(len(batch))
@@ -221,6 +225,32 @@ def test_a_failed_case_fails_its_trial_and_a_limit_makes_it_infeasible(monkeypat
     assert second.value == 3.0
     assert second.constraints == {"m": 2.0}
     assert len(batch) == 2
+
+
+def test_a_limit_that_is_just_met_breaks_nothing(monkeypatch: Any) -> None:
+    import optuna
+
+    monkeypatch.setattr(Loop, "excess", lambda self, settings: {"Ms_db": 0.0})
+    sampler = asked(monkeypatch, 1)
+    next(iter(sampler.batches()))
+    assert sampler.outside(0) == ""
+    sampler.tell([rows(3.0)])
+    assert sampler._asker.trials[0].state == optuna.trial.TrialState.COMPLETE
+
+
+def test_a_design_adds_its_settings_and_is_made_once(write: Any) -> None:
+    made = Study(write())
+    asked: list[Any] = []
+
+    def design(cases: Any, values: Any) -> dict[str, Any]:
+        asked.append((cases, dict(values)))
+        return {"rep.q": [1.0]}
+
+    made.spec = made.spec.model_copy(update={"design": SimpleNamespace(settings=design)})
+    values = {"command.step": 2.0, "lag.b": 0.5}
+    for _ in range(2):
+        assert made.settings(values) == {"command.step": 2.0, "lag.b": "*0.5", "rep.q": [1.0]}
+    assert asked == [(made.scenario_cases, values)]
 
 
 # ---- the steps of a study -------------------------------------------------------------------------------------------

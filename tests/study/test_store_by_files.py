@@ -202,6 +202,19 @@ def test_a_file_and_a_folder_are_synchronised_and_closed(tmp_path: Path, monkeyp
             os.fstat(handle)
 
 
+def test_files_that_are_read_only_stay_as_they_are(made: Any, tmp_path: Path) -> None:
+    made().append(row(0))
+    out = tmp_path / "out"
+    (out / "journal.jsonl").write_bytes(b"torn")
+    (out / "damaged.jsonl").write_bytes(b"before")
+    (out / "damaged.jsonl").chmod(0o444)
+    with pytest.raises(InputError, match=r"damaged\.jsonl: cannot be written: it is read-only"):
+        made()
+    with pytest.raises(InputError, match=r"damaged\.jsonl: cannot be written: it is read-only"):
+        open_locked(out / "damaged.jsonl")
+    assert (out / "damaged.jsonl").read_bytes() == b"before"
+
+
 # ---- the lock -------------------------------------------------------------------------------------------------------
 def test_a_lock_that_fails_leaves_no_handle_open(tmp_path: Path, monkeypatch: Any) -> None:
     handles: list[int] = []
