@@ -36,8 +36,8 @@ def delay(**more: Any) -> UnitSpec:
     ],
 )
 def test_a_fraction_counts_in_fine_steps(steps: float, unit: dict[str, Any], n: int, fine: bool) -> None:
-    found = delayed(delay(set={"n": 9, "u_0": 0.5}, **unit), steps, 4, "here")
-    assert (found.block, found.dims, found.fine, found.set) == ("delay", {"n": n}, fine, {"u_0": 0.5})
+    found = delayed(delay(set={"n": 9, "y0": 0.5}, **unit), steps, 4, "here")
+    assert (found.block, found.dims, found.fine, found.set) == ("delay", {"n": n}, fine, {"y0": 0.5})
 
 
 @pytest.mark.parametrize("unit", [{}, {"fine": True}])
