@@ -60,8 +60,8 @@ def test_a_model_of_the_face_scores_and_plots(data: hy.Dataset, model: hy.Model,
         assert plot.save(tmp_path / name).exists()
     ET.parse(tmp_path / "p.svg")  # a whole XML document
     assert plot._repr_html_() in (tmp_path / "p.html").read_text()
-    with pytest.raises(hy.InputError, match=r"must end in \.html or \.svg"):
-        plot.save(tmp_path / "p.png")
+    with pytest.raises(hy.InputError, match=r"must end in \.html, \.svg, \.png or \.pdf"):
+        plot.save(tmp_path / "p.jpg")
     silent = data.with_output(np.full(len(data.t), np.nan))
     assert [line.name for line in model.plot(silent).lines] == ["model"]
     with pytest.raises(hy.InputError, match="must have a measured output"):

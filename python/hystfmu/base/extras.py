@@ -12,6 +12,7 @@ EXTRAS = {
     "dask": "study",
     "distributed": "study",
     "h5py": "hdf5",
+    "matplotlib": "notebook",
     "optuna": "study",
     "pyarrow": "study",
     "torch": "train",

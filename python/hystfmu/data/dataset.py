@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +18,9 @@ from hystfmu.base.errors import InputError
 from hystfmu.data.covariates import Covariates
 from hystfmu.data.csv_file import write_csv
 from hystfmu.data.time_grid import check_increasing, check_time
+
+if TYPE_CHECKING:
+    from hystfmu.report.plot import Plot
 
 LEAST_ROWS = 4
 SAME_STEP = 1e-3  # relative difference of the steps of records; rounded times make it
@@ -155,12 +159,28 @@ class Dataset:
 
     def _repr_html_(self) -> str:
         """Draw the loop for a notebook."""
+        return self.plot()._repr_html_()
+
+    def plot(self) -> Plot:
+        """Output over input; without output the input over time.
+
+        Returns
+        -------
+        Plot
+            A notebook shows it; `Plot.save` writes a file.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> hy.Dataset([0.0, 1.0, 2.0], [0.0, 2.0, 1.0], [0.0, 3.0, 2.0], name="mine").plot()
+        Plot("Dataset('mine', 3 rows, step 1 s)", measured)
+        """
         from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 
         u, y = (f"{k} ({unit})" if unit else k for k, unit in (("u", self.unit_u), ("y", self.unit_y)))
         if not self.has_output:
-            return Plot(repr(self), "t (s)", u, [Line("input", self.t, self.u)])._repr_html_()
-        return Plot(repr(self), u, y, [Line("measured", self.u, self.y)], points=LOOP_POINTS)._repr_html_()
+            return Plot(repr(self), "t (s)", u, [Line("input", self.t, self.u)])
+        return Plot(repr(self), u, y, [Line("measured", self.u, self.y)], points=LOOP_POINTS)
 
     @property
     def has_output(self) -> bool:

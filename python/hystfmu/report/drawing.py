@@ -57,5 +57,7 @@ def save(path: str | Path, title: str, svg: str) -> Path:
         head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title></head>'
         write_text(path, f"{head}<body>\n{svg}\n</body></html>\n")
     else:
-        raise InputError(f"{path}: The file of a plot must end in .html or .svg. Got {path.suffix!r} instead.")
+        raise InputError(
+            f"{path}: The file of a plot must end in .html, .svg, .png or .pdf. Got {path.suffix!r} instead."
+        )
     return path

@@ -1,6 +1,7 @@
 """A line plot as inline SVG, with round ticks and a legend.  The style sheet of the page sets the colours.
 
-A notebook shows a `Plot`, or a `Figure` of several plots; `save` writes one as HTML or SVG.
+A notebook shows a `Plot`, or a `Figure` of several plots.  `save` writes one as HTML or SVG, by matplotlib also as PNG or
+PDF; `matplotlib` gives its figure, to go on with.
 """
 
 from __future__ import annotations
@@ -10,12 +11,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.report.by_matplotlib import SUFFIXES, figure, save_figure
 from hystfmu.report.drawing import drawing, save
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as MatplotlibFigure
 
 WIDTH, HEIGHT = 480, 300
 LEFT, RIGHT, TOP, BOTTOM = 58, 10, 26, 42
@@ -63,14 +68,12 @@ class Plot:
         return Figure([self])._repr_html_()
 
     def save(self, path: str | Path) -> Path:
-        """Write the diagram to `path`, as ``*.html`` or ``*.svg``.
-
-        Raises
-        ------
-        InputError
-            Another suffix, or a file that cannot be written.
-        """
+        """Write the diagram to `path`, as `Figure.save` does."""
         return Figure([self]).save(path)
+
+    def matplotlib(self) -> MatplotlibFigure:
+        """The diagram as a figure of matplotlib, as `Figure.matplotlib` gives it."""
+        return Figure([self]).matplotlib()
 
     def svg(self) -> str:
         """The diagram as an <svg> element."""
@@ -129,14 +132,33 @@ class Figure:
         return drawing([(p.title, p.svg()) for p in self.plots], WIDTH, HEIGHT)
 
     def save(self, path: str | Path) -> Path:
-        """Write the diagrams to `path`, as ``*.html`` or ``*.svg``.
+        """Write the diagrams to `path`, as ``*.html`` or ``*.svg``, with matplotlib also as ``*.png`` or ``*.pdf``.
 
         Raises
         ------
         InputError
-            Another suffix, or a file that cannot be written.
+            Another suffix, a file that cannot be written, or no matplotlib for one that needs it.
         """
+        if Path(path).suffix in SUFFIXES:
+            return save_figure(self.plots, Path(path))
         return save(path, self.plots[0].title if self.plots else "HystFMU", self._repr_html_())
+
+    def matplotlib(self) -> MatplotlibFigure:
+        """The diagrams as a figure of matplotlib, with all their rows, to add to or to save.
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is not installed (``pip install 'hystfmu[notebook]'``).
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> figure = hy.synthetic.piezo(60, 1000.0).plot().matplotlib()
+        >>> [axes.get_xlabel() for axes in figure.axes]
+        ['u (V)']
+        """
+        return figure(self.plots)
 
 
 def tick(v: float) -> str:

@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hystfmu.base.errors import InputError
+from hystfmu.report.plot import Figure
 from hystfmu.scenario import build
 from hystfmu.studies.dask_pool import DaskPool
 from hystfmu.studies.failed import is_final, with_limits
+from hystfmu.studies.notebook import distributions, outcome_html
 from hystfmu.studies.pool import Pool
 from hystfmu.studies.report import write_report
 from hystfmu.studies.sampling import sampler
@@ -54,6 +56,25 @@ class Outcome:
 
     def __repr__(self) -> str:
         return f"Outcome({len(self.rows)} rows, {len(self.failed)} failed, {str(self.table)!r})"
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: the answer, percentiles, failed runs, where table and report are."""
+        return outcome_html(self.summary, self.failed, [self.table, self.report])
+
+    def plot(self) -> Figure:
+        """The distributions of the metrics, those with a limit if there are any.
+
+        Returns
+        -------
+        Figure
+            A notebook shows it; `Figure.save` writes a file.
+
+        Raises
+        ------
+        InputError
+            No run has succeeded.
+        """
+        return distributions(self.rows, self.summary)
 
     @property
     def failed(self) -> list[dict[str, Any]]:

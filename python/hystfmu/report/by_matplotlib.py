@@ -1,0 +1,64 @@
+"""The same diagrams drawn by matplotlib: for papers (PDF), slides (PNG), and to add to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hystfmu.base.extras import extras
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as MatplotlibFigure
+
+    from hystfmu.report.plot import Plot
+
+SUFFIXES = (".png", ".pdf")
+ACROSS = 2  # diagrams in a row
+INCHES = 5.0, 3.4  # of a diagram
+DOTS_PER_INCH = 150
+
+
+def figure(plots: Sequence[Plot]) -> MatplotlibFigure:
+    """Draw diagrams with all their rows.
+
+    Parameters
+    ----------
+    plots : sequence of Plot
+
+    Raises
+    ------
+    MissingExtra
+        matplotlib is not installed.
+    """
+    with extras("a figure of matplotlib"):
+        from matplotlib.figure import Figure  # not pyplot: no window, and nothing that lives on
+    across = min(ACROSS, max(len(plots), 1))
+    down = -(-len(plots) // across) or 1
+    made = Figure((INCHES[0] * across, INCHES[1] * down), layout="constrained")
+    for k, p in enumerate(plots):
+        axes = made.add_subplot(down, across, k + 1)
+        for line in p.lines:
+            axes.plot(line.x, line.y, "." if line.dots else "-", linewidth=1.2, label=_plain(line.name))
+        axes.set(title=_plain(p.title), xlabel=_plain(p.x_label), ylabel=_plain(p.y_label))
+        axes.grid(alpha=0.3)
+        if len(p.lines) > 1:
+            axes.legend(fontsize="small")
+    return made
+
+
+def _plain(text: str) -> str:
+    """Return text that matplotlib shows as it is: a dollar would begin a formula."""
+    return text.replace("$", r"\$")
+
+
+def save_figure(plots: Sequence[Plot], path: Path) -> Path:
+    """Write diagrams to a file whose suffix is one of `SUFFIXES`, as a whole or not at all."""
+    import io
+
+    from hystfmu.base.files import write_bytes
+
+    content = io.BytesIO()
+    figure(plots).savefig(content, format=path.suffix[1:], dpi=DOTS_PER_INCH)
+    write_bytes(path, content.getvalue())
+    return path
