@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
+from hystfmu.base.arrays import Array
 from hystfmu.base.extras import extras
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as MatplotlibFigure
-
-    from hystfmu.report.plot import Plot
 
 SUFFIXES = (".png", ".pdf")
 ACROSS = 2  # diagrams in a row
@@ -19,12 +18,38 @@ INCHES = 5.0, 3.4  # of a diagram
 DOTS_PER_INCH = 150
 
 
-def figure(plots: Sequence[Plot]) -> MatplotlibFigure:
+class Curve(Protocol):
+    """What is drawn of a line: x and y of equal shape (n,)."""
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def x(self) -> Array: ...  # noqa: D102
+    @property
+    def y(self) -> Array: ...  # noqa: D102
+    @property
+    def dots(self) -> bool: ...  # noqa: D102
+
+
+class Diagram(Protocol):
+    """What is drawn of a plot."""
+
+    @property
+    def title(self) -> str: ...  # noqa: D102
+    @property
+    def x_label(self) -> str: ...  # noqa: D102
+    @property
+    def y_label(self) -> str: ...  # noqa: D102
+    @property
+    def lines(self) -> Sequence[Curve]: ...  # noqa: D102
+
+
+def figure(plots: Sequence[Diagram]) -> MatplotlibFigure:
     """Draw diagrams with all their rows.
 
     Parameters
     ----------
-    plots : sequence of Plot
+    plots : sequence of Diagram
 
     Raises
     ------
@@ -52,7 +77,7 @@ def _plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def save_figure(plots: Sequence[Plot], path: Path) -> Path:
+def save_figure(plots: Sequence[Diagram], path: Path) -> Path:
     """Write diagrams to a file whose suffix is one of `SUFFIXES`, as a whole or not at all."""
     import io
 

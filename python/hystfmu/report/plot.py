@@ -1,7 +1,7 @@
 """A line plot as inline SVG, with round ticks and a legend.  The style sheet of the page sets the colours.
 
-A notebook shows a `Plot`, or a `Figure` of several plots.  `save` writes one as HTML or SVG, by matplotlib also as PNG or
-PDF; `matplotlib` gives its figure, to go on with.
+A notebook shows a `Plot`, or a `Figure` of several.  `save` writes HTML or SVG, with matplotlib PNG or PDF too, and
+`matplotlib` gives its figure.
 """
 
 from __future__ import annotations
