@@ -101,9 +101,12 @@ def test_drift_is_told_from_half_a_percent_and_five_standard_errors_on(monkeypat
 
 
 # ---- dead time ------------------------------------------------------------------------------------------------------
-def test_the_answer_to_kinks_is_the_regression_on_second_differences(rng):
+@pytest.mark.parametrize("late", [0, 3])
+def test_the_answer_to_kinks_is_the_regression_on_second_differences(rng, late):
     lag, n = 3, 700
-    u, y = rng.normal(size=n).cumsum(), rng.normal(size=n).cumsum()
+    u = rng.normal(size=n).cumsum()
+    # an output that leads makes the leading weights larger than their errors say
+    y = (np.roll(u, -2) if late else 0) + 0.1 * rng.normal(size=n).cumsum()
     du, dy = np.diff(u, 2), np.diff(y, 2)
     rows = np.arange(lag + 8, len(du) - 8)
     a = np.column_stack([du[rows - k] for k in range(-8, lag + 9)])
@@ -115,12 +118,12 @@ def test_the_answer_to_kinks_is_the_regression_on_second_differences(rng):
     assert error == pytest.approx(sigma * max(chance, 1.0))
 
 
-@pytest.mark.parametrize(("n", "told"), [(10 + 8 + 20 * 17, False), (10 + 8 + 20 * 17 + 1, True), (900, True)])
+@pytest.mark.parametrize(("n", "told"), [(357, False), (358, True), (900, True)])
 def test_twenty_rows_a_weight_are_needed(rng, n, told):
     u = rng.normal(size=n)
     w, _ = dead_time.answer(Dataset.from_signal(u, np.roll(u, 1), H, "rows"), 0)
     assert len(w) == 17
-    assert bool(w.any()) is (n > 10 + 8 + 20 * 17 - 1)
+    assert bool(w.any()) is told
 
 
 LEAD, ERROR = [0.02, -0.02, 0.02, -0.02] * 2, 0.01
@@ -135,6 +138,7 @@ LEAD, ERROR = [0.02, -0.02, 0.02, -0.02] * 2, 0.01
         ([0.0, 0.09, 1.0, 0.5], ERROR, 2, 2),  # less than a tenth of the largest
         ([0.0, 0.11, 1.0, 0.5], 0.11 / 1.9, 2, 2),  # beyond 1.96 standard errors once in twenty
         ([0.0, 0.115, 1.0, 0.5], 0.115 / 2.0, 2, 1),
+        ([0.12, 1.0, 0.5, 0.1], 0.12 / 1.7, 1, 0),  # one weight: 1.64 standard errors
         ([0.0, 0.0, 1.0, 0.5], 1 / 4.99, 2, None),  # unclear
         ([0.0, 0.0, 1.0, 0.5], 1 / 5.01, 2, 2),
         ([0.0, 0.0, 0.0, 1.0], ERROR, 2, 3),
@@ -151,14 +155,14 @@ def test_the_first_answer_that_chance_does_not_explain(monkeypatch, weights, err
 
 
 # ---- lag of the sensor ----------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("train", [slice(None), slice(300, 2700)])
+@pytest.mark.parametrize("train", [slice(None), slice(300, 2700), slice(900, 2900)])
 def test_the_residual_of_each_lag_until_it_rises(rng, train):
-    u = np.cumsum(rng.normal(size=3000))
+    u = 50 + np.cumsum(rng.normal(size=3000))
     y = 5 * np.r_[[u[0]] * 4, u[:-4]] + 0.1 * rng.normal(size=3000)
     data = Dataset.from_signal(u, y, H, "late", train)
     first, end = data.train.start, data.train.stop
     a = regression(u[:end], data.train)
-    rows = np.arange(max(first, 8), end)[::2]  # 2000 rows at most: every second
+    rows = np.arange(max(first, 8), end)[:: 2 if end - first > 2000 else 1]
     want = [np.sqrt(np.mean(left(a[rows - k], y[rows]) ** 2)) for k in range(6)]
     assert np.argmin(want) == 4
     assert sensor_lag.residuals(data) == pytest.approx(100 * np.array(want) / np.ptp(y[first:end]))
@@ -174,6 +178,13 @@ def test_lags_up_to_eight_rows_and_a_tenth_of_the_record():
     assert len(sensor_lag.residuals(late.with_train((0, 47)))) == 1  # fewer than 4 rows a play
     assert len(sensor_lag.residuals(late.with_train((0, 48)))) > 1
     assert sensor_lag.residuals(late.with_train((0, 47))).tolist() == [0.0]
+    assert len(sensor_lag.residuals(late.with_train((52, 99)))) == 1
+    steps = np.repeat(np.random.default_rng(1).normal(size=60), 2)
+    far = Dataset.from_signal(steps, np.r_[[0.0] * 20, steps[:-20]], H, "far")
+    table = sensor_lag.residuals(far.with_train((30, 90)))
+    assert len(table) <= 7  # a tenth of 60 rows, and none
+    falling = Dataset.from_signal(np.arange(2000.0) ** 2, np.arange(2000.0) ** 2, H)
+    assert len(sensor_lag.residuals(falling)) >= 2
 
 
 @pytest.mark.parametrize(

@@ -30,9 +30,11 @@ def test_the_linear_oscillator_of_a_spectrum():
     assert kind.linear_oscillator(small, y, H) == pytest.approx((M, C, K), rel=1e-6)
 
 
-def test_its_weights_make_an_output_error():
+@pytest.mark.parametrize("size", [1.0, 1e-7])
+def test_its_weights_make_an_output_error(size):
     """Iterated weights 1 / |m s^2 + c s + k| of the last estimate, by other means: a general solver."""
     u, y = linear(noise=0.02)
+    u = size * u  # in other units of measure
     U, Y = np.fft.rfft(u - u.mean()), np.fft.rfft(y - y.mean())
     lines = np.abs(U) > 0.1 * np.abs(U).max()
     s, U, Y = 2j * np.pi * np.fft.rfftfreq(N, H)[lines], U[lines], Y[lines]

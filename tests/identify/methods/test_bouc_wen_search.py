@@ -65,6 +65,8 @@ def test_starts_limits_and_the_best_to_the_end(monkeypatch, data, seed):
     p = spy.calls[3].x0 + 1e-3
     assert graph.run(data.u, data.h).reshape(-1) == pytest.approx(projected(data, p)[1])
     assert parameters == 7
+    scaled = graph.node("input").value("gain")[0] * data.u[:300] + graph.node("input").value("offset")[0]
+    assert (scaled.min(), scaled.max()) == pytest.approx((-1.0, 1.0))
     bounded = {"ln z_max": (p[0], LO[0], HI[0]), "gamma / (beta + gamma)": (p[1], -1, 1), "n": (p[2], 0, 6)}
     assert found["bounded"] == {k: pytest.approx(v) for k, v in bounded.items()}
     assert (graph.inputs[0].unit, graph.inputs[0].start, graph.outputs[0].unit) == ("V", data.u[0], "um")

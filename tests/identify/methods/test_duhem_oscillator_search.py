@@ -95,6 +95,11 @@ def test_a_small_damping_is_raised(built):
     assert graph.node("plant").value("c_L")[0] == pytest.approx(0.01 * np.sqrt(1e5) * 1.002)
 
 
+def test_a_soft_oscillator_is_one_too(built):
+    assert built([1.0] * 6, lead=(1e-5, 1e-5, 0.5))[1] == 8
+    assert built([1.0] * 6, lead=(1e-6, 1e-6, 1e-3))[1] == 8
+
+
 @pytest.mark.parametrize("lead", [(-1.0, 1.0, 5e4), (1.0, 1.0, -5e4), (1.0, 1.0, (np.pi / H) ** 2)])
 def test_an_oscillator_that_the_rows_cannot_hold_is_refused(built, lead):
     with pytest.raises(InputError, match=r"must have m_L > 0, k > 0 .* pi/h = 3.14e\+03 1/s\. Got m_L = "):

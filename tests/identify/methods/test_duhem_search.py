@@ -53,6 +53,8 @@ def test_starts_refinement_and_their_limits(monkeypatch, data):
         data.y[TRAIN] + spy.calls[3].fun(spy.calls[3].x0) * np.sqrt(580) * np.ptp(data.y[TRAIN]) / 2
     )
     assert parameters == 3 + 2 * P
+    inner = graph.node("input").value("gain")[0] * data.u + graph.node("input").value("offset")[0]
+    assert inner == pytest.approx(u)
     assert (graph.inputs[0].unit, graph.inputs[0].start, graph.outputs[0].unit) == ("V", data.u[0], "um")
 
 

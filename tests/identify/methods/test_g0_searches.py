@@ -93,6 +93,8 @@ def test_dynamics_by_a_bank_then_the_shape_then_everything(monkeypatch, search, 
     y = projected(data, np.column_stack([x, operator(x, q[3:])[1]]), g)[1]
     assert graph.run(data.u, H).reshape(-1) == pytest.approx(y, abs=1e-5)
     assert (found["f_n"], found["zeta"], found["delay"]) == pytest.approx((g.f_n, g.zeta, 0.0))
+    inner = graph.node("input").value("gain")[0] * data.u[:400] + graph.node("input").value("offset")[0]
+    assert (inner.min(), inner.max()) == pytest.approx((-1.0, 1.0))
     assert set(found["bounded"]) == {"ln z_max", "gamma / (beta + gamma)", "n"}
 
 
@@ -155,6 +157,8 @@ def test_plays_of_finer_thresholds_in_two_rounds(monkeypatch, search, data, leas
     assert w[0] >= least * half
     assert graph.run(data.u, H).reshape(-1)[2:] == pytest.approx(y[2:], abs=1e-7)
     assert parameters == len(kept) + 5
+    inner = graph.node("input").value("gain")[0] * data.u + graph.node("input").value("offset")[0]
+    assert inner == pytest.approx(x)
     assert told == pytest.approx([0.25, 0.75, 1.0])
     assert (found["f_n"], found["zeta"], found["delay"]) == (G.f_n, G.zeta, G.delay)
     assert len(found["warnings"]) == 1  # a standard error of the size of y

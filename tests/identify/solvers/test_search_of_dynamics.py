@@ -229,6 +229,35 @@ def test_blocks_by_default():
     assert following.LEVELS == ("none", "offset", "gain", "bend")
 
 
+@pytest.mark.parametrize(("gain", "steps"), [(0.9e-4, 1), (1.1e-4, 30)])
+def test_steps_that_gain_less_than_a_ten_thousandth_end(monkeypatch, gain, steps):
+    count = []
+    start = BentSum(np.ones(1), np.ones(2), np.zeros(0), 1.0)
+
+    def bent(p, s):
+        return replace(s, rms=(1 - gain) ** (len(count) / 2))
+
+    monkeypatch.setattr(bent_sum, "_with_bend", bent)
+    monkeypatch.setattr(bent_sum, "_newton", lambda p, s: (count.append(1), s)[1])
+    assert bent_sum.fit(None, start).rms == pytest.approx((1 - gain) ** (steps / 2))
+    assert len(count) == steps
+
+
+@pytest.mark.parametrize(("good", "tried"), [(1.0, [1.0]), (0.5, [1.0, 0.5]), (0.1, [1.0, 0.5, 0.25, 0.1])])
+def test_shares_of_a_step_are_tried_in_turn(monkeypatch, good, tried):
+    seen = []
+
+    def bent(p, s):
+        seen.append(float(s.w[0]))
+        return replace(s, rms=0.0 if s.w[0] == good else 1.0)
+
+    monkeypatch.setattr(bent_sum, "_with_bend", bent)
+    monkeypatch.setattr(bent_sum, "_newton", lambda p, s: replace(s, w=s.w + 1))
+    found = bent_sum.fit(None, BentSum(np.zeros(1), np.ones(2), np.zeros(0)))
+    assert found.w[0] == good
+    assert seen[1 : 1 + len(tried)] == tried
+
+
 def test_gauss_newton_steps_with_gains_of_covariates():
     """The gain of a covariate is found beside the weights; a least weight of the input is kept."""
     rng = np.random.default_rng(9)

@@ -1,0 +1,165 @@
+"""The choice step by step: who enters in which order, what each costs, when the race ends, what is told of it."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hystfmu import Dataset, InputError
+from hystfmu.identify import auto, race
+from hystfmu.identify.candidate import ANY, LAGS, Candidate
+from hystfmu.identify.excitation.minor_loops import NONE, UNKNOWN, Excitation
+
+N = 4000
+U = np.interp(np.arange(N), 20 * np.arange(201), np.random.default_rng(3).uniform(-1, 1, 201))
+DATA = Dataset.from_signal(U, 10 * U, 1e-3, "record")
+SPAN = float(np.ptp(DATA.y))
+SEEN = Excitation(60, 150.0, 20, 0.25, True, UNKNOWN, (), ())
+
+
+@pytest.fixture
+def chosen(monkeypatch):
+    """Choose between candidates with given errors (% of the span, by fold) and parameters."""
+
+    def make(table, seen=SEEN, data=DATA, missing=None, **more):
+        asked, told = [], []
+        found = {name: (f"key {name}", c) for name, (c, *_) in table.items()}
+        by_key = {f"key {name}": rest for name, (_, *rest) in table.items()}
+
+        def fitted(self, fold, key, options, progress):
+            progress(1.0)
+            asked.append((key.removeprefix("key "), fold))
+            errors, parameters = by_key[key]
+            size = errors[race.FOLDS.index(fold)]
+            graph = SimpleNamespace(name=key, inputs=[0], run=lambda u, h: np.zeros(len(u)))
+            model = SimpleNamespace(fit={"parameters": parameters}, graph=graph)
+            return model, np.full(50, size / 100 * SPAN), [size / 100 * SPAN]
+
+        monkeypatch.setattr(race.Race, "fitted", fitted)
+        monkeypatch.setattr(race, "noise", lambda y: 0.0)
+        monkeypatch.setattr(race, "_unseen", lambda data: 0.0)
+        monkeypatch.setattr(auto, "candidates", lambda: (found, missing or {}))
+        monkeypatch.setattr(auto, "examine", lambda data: seen)
+        monkeypatch.setattr(auto, "takes_records", lambda key: key == "key takes")
+        monkeypatch.setattr(auto, "takes_covariates", lambda key: key == "key takes")
+        monkeypatch.setattr(auto.guards, "excursion", lambda key, graph, data: [])
+        return auto.choose(data, 0, told.append, **more), asked, told
+
+    return make
+
+
+def flat(seconds, error, parameters=3, **more):
+    return Candidate(more.pop("memory", ANY), seconds, 0.0, **more), [error] * 3, parameters
+
+
+def test_the_cheapest_first_and_all_that_are_no_losers_on_every_fold(chosen):
+    table = {"dear": flat(3.0, 1.0, 9), "cheap": flat(1.0, 1.3, 2), "middle": flat(2.0, 1.6, 1)}
+    choice, asked, told = chosen(table)
+    assert asked[:3] == [("cheap", 1), ("middle", 1), ("dear", 1)]
+    assert asked[3:] == [("cheap", 3), ("dear", 3), ("cheap", 2), ("dear", 2)]  # middle has lost
+    # twice the cost of all: 12; each first fit, then the later folds of two
+    assert told == pytest.approx([1 / 12, 3 / 12, 6 / 12, 10 / 12, 1.0])
+    assert (choice.method, choice.options) == ("key dear", {})
+    assert choice.fit == {"memory": UNKNOWN, "loops": 20, "gap_percent": 0.25, "rate": "not seen", "warnings": []}
+    why = choice.provenance
+    assert why["auto"] == pytest.approx({"dear": 1.0, "cheap": 1.3, "middle": 1.6})
+    assert list(why["auto"]) == ["dear", "cheap", "middle"]
+    assert why["auto_blocks"] == {
+        "dear": pytest.approx([1.0] * 3), "cheap": pytest.approx([1.3] * 3), "middle": pytest.approx([1.6])
+    }  # fmt: skip
+    assert why["auto_parameters"] == {"dear": 9, "cheap": 2, "middle": 1}
+    assert (why["auto_choice"], why["auto_left_out"]) == ("dear", {})
+    assert "auto_inverse" not in why
+
+
+def test_equal_ones_and_the_inverses_that_are_told(chosen):
+    class Inverses:
+        def kind(self, model):
+            return "exact" if model.graph.name == "key b" else "none"
+
+        def fault(self, model):
+            return ""
+
+    table = {"a": flat(1.0, 1.0, 2, options={"N": 3}), "b": flat(2.0, 1.1, 5)}
+    assert chosen(table)[0].provenance["auto_choice"] == "a"
+    assert chosen(table)[0].options == {"N": 3}
+    choice, _, _ = chosen(table, inverses=Inverses())
+    assert choice.provenance["auto_choice"] == "b"
+    assert choice.provenance["auto_inverse"] == {"a": "none", "b": "exact"}
+
+
+def test_a_candidate_that_leaves_nothing_ends_the_race(chosen):
+    choice, asked, _ = chosen({"a": flat(1.0, 0.001), "b": flat(2.0, 0.5)})
+    assert asked == [("a", 1)]
+    assert choice.provenance["auto_left_out"] == {"b": "a leaves nothing to explain"}
+
+
+def test_a_short_trial_fit_costs_a_fifth(chosen):
+    quick = {"quick": {"starts": 1}}
+    table = {"a": flat(1.0, 1.0), "b": flat(10.0, 9.0, **quick), "c": flat(13.0, 1.0)}
+    choice, asked, told = chosen(table)
+    assert asked[:3] == [("a", 1), ("b", 1), ("c", 1)]
+    assert choice.provenance["auto_left_out"]["b"] == "9 % of the span after a short trial fit"
+    # 1 + a fifth of 10 + 13 = 16 of the budget of 26; a second fold of both would need 30
+    assert len(asked) == 3
+    assert told == pytest.approx([1 / 48, (3 + 13) / 48])
+
+
+def test_later_folds_must_fit_into_the_budget(chosen):
+    assert len(chosen({"a": flat(13.0, 1.0)})[1]) == 2  # 13 + 13 = 26: 25 and 1 for 4000 rows
+    assert len(chosen({"a": flat(13.1, 1.0)})[1]) == 1
+    assert len(chosen({"a": flat(8.6, 1.0)})[1]) == 3
+
+
+def test_who_is_left_out_before_the_race(chosen):
+    records = Dataset.joined([DATA, DATA])
+    table = {"takes": flat(1.0, 1.0), "not": flat(0.5, 1.0), "slow": flat(90.0, 1.0)}
+    choice, asked, _ = chosen(table, data=records, missing={"gone": "no package"})
+    assert {name for name, _ in asked} == {"takes"}
+    left = choice.provenance["auto_left_out"]
+    assert left == {"gone": "no package", "not": "it takes one record only", "slow": "it takes one record only"}
+    beside = Dataset(DATA.t, DATA.u, DATA.y, covariates={"T": np.arange(float(N))})
+    assert chosen(table, data=beside)[0].provenance["auto_left_out"]["not"] == "it takes no covariates"
+    assert chosen(table)[0].provenance["auto_left_out"]["slow"] == "about 90 s for 4000 rows; fit it by name"
+
+
+def test_a_rate_must_be_seen_or_static_kinds_stay(chosen):
+    near = {"static": flat(1.0, 1.0), "lags": flat(2.0, 0.9, memory=LAGS)}
+    choice, _, _ = chosen(near)
+    assert (choice.fit["rate"], choice.provenance["auto_choice"]) == ("not seen", "static")
+    far = {"static": flat(1.0, 2.0), "lags": flat(2.0, 0.9, memory=LAGS)}
+    choice, _, _ = chosen(far)
+    assert (choice.fit["rate"], choice.provenance["auto_choice"]) == ("seen", "lags")
+    lost = {"static": flat(1.0, 0.19), "lags": flat(2.0, 0.09, memory=LAGS)}
+    assert chosen(lost)[0].provenance["auto_choice"] == "lags"
+    only = {"lags": flat(2.0, 0.9, memory=LAGS)}
+    assert chosen(only)[0].provenance["auto_choice"] == "lags"
+
+
+@pytest.mark.parametrize(("errors", "refused"), [((5.1,) * 3, True), ((4.9,) * 3, False), ((4.0, 9.0, 9.0), False)])
+def test_an_error_beyond_five_percent_is_no_model(chosen, errors, refused):
+    table = {"a": (Candidate(ANY, 1.0, 0.0), list(errors), 3)}
+    if not refused:
+        assert chosen(table)[0].method == "key a"
+        return
+    with pytest.raises(InputError, match=r"record: A kind .* to 5 % of the span\. Got 5\.1 % on .* the best, a: "):
+        chosen(table)
+    poor = Excitation(60, 150.0, 20, 0.25, True, UNKNOWN, ("few", "slow"), ())
+    with pytest.raises(InputError, match=r"too poor to tell \(few; slow\)\. Name a kind"):
+        chosen(table, seen=poor)
+
+
+@pytest.mark.parametrize(("memory", "chosen_one"), [(UNKNOWN, "a"), (NONE, "b")])
+def test_on_a_poor_record_all_that_are_no_losers_are_equal(chosen, memory, chosen_one):
+    poor = Excitation(60, 150.0, 20, 0.25, True, memory, ("few",), ())
+    table = {"a": flat(1.0, 1.4, 1), "b": flat(2.0, 1.0, 5)}
+    assert chosen(table, seen=poor)[0].provenance["auto_choice"] == chosen_one
+
+
+def test_nothing_that_fits_is_one_line(chosen):
+    with pytest.raises(InputError, match=r"record: The data must suit a candidate\. Got none that fits: \{'a': "):
+        chosen({"a": flat(1.0, 1.0, 10**6)})
+    with pytest.raises(InputError, match=r"none that fits: \{\}"):
+        chosen({})
