@@ -135,6 +135,48 @@ def test_the_noise_of_an_integral_loop() -> None:
     assert loop(integrator(1.2 / H)).noise_gain(2.0) == np.inf
 
 
+# a plant of two states whose output is twice the first one, and a controller with a state of its own
+LAG2 = (
+    np.array([[-20.0, 7.0], [0.0, -30.0]]), np.array([[0.0], [30.0]]), np.array([[2.0, 0.0]]), np.zeros((1, 1)),
+)  # fmt: skip
+LEAD = np.array([[0.4]]), np.array([[0.5]]), np.array([[-0.3]]), np.array([[-0.6]])
+
+
+@pytest.mark.parametrize(("slope", "delay"), [(1.0, 0.0), (0.6, 0.0), (0.6, 1.0), (1.4, 2.5)])
+def test_noise_and_poles_of_a_loop_stepped_by_hand(slope: float, delay: float) -> None:
+    """Each sample of the noise is an impulse: the energy of the command that it makes, and how fast that decays."""
+    made = loop(LEAD, LAG2)
+    F, G, H_, _ = held(LAG2, H, delay)
+    A, B, C, D = (m.item() for m in LEAD)
+    x, w, commands = np.zeros((len(F), 1)), 0.0, []
+    for k in range(400):
+        y = slope * (H_ @ x).item() + (k == 0)
+        u = C * w + D * y
+        w = A * w + B * y
+        x = F @ x + G * u
+        commands.append(u)
+    assert made.noise_gain(slope, delay) == pytest.approx(np.sqrt(np.sum(np.square(commands))), rel=1e-9)
+    late = [abs(v) for v in commands]
+    decay = (max(late[260:300]) / max(late[60:100])) ** (1 / 200)
+    assert made.radius(slope, delay) == pytest.approx(decay, abs=0.01)
+    z = np.exp(1j * made._angles[::40])
+    K = D + C * B / (z - A)
+    plant = [(H_ @ np.linalg.solve(v * np.eye(len(F)) - F, G)).item() for v in z]
+    assert made.response(slope, delay)[::40] == pytest.approx(-slope * K * np.array(plant), rel=1e-8)
+
+
+def test_without_further_delay_is_the_default() -> None:
+    made = loop(LEAD, LAG2)
+    memory = replace(loop(WITH_MEMORY, LAG2), memories=(repetitive(40, 0.5, 0.2),))
+    for of, at in [(made.margins, vars(made.margins(1.0, 0.0))), (made.margins, vars(made.margins(slope=1.0)))]:
+        assert vars(of()) == at
+    assert made.noise_gain() == made.noise_gain(1.0, 0.0) != made.noise_gain(1.0, 1.0)
+    assert made.worst_peak_db() == made.worst_peak_db(0.0) != made.worst_peak_db(1.0)
+    assert memory.learning() == memory.learning(1.0, 0.0) != memory.learning(1.0, 2.0)
+    assert memory.learning() != memory.learning(2.0, 0.0)
+    assert made.response().tolist() == made.response(1.0, 0.0).tolist() != made.response(1.0, 1.0).tolist()
+
+
 def test_covariance_solves_its_equation() -> None:
     rng = np.random.default_rng(0)
     M, N = rng.normal(size=(4, 4)), rng.normal(size=(4, 2))

@@ -1,0 +1,170 @@
+"""The side of the plant in a loop, counted by hand: its units, how late they are, what they are at rest."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from engines import ready
+
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.loop.plant import as_gain, dynamics, has_memory, plant_side, slopes_of, without_levels
+from hystfmu.scenario.loop_margins import open_loop
+from hystfmu.scenario.report.loop_tables import delay_table, loop_rows
+from hystfmu.scenario.system.system import System
+
+LAG = {"block": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"b": [3.0], "a": [0.02, 1.5]}}
+PLAY = {"block": "backlash_sum", "dims": {"n": 1}, "values": {"w0": 0.5, "r": [0.1], "w": [0.4]}}
+LAW = {"block": "pid", "values": {"Kp": 0.2, "Ki": 9.0}, "inputs": {"u_ff": 0.0}}
+
+
+def system(
+    write: Any, order: str, units: dict[str, Any], wires: dict[str, str], ripple: int = 1, **more: Any
+) -> System:
+    reference = {"block": "reference", "values": {"shape": "sine", "frequency": 2.0}}
+    data = {
+        "name": "s", "step": 0.01, "stop": 1.0, "ripple": ripple, "order": order.split(),
+        "units": {"reference": reference, "law": LAW} | units,
+        "connections": {"law.y_d": "reference.r", "law.y": "lag.y"} | wires,
+        "metrics": {"e": {"kind": "rms_percent", "signal": "lag.y", "against": "reference.r"}},
+    }  # fmt: skip
+    return ready(write(data | more))
+
+
+FINE = {"fine": True}
+CHAIN = {"play": PLAY | FINE, "lag": LAG | FINE}
+WIRES = {"play.u": "law.u", "lag.u": "play.y"}
+
+
+def side(s: System) -> tuple[list[str], float]:
+    names = [p.name for p in s.parts]
+    found = plant_side(s, names.index("lag"), [names.index(n) for n in names if n not in ("lag", "reference")])
+    return [names[k] for k in found.units], found.delay
+
+
+@pytest.mark.parametrize(
+    ("order", "delay"),
+    [
+        ("play lag reference law", 0.0),  # the command of the last step, held: no delay but the hold
+        ("lag play reference law", 0.25),  # and a fine step between the two
+        ("reference law play lag", 0.0),  # the measured value is that of the last step instead
+        ("reference law lag play", 0.25),
+        ("play reference law lag", 0.25),  # two late values: one closes the loop
+    ],
+)
+def test_a_late_value_among_fine_units_is_a_fine_step(write: Any, order: str, delay: float) -> None:
+    assert side(system(write, order, CHAIN, WIRES, 4)) == (["play", "lag"], delay)
+
+
+def test_delays_count_in_steps(write: Any) -> None:
+    late = {"late": {"block": "delay", "dims": {"n": 6}} | FINE}
+    wires = {"late.u": "law.u", "play.u": "late.y", "lag.u": "play.y"}
+    assert side(system(write, "late play lag reference law", CHAIN | late, wires, 4)) == (["late", "play", "lag"], 1.5)
+    plain = {n: {k: v for k, v in u.items() if k != "fine"} for n, u in (CHAIN | late).items()}
+    assert side(system(write, "late play lag reference law", plain, wires)) == (["lag"], 0.0)
+
+
+def test_units_that_are_not_in_series_are_refused(write: Any) -> None:
+    two = {"play": {"block": "sum", "dims": {"n": 2}} | FINE, "lag": LAG | FINE}
+    both = {"play.u_1": "law.u", "play.u_2": "law.u", "lag.u": "play.y"}
+    with pytest.raises(InputError, match=r"^s/nominal: One connection must close the loop at play to have .* Got 2\.$"):
+        side(system(write, "play lag reference law", two, both, 4))
+    ring = {"play.u_1": "law.u", "play.u_2": "reference.r", "lag.u": "play.y"}
+    assert side(system(write, "reference play lag law", two, ring, 4))[0] == ["play", "lag"]
+    beside = CHAIN | {"sensor": PLAY | FINE}
+    wires = WIRES | {"sensor.u": "lag.y", "law.y": "sensor.y"}
+    with pytest.raises(InputError, match=r"^s/nominal: The units at the rate of the plant must be in series\. Got "):
+        side(system(write, "play lag sensor reference law", beside, wires, 4))
+
+
+def test_dynamics_have_the_static_gain_one(write: Any) -> None:
+    s = system(write, "play lag reference law", CHAIN, WIRES, 4)
+    found = plant_side(s, 1, [0, 3])
+    A, B, C, D = dynamics(s, found, ())
+    assert np.linalg.eigvals(A) == pytest.approx([-1.5 / 0.02])
+    assert (C @ np.linalg.solve(-A, B) + D).item() == pytest.approx(1.0)
+    only = system(write, "play lag reference law", {"play": PLAY, "lag": PLAY}, WIRES)
+    flat = plant_side(only, 1, [0, 3])
+    assert [m.shape for m in dynamics(only, flat, ())] == [(0, 0), (0, 1), (1, 0), (1, 1)]
+    assert dynamics(only, flat, ())[3].item() == 1.0
+
+
+def test_slopes_are_those_of_the_play(write: Any) -> None:
+    """w0 in the dead band and w0 + w beyond it; the static gain of the lag is 2."""
+    s = system(write, "play lag reference law", CHAIN, WIRES, 4)
+    assert slopes_of(s, plant_side(s, 1, [0, 3]), []) == pytest.approx((1.0, 1.8), rel=1e-6)
+
+
+def test_a_case_that_stops_has_no_sector(write: Any) -> None:
+    steep = {"play": PLAY | FINE | {"values": {"w0": 1e300, "r": [0.1], "w": [0.4]}}}
+    s = system(write, "play lag reference law", CHAIN | steep, WIRES, 4)
+    with pytest.raises(InputError, match=r"^s/nominal: The case must run to its end to have a sector of slopes\. "):
+        slopes_of(s, plant_side(s, 1, [0, 3]), [])
+
+
+def test_what_has_memory_and_what_becomes_of_it(write: Any) -> None:
+    level = {"block": "quantiser", "values": {"q": 0.1}}
+    units = {"play": PLAY, "lag": LAG, "level": level}
+    s = system(write, "play lag level reference law", units, WIRES | {"level.u": "lag.y", "law.y": "level.y"})
+    assert [has_memory(p.own) for p in s.parts] == [True, False, False, False, False]
+    gain = as_gain(s.parts[0])
+    assert gain.run(np.array([0.3, -2.0])).tolist() == [0.3, -2.0]
+    flat = without_levels(s.parts[2].own)
+    assert flat.run(np.array([0.123, 0.05])).tolist() == [0.123, 0.05]
+    law = as_gain(s.parts[4])
+    rows = np.arange(6.0).reshape(2, -1)[:, : law.n_inputs]
+    assert law.n_inputs == len(s.parts[4].inputs)
+    wide = np.arange(2.0 * law.n_inputs).reshape(2, -1)
+    assert law.run(wide).reshape(2, -1)[:, 0].tolist() == wide[:, 0].tolist()
+    assert rows.shape[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            {"coupling": {"scheme": "jacobi"}},
+            "The coupling must be gauss_seidel, whose order the loop follows. Got jacobi instead.",
+        ),
+        (
+            {"metrics": {"p": {"kind": "peak", "signal": "lag.y"}}},
+            "A metric must compare an output with a reference. Got none.",
+        ),
+        (
+            {"connections": {"law.y_d": "reference.r", "law.y": "reference.r", "play.u": "law.u", "lag.u": "play.y"}},
+            "The case must have feedback. Got an open loop: lag does not act on itself.",
+        ),
+    ],
+)
+def test_a_loop_without_margins_says_why(write: Any, change: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=f"^s/nominal: {re.escape(said)}$"):
+        open_loop(system(write, "play lag reference law", CHAIN, WIRES, 4, **change), (1.0, 1.0))
+
+
+def test_controllers_of_several_rates_have_none(write: Any) -> None:
+    units = CHAIN | {"slow": {"block": "scaling", "dims": {"n": 1}, "every": 2}}
+    wires = {"play.u": "slow.y", "slow.u": "law.u", "lag.u": "play.y"}
+    with pytest.raises(InputError, match=r"The controllers must have one rate to have margins\. Got several\.$"):
+        open_loop(system(write, "play lag reference law slow", units, wires, 4), (1.0, 1.0))
+
+
+# ---- in rows -------------------------------------------------------------------------------------------------------
+def test_a_loop_in_rows(write: Any) -> None:
+    late = {"late": {"block": "delay", "dims": {"n": 6}} | FINE}
+    wires = {"late.u": "law.u", "play.u": "late.y", "lag.u": "play.y"}
+    s = system(write, "late play lag reference law", CHAIN | late, wires, 4, delay="a note")
+    rows = [list(r) for r in loop_rows(s)]
+    assert rows[0] == ["order (Gauss-Seidel)", "late - play - lag - reference - law"]
+    assert rows[1] == ["step", "10 ms; late every 2.5 ms, play every 2.5 ms, lag every 2.5 ms"]
+    assert ["delay", "late: 1.5 steps = 15 ms (delay block of 6 steps of the unit)"] in rows
+    assert rows[-1] == ["note", "a note"]
+    plain = system(write, "play lag reference law", {"play": PLAY, "lag": LAG}, WIRES)
+    assert list(loop_rows(plain)[1]) == ["step", "10 ms"]
+    table = delay_table(plain)
+    assert tuple(table.head) == ("delay in steps", "Gauss-Seidel", "Jacobi", "iterative")
+    assert {r[0]: list(r[1:]) for r in table.rows} == {
+        "law.u -> play.u": [1.0, 1.0, 0.0], "play.y -> lag.u": [0.0, 0.5, 0.0],
+        "reference.r -> law.y_d": [0.0, 1.0, 0.0], "lag.y -> law.y": [0.0, 1.0, 0.0],
+    }  # fmt: skip
