@@ -57,13 +57,16 @@ class Tests:
         self.kills: dict[str, Counter[str]] = defaultdict(Counter)  # by file: modules and tests
 
     def for_mutant(self, mutant: Mutant, text: str) -> list[str]:
-        """Return the tests in their order, as many as the budget holds: what killed, what is named alike, the rest."""
+        """Return the tests in their order, as many as the budget holds: what killed, what is named alike, the rest.
+
+        One that alone is longer than the budget comes after the others, unless it has killed before.
+        """
         kills, stem = self.kills[mutant.file], Path(mutant.file).stem
 
-        def rank(test: str) -> tuple[int, bool, float]:
-            module = test.partition("::")[0]
+        def rank(test: str) -> tuple[int, bool, bool, float]:
+            module, seconds = test.partition("::")[0], self.seconds[test]
             alike = stem in test or Path(module).stem.removeprefix("test_") in mutant.file
-            return -kills[test] - min(kills[module], 2), not alike, self.seconds[test]
+            return -kills[test] - min(kills[module], 2), seconds > BUDGET, not alike, seconds
 
         chosen: list[str] = []
         spent = 0.0

@@ -148,6 +148,20 @@ def test_tables_are_judged_by_those_that_read_them(operators, file, text, read, 
     assert tests.for_mutant(inside, text) == [run]
 
 
+def test_a_long_test_does_not_displace_short_ones(tmp_path):
+    file, text = "python/hystfmu/identify/b.py", "def f(x):\n    return x + 1\n"
+    long, short = "tests/identify/test_b.py::test_long", "tests/identify/test_x.py::test_short"
+    table = {"seconds": {long: 9.0, short: 0.1}, "lines": {file: {"2": [long, short]}}}
+    (tmp_path / "map.json").write_text(json.dumps(table))
+    mutant, tests = python_operators.mutants(file, text)[0], choose.Tests(tmp_path / "map.json")
+    assert tests.for_mutant(mutant, text) == [short]
+    tests.killed(mutant, long)
+    assert tests.for_mutant(mutant, text) == [long]
+    table["lines"][file]["2"] = [long]
+    (tmp_path / "map.json").write_text(json.dumps(table))
+    assert choose.Tests(tmp_path / "map.json").for_mutant(mutant, text) == [long]
+
+
 def test_a_header_is_judged_by_the_module_that_compiles_it(tmp_path):
     file, text = "fmu_build/core/elementary/e.h", "static double f(double x) {\n  return x + 1;\n}\n"
     own, run = "tests/c/test_elementary.py::test_bound", "tests/blocks/test_b.py::test_f"

@@ -55,22 +55,22 @@ def flat(seconds, error, parameters=3, **more):
 
 
 def test_the_cheapest_first_and_all_that_are_no_losers_on_every_fold(chosen):
-    table = {"dear": flat(3.0, 1.0, 9), "cheap": flat(1.0, 1.3, 2), "middle": flat(2.0, 1.6, 1)}
+    table = {"costly": flat(3.0, 1.0, 9), "cheap": flat(1.0, 1.3, 2), "middle": flat(2.0, 1.6, 1)}
     choice, asked, told = chosen(table)
-    assert asked[:3] == [("cheap", 1), ("middle", 1), ("dear", 1)]
-    assert asked[3:] == [("cheap", 3), ("dear", 3), ("cheap", 2), ("dear", 2)]  # middle has lost
+    assert asked[:3] == [("cheap", 1), ("middle", 1), ("costly", 1)]
+    assert asked[3:] == [("cheap", 3), ("costly", 3), ("cheap", 2), ("costly", 2)]  # middle has lost
     # twice the cost of all: 12; each first fit, then the later folds of two
     assert told == pytest.approx([1 / 12, 3 / 12, 6 / 12, 10 / 12, 1.0])
-    assert (choice.method, choice.options) == ("key dear", {})
+    assert (choice.method, choice.options) == ("key costly", {})
     assert choice.fit == {"memory": UNKNOWN, "loops": 20, "gap_percent": 0.25, "rate": "not seen", "warnings": []}
     why = choice.provenance
-    assert why["auto"] == pytest.approx({"dear": 1.0, "cheap": 1.3, "middle": 1.6})
-    assert list(why["auto"]) == ["dear", "cheap", "middle"]
+    assert why["auto"] == pytest.approx({"costly": 1.0, "cheap": 1.3, "middle": 1.6})
+    assert list(why["auto"]) == ["costly", "cheap", "middle"]
     assert why["auto_blocks"] == {
-        "dear": pytest.approx([1.0] * 3), "cheap": pytest.approx([1.3] * 3), "middle": pytest.approx([1.6])
+        "costly": pytest.approx([1.0] * 3), "cheap": pytest.approx([1.3] * 3), "middle": pytest.approx([1.6])
     }  # fmt: skip
-    assert why["auto_parameters"] == {"dear": 9, "cheap": 2, "middle": 1}
-    assert (why["auto_choice"], why["auto_left_out"]) == ("dear", {})
+    assert why["auto_parameters"] == {"costly": 9, "cheap": 2, "middle": 1}
+    assert (why["auto_choice"], why["auto_left_out"]) == ("costly", {})
     assert "auto_inverse" not in why
 
 
