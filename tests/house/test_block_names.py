@@ -100,6 +100,8 @@ ALLOWED: dict[str, dict[str, str]] = {
     "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
     "face/defaults.py": {"reference": "the reference signal of a new scenario"},
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
+    "modelica/realisation.py": {"scaling": "rate_of(): a gain through which the rate of a port reaches an operator"},
+    "modelica/wiring.py": {"sum": "sums_before_samples(): the block that one compiler reads too early"},
     "modelica/classes.py": {
         "polynomial_narx": "the class has a limit on the degree",
         "transfer_function": "is_discretised(): becomes a StateSpace",

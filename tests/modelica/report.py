@@ -38,6 +38,9 @@ def main(arguments: list[str]) -> int:
         print(f"\n{'exported model':58} {'values':>6} {'rows':>5} {'predict':>9}  {'s':>5}")
         exports = [exported.compare(exported.small(key), key, Path(folder)) for key in exported.KEYS]
         print(*map(exported.line, exports), sep="\n")
+        for key in exported.CONTINUOUS_KEYS:
+            exports += exported.compare_realisations(exported.small(key), key, Path(folder))
+        print(*map(exported.line, exports[len(exported.KEYS) :]), sep="\n")
         print(f"\n{cost.HEADING}")
         smooth, events = (cost.measure(kind, Path(folder)) for kind in ("Smooth", "Events"))
         print(cost.line(smooth, smooth), cost.line(events, smooth), sep="\n")

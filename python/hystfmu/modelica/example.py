@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 from hystfmu.model import Model
-from hystfmu.modelica.block import names
 from hystfmu.modelica.layout import line, placed
 from hystfmu.modelica.literals import number
+from hystfmu.modelica.measures import per_second, si
+from hystfmu.modelica.ports import rate_name
 from hystfmu.modelica.record import step
+from hystfmu.modelica.span import span
+from hystfmu.modelica.wiring import Wiring
 
 PERIODS, ROWS = 4, 100  # of the sine; rows of one
 
 
-def example(model: Model, name: str, within: str, block_name: str, record_name: str) -> str:
+def example(model: Model, name: str, within: str, block_name: str, w: Wiring, rated: str) -> str:
     """The file of the example, without its mark.
 
     Parameters
     ----------
     model : Model
-    name, within, block_name, record_name : str
-        Name of the example, of its package, of the block and of the record there.
+    name, within, block_name : str
+        Name of the example, of its package, and of the block there.
+    w : Wiring
+        Of the graph of the model.
+    rated : str
+        Name in the graph of the input whose rate other realisations need, or "".
     """
     h = step(model)
-    low, high = _range(model)
+    driven, held = _inputs(model, w)
+    low, high = (x * _factor(model, driven) for x in span(model) or (-1.0, 1.0))
     frequency = 1 / (ROWS * h)
     signal = ", ".join(
         f"{k} = {number(v)}"
@@ -39,10 +47,17 @@ def example(model: Model, name: str, within: str, block_name: str, record_name: 
     ]
     if model.graph.inputs:
         lines.append(f"  HystFMU.Sources.DecayingSine signal({signal}) annotation ({placed(-50, 0)});")
-    lines += [f"  {block_name} tested annotation ({placed(10, 0)});", "equation"]
-    ends, held = _inputs(model, {block_name, record_name})
+    if rated:
+        lines.append(
+            f'  replaceable {block_name} tested constrainedby Ports "Any realisation by redeclare" '
+            f"annotation (choicesAllMatching = true, {placed(10, 0)});"
+        )
+    else:
+        lines.append(f"  {block_name} tested annotation ({placed(10, 0)});")
+    declared, stated = _rate(model, w, rated)
+    lines += [*declared, "equation", *stated]
     drawn = line((-39, 0), (-1, 0))  # from the right edge of the source to the left one of the block
-    lines += [f"  connect(signal.r, tested.{end}) {drawn};" for end in ends]
+    lines += [f"  connect(signal.r, tested.{end}) {drawn};" for end in driven]
     lines += [f"  tested.{end} = {number(value)};" for end, value in held.items()]
     time = f"StopTime = {number((PERIODS * ROWS + 0.5) * h)}, Interval = {number(h)}, Tolerance = 1e-10"
     return "\n".join(
@@ -57,30 +72,38 @@ def example(model: Model, name: str, within: str, block_name: str, record_name: 
     )
 
 
-def _inputs(model: Model, taken: set[str]) -> tuple[list[str], dict[str, float]]:
+def _inputs(model: Model, w: Wiring) -> tuple[list[str], dict[str, float]]:
     """Names of the scalar inputs of the block that the signal drives, and the covariates with their start values."""
     graph = model.graph
-    ports, _ = names(graph, taken)
     sizes = {p.name: p.size for p in graph.ports if p.kind == "input"}
     driven: list[str] = []
     held: dict[str, float] = {}
     for i in graph.inputs:
-        n = sizes[i.name]
+        n, port = sizes[i.name], w.ports[i.name]
         if i.name in model.provenance.get("span_covariates", {}):
-            held[ports[i.name]] = i.start
+            held[port] = i.start * si(i.unit)[1]
         else:
-            driven += [ports[i.name]] if n == 1 else [f"{ports[i.name]}[{k + 1}]" for k in range(n)]
+            driven += [port] if n == 1 else [f"{port}[{k + 1}]" for k in range(n)]
     return driven, held
 
 
-def _range(model: Model) -> tuple[float, float]:
-    """Range of the input in the identification data; [-1, 1] if it is unknown."""
-    span = model.provenance.get("span_u")
-    if (
-        isinstance(span, list)
-        and len(span) == 2
-        and all(isinstance(v, int | float) for v in span)
-        and span[0] < span[1]
-    ):
-        return float(span[0]), float(span[1])
-    return -1.0, 1.0
+def _factor(model: Model, driven: list[str]) -> float:
+    """From the unit of measure of the data to that of the ports."""
+    return si(model.graph.inputs[0].unit)[1] if driven else 1.0
+
+
+def _rate(model: Model, w: Wiring, rated: str) -> tuple[list[str], list[str]]:
+    """Declarations and equations that give the rate of the signal to a realisation which needs it."""
+    if not rated:
+        return [], []
+    unit = si(next(p.unit for p in model.graph.inputs if p.name == rated))[0]
+    to = f"tested.{rate_name(w.ports[rated])}"
+    if not unit:
+        return [], [f"  connect(signal.dr_lead, {to}) {line((-39, -4), (-1, -9))};"]
+    declared = [
+        "protected",
+        f'  constant Real one(unit = "{unit}") = 1 "Unit of measure of the signal";',
+        f'  HystFMU.Interfaces.RealOutput rate(unit = "{per_second(unit)}") "Rate of the signal" '
+        f"annotation ({placed(-20, -40)});",
+    ]
+    return declared, ["  rate = one*signal.dr_lead;", f"  connect(rate, {to}) {line((-20, -40), (-1, -9))};"]

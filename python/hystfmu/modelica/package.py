@@ -12,15 +12,17 @@ from hystfmu.base.files import read_bytes
 from hystfmu.fmu.write.documentation import history
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit
-from hystfmu.modelica.block import block
+from hystfmu.modelica.block import block, rated_port, wiring
 from hystfmu.modelica.example import example
 from hystfmu.modelica.literals import NAME, RESERVED, class_name, sentence, string, unique
 from hystfmu.modelica.network import names as network_names
 from hystfmu.modelica.network import network
+from hystfmu.modelica.ports import ports_block
+from hystfmu.modelica.realisation import CONTINUOUS, kinds, missing
 from hystfmu.modelica.record import is_ours, mark, record
 from hystfmu.modelica.shipped import library_date
 
-CLASSES = ("Values", "Model", "Example")  # in every package
+CLASSES = ("Values", "Ports", "Model", *CONTINUOUS, "Example")  # in a package
 
 
 def package_name(text: str) -> str:
@@ -57,11 +59,14 @@ def export_modelica(model: Model, folder: str | Path, name: str, source: str = "
         raise InputError(f"the Modelica package name {name!r} must be a letter followed by letters, digits or _")
     if name != package_name(name):
         raise InputError(f"the Modelica package name {name!r} must begin with a capital and hide no class that it uses")
-    told = history(model)
+    told, graph = history(model), model.graph
+    w, rated = wiring(graph, set(CLASSES)), rated_port(graph)
     files = {
         "Values": record(model, "Values", name, source, told),
-        "Model": block(model, "Model", name, "Values", told),
-        "Example": example(model, "Example", name, "Model", "Values"),
+        "Ports": ports_block(w, name, model.text or model.key, "Values", rated, _realisations(model)),
+        "Model": block(model, "Model", name, w, told),
+        **{kind: block(model, kind, name, w, told, kind) for kind in kinds(graph)},
+        "Example": example(model, "Example", name, "Model", w, rated),
     }
     networks = [n for n in model.graph.nodes if classes.is_large(n)]
     inverses = implicit.inverses(model.graph)
@@ -84,13 +89,25 @@ def export_modelica(model: Model, folder: str | Path, name: str, source: str = "
     return _write(Path(folder), name, {**content, "package.order": listed})
 
 
+def _realisations(model: Model) -> dict[str, str]:
+    """Blocks of the package and what each is; a realisation that the model has not, and why."""
+    graph = model.graph
+    sampled = any(classes.is_sampled(n) for n in graph.nodes)
+    found = {"Model": "acts at 0, Ts, 2 Ts, ..., as hystfmu predict" if sampled else "acts as hystfmu predict"}
+    for kind, text in CONTINUOUS.items() if sampled else ():
+        why = missing(graph, kind)
+        found[kind] = f"none, because {why}" if why else text
+    return found
+
+
 def _package(model: Model, name: str, source: str, told: str) -> str:
     from html import escape
 
+    listed = "".join(f"<li>{k}: {escape(v)}</li>" for k, v in _realisations(model).items())
     info = (
         f"<html><p>A model of kind <em>{escape(model.key)}</em>: {escape(model.text)}.</p>"
-        f"<p>The record Values holds its numbers, the block Model runs them, Example shows it. It needs the library "
-        f"HystFMU {__version__} on the library path.</p>{told}"
+        f"<p>The record Values holds its numbers, the block Model runs them, Example shows it.</p><ul>{listed}</ul>"
+        f"<p>It needs the library HystFMU {__version__} on the library path.</p>{told}"
         f"<p><b>Source:</b> {escape(source)}, written by HystFMU {__version__}.</p></html>"
     )
     return f"""package {name} {sentence(model.text or model.key)}

@@ -8,7 +8,10 @@ from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 from hystfmu.modelica import classes
 from hystfmu.modelica.literals import array, number, sentence, string
+from hystfmu.modelica.realisation import kinds
 from hystfmu.modelica.state_space import TEXTS, state_space
+
+Declared = tuple[str, str, str, str]  # type, size, value, text
 
 
 def mark(source: str) -> str:
@@ -91,24 +94,33 @@ def _fields(model: Model, node: Node) -> dict[str, str]:
     graph = model.graph
     if classes.is_large(node):
         return {}
-    found = {}
-    sizes = {d.name: d.text for d in node.block.dims}
+    found: dict[str, Declared] = {}
     if classes.is_discretised(node):
         matrices = state_space(node, step(model))
         found[field(graph, node, "n")] = ("Integer", "", str(node.dims["na"]), "order")
         for key, value in matrices.items():
             size = "" if key == "d" else f"[{', '.join(map(str, value.shape))}]"
             found[field(graph, node, key)] = ("Real", size, _literal(value, size), TEXTS[key])
+        if kinds(graph):  # the others take the continuous form
+            found |= _plain(graph, node)
     else:
-        for key, n in classes.dims(node).items():
-            found[field(graph, node, key)] = ("Integer", "", str(n), sizes[key])
-        for key, (v, value) in classes.values(node).items():
-            size = "" if v.size == "1" else f"[{', '.join(map(str, value.shape))}]"
-            kind = "Integer" if v.type == "int" else "Real"
-            literal = str(int(value[0])) if v.type == "int" else _literal(value, size)
-            found[field(graph, node, key)] = (kind, size, literal, v.text)
+        found |= _plain(graph, node)
     group = f"annotation (Dialog(group = {string(node.name)}))"
     return {n: f"{kind} {n}{size} = {value} {sentence(text)} {group}" for n, (kind, size, value, text) in found.items()}
+
+
+def _plain(graph: Graph, node: Node) -> dict[str, Declared]:
+    """Values as the class of the node takes them."""
+    found: dict[str, Declared] = {}
+    sizes = {d.name: d.text for d in node.block.dims}
+    for key, n in classes.dims(node).items():
+        found[field(graph, node, key)] = ("Integer", "", str(n), sizes[key])
+    for key, (v, value) in classes.values(node).items():
+        size = "" if v.size == "1" else f"[{', '.join(map(str, value.shape))}]"
+        kind = "Integer" if v.type == "int" else "Real"
+        literal = str(int(value[0])) if v.type == "int" else _literal(value, size)
+        found[field(graph, node, key)] = (kind, size, literal, v.text)
+    return found
 
 
 def _literal(value: Array, size: str) -> str:

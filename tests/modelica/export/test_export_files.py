@@ -67,7 +67,7 @@ def test_same_model_gives_the_same_bytes_and_replaces_what_an_export_wrote(tmp_p
     assert {f.name: f.read_bytes() for f in first.iterdir()} == before
     export_modelica(MADE["dynamics"](), tmp_path, "Piezo")  # without the classes of the network
     assert sorted(f.name for f in first.iterdir()) == sorted(
-        ["Values.mo", "Model.mo", "Example.mo", "package.mo", "package.order"]
+        [f"{c}.mo" for c in ("Values", "Ports", "Model", "Events", "Smooth", "Example", "package")] + ["package.order"]
     )
     assert [p.name for p in tmp_path.iterdir()] == ["Piezo"]
 

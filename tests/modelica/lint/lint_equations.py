@@ -82,7 +82,9 @@ def _is_choice(s: ast.Symbol, c: library.Class) -> bool:
 
 def _unit_of(end: str, c: library.Class) -> str:
     head, *tail = end.split(".")
-    symbol = library.components(c)[head]
+    symbol = library.components(c).get(head)
+    if symbol is None:
+        return ""
     if not tail:
         return library.unit(symbol, c.name)
     of = library.find(str(symbol.type), c.name)

@@ -5,7 +5,7 @@ block Creep "Weighted sum of the input and its first-order lags, smooth"
   Real q[n] "Lagged inputs";
 initial equation
   if start == Types.Start.steady then
-    der(q) = zeros(n);
+    q = fill(u, n);
   else
     q = zeros(n);
   end if;

@@ -1,0 +1,33 @@
+"""Units of measure at the ports of an exported block: SI outside, those of the identification inside."""
+
+from __future__ import annotations
+
+import math
+
+# unit of measure of data: its SI unit, and how many of that it is; Modelica writes what is not here in the description
+_SI = {
+    **{u: (u, 1.0) for u in ("m", "V", "A", "A/m", "V/m", "N", "Pa", "T", "rad", "K", "Hz", "C", "s")},
+    **{"mm": ("m", 1e-3), "um": ("m", 1e-6), "nm": ("m", 1e-9), "pm": ("m", 1e-12), "cm": ("m", 1e-2)},
+    **{"mV": ("V", 1e-3), "kV": ("V", 1e3), "mA": ("A", 1e-3)},
+    **{"kA/m": ("A/m", 1e3), "Oe": ("A/m", 250 / math.pi)},
+    **{"kV/mm": ("V/m", 1e6), "kV/cm": ("V/m", 1e5)},
+    **{"mN": ("N", 1e-3), "kN": ("N", 1e3), "MPa": ("Pa", 1e6), "mT": ("T", 1e-3)},
+    **{"mrad": ("rad", 1e-3), "urad": ("rad", 1e-6), "deg": ("rad", math.pi / 180)},
+    **{"kHz": ("Hz", 1e3), "ms": ("s", 1e-3)},
+}
+
+
+def si(unit: str) -> tuple[str, float]:
+    """SI unit of a unit of measure, and how many of it that is; ("", 1.0) where it is a number or not known here.
+
+    >>> si("um")
+    ('m', 1e-06)
+    """
+    return _SI.get(unit, ("", 1.0))
+
+
+def per_second(unit: str) -> str:
+    """The unit of a rate as Modelica writes it."""
+    if not unit:
+        return "1/s"
+    return unit.replace("/m", "/(m.s)") if "/" in unit else f"{unit}/s"

@@ -1,0 +1,104 @@
+"""The partial block of an exported model: its ports in SI units and its values; the realisations extend it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hystfmu.base.errors import InputError
+from hystfmu.graph import Graph, Input, Output
+from hystfmu.modelica.layout import placed, port_placed
+from hystfmu.modelica.literals import NAME, number, sentence, string, unique
+from hystfmu.modelica.measures import per_second, si
+from hystfmu.modelica.wiring import Wiring, unit_constant
+
+RATE_PLACE = -90  # of the port of the rate, below all others
+
+
+def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]]:
+    """Names of the ports and components in the block, by their names in the graph.
+
+    Raises
+    ------
+    InputError
+        A port has a name that is none in Modelica.
+    """
+    outside = [*(p.name for p in graph.inputs), *(p.name for p in graph.outputs)]
+    for p in outside:
+        if not NAME.match(p):
+            raise InputError(f"the port {p!r}: a name in Modelica is a letter followed by letters, digits or _")
+    own = {"Ts", "values", "usesRate", *taken}
+    ports = unique(outside, own)
+    made = {f(p) for p in ports.values() for f in (unit_constant, rate_name, inner_rate)}
+    return ports, unique([n.name for n in graph.nodes], own | set(ports.values()) | made)
+
+
+def rate_name(port: str) -> str:
+    """Name of the input for the rate of a port."""
+    return f"d{port}"
+
+
+def inner_rate(name: str) -> str:
+    """Name of the rate of a port, or of the input of a component, inside the block."""
+    return f"{name}_rate"
+
+
+def ports_block(wiring: Wiring, within: str, text: str, record_name: str, rated: str, info: Mapping[str, str]) -> str:
+    """The file of the partial block, without its mark.
+
+    Parameters
+    ----------
+    wiring : Wiring
+    within, text, record_name : str
+        Package, description of the model, name of the record.
+    rated : str
+        Name in the graph of the input whose rate the continuous realisations need, or "".
+    info : mapping of str to str
+        Realisations and what each is.
+    """
+    graph, where = wiring.graph, wiring.where
+    lines = [
+        f"within {within};",
+        f"partial block Ports {sentence(f'{text}: ports and values')}",
+        "  extends HystFMU.Icons.Hysteresis;",
+        f'  parameter {record_name} values "Values of the model" '
+        f'annotation (Dialog(group = "Parameters"), {placed(*where.corner)});',
+    ]
+    for i, p in enumerate(graph.inputs):
+        at = port_placed(True, i, len(graph.inputs), where.edge)
+        lines.append(_port("Input", p, wiring.ports[p.name], wiring.shape(p.to[0]), at))
+    if rated:
+        unit = next(p.unit for p in graph.inputs if p.name == rated)
+        name = wiring.ports[rated]
+        at = f"{placed(-where.edge, RATE_PLACE)[:-1]}, iconTransformation(extent = {{{{-120, -100}}, {{-100, -80}}}}))"
+        lines.append(
+            f'  HystFMU.Interfaces.RealInput {rate_name(name)}(unit = "{per_second(si(unit)[0])}") if usesRate '
+            f'"Rate of {name}; Model has no such input" annotation ({at});'
+        )
+    for i, o in enumerate(graph.outputs):
+        at = port_placed(False, i, len(graph.outputs), where.edge)
+        lines.append(_port("Output", o, wiring.ports[o.name], wiring.shape(o.source), at))
+    both: tuple[Input | Output, ...] = (*graph.inputs, *graph.outputs)
+    constants = [_constant(p, wiring.ports[p.name]) for p in both if si(p.unit)[0]]
+    if rated:
+        constants.insert(0, '  constant Boolean usesRate = false "Is there an input for the rate?";')
+    if constants:
+        lines += ["protected", *constants]
+    listed = "".join(f"<li>{k}: {v}</li>" for k, v in info.items())
+    told = string(f"<html><p>Ports in SI units and values of the realisations:</p><ul>{listed}</ul></html>")
+    return "\n".join([*lines, f"  annotation (Documentation(info = {told}));", "end Ports;\n"])
+
+
+def _port(kind: str, p: Input | Output, name: str, shape: str, at: str) -> str:
+    unit, factor = si(p.unit)
+    text = p.text or kind
+    if (p.unit and factor != 1) or (p.unit and not unit):
+        text += f" ({p.unit} in the model)" if unit else f" ({p.unit})"
+    each = "each " if shape else ""
+    shown = [f'{each}unit = "{unit}"'] + ([f'{each}displayUnit = "{p.unit}"'] if factor != 1 else []) if unit else []
+    given = f"({', '.join(shown)})" if shown else ""
+    return f"  HystFMU.Interfaces.Real{kind} {name}{shape}{given} {sentence(text)} annotation ({at});"
+
+
+def _constant(p: Input | Output, name: str) -> str:
+    unit, factor = si(p.unit)
+    return f'  constant Real {unit_constant(name)}(unit = "{unit}") = {number(factor)} "One {p.unit}";'

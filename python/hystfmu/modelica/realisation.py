@@ -1,0 +1,97 @@
+"""The realisations of an exported model: sampled, with events at reversals, smooth; which classes make each up."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+from hystfmu.graph import Graph, Node
+from hystfmu.modelica import classes
+from hystfmu.modelica.shipped import shipped_library
+
+SAMPLED = "Sampled"  # the block Model of a package
+CONTINUOUS = {"Events": "events at reversals", "Smooth": "an ordinary differential equation without events"}
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Rate of the input of an operator: that of a port of the block, times the gains of the scalings in between."""
+
+    port: str
+    through: tuple[tuple[Node, int], ...]
+
+
+def kinds(graph: Graph) -> list[str]:
+    """The continuous realisations that a graph has; none where nothing in it is sampled."""
+    if not any(classes.is_sampled(n) for n in graph.nodes):
+        return []
+    return [k for k in CONTINUOUS if not missing(graph, k)]
+
+
+def missing(graph: Graph, kind: str) -> str:
+    """Why a graph has no realisation `kind`, or ""."""
+    for node in graph.nodes:
+        found = class_in(node, kind)
+        if not found:
+            return f"{node.name} ({node.type}) has no such realisation"
+        if takes_rate(found) and rate_of(graph, node) is None:
+            return f"the rate of the input of {node.name} ({node.type}) is not that of a port"
+    if len({p for n in graph.nodes if takes_rate(class_in(n, kind)) and (p := _port_of(graph, n))}) > 1:
+        return "operators stand behind different ports"
+    return ""
+
+
+def class_in(node: Node, kind: str) -> str:
+    """Qualified name of the class of a node in the realisation `kind`, or ""."""
+    sampled = classes.class_of(node)
+    if kind == SAMPLED or not classes.is_sampled(node) or classes.is_large(node):
+        return sampled
+    if classes.is_discretised(node):
+        return "HystFMU.Dynamics.TransferFunction"
+    package, _, name = sampled.partition(".Sampled.")
+    # what is an ordinary differential equation anyhow has no events
+    order = (kind, "Smooth") if node.block.rate == "continuous" else (kind,)
+    found = [f"{package}.{k}.{name}" for k in order if name and _text(f"{package}.{k}.{name}")]
+    return found[0] if found else ""
+
+
+def takes_rate(class_name: str) -> bool:
+    """Whether a class has an input for the rate of its input."""
+    return "usesRate = true" in _text(class_name)
+
+
+def has_reach(class_name: str) -> bool:
+    """Whether a class stands for a branch by a polygon of a length that it has to be told."""
+    return "parameter Real reach" in _text(class_name)
+
+
+def rate_of(graph: Graph, node: Node) -> Rate | None:
+    """Where the rate of the first input of a node comes from."""
+    through: list[tuple[Node, int]] = []
+    ends = {f"{node.name}.{node.block.of('input')[0].name}"}
+    while True:
+        port = next((p.name for p in graph.inputs if ends & set(p.to)), None)
+        if port is not None:
+            size = next(p.size for p in graph.ports if p.name == port)
+            return Rate(port, tuple(through)) if size == 1 else None
+        source = next((a for a, b in graph.wires if b in ends), None)
+        before = graph.node(source.split(".")[0]) if source else None
+        if source is None or before is None or before.type != "scaling":
+            return None
+        index = int(source.partition("[")[2].rstrip("]") or 1)
+        if "[" not in source and before.sizes["y"] > 1:
+            return None
+        through.append((before, index))
+        ends = {f"{before.name}.u[{index}]"} | ({f"{before.name}.u"} if before.sizes["u"] == 1 else set())
+
+
+def _port_of(graph: Graph, node: Node) -> str:
+    rate = rate_of(graph, node)
+    return rate.port if rate else ""
+
+
+@functools.cache
+def _text(class_name: str) -> str:
+    """The file of a class of the library; "" if there is none."""
+    file = shipped_library().joinpath(*class_name.split(".")).with_suffix(".mo")
+    return file.read_text("utf-8") if file.is_file() else ""

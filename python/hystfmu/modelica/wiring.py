@@ -1,0 +1,153 @@
+"""Wires of a graph as connections and equations of a block: between components, and to its ports in SI units."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from hystfmu.core.library import Var
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.modelica import classes
+from hystfmu.modelica.layout import Point, Spots, line, on_component, placed, port_at
+from hystfmu.modelica.literals import number
+from hystfmu.modelica.measures import si
+from hystfmu.modelica.record import field
+
+_END = re.compile(r"(\w+)\.(\w+)(?:\[(\d+)\])?\Z")
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """A graph, the names of its ports and components in the block, and where they stand.
+
+    Attributes
+    ----------
+    graph : Graph
+    ports, parts : dict of str to str
+        Names in the block by those in the graph.
+    where : Spots
+    sums : frozenset of str
+        Nodes that are an equation instead of a component, see `sums_before_samples`.
+    """
+
+    graph: Graph
+    ports: dict[str, str]
+    parts: dict[str, str]
+    where: Spots
+    sums: frozenset[str] = frozenset()
+
+    def row(self, end: str) -> tuple[Node, Var, str | None]:
+        """Node, row of its table and index of an end of a wire."""
+        m = _END.match(end)
+        assert m is not None  # the graph has resolved it
+        node = self.graph.node(m[1])
+        return node, next(v for v in node.block.of("input", "output") if v.name == m[2]), m[3]
+
+    def end(self, end: str) -> str:
+        """An end in the block.  A vector of one element is connected by it, since the other end may be a scalar."""
+        node, v, index = self.row(end)
+        if node.name in self.sums:
+            return self.parts[node.name]
+        if index is None and v.size != "1" and node.sizes[v.name] == 1:
+            index = "1"
+        return f"{self.parts[node.name]}.{v.name}" + (f"[{index}]" if index and v.size != "1" else "")
+
+    def point(self, end: str) -> Point:
+        """Where an end stands in the diagram."""
+        node, v, _ = self.row(end)
+        if node.name in self.sums:
+            return self.where.of[node.name]
+        rows = node.block.of(v.kind)
+        return on_component(port_at(v.kind == "input", rows.index(v), len(rows)), self.where.of[node.name])
+
+    def between(self, a: str, b: str) -> str:
+        """A wire."""
+        return f"  connect({self.end(a)}, {self.end(b)}) {line(self.point(a), self.point(b))};"
+
+    def from_port(self, p: Input, i: int) -> list[str]:
+        """What the input `p`, the port i, gives to components.
+
+        An element of a vector is made equal instead of connected: rumoca 0.10.2 takes an array as a whole, and the
+        port would seem to depend on what drives the other elements.
+        """
+        name, found = self.ports[p.name], []
+        for to in p.to:
+            if to.split(".")[0] in self.sums:
+                continue
+            end = self.end(to)
+            value = name + (f"/{self._scale(p, to)}" if si(p.unit)[0] else "")
+            if value != name or end.endswith("]"):
+                found.append(f"  {end} = {value};")
+            else:
+                at = port_at(True, i, len(self.graph.inputs), self.where.edge)
+                found.append(f"  connect({name}, {end}) {line(at, self.point(to))};")
+        return found
+
+    def to_port(self, o: Output, i: int) -> str:
+        """What the output `o`, the port i, has from a component."""
+        name = self.ports[o.name]
+        if si(o.unit)[0]:
+            return f"  {name} = {self._scale(o, o.source)}*{self.end(o.source)};"
+        at = port_at(False, i, len(self.graph.outputs), self.where.edge)
+        return f"  connect({self.end(o.source)}, {name}) {line(self.point(o.source), at)};"
+
+    def sum(self, name: str) -> tuple[str, str]:
+        """Declaration and equation of a node of `sums`."""
+        node, part = self.graph.node(name), self.parts[name]
+        k = f"values.{field(self.graph, node, 'k')}"
+        terms = [f"values.{field(self.graph, node, 'offset')}"]
+        for i in range(1, node.sizes["u"] + 1):
+            to = {f"{name}.u[{i}]"} | ({f"{name}.u"} if node.sizes["u"] == 1 else set())
+            wire = next((a for a, b in self.graph.wires if b in to), None)
+            port = next((p for p in self.graph.inputs if to & set(p.to)), None)
+            if wire is not None:
+                terms.append(f"{k}[{i}]*{self.end(wire)}")
+            elif port is not None:
+                own = self.ports[port.name]
+                terms.append(f"{k}[{i}]*{own}" + (f"/{unit_constant(own)}" if si(port.unit)[0] else ""))
+        where = placed(*self.where.of[name])
+        return (
+            f'  HystFMU.Interfaces.RealOutput {part} "Weighted sum" annotation ({where});',
+            f"  {part} = {' + '.join(terms)};",
+        )
+
+    def _scale(self, p: Input | Output, end: str) -> str:
+        """The constant of the block for a unit of measure; a number where the component has that unit itself."""
+        own = self.row(end)[1].unit
+        return number(si(p.unit)[1]) if own != "1" else unit_constant(self.ports[p.name])
+
+    def shape(self, end: str) -> str:
+        """The size of a port of the block, from the end that it leads to."""
+        node, v, index = self.row(end)
+        size = node.sizes[v.name]
+        return f"[{size}]" if index is None and size > 1 else ""
+
+    def unconnected(self, nodes: list[Node]) -> list[str]:
+        """Equations that hold unconnected inputs at their start values."""
+        driven = {b for _, b in self.graph.wires} | {b for p in self.graph.inputs for b in p.to}
+        found = []
+        for node in nodes:
+            for v in node.block.of("input"):
+                if f"{node.name}.{v.name}" in driven:
+                    continue
+                for end in (f"{v.name}[{k + 1}]" for k in range(node.sizes[v.name])):
+                    if f"{node.name}.{end}" not in driven:
+                        inner = v.name if v.size == "1" else end
+                        found.append(f"  {self.parts[node.name]}.{inner} = {number(v.start)};")
+        return found
+
+
+def sums_before_samples(graph: Graph) -> frozenset[str]:
+    """Sums before a block that acts at samples.
+
+    rumoca 0.10.2 takes the vector u of Dynamics.Sum as a whole and lets the sampled block behind it read the sum before
+    the sampled block in front of it has its new value; as an equation of scalars the sum is new.
+    """
+    sampled = {n.name for n in graph.nodes if classes.is_sampled(n)}
+    before = {a.split(".")[0] for a, b in graph.wires if b.split(".")[0] in sampled}
+    return frozenset(n.name for n in graph.nodes if n.type == "sum" and n.name in before)
+
+
+def unit_constant(port: str) -> str:
+    """Name of the constant of a block for the unit of measure that a port has in the model."""
+    return f"{port}_unit"
