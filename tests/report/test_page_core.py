@@ -96,7 +96,7 @@ def test_a_million_steps_take_at_most_twice_the_native_time(
     blank: Page, core: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """P13, in one run: the least of several times on each side, because other programs run beside."""
-    data, n, times = hy.synthetic.piezo(60, 1000.0), 1_000_000, 3
+    data, n, times = hy.synthetic.piezo(60, 1000.0), 1_000_000, 7
     k = np.arange(n)
     u = 50 - 50 * np.cos(2 * np.pi * k / 400) * np.exp(-k / n)
     lines, slow = [], []

@@ -108,7 +108,7 @@ class Plot:
         for k, line in enumerate(lines):
             out.append(f'<path class="line {_kind(k, line)}" d="{f"M{at + 7} 15z" if line.dots else f"M{at} 15h14"}"/>')
             out.append(f'<text class="tick" x="{at + 18}" y="19">{escape(line.name)}</text>')
-            at += 34 + 6 * len(line.name)
+            at += 34 + 7 * len(line.name)
         middle = (LEFT + right) / 2
         out.append(
             f'<text class="tick" x="{middle}" y="{self.height - 8}" text-anchor="middle">{escape(self.x_label)}</text>'

@@ -49,7 +49,7 @@ def strongest(names: Sequence[str], metric: str, found: Effects, column: int) ->
         for k in order[:MOST_BARS]
         for total in [float(found.total[k, column])]
     ]
-    return Bars(f"what decides {metric}: total effect, dark the part of it alone", "% of the variance", bars)
+    return Bars(f"what decides {metric}: total effect, in full colour what it does alone", "% of the variance", bars)
 
 
 def _order(found: Effects, column: int) -> list[int]:

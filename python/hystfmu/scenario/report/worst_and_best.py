@@ -53,7 +53,7 @@ def worst_and_best(results: Sequence[Result]) -> str:
     shown = sorted((r for r in results if r.trace is not None), key=nearness)
     if not shown:
         return ""
-    chosen = [("Worst case:", shown[-1]), ("Best case:", shown[0])] if len(shown) > 1 else [("", shown[0])]
+    chosen = [("Worst against its limit:", shown[-1]), ("Best:", shown[0])] if len(shown) > 1 else [("", shown[0])]
     return f'<div class="plots hero">{"".join(_column(name, r) for name, r in chosen)}</div>'
 
 
