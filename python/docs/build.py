@@ -46,6 +46,8 @@ def build(out: Path) -> None:
     for name, text in {"commands": commands(), "blocks": blocks(), "files": files(), "python": python()}.items():
         (source / "reference" / f"{name}.md").write_text(text)
     (source / "gallery.md").write_text(gallery(source / "pictures"))
+    page = source / "tutorial" / "block.md"
+    page.write_text(page.read_text() + "\n" + worked_example())
     schemas = out / "html" / "schema"
     words = ["-W", "--keep-going", "-q", "-b", "html", str(source), str(out / "html")]
     subprocess.run([sys.executable, "-m", "sphinx", *words], check=True)
@@ -57,6 +59,13 @@ def build(out: Path) -> None:
     for name, spec in FILES.items():
         schema = json.dumps(spec.model_json_schema(by_alias=True), indent=1)
         (schemas / f"{name.removeprefix('*.').removesuffix('.toml')}.schema.json").write_text(schema)
+
+
+def worked_example() -> str:
+    """The block in four files that CONTRIBUTING.md works through, which a test builds."""
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    begin = text.index("## A block in four files")
+    return text[begin : text.index("\n## ", begin) + 1]
 
 
 def commands() -> str:
