@@ -87,7 +87,7 @@ class Tests:
     def _found(self, mutant: Mutant, text: str) -> set[str]:
         lines = self.lines.get(mutant.file, {})
         at = mutant.line(text)
-        if mutant.file.endswith((".c", ".h")) and str(at) in lines:
+        if mutant.file.endswith((".c", ".h")) and str(at) in lines and _in_c_function(at, text):
             return set(lines[str(at)])
         if mutant.file.endswith(".py") and _in_function(at, text):
             for line in range(at, max(at - MOST_LINES, 0), -1):  # a statement over several is counted at its first
@@ -97,6 +97,19 @@ class Tests:
         readers = {module for folder, some in TABLES.items() if mutant.file.startswith(folder) for module in some}
         every |= {t for t in self.seconds if t.partition("::")[0] in readers}
         return every or (set() if mutant.file.endswith(".py") else set(self.seconds))
+
+
+def _in_c_function(line: int, text: str) -> bool:
+    """Whether a line lies between the margin line of a function and its last brace; rows of a table do not."""
+    inside = False
+    for k, row in enumerate(text.splitlines(), 1):
+        opens = row[:1].isalpha() and "{" in row
+        inside = inside or opens
+        if k == line:
+            return inside
+        if row.startswith("}") or (opens and row.rstrip().endswith("}")):
+            inside = False
+    return False
 
 
 def _in_function(line: int, text: str) -> bool:
