@@ -224,3 +224,16 @@ def test_every_element_of_a_row_is_written(name: str) -> None:
     for v in block.of("cstate", "state"):
         if not block.trial and "TURNING_POINTS" not in v.size:
             assert np.any(moved, axis=0)[raw.places[v.name]].all(), v
+
+
+@every_block
+def test_derived_values_lie_within_their_rows(name: str) -> None:
+    block = block_types()[name]
+    real = {v.name for v in block.parameters if v.type == "real"}
+    for n in [p for s in some(block) for p in (s, perturbed(s, real))]:
+        raw = Raw(n)
+        for dt in (0.0, 0.05):
+            assert raw.prepare(dt) is None
+            for v in block.of("derived"):
+                found = raw.p[raw.places[v.name]]
+                assert ((found >= v.lo) & (found <= v.hi)).all(), v
