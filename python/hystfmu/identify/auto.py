@@ -125,7 +125,7 @@ def choose(
     costs = {n: c.cost(rows) for n, (_, c) in entered.items()}
     order = sorted(entered, key=lambda n: costs[n])
     progress = _rising(progress)
-    total = 2 * sum(costs.values()) or 1.0  # the other folds and the last fit come after the first
+    total = 2 * sum(costs.values())  # the other folds and the last fit come after the first
     done = 0.0
     for name in order:
         key, candidate = entered[name]

@@ -127,6 +127,11 @@ def test_auto_adds_the_choice_to_the_fit(monkeypatch):
 
     monkeypatch.setattr(identify.auto, "choose", choose)
     monkeypatch.setattr(identify, "_examined", lambda model, data: model)
+    with pytest.raises(InputError, match="must have a measured output"):
+        identify.fit(Dataset.from_signal(U, np.full(400, np.nan), H), "auto")
+    with pytest.raises(InputError, match="must be one of: none"):
+        identify.fit(Dataset.from_signal(U, U, H), "auto", N=3)
+    assert asked == []
     data = Dataset.from_signal(U, 2 * U, H)
     model = identify.fit(data, "auto", seed=4, progress=told.append, only_invertible=True)
     assert asked[0][0] == 4
