@@ -1,7 +1,7 @@
 within HystFMU.Actuators;
 model ChargeDrive "Charge amplifier with a limit of current"
   extends Icons.Component;
-  parameter Types.Charge gain = 6e-4 "Charge for a command of 1";
+  parameter Types.Charge gain = 6e-4 "Charge for a command of 1" annotation (Dialog(group = "Parameters"));
   parameter Types.Current i_max(min = 0) = 0.2 "Greatest current" annotation (Dialog(group = "Limits"));
   parameter Types.Resistance leak(min = 0) = 1e9 "Resistance beside the load, greater than 0" annotation (Dialog(tab = "Advanced"));
   parameter Types.Time T(min = 0) = 2e-5 "Time constant of the charge, greater than 0" annotation (Dialog(tab = "Advanced"));

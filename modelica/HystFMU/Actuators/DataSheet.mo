@@ -1,13 +1,13 @@
 within HystFMU.Actuators;
 record DataSheet "What the data sheet of a stack says, and what follows from it"
   extends Icons.Record;
-  parameter Types.Voltage v_max(min = 0) = 120 "Range of voltage";
-  parameter Types.Position stroke(min = 0) = 38e-6 "Free stroke over this range";
-  parameter Types.Force F_block(min = 0) = 900 "Blocking force over this range";
-  parameter Types.Capacitance C_small(min = 0) = 3.1e-6 "Capacitance, small signal";
-  parameter Real C_ratio(min = 1) = 1.6 "Mean capacitance over the range in parts of the small-signal one";
-  parameter Types.Frequency f_n(min = 0) = 20e3 "Resonance without load, one end held";
-  parameter Real zeta(min = 0) = 0.02 "Damping ratio there";
+  parameter Types.Voltage v_max(min = 0) = 120 "Range of voltage" annotation (Dialog(group = "Data sheet"));
+  parameter Types.Position stroke(min = 0) = 38e-6 "Free stroke over this range" annotation (Dialog(group = "Data sheet"));
+  parameter Types.Force F_block(min = 0) = 900 "Blocking force over this range" annotation (Dialog(group = "Data sheet"));
+  parameter Types.Capacitance C_small(min = 0) = 3.1e-6 "Capacitance, small signal" annotation (Dialog(group = "Data sheet"));
+  parameter Real C_ratio(min = 1) = 1.6 "Mean capacitance over the range in parts of the small-signal one" annotation (Dialog(group = "Data sheet"));
+  parameter Types.Frequency f_n(min = 0) = 20e3 "Resonance without load, one end held" annotation (Dialog(group = "Data sheet"));
+  parameter Real zeta(min = 0) = 0.02 "Damping ratio there" annotation (Dialog(group = "Data sheet"));
   final parameter Types.Capacitance C = C_ratio*C_small "Capacitance without load, mean over the range";
   final parameter Types.Stiffness k_short = F_block/stroke "Stiffness in short circuit";
   final parameter Real coupling = stroke*F_block/(C*v_max^2) "Square of the coupling factor; must be less than 1";

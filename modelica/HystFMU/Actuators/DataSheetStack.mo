@@ -1,6 +1,6 @@
 within HystFMU.Actuators;
 model DataSheetStack "Piezo stack from the values of a data sheet"
-  parameter DataSheet data "Data sheet" annotation (Placement(transformation(extent = {{-80, 60}, {-60, 80}})));
+  parameter DataSheet data "Data sheet" annotation (Dialog(group = "Data sheet"), Placement(transformation(extent = {{-80, 60}, {-60, 80}})));
   extends BaseClasses.Piezo(final v_max = data.v_max, final stroke = data.stroke, final C = data.C, final k = data.k, m = data.m, final c = data.c, final share = data.share);
 equation
   assert(data.coupling < 1, "The data sheet must have F_block*stroke < C*v_max^2, C the mean capacitance over the range: else the stack gives more work than it takes");

@@ -1,10 +1,10 @@
 within HystFMU.Actuators;
 model FlexureAmplifier "Lever or bridge of flexures that amplifies a stroke"
   extends Icons.Component;
-  parameter Real ratio = 5 "Stroke of flange_b for one of flange_a, without load";
-  parameter Types.Stiffness k_in(min = 0) = 2e6 "Stiffness of the flexures against flange_a";
-  parameter Types.Stiffness k_out(min = 0) = 1e6 "Stiffness of the lever at flange_b with flange_a held, greater than 0";
-  parameter Types.Damping c(min = 0) = 10 "Damping of the lever";
+  parameter Real ratio = 5 "Stroke of flange_b for one of flange_a, without load" annotation (Dialog(group = "Parameters"));
+  parameter Types.Stiffness k_in(min = 0) = 2e6 "Stiffness of the flexures against flange_a" annotation (Dialog(group = "Parameters"));
+  parameter Types.Stiffness k_out(min = 0) = 1e6 "Stiffness of the lever at flange_b with flange_a held, greater than 0" annotation (Dialog(group = "Parameters"));
+  parameter Types.Damping c(min = 0) = 10 "Damping of the lever" annotation (Dialog(group = "Parameters"));
   Interfaces.Flange flange_a "Where the actuator pushes" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.Flange flange_b "Amplified stroke" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   Interfaces.Flange support "Frame, which takes the difference of the forces" annotation (Placement(transformation(extent = {{-10, -120}, {10, -100}})));

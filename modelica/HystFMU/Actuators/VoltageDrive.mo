@@ -1,12 +1,12 @@
 within HystFMU.Actuators;
 model VoltageDrive "Voltage amplifier with limits of voltage, slew rate and current"
   extends Icons.Component;
-  parameter Real gain(unit = "V") = 100 "Volts for a command of 1";
+  parameter Real gain(unit = "V") = 100 "Volts for a command of 1" annotation (Dialog(group = "Parameters"));
   parameter Types.Voltage v_min = -30 "Least voltage" annotation (Dialog(group = "Limits"));
   parameter Types.Voltage v_max = 130 "Greatest voltage" annotation (Dialog(group = "Limits"));
   parameter Real slew(unit = "V/s", min = 0) = 1e6 "Greatest rate of the voltage without load" annotation (Dialog(group = "Limits"));
   parameter Types.Current i_max(min = 0) = 0.2 "Greatest current" annotation (Dialog(group = "Limits"));
-  parameter Types.Resistance resistance(min = 0) = 10 "Output resistance, greater than 0";
+  parameter Types.Resistance resistance(min = 0) = 10 "Output resistance, greater than 0" annotation (Dialog(group = "Parameters"));
   parameter Types.Time T_v(min = 0) = 2e-5 "Time constant of the voltage, greater than 0" annotation (Dialog(tab = "Advanced"));
   parameter Types.Time T_i(min = 0) = 5e-6 "Time constant of the current, greater than 0" annotation (Dialog(tab = "Advanced"));
   parameter Types.Voltage v_start = 0 "Voltage at the start" annotation (Dialog(group = "Start"));

@@ -1,7 +1,7 @@
 within HystFMU.Examples;
 model StackMovesMass "Stack with an identified hysteresis against a spring and a mass, started at half its voltage"
   extends Icons.Example;
-  parameter Data.BacklashIdentified identified "Hysteresis as identified" annotation (Placement(transformation(extent = {{-90, 50}, {-70, 70}})));
+  parameter Data.BacklashIdentified identified "Hysteresis as identified" annotation (Dialog(group = "Parameters"), Placement(transformation(extent = {{-90, 50}, {-70, 70}})));
   Sources.DecayingSine command(amplitude = 0.45, offset = 0.5, frequency = 50, decay = 20) annotation (Placement(transformation(extent = {{-90, -10}, {-70, 10}})));
   Actuators.VoltageDrive drive(v_start = 50) annotation (Placement(transformation(extent = {{-50, -10}, {-30, 10}})));
   Actuators.Stack stack(withMass = false, v_start = 50, redeclare Actuators.Hysteresis.PrandtlIshlinskii hysteresis(n = identified.hysteresis_n, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u_start = 50)) annotation (Placement(transformation(extent = {{10, -10}, {30, 10}})));

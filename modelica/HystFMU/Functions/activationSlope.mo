@@ -12,6 +12,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> f(s) (1 - f(s)) of a sigmoid, 1 - tanh<sup>2</sup>(s), and 1 or 0 of a rectifier.</p>
 <p><b>Source:</b> the usual definitions.</p>
+<p><b>Smoothness:</b> the slope of relu jumps at 0.</p>
 <p><b>Limitations:</b> none.</p>
 <p><b>Example:</b> <code>activationSlope(f[i], activation)</code> in <a href=\"modelica://HystFMU.Actuators.Hysteresis.PlayBankMlp\">Actuators.Hysteresis.PlayBankMlp</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Hysteresis.PlayBankMlp\">Actuators.Hysteresis.PlayBankMlp</a>, which uses it.</p>

@@ -1,12 +1,12 @@
 within HystFMU.Actuators.BaseClasses;
 model Elastic "Elastic body with a stroke of its own, damped and preloaded"
   extends Icons.Component;
-  parameter Types.Stiffness k(min = 0) = 4e7 "Stiffness of an element whose stroke does not change, greater than 0";
-  parameter Types.Damping c(min = 0) = 20 "Damping between the flanges, greater than 0";
-  parameter Types.Stiffness k_pre(min = 0) = 0 "Stiffness of the spring that preloads it";
+  parameter Types.Stiffness k(min = 0) = 4e7 "Stiffness of an element whose stroke does not change, greater than 0" annotation (Dialog(group = "Parameters"));
+  parameter Types.Damping c(min = 0) = 20 "Damping between the flanges, greater than 0" annotation (Dialog(group = "Parameters"));
+  parameter Types.Stiffness k_pre(min = 0) = 0 "Stiffness of the spring that preloads it" annotation (Dialog(group = "Parameters"));
   parameter Types.Position stroke_start = 0 "Free stroke of an element at the start" annotation (Dialog(group = "Start"));
-  parameter Integer n_series(min = 1) = 1 "Elements one on the other";
-  parameter Integer n_parallel(min = 1) = 1 "Elements side by side";
+  parameter Integer n_series(min = 1) = 1 "Elements one on the other" annotation (Dialog(group = "Parameters"));
+  parameter Integer n_parallel(min = 1) = 1 "Elements side by side" annotation (Dialog(group = "Parameters"));
   Interfaces.Flange flange_a "End that is mostly fixed" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.Flange flange_b "End that moves" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   Interfaces.RealInput stroke(unit = "m") "Free stroke of an element" annotation (Placement(transformation(extent = {{-10, 100}, {10, 120}})));

@@ -1,7 +1,7 @@
 within HystFMU.Actuators.BaseClasses;
 model Inertia "Mass at the end of an actuator"
   extends Icons.Component;
-  parameter Types.Mass m(min = 0) = 0.02 "Mass, greater than 0";
+  parameter Types.Mass m(min = 0) = 0.02 "Mass, greater than 0" annotation (Dialog(group = "Parameters"));
   parameter Types.Start start = Types.Start.rest "At the position without load, or in equilibrium with the load" annotation (Dialog(group = "Start"));
   parameter Types.Velocity v_start = 0 "Velocity at the start" annotation (Dialog(group = "Start"));
   Interfaces.Flange flange "Where it is moved" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));

@@ -3,9 +3,9 @@ model BentPrandtlIshlinskii "Sum of plays, bend and creep: the structured actuat
   extends BaseClasses.Hysteresis(final passive = scale > 0 and w0 >= 0 and min(w) >= 0 and Functions.bendLeastSlope(b0, knots, b) >= 0 and max(abs(creep)) <= 0, final y_start = offset + scale*(1 + sum(creep))*(b0*(w0 + sum(w))*x_start + b*Functions.deadZone((w0 + sum(w))*x_start, knots)));
   extends Icons.Smooth;
   parameter Integer n(min = 1) = 10 "Number of plays" annotation (Dialog(group = "Sizes"));
-  parameter Real w0 = 0.3 "Weight of the linear term";
-  parameter Real r[n](each min = 0) = linspace(0.05, 0.5, n) "Half-widths of the plays, of the scaled voltage, not decreasing";
-  parameter Real w[n] = fill(0.1, n) "Weights of the plays";
+  parameter Real w0 = 0.3 "Weight of the linear term" annotation (Dialog(group = "Parameters"));
+  parameter Real r[n](each min = 0) = linspace(0.05, 0.5, n) "Half-widths of the plays, of the scaled voltage, not decreasing" annotation (Dialog(group = "Parameters"));
+  parameter Real w[n] = fill(0.1, n) "Weights of the plays" annotation (Dialog(group = "Parameters"));
   parameter Integer m(min = 1) = 1 "Number of dead zones of the bend" annotation (Dialog(group = "Sizes"));
   parameter Real b0 = 1 "Slope of the bend at 0" annotation (Dialog(group = "Bend"));
   parameter Real knots[m] = fill(0.5, m) "Thresholds of the dead zones; the sign is the side" annotation (Dialog(group = "Bend"));

@@ -3,9 +3,9 @@ model KrasnoselskiiPokrovskii "Weighted kernels between two ramps: passive with 
   extends BaseClasses.Hysteresis(final passive = scale > 0 and min(w) >= 0, final y_start = offset + scale*w*Functions.kernelStart(n, lo, hi, x_start));
   extends Icons.Smooth;
   parameter Integer n(min = 1) = 4 "Points of the grid" annotation (Dialog(group = "Sizes"));
-  parameter Real lo = -1 "Least scaled voltage";
-  parameter Real hi = 1 "Greatest scaled voltage";
-  parameter Real w[div(n*(n + 1), 2)] = fill(0.1, div(n*(n + 1), 2)) "Weights of the kernels";
+  parameter Real lo = -1 "Least scaled voltage" annotation (Dialog(group = "Limits"));
+  parameter Real hi = 1 "Greatest scaled voltage" annotation (Dialog(group = "Limits"));
+  parameter Real w[div(n*(n + 1), 2)] = fill(0.1, div(n*(n + 1), 2)) "Weights of the kernels" annotation (Dialog(group = "Parameters"));
   parameter Real width(min = 0) = 1e-3 "Value on which the corner of a kernel is rounded, greater than 0" annotation (Dialog(tab = "Advanced"));
 protected
   parameter Integer m = div(n*(n + 1), 2) "Number of kernels";

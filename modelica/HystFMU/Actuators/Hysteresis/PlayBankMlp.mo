@@ -4,13 +4,13 @@ model PlayBankMlp "Plays and a network on them: passivity not shown"
   extends Icons.Smooth;
   parameter Integer n(min = 1) = 4 "Number of plays" annotation (Dialog(group = "Sizes"));
   parameter Integer n_hidden(min = 1) = 2 "Number of hidden neurons" annotation (Dialog(group = "Sizes"));
-  parameter Real r[n](each min = 0) = linspace(0.1, 0.4, n) "Half-widths of the plays, of the scaled voltage";
-  parameter Real k[n + 1] = fill(0.2, n + 1) "Weights of scaled voltage and plays, linear";
-  parameter Real W1[n_hidden, n + 1] = fill(0.1, n_hidden, n + 1) "Hidden weights of scaled voltage and plays, one row per neuron";
-  parameter Real b1[n_hidden] = fill(0.0, n_hidden) "Hidden biases";
-  parameter Real W2[n_hidden] = fill(0.1, n_hidden) "Output weights";
-  parameter Real b2 = 0 "Output bias";
-  parameter Types.Activation activation = Types.Activation.tanh "Activation of the hidden neurons";
+  parameter Real r[n](each min = 0) = linspace(0.1, 0.4, n) "Half-widths of the plays, of the scaled voltage" annotation (Dialog(group = "Parameters"));
+  parameter Real k[n + 1] = fill(0.2, n + 1) "Weights of scaled voltage and plays, linear" annotation (Dialog(group = "Parameters"));
+  parameter Real W1[n_hidden, n + 1] = fill(0.1, n_hidden, n + 1) "Hidden weights of scaled voltage and plays, one row per neuron" annotation (Dialog(group = "Parameters"));
+  parameter Real b1[n_hidden] = fill(0.0, n_hidden) "Hidden biases" annotation (Dialog(group = "Parameters"));
+  parameter Real W2[n_hidden] = fill(0.1, n_hidden) "Output weights" annotation (Dialog(group = "Parameters"));
+  parameter Real b2 = 0 "Output bias" annotation (Dialog(group = "Parameters"));
+  parameter Types.Activation activation = Types.Activation.tanh "Activation of the hidden neurons" annotation (Dialog(group = "Parameters"));
   parameter Real width(min = 0) = 1e-3*max(max(r), 1e-300) "Scaled voltage on which the corner of a play is rounded, greater than 0" annotation (Dialog(tab = "Advanced"));
 protected
   Real z[n] "Plays";

@@ -3,9 +3,9 @@ model PrandtlIshlinskii "Sum of plays: passive with weights that are not negativ
   extends BaseClasses.Hysteresis(final passive = scale > 0 and w0 >= 0 and min(w) >= 0, final y_start = offset + scale*(w0 + sum(w))*x_start);
   extends Icons.Smooth;
   parameter Integer n(min = 1) = 10 "Number of plays" annotation (Dialog(group = "Sizes"));
-  parameter Real w0 = 0.3 "Weight of the linear term";
-  parameter Real r[n](each min = 0) = linspace(0.05, 0.5, n) "Half-widths of the plays, of the scaled voltage, not decreasing";
-  parameter Real w[n] = fill(0.1, n) "Weights of the plays";
+  parameter Real w0 = 0.3 "Weight of the linear term" annotation (Dialog(group = "Parameters"));
+  parameter Real r[n](each min = 0) = linspace(0.05, 0.5, n) "Half-widths of the plays, of the scaled voltage, not decreasing" annotation (Dialog(group = "Parameters"));
+  parameter Real w[n] = fill(0.1, n) "Weights of the plays" annotation (Dialog(group = "Parameters"));
   parameter Real width(min = 0) = 1e-3*max(max(r), 1e-300) "Scaled voltage on which the corner of a play is rounded, greater than 0" annotation (Dialog(tab = "Advanced"));
 protected
   Real z[n] "Plays";

@@ -4,9 +4,9 @@ model Preisach "Preisach operator in Everett's form, events at reversals: passiv
   extends Interfaces.Reversals(eps = 1e-9*(hi - lo));
   parameter Integer n(min = 1) = 2 "Steps of the grid over [lo, hi]" annotation (Dialog(group = "Sizes"));
   parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
-  parameter Real lo = -1 "Scaled voltage of negative saturation";
-  parameter Real hi = 1 "Scaled voltage of positive saturation";
-  parameter Real E[div(n*(n + 1), 2)] = {0.2, 0.6, 0.2} "Everett function at (alpha_1, beta_0), (alpha_2, beta_0), (alpha_2, beta_1), .., (alpha_n, beta_(n-1))";
+  parameter Real lo = -1 "Scaled voltage of negative saturation" annotation (Dialog(group = "Limits"));
+  parameter Real hi = 1 "Scaled voltage of positive saturation" annotation (Dialog(group = "Limits"));
+  parameter Real E[div(n*(n + 1), 2)] = {0.2, 0.6, 0.2} "Everett function at (alpha_1, beta_0), (alpha_2, beta_0), (alpha_2, beta_1), .., (alpha_n, beta_(n-1))" annotation (Dialog(group = "Parameters"));
   parameter Types.Magnetisation start = Types.Magnetisation.demagnetised "Initial memory" annotation (Dialog(group = "Start"));
 protected
   parameter Real origin = if start == Types.Magnetisation.low then lo elseif start == Types.Magnetisation.high then hi else 0.5*lo + 0.5*hi "Where the first branch starts";
