@@ -58,11 +58,16 @@ def _order(found: Effects, column: int) -> list[int]:
 
 
 def all_draws(
-    study: Study, labels: Mapping[str, str], systems: Sequence[System], rows: Sequence[Row]
+    study: Study,
+    labels: Mapping[str, str],
+    systems: Sequence[System],
+    rows: Sequence[Row],
+    objective: tuple[str, Mapping[int, float]] | None = None,
 ) -> Parallel | None:
     """Draw every variation, or evenly many, across its parameters and the largest ratio to a limit; None for one.
 
-    `labels` names the parameters in the order of their axes.
+    `labels` names the parameters in the order of their axes; `objective`, a name with a value by variation, stands for
+    the limits where there are none.
     """
     kinds = outcomes(study, systems, rows)
     limits = {s.case.name: study.limits(s.case) for s in systems}
@@ -75,14 +80,19 @@ def all_draws(
     names = list(values)
     picked = [names[k] for k in np.unique(np.linspace(0, len(names) - 1, MOST_DRAWS).round().astype(int))]
     axes = [_axis(name, np.array([float(values[v][k]) for v in picked])) for k, name in labels.items()]
+    good, words = np.array([kinds[v] == "inside" for v in picked]), ("inside the limits", "outside")
     if any(limits.values()):
         ratios = np.array([worst[v] for v in picked])
         most = float(np.clip(np.max(ratios), 1.0, MOST_RATIO))
         name = "largest metric over its limit" + (" (at the end: or more)" if np.max(ratios) > most else "")
         axes.append(Coordinate(name, 0.0, most, np.clip(ratios, 0.0, most) / most, 1 / most))
-    good = np.array([kinds[v] == "inside" for v in picked])
+    elif objective is not None and objective[1]:
+        name, found = objective
+        reached = np.array([found.get(v, max(found.values())) for v in picked])
+        axes.append(_axis(name, reached))
+        good, words = reached <= np.median(reached), (f"lower half of {name}", "upper half")
     title = f"{len(picked)} of {len(names)} draws" if len(picked) < len(names) else f"all {len(names)} draws"
-    return Parallel(f"{title}, each a line across its values", axes, good, ("inside the limits", "outside"))
+    return Parallel(f"{title}, each a line across its values", axes, good, words)
 
 
 def _axis(name: str, values: Array) -> Coordinate:

@@ -36,7 +36,10 @@ def write_report(
     ]
     least = min(cases, key=StudyCase.share, default=None)
     sections = [_answer(study, labels, least, rows, summary)]
-    draws = all_draws(study, least.by_effect(labels) if least else labels, systems, rows)
+    objective = least.objective() if least is not None else None
+    if study.spec.objective is not None:
+        objective = _objective(study), _scores(study, rows)
+    draws = all_draws(study, least.by_effect(labels) if least else labels, systems, rows, objective)
     if draws is not None:
         sections.append(Section("All draws", DRAG, plots=[draws]))
     sections += [case.section(summary, folder) for case in cases]
@@ -87,12 +90,22 @@ def _answer(
     plots: list[Diagram | None] = [] if summary is None else [shares(summary)]
     if study.spec.objective is not None:
         scores = _scores(study, rows)
-        plots.append(tuning(scores, f"{study.spec.objective.over_cases} of {study.spec.objective.metric} / target"))
+        plots.append(tuning(scores, _objective(study)))
         if best is not None:
-            text = f"Variation {best['variation']} is the best: {scores[best['variation']]:.4g}. {text}".strip()
+            at = ", ".join(f"{labels[k]} {v:.4g}" for k, v in best["values"].items())
+            score = f"{_objective(study)} = {scores[best['variation']]:.4g}"
+            text = f"Variation {best['variation']} is the best: {score} at {at}. {text}".strip()
     if least is not None:
         plots.append(least.decides())
     return Section("", text, plots=[p for p in plots if p is not None], folded=tables)
+
+
+def _objective(study: Study) -> str:
+    """Name what is minimised."""
+    objective = study.spec.objective
+    if objective is None:
+        return ""
+    return f"{objective.over_cases} of {objective.metric}" + (" / target" if objective.targets else "")
 
 
 def best_variation(study: Study, rows: list[Row]) -> Row | None:

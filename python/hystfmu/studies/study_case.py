@@ -40,6 +40,7 @@ class StudyCase:
         self.limits = study.limits(system.case)
         self.names, self.of = list(labels.values()), list(rows[0]["metrics"])
         self.x = np.array([[float(r["values"][k]) for k in labels] for r in rows])
+        self.variations = [r["variation"] for r in rows]
         self.y = np.array([[r["metrics"][k] for k in self.of] for r in rows])
         fractions = [[p.fraction(r["values"][k]) for k, p in study.parameters.items()] for r in rows]
         self.found = effects(np.array(fractions), self.y)
@@ -62,6 +63,11 @@ class StudyCase:
         """Return the parameters with the one that moves that metric most at the end."""
         names = list(labels)
         return {names[k]: labels[names[k]] for k in np.argsort(self.found.total[:, self.main], kind="stable").tolist()}
+
+    def objective(self) -> tuple[str, dict[int, float]]:
+        """Return that metric with its unit of measure, and its value by variation."""
+        name = label(self.of[self.main], _unit(self.system, self.of[self.main]))
+        return name, dict(zip(self.variations, self.y[:, self.main].tolist(), strict=True))
 
     def section(self, summary: Summary | None, folder: Path) -> Section:
         """Return the part of the page: scatter, distributions, and folded tables."""

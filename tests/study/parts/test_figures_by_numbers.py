@@ -159,6 +159,13 @@ def test_a_line_for_each_draw_across_its_values() -> None:
     free = figures.all_draws(study(), LABELS, [case()], rows)
     assert free is not None
     assert len(free.axes) == 2
+    scores = {r["variation"]: float(r["variation"]) for r in rows[1:]}
+    tuned = figures.all_draws(study(), LABELS, [case()], rows, ("score", scores))
+    assert tuned is not None
+    reached = np.array([scores.get(r["variation"], max(scores.values())) for r in rows])  # a failed one is the worst
+    assert tuned.axes[-1].at.tolist() == pytest.approx((reached - reached.min()) / np.ptp(reached))
+    assert tuned.good.tolist() == (reached <= np.median(reached)).tolist()
+    assert tuned.words == ("lower half of score", "upper half")
     assert figures.all_draws(study(), LABELS, [case()], rows[:1]) is None
 
 
@@ -303,7 +310,7 @@ def test_the_answer_comes_first() -> None:
     assert [r[0] for r in failed.rows] == [2, *range(4, 13)]
     assert len(section.plots) == 1
     tuned = report._answer(study(objective=objective()), LABELS, None, rows[:2], None)
-    assert tuned.text == "Variation 1 is the best: 1. Text."
+    assert tuned.text == "Variation 1 is the best: max of m = 1 at p (V) 1, q 1. Text."
     assert tuned.folded[1].rows == [["p (V)", 1.0], ["q", 1.0]]
     assert tuned.folded[0].caption == "2 runs by random, seed 3; 0 failed"
     assert len(tuned.plots) == 1
