@@ -10,6 +10,7 @@ from hystfmu.identify import catalogue
 from hystfmu.identify.candidate import ANY, CLOSES, LAGS, OPENS, Candidate
 from hystfmu.identify.features.initial_memory import u0_option
 from hystfmu.identify.network import readout
+from hystfmu.identify.options import Option
 
 U0 = {"u0": (None, -1e300, 1e300)}
 DYNAMICS = {"delay_max": (10.0, 0.0, 1e5), "zeta_max": (5.0, 0.01, 1e3)}
@@ -119,6 +120,22 @@ COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
     "zhao_tan_mlp": (CLOSES, 2.0, 0.05, {}, QUICK_NETWORK, False),
     "zhao_tan_mlp memory=last": (OPENS, 2.0, 0.05, {"memory": "last"}, QUICK_NETWORK, False),
 }
+
+
+@pytest.mark.parametrize(
+    ("default", "words"),
+    [
+        (None, "from the data"),
+        (0.05, "0.05"),
+        (1e-4, "0.0001"),
+        (True, "true"),
+        (False, "false"),
+        (40, "40"),
+        ("foh", "foh"),
+    ],
+)
+def test_a_default_in_words(default, words):
+    assert Option("x", default).shown_default == words
 
 
 def test_options_that_kinds_share_are_made_with_their_defaults():

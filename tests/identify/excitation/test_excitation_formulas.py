@@ -169,7 +169,7 @@ def test_the_residual_of_each_lag_until_it_rises(rng, train):
     assert sensor_lag.lag(data)[0] == 4
 
 
-def test_lags_up_to_eight_rows_and_a_tenth_of_the_record():
+def test_lags_up_to_eight_rows_and_a_tenth_of_the_record(monkeypatch):
     ramp = np.linspace(0, 1, 200)
     data = Dataset.from_signal(np.sin(40 * ramp), np.roll(np.sin(40 * ramp), 30), H, "far")
     assert len(sensor_lag.residuals(data)) <= 9
@@ -179,10 +179,13 @@ def test_lags_up_to_eight_rows_and_a_tenth_of_the_record():
     assert len(sensor_lag.residuals(late.with_train((0, 48)))) > 1
     assert sensor_lag.residuals(late.with_train((0, 47))).tolist() == [0.0]
     assert len(sensor_lag.residuals(late.with_train((52, 99)))) == 1
-    steps = np.repeat(np.random.default_rng(1).normal(size=60), 2)
-    far = Dataset.from_signal(steps, np.r_[[0.0] * 20, steps[:-20]], H, "far")
-    table = sensor_lag.residuals(far.with_train((30, 90)))
-    assert len(table) <= 7  # a tenth of 60 rows, and none
+    walk = np.cumsum(np.random.default_rng(1).normal(size=160))
+    for rows, lags in ((60, 6), (69, 6), (70, 7), (100, 8)):  # a tenth of the rows, at most eight
+        falling = iter(range(20, 0, -1))
+        monkeypatch.setattr(sensor_lag, "rms", lambda e, falling=falling: float(next(falling)))
+        table = sensor_lag.residuals(Dataset.from_signal(walk, walk, H, "far", slice(30, 30 + rows)))
+        assert len(table) == lags + 1
+    monkeypatch.undo()
     falling = Dataset.from_signal(np.arange(2000.0) ** 2, np.arange(2000.0) ** 2, H)
     assert len(sensor_lag.residuals(falling)) >= 2
 

@@ -134,8 +134,10 @@ def test_the_graph_of_a_structure_runs_as_bent_sum_does(parts):
             near, far = edge + end * 0.05 * np.ptp(T, axis=0), edge + end * 10 * np.ptp(T, axis=0)
             runs = [graph.run(np.column_stack([data.u, np.tile(v, (600, 1))]), H) for v in (near, far)]
             assert runs[0] == pytest.approx(runs[1])
-            inner = graph.run(np.column_stack([data.u, np.tile(edge, (600, 1))]), H)
-            assert np.abs(inner - runs[0]).max() > 1e-3
+            for share in (0.0, 0.045):
+                inner = edge + end * share * np.ptp(T, axis=0)
+                inner = graph.run(np.column_stack([data.u, np.tile(inner, (600, 1))]), H)
+                assert np.abs(inner - runs[0]).max() > 1e-4
 
 
 def test_a_structure_in_words():

@@ -119,6 +119,17 @@ def test_terms_that_the_data_do_not_tell_share_their_weight():
     assert np.abs(left).max() < 1e-9
 
 
+def test_a_slope_that_follows_the_input():
+    u = np.sin(np.arange(300) / 15)
+    y = u + 0.25 * u**2  # slope 1 + u / 2 in both directions
+    slopes = duhem._Slopes(u, y, np.ones(300, dtype=bool), 1, 1, 0.0)
+    theta, _, left = slopes.solve(0.0, 0.0)
+    terms = duhem.basis(u, y, 1, 1)
+    for found in theta:
+        assert terms @ found == pytest.approx(1 + 0.5 * u, abs=1e-6)
+    assert np.abs(left).max() < 1e-9
+
+
 def test_the_first_row_counts_only_if_it_is_measured(data):
     u, y = scaled(data)
     kept = np.ones(580, dtype=bool)

@@ -186,6 +186,8 @@ def test_an_input_with_other_memory_by_its_recipe():
         want += (level + (to - level) * np.arange(1, 11) / 10).tolist()
         level = to
     assert found == pytest.approx(np.array(want))
+    slow = np.interp(np.arange(559), 93 * np.arange(7), turns)
+    assert len(other_memory.other_memory(slow, 1.3)) == 1 + 87 * 93  # 1 + 86 * 93 = 7999 is a row short
     sweep = other_memory.other_memory(np.linspace(0, 1, 9), 0.5)
     assert sweep[:3] == pytest.approx([0.5, 0.75, 1.0])  # a quarter of nine rows: two
     long = other_memory.other_memory(np.linspace(0, 1, 40_000), 0.5)

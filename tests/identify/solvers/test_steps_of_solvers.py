@@ -338,5 +338,6 @@ def test_a_correction_in_the_null_space_is_the_shortest():
     assert found is not None
     assert wide.T @ found == pytest.approx(wide.T @ few, abs=1e-9)
     assert np.linalg.norm(found - few) < 0.1
+    assert positive_solution._pushed(wide, 1e-9 * few) == pytest.approx(1e-9 * found, rel=1e-6, abs=1e-15)
     few[6] = -1e-3
     assert positive_solution._pushed(wide, few) is None

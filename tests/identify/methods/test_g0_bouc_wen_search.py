@@ -1,4 +1,4 @@
-"""Hysteresis and G0(s): what is eliminated, where the searches start, which delay is kept, the graph at rest."""
+"""Bouc-Wen and G0(s): what is eliminated, where the searches start, which delay is kept, the graph at rest."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from searches import Spy
 from hystfmu import Dataset
 from hystfmu.identify.features.dynamics import Dynamics
 from hystfmu.identify.features.identifiable import correlation_time
-from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.methods import g0_bouc_wen, g0_prandtl_ishlinskii
 from hystfmu.identify.methods.bouc_wen import operator
-from hystfmu.identify.solvers.nonnegative import nonnegative
 
 H = 1e-3
 G = Dynamics(60.0, 0.4, 2.3 * H)
@@ -57,7 +55,6 @@ def search(monkeypatch):
     return asked
 
 
-# ---- Bouc-Wen -------------------------------------------------------------------------------------------------------
 def test_dynamics_by_a_bank_then_the_shape_then_everything(monkeypatch, search, data):
     spy, told = Spy(iter([0.3, 0.1, 0.2, 0.05, 0.05]), 1e-4), []
     monkeypatch.setattr(g0_bouc_wen, "least_squares", spy)
@@ -121,56 +118,3 @@ def test_a_small_misfit_ends_the_starts(monkeypatch, search, data, misfit, start
     monkeypatch.setattr(g0_bouc_wen, "least_squares", spy)
     g0_bouc_wen.build(data, BW, 0, lambda f: None)
     assert len(spy.calls) == starts + 2
-
-
-# ---- sum of plays ---------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("least", [0.0, 0.5])
-@pytest.mark.parametrize("u0", [None, 18.0])
-def test_plays_of_finer_thresholds_in_two_rounds(monkeypatch, search, data, least, u0):
-    told = []
-    monkeypatch.setattr(
-        g0_prandtl_ishlinskii, "uncertainty", lambda residuals, *more: np.array([np.ptp(residuals(G)), 0, 0])
-    )
-    graph, parameters, found = g0_prandtl_ishlinskii.build(data, {**PI, "w0_min": least, "u0": u0}, 0, told.append)
-    x, half = scaled(data.u, TRAIN), np.ptp(data.u[TRAIN]) / 2
-    x0 = x[0] if u0 is None else (2 * u0 - data.u[TRAIN].max() - data.u[TRAIN].min()) / np.ptp(data.u[TRAIN])
-
-    def solved(r, g=G):
-        filtered = g.filter(np.column_stack([x, plays(x, r, x0)]), H, "foh")
-        w, (offset,) = nonnegative(
-            filtered[TRAIN], data.y[TRAIN] - least * half * filtered[TRAIN, 0], np.ones((370, 1))
-        )
-        w[0] += least * half
-        return w, filtered @ w + offset
-
-    first = thresholds(x[TRAIN], 4)
-    g = Dynamics(50.0, 0.6, H)
-    assert search[0][0](g) == pytest.approx((solved(first, g)[1] - data.y)[TRAIN], abs=1e-9)
-    assert search[0][1] is None
-    assert len(search) == 3
-    assert [near for _, near in search[1:]] == [G, G]
-    fine = thresholds(x[TRAIN], 32)
-    kept = fine[solved(fine)[0][1:] > 0]
-    w, y = solved(kept)
-    assert graph.node("hysteresis").value("r") == pytest.approx(kept)
-    assert graph.node("hysteresis").value("w0")[0] == pytest.approx(w[0])
-    assert w[0] >= least * half
-    assert graph.run(data.u, H).reshape(-1)[2:] == pytest.approx(y[2:], abs=1e-7)
-    assert parameters == len(kept) + 5
-    inner = graph.node("input").value("gain")[0] * data.u + graph.node("input").value("offset")[0]
-    assert inner == pytest.approx(x)
-    assert told == pytest.approx([0.25, 0.75, 1.0])
-    assert (found["f_n"], found["zeta"], found["delay"]) == (G.f_n, G.zeta, G.delay)
-    assert len(found["warnings"]) == 1  # a standard error of the size of y
-    rest = graph.run(np.full(5, data.u[0]), H).reshape(-1)
-    if u0 is None:
-        assert rest == pytest.approx(np.full(5, rest[-1]), rel=1e-9)
-
-
-def test_more_than_5000_rows_are_thinned(search):
-    u = 3 * np.sin(np.arange(5001) / 30)
-    for kind, options in ((g0_prandtl_ishlinskii, PI),):
-        for n, rows in ((5000, 5000), (5001, 2501)):
-            search.clear()
-            kind.build(Dataset.from_signal(u[:n], 2 * u[:n] + 1, H, "long"), options, 0, lambda f: None)
-            assert len(search[0][0](G)) == rows
