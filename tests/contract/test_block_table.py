@@ -151,6 +151,9 @@ def test_family_inverse_and_tolerance(name: str) -> None:
     block, types = block_types()[name], block_types()
     assert block.family in FAMILIES
     assert bool(block.inverts) == bool(block.invert_condition)
+    assert 0 <= block.rule_error <= 1e-3
+    assert 0 <= block.rule_step <= 1e-3
+    assert 0 < block.smooth <= 1e-3
     if block.inverts:
         of = types[block.inverts]
         assert of.inverse == name, "two blocks invert the same one"

@@ -93,3 +93,15 @@ def test_a_branch_that_falls_only_at_its_end_is_refused(falls_at: float) -> None
             else:
                 with pytest.raises(ValueError, match="b"):
                     Graph.single(node).executor()
+
+
+def test_only_parameters_and_inputs_are_set() -> None:
+    graph = Graph.single(Node("s", "scaling"))
+    e, places = Executor(graph.to_bytes()), {p.name: p.reference for p in graph.ports}
+    e.set(places["u"], 2.0)
+    e.set(places["gain"], 3.0)
+    e.start(0.0)
+    assert e.get(places["y"]) == 6.0
+    for reference in (places["y"], len(places), -1, 10**6):
+        with pytest.raises(ValueError, match="not a parameter or input"):
+            e.set(reference, 1.0)

@@ -25,7 +25,7 @@ TABLES = {
     "python/hystfmu/identify/": (f"{CHOICE}/test_option_tables.py", f"{CHOICE}/test_results_are_frozen.py"),
     "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py", "tests/study/parts/test_spec_limits.py"),
 }
-COMPILES = {"fmu_build/core/elementary/": "tests/c/test_elementary.py"}
+COMPILES = {"fmu_build/core/elementary/": ("tests/c/test_elementary.py", "tests/c/test_numerics.py")}
 MASTER = [
     *(f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps", "coupling")),
     "tests/scenarios/alone/test_members_alone.py",  # units that are FMUs
@@ -36,6 +36,7 @@ PATHS = {  # what may judge the rooms of one library or language; the rest of te
         *(f"tests/{name}" for name in ("contract", "blocks", "graph")),
         "tests/c/test_turning_points.py",
         "tests/c/test_elementary.py",
+        "tests/c/test_numerics.py",
         *MASTER,
     ],
     "fmi": ["tests/fmu", "--ignore=tests/fmu/importers"],
@@ -81,7 +82,7 @@ class Tests:
         self.kills[mutant.file].update((test, test.partition("::")[0]))
 
     def _compiling(self, mutant: Mutant) -> set[str]:
-        modules = {module for folder, module in COMPILES.items() if mutant.file.startswith(folder)}
+        modules = {module for folder, some in COMPILES.items() if mutant.file.startswith(folder) for module in some}
         return {t for t in self.seconds if t.partition("::")[0] in modules}
 
     def _found(self, mutant: Mutant, text: str) -> set[str]:
