@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import compare
 import form
@@ -97,3 +98,23 @@ def test_every_function_is_used() -> None:
         if c.tree.type == "function" and not name.startswith("HystFMU.Icons"):
             calls = re.findall(rf"(?<!function )\b{c.short_name}\(", used)
             assert calls, f"no block and no function calls {name}"
+
+
+def test_examples_with_physical_ports_come_first() -> None:
+    listed = (library.ROOT / "Examples" / "package.order").read_text().split()
+    physical = [
+        bool(re.search(r"connect\(\w+\.(pin|flange)", library.text(library.ROOT / f"Examples/{n}.mo"))) for n in listed
+    ]
+    assert physical == sorted(physical, reverse=True)
+    assert any(physical)
+
+
+def test_pictures_of_the_guide_are_drawings() -> None:
+    """Each is XML with curves or components in it, and a page shows it."""
+    shown = "".join(library.text(f) for f in (library.ROOT / "UsersGuide").glob("*.mo"))
+    pictures = sorted((library.ROOT / "Resources" / "Images").glob("*.svg"))
+    assert pictures
+    for file in pictures:
+        drawing = ElementTree.parse(file).getroot()
+        assert len(drawing.findall(".//{*}polyline")) + len(drawing.findall(".//{*}rect")) > 1, file.name
+        assert f"Resources/Images/{file.name}" in shown

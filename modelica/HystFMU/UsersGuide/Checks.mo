@@ -42,7 +42,7 @@ plants the fault and sees it found.</p>
 <tr><td>13.4</td><td>place_of_file</td><td>A file stands where `within` says and ends with the name of its class.</td></tr>
 <tr><td>18.1</td><td>vendor</td><td>No annotation of one vendor.</td></tr>
 <tr><td>18.2</td><td>undocumented</td><td>A class has a description and documentation; a function or block its equation, source, limitations, example.</td></tr>
-<tr><td>18.2</td><td>dead_link</td><td>A link of the documentation leads to a class that exists.</td></tr>
+<tr><td>18.2</td><td>dead_link</td><td>A link or picture of the documentation leads to a class or file that exists.</td></tr>
 <tr><td>18.4</td><td>without_experiment</td><td>A model to simulate has StopTime, Interval and Tolerance.</td></tr>
 <tr><td>18.6</td><td>without_icon</td><td>A class has an icon or inherits one.</td></tr>
 <tr><td>18.6</td><td>without_line</td><td>A connection is drawn: its Line has two points or more.</td></tr>

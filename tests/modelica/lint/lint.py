@@ -104,6 +104,9 @@ def dead_link(c: library.Class) -> Iterator[str]:
     for target in re.findall(r"modelica://([\w.]+)", text_of(c)):
         if target not in library.classes():
             yield f"its documentation links to {target}, which does not exist"
+    for picture in re.findall(r"modelica://HystFMU/([\w./]+)", text_of(c)):
+        if not (library.ROOT / picture).is_file():
+            yield f"its documentation shows {picture}, which does not exist"
 
 
 def stale_example(c: library.Class) -> Iterator[str]:

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import PurePath
 
 # packages, and pages of the guide, whose order means something
 _FIRST = (
-    *("UsersGuide", "Operators", "Inverse", "Networks", "Dynamics", "Plants", "Control", "Sources", "Functions"),
+    *(
+        "UsersGuide",
+        "Operators",
+        "Inverse",
+        "Networks",
+        "Dynamics",
+        "Actuators",
+        "Plants",
+        "Control",
+        "Sources",
+        "Functions",
+    ),
     *("Data", "Examples", "Validation", "Interfaces", "Types", "Choices", "Icons"),
     *("BaseClasses", "Models", "Sampled", "Events", "Smooth"),
     *(
         "GettingStarted",
+        "TutorialLoops",
+        "TutorialRealisations",
+        "TutorialExport",
+        "TutorialActuator",
         "Realisations",
         "Conventions",
         "Checks",
@@ -24,8 +39,8 @@ _FIRST = (
 )
 
 
-def orders(files: Iterable[PurePath]) -> dict[PurePath, str]:
-    """Every package.order for the .mo files of a library, all relative to its folder."""
+def orders(files: Iterable[PurePath], first: Collection[PurePath] = ()) -> dict[PurePath, str]:
+    """Every package.order for the .mo files of a library, all relative to its folder; files `first` come first."""
     inside: dict[PurePath, set[str]] = {}
     for file in files:
         folder = file.parent
@@ -35,8 +50,13 @@ def orders(files: Iterable[PurePath]) -> dict[PurePath, str]:
         while folder.parts:
             inside.setdefault(folder.parent, set()).add(folder.name)
             folder = folder.parent
+    ahead = {(f.parent, f.stem) for f in first}
     return {
-        folder / "package.order": "".join(f"{n}\n" for n in sorted(names, key=_key)) for folder, names in inside.items()
+        folder / "package.order": "".join(
+            f"{n}\n"
+            for n in sorted(names, key=lambda n, f=folder: ((f, n) not in ahead, *_key(n)))  # type: ignore[misc]
+        )
+        for folder, names in inside.items()
     }
 
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path, PurePath
 
 from hystfmu.modelica.library import checks, enumerations, scripts, validation
 from hystfmu.modelica.library.base_class import base_classes, package
 from hystfmu.modelica.library.order import orders
+from hystfmu.modelica.library.pictures import pictures
 from hystfmu.modelica.library.shelf import Shelf, is_generated
 from hystfmu.modelica.library.wires import drawn, nested
+
+_PHYSICAL = re.compile(r"connect\(\w+\.(?:pin|flange)")  # a model with physical ports
 
 
 def generated(root: Path) -> dict[PurePath, str]:
@@ -25,7 +29,10 @@ def generated(root: Path) -> dict[PurePath, str]:
     classes |= {name: text for name, text in by_hand.items() if text != shelf.texts[name]}
     made = {_file(name): text for name, text in classes.items()}
     every = {*made, *map(_file, shelf.texts)}
-    made |= orders(every)
+    made |= orders(
+        every, {_file(n) for n, text in every_text.items() if n.startswith("Examples.") and _PHYSICAL.search(text)}
+    )
+    made |= pictures({**shelf.texts, **classes})
     made |= scripts.scripts(every)
     return made
 
@@ -37,7 +44,7 @@ def _file(name: str) -> PurePath:
 def _on_disk(root: Path) -> dict[PurePath, str]:
     """What is marked as generated, and every package.order and script."""
     found = {}
-    for pattern in ("*.mo", "package.order", "*.mos"):
+    for pattern in ("*.mo", "package.order", "*.mos", "Resources/Images/*.svg"):
         for file in root.rglob(pattern):
             text = file.read_text("utf-8")
             if file.suffix != ".mo" or is_generated(text):
