@@ -218,6 +218,31 @@ def test_an_unstable_loop_has_no_peak() -> None:
     assert verdicts_of(scenario(Ms_db=3.0), {"a": loop})[0].value is None  # type: ignore[dict-item]
 
 
+def test_progress_and_groups_of_a_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half of it for opening the loops, half for their margins; loops with one key share a row."""
+
+    def system(name: str) -> Any:
+        return SimpleNamespace(case=SimpleNamespace(scenario="s", name=name))
+
+    plans = [SimpleNamespace(systems=[system(n) for n in "abcd"], scenario=SimpleNamespace(origin="o"))]
+    monkeypatch.setattr(module, "read", lambda paths, overrides, coupling: paths)
+    monkeypatch.setattr(module, "plan", lambda *a, **more: plans)
+    monkeypatch.setattr(module, "_row", lambda group, delays: [o.system.case.name for o in group])
+    monkeypatch.setattr(module, "verdicts_of", lambda scenario, opened: sorted(opened))
+
+    def opened(system: Any, at: str) -> Any:
+        if system.case.name == "b":
+            raise InputError("s/b: no feedback")
+        return SimpleNamespace(key=(system.case.name == "c",), system=system)
+
+    monkeypatch.setattr(module, "open_loop", opened)
+    seen: list[float] = []
+    found = module.margin_table(["x"], progress=seen.append)
+    assert seen == [0.0, 0.125, 0.25, 0.375, 0.75, 1.0]
+    assert (found.rows, found.refused, found.verdicts) == ([["a", "d"], ["c"]], ["s/b: no feedback"], ["a", "c", "d"])
+    assert module.margin_table(["x"], "a").verdicts == []
+
+
 # ---- by simulation -------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("ripple", [1, 4])
 def test_a_delay_grows_by_bisection_until_the_case_does_not_hold(monkeypatch: pytest.MonkeyPatch, ripple: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,13 @@ import pytest
 from engines import ready
 
 from hystfmu.base.errors import InputError
+from hystfmu.scenario import loop_figures
 from hystfmu.scenario.loop.plant import as_gain, dynamics, has_memory, plant_side, slopes_of, without_levels
+from hystfmu.scenario.loop.simulated import _delayed
 from hystfmu.scenario.loop_margins import open_loop
 from hystfmu.scenario.report.loop_tables import delay_table, loop_rows
 from hystfmu.scenario.system.system import System
+from hystfmu.scenario.verdict.result import LoopFigures
 
 LAG = {"block": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"b": [3.0], "a": [0.02, 1.5]}}
 PLAY = {"block": "backlash_sum", "dims": {"n": 1}, "values": {"w0": 0.5, "r": [0.1], "w": [0.4]}}
@@ -148,6 +152,35 @@ def test_controllers_of_several_rates_have_none(write: Any) -> None:
     wires = {"play.u": "slow.y", "slow.u": "law.u", "lag.u": "play.y"}
     with pytest.raises(InputError, match=r"The controllers must have one rate to have margins\. Got several\.$"):
         open_loop(system(write, "play lag reference law slow", units, wires, 4), (1.0, 1.0))
+
+
+def test_figures_of_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    for key, stable in enumerate((True, False)):
+        told = SimpleNamespace(stable=stable, Ms_db=2.0, delay_steps=3.0)
+        opened = SimpleNamespace(key=("figures of a loop", key), margins=lambda told=told: told)
+        monkeypatch.setattr(loop_figures, "open_loop", lambda system, slopes, opened=opened: opened)
+        want = LoopFigures(True, 2.0, 3.0) if stable else LoopFigures(False, None, None)
+        assert loop_figures.loop_figures(None) == want  # type: ignore[arg-type]
+
+    def refuses(system: Any, slopes: Any) -> Any:
+        raise InputError("no loop")
+
+    monkeypatch.setattr(loop_figures, "open_loop", refuses)
+    assert loop_figures.loop_figures(None) is None  # type: ignore[arg-type]
+
+
+def test_a_delay_runs_behind_the_unit_that_it_reads(write: Any) -> None:
+    s = system(write, "play lag reference law", CHAIN, WIRES, 4)
+    entry = plant_side(s, 1, [0, 3]).entry
+    late = _delayed(s, entry, 3)
+    assert [p.name for p in late.parts] == ["play", "lag", "reference", "law", "further_delay"]
+    assert late.case.connections["play.u"] == "further_delay.y"
+    assert late.case.connections["further_delay.u"] == "law.u"
+    assert (late.parts[4].period, late.case.units["further_delay"].dims) == (1, {"n": 3})
+    ahead = system(write, "reference law play lag", CHAIN, WIRES, 1)
+    assert [p.name for p in _delayed(ahead, plant_side(ahead, 3, [1, 2]).links[0], 2).parts] == [
+        "reference", "law", "play", "further_delay", "lag",
+    ]  # fmt: skip
 
 
 # ---- in rows -------------------------------------------------------------------------------------------------------

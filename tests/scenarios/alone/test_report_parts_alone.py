@@ -17,7 +17,7 @@ from hystfmu.scenario.outcome.trace import Sweeps, Trace
 from hystfmu.scenario.report import compare, junit, machine, matrix, page, worst_and_best
 from hystfmu.scenario.report.compare import compare_reports
 from hystfmu.scenario.system.spec import MetricSpec
-from hystfmu.scenario.verdict.baseline import Change
+from hystfmu.scenario.verdict.baseline import CHANGED, Change
 from hystfmu.scenario.verdict.judge import Verdict
 from hystfmu.scenario.verdict.result import LoopFigures, Result
 
@@ -60,12 +60,22 @@ def test_the_metric_that_stands_for_a_case() -> None:
 
 def test_how_near_a_case_is_to_its_limit() -> None:
     near = worst_and_best.nearness
-    assert near(result(verdict(0.5, limit=2.0))) == 0.25
-    assert near(result(verdict(0.5, limit=None))) == 0.5
-    assert near(result(verdict(0.5, limit=0.0), lines=())) == 0.5
-    assert near(result(verdict(0.5), lines=("failed",))) == math.inf
-    assert near(result(verdict(math.inf, limit=None))) == math.inf
-    assert near(result()) == math.inf
+    assert near(result(verdict(0.5, limit=2.0))) == (False, 0.25)
+    assert near(result(verdict(0.5, limit=None))) == (False, 0.5)
+    assert near(result(verdict(0.5, limit=0.0), lines=())) == (False, 0.5)
+    assert near(result(verdict(0.5), lines=("failed",))) == (True, 0.5)
+    assert near(result(verdict(math.inf, limit=None))) == (True, math.inf)
+    assert near(result()) == (True, math.inf)
+
+
+def test_the_verdict_on_a_case_in_a_word() -> None:
+    word = worst_and_best.word_of
+    assert word(result(verdict(0.5))) == "ok"
+    assert word(result(lines=("x",))) == "stopped"
+    assert word(result(verdict(2.0), lines=("x",))) == "failed"
+    assert word(result(verdict(2.0), verdict(0.5), lines=(f"a {CHANGED} b",))) == "failed"
+    assert word(result(verdict(0.5), lines=("x", f"a {CHANGED} b"))) == "changed"
+    assert word(result(verdict(0.5), lines=("x",))) == "no baseline"
 
 
 def test_the_rows_around_the_largest_error() -> None:
@@ -92,10 +102,10 @@ def test_the_rows_around_the_largest_error() -> None:
 def test_what_is_said_of_a_case() -> None:
     said = worst_and_best._said
     assert said("Worst case:", result(verdict(0.5))) == (
-        '<p><b>Worst case: s/c</b><br/>rms 0.5 % of the stroke, limit 1: <b class="ok">passed</b></p>'
+        '<p><b>Worst case: s/c</b><br/>rms 0.5 % of the stroke, limit 1: <b class="ok">ok</b></p>'
     )
-    assert said("", result(verdict(2.0, "peak", None), lines=("x",))) == (
-        '<p><b>s/c</b><br/>peak 2: <b class="bad">failed</b></p>'
+    assert said("", result(verdict(2.0, "peak", None), lines=(f"a {CHANGED} b",))) == (
+        '<p><b>s/c</b><br/>peak 2: <b class="bad">changed</b></p>'
     )
     assert said("Best case:", result()) == '<p><b>Best case: s/c</b> <b class="bad">stopped</b></p>'
     assert worst_and_best.worst_and_best([result(verdict(0.5))]) == ""
@@ -175,9 +185,9 @@ def test_how_many_cases_passed() -> None:
     said = page._verdict([result(seconds=1.0), result(seconds=0.5)])
     assert '<b class="ok">2 of 2 cases passed</b>, 1.5 s of simulation.' in said
     assert "<ul" not in said
-    bad = [result(lines=tuple(f"line {k}" for k in range(n))) for n in (6, 1)]
+    bad = [result(lines=tuple(f"line {k}" for k in range(n))) for n in (3, 1)]
     assert '<b class="bad">0 of 2 cases passed</b>' in page._verdict(bad)
-    assert page._verdict(bad[:1]).count("<li>") == 6
+    assert page._verdict(bad[:1]).count("<li>") == 3
     assert "more</summary>" not in page._verdict(bad[:1])
     assert "<summary>1 more</summary><ul><li>line 0</li></ul>" in page._verdict(bad)
 
@@ -216,6 +226,14 @@ def test_what_is_to_be_seen_of_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
     swept = page._case(result(verdict(0.5), counted=Sweeps(7, 5, 2)), "", usual)
     assert "<p>3.5 sweeps per step, at most 5 (Aitken relaxation)</p>" in swept
     assert "of this case" in page._case(result(verdict(0.5)), "", [["order", "b"]])
+
+
+def test_several_scenarios_have_a_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page, "matrix", lambda results: "matrix")
+    monkeypatch.setattr(page, "_scenario", lambda group, drawings, curves: f"{group[0].scenario} {len(group)} {curves}")
+    p, q = result(verdict(0.5), scenario="p"), result(verdict(0.5), scenario="q")
+    assert page._scenarios([p, p]) == ["p 2 True"]
+    assert page._scenarios([p, q, p]) == ["<section><h2>All cases</h2>matrix</section>", "p 2 False", "q 1 False"]
 
 
 # ---- for machines --------------------------------------------------------------------------------------------------
