@@ -43,6 +43,9 @@ if TYPE_CHECKING:
     help="Put the explorer into the documentation: the model runs in the page, some 70 kB more.",
 )
 @click.option("--modelica", "folder", metavar="DIR", help="Folder to write a Modelica package into.")
+@click.option(
+    "--sheet", multiple=True, metavar="NAME=VALUE", help="Data sheet of the actuator in SI units (repeatable)."
+)
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Size or value of BLOCK (repeatable).")
 @click.option("--step", type=float, metavar="SECONDS", help="Sample period of BLOCK.")
 @click.option(
@@ -59,6 +62,7 @@ def export(
     source: bool,
     explorer: bool,
     folder: str | None,
+    sheet: tuple[str, ...],
     settings: tuple[str, ...],
     step: float | None,
     in_range: bool,
@@ -68,15 +72,20 @@ def export(
     The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
 
     The Modelica package contains a record of the parameter values, a block and an example.  It uses the HystFMU
-    library, which is installed with this program; a line says where.
+    library, which is installed with this program; a line says where.  A model from volts to a length also gives a piezo
+    actuator between pins and flanges.  --sheet takes stroke (m), blocking_force (N), capacitance (F, small signal),
+    capacitance_ratio (mean over small signal), resonance (Hz) and damping.
 
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
              hystfmu export piezo.model.toml --modelica .      writes ./Piezo
+             hystfmu export piezo.model.toml --modelica . --sheet stroke=38e-6 --sheet blocking_force=900
              hystfmu export delay --set n=3 --step 1e-4 -o delay.fmu
     """
     import hystfmu as hy
 
+    if sheet and folder is None:
+        raise InputError("--sheet describes the actuator of --modelica DIR")
     if out is None and folder is None:
         raise InputError("export needs -o X.fmu, --modelica DIR, or both")
     if Path(model).suffix:
@@ -94,7 +103,7 @@ def export(
         file = Path(model).name
         package = name or package_name(file.removesuffix(".toml").removesuffix(".model"))
         try:
-            written = loaded.export_modelica(Path(folder) / package, file)
+            written = loaded.export_modelica(Path(folder) / package, file, assignments(sheet) if sheet else None)
         except InputError as e:
             raise InputError(f"{model}: {e}") from None
         say(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from html import escape
@@ -386,8 +387,13 @@ class Model(Record):
 
         return export_fmu(self, path, fmi, name, platforms, source, explorer_of(self) if explorer else None)
 
-    def export_modelica(self, folder: str | Path, source: str = "a model in memory") -> Path:
+    def export_modelica(
+        self, folder: str | Path, source: str = "a model in memory", sheet: Mapping[str, float] | None = None
+    ) -> Path:
         """Write a Modelica package: record ``Values``, block ``Model``, model ``Example``.
+
+        A model from volts to a length also gives ``Actuator``, a piezo actuator in SI units between electrical pins and
+        mechanical flanges, and ``ActuatorExample``, which moves a mass with it.
 
         Parameters
         ----------
@@ -395,6 +401,9 @@ class Model(Record):
             The folder of the package; its last part names it, e.g. ``"Piezo/"``.
         source : str
             Where the model comes from, for the reader.
+        sheet : mapping of (str, float), optional
+            Data sheet of the actuator in SI units: ``stroke`` with ``blocking_force``, ``capacitance`` (small signal),
+            ``capacitance_ratio`` (mean over small signal, default 1.6), ``resonance`` (one end held), ``damping``.
 
         Returns
         -------
@@ -415,7 +424,7 @@ class Model(Record):
         from hystfmu.modelica.package import export_modelica
 
         target = Path(folder)
-        return export_modelica(self, target.parent, target.name, source)
+        return export_modelica(self, target.parent, target.name, source, sheet)
 
     def unit(self) -> Unit:
         """A co-simulation unit: the same ports, calls and bits as the exported FMU.

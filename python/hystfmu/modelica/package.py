@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from hystfmu import __version__
@@ -12,6 +13,7 @@ from hystfmu.base.files import read_bytes
 from hystfmu.fmu.write.documentation import history
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit
+from hystfmu.modelica.actuator import ACTUATOR, actuator_files
 from hystfmu.modelica.block import block, rated_port, wiring
 from hystfmu.modelica.example import example
 from hystfmu.modelica.literals import NAME, RESERVED, class_name, sentence, string, unique
@@ -28,11 +30,19 @@ CLASSES = ("Values", "Ports", "Model", *CONTINUOUS, "Example")  # in a package
 def package_name(text: str) -> str:
     """Make a package name out of any text; it hides no class that the package uses."""
     name = class_name(text)
-    return unique([name], {*CLASSES, "HystFMU", "Modelica"})[name]
+    return unique([name], {*CLASSES, *ACTUATOR, "HystFMU", "Modelica"})[name]
 
 
-def export_modelica(model: Model, folder: str | Path, name: str, source: str = "a model in memory") -> Path:
+def export_modelica(
+    model: Model,
+    folder: str | Path,
+    name: str,
+    source: str = "a model in memory",
+    sheet: Mapping[str, float] | None = None,
+) -> Path:
     """Write the package ``folder/name``: record ``Values``, block ``Model``, model ``Example``.
+
+    A model from volts to a length also gives ``Actuator``, between pins and flanges, and ``ActuatorExample``.
 
     Parameters
     ----------
@@ -43,6 +53,8 @@ def export_modelica(model: Model, folder: str | Path, name: str, source: str = "
         Name of the package; `package_name` makes one out of any text.
     source : str
         Where the model comes from, for the reader.
+    sheet : mapping of (str, float), optional
+        Data sheet of the actuator, see `hystfmu.modelica.actuator.sheet.Sheet`.
 
     Returns
     -------
@@ -53,7 +65,7 @@ def export_modelica(model: Model, folder: str | Path, name: str, source: str = "
     ------
     InputError
         The name is none in Modelica, the library has no class for a block, the graph has a loop, ``folder/name`` holds
-        files that no export wrote, or it cannot be written.
+        files that no export wrote, or it cannot be written; a data sheet of a model that is no actuator.
     """
     if not NAME.match(name) or name in RESERVED:
         raise InputError(f"the Modelica package name {name!r} must be a letter followed by letters, digits or _")
@@ -68,6 +80,7 @@ def export_modelica(model: Model, folder: str | Path, name: str, source: str = "
         **{kind: block(model, kind, name, w, told, kind) for kind in kinds(graph)},
         "Example": example(model, "Example", name, "Model", w, rated),
     }
+    files |= actuator_files(model, name, told, sheet)
     networks = [n for n in model.graph.nodes if classes.is_large(n)]
     inverses = implicit.inverses(model.graph)
     made = [*files, *(c for n in networks for c in network_names(n)), *(implicit.package_of(n) for n in inverses)]

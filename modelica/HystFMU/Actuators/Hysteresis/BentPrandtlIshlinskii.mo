@@ -1,6 +1,6 @@
 within HystFMU.Actuators.Hysteresis;
 model BentPrandtlIshlinskii "Sum of plays, bend and creep: the structured actuator without its dynamics"
-  extends BaseClasses.Hysteresis(final passive = scale > 0 and w0 >= 0 and min(w) >= 0 and Functions.bendLeastSlope(b0, knots, b) >= 0 and max(abs(creep)) <= 0, final y_start = offset + scale*(1 + sum(creep))*(b0*(w0 + sum(w))*x_start + b*Functions.deadZone((w0 + sum(w))*x_start, knots)));
+  extends BaseClasses.Hysteresis(final passive = scale > 0 and w0 >= 0 and min(w) >= 0 and Functions.bendLeastSlope(b0, knots, b) >= 0 and max(abs(creep)) <= 0, final y_start = offset + scale*(1 + sum(creep))*Functions.bend((w0 + sum(w))*x_start, b0, knots, b));
   extends Icons.Smooth;
   parameter Integer n(min = 1) = 10 "Number of plays" annotation (Dialog(group = "Sizes"));
   parameter Real w0 = 0.3 "Weight of the linear term" annotation (Dialog(group = "Parameters"));
@@ -31,7 +31,7 @@ equation
     der(z[i]) = dz[i];
   end for;
   v = w0*x + w*z;
-  bent = b0*v + b*Functions.deadZone(v, knots);
+  bent = Functions.bend(v, b0, knots, b);
   dbent = Functions.bendSlope(v, b0, knots, b)*(w0*dx + w*dz);
   for i in 1:lags loop
     dl[i] = (bent - l[i])/T[i];

@@ -1,0 +1,7 @@
+"""An identified static model in the slot of a piezo actuator of the Modelica library, in SI units."""
+
+from __future__ import annotations
+
+from hystfmu.modelica.actuator.write import ACTUATOR, actuator_files
+
+__all__ = ["ACTUATOR", "actuator_files"]

@@ -1,0 +1,169 @@
+"""The actuator that `export_modelica` writes: as it comes, against the FMU of the same model, and in other units."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import exported
+import fmpy
+import library
+import numpy as np
+import pytest
+import simulate
+
+import hystfmu as hy
+from hystfmu.base.errors import InputError
+from hystfmu.modelica.actuator.slot import thinned
+
+BOUND = 5e-3  # |actuator - FMU| / span, at 5 Hz: what the load and the relaxation add to the model
+OPTIONS = {
+    "actuator": {"N": 10},
+    "prandtl_ishlinskii": {"N": 10},
+    "preisach": {"n": 8, "widths": 6, "means": 3, "rate": "no"},
+    "krasnoselskii_pokrovskii": {"levels": 6},
+    "play_bank_mlp": exported.OPTIONS["play_bank_mlp"],
+}
+SHEET = {"stroke": 40e-6, "blocking_force": 800.0, "capacitance": 4e-6, "resonance": 2000.0}
+
+
+@cache
+def demo(key: str) -> hy.Model:
+    """A model of the built-in piezo stack, from 0..100 V to micrometres."""
+    return hy.fit(hy.synthetic.piezo(60, 1000.0), key, **OPTIONS[key])
+
+
+def written(key: str, tmp_path: Path) -> Path:
+    package = demo(key).export_modelica(tmp_path / "Piezo", sheet=SHEET)
+    assert exported.complaints(package) == []
+    return package
+
+
+def parameter(package: Path, name: str) -> float:
+    found = re.search(rf"\b{name} = ([-\d.e+]+)", (package / "Actuator.mo").read_text())
+    assert found, name
+    return float(found[1])
+
+
+def under_sine(package: Path, tmp_path: Path) -> dict[str, np.ndarray]:
+    """A free actuator for a period of 5 Hz, from the voltage at which its memory rests; slow enough to solve fast."""
+    file = tmp_path / "Bench.mo"
+    start = parameter(package, "v_start")
+    file.write_text(f"""model Bench
+  HystFMU.Sources.Sine command(amplitude = 45, offset = {start!r}, frequency = 5);
+  HystFMU.Plants.VoltageDrive drive(gain = 1, resistance = 150);
+  HystFMU.Plants.Ground ground;
+  HystFMU.Plants.Fixed wall;
+  Piezo.Actuator actuator(tau = 5e-5);
+equation
+  connect(command.r, drive.u);
+  connect(drive.pin_p, actuator.pin_p);
+  connect(drive.pin_n, actuator.pin_n);
+  connect(drive.pin_n, ground.pin);
+  connect(wall.flange, actuator.flange_a);
+end Bench;
+""")
+    out = tmp_path / "out.npz"
+    said = simulate.rumoca(file, "Bench", "0.2", "1e-3", "1e-9", out, packages=(library.ROOT, package))
+    assert not said, said
+    with np.load(out) as found:
+        return simulate.Trajectory({k: found[k] for k in found.files}).instants()
+
+
+@pytest.mark.parametrize("key", OPTIONS)
+def test_the_actuator_follows_the_fmu_of_its_model(key: str, tmp_path: Path) -> None:
+    """Position in metres against the output of the FMU in micrometres, for the voltage behind the leads."""
+    package = written(key, tmp_path)
+    v = under_sine(package, tmp_path)
+    model = demo(key)
+    fmu = model.export(tmp_path / "m.fmu")
+    rows = np.array(list(zip(v["time"], v["actuator.v"], strict=True)), dtype=[("time", float), ("u", float)])
+    found = fmpy.simulate_fmu(
+        str(fmu), input=rows, output=["y"], start_values={"u": v["actuator.v"][0]},
+        stop_time=v["time"][-1], step_size=model.step, output_interval=model.step,
+    )  # fmt: skip
+    y = np.interp(v["time"], found["time"] - model.step, found["y"]) * 1e-6  # a step from t takes the input at t
+    inner = slice(1, -2)
+    error = np.abs(v["actuator.flange_b.s"] - y)[inner].max() / np.ptp(y)
+    print(f"{key}: {error:.1e} of the span, {np.ptp(y):.2e} m")
+    assert np.ptp(y) > 2e-5
+    assert error <= BOUND
+
+
+def test_the_example_runs_as_it_comes(tmp_path: Path) -> None:
+    """Drive, actuator, mass and spring: the balance of energy holds, and the mass moves by the stroke."""
+    package = written("actuator", tmp_path)
+    file, out = package / "ActuatorExample.mo", tmp_path / "out.npz"
+    e = library.experiment_of(file.read_text())
+    settings = (repr(e[k]) for k in ("StopTime", "Interval", "Tolerance"))
+    roots = (library.ROOT, package)
+    assert not simulate.rumoca(file, "Piezo.ActuatorExample", *settings, out, packages=roots)
+    with np.load(out) as v:
+        assert np.ptp(v["load.s"]) > 1e-5
+        assert np.ptp(v["actuator.residual"]) <= 1e-5 * np.ptp(v["actuator.supplied"])
+
+
+def test_the_data_sheet_gives_stiffness_capacitance_and_mass(tmp_path: Path) -> None:
+    """Blocked at 100 V from 0 V, the force is the stiffness of the sheet times the stroke of the model."""
+    package = written("prandtl_ishlinskii", tmp_path)
+    k_short = SHEET["blocking_force"] / SHEET["stroke"]
+    C, share, k = (parameter(package, n) for n in ("C", "share", "k"))
+    stroke, v_max, m = (parameter(package, n) for n in ("stroke", "v_max", "m"))
+    assert pytest.approx(1.6 * 4e-6) == C
+    assert m == pytest.approx(k_short / (2 * np.pi * 2000) ** 2)
+    h = share * C  # charge of the polarisation per volt
+    d = stroke / (h * v_max)
+    assert 1 / (d**2 * h + 1 / k) == pytest.approx(k_short)
+
+
+def test_a_model_in_metres_gives_the_same_actuator(tmp_path: Path) -> None:
+    """Thresholds and corners are relative: nothing in the way has a size of its own."""
+    data = hy.synthetic.piezo(60, 1000.0)
+    metres = hy.Dataset(t=data.t, u=data.u / 1000, y=data.y * 1e-6, unit_u="kV", unit_y="m")
+    a = written("prandtl_ishlinskii", tmp_path / "um")
+    fitted = hy.fit(metres, "prandtl_ishlinskii", **OPTIONS["prandtl_ishlinskii"])
+    b = fitted.export_modelica(tmp_path / "m" / "Piezo", sheet=SHEET)
+    x, y = (under_sine(p, tmp_path)["actuator.flange_b.s"] for p in (a, b))
+    assert np.ptp(x) > 2e-5
+    assert np.abs(x - y).max() <= 1e-6 * np.ptp(x)
+
+
+def test_a_bend_with_fewer_knots_goes_through_those_that_are_left() -> None:
+    rng = np.random.default_rng(seed := int(np.random.default_rng().integers(2**31)))
+    r, w = np.sort(rng.uniform(-1, 1, 100)), rng.uniform(-0.02, 0.03, 100)
+
+    def bent(v: np.ndarray, at_0: float, w0: float, r: np.ndarray, w: np.ndarray) -> np.ndarray:
+        side = np.where(r > 0, np.maximum(v[:, None] - r, 0), np.minimum(v[:, None] - r, 0))
+        return at_0 + w0 * v + side @ w
+
+    fewer = thinned(1.0, r, w)
+    outside = np.array([-3.0, 3.0])
+    for v in (fewer[2], outside):
+        assert np.abs(bent(v, 0.0, 1.0, r, w) - bent(v, *fewer)).max() < 1e-12, seed
+
+
+@pytest.mark.parametrize(
+    ("sheet", "says"),
+    [
+        ({"stroke": 1e-5}, "both stroke and blocking_force"),
+        ({"stiffness": 1.0}, "no value 'stiffness'"),
+        ({"resonance": -1.0}, "'resonance' of a data sheet must be a float in"),
+        ({"capacitance": 1e-9}, "must exceed"),
+    ],
+)
+def test_a_wrong_data_sheet_is_one_line(sheet: dict[str, float], says: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=re.escape(says)) as refused:
+        demo("prandtl_ishlinskii").export_modelica(tmp_path / "Piezo", sheet=sheet)
+    assert "\n" not in str(refused.value)
+    assert not (tmp_path / "Piezo").exists()
+
+
+def test_a_model_without_volts_has_no_actuator(tmp_path: Path) -> None:
+    t = np.arange(400) * 1e-3
+    data = hy.Dataset(t=t, u=np.sin(30 * t), y=np.sin(30 * t - 0.2))
+    model = hy.fit(data, "prandtl_ishlinskii", N=4)
+    package = model.export_modelica(tmp_path / "Plain")
+    assert not (package / "Actuator.mo").exists()
+    with pytest.raises(InputError, match="must map a voltage"):
+        model.export_modelica(tmp_path / "Plain", sheet=SHEET)
