@@ -85,8 +85,7 @@ def _orthonormal(column: Array) -> Array:
     if len(levels) > MOST_LEVELS:
         scale = np.sqrt(2 * np.arange(MOST_DEGREE + 1) + 1)
         return np.asarray(np.polynomial.legendre.legvander(2 * column - 1, MOST_DEGREE) * scale)
-    degree = min(MOST_DEGREE, len(levels) - 1)
-    Q, _ = np.linalg.qr(np.polynomial.legendre.legvander(2 * levels - 1, degree))
+    Q, _ = np.linalg.qr(np.polynomial.legendre.legvander(2 * levels - 1, MOST_DEGREE))  # as many as there are levels
     return np.asarray(np.sqrt(len(levels)) * Q[np.searchsorted(levels, column)])
 
 

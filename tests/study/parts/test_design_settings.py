@@ -93,4 +93,5 @@ def test_slow_poles_first_and_real_ones_alone() -> None:
         want = sum(c / (s - p) for c, p in zip(C[0], poles, strict=True))
         assert sum(np.polyval(b, s) / np.polyval(a, s) for b, a in parts) == pytest.approx(want)
     assert designs._pairs(np.array([-1.0, -2 + 1j, -3.0, -2 - 1j])) == [[0], [1, 3], [2]]
+    assert designs._pairs(np.array([0.0, -1.0])) == [[0], [1]]
     assert designs._pairs(np.array([-1 + 1e-13j, -1 - 1e-13j])) == [[0], [1]]  # real but for rounding
