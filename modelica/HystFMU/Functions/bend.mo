@@ -11,7 +11,7 @@ algorithm
   for i in 1:size(r, 1) loop
     y := y + w[i]*(if r[i] > 0 then max(u - r[i], 0) elseif r[i] < 0 then min(u - r[i], 0) else u);
   end for;
-  annotation (Documentation(info = "<html>
+  annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> w0 u + sum_i w_i S(u, r_i), S = max(u - r, 0) for r &gt; 0, min(u - r, 0) for r &lt; 0, u for r = 0.</p>
 <p><b>Source:</b> Kuhnen, European Journal of Control 9 (2003) 407-418.</p>
 <p><b>Limitations:</b> none; a scalar sum is many times as fast as w*deadZone(u, r) in rumoca 0.10.2, which copies arrays.</p>

@@ -13,6 +13,7 @@ algorithm
   end for;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> w0 + sum of the w_i whose dead zone u has left.</p>
+<p><b>Smoothness:</b> jumps at each threshold.</p>
 <p><b>Source:</b> derivative of Operators.DeadZones.</p>
 <p><b>Smoothness:</b> the slope jumps at a threshold.</p>
 <p><b>Limitations:</b> at a threshold the slope of its inner side.</p>

@@ -22,6 +22,7 @@ algorithm
   end if;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> 2 dE/dalpha rising, -2 dE/dbeta falling.</p>
+<p><b>Smoothness:</b> jumps at the nodes of the grid and where the memory is wiped.</p>
 <p><b>Source:</b> derivative of Functions.preisach.</p>
 <p><b>Smoothness:</b> the slope jumps at the knots of E.</p>
 <p><b>Limitations:</b> none.</p>
