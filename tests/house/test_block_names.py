@@ -100,6 +100,21 @@ ALLOWED: dict[str, dict[str, str]] = {
     "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
     "face/defaults.py": {"reference": "the reference signal of a new scenario"},
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
+    "modelica/actuator": dict.fromkeys(
+        (
+            "creep",
+            "dead_zones",
+            "delay",
+            "krasnoselskii_pokrovskii",
+            "mlp",
+            "play_bank",
+            "prandtl_ishlinskii",
+            "preisach",
+            "scaling",
+            "transfer_function",
+        ),
+        "a class of the slot of an actuator stands for these blocks together",
+    ),
     "modelica/realisation.py": {"scaling": "rate_of(): a gain through which the rate of a port reaches an operator"},
     "modelica/wiring.py": {"sum": "sums_before_samples(): the block that one compiler reads too early"},
     "modelica/classes.py": {

@@ -107,6 +107,8 @@ def export(
         except InputError as e:
             raise InputError(f"{model}: {e}") from None
         say(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
+        if (written / "Actuator.mo").is_file():
+            say(f"actuator {written.name}.Actuator between pins and flanges, example {written.name}.ActuatorExample")
         say(f"library path of HystFMU, which it uses: {shipped_library()}")
     if out is None:
         return

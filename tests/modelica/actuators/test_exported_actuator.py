@@ -12,9 +12,11 @@ import library
 import numpy as np
 import pytest
 import simulate
+from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
+from hystfmu.cli import main
 from hystfmu.modelica.actuator.slot import thinned
 
 BOUND = 5e-3  # |actuator - FMU| / span, at 5 Hz: what the load and the relaxation add to the model
@@ -157,6 +159,21 @@ def test_a_wrong_data_sheet_is_one_line(sheet: dict[str, float], says: str, tmp_
         demo("prandtl_ishlinskii").export_modelica(tmp_path / "Piezo", sheet=sheet)
     assert "\n" not in str(refused.value)
     assert not (tmp_path / "Piezo").exists()
+
+
+def test_the_command_writes_the_actuator(tmp_path: Path) -> None:
+    demo("prandtl_ishlinskii").save(tmp_path / "piezo.model.toml")
+    command = ["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)]
+    given = [x for k, v in SHEET.items() for x in ("--sheet", f"{k}={v!r}")]
+    done = CliRunner().invoke(main, command + given)
+    assert done.exit_code == 0, done.output
+    assert "Piezo.ActuatorExample" in done.output
+    direct = written("prandtl_ishlinskii", tmp_path / "direct")
+    texts = [(p / "Actuator.mo").read_text().split("\n", 1)[1] for p in (tmp_path / "Piezo", direct)]
+    assert texts[0] == texts[1]
+    wrong = CliRunner().invoke(main, [*command, "--sheet", "stroke=wide"])
+    assert wrong.exit_code != 0
+    assert "'stroke' of a data sheet must be a float" in wrong.output
 
 
 def test_a_model_without_volts_has_no_actuator(tmp_path: Path) -> None:

@@ -11,9 +11,7 @@ from hystfmu.graph import Graph, Node
 from hystfmu.modelica import classes
 from hystfmu.modelica.literals import array, number
 
-VOLTS = {"V": 1.0, "mV": 1e-3, "kV": 1e3}
 KNOTS = 24  # of the bend: each takes time at every step
-METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "pm": 1e-12}
 CHAIN = ["scaling", "prandtl_ishlinskii", "dead_zones", "creep", "transfer_function", "delay", "scaling"]
 
 

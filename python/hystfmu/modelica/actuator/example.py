@@ -1,0 +1,63 @@
+"""The example of an exported actuator: a drive, the actuator, a mass and a spring."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hystfmu.modelica.actuator.made import Made
+from hystfmu.modelica.layout import placed
+from hystfmu.modelica.literals import number
+
+RESONANCE = 3000.0  # Hz, about, of the load on the actuator
+
+
+def actuator_example(a: Made, name: str, within: str, of: str) -> str:
+    """The file of an example: drive, actuator, mass and spring, over the range of the data.
+
+    Parameters
+    ----------
+    a : Made
+        The actuator.
+    name, within, of : str
+        Name of the example, of its package, and of the class of the actuator.
+    """
+    p = a.mechanics
+    middle, half = (a.high + a.low) / 2, (a.high - a.low) / 2
+    frequency = 50.0
+    limits = f"gain = 1, v_min = {number(a.low)}, v_max = {number(a.high)}, v_start = {number(a.v_start)}"
+    signal = f"amplitude = {number(half)}, offset = {number(middle)}, frequency = {frequency}, decay = {frequency / 2}"
+    w = 2 * np.pi * RESONANCE
+    load = f"m = {number(p.k / w**2)}, c = {number(0.2 * p.k / w)}, k = {number(0.02 * p.k)}"
+    lines = [
+        f"  HystFMU.Sources.DecayingSine command({signal}) annotation ({placed(-90, 0)});",
+        f"  HystFMU.Actuators.VoltageDrive drive({limits}) annotation ({placed(-50, 0)});",
+        f"  {of} actuator(withMass = false) annotation ({placed(20, 0)});",
+        f"  HystFMU.Plants.Ground ground annotation ({placed(-10, -60)});",
+        f"  HystFMU.Plants.Fixed fixed annotation ({placed(-50, -80)});",
+        f"  HystFMU.Plants.SpringMassLoad load({load}) annotation ({placed(70, 0)});",
+        "equation",
+        *(_joined(*row) for row in _JOINED),
+        '  annotation (experiment(StopTime = 0.04, Interval = 2e-4, Tolerance = 1e-9), Documentation(info = "<html>',
+        "<p>A voltage drive, the actuator, and a mass on a spring. The load is joined rigidly, so that its mass stands "
+        "for that of the actuator: <code>withMass = false</code>.</p>",
+        f'<p><b>See also:</b> <a href=\\"modelica://{within}.{of}\\">{of}</a>.</p>',
+        '</html>"));',
+        f"end {name};\n",
+    ]
+    text = "The actuator moves a mass on a spring"
+    return "\n".join([f"within {within};", f'model {name} "{text}"', "  extends HystFMU.Icons.Example;", *lines])
+
+
+_BLUE, _GREEN, _NAVY = "{0, 0, 255}", "{0, 127, 0}", "{0, 0, 127}"
+_JOINED = (
+    ("command.r", "drive.u", "{-79, 0}, {-61, 0}", _NAVY),
+    ("drive.pin_p", "actuator.pin_p", "{-39, 5}, {9, 5}", _BLUE),
+    ("drive.pin_n", "actuator.pin_n", "{-39, -5}, {9, -5}", _BLUE),
+    ("drive.pin_n", "ground.pin", "{-39, -5}, {-10, -5}, {-10, -49}", _BLUE),
+    ("fixed.flange", "actuator.flange_a", "{-39, -80}, {20, -80}, {20, -11}", _GREEN),
+    ("actuator.flange_b", "load.flange", "{31, 0}, {59, 0}", _GREEN),
+)
+
+
+def _joined(a: str, b: str, points: str, colour: str) -> str:
+    return f"  connect({a}, {b}) annotation (Line(points = {{{points}}}, color = {colour}));"
