@@ -104,7 +104,7 @@ def test_a_run_has_the_margins_of_its_loops(tmp_path: Path) -> None:
     assert up["delay_steps"] == pytest.approx(hy.design.margins(hy.design.loop(slower, pid, 1e-4)).delay_steps)
     assert opened is None
     page = (tmp_path / "report" / "report.html").read_text()
-    assert "delay margin, steps" in page
+    assert "delay margin in steps" in page
     assert ">4.64<" in page
 
 

@@ -10,6 +10,7 @@ import pytest
 from engines import ready
 
 from hystfmu.base.errors import InputError
+from hystfmu.scenario.system import events as module
 from hystfmu.scenario.system.events import NEAR, SHORTEST, cuts, missed
 from hystfmu.scenario.system.system import System
 
@@ -153,6 +154,35 @@ def test_a_preview_sees_events_beyond_the_run(write: Any, lead: float) -> None:
 def test_too_many_reversals_are_refused_in_one_line(write: Any) -> None:
     with pytest.raises(InputError, match=r"source\.frequency: more than \d+ reversals; got 1e\+12 Hz$"):
         cuts(system(write, reference(shape="triangle", frequency=1e12)))
+
+
+def test_as_many_reversals_as_steps_may_be(write: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_STEPS", 80)  # 64 fine steps and 16 cuts
+    for f, good in [(8.0, True), (8.5, False)]:
+        s = system(write, reference(shape="triangle", frequency=f, phase=0.3))
+        if good:
+            assert len(cuts(s)[1]) == 16
+        else:
+            with pytest.raises(InputError, match=r"more than 80 "):
+                cuts(s)
+    monkeypatch.setattr(module, "MOST_STEPS", 32)
+    with pytest.raises(InputError, match=r"case nominal: more than 32 fine steps and events$"):
+        cuts(system(write, reference(shape="triangle", frequency=8.0, phase=0.3)))
+    monkeypatch.setattr(module, "MOST_STEPS", 31)
+    with pytest.raises(InputError, match=r"source\.frequency: more than 31 reversals; got 16 Hz$"):
+        cuts(system(write, reference(shape="triangle", frequency=16.0, phase=0.3)))
+
+
+def test_a_preview_inside_of_a_graph_counts(write: Any) -> None:
+    """Connections inside are not looked at: a reference among other blocks may be read anywhere."""
+    f, lead = 1.3, 0.11
+    values = {"shape": "triangle", "frequency": f, "lead": lead}
+    blocks = [{"name": "r", "type": "reference", "values": values}, {"name": "g", "type": "scaling", "dims": {"n": 1}}]
+    outputs = [{"name": "r", "source": "g.y"}]
+    graph = {"graph": {"blocks": blocks, "wires": [["r.r_lead", "g.u"]], "inputs": [], "outputs": outputs}}
+    s = system(write, graph)
+    own = [x for k in range(4) for x in ((k / 2 + 0.25) / f, (k / 2 + 0.25) / f - lead) if 0 < x < 1]
+    assert {round(x, 9) for x in own} <= {round(x, 9) for x in cuts(s)[1].tolist()}
 
 
 def test_near_discontinuities_are_one(write: Any) -> None:

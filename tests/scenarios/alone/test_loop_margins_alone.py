@@ -230,6 +230,7 @@ def test_a_memory_is_closed_around_the_controller() -> None:
     z = np.exp(1j * made._angles)
     R = memory.response(made._angles)
     assert made.response() == pytest.approx((P + R) / z, rel=1e-9)
+    assert made.open_loop(0.5, 0.0)(z[:50]) == pytest.approx(0.5 * P / z[:50], rel=1e-9), "without memories"
     both = np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((2, 0)), np.array([[-P, 2.0], [-3.0, 0.25]])
     K = loop(both, memories=(memory,)).response() * -z
     assert pytest.approx(-P + 2.0 * R * -3.0 / (1 - 0.25 * R), rel=1e-9) == K

@@ -6,7 +6,9 @@ Small loops of a few steps: a lag of FMI 2.0 or 3.0 under a law, and a pair of g
 from __future__ import annotations
 
 import copy
+import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -167,6 +169,14 @@ def test_what_is_not_finite_or_refused_stops_the_run(write: Any, fmus: Path) -> 
             run(system, engine)
 
 
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_values_that_an_fmu_does_not_take_at_first(write: Any, fmus: Path, fmi: int) -> None:
+    system = foreign(loop("lag", "gauss_seidel", {}), write, fmus, "lag", fmi)
+    for engine in ENGINES:
+        with pytest.raises(Stopped, match=r"^unit .*"):
+            run(replace(system, begins=(float("nan"),) * system.n_values), engine)
+
+
 # ---- adapted -------------------------------------------------------------------------------------------------------
 def feedthrough(write: Any, scheme: str, more: dict[str, Any], kind: str = "Float64_continuous") -> System:
     data = loop("lag", scheme, {})
@@ -277,6 +287,22 @@ def test_every_end_of_a_child_has_a_reason(write: Any, fmus: Path, monkeypatch: 
         assert (str(found), found.status) == (why, status)
     monkeypatch.setattr(Here, "late", True)
     assert ends(None).status == "timeout"
+
+
+@pytest.mark.usefixtures("here")
+def test_values_of_a_child_that_are_no_file_of_its_own(write: Any, fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Foreign code may leave anything behind: what is no file is not read."""
+    system = foreign(loop("lag", "gauss_seidel", {}), write, fmus, "lag", 3)
+    main = isolated.main
+
+    def linked(folder: Path) -> None:
+        main(folder)
+        (folder / isolated.VALUES).rename(folder / "other")
+        os.mkfifo(folder / isolated.VALUES)
+
+    monkeypatch.setattr(isolated, "main", linked)
+    with pytest.raises(Stopped, match=r"^the process that ran unit ended with status 0$"):
+        list(chunks_isolated(system, "native", 60.0))
 
 
 # ---- small parts ---------------------------------------------------------------------------------------------------
