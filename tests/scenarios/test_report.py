@@ -17,6 +17,7 @@ from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario import run_scenarios
 from hystfmu.scenario.outcome.plots import case_plots
 from hystfmu.scenario.report.page import write_report
+from hystfmu.scenario.report.worst_and_best import nearness, word_of
 from hystfmu.scenario.system.delay_budget import delay_budget
 
 
@@ -114,3 +115,24 @@ def test_axes_of_flat_tiny_and_huge_signals(values: list[float]) -> None:
     ET.fromstring(svg)
     assert "nan" not in svg
     assert svg.count('class="grid"') >= 4
+
+
+def test_the_worst_case_is_the_failed_one_that_exceeds_its_limit_most(loop: Any, write: Any, tmp_path: Path) -> None:
+    limits = {"easy": 500.0, "near": 7.0, "over": 5.0, "far": 1.0, "farther": 0.5, "farthest": 0.1}
+    loop["case"] = [{"name": name, "limits": {"tracking": limit}} for name, limit in limits.items()]
+    folder = write(loop)
+    run_scenarios([folder], engine="native", record=True)
+    results = run_scenarios([folder], engine="native")
+    value = results[0].verdicts[0].value
+    assert 5.0 < value < 7.0
+    found = sorted(results, key=nearness)
+    assert [r.case for r in found] == list(limits)
+    assert [nearness(r) for r in found] == [(limit < value, pytest.approx(value / limit)) for limit in limits.values()]
+    assert [word_of(r) for r in found] == ["ok", "ok", *["failed"] * 4]
+    text = write_report(results, tmp_path / "out").read_text()
+    assert "Worst against its limit: loop/farthest" in text
+    assert "Best: loop/easy" in text
+    unfolded = re.findall(r'<details open="open"><summary><b class="bad">(\w+)</b>', text)
+    assert unfolded == ["far", "farther", "farthest"]
+    assert "1 more</summary>" in text  # failures above the first figure
+    assert text.count('<a class="bad" href="#loop/') == 4

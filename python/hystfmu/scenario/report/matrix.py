@@ -41,8 +41,7 @@ def matrix(results: Sequence[Result]) -> str:
     down, across, corner = cases, scenarios, "case"
     if len(scenarios) > len(cases):
         cells, down, across, corner = {(s, c): r for (c, s), r in cells.items()}, scenarios, cases, "scenario"
-    kinds = {(v.metric, v.kind.removesuffix("_percent")) for r in results if (v := main_verdict(r)) is not None}
-    names = " or ".join(sorted(f"{m} ({k.upper() if k == 'rms' else k} in % of the stroke)" for m, k in kinds))
+    names = " or ".join(sorted({_name(v) for r in results if (v := main_verdict(r)) is not None}))
     head = "".join(f'<th scope="col">{escape(a)}</th>' for a in across)
     rows = "".join(
         f'<tr><th scope="row">{escape(d)}</th>{"".join(_cell(cells.get((d, a))) for a in across)}</tr>' for d in down
@@ -51,6 +50,13 @@ def matrix(results: Sequence[Result]) -> str:
         f'<p class="lead">{escape(CAPTION.format(names=names))}</p><div class="wide"><table class="matrix">'
         f'<tr><th scope="col">{corner}</th>{head}</tr>{rows}</table></div>'
     )
+
+
+def _name(v: Verdict) -> str:
+    """Return a metric with its kind and unit of measure."""
+    kind = v.kind.removesuffix("_percent")
+    unit = " in % of the stroke" if kind != v.kind else ""
+    return f"{v.metric} ({'RMS' if kind == 'rms' else kind}{unit})"
 
 
 def _cell(r: Result | None) -> str:

@@ -7,7 +7,7 @@ order, step and delays, and its cases with loops, signals and the tracking error
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 OPEN = ' open="open"'
 METHODS = {"newton": "Newton", "relaxation": "Aitken relaxation"}
 MOST_SHOWN, LEAST_DRAWN, PER_CASE = 500_000, 100_000, 550  # characters: of all cases, their diagrams, rows of a case
-MOST_FAILURES = 3  # lines above the first figure
+MOST_FAILURES = 3  # lines above the first figure, and cases that are unfolded
 
 
 def write_report(
@@ -105,7 +105,9 @@ def _scenarios(results: Sequence[Result]) -> list[str]:
     several = len(groups) > 1
     parts = [f"<section><h2>All cases</h2>{matrix(results)}</section>"] if several else []
     drawings = _drawings(results)
-    return parts + [_scenario(group, drawings, not several) for group in groups.values()]
+    worst = sorted((r for r in results if not r.passed), key=nearness, reverse=True)[:MOST_FAILURES]
+    unfolded = {place(r) for r in worst}
+    return parts + [_scenario(group, drawings, unfolded, not several) for group in groups.values()]
 
 
 def _drawings(results: Sequence[Result]) -> dict[str, str]:
@@ -122,7 +124,7 @@ def _drawings(results: Sequence[Result]) -> dict[str, str]:
     return found
 
 
-def _scenario(results: Sequence[Result], drawings: dict[str, str], curves: bool) -> str:
+def _scenario(results: Sequence[Result], drawings: dict[str, str], unfolded: Set[str], curves: bool) -> str:
     first = results[0].system
     name, passed = escape(first.case.scenario), sum(r.passed for r in results)
     state = "ok" if passed == len(results) else "bad"
@@ -130,7 +132,7 @@ def _scenario(results: Sequence[Result], drawings: dict[str, str], curves: bool)
     if first.case.about:
         parts.append(f"<p>{escape(first.case.about)}</p>")
     usual = loop_rows(first)
-    cases = {place(r): c for r in results if (c := _case(r, drawings.get(place(r), ""), usual))}
+    cases = {place(r): c for r in results if (c := _case(r, drawings.get(place(r), ""), usual, unfolded))}
     metrics = case_table(results, curves, cases.keys())
     parts.append(metrics if curves else f"<details><summary>Metrics and margins</summary>{metrics}</details>")
     facts = table(Table(("loop", "unless a case says otherwise"), usual)) + table(delay_table(first))
@@ -144,7 +146,7 @@ def _scenario(results: Sequence[Result], drawings: dict[str, str], curves: bool)
     return "".join([*parts, "</section>"])
 
 
-def _case(r: Result, drawing: str, usual: Sequence[Sequence[object]]) -> str:
+def _case(r: Result, drawing: str, usual: Sequence[Sequence[object]], unfolded: Set[str]) -> str:
     """Return what is to be seen of a case beside its metrics: diagrams, its own delays, sweeps; often nothing."""
     s, rows = r.sweeps, loop_rows(r.system)
     counted = f"<p>{s['mean']:.3g} sweeps per step, at most {s['most']} ({METHODS[s['method']]})</p>" if s else ""
@@ -155,4 +157,5 @@ def _case(r: Result, drawing: str, usual: Sequence[Sequence[object]]) -> str:
     inside = (f"<ul>{said}</ul>" if said else "") + other + counted + drawing
     if not inside:
         return ""
-    return f'<details{"" if r.passed else OPEN}><summary>{head}</summary><div id="{place(r)}">{inside}</div></details>'
+    fold = OPEN if place(r) in unfolded else ""
+    return f'<details{fold}><summary>{head}</summary><div id="{place(r)}">{inside}</div></details>'
