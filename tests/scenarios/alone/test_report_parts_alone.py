@@ -214,26 +214,36 @@ def test_the_drawings_that_fit_are_of_the_worst_cases(monkeypatch: pytest.Monkey
 def test_what_is_to_be_seen_of_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(page, "loop_rows", lambda system: [["order", "a"]])
     usual = [["order", "a"]]
-    assert page._case(result(verdict(0.5)), "", usual) == ""
-    assert page._case(result(verdict(0.5), text="why"), "<svg/>", usual) == (
+    assert page._case(result(verdict(0.5)), "", usual, set()) == ""
+    assert page._case(result(verdict(0.5), text="why"), "<svg/>", usual, set()) == (
         '<details><summary><b class="ok">c</b> - why</summary><div id="s/c"><svg/></div></details>'
     )
-    failed = page._case(result(lines=("a < b",)), "", usual)
+    failed = page._case(result(lines=("a < b",)), "", usual, {"s/c"})
     assert failed == (
         '<details open="open"><summary><b class="bad">c</b></summary>'
         '<div id="s/c"><ul><li class="bad">a &lt; b</li></ul></div></details>'
     )
-    swept = page._case(result(verdict(0.5), counted=Sweeps(7, 5, 2)), "", usual)
+    assert page._case(result(lines=("a",)), "", usual, {"s/other"}).startswith("<details><summary>")
+    swept = page._case(result(verdict(0.5), counted=Sweeps(7, 5, 2)), "", usual, set())
     assert "<p>3.5 sweeps per step, at most 5 (Aitken relaxation)</p>" in swept
-    assert "of this case" in page._case(result(verdict(0.5)), "", [["order", "b"]])
+    assert "of this case" in page._case(result(verdict(0.5)), "", [["order", "b"]], set())
 
 
 def test_several_scenarios_have_a_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(page, "matrix", lambda results: "matrix")
-    monkeypatch.setattr(page, "_scenario", lambda group, drawings, curves: f"{group[0].scenario} {len(group)} {curves}")
+    monkeypatch.setattr(
+        page,
+        "_scenario",
+        lambda group, drawings, unfolded, curves: f"{group[0].scenario} {len(group)} {sorted(unfolded)} {curves}",
+    )
     p, q = result(verdict(0.5), scenario="p"), result(verdict(0.5), scenario="q")
-    assert page._scenarios([p, p]) == ["p 2 True"]
-    assert page._scenarios([p, q, p]) == ["<section><h2>All cases</h2>matrix</section>", "p 2 False", "q 1 False"]
+    assert page._scenarios([p, p]) == ["p 2 [] True"]
+    assert page._scenarios([p, q, p]) == ["<section><h2>All cases</h2>matrix</section>", "p 2 [] False", "q 1 [] False"]
+    bad = [result(verdict(float(k)), case=f"c{k}", lines=("over",)) for k in (2, 5, 3, 4)]
+    assert page._scenarios([p, *bad])[1:] == [
+        "p 1 ['s/c3', 's/c4', 's/c5'] False",
+        "s 4 ['s/c3', 's/c4', 's/c5'] False",
+    ]
 
 
 # ---- for machines --------------------------------------------------------------------------------------------------
