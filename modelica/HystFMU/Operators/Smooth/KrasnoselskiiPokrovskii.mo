@@ -13,6 +13,7 @@ protected
 initial equation
   k = Functions.kernel(u, a, p1, p2, k0);
 equation
+  assert(width > 0 and width < 1, "width must be between 0 and 1: the kernels lie between -1 and 1");
   connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(lo < hi, "lo must be less than hi");
   for i in 1:m loop

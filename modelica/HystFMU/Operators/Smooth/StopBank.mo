@@ -8,6 +8,7 @@ protected
 initial equation
   z = Functions.play(u, r, z0);
 equation
+  assert(width > 0 and (max(r) <= 0 or width < max(r)), "width must be greater than 0 and less than the largest threshold in r: wider, it rounds the loop away");
   connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   for i in 1:n loop
     der(z[i]) = Functions.playRate(u, rate, r[i], z[i], width);

@@ -13,6 +13,8 @@ protected
 initial equation
   z = Functions.play(x, r, fill(x0, plays));
 equation
+  assert(reach > 0 and width > 0 and width < 0.5*reach, "reach must be greater than 0, and width between 0 and half of it");
+  assert(noEvent(abs(x - x0) <= 0.5*reach), "x is further from x0 than half of reach: branches become straight lines there; give a longer reach", AssertionLevel.warning);
   connect(dx, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(memory == Types.Memory.dominant, "the realisation Smooth has memory = dominant only");
   for i in 1:plays loop
