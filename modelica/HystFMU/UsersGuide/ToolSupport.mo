@@ -4,10 +4,12 @@ package ToolSupport "Tool support"
   annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
 <p>Verified with rumoca 0.10.2, solver rk-like: every block and model loads, every Validation and Example model is simulated and compared.
 Every file is also read by the parser pymoca 0.11. Scripts for OpenModelica stand in Resources/Scripts/OpenModelica; they run in the tests where
-omc is installed. Nothing else is claimed.</p>
+omc is installed. <code>make modelica-strict</code> checks what this compiler does not notice: UsersGuide.Checks. Nothing else is claimed.</p>
 <p>rumoca 0.10.2 does not apply the modifiers of a constraining clause to the default of a replaceable component: the examples write them twice.
 It loses what a function writes, within an if, into elements of a protected array that has no value as a whole yet: Functions.learn gives it
 one first. It ignores the redeclaration of a function where another function of the class calls it: what is replaceable in
-Inverse.Sampled.ImplicitInverse is a package.</p>
+Inverse.Sampled.ImplicitInverse is a package. Behind an operator with events it does not start dynamics in equilibrium
+(start = steady): the exports Events of such models are legal and not simulated. It reads a vector as a whole, so that a sampled block behind
+Dynamics.Sum may read the sum before its elements are new: exports write such a sum as an equation. These forms cost other tools nothing.</p>
 </html>"));
 end ToolSupport;
