@@ -261,3 +261,23 @@ def test_last_extremum_has_the_slope_of_its_branch() -> None:
     assert raw.tangent(np.array([1.0]), np.zeros(0))[0] == pytest.approx([slope(0.4)])
     raw.run(np.array([[0.0], [1.0], [0.3]]), 0.1)
     assert raw.tangent(np.array([-1.0]), np.zeros(0))[0] == pytest.approx([-slope(0.7)])
+
+
+@pytest.mark.parametrize("place", [-0.7, -0.35, 0.0, 0.35, 0.2])
+def test_duhem_oscillator_on_a_point_of_its_stiffness_has_two_slopes(place: float) -> None:
+    """The stiffness is a polygon: at its points a state that moves up or down meets another piece."""
+    values = {"f": [9e4, 7e4, 4e4, 3e4, 1e4], "z_max": 0.7}
+    raw, e, sides = Raw(Node("b", "duhem_oscillator", {}, values)), 1e-7, set()
+    raw.prepare(0.0), raw.init()
+    n = raw.n_cstates
+    for direction in (*np.eye(n), *-np.eye(n)):
+        for x in np.array(np.meshgrid(*[[place, 0.11]] * n)).T.reshape(-1, n):
+            raw.set_inputs(np.array([0.3]), 0.0)
+            raw.x[:n] = x
+            before = raw.deriv()
+            found = raw.tangent(np.array([0.0]), direction)[1]
+            raw.x[:n] = x + e * direction
+            want = (raw.deriv() - before) / e
+            assert found == pytest.approx(want, rel=1e-4, abs=1e-4 * np.abs(before).max())
+            sides.add(round(float(np.abs(found).sum())))
+    assert len(sides) > 2

@@ -1,48 +1,55 @@
-"""Upper limits of the sizes of every block: a model of today must open in every later release.
+"""Sizes of every block: smallest, default, largest.  A model of today must open in every later release as it is.
 
-Nothing else states them: the README, the signatures and the Modelica classes have defaults and lower limits.
+Nothing else states them all: a size that a file leaves away is the default, and the limits are those of its reader.
 """
 
 from __future__ import annotations
 
 from hystfmu.core.library import block_types
 
-LARGEST = {
-    "adaptive_inverse": {"n": 500, "delay": 1000},
-    "backlash_sum": {"n": 100000},
-    "constraint_factor": {"m": 20, "depth": 100000},
-    "constraint_factor_inverse": {"m": 20, "depth": 100000},
-    "creep": {"n": 100000},
-    "creep_inverse": {"n": 100000},
-    "dead_zones": {"n": 100000},
-    "delay": {"n": 1000000},
-    "disturbance_observer": {"n": 100000},
-    "duhem": {"m": 20, "q": 20},
-    "duhem_oscillator": {"n": 1000},
-    "in_range": {"n": 100000},
-    "iterative_learning": {"n": 1000000},
-    "krasnoselskii_pokrovskii": {"n": 1000, "depth": 100000},
-    "lead_lag": {"n": 1000},
-    "mlp": {"n_in": 10000, "n_hidden": 10000, "n_out": 10000},
-    "modes": {"n": 1000},
-    "narx_network": {"n_u": 1000, "n_y": 1000, "n_hidden": 10000},
-    "play_bank": {"n": 100000},
-    "polynomial_narx": {"n_u": 1000, "n_f": 1000, "n_y": 1000, "q": 10, "n_k": 1},
-    "prandtl_ishlinskii": {"n": 100000, "depth": 100000},
-    "prandtl_ishlinskii_inverse": {"n": 100000, "depth": 100000},
-    "preisach": {"n": 1000, "depth": 100000},
-    "product": {"n": 1000, "m": 1000},
-    "recursive_least_squares": {"n": 1000},
-    "reference": {"m": 100000},
-    "repetitive": {"n": 1000000, "n_q": 10000, "n_l": 10000},
-    "scaling": {"n": 100000},
-    "sum": {"n": 100000},
-    "transfer_function": {"na": 32, "nb": 32},
-    "zhao_tan": {"depth": 100000},
-    "zhao_tan_inverse": {"depth": 100000},
-    "zhao_tan_inverse_reconstructed": {"depth": 100000},
+SIZES = {
+    "adaptive_inverse": {"n": (1, 10, 500), "delay": (0, 1, 1000)},
+    "backlash_sum": {"n": (1, 10, 100000)},
+    "constraint_factor": {"m": (1, 1, 20), "depth": (4, 256, 100000)},
+    "constraint_factor_inverse": {"m": (1, 1, 20), "depth": (4, 256, 100000)},
+    "creep": {"n": (1, 1, 100000)},
+    "creep_inverse": {"n": (1, 1, 100000)},
+    "dead_zones": {"n": (1, 6, 100000)},
+    "delay": {"n": (1, 1, 1000000)},
+    "disturbance_observer": {"n": (1, 1, 100000)},
+    "duhem": {"m": (0, 0, 20), "q": (1, 1, 20)},
+    "duhem_oscillator": {"n": (2, 5, 1000)},
+    "in_range": {"n": (1, 1, 100000)},
+    "iterative_learning": {"n": (1, 20, 1000000)},
+    "krasnoselskii_pokrovskii": {"n": (1, 4, 1000), "depth": (4, 256, 100000)},
+    "lead_lag": {"n": (1, 1, 1000)},
+    "mlp": {"n_in": (1, 1, 10000), "n_hidden": (1, 12, 10000), "n_out": (1, 1, 10000)},
+    "modes": {"n": (1, 1, 1000)},
+    "narx_network": {"n_u": (1, 2, 1000), "n_y": (0, 1, 1000), "n_hidden": (1, 4, 10000)},
+    "play_bank": {"n": (1, 10, 100000)},
+    "polynomial_narx": {
+        "n_u": (1, 1, 1000),
+        "n_f": (0, 1, 1000),
+        "n_y": (0, 1, 1000),
+        "q": (1, 2, 10),
+        "n_k": (0, 1, 1),
+    },
+    "prandtl_ishlinskii": {"n": (1, 10, 100000), "depth": (4, 256, 100000)},
+    "prandtl_ishlinskii_inverse": {"n": (1, 10, 100000), "depth": (4, 256, 100000)},
+    "preisach": {"n": (1, 2, 1000), "depth": (4, 256, 100000)},
+    "product": {"n": (1, 2, 1000), "m": (0, 1, 1000)},
+    "recursive_least_squares": {"n": (1, 2, 1000)},
+    "reference": {"m": (1, 10, 100000)},
+    "repetitive": {"n": (2, 20, 1000000), "n_q": (0, 1, 10000), "n_l": (0, 1, 10000)},
+    "scaling": {"n": (1, 1, 100000)},
+    "sum": {"n": (1, 2, 100000)},
+    "transfer_function": {"na": (1, 1, 32), "nb": (0, 0, 32)},
+    "zhao_tan": {"depth": (4, 256, 100000)},
+    "zhao_tan_inverse": {"depth": (4, 256, 100000)},
+    "zhao_tan_inverse_reconstructed": {"depth": (4, 256, 100000)},
 }
 
 
-def test_sizes_may_be_as_large_as_ever() -> None:
-    assert {name: {d.name: d.hi for d in b.dims} for name, b in block_types().items() if b.dims} == LARGEST
+def test_sizes_are_as_they_have_been() -> None:
+    found = {name: {d.name: (d.lo, d.start, d.hi) for d in b.dims} for name, b in block_types().items() if b.dims}
+    assert found == SIZES
