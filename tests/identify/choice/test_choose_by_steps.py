@@ -144,8 +144,9 @@ def test_an_error_beyond_five_percent_is_no_model(chosen, errors, refused):
     if not refused:
         assert chosen(table)[0].method == "key a"
         return
-    with pytest.raises(InputError, match=r"record: A kind .* to 5 % of the span\. Got 5\.1 % on .* the best, a: "):
-        chosen(table)
+    for others in ({}, {"worse": flat(2.0, 5.4)}):
+        with pytest.raises(InputError, match=r"record: A kind .* to 5 % of the span\. Got 5\.1 % on .* the best, a: "):
+            chosen(table | others)
     poor = Excitation(60, 150.0, 20, 0.25, True, UNKNOWN, ("few", "slow"), ())
     with pytest.raises(InputError, match=r"too poor to tell \(few; slow\)\. Name a kind"):
         chosen(table, seen=poor)
