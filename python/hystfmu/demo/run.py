@@ -100,13 +100,15 @@ def _export(models: list[Model], out: Path) -> tuple[list[str], int]:
     Returns the problems that the checks found and the number of FMUs.
     """
     problems, written = [], 0
-    for m in [*models, inverse(models[0])]:
-        name = m.key if m in models else f"{models[0].key}_inverse"
-        m.save(out / "models" / f"{name}.model.toml")
-        for version in (2, 3):
-            path = export_fmu(m, out / "fmus" / f"{name}_fmi{version}.fmu", fmi=version, name=name)
-            problems += [f"{path}: {p}" for p in check_fmu(path)]
-            written += 1
+    named = {m.key: m for m in models} | {f"{models[0].key}_inverse": inverse(models[0])}
+    with progress("checking FMUs") as report:
+        for name, m in named.items():
+            m.save(out / "models" / f"{name}.model.toml")
+            for version in (2, 3):
+                path = export_fmu(m, out / "fmus" / f"{name}_fmi{version}.fmu", fmi=version, name=name)
+                problems += [f"{path}: {p}" for p in check_fmu(path)]
+                written += 1
+                report(written / (2 * len(named)))
     say(f"\n{written} FMUs written and checked: {len(problems)} problems")
     for p in problems:
         click.echo(p)
