@@ -211,6 +211,13 @@ def test_folds_hold_blocks_inside_the_range_of_the_others(race):
     assert len(np.unique(block)) == np.count_nonzero(np.diff(held.astype(int)) == 1) + held[0]
 
 
+def test_rows_at_the_ends_of_the_range_count(monkeypatch):
+    monkeypatch.setattr(module, "_unseen", lambda data: 0.0)
+    u = np.interp(np.arange(801), 10 * np.arange(81), np.tile([0.0, 1.0], 41)[:81])  # all reach both ends
+    part, rows, _ = Race(Dataset.from_signal(u, u, 1e-3), 0).held(1)
+    assert len(rows) == 801 - len(part.counted)
+
+
 def test_the_next_fold_adds_its_errors_and_outputs(race, monkeypatch):
     asked = []
 

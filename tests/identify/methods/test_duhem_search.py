@@ -119,6 +119,11 @@ def test_terms_that_the_data_do_not_tell_share_their_weight():
     assert np.abs(left).max() < 1e-9
 
 
+def test_the_second_row_may_be_a_reversal():
+    first, last = duhem.segments(np.array([0.0, 1.0, 0.0, -1.0]), 100.0)
+    assert (first.tolist(), last.tolist()) == ([0, 1], [1, 3])
+
+
 def test_a_slope_that_follows_the_input():
     u = np.sin(np.arange(300) / 15)
     y = u + 0.25 * u**2  # slope 1 + u / 2 in both directions

@@ -121,8 +121,9 @@ def test_a_covariate_scales_a_network_of_its_own():
     assert parameters == 20
     assert [i.name for i in graph.inputs] == ["u", "T"]
     assert s.beside[:, 0] == pytest.approx((2 * T - lo - hi) / (hi - lo))
-    far = graph.run(np.column_stack([data.u, np.full(300, hi + 0.1 * (hi - lo))]), H)
-    assert graph.run(np.column_stack([data.u, np.full(300, 1e3)]), H) == pytest.approx(far)
+    for end, beyond in ((hi + 0.1 * (hi - lo), 1e3), (lo - 0.1 * (hi - lo), -1e3)):
+        far = graph.run(np.column_stack([data.u, np.full(300, end)]), H)
+        assert graph.run(np.column_stack([data.u, np.full(300, beyond)]), H) == pytest.approx(far)
 
 
 @pytest.mark.parametrize(

@@ -93,6 +93,11 @@ def test_the_graph_is_the_network_between_its_scalings(made, linear, covariate):
     u = np.column_stack([data.u, data.covariates.values])
     assert graph.run(u, H).reshape(-1) == pytest.approx(want, abs=1e-5)
     assert parameters == net.parameters + (len(weights) if linear else 0)
+    driven = {end for _, end in graph.wires} | {end for port in graph.inputs for end in port.to}
+    for node in graph.nodes:  # no input is left open
+        if node.type in ("sum", "scaling", "mlp"):
+            n = node.dims.get("n", node.dims.get("n_in"))
+            assert n == 1 or {f"{node.name}.u[{k + 1}]" for k in range(n)} <= driven or f"{node.name}.u" in driven
     assert rms == pytest.approx(0.01 * np.ptp(rest) / 2, rel=1e-6)
     first, *others = graph.inputs
     assert (first.name, first.unit, first.start) == ("u", "V", data.u[0])
