@@ -129,7 +129,10 @@ ACTIVE = {
 }
 
 
-@pytest.mark.parametrize("slot", ACTIVE)
+LONG = ("creep", "falling bend", "negative density")
+
+
+@pytest.mark.parametrize("slot", [pytest.param(s, marks=pytest.mark.stress if s in LONG else ()) for s in ACTIVE])
 def test_a_class_that_is_not_shown_to_be_passive_says_so(slot: str, tmp_path: Path) -> None:
     """The stack warns, which lets the simulation go on; an error in its place stops it."""
     declared = bench.ELECTRICAL + bench.WALL + f"  HystFMU.Actuators.Stack stack({ACTIVE[slot]});\n"

@@ -27,6 +27,7 @@ OPTIONS = {
     "krasnoselskii_pokrovskii": {"levels": 6},
     "play_bank_mlp": exported.OPTIONS["play_bank_mlp"],
 }
+LONG = ("krasnoselskii_pokrovskii", "play_bank_mlp")
 SHEET = {"stroke": 40e-6, "blocking_force": 800.0, "capacitance": 4e-6, "resonance": 2000.0}
 
 
@@ -73,7 +74,7 @@ end Bench;
         return simulate.Trajectory({k: found[k] for k in found.files}).instants()
 
 
-@pytest.mark.parametrize("key", OPTIONS)
+@pytest.mark.parametrize("key", [pytest.param(k, marks=pytest.mark.stress if k in LONG else ()) for k in OPTIONS])
 def test_the_actuator_follows_the_fmu_of_its_model(key: str, tmp_path: Path) -> None:
     """Position in metres against the output of the FMU in micrometres, for the voltage behind the leads."""
     package = written(key, tmp_path)
