@@ -115,6 +115,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         ),
         "a class of the slot of an actuator stands for these blocks together",
     ),
+    "modelica/library/pictures.py": {"prandtl_ishlinskii": "the loops that the guide shows"},
     "modelica/realisation.py": {"scaling": "rate_of(): a gain through which the rate of a port reaches an operator"},
     "modelica/wiring.py": {"sum": "sums_before_samples(): the block that one compiler reads too early"},
     "modelica/classes.py": {
