@@ -92,26 +92,24 @@ def _bytes(found: Any) -> bytes:
 
 
 @pytest.mark.stress
-def test_a_million_steps_take_at_most_twice_the_native_time(
+def test_a_step_takes_at_most_twice_the_native_time(
     blank: Page, core: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """P13, in one run: the least of several times on each side, because other programs run beside."""
-    data, n, times = hy.synthetic.piezo(60, 1000.0), 1_000_000, 7
+    """P13, in one run: of many short runs the fastest, which no other program interrupts."""
+    data, n, times = hy.synthetic.piezo(60, 1000.0), 20_000, 200
     k = np.arange(n)
     u = 50 - 50 * np.cos(2 * np.pi * k / 400) * np.exp(-k / n)
     lines, slow = [], []
     for key in ("prandtl_ishlinskii", "zhao_tan_mlp", "preisach", "actuator"):
         model = hy.fit(data, key)
-        native = min(_seconds(model, u) for _ in range(times))
+        native = min(_seconds(model, u) for _ in range(times)) / n
         packed = [base64.b64encode(core.read_bytes()).decode(), [case(model.graph, u, n, 0.0, 1e-3, times)]]
-        (found,) = blank.evaluate(RUN, packed)["outputs"]
-        ratio = found["seconds"] / native
-        lines.append(
-            f"  {key:20s} native {1e9 * native / n:5.0f} ns, page {1e9 * found['seconds'] / n:5.0f}: {ratio:.2f}"
-        )
-        slow += [key] if ratio > MOST_SLOWER else []
+        rounds = [blank.evaluate(RUN, packed)["outputs"][0]["seconds"] for _ in range(3)]
+        page = min(rounds) / n  # the clock of a page has steps of 0.1 ms
+        lines.append(f"  {key:20s} native {1e9 * native:5.0f} ns, page {1e9 * page:5.0f}: {page / native:.2f}")
+        slow += [key] if page > MOST_SLOWER * native else []
     with capsys.disabled():
-        print("\na step of 1e6:\n" + "\n".join(lines))
+        print("\na step:\n" + "\n".join(lines))
     assert slow == []
 
 
