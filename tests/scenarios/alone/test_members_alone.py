@@ -207,6 +207,17 @@ def test_an_fmu_set_by_types_is_a_wire(write: Any, scheme: str, more: dict[str, 
         assert law == pytest.approx(r - 0.7 * y, abs=1e-12)
 
 
+def test_an_fmu_of_another_version_steps_by_its_own_rule(write: Any) -> None:
+    """Dahlquist of FMI 1.0 makes Euler steps of 0.1 s: x = 0.9^k."""
+    data = loop("lag", "gauss_seidel", {}) | {"step": 0.1, "stop": 0.5}
+    data["units"]["unit"] = {"fmu": "x.fmu"}
+    data["connections"] = {"law.u_1": "reference.r", "law.u_2": "unit.x"}
+    folder = write(data, "adapted")
+    (folder / "x.fmu").write_bytes(reference_fmu("fmi1cs/Dahlquist").read_bytes())
+    for engine in ENGINES:
+        assert run(ready(folder), engine)["unit.x"] == pytest.approx(0.9 ** np.arange(6), rel=1e-13), engine
+
+
 @pytest.mark.parametrize(("kind", "f"), [("Int32", np.round), ("Boolean", lambda x: (x >= 0.5).astype(float))])
 def test_an_input_of_another_type(write: Any, kind: str, f: Any) -> None:
     system = feedthrough(write, "gauss_seidel", {}, kind)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,10 @@ import pytest
 from engines import ready
 
 from hystfmu.base.errors import InputError
+from hystfmu.scenario.shipped import here_or_shipped, shipped_scenarios
 from hystfmu.scenario.system import system as module
 from hystfmu.scenario.system.fused import fuse, segments, to_graph
+from hystfmu.scenario.system.measures import label, unit_of, unit_of_metric
 from hystfmu.scenario.system.system import System
 
 
@@ -199,6 +202,30 @@ def test_the_loop_as_one_graph(loop: Any, write: Any) -> None:
     assert [i.name for i in some.inputs] == ["pid_y_d", "pid_u_ff"]
 
 
+def test_what_a_unit_reads_of_itself_stays_inside_unless_told(write: Any) -> None:
+    delay = {"block": "delay", "dims": {"n": 2}}
+    data = {
+        "name": "s", "step": 0.1, "stop": 1.0, "order": ["d"], "units": {"d": delay}, "connections": {"d.u": "d.y"},
+        "metrics": {"p": {"kind": "peak", "signal": "d.y"}},
+    }  # fmt: skip
+    s = ready(write(data))
+    assert fuse(s, (0,))[1] == []
+    assert fuse(s, (0,), own=True)[1] == [(0, 0)]
+
+
+def test_units_of_measure_of_a_signal(loop: Any, write: Any) -> None:
+    loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
+    loop["units"]["pair"] = {"block": "scaling", "dims": {"n": 2}, "inputs": {"u_1": 0.0, "u_2": 0.0}}
+    loop["order"].append("pair")
+    s = ready(write(loop))
+    assert [unit_of(s, e) for e in ("plant.y", "plant.v", "pair.y_2", "pair.gain", "x.y", "plant.q")] == [
+        "um", "", "", "", "", "",
+    ]  # fmt: skip
+    peak, rms = (s.case.metrics["tracking"].model_copy(update={"kind": k}) for k in ("peak", "rms"))
+    assert [unit_of_metric(s, m) for m in (peak, rms, s.case.metrics["tracking"])] == ["um", "", "%"]
+    assert [label("a", "um"), label("a", "")] == ["a in um", "a"]
+
+
 def test_units_of_other_rates_or_holds_are_no_graph(loop: Any, write: Any) -> None:
     loop["ripple"] = 2
     s = ready(write(loop))
@@ -229,3 +256,16 @@ def test_neighbours_step_as_one_block(loop: Any, write: Any) -> None:
     loop["record"] = ["reference.r", "plant.y", "plant.v"]
     loop["metrics"]["v"] = {"kind": "peak", "signal": "plant.v"}  # now the late command is fed through
     assert segments(ready(write(loop)), False) == [(0, 1), (2,)]
+
+
+def test_a_shipped_scenario_stands_in_where_this_folder_has_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shipped = shipped_scenarios()
+    assert (shipped / "pid").is_dir()
+    assert here_or_shipped("scenarios/pid") == shipped / "pid"
+    for path in ("scenarios/none_of_that_name", "other/pid", "pid"):
+        assert here_or_shipped(path) == Path(path)
+    (tmp_path / "scenarios" / "pid").mkdir(parents=True)
+    assert here_or_shipped("scenarios/pid") == Path("scenarios/pid")
