@@ -258,9 +258,7 @@ def test_neighbours_step_as_one_block(loop: Any, write: Any) -> None:
     assert segments(ready(write(loop)), False) == [(0, 1), (2,)]
 
 
-def test_a_shipped_scenario_stands_in_where_this_folder_has_none(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_shipped_scenario_stands_in_for_a_missing_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     shipped = shipped_scenarios()
     assert (shipped / "pid").is_dir()
