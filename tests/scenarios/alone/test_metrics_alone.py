@@ -42,7 +42,8 @@ def between(y: list[float], r: list[float], first: int) -> float:
     e, largest = [a - b for a, b in zip(y, r, strict=True)], 0.0
     for k in range(first, len(e)):
         left, right = k // RIPPLE * RIPPLE, -(-k // RIPPLE) * RIPPLE
-        if left < first:
+        if left < first:  # before the first sample of the window: from its value
+            largest = max(largest, abs(e[k] - e[right]))
             continue
         share = (k - left) / RIPPLE
         largest = max(largest, abs(e[k] - e[left] - share * (e[min(right, len(e) - 1)] - e[left])))
