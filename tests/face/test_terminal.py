@@ -37,7 +37,9 @@ def at_terminal(*words: str, cwd: Path, interrupt: Callable[[str], bool] = lambd
     ours, theirs = pty.openpty()
     shown, sent, end = b"", False, time.monotonic() + 120
     with (cwd / "stdout").open("wb") as out:
-        process = subprocess.Popen(words_of(*words), cwd=cwd, stdout=out, stderr=theirs, stdin=subprocess.DEVNULL)
+        process = subprocess.Popen(
+            words_of(*words), cwd=cwd, stdout=out, stderr=theirs, stdin=subprocess.DEVNULL, preexec_fn=_hear_interrupts
+        )
     os.close(theirs)
     with contextlib.suppress(OSError):  # Linux tells so that the other side is closed
         while (part := os.read(ours, 65536)) and time.monotonic() < end:
@@ -47,6 +49,11 @@ def at_terminal(*words: str, cwd: Path, interrupt: Callable[[str], bool] = lambd
                 sent = True
     os.close(ours)
     return process.wait(60), (cwd / "stdout").read_text(), shown.decode(errors="replace")
+
+
+def _hear_interrupts() -> None:
+    """A job that a shell has put behind the prompt ignores SIGINT, and so would its children."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @pytest.fixture

@@ -138,3 +138,9 @@ def test_every_target_is_phony_or_a_file():
     text = (ROOT / "Makefile").read_text()
     phony = set(re.search(r"^\.PHONY: (.*)$", text, re.MULTILINE)[1].split())
     assert phony == TARGETS
+
+
+def test_modules_of_tests_have_names_of_their_own():
+    """Their folders are no packages: of two modules with one name pytest takes one."""
+    names = [p.name for p in TRACKED if p.parts[0] == "tests" and p.name.startswith("test_") and p.suffix == ".py"]
+    assert {n for n in names if names.count(n) > 1} == set()

@@ -70,7 +70,7 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
     if sampled:
         lines.append(f"  extends HystFMU.Interfaces.Sampled({'final ' if tied else ''}Ts = values.Ts);")
     if kind == SAMPLED:
-        w = replace(w, sums=sums_before_samples(graph))
+        w = replace(w, sums=sums_before_samples(graph) - implicit.hidden(graph))
     sums = [w.sum(name) for name in sorted(w.sums)]
     nodes = [n for n in nodes if n.name not in w.sums]
     lines += [
