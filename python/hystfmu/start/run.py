@@ -215,7 +215,10 @@ def _hero(results: Results, data: Dataset) -> Section:
         r, y = (v[len(v) // 2 :] for v in signals)
         plots.append(Plot(title, f"wanted{unit}", f"reached{unit}", [Line("reached", r, y)], points=LOOP_POINTS))
         words.append(f"{found.verdicts[0].value:.3g}")
-    answer = f"The RMS error of the loop is {words[-1]} % of the stroke; behind a gain alone it is {words[0]} %."
+    answer = (
+        f"The RMS error of the loop is {words[-1]} % of the stroke; behind a gain alone it is {words[0]} %. "
+        "The fitted model stands for the device here: what it misses, see Errors, comes on top."
+    )
     return Section("", answer if len(words) == len(shown) else "", (), plots)
 
 

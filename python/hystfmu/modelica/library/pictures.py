@@ -73,7 +73,7 @@ def _plot(below: str, beside: str, curves: list[tuple[Array, Array, str]]) -> st
         )
         lines.append(f'<polyline points="{points}" fill="none" stroke="{color}" stroke-width="1.5"/>')
     lines.append(_text(_WIDTH / 2, _HEIGHT - _EDGE / 3, below))
-    lines.append(_text(_EDGE / 2, _EDGE * 0.7, beside))
+    lines.append(_text(_EDGE, _EDGE * 0.7, beside))
     return _svg(_WIDTH, _HEIGHT, lines)
 
 
