@@ -107,6 +107,10 @@ def test_every_beginning_of_a_file_is_refused() -> None:
             assert said(cut).startswith((DAMAGED, SIZE)), n
         if n in (67, 68):
             assert said(cut) == f"{DAMAGED}: {'header' if n == 67 else 'number of blocks'}"
+    values = 72 + len(gain()) - 32  # those of the first block begin here
+    for n in range(values, values + 32):
+        assert said(file(whole[68:n])) == f"{DAMAGED} at scaling: number of values"
+    assert said(file(whole[68 : values + 32])) == f"{DAMAGED}: name of a block"
     assert said(file(whole[68:] + b"\0")) == f"{DAMAGED}: bytes after the end"
 
 

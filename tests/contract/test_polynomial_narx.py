@@ -22,7 +22,7 @@ def defined(z: list[float], q: int, theta: np.ndarray) -> float:
 @pytest.mark.parametrize(
     ("n_u", "n_f", "n_y", "q"),
     [(1, 0, 0, 1), (1, 1, 1, 3), (2, 0, 3, 2), (5, 0, 0, 2), (4, 1, 0, 2), (3, 2, 4, 2), (2, 5, 1, 2), (1, 0, 6, 1),
-     (9, 0, 0, 1), (2, 2, 2, 4), (1, 3, 2, 5), (7, 1, 7, 2)],
+     (9, 0, 0, 1), (2, 2, 2, 4), (1, 3, 2, 5), (7, 1, 7, 2), (1, 0, 0, 10), (1, 1, 0, 10), (2, 0, 1, 9), (1, 0, 1, 10)],
 )  # fmt: skip
 def test_a_network_is_the_sum_of_its_monomials(n_u: int, n_f: int, n_y: int, q: int, n_k: int) -> None:
     rng = np.random.default_rng(q + 10 * n_u)
