@@ -171,8 +171,9 @@ def test_a_small_step_of_a_smooth_output_costs_few_evaluations(lib: Any, wanted:
 
 @pytest.mark.parametrize(("wanted", "root"), [(0.5, 0.5), (-0.75, -0.75), (2.0, 1.0), (-3.0, -1.0)])
 def test_without_a_root_the_nearer_bound_is_the_result(lib: Any, wanted: float, root: float) -> None:
-    found, off, _ = search(lib, lambda u: u - wanted, -1.0, 1.0, 0.0, 0.0)
+    found, off, n = search(lib, lambda u: u - wanted, -1.0, 1.0, 0.0, 0.0)
     assert found == pytest.approx(root, abs=1e-15)
+    assert n <= 2 + 2 * 11, "one search of 11 rings"
     assert off == pytest.approx(root - wanted, abs=1e-15)
 
 
@@ -183,7 +184,8 @@ def test_of_two_bounds_as_near_the_upper_one_is_taken_if_the_output_is_too_low(l
 
 def test_an_extremum_that_comes_closer_than_both_bounds(lib: Any) -> None:
     """-(u - 0.2)^2 - 0.1 never reaches 0: the search closes in on its top, up to the smallest ring."""
-    found, off, _ = search(lib, lambda u: -((u - 0.2) ** 2) - 0.1, -1.0, 1.0, -0.6, -0.5)
+    found, off, n = search(lib, lambda u: -((u - 0.2) ** 2) - 0.1, -1.0, 1.0, -0.6, -0.5)
+    assert n <= 2 + 8 * 2 * 11, "eight searches at most"
     assert found == pytest.approx(0.2, abs=2.0 / 1024)
     assert off == pytest.approx(-0.1, abs=1e-5)
 

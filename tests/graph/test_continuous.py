@@ -253,3 +253,19 @@ def test_the_step_of_a_model_stands_in_its_block_file():
     graph.step = -1.0  # a file that Graph does not write
     with pytest.raises(InputError, match="step"):
         Executor(graph.to_bytes())
+
+
+def test_a_graph_ends_at_its_last_block():
+    """Behind the blocks lie the connections: taken for one more block, they would lead into these 64 inputs."""
+    nodes = [Node("many", "scaling", {"n": 64}, {}), Node("lag", "transfer_function", {}, {})]
+    inputs = [Input("u", ("many.u",)), Input("v", ("lag.u",))]
+    graph = Graph(nodes, [], inputs, [Output("y", "many.y"), Output("z", "lag.y")])
+    alone = executor(Graph.single(Node("lag", "transfer_function", {}, {})))
+    c = executor(graph)
+    put(c, [-1.5] * 64 + [0.7])
+    put(alone, [0.7])
+    for e in (c, alone):
+        e.evaluate(0.0)
+        e.commit(0.0)
+    assert c.derivatives().tolist() == alone.derivatives().tolist() != [0.0]
+    assert outputs(graph, c)[:64] == [-1.5] * 64
