@@ -22,6 +22,7 @@ from hystfmu.studies.task import Runner, Task, row_of
 
 CHUNK = 16  # tasks per submission
 _RUNNERS: dict[int, tuple[str, Runner]] = {}  # of this worker process, by thread: a runner serves one task at a time
+_CLOSED: set[str] = set()  # studies that have ended: a chunk that was queued then may still be started
 
 
 def _run(
@@ -34,8 +35,10 @@ def _run(
     mine = _RUNNERS[thread]
     rows = []
     for task in tasks:
-        rows.append(mine[1](task))
-        if _RUNNERS.get(thread) is not mine:  # the study was closed while this task ran
+        if key not in _CLOSED:
+            rows.append(mine[1](task))
+        if key in _CLOSED:  # before or while this task ran; `_close_study` may not have seen the runner
+            _close(thread)
             mine[1].close()
             break
     return rows
@@ -54,6 +57,7 @@ def _close(thread: int) -> None:
 
 
 def _close_study(key: str) -> None:
+    _CLOSED.add(key)
     for thread in [t for t, (of, _) in _RUNNERS.items() if of == key]:
         _close(thread)
 

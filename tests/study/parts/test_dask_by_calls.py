@@ -131,6 +131,7 @@ def test_a_runner_for_each_thread_and_study(monkeypatch: Any) -> None:
     made: list[Runner] = []
     monkeypatch.setattr(dask_pool, "Runner", Runner)
     monkeypatch.setattr(dask_pool, "_RUNNERS", {})
+    monkeypatch.setattr(dask_pool, "_CLOSED", set())
     monkeypatch.setattr(dask_pool, "_scratch", lambda: "here")
     limits = (1.0, 2.0, False)
 
@@ -145,6 +146,9 @@ def test_a_runner_for_each_thread_and_study(monkeypatch: Any) -> None:
     assert [r.closed for r in made] == [1, 0]  # left by a study that was killed
     assert run("b", 4, 99, 5) == [4, 99]  # closed while the task ran
     assert made[1].closed == 2
+    assert dask_pool._RUNNERS == {}
+    assert run("b", 7) == []  # it was queued when the study ended, and starts now
+    assert made.pop().closed
     assert dask_pool._RUNNERS == {}
     dask_pool._close(12345)
     run("c", 6)
