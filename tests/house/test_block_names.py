@@ -87,6 +87,9 @@ ALLOWED: dict[str, dict[str, str]] = {
     "design/sector.py": {"scaling": "without_dynamics(): a gain in the place of dynamics"},
     "design/sliding_bound.py": dict.fromkeys(("transfer_function", "sliding_mode", "sum"), "simulated(): its loop"),
     "data/synthetic.py": {"bouc_wen_oscillator": "oscillator(): the plant of the benchmark"},
+    "scenario/system/measures.py": dict.fromkeys(
+        ("delay", "quantiser", "sum"), "PASSED_ON: the output has the unit of measure of the inputs"
+    ),
     "start/loop.py": dict.fromkeys(("delay", "feedforward", "pid", "reference"), "loop_scenario(): names of its units"),
     "start/device.py": {
         "transfer_function": "device(): the block of the dynamics",

@@ -42,7 +42,7 @@ def test_signals_are_drawn_by_their_units_of_measure(loop: Any, write: Any, tmp_
     (drawn,) = (case_plots(r.system, r.trace) for r in results if r.trace is not None)
     signals = {p.y_label: [line.name for line in p.lines] for p in drawn if p.x_label == "t in s"}
     assert signals["value in um"] == ["plant.y"]
-    assert signals["value, no unit"] == ["pid.u"]
+    assert signals["value"] == ["pid.u"]
     text = write_report(results, tmp_path / "out").read_text()
     assert all(f">{label}</text>" in text for label in signals)
 

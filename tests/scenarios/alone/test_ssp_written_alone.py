@@ -242,7 +242,7 @@ def test_the_plots_of_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [p.title for p in found] == [
         "Loops, each over its range", "a.y, b.y", "c.y", "Tracking error, including between samples",
     ]  # fmt: skip
-    assert [p.y_label for p in found[1:3]] == ["value in um", "value, no unit"]
+    assert [p.y_label for p in found[1:3]] == ["value in um", "value"]
     (loop,) = found[0].lines
     assert loop.x.tolist() == [0.0, 100.0, 50.0]
     assert loop.y.tolist() == [0.0, 0.0, 100.0]
@@ -252,4 +252,4 @@ def test_the_plots_of_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
     assert plots._share(np.array([2.0, 2.0])).tolist() == [50.0, 50.0]
     case.metrics, case.loops, case.record = {}, (), ("a.y", "c.y")
     assert [p.title for p in plots.case_plots(system, trace)] == ["a.y", "c.y"]
-    assert plots.value_label(system, ["a.y", "c.y"]) == "value, no unit"
+    assert plots.value_label(system, ["a.y", "c.y"]) == "value"

@@ -222,8 +222,31 @@ def test_units_of_measure_of_a_signal(loop: Any, write: Any) -> None:
         "um", "", "", "", "", "",
     ]  # fmt: skip
     peak, rms = (s.case.metrics["tracking"].model_copy(update={"kind": k}) for k in ("peak", "rms"))
-    assert [unit_of_metric(s, m) for m in (peak, rms, s.case.metrics["tracking"])] == ["um", "", "%"]
+    assert [unit_of_metric(s, m) for m in (peak, rms, s.case.metrics["tracking"])] == ["um", "um", "%"]
     assert [label("a", "um"), label("a", "")] == ["a in um", "a"]
+
+
+def test_units_of_measure_follow_connections_metrics_and_blocks_that_do_not_scale(loop: Any, write: Any) -> None:
+    plant = loop["units"]["plant"]["graph"]
+    plant["outputs"][0]["unit"], plant["inputs"][0]["unit"] = "um", "V"
+    loop["units"] |= {
+        "late": {"block": "delay", "dims": {"n": 2}},
+        "error": {"block": "sum", "values": {"k": [1.0, -1.0]}},
+        "half": {"block": "sum", "values": {"k": [0.5, 0.0]}},
+    }
+    loop["order"] += ["late", "error", "half"]
+    loop["connections"] |= {"late.u": "plant.y", "error.u_1": "late.y", "error.u_2": "plant.y"}
+    loop["connections"] |= {"half.u_1": "late.y", "half.u_2": "late.y"}
+    s = ready(write(loop))
+    ends = ("plant.y", "reference.r", "pid.y", "late.y", "error.y", "half.u_1", "half.y", "pid.u", "plant.u")
+    assert [unit_of(s, e) for e in ends] == ["um", "um", "um", "um", "um", "um", "", "V", "V"]
+    plant["inputs"][0]["unit"] = "um"
+    plant["outputs"][0]["unit"] = "V"
+    loop["connections"]["late.u"] = "pid.u"  # a sum of V and um
+    s = ready(write(loop))
+    assert [unit_of(s, e) for e in ("plant.u", "plant.y", "late.y", "error.y", "reference.r")] == [
+        "um", "V", "", "", "",
+    ]  # fmt: skip
 
 
 def test_units_of_other_rates_or_holds_are_no_graph(loop: Any, write: Any) -> None:

@@ -49,7 +49,7 @@ def error_of(trace: Trace, tracked: MetricSpec) -> tuple[Array, Array]:
 def value_label(system: System, signals: Sequence[str]) -> str:
     """Return the label of an axis of signals: their unit of measure, if they share one that is stated."""
     units = {unit_of(system, s) for s in signals}
-    return label("value", units.pop()) if len(units) == 1 and units != {""} else "value, no unit"
+    return label("value", units.pop() if len(units) == 1 else "")
 
 
 def _share(v: Array) -> Array:

@@ -17,6 +17,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_text
 from hystfmu.report.page import Section, Table, figure, page, section, table
 from hystfmu.report.plot import Line, Plot
+from hystfmu.scenario.system.measures import label
 from hystfmu.scenario.verdict.baseline import Change
 
 MOST_BYTES = 2**28
@@ -161,11 +162,18 @@ def _drawn(title: str, a: _Case | None, b: _Case | None) -> str:
     name = max(sizes, key=sizes.__getitem__, default=None)
     if name is None or sizes[name] == 0:
         return ""
-    unit = a.units.get(name) or "no unit"
+    unit = a.units.get(name, "")
     lines = [Line("old", t, np.array(a.signals[name])), Line("new", t, np.array(b.signals[name]))]
     plots = [
-        Plot(f"{title}: the case of the largest change", "t in s", f"{name}, {unit}", lines, height=TALL),
-        Plot("difference", "t in s", unit, [Line("new - old", t, moved[name])], envelope=True, height=LOW),
+        Plot(f"{title}: the case of the largest change", "t in s", label(name, unit), lines, height=TALL),
+        Plot(
+            "difference",
+            "t in s",
+            label("new - old", unit),
+            [Line("new - old", t, moved[name])],
+            envelope=True,
+            height=LOW,
+        ),
     ]
     return f"<div>{''.join(map(figure, plots))}</div>"
 
@@ -188,6 +196,6 @@ def _plots(a: _Case | None, b: _Case | None) -> list[Plot]:
         both = zip(("old", "new"), signals, strict=True)
         lines = [Line(which, np.array(s["t"]), np.array(s[name])) for which, s in both if s.get(name)]
         if lines:
-            unit = next((c.units[name] for c in (a, b) if c is not None and c.units.get(name)), "no unit")
-            plots.append(Plot(name, "t in s", f"{name}, {unit}", lines))
+            unit = next((c.units[name] for c in (a, b) if c is not None and c.units.get(name)), "")
+            plots.append(Plot(name, "t in s", label(name, unit), lines))
     return plots
