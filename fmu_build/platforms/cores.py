@@ -20,7 +20,7 @@ CORES = [name for name in TARGETS if name != "x86-windows"]
 SHRUNK = ["-Os", "-ffunction-sections", "-fdata-sections", "-fvisibility=hidden", "-DHYST_UNDOCUMENTED"]
 LIBRARIES = {
     # Python calls functions of the core that no header exports
-    "_core": (("core/**/*.c", "master/*.c"), ["-O3", "-DNDEBUG", "-fvisibility=default"], "-O3"),
+    "_core": (("core/**/*.c", "master/*.c", "fitting/*.c"), ["-O3", "-DNDEBUG", "-fvisibility=default"], "-O3"),
     "_container": (("core/**/*.c", "master/*.c", "container/*.c", "fmi/files/*.c"), SHRUNK, "-Os"),
 }
 

@@ -293,6 +293,8 @@ def library() -> C.CDLL:
     lib.hyst_graph_n_continuous.restype = C.c_int64
     lib.hyst_graph_tangent_between.argtypes = [C.c_void_p, C.c_double, *[C.c_void_p] * 5]
     lib.hyst_graph_tangent_between.restype = None
+    lib.hyst_columns_run.argtypes = [C.c_void_p, C.c_int64, C.c_void_p, C.c_int64, *[C.c_void_p] * 3]
+    lib.hyst_columns_run.restype = None
     return lib
 
 

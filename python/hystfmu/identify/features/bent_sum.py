@@ -18,9 +18,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from hystfmu.base.arrays import Array
+from hystfmu.core.columns import parallel_lags
 from hystfmu.identify.features.following import Following
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
@@ -113,11 +113,10 @@ class Problem:
 
     def crept(self, columns: Array, k: Array) -> Array:
         """Return columns with their creep."""
-        found = columns
-        for weight, T in zip(k, self.T, strict=True):
-            if weight > 0:
-                found = found + weight * self.lag(columns, T)
-        return found
+        used = k > 0
+        if not used.any():
+            return columns
+        return parallel_lags(-np.expm1(-self.h / self.T[used]), k[used]).run(columns)
 
 
 def lagged(columns: Array, share: float) -> Array:
@@ -135,8 +134,7 @@ def lagged(columns: Array, share: float) -> Array:
     array, shape (n, p)
         Lags q.
     """
-    first = columns[:1]
-    return np.asarray(lfilter([share], [1.0, share - 1.0], columns - first, axis=0) + first)
+    return parallel_lags(np.array([share]), np.ones(1), 0.0).run(columns)
 
 
 def model(p: Problem, s: BentSum) -> Array:

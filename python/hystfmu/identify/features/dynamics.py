@@ -16,6 +16,7 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.core.columns import discretised
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.features.identifiable import standard_errors
@@ -63,10 +64,8 @@ class Dynamics:
     def filter(self, columns: Array, h: float, hold: str) -> Array:
         """Filter columns (rows, n) by G0 and the delay, each from its steady state, in the C core."""
         g0, *delays = self.nodes(h, hold)
-        executor = Graph.single(g0).executor()  # loaded once: a search filters thousands of columns
-        out = np.empty(columns.shape, order="F")
-        for k, c in enumerate(np.ascontiguousarray(columns.T)):
-            out[:, k] = executor.run(c[:, None], 1, h)[:, 0]
+        values = {v.name: g0.value(v.name) for v in g0.block.parameters}
+        out = discretised(g0.block, g0.dims, values, h).run(columns)
         if not delays:
             return out
         n = min(delays[0].dims["n"], len(out))

@@ -1,0 +1,115 @@
+"""A linear recursion over many columns at once in the C core: what a fit filters thousands of times."""
+
+from __future__ import annotations
+
+import ctypes as C
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.core.library import BlockType, library
+
+
+class _Raw(C.Structure):
+    """`hyst_recursion` of columns.h."""
+
+    _fields_ = [("n", C.c_int64), *((name, C.c_void_p) for name in ("A", "B0", "B1", "c", "start")), ("d", C.c_double)]
+
+
+@dataclass(frozen=True)
+class Recursion:
+    """The recursion v_k = A v_(k-1) + B0 u_(k-1) + B1 u_k, y_k = c v_k + d u_k from the steady state v_0 = start u_0.
+
+    Parameters
+    ----------
+    A : array, shape (n, n)
+    B0, B1, c, start : array, shape (n,)
+        n is at most 64.
+    d : float
+    """
+
+    A: Array
+    B0: Array
+    B1: Array
+    c: Array
+    start: Array
+    d: float
+
+    @cached_property
+    def _raw(self) -> tuple[_Raw, list[Array]]:
+        arrays = [np.ascontiguousarray(v, dtype=np.float64) for v in (self.A, self.B0, self.B1, self.c, self.start)]
+        return _Raw(len(self.c), *(v.ctypes.data for v in arrays), float(self.d)), arrays
+
+    def run(self, columns: Array, rows: NDArray[np.intp] | None = None) -> Array:
+        """Run over columns.
+
+        Parameters
+        ----------
+        columns : array, shape (n, p)
+            Inputs.
+        rows : array of int, shape (m,), optional
+            Rows of the output to return, rising; default: all.
+
+        Returns
+        -------
+        array, shape (m, p)
+        """
+        u = np.ascontiguousarray(columns, dtype=np.float64)
+        picked: NDArray[np.int64] = np.ascontiguousarray(np.arange(len(u)) if rows is None else rows, dtype=np.int64)
+        y = np.empty((len(picked), u.shape[1]))
+        raw, _ = self._raw
+        work = np.empty((2 * len(self.c), u.shape[1]))
+        places = u.ctypes.data, len(picked), picked.ctypes.data, y.ctypes.data, work.ctypes.data
+        library().hyst_columns_run(C.byref(raw), u.shape[1], *places)
+        return y
+
+
+def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursion:
+    """Return d x + sum_j w_j q_j for lags q_j[k] = q_j[k - 1] + s_j (x[k] - q_j[k - 1]) from q_j[0] = x[0].
+
+    Parameters
+    ----------
+    shares, weights : array, shape (m,)
+        s_j, the approach of a lag to its input in one step, and w_j.
+    direct : float
+        d.
+    """
+    return Recursion(np.diag(1 - shares), np.zeros(len(shares)), shares, weights, np.ones(len(shares)), direct)
+
+
+def discretised(block: BlockType, dims: Mapping[str, int], values: Mapping[str, Array], h: float) -> Recursion:
+    """Return a transfer function as its block steps by h (s), from its steady state.
+
+    Parameters
+    ----------
+    block : BlockType
+        Its derived values are the matrices of the recursion.
+    dims : dict
+        Sizes.
+    values : dict
+        All parameters, as numbers.
+
+    Raises
+    ------
+    InputError
+        The block refuses the parameters.
+    """
+    sizes, held = block.sizes(dims), block.of("param", "fixed", "derived")
+    ends = np.cumsum([sizes[v.name] for v in held])
+    p: Array = np.zeros(ends[-1] + 1)
+    places = {v.name: p[end - sizes[v.name] : end] for v, end in zip(held, ends, strict=True)}
+    for name, value in values.items():
+        places[name][:] = value
+    wrong = block.raw.prepare(block.raw_dims(dims), p.ctypes.data_as(C.POINTER(C.c_double)), h)
+    if wrong:
+        raise InputError(f"{block.name}: {wrong.decode()}")
+    n = len(places["c"])
+    steady = np.zeros(n)
+    steady[0] = 1 / places["alpha"][0]
+    A = places["A"].reshape(n, n)
+    return Recursion(A, places["B0"], places["B1"], places["c"], steady, float(places["d"][0]))
