@@ -30,8 +30,6 @@ package Types "Quantities with units, and choices"
     annotation (Documentation(info = "<html><p>Viscous damping, N.s/m.</p></html>"));
   type Charge = Real(final quantity = "ElectricCharge", final unit = "C") "Electric charge"
     annotation (Documentation(info = "<html><p>Electric charge, C.</p></html>"));
-  type Velocity = Real(final quantity = "Velocity", final unit = "m/s") "Velocity"
-    annotation (Documentation(info = "<html><p>Velocity, m/s.</p></html>"));
   type Power = Real(final quantity = "Power", final unit = "W") "Power"
     annotation (Documentation(info = "<html><p>Power, W.</p></html>"));
   type Energy = Real(final quantity = "Energy", final unit = "J") "Energy"
