@@ -39,9 +39,14 @@ def found() -> list[str]:
     messages = [m for c in library.classes().values() for m in lint.complaints(c)]
     for file in library.files():
         messages += [f"place_of_file: {m}" for m in form.place_complaints(file, library.ROOT.parent)]
-    for folder in [library.ROOT, *(d for d in library.ROOT.rglob("*") if d.is_dir() and "Resources" not in d.parts)]:
+    for folder in folders():
         messages += [f"package_order: {m}" for m in form.order_complaints(folder)]
     return messages
+
+
+def folders() -> list[Path]:
+    """Every package of the library that is a folder."""
+    return [library.ROOT, *(d for d in library.ROOT.rglob("*") if d.is_dir() and "Resources" not in d.parts)]
 
 
 def main() -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -36,9 +37,14 @@ class Element:
     section: str
 
 
-def elements(c: library.Class) -> list[Element]:
+def elements(c: library.Class) -> tuple[Element, ...]:
     """The elements of a class in their order; the annotation of the class itself is the last."""
-    return list(_elements(_body(text_of(c))))
+    return _elements_of(text_of(c))
+
+
+@functools.cache  # most rules of the lint ask for them
+def _elements_of(text: str) -> tuple[Element, ...]:
+    return tuple(_elements(_body(text)))
 
 
 def own_annotation(c: library.Class) -> str:

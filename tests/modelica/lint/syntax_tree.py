@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -14,13 +15,17 @@ KIND = r"(?:package|function|block|model|record|type|connector)"
 
 def text_of(c: library.Class) -> str:
     """The source of one class: from its declaration to its end, without the classes below it."""
-    body = library.text(c.file)
-    start = re.search(rf"\b{KIND} (?:extends )?{c.short_name}\b", body)
-    assert start, f"{c.name}: not found in {c.file.name}"
-    end = re.search(rf"\bend {c.short_name};", body[start.start() :])
+    return _text_of(library.text(c.file), c.short_name, tuple(c.tree.classes), c.name)
+
+
+@functools.cache  # every rule of the lint asks for it
+def _text_of(body: str, short_name: str, below: tuple[str, ...], name: str) -> str:
+    start = re.search(rf"\b{KIND} (?:extends )?{short_name}\b", body)
+    assert start, f"{name}: not found in its file"
+    end = re.search(rf"\bend {short_name};", body[start.start() :])
     stop = start.start() + end.end() if end else body.index(";", body.index("annotation", start.start()))
     body = body[start.start() : stop]
-    for inner in c.tree.classes:
+    for inner in below:
         long, short = (
             rf"\b{KIND} {inner} \".*?\bend {inner};",
             rf"\b(?<!replaceable ){KIND} {inner} =.*?Documentation\(info.*?\)\);",

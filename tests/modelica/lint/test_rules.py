@@ -95,7 +95,16 @@ def test_every_rule_has_a_planted_fault() -> None:
     assert {r.name for r in rules.table()} - tested - apart == set()
 
 
-def test_strict_command_prints_every_rule(capsys: pytest.CaptureFixture[str]) -> None:
-    assert rules.main() == 0
+def test_strict_command_prints_every_rule_and_complaint(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """On two classes and no file; test_library.py asks every rule of every class."""
+    some = {n: library.classes()[n] for n in ("HystFMU.Dynamics.Sum", "HystFMU.UsersGuide")}
+    monkeypatch.setattr(library, "files", list)
+    monkeypatch.setattr(rules, "folders", list)
+    monkeypatch.setattr(library, "classes", lambda: some)
+    assert rules.main() == 1
     printed = capsys.readouterr().out
     assert all(f" {r.name} " in printed for r in rules.table())
+    assert "without_contact: HystFMU.UsersGuide: has no page License" in printed
+    assert "2 classes, " in printed
