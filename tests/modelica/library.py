@@ -159,6 +159,8 @@ def evaluate(e: Any, scope: Mapping[str, Any]) -> Any:
             return max(a, b)
         case "min", [a, b]:
             return min(a, b)
+        case "size", [a, k]:
+            return np.shape(a)[k - 1]
         case "div", [a, b]:
             return int(a // b)
         case "^", [a, b]:

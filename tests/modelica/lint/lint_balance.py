@@ -43,7 +43,8 @@ def unbalanced(c: library.Class) -> Iterator[str]:
         return
     try:
         unknowns, equations = count(c)
-    except (UnknownSizeError, NotImplementedError):
+    except (UnknownSizeError, NotImplementedError) as e:
+        yield f"its equations are not counted: {' '.join(str(e).split())[:80]}"
         return
     if unknowns != equations:
         yield f"{equations} equations for {unknowns} unknowns"
@@ -82,9 +83,9 @@ def count(c: library.Class) -> tuple[int, int]:
             inner = scope_of(of) | modified(s, scope)
             for port, p in present(of, inner).items():
                 kind = class_of(p, of)
-                size = n * prod(shape(p, inner))
-                if p.visibility.name != "PUBLIC" or kind is None:
+                if p.visibility.name != "PUBLIC" or kind is None or kind.tree.type != "connector":
                     continue
+                size = n * prod(shape(p, inner))
                 if is_causal(kind) and direction(p, kind) == "input":
                     unknowns += size
                 elif kind.tree.type == "connector" and not is_causal(kind):
