@@ -92,7 +92,7 @@ def _unit_of(end: str, c: library.Class) -> str:
 
 
 def connected_twice(c: library.Class) -> Iterator[str]:
-    """The same two ends joined twice are one equation too many, which rumoca drops without a word."""
+    """The same two ends joined twice are one connection set: no error, but a sign of a wrong end."""
     pairs = [frozenset((_end(e.left), _end(e.right))) for e in c.tree.equations if isinstance(e, ast.ConnectClause)]
     for pair in sorted({p for p in pairs if pairs.count(p) > 1}, key=sorted):
         yield f"{' and '.join(sorted(pair))} are connected twice"

@@ -9,7 +9,11 @@ from pathlib import Path
 from hystfmu.modelica.library.shelf import mark
 
 _FILE = "modelica/rules.toml"
-_APART = {"compiler": "what one compiler gets wrong without a word", "house": "of this library"}
+_APART = {
+    "conventions": "Modelica.UsersGuide.Conventions",
+    "compiler": "what one compiler gets wrong without a word",
+    "house": "of this library",
+}
 
 
 def page(root: Path) -> dict[str, str]:
