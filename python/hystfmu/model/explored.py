@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.ports import element_names
@@ -35,20 +37,37 @@ def explored(model: Model, name: str, inverse: Model | None = None) -> Explored:
     span = model.provenance.get(KEY, model.provenance.get("span_u"))
     if not (isinstance(span, list) and len(span) == 2 and span[0] < span[1]):
         raise InputError(f"The provenance of {model.key} must state {KEY} = [least, largest] input. Got {span!r}.")
-    beside = model.provenance.get(COVARIATES, {})
-    graph = model.graph
-    sliders = [_covariate(p, beside.get(p.name)) for p in graph.ports if p.kind == "input"][1:]
+    beside, h = model.provenance.get(COVARIATES, {}), model.step if model.step is not None else 1.0
+    before = None if inverse is None else inverse.graph
+    return explored_graph(model.graph, name, before, h, (float(span[0]), float(span[1])), beside)
+
+
+def explored_graph(
+    graph: Graph,
+    name: str,
+    inverse: Graph | None,
+    h: float,
+    span: tuple[float, float],
+    beside: Mapping[str, Sequence[float]] | None = None,
+) -> Explored:
+    """Return a graph for the explorer, as `explored`.
+
+    Parameters
+    ----------
+    graph : Graph
+    name : str
+    inverse : Graph or None
+    h : float
+        Step (s).
+    span : (float, float)
+        Range of the first input.
+    beside : dict of str to (float, float), optional
+        Ranges of the other inputs; those without one move by 1 to each side.
+    """
+    sliders = [_covariate(p, (beside or {}).get(p.name)) for p in graph.ports if p.kind == "input"][1:]
     sliders += [_parameter(p) for p in graph.ports if p.is_parameter and _moves(p)]
-    return Explored(
-        name,
-        _driven(graph),
-        None if inverse is None else _driven(inverse.graph),
-        model.step if model.step is not None else 1.0,
-        float(span[0]),
-        float(span[1]),
-        sliders,
-        _memory(graph),
-    )
+    before = None if inverse is None else _driven(inverse)
+    return Explored(name, _driven(graph), before, h, *span, sliders, _memory(graph))
 
 
 def _driven(graph: Graph) -> Driven:
@@ -60,7 +79,7 @@ def _label(p: Port) -> str:
     return f"{p.name} ({p.unit})" if p.unit not in ("", "1") else p.name
 
 
-def _covariate(p: Port, span: list[float] | None) -> Slider:
+def _covariate(p: Port, span: Sequence[float] | None) -> Slider:
     start = float(p.start[0])
     lo, hi = span if span else (start - 1, start + 1)
     return Slider(_label(p), p.reference, (start,), float(lo), float(hi))

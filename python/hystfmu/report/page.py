@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -20,6 +19,7 @@ PARTS = {  # what a page may have: further scripts
     '<div class="explorer">': ("core.js", "pictures.js", "explorer.js"),
     'class="parallel"': ("parallel.js",),
 }
+_COMMENT = re.compile(r"(^|\s+)//\s.*|^/\*.*\*/$")
 _PRINTED = re.compile(r"[+-]?(\d+(\.\d*)?(e[+-]?\d+)?|inf|nan|-?)")
 
 
@@ -67,9 +67,10 @@ def page(title: str, body: Sequence[str]) -> str:
 
 @functools.cache
 def _own(name: str) -> str:
-    """Return a file of the folder `script`, without the comments of its head."""
-    lines = (Path(__file__).with_name("script") / name).read_text(encoding="utf-8").splitlines(keepends=True)
-    return "".join(itertools.dropwhile(lambda line: line.startswith(("//", "/*")), lines))
+    """Return a file of the folder `script` without comments and indentation, a sixth of its size."""
+    lines = (Path(__file__).with_name("script") / name).read_text(encoding="utf-8").splitlines()
+    kept = (_COMMENT.sub("", line.strip()) for line in lines)
+    return "".join(f"{line}\n" for line in kept if line)
 
 
 def _number(v: object) -> str:

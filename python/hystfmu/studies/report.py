@@ -7,6 +7,7 @@ from pathlib import Path
 
 from hystfmu.report.page import Diagram, Section, Table
 from hystfmu.report.terminal import table as text_table
+from hystfmu.scenario.report.loop_explorer import loop_explorer
 from hystfmu.scenario.report.page import write_report as write_page
 from hystfmu.scenario.system.measures import label, unit_of
 from hystfmu.scenario.system.system import System
@@ -43,6 +44,8 @@ def write_report(
     if draws is not None:
         sections.append(Section("All draws", DRAG, plots=[draws]))
     sections += [case.section(summary, folder) for case in cases]
+    explorer = loop_explorer(systems)
+    sections += [explorer] if explorer is not None else []
     return write_page([], folder, sections, f"Study {study.spec.name} of {study.cases[0].scenario}")
 
 

@@ -320,6 +320,7 @@ def test_the_page_of_a_study(monkeypatch: Any, page: Any) -> None:
     pages: list[Any] = []
     monkeypatch.setattr(report, "write_page", lambda *given: (pages.append(given), page / "report.html")[1])
     monkeypatch.setattr(report, "unit_of", lambda system, parameter: {"p": "V"}.get(parameter, ""))
+    monkeypatch.setattr(report, "loop_explorer", lambda systems: None)
     of = study({"a": {"m": 5.0}, "b": {"m": 1.0}}, name="s")
     of.cases = [SimpleNamespace(scenario="loop")]
     rows = [{**row(k, k / 3, c), "variation": k, "index": k} for k in range(15) for c in "ab"]

@@ -17,14 +17,16 @@ async function explorer(place) {
   const lo = Math.min(...models.map(m => m.lo)), hi = Math.max(...models.map(m => m.hi));
   const still = matchMedia('(prefers-reduced-motion: reduce)');
 
-  // one rise and fall of the input: the range of the outputs, and the input of the memory over that of the model
+  // the second rise and fall of the input, without the way from rest: the range of the outputs, and the input of the
+  // memory over that of the model
   const wanted = [Infinity, -Infinity];
   for (const m of models) {
     m.plant.rest();
     if (turning(m)) m.origin = current(turning(m));
     m.swept = [];
-    for (let k = 0; k <= 400; k++) {
-      const u = lo + (hi - lo) * (k < 200 ? k : 400 - k) / 200, y = m.plant.next(u, h);
+    for (let k = -400; k <= 400; k++) {
+      const u = lo + (hi - lo) * (1 - Math.abs(Math.abs(k) - 200) / 200), y = m.plant.next(u, h);
+      if (k < 0) continue;
       wanted[0] = Math.min(wanted[0], y), wanted[1] = Math.max(wanted[1], y);
       if (turning(m)) m.swept.push([u, current(turning(m))]);
       if (!data.measured.length && m === models[0]) measured[0].push(u), measured[1].push(y);
@@ -33,7 +35,7 @@ async function explorer(place) {
   const outputs = [least(measured[1], wanted[0]), most(measured[1], wanted[1])];
 
   // ---- the path: what the reader moves (w), the input of the models (u), and their outputs
-  let w = [], u = [], front = null, problem = '', moved = false;
+  let w = [], u = [], front = null, problem = '', moved = false, demo = false;
   const ends = () => front ? wanted : [lo, hi];
   const within = v => Math.min(ends()[1], Math.max(ends()[0], v));
   const last = () => w[w.length - 1];
@@ -60,9 +62,23 @@ async function explorer(place) {
   }
   function restart() {
     pause();
+    demo = false;
     run([within(0)]);
   }
+  function demonstrate() { // what a reader sees first; the first move of his own begins anew
+    restart();
+    const [a, b] = ends(), n = period(), signal = SIGNALS['decaying sine'];
+    go(a);
+    guarded(() => {
+      for (let k = 1; k <= 3 * n; k++) feed(a + (b - a) * signal(k / n));
+    });
+    demo = true;
+  }
+  function fresh() {
+    if (demo) restart();
+  }
   function go(to) { // at the mean speed of a sine of the chosen frequency
+    fresh();
     const from = last(), share = Math.abs(to - from) / (ends()[1] - ends()[0]);
     const steps = Math.max(1, Math.ceil(share * period() / 2));
     guarded(() => {
@@ -80,6 +96,7 @@ async function explorer(place) {
   // ---- playing
   let playing = null;
   function play() {
+    fresh();
     const signal = SIGNALS[chosen.value], mine = playing = {};
     let k = 0;
     function some(steps) {
@@ -127,7 +144,7 @@ async function explorer(place) {
   const inverses = models.filter(m => m.before).map(m => [`inverse of ${m.name}`, m]);
   if (inverses.length) controls.append(label('in front ', select([['no inverse', null], ...inverses], m => {
     front = m;
-    restart();
+    demonstrate();
   })));
   controls.append(button('Restart', restart), button('Save the path', save));
 
@@ -246,7 +263,7 @@ async function explorer(place) {
   loop.addEventListener('keydown', e => {
     const part = {ArrowRight: 0.01, ArrowUp: 0.01, ArrowLeft: -0.01, ArrowDown: -0.01, PageUp: 0.1, PageDown: -0.1,
       Home: -2, End: 2}[e.key];
-    if (part) pause(), go(within(last() + part * (ends()[1] - ends()[0])));
+    if (part) pause(), fresh(), go(within(last() + part * (ends()[1] - ends()[0])));
     else if (e.key === ' ') player.click();
     else return;
     e.preventDefault();
@@ -254,7 +271,7 @@ async function explorer(place) {
   new ResizeObserver(later).observe(place);
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', later);
   tell();
-  restart();
+  demonstrate();
 }
 
 document.querySelectorAll('.explorer').forEach(place => explorer(place).catch(e => {

@@ -16,6 +16,7 @@ from hystfmu import __version__
 from hystfmu.base.files import write_text
 from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.scenario.outcome.plots import case_plots
+from hystfmu.scenario.report.loop_explorer import loop_explorer
 from hystfmu.scenario.report.loop_tables import delay_table, loop_rows
 from hystfmu.scenario.report.machine import machine_form
 from hystfmu.scenario.report.matrix import case_table, matrix, place
@@ -70,6 +71,9 @@ def write_report(
         figures_first = worst_and_best(results)
         body.append(f"<section><h2>Closed loops</h2>{figures_first}</section>" if extra_sections else figures_first)
         body += _scenarios(results)
+    if results and not any(s.explorer for s in extra_sections):
+        found = loop_explorer([r.system for r in sorted(results, key=lambda r: not r.passed)])
+        body += [section(found)] if found is not None else []
     write_text(directory / "report.json", json.dumps(machine_form(results, extra_sections)))
     write_text(directory / "report.html", page(title, body))
     return directory / "report.html"
