@@ -1,13 +1,14 @@
-"""Chromium driven by playwright, and the core for pages."""
+"""Chromium driven by playwright, the core for pages, and a page of each kind: once for all tests of this folder."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from kinds_of_pages import KINDS
 
 from hystfmu.report.explorer import CORE
 
@@ -15,9 +16,10 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
+STUDIES = ("study", "compared_studies")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def core() -> Path:
     """The core for pages."""
     if not CORE.exists():
@@ -25,9 +27,9 @@ def core() -> Path:
     return CORE
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
-    """One browser for a module: another module may run an event loop of its own."""
+    """One browser for the folder: tests of other folders may run an event loop of their own."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright (pip install playwright)")
     program = next((found for name in NAMES if (found := shutil.which(name))), None)
     if program is None:
@@ -36,3 +38,18 @@ def browser() -> Iterator[Browser]:
         made = running.chromium.launch(executable_path=program, args=["--no-sandbox"])
         yield made
         made.close()
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """A page of a kind, written once."""
+    pages: dict[str, Path] = {}
+
+    def make(kind: str) -> Path:
+        if kind not in pages:
+            if kind in STUDIES:
+                pytest.importorskip("pyarrow", reason="a study needs the extra study")
+            pages[kind] = KINDS[kind](tmp_path_factory.mktemp(kind))
+        return pages[kind]
+
+    return make

@@ -9,6 +9,7 @@ from typing import Any
 
 import tomli_w
 from click.testing import CliRunner
+from decay import LAG
 
 import hystfmu as hy
 from hystfmu.cli import main
@@ -17,22 +18,12 @@ from hystfmu.scenario.report.page import write_report
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 CASES = ("sine_10", "sine_100", "up_400_10", "noise_10")
-LAG: dict[str, Any] = {
-    "name": "decay",
-    "step": 1e-2,
-    "stop": 1.0,
-    "order": ["lag", "command"],
-    "units": {
-        "lag": {
-            "block": "transfer_function",
-            "dims": {"na": 1, "nb": 0},
-            "values": {"b": [1.0], "a": [0.5, 1.0], "hold": "zoh"},
-        },
-        "command": {"block": "disturbance", "values": {"step": 2.0, "amplitude": 0.0}},
-    },
-    "connections": {"lag.u": "command.d"},
-    "metrics": {"last": {"kind": "final", "signal": "lag.y"}, "peak": {"kind": "peak", "signal": "command.d"}},
-    "case": [{"name": "one"}, {"name": "half", "stop": 0.5}],
+PLAY = {"block": "backlash_sum", "dims": {"n": 1}, "values": {"r": [0.5]}}
+DECAY: dict[str, Any] = {  # a hysteretic unit behind the lag, for the explorer of the page
+    **LAG,
+    "order": [*LAG["order"], "play"],
+    "units": {**LAG["units"], "play": PLAY},
+    "connections": {**LAG["connections"], "play.u": "lag.y"},
 }
 DRAWS: dict[str, Any] = {
     "name": "draws",
@@ -74,7 +65,7 @@ def failed(folder: Path) -> Path:
 
 def study(folder: Path) -> Path:
     (folder / "decay").mkdir(parents=True)
-    (folder / "decay" / "scenario.toml").write_text(tomli_w.dumps(LAG))
+    (folder / "decay" / "scenario.toml").write_text(tomli_w.dumps(DECAY))
     (folder / "draws.study.toml").write_text(tomli_w.dumps(DRAWS))
     hy.study(folder / "draws.study.toml", folder / "out", workers=1)
     return folder / "out" / "report.html"

@@ -20,48 +20,38 @@ if TYPE_CHECKING:
 CHECKS = Path(__file__).with_name("accessibility.js").read_text()
 MOST_SCRIPT, MOST_PAGE = 30_000, 1_000_000
 DOCS = Path(__file__).parents[2] / "python" / "docs"
-EXPLORED = {"fit", "start", "demonstration", "fmu_with_explorer"}
-rarely = pytest.mark.stress
-LOOKS = [
-    (1100, "light"),
-    (400, "dark"),
-    pytest.param(1100, "dark", marks=rarely),
-    pytest.param(400, "light", marks=rarely),
-]
+EXPLORED = {"fit", "start", "run", "failed", "study", "demonstration", "fmu_with_explorer"}
+REACHED = """() => {
+  window.reached = new Set();  // heights of what had the focus
+  addEventListener('focusin', e => reached.add(Math.round(e.target.getBoundingClientRect().top + scrollY)));
+}"""
+LOOKS = [(width, scheme) for scheme in ("light", "dark") for width in (1100, 400)]
 Made = Callable[[str], Path]
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
-    """A page of a kind, written once."""
-    pages: dict[str, Path] = {}
-
-    def make(kind: str) -> Path:
-        if kind not in pages:
-            if kind == "study":
-                pytest.importorskip("pyarrow", reason="a study needs the extra study")
-            pages[kind] = KINDS[kind](tmp_path_factory.mktemp(kind))
-        return pages[kind]
-
-    return make
-
-
-@pytest.mark.parametrize(("width", "scheme"), LOOKS)
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_page_is_accessible_and_answers_first(
-    browser: Browser, core: Path, made: Made, kind: str, width: int, scheme: str
-) -> None:
-    with opened(browser, made(kind), viewport={"width": width, "height": 900}, color_scheme=scheme) as p:
-        assert p.evaluate(CHECKS) == []
+def test_every_page_is_accessible_and_answers_first(browser: Browser, core: Path, made: Made, kind: str) -> None:
+    with opened(browser, made(kind)) as p:
+        wrong = {}
+        for width, scheme in LOOKS:
+            p.set_viewport_size({"width": width, "height": 900})
+            p.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+            first = p.locator("figure, canvas").first.bounding_box()
+            assert first is not None
+            found = p.evaluate(CHECKS) + (["no figure on the first screen"] if first["y"] >= 600 else [])
+            wrong |= {f"{width} px, {scheme}": found} if found else {}
+        assert wrong == {}
         assert p.locator(".explorer").count() == (kind in EXPLORED)
-        first = p.locator("figure, canvas").first.bounding_box()
-        assert first is not None
-        assert first["y"] < 600  # a figure is on the first screen
-        reached = set()
+        p.evaluate(REACHED)
         for _ in range(30):
             p.keyboard.press("Tab")
-            reached.add(p.evaluate("document.activeElement.getBoundingClientRect().top + scrollY"))
-        assert len(reached) > (1 if kind == "fmu" else 5)
+        assert len(p.evaluate("[...reached]")) > (1 if kind == "fmu" else 5)
+
+
+def test_the_loop_comes_first_on_the_page_of_a_fit(browser: Browser, core: Path, made: Made) -> None:
+    with opened(browser, made("fit")) as p:
+        tops = {n: (p.locator(n).first.bounding_box() or {})["y"] for n in ("section", "figure", "table")}
+        assert min(tops, key=tops.__getitem__) == "figure"
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from opened_page import opened
 
-import hystfmu as hy
 from hystfmu import report
 from hystfmu.report.page import PARTS, Section, Table, page, section
 from hystfmu.report.plot import Line, Plot
@@ -24,7 +23,7 @@ T = np.linspace(0, 2, 200)
 ROWS = [(f"run {k}", k * 7 % 12, f"{(k * 5 % 12) / 8:.3f}" if k else "-") for k in range(12)]
 
 
-@pytest.mark.parametrize("part", ["", *PARTS])
+@pytest.mark.parametrize("part", ["", *PARTS, "".join(PARTS)])
 def test_the_script_of_a_page_is_small(part: str, capsys: pytest.CaptureFixture[str]) -> None:
     script = page("parts", [part]).partition("</main><script>")[2].partition("</script>")[0]
     with capsys.disabled():
@@ -48,12 +47,6 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     body = section(Section("Plots", "Three.", [Table(("name", "number", "share"), ROWS)], plots))
     path.write_text(page("plots", ["<h1>plots</h1>", body]))
     return path
-
-
-@pytest.fixture(scope="module")
-def fit_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    data = hy.synthetic.piezo(40, 1000.0).with_train(":6000")
-    return hy.fit(data, "prandtl_ishlinskii", N=20).report(data, tmp_path_factory.mktemp("fit") / "fit.html")
 
 
 def inside(plot: Locator, x: float, y: float) -> tuple[float, float]:
@@ -136,29 +129,6 @@ def test_tables_sort_by_numbers_and_filter(browser: Browser, file: Path) -> None
         p.get_by_label("Filter rows").fill("run 1")
         assert cells.count() == 3
         assert p.locator(".filter output").text_content() == "3 of 12 rows"
-
-
-rarely = pytest.mark.stress
-LOOKS = [
-    (1100, "light"),
-    (400, "dark"),
-    pytest.param(1100, "dark", marks=rarely),
-    pytest.param(400, "light", marks=rarely),
-]
-
-
-@pytest.mark.parametrize(("width", "scheme"), LOOKS)
-def test_the_page_of_a_fit_is_accessible(browser: Browser, core: Path, fit_file: Path, width: int, scheme: str) -> None:
-    with opened(browser, fit_file, viewport={"width": width, "height": 800}, color_scheme=scheme) as p:
-        assert p.evaluate(CHECKS) == []
-        names = ["section", "figure", "table"]
-        tops = {n: p.locator(n).first.bounding_box()["y"] for n in names}
-        assert min(tops, key=tops.__getitem__) == "figure"  # the loop comes first
-        reached = []
-        for _ in range(40):
-            p.keyboard.press("Tab")
-            reached.append(p.evaluate("document.activeElement.getBoundingClientRect().top + scrollY"))
-        assert len(set(reached)) > 10
 
 
 def test_the_list_of_checks_finds_planted_faults(browser: Browser, tmp_path: Path) -> None:

@@ -6,15 +6,18 @@ import csv
 import json
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from kinds_of_pages import KINDS, data
+from kinds_of_pages import SCENARIOS, data
 from opened_page import opened
 
 import hystfmu as hy
+from hystfmu.scenario import Scenario
+from hystfmu.scenario.system.system import build
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, Page
@@ -22,15 +25,14 @@ if TYPE_CHECKING:
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[+-]?\d+)?")
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return KINDS["run"](tmp_path_factory.mktemp("run"))
+@pytest.fixture
+def run(made: Callable[[str], Path]) -> Path:
+    return made("run")
 
 
-@pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    pytest.importorskip("pyarrow", reason="a study needs the extra study")
-    return KINDS["study"](tmp_path_factory.mktemp("study"))
+@pytest.fixture
+def study(made: Callable[[str], Path]) -> Path:
+    return made("study")
 
 
 def numbers(text: str | None) -> list[float]:
@@ -148,8 +150,8 @@ def test_a_dot_of_a_scatter_names_its_draw(browser: Browser, study: Path) -> Non
         assert min(np.hypot(x - found[0], last - found[1])) < 0.02
 
 
-def test_two_runs_are_read_at_once(browser: Browser, tmp_path: Path) -> None:
-    with opened(browser, KINDS["compare"](tmp_path)) as p:
+def test_two_runs_are_read_at_once(browser: Browser, made: Callable[[str], Path]) -> None:
+    with opened(browser, made("compare")) as p:
         over(p, p.locator(".hero svg").first, 0.3)
         t, old, new = numbers(p.locator(".hero output").nth(0).text_content())
         at, difference = numbers(p.locator(".hero output").nth(1).text_content())
@@ -163,19 +165,40 @@ def test_two_runs_are_read_at_once(browser: Browser, tmp_path: Path) -> None:
         assert signed == sorted(signed)
 
 
-def test_the_model_of_an_fmu_runs_in_its_documentation(browser: Browser, core: Path, tmp_path: Path) -> None:
+def dragged(p: Page) -> dict[str, np.ndarray]:
+    """Drag the input of an explorer to and fro; return the columns of the file that the page saves."""
+    p.locator("canvas.loop").scroll_into_view_if_needed()
+    box = p.locator("canvas.loop").bounding_box()
+    assert box is not None
+    for k, share in enumerate([0.2, 0.9, 0.35, 0.7]):
+        p.mouse.move(box["x"] + share * box["width"], box["y"] + box["height"] / 2, steps=1 if k == 0 else 5)
+        if k == 0:
+            p.mouse.down()
+    p.mouse.up()
+    with p.expect_download() as waited:
+        p.get_by_role("button", name="Save the path").click()
+    head, *rows = csv.reader(waited.value.path().read_text().splitlines())
+    return dict(zip(head, np.array(rows, dtype=float).T, strict=True))
+
+
+def test_the_plant_of_a_loop_runs_behind_its_inverse(browser: Browser, core: Path, run: Path) -> None:
+    case = next(c for c in Scenario(SCENARIOS / "pid").cases if c.name == "sine_10")
+    units = {p.name: p.own for p in build(case).parts}
+    with opened(browser, run) as p:
+        assert float(p.locator("canvas.loop").get_attribute("aria-valuemax")) == pytest.approx(0.98, abs=0.01)
+        p.get_by_label("in front").select_option(label="inverse of plant")
+        found = dragged(p)
+    assert np.ptp(found["wanted"]) > 0.5
+    assert found["u"].tolist() == units["inverse"].run(found["wanted"], case.step).ravel().tolist()  # bit for bit
+    inputs = np.column_stack([found["u"], np.zeros(len(found["u"]))])
+    assert found["plant"].tolist() == units["plant"].run(inputs, case.step).ravel().tolist()
+
+
+def test_the_model_of_an_fmu_runs_in_its_documentation(
+    browser: Browser, core: Path, made: Callable[[str], Path]
+) -> None:
     model = hy.fit(data(), "prandtl_ishlinskii", N=20)
-    with opened(browser, KINDS["fmu_with_explorer"](tmp_path)) as p:
-        box = p.locator("canvas.loop").bounding_box()
-        assert box is not None
-        for k, share in enumerate([0.2, 0.9, 0.35, 0.7]):
-            p.mouse.move(box["x"] + share * box["width"], box["y"] + box["height"] / 2, steps=1 if k == 0 else 5)
-            if k == 0:
-                p.mouse.down()
-        p.mouse.up()
-        with p.expect_download() as waited:
-            p.get_by_role("button", name="Save the path").click()
-        head, *rows = csv.reader(waited.value.path().read_text().splitlines())
-    found = dict(zip(head, np.array(rows, dtype=float).T, strict=True))
+    with opened(browser, made("fmu_with_explorer")) as p:
+        found = dragged(p)
     assert len(found["u"]) > 200
     assert found["prandtl_ishlinskii"].tolist() == model.predict(found["u"]).tolist()  # bit for bit
