@@ -154,6 +154,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     "scenario/loop/plant.py": {
         "creep": "dynamics(): creep that an inverse undoes",
         "creep_inverse": "an inverse that undoes creep",
+        "implicit_inverse": "the same, together with the creep within it",
         "delay": "plant_side(): its steps count",
         "quantiser": "without_levels(): a gain for signals of many levels",
         "scaling": "a gain in the place of levels, of dynamics, of nothing",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 
@@ -56,25 +55,27 @@ class LoopVerdict:
         return f"{self.scenario}: margins.{self.limit}: must be {side} {self.bound:g} at {self.where}. Got {got}."
 
 
-def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop]:
-    """Return the loops of the cases of a scenario that have one; no case runs if the scenario states its slopes."""
+def opened_loops(scenario: Scenario) -> dict[str, OpenedLoop | InputError]:
+    """Return the loop of each case or why it has none; no case runs if the scenario states its slopes."""
     spec = scenario.spec.margins
     slopes = None if spec is None or spec.slopes is None else (spec.slopes[0], spec.slopes[1])
-    found: dict[str, OpenedLoop] = {}
+    found: dict[str, OpenedLoop | InputError] = {}
     for case in scenario.cases:
-        with suppress(InputError):
+        try:
             found[case.name] = open_loop(build(case), slopes)
+        except InputError as e:
+            found[case.name] = e
     return found
 
 
-def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop]) -> list[LoopVerdict]:
+def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError]) -> list[LoopVerdict]:
     """Hold the loops of a scenario against its limits.
 
     Parameters
     ----------
     scenario : Scenario
-    opened : mapping of str to OpenedLoop
-        Loops by case; a case may have none.
+    opened : mapping of str to OpenedLoop or InputError
+        Loops by case, or why a case has none.
 
     Raises
     ------
@@ -88,24 +89,27 @@ def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop]) -> list[Lo
     case = spec.case or scenario.cases[0].name
     verdicts = []
     if spec.Ms_db is not None:
-        if case not in opened:
-            raise InputError(f"{where}.case: The case must have a loop. Got {case!r} instead.")
-        found = opened[case].margins()
+        loop = opened.get(case, InputError(""))
+        if isinstance(loop, InputError):
+            why = f" {loop}" if str(loop) else ""
+            raise InputError(f"{where}.case: The case must have a loop. Got {case!r} instead.{why}")
+        found = loop.margins()
         verdicts.append(
             LoopVerdict(name, "Ms_db", case, found.Ms_db if found.stable else None, spec.Ms_db, at_least=False)
         )
     if spec.stable_to_steps is not None:
-        corners = {c: o for c, o in opened.items() if any(fnmatchcase(c, pattern) for pattern in spec.corners)}
+        loops = {c: o for c, o in opened.items() if not isinstance(o, InputError)}
+        corners = {c: o for c, o in loops.items() if any(fnmatchcase(c, pattern) for pattern in spec.corners)}
         if not corners:
             raise InputError(f"{where}.corners: A case with a loop must have such a name. Got {spec.corners} instead.")
         low, high = spec.slopes or (None, None)
         reached: dict[str, float] = {}
         kept: dict[tuple[object, ...], float] = {}
         for c, o in corners.items():
-            loop = o if low is None or high is None else replace(o, slopes=(low, high))
-            key = (*loop.key, loop.slopes)
+            wide = o if low is None or high is None else replace(o, slopes=(low, high))
+            key = (*wide.key, wide.slopes)
             if key not in kept:
-                kept[key] = loop.stable_to(sorted({*DELAYS, spec.stable_to_steps}))
+                kept[key] = wide.stable_to(sorted({*DELAYS, spec.stable_to_steps}))
             reached[c] = kept[key]
         worst = min(reached, key=lambda c: -1.0 if math.isnan(reached[c]) else reached[c])
         value = None if math.isnan(reached[worst]) else reached[worst]

@@ -202,13 +202,14 @@ def margin_table(
     systems = [(p, s) for p in plans for s in p.systems]
     refused: list[str] = []
     loops: dict[tuple[object, ...], list[OpenedLoop]] = {}
-    opened: dict[str, dict[str, OpenedLoop]] = {p.scenario.origin: {} for p in plans}
+    opened: dict[str, dict[str, OpenedLoop | InputError]] = {p.scenario.origin: {} for p in plans}
     for k, (p, system) in enumerate(systems):
         progress(k / (2 * len(systems)))
         try:
             found = open_loop(system, at=at)
         except InputError as e:
             refused.append(str(e))
+            opened[p.scenario.origin][system.case.name] = e
             continue
         loops.setdefault((system.case.scenario, *found.key), []).append(found)
         opened[p.scenario.origin][system.case.name] = found

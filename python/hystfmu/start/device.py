@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -19,6 +20,7 @@ from hystfmu.inverse.input_range import at_start, over_range
 from hystfmu.model.inputs import beside
 
 GAIN, FREQUENCY = 0.2, 0.2  # by which a device may differ from its model
+PERIODS = 4  # of the reference in a run
 SAMPLES = 100  # steps of the loop in a period of the references, at least
 LONGEST = 20_000  # and at most
 DYNAMICS = "transfer_function"
@@ -47,7 +49,8 @@ class Device:
     frequency : float
         Of references (Hz): that of the record, as far as the step allows.
     low, high, rest : float
-        Least and largest output over the range of the input, and output before the first step, in its unit of measure.
+        Least and largest output that the range of the input both passes through and keeps for the time of a run (creep
+        may take back what a quick sweep reaches), and output before the first step, in its unit of measure.
     """
 
     model: Model
@@ -76,14 +79,19 @@ def device(model: Model, data: Dataset) -> Device:
     Raises
     ------
     InputError
-        The model takes further inputs, has dynamics within its hysteresis, or no inverse.
+        The model takes further inputs, has dynamics within its hysteresis, or no inverse, or its output does not last.
     """
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
     parts = split(model) or Parts(model, ())
     dynamics = tuple(n for n in parts.tail if n.type == DYNAMICS)
     lag_steps, taps = feedforward(parts, data.h) if dynamics else (0, None)
-    y = model.predict(over_range(model, np.concatenate([np.linspace(a, b, 2000) for a, b in ((1, -1), (-1, 1))])))
+    frequency = reference_frequency(data)
+    low, high = reach(model, math.ceil(PERIODS / (frequency * data.h)))
+    if not high > low:
+        raise InputError(
+            f"{data.path or data.name}: A loop is made for an output that lasts. {model.key} loses it all."
+        )
     return Device(
         model,
         _at_rest(model, parts).inverse(),
@@ -92,11 +100,19 @@ def device(model: Model, data: Dataset) -> Device:
         dynamics,
         parts.delay,
         data.h,
-        _frequency(data),
-        float(y.min()),
-        float(y.max()),
+        frequency,
+        low,
+        high,
         at_start(model),
     )
+
+
+def reach(model: Model, rows: int) -> tuple[float, float]:
+    """Return the least and the largest output that a sweep reaches and that last for some rows at the ends of u."""
+    sweep = np.concatenate([np.linspace(a, b, 2000) for a, b in ((1, -1), (-1, 1))])
+    y = model.predict(over_range(model, sweep))
+    ends = sorted(float(model.predict(over_range(model, np.full(rows, v)))[-1]) for v in (-1.0, 1.0))
+    return max(float(y.min()), ends[0]), min(float(y.max()), ends[1])
 
 
 def unsuited(model: Model) -> str:
@@ -163,7 +179,7 @@ def faster(node: Node, f: float) -> Node:
     return replace(node, values=values)
 
 
-def _frequency(data: Dataset) -> float:
+def reference_frequency(data: Dataset) -> float:
     """Return half the mean rate of reversals of the input, at least `SAMPLES` steps a period."""
     turns = sum(len(reversals(data.u[rows])) for rows in data.records)
     found = max(turns, 1) / (2 * len(data.u) * data.h)

@@ -14,11 +14,11 @@ from hystfmu.face.model import Model
 from hystfmu.face.scenario import Scenario
 from hystfmu.graph import blocks
 from hystfmu.inverse.input_range import input_range
-from hystfmu.start.device import Device, corners
+from hystfmu.start.device import PERIODS, Device, corners
 from hystfmu.start.tuning import MS_DB, SLOPES, Gains
 
 STROKE = 0.8  # share of the range of the output that references use
-PERIODS, SETTLED = 4, 2  # of a reference, and those before metrics count
+SETTLED = 2  # periods of a reference before metrics count
 COMPUTING = 1  # steps between a sample and its command
 CORNER = 5.0  # times the error that is asked for, where the device differs from the model
 REVERSALS = 12

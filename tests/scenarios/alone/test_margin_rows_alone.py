@@ -224,22 +224,28 @@ def test_progress_and_groups_of_a_table(monkeypatch: pytest.MonkeyPatch) -> None
     def system(name: str) -> Any:
         return SimpleNamespace(case=SimpleNamespace(scenario="s", name=name))
 
+    class Opened(SimpleNamespace):
+        def __str__(self) -> str:
+            return "a loop"
+
     plans = [SimpleNamespace(systems=[system(n) for n in "abcd"], scenario=SimpleNamespace(origin="o"))]
     monkeypatch.setattr(module, "read", lambda paths, overrides, coupling: paths)
     monkeypatch.setattr(module, "plan", lambda *a, **more: plans)
     monkeypatch.setattr(module, "_row", lambda group, delays: [o.system.case.name for o in group])
-    monkeypatch.setattr(module, "verdicts_of", lambda scenario, opened: sorted(opened))
+    monkeypatch.setattr(module, "verdicts_of", lambda scenario, opened: sorted((c, str(o)) for c, o in opened.items()))
 
     def opened(system: Any, at: str) -> Any:
         if system.case.name == "b":
             raise InputError("s/b: no feedback")
-        return SimpleNamespace(key=(system.case.name == "c",), system=system)
+        return Opened(key=(system.case.name == "c",), system=system)
 
     monkeypatch.setattr(module, "open_loop", opened)
     seen: list[float] = []
     found = module.margin_table(["x"], progress=seen.append)
     assert seen == [0.0, 0.125, 0.25, 0.375, 0.75, 1.0]
-    assert (found.rows, found.refused, found.verdicts) == ([["a", "d"], ["c"]], ["s/b: no feedback"], ["a", "c", "d"])
+    assert (found.rows, found.refused) == ([["a", "d"], ["c"]], ["s/b: no feedback"])
+    given = [("a", "a loop"), ("b", "s/b: no feedback"), ("c", "a loop"), ("d", "a loop")]
+    assert found.verdicts == given, "loops, or why there is none"
     assert module.margin_table(["x"], "a").verdicts == []
 
 

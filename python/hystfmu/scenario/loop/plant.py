@@ -21,7 +21,7 @@ from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.system import Link, Part, System
 
 MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the slope stands for
-CREEP, WITHOUT_CREEP = "creep", "creep_inverse"
+CREEP, WITHOUT_CREEP, IMPLICIT = "creep", "creep_inverse", "implicit_inverse"
 DELAY, LEVELS = "delay", "quantiser"
 
 
@@ -114,7 +114,7 @@ def dynamics(system: System, side: PlantSide, between: Collection[int]) -> State
         They are not in series.
     """
     undone = _undoes_creep(system, between)
-    chain = [n for link in side.links for n in _on_the_way(system, link, side) if not (undone and n.type == CREEP)]
+    chain = [n for link in side.links for n in _on_the_way(system, link, side, undone)]
     gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([static_gain(n) for n in chain]))})
     nodes = [gain, *(Node(f"part{i}", n.type, n.dims, n.values) for i, n in enumerate(chain))]
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
@@ -142,7 +142,9 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
 
 
 def _undoes_creep(system: System, between: Collection[int]) -> bool:
-    return any(n.type == WITHOUT_CREEP for k in between for n in system.parts[k].own.nodes)
+    """Whether an inverse before the plant has its creep: as a block of its own, or within the root of each step."""
+    types = [{n.type for n in system.parts[k].own.nodes} for k in between]
+    return any(WITHOUT_CREEP in t or {IMPLICIT, CREEP} <= t for t in types)
 
 
 def _output(system: System, link: Link, side: PlantSide) -> int:
@@ -155,14 +157,18 @@ def _output(system: System, link: Link, side: PlantSide) -> int:
     return after - unit.first
 
 
-def _on_the_way(system: System, link: Link, side: PlantSide) -> list[Node]:
-    """Return the dynamics of a unit between its driven input and the output that goes on, which must be in series."""
+def _on_the_way(system: System, link: Link, side: PlantSide, undone: bool) -> list[Node]:
+    """Return the dynamics of a unit between its driven input and the output that goes on, which must be in series.
+
+    Creep that the inverse undoes does not count.
+    """
     graph = _driven(system.parts[link.to], link.input, _output(system, link, side))
     ends = {end.partition(".")[0] for end in graph.inputs[0].to}
     edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
     after = _reached(edges, ends)
     before = _reached([(b, a) for a, b in edges], {graph.outputs[0].source.partition(".")[0]})
     found = [n for n in graph.nodes if n.block.rate == CONTINUOUS and n.name in after & before]
+    found = [n for n in found if not (undone and n.type == CREEP)]
     if any(b.name not in _reached(edges, {a.name}) for a, b in pairwise(found)):
         raise InputError(f"{system.case.title}: The dynamics of the plant must be in series. Got some in parallel.")
     return found
