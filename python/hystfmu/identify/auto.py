@@ -135,7 +135,7 @@ def choose(
         race.first(name, key, candidate, partial(_share, progress, done / total, (done + costs[name]) / total))
         done += costs[name] * (SHORT if candidate.quick and name not in race.trials else 1.0)
     if not race.trials:
-        raise InputError(f"{where}: The data must suit a candidate. Got none that fits: {race.reasons}")
+        raise InputError(f"{where}: The data must suit a candidate. Got none that fits: {_grouped(race.reasons)}.")
     left = race.unexplained()
     while (late := race.late()) and not race.explained():
         spent = sum(costs[t.name] for t in late)
@@ -224,7 +224,16 @@ def _preferred(race: Race, able: list[Trial], inverses: Inverses | None, only_in
             break
         if not left:  # dearer or worse ones come into question
             left = [t for t in race.trials.values() if t.name not in faults and race.excess(t) <= REFUSED]
-    raise InputError(f"{where}: The data must suit a candidate. Got none that serves: {faults}")
+    rule = "A kind of model must have a useful inverse." if only_invertible else "The data must suit a candidate."
+    raise InputError(f"{where}: {rule} Got none: {_grouped(faults)}.")
+
+
+def _grouped(faults: Mapping[str, str]) -> str:
+    """Return the reason of the first with all that share it, and how many have others."""
+    why = next(iter(faults.values()), "no candidate")
+    same = [name for name, fault in faults.items() if fault == why]
+    others = f"; {len(faults) - len(same)} have other faults" if len(same) < len(faults) else ""
+    return f"{why.rstrip('.')} ({', '.join(same)}){others}"
 
 
 def _refusal(where: str, race: Race, seen: Excitation) -> str:
