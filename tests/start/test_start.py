@@ -105,13 +105,19 @@ def test_a_poor_record_says_what_to_measure_next(tmp_path: Path) -> None:
     assert not any("informative" in w for w in hy.fit(measured, "prandtl_ishlinskii").fit.get("warnings", ()))
 
 
-def test_a_model_without_inverse_ends_in_one_line(tmp_path: Path) -> None:
+def test_without_an_inverse_the_model_stays(tmp_path: Path) -> None:
+    """A butterfly, such as the strain of a magnetostrictive rod over its current: no controller, all the rest."""
     u = np.sin(np.arange(400) / 20)
     hy.Dataset(1e-3 * np.arange(400), u, u**2).to_csv(tmp_path / "folded.csv")
-    status, _, err = call("start", tmp_path / "folded.csv", "--model", "play_bank_mlp", "-o", tmp_path / "mine")
-    assert status == 2
-    assert len(err.strip().splitlines()) == 1
-    assert not (tmp_path / "mine").exists()
+    words = ["start", tmp_path / "folded.csv", "--model", "play_bank_mlp", "-o", tmp_path / "mine"]
+    status, _, err = call(*words)
+    assert status == 1
+    (line,) = [line for line in err.splitlines() if line.startswith("no loop: ")]
+    assert "not monotone" in line
+    made = {path.name for path in (tmp_path / "mine").iterdir()}
+    assert {"folded.model.toml", "folded.fmu", "report.html"} <= made
+    assert not {"loop", "folded_inverse.fmu"} & made
+    assert "not monotone" in (tmp_path / "mine" / "report.html").read_text()
 
 
 @pytest.mark.parametrize("rows", [100, 20_000])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -121,7 +121,8 @@ def start(
     gain and frequency with a step of delay more, runs the loop, and writes FMUs and a report.  Each file is named with
     the command that makes it alone.  If the record is poor, an input to measure next is written too.
 
-    The exit status is 1 if the loop misses what is asked for.
+    The exit status is 1 if the loop misses what is asked for, or if no model of the data has an inverse; model, FMU and
+    report are written all the same.
 
     \b
     Example: hystfmu start data.csv -o mine
@@ -136,22 +137,28 @@ def start(
     tell(measured.read_as)
     source = [*data, *columns.words(), *(["--train", train] if train else [])]
     made = make(measured, Path(out), percent, key, seed, source, tell, progress)
-    cases = [_case(r) for r in made.results]
+    loop = None if isinstance(made.loop, str) else made.loop
+    cases = [] if loop is None else [_case(r) for r in loop.results]
     if as_json:
         told = {name: {"path": str(path), "command": command} for name, (path, command) in made.files.items()}
-        limits = [vars(v) | {"within": v.within} for v in made.margins.verdicts]
-        facts = {"model": made.model.key, "fit": made.model.fit, "gains": vars(made.gains), "passed": made.passed}
+        limits = [] if loop is None else [vars(v) | {"within": v.within} for v in loop.margins.verdicts]
+        facts: dict[str, Any] = {"model": made.model.key, "fit": made.model.fit, "passed": made.passed}
+        facts |= {"no_loop": made.loop} if loop is None else {"gains": vars(loop.gains)}
         click.echo(json.dumps(facts | {"cases": cases, "limits": limits, "files": told, "notes": made.notes}))
         sys.exit(0 if made.passed else FAILED)
-    head = ["case", "RMS % of stroke", "max %", "asked RMS %", "verdict", "what"]
-    say("\n" + table(head, [[*c.values()] for c in cases]))
-    limits_of_loop = [
-        [v.limit, "unstable" if v.value is None else f"{v.value:.3g}", f"{v.bound:g}", v.word, v.where]
-        for v in made.margins.verdicts
-    ]
-    say("\n" + table(["limit of the loop", "value", "bound", "verdict", "at"], limits_of_loop))
     detail(f"\n{made.model}")
-    wrong([*(line for r in made.results for line in r.failures()), *made.margins.broken()])
+    if loop is None:
+        click.echo(f"no loop: {made.loop}", err=True)
+    else:
+        head = ["case", "RMS % of stroke", "max %", "asked RMS %", "verdict", "what"]
+        say("\n" + table(head, [[*c.values()] for c in cases]))
+        limits_of_loop = [
+            [v.limit, "unstable" if v.value is None else f"{v.value:.3g}", f"{v.bound:g}", v.word, v.where]
+            for v in loop.margins.verdicts
+        ]
+        say("\n" + table(["limit of the loop", "value", "bound", "verdict", "at"], limits_of_loop))
+        lines = [*(line for r in loop.results for line in r.failures()), *loop.margins.broken()]
+        wrong([*lines, *(f"no margins: {line}" for line in loop.margins.refused if not loop.margins.verdicts)])
     for note in (*made.notes, *made.model.fit.get("warnings", ())):
         click.echo(f"warning: {note}", err=True)
     say("\n" + table(["written", "file", "the same alone"], [[k, str(p), c] for k, (p, c) in made.files.items()]))

@@ -21,7 +21,7 @@ SEGMENT = 1024  # rows of a segment of the spectrum
 FLOOR = 1e-12  # least amplitude that is drawn, relative to the span
 
 
-def fit_page(model: Model, data: Dataset) -> str:
+def fit_page(model: Model, data: Dataset, lead: str = "") -> str:
     """Return the page as HTML.
 
     Parameters
@@ -30,9 +30,11 @@ def fit_page(model: Model, data: Dataset) -> str:
         Fitted to the training rows of `data`.
     data : Dataset
         With a measured output.
+    lead : str
+        What to say first; by default what the model is.
     """
     title = f"{model.key} fitted to {data.name}"
-    head = [f"<h1>{escape(title)}</h1>", f'<p class="lead">{escape(model.text)}</p>']
+    head = [f"<h1>{escape(title)}</h1>", f'<p class="lead">{escape(lead or model.text)}</p>']
     return page(title, [*head, hero(_loop(free_run(model, data), data)), *map(section, fit_sections(model, data))])
 
 

@@ -13,17 +13,11 @@ from typing import Any
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.face.fit_page import fit_sections
 from hystfmu.face.model import Model
-from hystfmu.face.result import Results
-from hystfmu.report.page import Section, Table
-from hystfmu.report.plot import LOOP_POINTS, Line, Plot
-from hystfmu.scenario.margin_table import MarginTable, margin_table
-from hystfmu.scenario.report.page import write_report
-from hystfmu.start.device import FREQUENCY, Device, device, faster, unsuited
+from hystfmu.start.closed_loop import ClosedLoop, close
+from hystfmu.start.device import reference_frequency, unsuited
 from hystfmu.start.excitation import write_excitation
-from hystfmu.start.loop import COMPUTING, loop_scenario
-from hystfmu.start.tuning import Gains, tune
+from hystfmu.start.page import write_page
 
 OTHER = "prandtl_ishlinskii"  # stands for the plant in one case: fitted in closed form to any record
 _OPTION = re.compile(r"(\w+)=(\S+)")
@@ -35,31 +29,24 @@ class Started:
 
     Attributes
     ----------
-    model, inverse : Model
-    device : Device
-    gains : Gains
-    results : Results
-        Of the cases of the scenario.
-    margins : MarginTable
+    model : Model
+    loop : ClosedLoop or str
+        With the inverse of the model; or why there is none.
     files : dict of str to (Path, str)
         Each file or folder, with the command that makes it alone.
-    notes : tuple of str
+    notes : list of str
         What was decided on the way.
     """
 
     model: Model
-    inverse: Model
-    device: Device
-    gains: Gains
-    results: Results
-    margins: MarginTable
+    loop: ClosedLoop | str
     files: dict[str, tuple[Path, str]]
-    notes: tuple[str, ...]
+    notes: list[str]
 
     @property
     def passed(self) -> bool:
-        """Whether all cases meet what is asked for, and the loop its margins."""
-        return self.results.passed and not self.margins.broken()
+        """Whether there is a loop that holds what is asked."""
+        return isinstance(self.loop, ClosedLoop) and self.loop.passed
 
 
 def _unseen(step: str) -> AbstractContextManager[Callable[[float], None]]:
@@ -101,52 +88,51 @@ def start(
     Raises
     ------
     InputError
-        No kind of model follows the data and has an inverse, the named kind does not fit into a loop, or the folder
-        cannot be written.
+        No kind of model follows the data, the named kind is unknown, or the folder cannot be written.
     """
     name = re.sub(r"\W", "_", data.name.partition(" ")[0])
     name = name if name[:1].isalpha() else f"device_{name}"
     with shown("fitting") as progress:
-        model, notes = _model(data, key, seed, progress)
-    found = device(model, data)
+        model, why, notes = _model(data, key, seed, progress)
     told(_fitted(model))
-    inverse = model.inverse()
     model.save(folder / f"{name}.model.toml")
-    inverse.save(folder / f"{name}_inverse.model.toml")
-    with shown("tuning"):
-        gains = _gains(found)
-    told(f"loop: Kp = {gains.Kp:g}, Ki = {gains.Ki:g} 1/s, step {found.h:g} s, Ms {gains.Ms_db:.1f} dB")
-    scenario = loop_scenario(found, gains, percent, name, _other(model, data))
-    into = scenario.save(folder / "loop")
-    with shown("running the loop") as progress:
-        results = hy.run(into, engine="native", record=True, progress=progress)
-    with shown("margins") as progress:
-        margins = margin_table([into], progress=progress)
-    files = _exported(folder, name, model, inverse, [*source, *_fit_words(model, key, seed)])
+    words = [*source, *_fit_words(model, key, seed, "model" if why else "inverse")]
+    files = _files_of_model(folder, name, model, words)
+    loop: ClosedLoop | str = why
+    if not why:
+        try:
+            loop = close(model, data, folder / "loop", name, percent, _other(model, data), told, shown)
+        except InputError as e:  # the model stays: it was waited for
+            loop = str(e)
+    report = f"{files['model'][1]} --report {folder}"
+    if isinstance(loop, ClosedLoop):
+        files |= _files_of_loop(folder, name, loop)
+        report = f"hystfmu run {folder / 'loop'} --report DIR"
     if model.fit.get("warnings"):
-        write_excitation(folder / "measure_next.csv", data, found.frequency)
+        write_excitation(folder / "measure_next.csv", data, reference_frequency(data))
         files["next measurement"] = (folder / "measure_next.csv", "written because of the warnings")
     with shown("report"):
-        sections = [_hero(results, data), *fit_sections(model, data), _controller(gains, margins, notes)]
-        page = write_report(results, folder, sections, f"{name}: model, inverse, loop")
-    files["report"] = (page, f"hystfmu run {into} --report DIR")
-    return Started(model, inverse, found, gains, results, margins, files, notes)
+        files["report"] = (write_page(folder, name, model, data, loop, notes), report)
+    return Started(model, loop, files, notes)
 
 
-def _model(data: Dataset, key: str, seed: int, progress: Callable[[float], None]) -> tuple[Model, tuple[str, ...]]:
-    """Return the best model that fits into a loop, and a line if it is not the best of all."""
-    best = hy.fit(data, key, seed=seed, progress=progress, purpose="inverse")
+def _model(data: Dataset, key: str, seed: int, progress: Callable[[float], None]) -> tuple[Model, str, list[str]]:
+    """Return the best model that fits into a loop, why there is none, and a line if it is not the best of all."""
+    try:
+        best = hy.fit(data, key, seed=seed, progress=progress, purpose="inverse")
+    except InputError as e:
+        return hy.fit(data, key, seed=seed, progress=progress), str(e), []
     fault = unsuited(best)
     if not fault:
-        return best, ()
+        return best, "", []
     ranking = best.provenance.get("auto", {})
     for candidate in list(ranking)[1:]:
         kind, options = candidate.partition(" ")[0], {k: _value(v) for k, v in _OPTION.findall(candidate)}
         with suppress(InputError):
             model = hy.fit(data, kind, seed=seed, purpose="inverse", **options)
             if not unsuited(model):
-                return model, (f"{fault} The loop has {candidate} instead, {ranking[candidate]:.3g} %FS.",)
-    raise InputError(f"{data.path or data.name}: {fault}")
+                return model, "", [f"{fault} The loop has {candidate} instead, {ranking[candidate]:.3g} %FS."]
+    return best, fault, []
 
 
 def _value(text: str) -> Any:
@@ -156,10 +142,10 @@ def _value(text: str) -> Any:
     return text
 
 
-def _fit_words(model: Model, key: str, seed: int) -> list[str]:
+def _fit_words(model: Model, key: str, seed: int, purpose: str) -> list[str]:
     """Return the options of `hystfmu fit` that give the model."""
     options = model.provenance.get("options", {}) if key == "auto" and "auto" not in model.provenance else {}
-    words = ["--for", "inverse"] if key == "auto" and not options else ["--model", model.key]
+    words = ["--for", purpose] if key == "auto" and not options else ["--model", model.key]
     words += [w for k, v in options.items() for w in ("--set", f"{k}={v}")]
     return words + (["--seed", str(seed)] if seed else [])
 
@@ -171,11 +157,6 @@ def _fitted(model: Model) -> str:
     return f"model: {model.key}, RMS {found['rms_percent']:.3g} %FS on training rows{of}"
 
 
-def _gains(found: Device) -> Gains:
-    scaled = [tuple(faster(n, f) for n in found.dynamics) for f in (1 - FREQUENCY, 1 + FREQUENCY)]
-    return tune([found.dynamics, *(scaled if found.dynamics else [])], found.h, found.delay + COMPUTING)
-
-
 def _other(model: Model, data: Dataset) -> Model | None:
     """Return a model of another kind, which stands for a device that the model does not describe."""
     if model.key == OTHER:
@@ -185,52 +166,26 @@ def _other(model: Model, data: Dataset) -> Model | None:
     return None
 
 
-def _exported(
-    folder: Path, name: str, model: Model, inverse: Model, fitting: Sequence[str]
-) -> dict[str, tuple[Path, str]]:
-    """Write the FMUs; return all files so far with their commands."""
-    loop = folder / "loop"
+def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str]) -> dict[str, tuple[Path, str]]:
+    """Write the FMU of the model; return its files with their commands."""
+    file = folder / f"{name}.model.toml"
     made = model.export(folder / f"{name}.fmu")
-    other = inverse.export(folder / f"{name}_inverse.fmu")
-    file, back = folder / f"{name}.model.toml", folder / f"{name}_inverse.model.toml"
     return {
         "model": (file, shlex.join(["hystfmu", "fit", *fitting, "-o", str(file)])),
-        "inverse": (back, f"hystfmu inverse {file} -o {back}"),
         "FMU of the model": (made, f"hystfmu export {file} -o {made}"),
-        "FMU of the inverse": (other, f"hystfmu export {back} -o {other}"),
-        "loop": (loop, f"hystfmu run {loop}; hystfmu margins {loop}"),
     }
 
 
-def _hero(results: Results, data: Dataset) -> Section:
-    """Draw the device behind a gain alone, and in the loop."""
-    shown = {"before: a gain alone": "neither", "after: inverse and feedback": "sine"}
-    unit = f" ({data.unit_y})" if data.unit_y else ""
-    plots, words = [], []
-    for title, case in shown.items():
-        found = next(r for r in results if r.case == case)
-        if found.trace is None:
-            continue
-        signals = [found.trace["reference.r"], found.trace[found.system.case.metrics["tracking"].signal]]
-        r, y = (v[len(v) // 2 :] for v in signals)
-        plots.append(Plot(title, f"wanted{unit}", f"reached{unit}", [Line("reached", r, y)], points=LOOP_POINTS))
-        words.append(f"{found.verdicts[0].value:.3g}")
-    answer = (
-        f"The RMS error of the loop is {words[-1]} % of the stroke; behind a gain alone it is {words[0]} %. "
-        "The fitted model stands for the device here: what it misses, see Errors, comes on top."
-    )
-    return Section("", answer if len(words) == len(shown) else "", (), plots)
-
-
-def _controller(gains: Gains, margins: MarginTable, notes: tuple[str, ...]) -> Section:
-    limits = [[v.limit, "unstable" if v.value is None else v.value, v.bound, v.where, v.word] for v in margins.verdicts]
-    return Section(
-        "Controller",
-        f"PI controller inside the inverse: Kp = {gains.Kp:g}, Ki = {gains.Ki:g} 1/s, the largest integral gain with "
-        "Ms below 6 dB that is stable at all corners with a step of delay more (Astrom, Panagopoulos & Hagglund 1998).",
-        [Table(("limit of the loop", "value", "bound", "at", "verdict"), limits)]
-        + ([Table(("note",), [(n,) for n in notes])] if notes else []),
-    )
+def _files_of_loop(folder: Path, name: str, loop: ClosedLoop) -> dict[str, tuple[Path, str]]:
+    """Write the inverse and its FMU; return the files of the loop with their commands."""
+    file, back, into = folder / f"{name}.model.toml", folder / f"{name}_inverse.model.toml", folder / "loop"
+    loop.inverse.save(back)
+    made = loop.inverse.export(folder / f"{name}_inverse.fmu")
+    return {
+        "inverse": (back, f"hystfmu inverse {file} -o {back}"),
+        "FMU of the inverse": (made, f"hystfmu export {back} -o {made}"),
+        "loop": (into, f"hystfmu run {into}; hystfmu margins {into}"),
+    }
 
 
 __all__ = ["Started", "start"]
