@@ -8,12 +8,15 @@ from collections.abc import Callable, Iterator
 
 import library
 import lint_balance
+import lint_branches
 import lint_equations
 import lint_functions
 import lint_graphics
+import lint_inheritance
 import lint_package
 import lint_silent
 import lint_units
+import lint_values
 import lint_variability
 import numpy as np
 import pymoca.ast as ast
@@ -29,6 +32,9 @@ PARTS = (
     lint_units,
     lint_balance,
     lint_package,
+    lint_inheritance,
+    lint_values,
+    lint_branches,
 )
 ARRAY_CALLS = {"fill", "zeros", "ones", "linspace", "cat"}
 
