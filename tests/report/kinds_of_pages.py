@@ -80,6 +80,22 @@ def compare(folder: Path) -> Path:
     return folder / "diff.html"
 
 
+def compared_studies(folder: Path) -> Path:
+    """The study of two lags, one of which is faster and has another limit."""
+    for name, a, limit in (("a", 0.5, 3.0), ("b", 0.4, 3.3)):
+        lag = {**LAG["units"]["lag"], "values": {"b": [1.0], "a": [a, 1.0], "hold": "zoh"}}
+        (folder / name / "decay").mkdir(parents=True)
+        (folder / name / "decay" / "scenario.toml").write_text(
+            tomli_w.dumps({**DECAY, "units": {**DECAY["units"], "lag": lag}})
+        )
+        limits = {"one": {"last": limit}, "half": {"last": 2.5, "peak": 3.5}}
+        (folder / name / "draws.study.toml").write_text(tomli_w.dumps({**DRAWS, "limits": limits}))
+        hy.study(folder / name / "draws.study.toml", folder / name / "out", workers=1)
+    words = ["compare", *(str(folder / name / "out") for name in "ab"), "-o", str(folder / "diff.html")]
+    CliRunner().invoke(main, words, catch_exceptions=False)
+    return folder / "diff.html"
+
+
 def demonstration(folder: Path) -> Path:
     """The page of the demo, with fewer models and loops."""
     models = [hy.fit(data(), "prandtl_ishlinskii", N=20), hy.fit(data(), "zhao_tan_mlp", starts=1, iterations=5)]
@@ -104,5 +120,6 @@ def fmu_with_explorer(folder: Path) -> Path:
 
 
 KINDS: dict[str, Callable[[Path], Path]] = {
-    f.__name__: f for f in (fit, start, run, failed, study, compare, demonstration, fmu, fmu_with_explorer)
+    f.__name__: f
+    for f in (fit, start, run, failed, study, compare, compared_studies, demonstration, fmu, fmu_with_explorer)
 }

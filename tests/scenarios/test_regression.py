@@ -239,7 +239,7 @@ def test_two_reports_side_by_side(loop: Any, write: Any, tmp_path: Path) -> None
     system = ready(write(loop))
     assert signals["reference.r"] == pytest.approx(simulate(system, "native")["reference.r"].tolist(), abs=1e-6)
     command = ["compare", str(tmp_path / "a/report.json"), str(tmp_path / "a/report.json"), "-o", str(tmp_path / "x")]
-    assert "the same metrics" in CliRunner().invoke(main, command).output
+    assert "the two reports are the same" in CliRunner().invoke(main, command).output
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"version": "1", "results": [{}]}', "[" * 100_000])

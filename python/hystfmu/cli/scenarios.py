@@ -230,22 +230,26 @@ def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
 @click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="DIFF.html", help="HTML page to write.")
 @json_option
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
-    """Compare two reports of 'hystfmu run'.
+    """Compare two reports of 'hystfmu run' or 'hystfmu study'.
 
-    A and B are their folders, or the files report.json in them.  The page says what changed, lists old and new metrics,
-    the largest change first, and overlays the signals.
+    A and B are their folders, or the files report.json in them.  The page of two runs says what changed, lists old and
+    new metrics, the largest change first, and overlays the signals.  The page of two studies has the shares inside the
+    limits with their intervals, distributions on common axes, and the draws that changed their verdict.
 
     \b
     Example: hystfmu compare main branch -o diff.html
     """
     from hystfmu.scenario.report.compare import compare_reports
     from hystfmu.scenario.report.terminal import changes
+    from hystfmu.studies.compare import compare_studies
+    from hystfmu.studies.facts import is_study
 
-    found = compare_reports(before, after, out)
+    of_studies = is_study(before) or is_study(after)
+    found = (compare_studies if of_studies else compare_reports)(before, after, out)
     if as_json:
         click.echo(json.dumps([vars(c) | {"relative": c.relative} for c in found]))
     else:
-        say(changes(found, "the two reports have the same metrics"))
+        say(changes(found, "the two reports are the same"))
         say(f"wrote {out}")
 
 

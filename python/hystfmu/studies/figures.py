@@ -79,7 +79,7 @@ def all_draws(
         return None
     names = list(values)
     picked = [names[k] for k in np.unique(np.linspace(0, len(names) - 1, MOST_DRAWS).round().astype(int))]
-    axes = [_axis(name, np.array([float(values[v][k]) for v in picked])) for k, name in labels.items()]
+    axes = [coordinate(name, np.array([float(values[v][k]) for v in picked])) for k, name in labels.items()]
     good, words = np.array([kinds[v] == "inside" for v in picked]), ("inside the limits", "outside")
     if any(limits.values()):
         ratios = np.array([worst[v] for v in picked])
@@ -89,13 +89,14 @@ def all_draws(
     elif objective is not None and objective[1]:
         name, found = objective
         reached = np.array([found.get(v, max(found.values())) for v in picked])
-        axes.append(_axis(name, reached))
+        axes.append(coordinate(name, reached))
         good, words = reached <= np.median(reached), (f"lower half of {name}", "upper half")
     title = f"{len(picked)} of {len(names)} draws" if len(picked) < len(names) else f"all {len(names)} draws"
     return Parallel(f"{title}, each a line across its values", axes, good, words)
 
 
-def _axis(name: str, values: Array) -> Coordinate:
+def coordinate(name: str, values: Array) -> Coordinate:
+    """Return an axis of parallel coordinates from its least to its largest value."""
     lo, hi = float(values.min()), float(values.max())
     return Coordinate(name, lo, hi, (values - lo) / (hi - lo) if hi > lo else np.full(len(values), 0.5))
 

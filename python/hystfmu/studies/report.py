@@ -11,6 +11,7 @@ from hystfmu.scenario.report.loop_explorer import loop_explorer
 from hystfmu.scenario.report.page import write_report as write_page
 from hystfmu.scenario.system.measures import label, unit_of
 from hystfmu.scenario.system.system import System
+from hystfmu.studies.facts import facts
 from hystfmu.studies.figures import all_draws, shares, tuning
 from hystfmu.studies.loop_limits import LoopLimits
 from hystfmu.studies.spec import Study
@@ -46,7 +47,8 @@ def write_report(
     sections += [case.section(summary, folder) for case in cases]
     explorer = loop_explorer(systems)
     sections += [explorer] if explorer is not None else []
-    return write_page([], folder, sections, f"Study {study.spec.name} of {study.cases[0].scenario}")
+    kept = {} if summary is None else facts(study, systems, labels, rows, summary)
+    return write_page([], folder, sections, f"Study {study.spec.name} of {study.cases[0].scenario}", "", kept)
 
 
 def _label(study: Study, systems: Sequence[System], parameter: str) -> str:

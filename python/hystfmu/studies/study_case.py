@@ -66,12 +66,12 @@ class StudyCase:
 
     def objective(self) -> tuple[str, dict[int, float]]:
         """Return that metric with its unit of measure, and its value by variation."""
-        name = label(self.of[self.main], _unit(self.system, self.of[self.main]))
+        name = label(self.of[self.main], metric_unit(self.system, self.of[self.main]))
         return name, dict(zip(self.variations, self.y[:, self.main].tolist(), strict=True))
 
     def section(self, summary: Summary | None, folder: Path) -> Section:
         """Return the part of the page: scatter, distributions, and folded tables."""
-        units = [label(k, _unit(self.system, k)) for k in self.of]
+        units = [label(k, metric_unit(self.system, k)) for k in self.of]
         main, y = self.main, self.y
         limit = self.limits.get(self.of[main])
         plots = scatter(self.of[main], units[main], self.names, self.x, y[:, main], self.found, main, limit)
@@ -115,7 +115,8 @@ def _effects(
     return Table(["parameter", *of], rows, text)
 
 
-def _unit(system: System, metric: str) -> str:
+def metric_unit(system: System, metric: str) -> str:
+    """Return the unit of measure of a metric of a case, or of its linearised loop; empty for a ratio."""
     if metric in system.case.metrics:
         return unit_of_metric(system, system.case.metrics[metric])
     return "dB" if metric.endswith("_db") else ""

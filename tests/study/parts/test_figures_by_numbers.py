@@ -328,7 +328,7 @@ def test_the_page_of_a_study(monkeypatch: Any, page: Any) -> None:
     rows += [{**row(17, 0.99e100), "index": 32}]
     path = report.write_report(of, [case(), case("b"), case("empty")], rows, None, page)
     assert path == page / "report.html"
-    (_, folder, sections, title) = pages[0]
+    (_, folder, sections, title, *_) = pages[0]
     assert (folder, title) == (page, "Study s of loop")
     answer, draws, first, second = sections
     assert answer.plots[0].title.startswith("what decides b: m")  # the case with the limit that fewest meet

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,9 +19,12 @@ if TYPE_CHECKING:
 MOST_ROWS = 400  # rows per signal
 
 
-def machine_form(results: Sequence[Result], sections: Sequence[Section]) -> dict[str, Any]:
-    """Return results and the tables of further sections as JSON types."""
+def machine_form(
+    results: Sequence[Result], sections: Sequence[Section], more: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Return results, the tables of further sections, and `more` as JSON types."""
     form = {
+        **(more or {}),
         "version": __version__,
         "passed": all(r.passed for r in results),
         "sections": [

@@ -7,10 +7,10 @@ order, step and delays, and its cases with loops, signals and the tracking error
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hystfmu import __version__
 from hystfmu.base.files import write_text
@@ -38,6 +38,7 @@ def write_report(
     extra_sections: Sequence[Section] = (),
     title: str = "",
     lead: str = "",
+    more: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write report.html and report.json.
 
@@ -53,6 +54,8 @@ def write_report(
         Title of the page; by default the names of the scenarios.
     lead : str
         The answer in a sentence, below the title.
+    more : mapping, optional
+        Further entries of report.json.
 
     Returns
     -------
@@ -74,7 +77,7 @@ def write_report(
     if results and not any(s.explorer for s in extra_sections):
         found = loop_explorer([r.system for r in sorted(results, key=lambda r: not r.passed)])
         body += [section(found)] if found is not None else []
-    write_text(directory / "report.json", json.dumps(machine_form(results, extra_sections)))
+    write_text(directory / "report.json", json.dumps(machine_form(results, extra_sections, more)))
     write_text(directory / "report.html", page(title, body))
     return directory / "report.html"
 

@@ -1,0 +1,205 @@
+"""Compare two studies on one page: shares inside the limits, distributions on common axes, draws that changed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.special import bdtr
+
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import write_text
+from hystfmu.report.bars import Bar, Bars
+from hystfmu.report.page import Section, Table, figures, page, section, table
+from hystfmu.report.parallel import Parallel
+from hystfmu.report.plot import Line, Plot
+from hystfmu.scenario.system.measures import label
+from hystfmu.scenario.verdict.baseline import Change
+from hystfmu.studies.facts import WORDS, Read, is_study, read_study
+from hystfmu.studies.figures import coordinate
+from hystfmu.studies.summary import interval
+
+Bools = np.ndarray[Any, np.dtype[np.bool_]]
+WHICH = ("old", "new")
+PERCENTILES = (50, 95, 99)
+MOST_PAIRS, MOST_PLOTS, MOST_ROWS, MOST_DRAWN = 5, 12, 100, 300  # of bars; distributions; changed draws listed, drawn
+LONGEST = 3.0  # a distribution is drawn up to this many times its limit or its 95 % point
+UNPAIRED = "The draws of the two studies differ, so that no draw has two verdicts."
+
+
+def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
+    """Write a page that compares two studies.
+
+    Parameters
+    ----------
+    before, after : path
+        The folder of each study, or the report.json in it.
+    out : path
+        HTML page to write.
+
+    Returns
+    -------
+    list of Change
+        Shares inside the limits in percent and percentiles of the metrics that differ.
+
+    Raises
+    ------
+    InputError
+        If a file is not of ``hystfmu study``, or only one of the two is.
+    """
+    for path, other in ((before, after), (after, before)):
+        if is_study(path) and not is_study(other):
+            raise InputError(f"{other}: not a report of 'hystfmu study', which {path} is: two studies are compared")
+    both = read_study(before), read_study(after)
+    found, same = _changes(both)
+    body = ["<h1>Two studies side by side</h1>", f'<p class="answer">{escape(_answer(both))}</p>']
+    named = zip(WHICH, (before, after), both, strict=True)
+    text = " ".join(f"{w.capitalize()}: {p}, study {r.facts.name} of {r.facts.scenario}." for w, p, r in named)
+    body.append(f'<p class="lead">{escape(text)}</p>')
+    body.append(f'<div class="plots hero">{figures([_shares(both)])}<div>{table(_table(found[:8]))}</div></div>')
+    plots = _distributions(both)
+    if plots:
+        body.append(section(Section("Distributions on common axes", plots=plots)))
+    body.append(section(_verdicts(both)))
+    if found:
+        folded = [_table(same)] if same else []
+        body.append(section(Section("All changes", "", [_table(found)], folded=folded)))
+    write_text(out, page("HystFMU comparison of studies", body))
+    return found
+
+
+def _paired(both: tuple[Read, Read]) -> bool:
+    """Return whether a draw has the same number and the same parameters in both studies."""
+    a, b = both
+    return list(a.facts.parameters) == list(b.facts.parameters) and np.array_equal(a.values, b.values, equal_nan=True)
+
+
+def _share(r: Read) -> str:
+    n, inside = len(r.facts.outcomes), r.facts.inside
+    ends = r.facts.interval
+    said = "" if ends is None else f", 95 % interval {100 * ends[0]:.3g} to {100 * ends[1]:.3g} %"
+    return f"{inside} of {n} draws ({100 * inside / n:.3g} %{said})"
+
+
+def _answer(both: tuple[Read, Read]) -> str:
+    a, b = both
+    said = f"Inside the limits: {_share(a)} before, {_share(b)} after."
+    if not _paired(both):
+        return f"{said} {UNPAIRED}"
+    gained, lost = (int(np.sum(_inside(x) & ~_inside(y))) for x, y in ((b, a), (a, b)))
+    if gained + lost == 0:
+        return f"{said} No draw changed its verdict."
+    p = _sign_test(gained, lost)
+    return (
+        f"{said} {gained + lost} draws changed their verdict, {gained} to inside and {lost} to outside: chance "
+        f"alone is as one-sided with a probability of {p:.2g} (exact McNemar test)."
+    )
+
+
+def _inside(r: Read) -> Bools:
+    return np.array([letter == "i" for letter in r.facts.outcomes])
+
+
+def _sign_test(gained: int, lost: int) -> float:
+    """Return the two-sided probability that fair coins are as unequal: McNemar 1947, Psychometrika 12, 153-157."""
+    return min(1.0, 2 * float(bdtr(min(gained, lost), gained + lost, 0.5)))
+
+
+def _within(r: Read, pair: tuple[str, str]) -> Bools:
+    return np.asarray(r.metrics[pair] <= r.facts.limits[pair[0]][pair[1]])
+
+
+def _pairs(both: tuple[Read, Read]) -> list[tuple[str, str]]:
+    """Return case and metric of the limits that both studies have, those that fewest draws of either meet first."""
+    common = [pair for pair in both[0].metrics if pair in both[1].metrics]
+    return sorted(common, key=lambda pair: min(float(_within(r, pair).mean()) for r in both))
+
+
+def _shares(both: tuple[Read, Read]) -> Bars:
+    bars = [_bar(f"all limits, {w}", _inside(r), r) for w, r in zip(WHICH, both, strict=True)]
+    for pair in _pairs(both)[: MOST_PAIRS - 1]:
+        bars += [_bar(f"{pair[0]}: {pair[1]}, {w}", _within(r, pair), r) for w, r in zip(WHICH, both, strict=True)]
+    intervals = any(b.interval is not None for b in bars)
+    return Bars("draws inside the limits" + (", with 95 % intervals" if intervals else ""), "% of the draws", bars)
+
+
+def _bar(name: str, good: Bools, r: Read) -> Bar:
+    share, ends = 100 * float(good.mean()), None
+    if r.facts.interval is not None:
+        lo, hi = interval(int(good.sum()), len(good))
+        ends = 100 * lo, 100 * hi
+    text = f"{share:.3g} %" + ("" if ends is None else f" ({ends[0]:.3g} to {ends[1]:.3g})")
+    return Bar(name, share, text, ends)
+
+
+def _distributions(both: tuple[Read, Read]) -> list[Plot]:
+    plots = []
+    for case, metric in _pairs(both)[:MOST_PLOTS]:
+        limits = [r.facts.limits[case][metric] for r in both]
+        finite = [np.sort(v[np.isfinite(v)]) for v in (r.metrics[case, metric] for r in both)]
+        if not all(map(len, finite)):
+            continue
+        most = LONGEST * max(*limits, *(float(np.quantile(v, 0.95)) for v in finite))
+        lines = [
+            Line(w, v[v <= most], 100 * np.arange(1, np.sum(v <= most) + 1) / len(r.facts.outcomes))
+            for w, v, r in zip(WHICH, finite, both, strict=True)
+        ]
+        named = (
+            {"limit": limits[0]}
+            if limits[0] == limits[1]
+            else dict(zip(("old limit", "new limit"), limits, strict=True))
+        )
+        lines += [Line(name, np.array([v, v]), np.array([0.0, 100.0])) for name, v in named.items()]
+        unit = both[1].facts.units.get(metric, "")
+        plots.append(Plot(f"{case}: {metric}", label(metric, unit), "% of the draws at or below", lines))
+    return plots
+
+
+def _verdicts(both: tuple[Read, Read]) -> Section:
+    """List and draw the draws whose verdict changed."""
+    a, b = both
+    title = "Draws that changed their verdict"
+    if not _paired(both):
+        return Section(title, UNPAIRED)
+    pairs = list(zip(a.facts.outcomes, b.facts.outcomes, strict=True))
+    moved = [k for k, (x, y) in enumerate(pairs) if x != y]
+    if not moved:
+        return Section(title, "None.")
+    names = list(b.facts.parameters.values())
+    rows = [[k, *a.values[k].tolist(), *(WORDS[letter] for letter in pairs[k])] for k in moved[:MOST_ROWS]]
+    caption = f"{len(moved)} draws" + (f", the first {MOST_ROWS} of them" if len(moved) > MOST_ROWS else "")
+    listed = Table(["draw", *names, *WHICH], rows, caption)
+    drawn = [k for k in moved if "i" in pairs[k]][:MOST_DRAWN]
+    if len(drawn) < 2:
+        return Section(title, "", [listed])
+    axes = [coordinate(name, a.values[drawn, j]) for j, name in enumerate(names)]
+    good = np.array([pairs[k][1] == "i" for k in drawn])
+    words = ("now inside the limits", "now outside")
+    return Section(title, "", [], [Parallel("each a line across its values", axes, good, words)], folded=[listed])
+
+
+def _changes(both: tuple[Read, Read]) -> tuple[list[Change], list[Change]]:
+    """Return what differs, and what does not."""
+    every = [Change("all cases", "inside the limits, %", *(100 * float(_inside(r).mean()) for r in both))]
+    for pair in _pairs(both):
+        title, metric = f"{both[1].facts.scenario}/{pair[0]}", label(pair[1], both[1].facts.units.get(pair[1], ""))
+        every.append(Change(title, f"{pair[1]} within its limit, %", *(100 * _within(r, pair).mean() for r in both)))
+        for p in PERCENTILES:
+            found = (float(np.quantile(r.metrics[pair], p / 100, method="inverted_cdf")) for r in both)
+            every.append(Change(title, f"{metric}, {p} % of the draws", *found))
+    differ = [c.old != c.new for c in every]
+    return [c for c, d in zip(every, differ, strict=True) if d], [
+        c for c, d in zip(every, differ, strict=True) if not d
+    ]
+
+
+def _table(changes: Sequence[Change]) -> Table:
+    rows = []
+    for c in changes:
+        share = "" if c.relative is None or not math.isfinite(c.relative) else f"{100 * c.relative:+.3g}"
+        rows.append([c.title, c.what, *("" if v is None else v for v in (c.old, c.new)), share])
+    return Table(("scenario/case", "what", "old", "new", "change in %"), rows)
