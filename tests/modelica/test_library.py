@@ -26,6 +26,7 @@ def test_package_order_lists_the_classes_of_the_folder(folder: Path) -> None:
 @pytest.mark.parametrize("file", library.files(), ids=lambda f: str(f.relative_to(library.ROOT)))
 def test_file_stands_where_its_class_says(file: Path) -> None:
     assert list(form.place_complaints(file, library.ROOT.parent)) == []
+    assert list(form.encoding_complaints(file)) == []
     name = file.relative_to(library.ROOT.parent).with_suffix("").as_posix().replace("/", ".")
     assert name.removesuffix(".package") in CLASSES
 

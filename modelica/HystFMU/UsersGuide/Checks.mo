@@ -31,6 +31,7 @@ plants the fault and sees it found.</p>
 <tr><td>6.5</td><td>not_compatible</td><td>What replaces a class has every public element of the class that constrains it.</td></tr>
 <tr><td>6.7</td><td>real_as_integer</td><td>A size, an Integer and the range of a loop have no Real value.</td></tr>
 <tr><td>7.1.3</td><td>kind_of_base</td><td>A block extends no model, a function no block.</td></tr>
+<tr><td>7.2.4</td><td>repeated_annotation</td><td>A declaration or class has one annotation, with each key once.</td></tr>
 <tr><td>7.2.5</td><td>missing_each</td><td>A modifier of an array has one value for each element, or 'each'.</td></tr>
 <tr><td>7.2.6</td><td>final_modified</td><td>Nothing that is final is modified.</td></tr>
 <tr><td>7.3.3</td><td>not_replaceable</td><td>Only what is replaceable is redeclared.</td></tr>
@@ -51,8 +52,15 @@ plants the fault and sees it found.</p>
 <tr><td>12.7.3</td><td>false_inverse</td><td>The inverse that a function names exists and takes its output.</td></tr>
 <tr><td>13.4</td><td>package_order</td><td>package.order lists what stands in the folder, once.</td></tr>
 <tr><td>13.4</td><td>place_of_file</td><td>A file stands where `within` says and ends with the name of its class.</td></tr>
+<tr><td>13.4</td><td>encoding</td><td>A file is UTF-8 without a mark, a tab or a carriage return, and ends with one newline.</td></tr>
 <tr><td>18.2.1</td><td>dead_link</td><td>A link or picture of the documentation leads to a class or file that exists.</td></tr>
+<tr><td>18.2.1</td><td>unbalanced_html</td><td>Documentation is HTML from &lt;html&gt; to &lt;/html&gt;; every tag is closed, every picture has a text.</td></tr>
+<tr><td>18.3</td><td>evaluate</td><td>Evaluate is true or false, and of a parameter or constant.</td></tr>
+<tr><td>18.4</td><td>experiment_values</td><td>An experiment ends after its start, has an interval within it and a tolerance between 0 and 1.</td></tr>
 <tr><td>18.8.2</td><td>without_version</td><td>A library has version, versionDate, uses, and conversion after its first version.</td></tr>
+<tr><td>18.8.2</td><td>conversion_order</td><td>A library converts from versions before its own.</td></tr>
+<tr><td>18.8.2</td><td>unlisted_use</td><td>A class of another library needs its name and version in uses.</td></tr>
+<tr><td>19.1</td><td>unit_syntax</td><td>A unit of measure has the form of the specification, and symbols that it knows.</td></tr>
 <tr><td>what one compiler gets wrong without a word</td><td>lost_elements</td><td>A protected array of a function has a value as a whole before an element is set in a branch.</td></tr>
 <tr><td>what one compiler gets wrong without a word</td><td>redeclared_function</td><td>A component or base class has no function redeclared: a package, instead.</td></tr>
 <tr><td>Modelica.UsersGuide.Conventions</td><td>without_icon</td><td>A class has an icon or inherits one.</td></tr>
@@ -78,6 +86,7 @@ plants the fault and sees it found.</p>
 <tr><td>of this library</td><td>without_nominal</td><td>A state with a unit has a nominal value.</td></tr>
 <tr><td>of this library</td><td>without_view</td><td>Pages of the guide have preferredView and DocumentationClass.</td></tr>
 <tr><td>of this library</td><td>start_unfixed</td><td>A state with a start value says whether it is fixed.</td></tr>
+<tr><td>of this library</td><td>quantity_unit</td><td>A quantity has the unit that Modelica.Units.SI gives it.</td></tr>
 </table>
 </html>"));
 end Checks;

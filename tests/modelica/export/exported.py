@@ -103,6 +103,7 @@ def complaints(package: Path) -> list[str]:
     found = list(form.order_complaints(package))
     for file in package.glob("*.mo"):
         found += form.place_complaints(file, package.parent)
+        found += form.encoding_complaints(file)
     with library.beside(package) as classes:
         return found + [complaint for c in classes for complaint in lint.complaints(c)]
 

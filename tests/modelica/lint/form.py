@@ -34,6 +34,20 @@ def place_complaints(file: Path, root: Path) -> Iterator[str]:
         yield f"{file.name} does not end with 'end {name};'"
 
 
+def encoding_complaints(file: Path) -> Iterator[str]:
+    """The bytes of a file: what one tool reads and another does not."""
+    data = file.read_bytes()
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as e:
+        yield f"{file.name} is not UTF-8 at byte {e.start}"
+    for bad, what in ((b"\xef\xbb\xbf", "a byte order mark"), (b"\t", "a tab"), (b"\r", "a carriage return")):
+        if bad in data:
+            yield f"{file.name} has {what}"
+    if not data.endswith(b"\n") or data.endswith(b"\n\n"):
+        yield f"{file.name} does not end with one newline"
+
+
 def blocks(classes: Mapping[str, library.Class]) -> list[str]:
     """Blocks that a user puts into a model."""
     without = ("HystFMU.Icons", "HystFMU.Validation")

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 
 import library
+import lint_annotations
 import lint_balance
 import lint_branches
 import lint_equations
@@ -35,6 +36,7 @@ PARTS = (
     lint_inheritance,
     lint_values,
     lint_branches,
+    lint_annotations,
 )
 ARRAY_CALLS = {"fill", "zeros", "ones", "linspace", "cat"}
 

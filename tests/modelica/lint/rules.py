@@ -11,7 +11,7 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path += [str(Path(__file__).parent), str(Path(__file__).parents[1])]
+sys.path += [str(Path(__file__).parent), str(Path(__file__).parent / "reading"), str(Path(__file__).parents[1])]
 
 import form
 import library
@@ -39,6 +39,7 @@ def found() -> list[str]:
     messages = [m for c in library.classes().values() for m in lint.complaints(c)]
     for file in library.files():
         messages += [f"place_of_file: {m}" for m in form.place_complaints(file, library.ROOT.parent)]
+        messages += [f"encoding: {m}" for m in form.encoding_complaints(file)]
     for folder in folders():
         messages += [f"package_order: {m}" for m in form.order_complaints(folder)]
     return messages

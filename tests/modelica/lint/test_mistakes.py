@@ -6,6 +6,7 @@ The unchanged classes are quiet (test_library.py, test_table.py).
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import form
@@ -123,6 +124,25 @@ def test_place_of_a_file_is_checked(old: str, new: str, says: str, control: Path
     assert old in file.read_text()
     file.write_text(file.read_text().replace(old, new))
     assert list(form.place_complaints(file, control.parents[1])) == [says]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda b: b.replace(b"Pid", b"P\xefd", 1), "is not UTF-8 at byte"),
+        (lambda b: b"\xef\xbb\xbf" + b, "has a byte order mark"),
+        (lambda b: b.replace(b"  ", b"\t", 1), "has a tab"),
+        (lambda b: b.replace(b"\n", b"\r\n"), "has a carriage return"),
+        (lambda b: b.rstrip(), "does not end with one newline"),
+        (lambda b: b + b"\n", "does not end with one newline"),
+    ],
+    ids=["another encoding", "mark", "tab", "line ends", "no newline", "two newlines"],
+)
+def test_bytes_of_a_file_are_checked(change: Callable[[bytes], bytes], says: str, control: Path) -> None:
+    file = control / "Pid.mo"
+    assert list(form.encoding_complaints(file)) == []
+    file.write_bytes(change(file.read_bytes()))
+    assert [m for m in form.encoding_complaints(file) if m.startswith(f"Pid.mo {says}")]
 
 
 def test_block_without_a_validation_is_found() -> None:

@@ -27,7 +27,7 @@ def _text_of(body: str, short_name: str, below: tuple[str, ...], name: str) -> s
     body = body[start.start() : stop]
     for inner in below:
         long, short = (
-            rf"\b{KIND} {inner} \".*?\bend {inner};",
+            rf"\b{KIND} (?:extends )?{inner} \".*?\bend {inner};",
             rf"\b(?<!replaceable ){KIND} {inner} =.*?Documentation\(info.*?\)\);",
         )
         body = re.sub(f"{long}|{short}", "", body, flags=re.S)
