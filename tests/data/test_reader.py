@@ -201,6 +201,15 @@ def test_one_line_says_what_was_assumed(tmp_path):
     assert "time 't' in s (no unit of measure is stated)" in read(path).read_as
 
 
+@pytest.mark.parametrize("heading", ["t;voltage [V];strain [%]", "t;temperature;y", "t;u;reading"])
+def test_one_column_left_for_one_role_is_clear(heading, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(text([heading], [f"{k};{k % 3};{k}" for k in range(9)]))
+    data = read(path)
+    assert (data.u[:3].tolist(), data.y[:3].tolist()) == ([0.0, 1.0, 2.0], [0.0, 1.0, 2.0])
+    assert all(repr(name) in data.read_as for name in heading.split(";"))
+
+
 # ---- refused -------------------------------------------------------------------------------------------------------
 REFUSED = {
     "thousands or decimals": (

@@ -28,6 +28,7 @@ QUANTITIES = {  # a sensor has them the other way round: see `chosen`
     "input": ("voltage", "spannung", "current", "strom", "tension", "field"),
     "output": (
         "displacement",
+        "disp",
         "position",
         "deflection",
         "weg",
@@ -113,6 +114,13 @@ def chosen(
         if place is not None:
             found[role] = place
             taken.add(place)
+    missing = [role for role in ("input", "output") if given[role] == "" and role not in found]
+    left = _left(table, taken)
+    if len(missing) == len(left) == 1 and len(found) > (
+        rate is None
+    ):  # the only one that is neither time nor the other
+        found[missing[0]] = left[0]
+        taken.add(left[0])
     if "input" not in found or (output == "" and "output" not in found and _left(table, taken)):
         role = "output" if "input" in found else "input"
         raise InputError(
@@ -184,8 +192,8 @@ def _last(column: Column) -> str:
     return column.name.rpartition("/")[2].lower()
 
 
-def _left(table: Table, taken: Collection[int | None]) -> bool:
-    return any(c.label for k, c in enumerate(table.columns) if k not in taken)
+def _left(table: Table, taken: Collection[int | None]) -> list[int]:
+    return [k for k, c in enumerate(table.columns) if c.label and k not in taken]
 
 
 def _where(table: Table) -> str:
