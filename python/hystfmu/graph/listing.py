@@ -6,6 +6,7 @@ import json
 from typing import Any
 
 from hystfmu.base.errors import InputError
+from hystfmu.core.groups import group
 from hystfmu.core.library import BlockType, Var, block_types
 from hystfmu.report.terminal import table
 
@@ -49,10 +50,13 @@ def details(name: str) -> str:
     if t.dims:
         rows = [[d.name, d.start, f"{d.lo}..{d.hi}", d.text] for d in t.dims]
         lines += ["", table(["size", "default", "range", "meaning"], rows)]
-    for title, kinds in (("input", ("input",)), ("output", ("output",)), ("parameter", ("param", "fixed"))):
-        rows = [_row(v) for v in t.of(*kinds)]
-        if rows:
-            lines += ["", table([title, "size", "unit of measure", "default", "range", "meaning"], rows)]
+    heads = ["size", "unit of measure", "default", "range", "meaning"]
+    for title in ("input", "output"):
+        if t.of(title):
+            lines += ["", table([title, *heads], [_row(v) for v in t.of(title)])]
+    if t.parameters:
+        rows = [[v.name, group(t, v), *_row(v)[1:]] for v in t.parameters]
+        lines += ["", table(["parameter", "group", *heads], rows)]
     return "\n".join(lines)
 
 
@@ -74,6 +78,7 @@ def _data(t: BlockType) -> dict[str, Any]:
             for k, x in vars(v).items()
             if k != "raw"
         }
+        | ({"group": group(t, v)} if v.kind in ("param", "fixed") else {})
         for v in t.of("param", "fixed", "input", "output")
     ]
     dims = [vars(d) for d in t.dims]

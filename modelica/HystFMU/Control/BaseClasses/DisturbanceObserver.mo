@@ -3,10 +3,10 @@ within HystFMU.Control.BaseClasses;
 partial block DisturbanceObserver "Disturbance observer: subtracts an estimated input disturbance from the command: parameters and ports"
   extends Icons.Block;
   parameter Integer n(min = 1) = 1 "Steps from a command to its response in y: 1 without delay" annotation (Dialog(group = "Sizes"));
-  parameter Types.Frequency f_n(min = 0) = 1 "Natural frequency of the plant; greater than 0" annotation (Dialog(group = "Parameters"));
-  parameter Real zeta(min = 0) = 0.7 "Damping ratio of the plant" annotation (Dialog(group = "Parameters"));
-  parameter Real gain = 1 "Static gain of the plant, not 0" annotation (Dialog(group = "Parameters"));
-  parameter Types.Frequency f_o(min = 0) = 0.5 "Bandwidth of the observer; greater than 0" annotation (Dialog(group = "Parameters"));
+  parameter Types.Frequency f_n(min = 0) = 1 "Natural frequency of the plant; greater than 0" annotation (Dialog(group = "Dynamics"));
+  parameter Real zeta(min = 0) = 0.7 "Damping ratio of the plant" annotation (Dialog(group = "Dynamics"));
+  parameter Real gain = 1 "Static gain of the plant, not 0" annotation (Dialog(group = "Gains"));
+  parameter Types.Frequency f_o(min = 0) = 0.5 "Bandwidth of the observer; greater than 0" annotation (Dialog(group = "Filters"));
   parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));
   parameter Real u_max = 1e300 "Upper limit of u" annotation (Dialog(group = "Limits"));
   Interfaces.RealInput u_c "Command for the undisturbed plant" annotation (Placement(transformation(extent = {{-120, 30}, {-100, 50}})));

@@ -2,9 +2,9 @@
 within HystFMU.Control.BaseClasses;
 partial block Feedforward "Feed-forward: inverse of a second-order plant: parameters and ports"
   extends Icons.Block;
-  parameter Types.Frequency f_n(min = 0) = 500 "Natural frequency omega_n / 2 pi; greater than 0" annotation (Dialog(group = "Parameters"));
-  parameter Real zeta(min = 0) = 0.7 "Damping ratio" annotation (Dialog(group = "Parameters"));
-  parameter Real gain = 1 "Static gain of the plant, not 0" annotation (Dialog(group = "Parameters"));
+  parameter Types.Frequency f_n(min = 0) = 500 "Natural frequency omega_n / 2 pi; greater than 0" annotation (Dialog(group = "Dynamics"));
+  parameter Real zeta(min = 0) = 0.7 "Damping ratio" annotation (Dialog(group = "Dynamics"));
+  parameter Real gain = 1 "Static gain of the plant, not 0" annotation (Dialog(group = "Gains"));
   Interfaces.RealInput r "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
   Interfaces.RealInput dr(unit = "1/s") "First derivative of r" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput ddr(unit = "1/s2") "Second derivative of r" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));

@@ -2,10 +2,10 @@
 within HystFMU.Control.BaseClasses;
 partial block Pid "PID controller with feed-forward and anti-windup: parameters and ports"
   extends Icons.Block;
-  parameter Real Kp = 1 "Proportional gain" annotation (Dialog(group = "Parameters"));
-  parameter Real Ki(unit = "1/s") = 0 "Integral gain" annotation (Dialog(group = "Parameters"));
-  parameter Types.Time Kd = 0 "Derivative gain" annotation (Dialog(group = "Parameters"));
-  parameter Types.Time tau(min = 0) = 0 "Time constant of the derivative filter; 0: none" annotation (Dialog(group = "Parameters"));
+  parameter Real Kp = 1 "Proportional gain" annotation (Dialog(group = "Gains"));
+  parameter Real Ki(unit = "1/s") = 0 "Integral gain" annotation (Dialog(group = "Gains"));
+  parameter Types.Time Kd = 0 "Derivative gain" annotation (Dialog(group = "Gains"));
+  parameter Types.Time tau(min = 0) = 0 "Time constant of the derivative filter; 0: none" annotation (Dialog(group = "Filters"));
   parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));
   parameter Real u_max = 1e300 "Upper limit of u" annotation (Dialog(group = "Limits"));
   Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));

@@ -5,8 +5,8 @@ partial block Amplifier "Piezo amplifier with limits of voltage and current and 
   parameter Types.Voltage u_min(min = -1e300, max = 1e300) = -20 "Least voltage" annotation (Dialog(group = "Limits"));
   parameter Types.Voltage u_max(min = -1e300, max = 1e300) = 130 "Largest voltage" annotation (Dialog(group = "Limits"));
   parameter Types.Current i_max(min = 0, max = 1e300) = 0.25 "Largest current; greater than 0" annotation (Dialog(group = "Limits"));
-  parameter Types.Capacitance C(min = 0, max = 1e300) = 1.8e-06 "Capacitance of the actuator; greater than 0" annotation (Dialog(group = "Parameters"));
-  parameter Types.Frequency f_b(min = 0, max = 1e12) = 10000 "Bandwidth of small signals (-3 dB); greater than 0" annotation (Dialog(group = "Parameters"));
+  parameter Types.Capacitance C(min = 0, max = 1e300) = 1.8e-06 "Capacitance of the actuator; greater than 0" annotation (Dialog(group = "Dynamics"));
+  parameter Types.Frequency f_b(min = 0, max = 1e12) = 10000 "Bandwidth of small signals (-3 dB); greater than 0" annotation (Dialog(group = "Filters"));
   Interfaces.RealInput u(unit = "V") "Commanded voltage" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y(unit = "V") "Voltage at the actuator" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
   Interfaces.RealOutput excess(unit = "V") "Part of the command that the limits do not follow" annotation (Placement(transformation(extent = {{100, -50}, {120, -30}})));

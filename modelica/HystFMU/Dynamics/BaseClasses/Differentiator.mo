@@ -2,7 +2,7 @@
 within HystFMU.Dynamics.BaseClasses;
 partial block Differentiator "Filtered derivative of a signal: parameters and ports"
   extends Icons.Block;
-  parameter Types.Time tau(min = 0) = 0 "Time constant of the filter; 0: plain difference" annotation (Dialog(group = "Parameters"));
+  parameter Types.Time tau(min = 0) = 0 "Time constant of the filter; 0: plain difference" annotation (Dialog(group = "Filters"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput du(unit = "1/s") "Derivative of u" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

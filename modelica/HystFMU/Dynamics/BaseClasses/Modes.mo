@@ -3,9 +3,9 @@ within HystFMU.Dynamics.BaseClasses;
 partial block Modes "Second-order modes in parallel, discretised exactly: parameters and ports"
   extends Icons.Block;
   parameter Integer n(min = 1) = 1 "Number of modes" annotation (Dialog(group = "Sizes"));
-  parameter Types.Frequency f_n[n](each min = 0, each max = 1e12) = fill(1.0, n) "Natural frequencies; greater than 0" annotation (Dialog(group = "Parameters"));
-  parameter Real zeta[n](each min = 0, each max = 1e06) = fill(0.02, n) "Damping ratios" annotation (Dialog(group = "Parameters"));
-  parameter Real k[n] = fill(1.0, n) "Static gains" annotation (Dialog(group = "Parameters"));
+  parameter Types.Frequency f_n[n](each min = 0, each max = 1e12) = fill(1.0, n) "Natural frequencies; greater than 0" annotation (Dialog(group = "Dynamics"));
+  parameter Real zeta[n](each min = 0, each max = 1e06) = fill(0.02, n) "Damping ratios" annotation (Dialog(group = "Dynamics"));
+  parameter Real k[n] = fill(1.0, n) "Static gains" annotation (Dialog(group = "Gains"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Sum of the modes" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

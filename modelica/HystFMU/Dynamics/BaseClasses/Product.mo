@@ -4,7 +4,7 @@ partial block Product "Product of signals, over a product of others: parameters 
   extends Icons.Block;
   parameter Integer n(min = 1) = 2 "Number of factors" annotation (Dialog(group = "Sizes"));
   parameter Integer m(min = 0) = 1 "Number of divisors" annotation (Dialog(group = "Sizes"));
-  parameter Real least(min = 1e-150) = 0.001 "Least size of a divisor" annotation (Dialog(group = "Parameters"));
+  parameter Real least(min = 1e-150) = 0.001 "Least size of a divisor" annotation (Dialog(group = "Limits"));
   Interfaces.RealInput u[n + m] "Factors, then the divisors" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Product of the factors over that of the divisors" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

@@ -3,8 +3,8 @@ within HystFMU.Dynamics.BaseClasses;
 partial block Scaling "Limit, gain and offset of each signal: parameters and ports"
   extends Icons.Block;
   parameter Integer n(min = 1) = 1 "Number of signals" annotation (Dialog(group = "Sizes"));
-  parameter Real gain[n] = fill(1.0, n) "Gain" annotation (Dialog(group = "Parameters"));
-  parameter Real offset[n] = fill(0.0, n) "Offset, added after the gain" annotation (Dialog(group = "Parameters"));
+  parameter Real gain[n] = fill(1.0, n) "Gain" annotation (Dialog(group = "Gains"));
+  parameter Real offset[n] = fill(0.0, n) "Offset, added after the gain" annotation (Dialog(group = "Offset"));
   parameter Real lo[n](each min = -1e300, each max = 1e300) = fill(-1e+300, n) "Lower limit of the input (-1e300: none)" annotation (Dialog(group = "Limits"));
   parameter Real hi[n](each min = -1e300, each max = 1e300) = fill(1e+300, n) "Upper limit of the input (1e300: none)" annotation (Dialog(group = "Limits"));
   Interfaces.RealInput u[n] "Inputs" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));

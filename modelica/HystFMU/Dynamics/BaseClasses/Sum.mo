@@ -3,8 +3,8 @@ within HystFMU.Dynamics.BaseClasses;
 partial block Sum "Weighted sum of signals: parameters and ports"
   extends Icons.Block;
   parameter Integer n(min = 1) = 2 "Number of signals" annotation (Dialog(group = "Sizes"));
-  parameter Real k[n] = fill(1.0, n) "Weights" annotation (Dialog(group = "Parameters"));
-  parameter Real offset = 0 "Constant term" annotation (Dialog(group = "Parameters"));
+  parameter Real k[n] = fill(1.0, n) "Weights" annotation (Dialog(group = "Weights"));
+  parameter Real offset = 0 "Constant term" annotation (Dialog(group = "Offset"));
   Interfaces.RealInput u[n] "Inputs" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Weighted sum" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

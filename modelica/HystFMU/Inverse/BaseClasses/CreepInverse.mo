@@ -3,9 +3,9 @@ within HystFMU.Inverse.BaseClasses;
 partial block CreepInverse "Exact inverse of creep: parameters and ports"
   extends Icons.Inverse;
   parameter Integer n(min = 1) = 1 "Number of lags" annotation (Dialog(group = "Sizes"));
-  parameter Real w[n] = fill(1.0, n) "Weights of the lags" annotation (Dialog(group = "Parameters"));
-  parameter Types.Time T[n](each min = 0) = fill(1.0, n) "Time constants; greater than 0" annotation (Dialog(group = "Parameters"));
-  parameter Real w0 = 1 "Weight of the input itself, other than 0" annotation (Dialog(group = "Parameters"));
+  parameter Real w[n] = fill(1.0, n) "Weights of the lags" annotation (Dialog(group = "Weights"));
+  parameter Types.Time T[n](each min = 0) = fill(1.0, n) "Time constants; greater than 0" annotation (Dialog(group = "Dynamics"));
+  parameter Real w0 = 1 "Weight of the input itself, other than 0" annotation (Dialog(group = "Weights"));
   parameter Types.Start start = Types.Start.rest "Lags start at 0, or at the first output" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Wanted output of the creep" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Input of the creep that gives it" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));

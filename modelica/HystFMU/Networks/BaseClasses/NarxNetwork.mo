@@ -5,11 +5,11 @@ partial block NarxNetwork "NARX network: one hidden layer on lags of input and o
   parameter Integer n_u(min = 1) = 2 "Present input and lags of it, together" annotation (Dialog(group = "Sizes"));
   parameter Integer n_y(min = 0) = 1 "Lags of the output" annotation (Dialog(group = "Sizes"));
   parameter Integer n_hidden(min = 1) = 4 "Number of hidden neurons" annotation (Dialog(group = "Sizes"));
-  parameter Real a[n_u + n_y] = fill(0.1, n_u + n_y) "Linear weights of u_k and older inputs, y_(k-1) and older outputs" annotation (Dialog(group = "Parameters"));
-  parameter Real W1[n_hidden*(n_u + n_y)] = fill(0.2, n_hidden*(n_u + n_y)) "Hidden weights, one row per neuron" annotation (Dialog(group = "Parameters"));
-  parameter Real b1[n_hidden] = fill(0.0, n_hidden) "Hidden biases" annotation (Dialog(group = "Parameters"));
-  parameter Real W2[n_hidden] = fill(0.1, n_hidden) "Output weights" annotation (Dialog(group = "Parameters"));
-  parameter Real b2 = 0 "Output bias" annotation (Dialog(group = "Parameters"));
+  parameter Real a[n_u + n_y] = fill(0.1, n_u + n_y) "Linear weights of u_k and older inputs, y_(k-1) and older outputs" annotation (Dialog(group = "Weights"));
+  parameter Real W1[n_hidden*(n_u + n_y)] = fill(0.2, n_hidden*(n_u + n_y)) "Hidden weights, one row per neuron" annotation (Dialog(group = "Weights"));
+  parameter Real b1[n_hidden] = fill(0.0, n_hidden) "Hidden biases" annotation (Dialog(group = "Weights"));
+  parameter Real W2[n_hidden] = fill(0.1, n_hidden) "Output weights" annotation (Dialog(group = "Weights"));
+  parameter Real b2 = 0 "Output bias" annotation (Dialog(group = "Weights"));
   parameter Real y0 = 0 "Output before the first input" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));

@@ -3,12 +3,12 @@ within HystFMU.Networks.BaseClasses;
 partial block RecursiveLeastSquares "Recursive least squares with a dead zone: learns the weights of regressors while it runs: parameters and ports"
   extends Icons.Block;
   parameter Integer n(min = 1) = 2 "Number of weights" annotation (Dialog(group = "Sizes"));
-  parameter Types.Recursion form = Types.Recursion.corrected "Corrected, as printed, or without dead zone" annotation (Dialog(group = "Parameters"));
+  parameter Types.Recursion form = Types.Recursion.corrected "Corrected, as printed, or without dead zone" annotation (Dialog(group = "Network"));
   parameter Real theta0[n] = fill(0.0, n) "Initial weights" annotation (Dialog(group = "Start"));
   parameter Real eta(min = 0) = 100 "Initial covariance P(0) = eta I; greater than 0" annotation (Dialog(group = "Start"));
-  parameter Real mu(min = 0, max = 1) = 0.999 "Forgetting factor; 1: none; greater than 0" annotation (Dialog(group = "Parameters"));
-  parameter Real r(min = 0) = 0.05 "Dead zone: an error of at most r is no error; greater than 0" annotation (Dialog(group = "Parameters"));
-  parameter Real share(min = 0, max = 1) = 1 "Gain beta as a share of its bound mu Sigma; greater than 0" annotation (Dialog(group = "Parameters"));
+  parameter Real mu(min = 0, max = 1) = 0.999 "Forgetting factor; 1: none; greater than 0" annotation (Dialog(group = "Network"));
+  parameter Real r(min = 0) = 0.05 "Dead zone: an error of at most r is no error; greater than 0" annotation (Dialog(group = "Thresholds"));
+  parameter Real share(min = 0, max = 1) = 1 "Gain beta as a share of its bound mu Sigma; greater than 0" annotation (Dialog(group = "Gains"));
   Interfaces.RealInput phi[n] "Regressors" annotation (Placement(transformation(extent = {{-120, 30}, {-100, 50}})));
   Interfaces.RealInput y "Measured output" annotation (Placement(transformation(extent = {{-120, -50}, {-100, -30}})));
   Interfaces.RealOutput y_hat "Prediction of y, before it is learned from" annotation (Placement(transformation(extent = {{100, 43}, {120, 63}})));

@@ -3,9 +3,9 @@ within HystFMU.Operators.BaseClasses;
 partial block BacklashSum "Weighted sum of backlash (play) operators, plain states: parameters and ports"
   extends Icons.Hysteresis;
   parameter Integer n(min = 1) = 10 "Number of backlash operators" annotation (Dialog(group = "Sizes"));
-  parameter Real w0 = 0 "Weight of the linear term" annotation (Dialog(group = "Parameters"));
-  parameter Real r[n](each min = 0) = fill(0.1, n) "Half-widths of the plays" annotation (Dialog(group = "Parameters"));
-  parameter Real w[n] = fill(0.1, n) "Weights of the plays" annotation (Dialog(group = "Parameters"));
+  parameter Real w0 = 0 "Weight of the linear term" annotation (Dialog(group = "Weights"));
+  parameter Real r[n](each min = 0) = fill(0.1, n) "Half-widths of the plays" annotation (Dialog(group = "Thresholds"));
+  parameter Real w[n] = fill(0.1, n) "Weights of the plays" annotation (Dialog(group = "Weights"));
   parameter Real z0[n] = fill(0.0, n) "Initial play states" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));

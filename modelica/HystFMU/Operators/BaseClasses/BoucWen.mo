@@ -2,12 +2,12 @@
 within HystFMU.Operators.BaseClasses;
 partial block BoucWen "Bouc-Wen operator: parameters and ports"
   extends Icons.Hysteresis;
-  parameter Real A(min = 1e-100, max = 1e100) = 1 "Slope of z at z = 0" annotation (Dialog(group = "Parameters"));
-  parameter Real beta(min = 0, max = 1e100) = 0.5 "Width of the loop" annotation (Dialog(group = "Parameters"));
-  parameter Real gamma(min = -1e100, max = 1e100) = 0.5 "Shape of the loop; beta + gamma > 0" annotation (Dialog(group = "Parameters"));
-  parameter Real n(min = 1, max = 20) = 1 "Sharpness of the knee" annotation (Dialog(group = "Parameters"));
-  parameter Real alpha(min = 0, max = 1) = 0.5 "Weight of the linear term" annotation (Dialog(group = "Parameters"));
-  parameter Real k = 1 "Output gain" annotation (Dialog(group = "Parameters"));
+  parameter Real A(min = 1e-100, max = 1e100) = 1 "Slope of z at z = 0" annotation (Dialog(group = "Operator"));
+  parameter Real beta(min = 0, max = 1e100) = 0.5 "Width of the loop" annotation (Dialog(group = "Operator"));
+  parameter Real gamma(min = -1e100, max = 1e100) = 0.5 "Shape of the loop; beta + gamma > 0" annotation (Dialog(group = "Operator"));
+  parameter Real n(min = 1, max = 20) = 1 "Sharpness of the knee" annotation (Dialog(group = "Operator"));
+  parameter Real alpha(min = 0, max = 1) = 0.5 "Weight of the linear term" annotation (Dialog(group = "Weights"));
+  parameter Real k = 1 "Output gain" annotation (Dialog(group = "Gains"));
   parameter Real z0 = 0 "Z at the first input; within z_max" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));

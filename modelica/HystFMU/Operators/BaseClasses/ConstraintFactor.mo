@@ -4,8 +4,8 @@ partial block ConstraintFactor "Constraint-factor operator (Ma): odd polynomial 
   extends Icons.Hysteresis;
   parameter Integer m(min = 1) = 1 "Number of odd powers" annotation (Dialog(group = "Sizes"));
   parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
-  parameter Real a0 = 0 "Constant of the polynomial: slope at the branch start" annotation (Dialog(group = "Parameters"));
-  parameter Real a[m] = fill(1.0, m) "Coefficients of d, d^3, .., d^(2m-1)" annotation (Dialog(group = "Parameters"));
+  parameter Real a0 = 0 "Constant of the polynomial: slope at the branch start" annotation (Dialog(group = "Operator"));
+  parameter Real a[m] = fill(1.0, m) "Coefficients of d, d^3, .., d^(2m-1)" annotation (Dialog(group = "Weights"));
   parameter Real d_max(min = 0) = 10 "Longest branch of the polynomial, virgin branches count double; a straight line beyond; greater than 0" annotation (Dialog(group = "Limits"));
   parameter Types.Memory memory = Types.Memory.dominant "Which extremum a branch starts from" annotation (Dialog(group = "Memory"));
   parameter Real x0 = 0 "Initial memory: the operator rests at x = x0, h = 0" annotation (Dialog(group = "Start"));

@@ -3,9 +3,9 @@ within HystFMU.Operators.BaseClasses;
 partial block DeadZones "Weighted sum of one-sided dead zones: parameters and ports"
   extends Icons.Block;
   parameter Integer n(min = 1) = 6 "Number of dead zones" annotation (Dialog(group = "Sizes"));
-  parameter Real w0 = 1 "Weight of the linear term" annotation (Dialog(group = "Parameters"));
-  parameter Real r[n] = fill(0.1, n) "Thresholds; the sign selects the side" annotation (Dialog(group = "Parameters"));
-  parameter Real w[n] = fill(0.1, n) "Weights of the dead zones" annotation (Dialog(group = "Parameters"));
+  parameter Real w0 = 1 "Weight of the linear term" annotation (Dialog(group = "Weights"));
+  parameter Real r[n] = fill(0.1, n) "Thresholds; the sign selects the side" annotation (Dialog(group = "Thresholds"));
+  parameter Real w[n] = fill(0.1, n) "Weights of the dead zones" annotation (Dialog(group = "Weights"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

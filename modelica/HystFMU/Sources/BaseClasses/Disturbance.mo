@@ -2,11 +2,11 @@
 within HystFMU.Sources.BaseClasses;
 partial block Disturbance "Disturbance: step plus sine: parameters and ports"
   extends Icons.Source;
-  parameter Real step = 0 "Height of the step" annotation (Dialog(group = "Parameters"));
-  parameter Types.Time t_step = 0 "Time of the step" annotation (Dialog(group = "Parameters"));
-  parameter Real amplitude = 1 "Amplitude of the sine" annotation (Dialog(group = "Parameters"));
-  parameter Types.Frequency frequency(min = 0, max = 1e12) = 1 "Frequency of the sine" annotation (Dialog(group = "Parameters"));
-  parameter Types.Angle phase(min = -1e12, max = 1e12) = 0 "Phase of the sine at time 0" annotation (Dialog(group = "Parameters"));
+  parameter Real step = 0 "Height of the step" annotation (Dialog(group = "Signal"));
+  parameter Types.Time t_step = 0 "Time of the step" annotation (Dialog(group = "Signal"));
+  parameter Real amplitude = 1 "Amplitude of the sine" annotation (Dialog(group = "Signal"));
+  parameter Types.Frequency frequency(min = 0, max = 1e12) = 1 "Frequency of the sine" annotation (Dialog(group = "Signal"));
+  parameter Types.Angle phase(min = -1e12, max = 1e12) = 0 "Phase of the sine at time 0" annotation (Dialog(group = "Signal"));
   Interfaces.RealOutput d "Disturbance" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> d = step [t &gt;= t_step] + amplitude sin(2 pi frequency t + phase).</p>

@@ -2,8 +2,8 @@
 within HystFMU.Sources.BaseClasses;
 partial block Noise "White Gaussian noise: parameters and ports"
   extends Icons.Source;
-  parameter Real sigma(min = 0) = 1 "Standard deviation" annotation (Dialog(group = "Parameters"));
-  parameter Integer seed(min = 0, max = 2147483647) = 1 "Seed" annotation (Dialog(group = "Parameters"));
+  parameter Real sigma(min = 0) = 1 "Standard deviation" annotation (Dialog(group = "Signal"));
+  parameter Integer seed(min = 0, max = 2147483647) = 1 "Seed" annotation (Dialog(group = "Signal"));
   Interfaces.RealOutput w "Noise" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> w_k = sigma N(0, 1), by (seed, k).</p>

@@ -7,6 +7,7 @@ import re
 import sys
 
 from hystfmu.base.errors import InputError
+from hystfmu.core.groups import group
 from hystfmu.core.library import BlockType, Dim, Var
 from hystfmu.modelica.layout import placed, port_placed
 from hystfmu.modelica.library.shelf import Shelf
@@ -14,7 +15,6 @@ from hystfmu.modelica.literals import sentence
 from hystfmu.modelica.places import DEPTH, enumeration
 
 _CALL = re.compile(r"(\w+)\(")
-_LIMIT = re.compile(r"_min\Z|_max\Z|\Alo\Z|\Ahi\Z")
 _PRODUCT = re.compile(r"(\w+)\*(\w+)\Z")
 _QUOTIENT = re.compile(r"(.+?)\s*/\s*(\w+)\Z")
 _MONOMIALS = re.compile(r"monomials\((.+), (\w+)\)\Z")
@@ -56,17 +56,17 @@ def number(x: float) -> str:
 
 def dim(d: Dim) -> str:
     """The declaration of a size."""
-    group = "Memory" if d.name == "depth" else "Sizes"
+    place = "Memory" if d.name == "depth" else "Sizes"
     start = min(d.start, DEPTH) if d.name == "depth" else d.start
-    return f"parameter Integer {d.name}(min = {d.lo}) = {start} {sentence(d.text)}{_dialog(group)};"
+    return f"parameter Integer {d.name}(min = {d.lo}) = {start} {sentence(d.text)}{_dialog(place)};"
 
 
 def parameter(block: BlockType, v: Var, shelf: Shelf) -> str:
     """The declaration of a parameter of a block."""
-    group = _group(v)
+    place = group(block, v)
     if v.choices:
         kind = enumeration(block, v)
-        return f"parameter {kind} {v.name} = {kind}.{v.choices[int(v.start)]} {sentence(v.text)}{_dialog(group)};"
+        return f"parameter {kind} {v.name} = {kind}.{v.choices[int(v.start)]} {sentence(v.text)}{_dialog(place)};"
     many = v.size != "1"
     positive = v.lo == sys.float_info.min  # the least of all doubles above 0: min includes its value
     kind, attributes = _kind(v, shelf)
@@ -79,7 +79,7 @@ def parameter(block: BlockType, v: Var, shelf: Shelf) -> str:
     text = v.text if not positive or "greater than 0" in v.text else f"{v.text}; greater than 0"
     given = f"({', '.join(attributes)})" if attributes else ""
     declared = f"{v.name}[{shape}]{given}" if many else f"{v.name}{given}"
-    return f"parameter {kind} {declared} = {value} {sentence(text)}{_dialog(group)};"
+    return f"parameter {kind} {declared} = {value} {sentence(text)}{_dialog(place)};"
 
 
 def _kind(v: Var, shelf: Shelf) -> tuple[str, list[str]]:
@@ -93,21 +93,8 @@ def _kind(v: Var, shelf: Shelf) -> tuple[str, list[str]]:
     return "Real", [f'{"each " if v.size != "1" else ""}unit = "{v.unit}"']
 
 
-def _group(v: Var) -> str:
-    """Group of the dialog that a parameter stands in."""
-    if v.kind == "fixed" and _is_start(v):
-        return "Start"
-    if v.name == "memory":
-        return "Memory"
-    return "Limits" if _LIMIT.search(v.name) else "Parameters"
-
-
-def _is_start(v: Var) -> bool:
-    return v.name == "start" or v.text.startswith("initial") or "first input" in v.text
-
-
-def _dialog(group: str) -> str:
-    return f' annotation (Dialog(group = "{group}"))'
+def _dialog(place: str) -> str:
+    return f' annotation (Dialog(group = "{place}"))'
 
 
 def ports(block: BlockType, kind: str, lacks: frozenset[str]) -> list[str]:
