@@ -1,12 +1,16 @@
 """Rows of a paper's table: verdict on the print, target, groups, nearest point of a scan, the page."""
 
+import re
+
 import numpy as np
 import pytest
 import reasons
 from click.testing import CliRunner
 
 from hystfmu.cli import main
+from hystfmu.papers.bounded import bounded
 from hystfmu.papers.table import Report, Row, nearest
+from hystfmu.report.ratios import Ratio, Ratios
 
 
 @pytest.mark.parametrize(
@@ -78,3 +82,43 @@ def test_a_missed_target_on_time_does_not_change_the_exit_status(group, status, 
     done = CliRunner().invoke(main, ["reproduce", "zhao_tan_2008"])
     assert done.exit_code == status
     assert "missed by a factor 2.00" in done.output
+
+
+def test_the_first_figure_shows_ratios_to_what_is_printed_the_missed_ones_first():
+    rows = [
+        Row("met", 2.0, 4.0, 1.0),
+        Row("least", 90.0, ours=95.0, sense="least"),
+        Row("equal", 50.0, ours=40.0, sense="equal"),
+        Row("over", 1.0, ours=1.5),
+        Row("none", 0.0, ours=1.0),
+        Row("alone", ours=1.0),
+    ]
+    (drawn,) = bounded(rows)
+    expected = {"over": (1.5, False), "equal": (1.25, False), "least": (90 / 95, True), "met": (0.5, True)}
+    assert {r.name: (pytest.approx(r.value), r.good) for r in drawn.ratios} == expected
+    assert [r.name for r in drawn.ratios] == list(expected)
+    assert [r.other for r in drawn.ratios] == [None, None, None, 2.0]
+    assert drawn.ratios[0].text == "1.5 for 1"
+    (targets,) = bounded([Row("a", ours=4.0, target=2.0, at_least=True), Row("b", ours=1.0, target=2.0)])
+    assert [(r.name, r.value, r.good) for r in targets.ratios] == [("a", 0.5, True), ("b", 0.5, True)]
+    assert bounded([Row("alone", ours=1.0)]) == []
+
+
+def test_ratios_stand_on_a_logarithmic_axis_within_its_ends():
+    some = [Ratio("a" * 60, 10.0, "x", False), Ratio("b", 1.0, "x", True, 0.1), Ratio("c", 1e9, "x", False)]
+    svg = Ratios("title", "label", some, ("ours", "theirs")).svg()
+    at = [float(v) for v in re.findall(r'dots c\d big" d="M([\d.]+) \d+z', svg)][2:]  # behind the legend
+    one = float(re.search(r"H470M([\d.]+) ", svg)[1])
+    (other,) = re.findall(r'whisker" d="M([\d.]+) \d+v10', svg)[1:]
+    assert at[1] == one
+    assert at[0] - one == pytest.approx(one - float(other), abs=0.2)
+    assert at[0] < at[2] <= 470
+    assert "a" * 44 + "..." in svg
+    assert "a" * 45 not in svg.partition("</text>")[2]
+
+
+def test_a_page_says_how_many_figures_are_met():
+    report = Report("p", "s", (Row("a", 1.0, ours=0.5), Row("b", 1.0, ours=2.0), Row("c", ours=1.0, target=2.0)))
+    assert report.answer() == "1 of 2 printed figures are met and 1 of 1 targets are met."
+    assert Report("p", "s", (Row("a", ours=1.0),)).answer() == "Nothing is printed, and no target is stated."
+    assert "<figure>" not in Report("p", "s", (Row("a", ours=1.0),)).html()

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tomli_w
 from click.testing import CliRunner
 from decay import LAG
@@ -14,6 +15,8 @@ from decay import LAG
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.demo import run as demo
+from hystfmu.papers.table import Drawing, Report, Row
+from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.report.page import write_report
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -96,6 +99,22 @@ def compared_studies(folder: Path) -> Path:
     return folder / "diff.html"
 
 
+def paper(folder: Path) -> Path:
+    """The page of a paper, as `hystfmu reproduce --report` writes it, with figures made up for it."""
+    t = np.linspace(0, 1, 50)
+    rows = [
+        Row("10 Hz, largest error, % of span", 1.34, 2.0, 0.43, place="table 1"),
+        Row("100 Hz, largest error, % of span", 1.34, None, 1.9, place="table 1", note="the record is not published"),
+        Row("settled share, %", 95.0, 80.0, 97.0, place="fig. 3", sense="least"),
+        Row("number of parameters", 49, 49, 49, place="section 4", sense="equal"),
+        Row("other plant, RMS, % of span", None, None, 0.2, 0.1, note="a plant with creep"),
+    ]
+    drawing = Drawing("fig. 3", Plot("fig. 3: validation", "t (s)", "y", [Line("ours", t, np.sin(9 * t))]))
+    found = Report("paper_2008", "A. Author, Journal of Pages 1 (2008) 1-10", tuple(rows), ("a note",), (drawing,))
+    (folder / "paper.html").write_text(found.html())
+    return folder / "paper.html"
+
+
 def demonstration(folder: Path) -> Path:
     """The page of the demo, with fewer models and loops."""
     models = [hy.fit(data(), "prandtl_ishlinskii", N=20), hy.fit(data(), "zhao_tan_mlp", starts=1, iterations=5)]
@@ -121,5 +140,5 @@ def fmu_with_explorer(folder: Path) -> Path:
 
 KINDS: dict[str, Callable[[Path], Path]] = {
     f.__name__: f
-    for f in (fit, start, run, failed, study, compare, compared_studies, demonstration, fmu, fmu_with_explorer)
+    for f in (fit, start, run, failed, study, compare, compared_studies, paper, demonstration, fmu, fmu_with_explorer)
 }

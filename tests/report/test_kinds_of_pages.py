@@ -26,6 +26,7 @@ REACHED = """() => {
   addEventListener('focusin', e => reached.add(Math.round(e.target.getBoundingClientRect().top + scrollY)));
 }"""
 LOOKS = [(width, scheme) for scheme in ("light", "dark") for width in (1100, 400)]
+FEWEST = {"fmu": 2, "paper": 2}  # heights with something for the keyboard, of the first 30
 Made = Callable[[str], Path]
 
 
@@ -45,7 +46,7 @@ def test_every_page_is_accessible_and_answers_first(browser: Browser, core: Path
         p.evaluate(REACHED)
         for _ in range(30):
             p.keyboard.press("Tab")
-        assert len(p.evaluate("[...reached]")) > (1 if kind == "fmu" else 5)
+        assert len(p.evaluate("[...reached]")) >= FEWEST.get(kind, 6)
 
 
 def test_the_loop_comes_first_on_the_page_of_a_fit(browser: Browser, core: Path, made: Made) -> None:

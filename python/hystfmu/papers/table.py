@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any, Literal
 
+from hystfmu.papers.bounded import bounded
 from hystfmu.report import page
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Plot
@@ -164,14 +165,28 @@ class Report:
             parts += ["", title, "", table(head, rows)]
         return "\n".join([*parts, "", *(f"  {n}" for n in self.notes)])
 
+    def answer(self) -> str:
+        """Say in a sentence how many printed figures and targets are met."""
+        counts = []
+        for met, what in (("printed_met", "printed figures"), ("met", "targets")):
+            counted = [v for r in self.rows if (v := getattr(r, met)) is not None]
+            if counted:
+                counts.append(f"{sum(counted)} of {len(counted)} {what} are met")
+        return f"{' and '.join(counts)}." if counts else "Nothing is printed, and no target is stated."
+
     def html(self) -> str:
-        """Return a page with the tables and the figures of the paper, as ours."""
-        body = [f"<h1>{escape(self.name)}</h1><p>{escape(self.source)}</p>"]
+        """Return a page: the answer, figures over their bounds, the tables, the figures of the paper as ours."""
+        body = [f"<h1>{escape(self.name)}</h1>", f'<p class="answer">{escape(self.answer())}</p>']
+        body.append(f'<p class="lead">{escape(self.source)}</p>')
+        plots = [d.plot for d in self.drawings]
+        first: list[page.Diagram] = [*bounded(self.rows), *plots[:1]]
+        body.append(f'<div class="plots hero">{"".join(map(page.figure, first))}</div>')
         body += [page.section(Section(title, tables=[Table(head, rows)])) for title, head, rows in self.tables()]
-        if self.drawings:
-            plots = [d.plot for d in self.drawings]
-            body.append(page.section(Section("Figures of the paper, from our data", plots=plots)))
-        body.append(page.section(Section("Notes", tables=[Table(["note"], [[n] for n in self.notes])])))
+        if plots[1:]:
+            body.append(page.section(Section("Figures of the paper, from our data", plots=plots[1:])))
+        if self.notes:
+            listed = "".join(f"<li>{escape(n)}</li>" for n in self.notes)
+            body.append(f"<section><h2>Notes</h2><ul>{listed}</ul></section>")
         return page.page(f"{self.name}: the paper beside ours", body)
 
 
