@@ -11,6 +11,7 @@ from click.testing import CliRunner
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.data.signals import training
+from hystfmu.face.fit_page import densities
 from hystfmu.face.rows import parts, split_errors
 from hystfmu.model.conformal import interval, quantile
 
@@ -34,6 +35,17 @@ def test_errors_of_every_part():
     two = hy.Dataset.joined([data, data])
     named = [(p.name, p.rows.start) for p in parts(np.concatenate([y, y]), two, False)]
     assert named == [("all rows", 0), ("record 1", 0), ("record 2", n)]
+
+
+@pytest.mark.parametrize("n", [7, 1000, 1024, 5000])
+def test_the_densities_are_those_of_scipy(n):
+    from scipy.signal import welch
+
+    v = np.random.default_rng().normal(size=n)
+    f, power = welch(v, 1e3, nperseg=min(1024, n))
+    found = densities(v, 1e-3)
+    assert found[0] == pytest.approx(f)
+    assert found[1] == pytest.approx(power, rel=1e-9)
 
 
 def test_the_interval_of_normal_errors():

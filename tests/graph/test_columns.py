@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
+from scipy.signal import cont2discrete, lfilter
 
 from hystfmu import Graph, InputError, Node
 from hystfmu.base.arrays import Array
-from hystfmu.core.columns import Recursion, discretised, parallel_lags
+from hystfmu.core.columns import Recursion, parallel_lags
+from hystfmu.graph.discretised import discretised
 
 SEED = int(np.random.default_rng().integers(2**31))
 H = 1e-3
-
-
-def filtered(node: Node) -> Recursion:
-    values = {v.name: node.value(v.name) for v in node.block.parameters}
-    return discretised(node.block, node.dims, values, H)
 
 
 @pytest.mark.parametrize("hold", ["foh", "zoh"])
@@ -29,7 +25,20 @@ def test_each_column_is_what_the_block_steps(hold: str, p: int) -> None:
     u = rng.normal(size=(300, p)).cumsum(axis=0)
     executor = Graph.single(node).executor()
     want = np.column_stack([executor.run(c[:, None], 1, H)[:, 0] for c in u.T])
-    assert filtered(node).run(u) == pytest.approx(want, rel=1e-12, abs=1e-13 * np.abs(want).max()), SEED
+    assert discretised(node, H).run(u) == pytest.approx(want, rel=1e-12, abs=1e-13 * np.abs(want).max()), SEED
+
+
+@pytest.mark.parametrize("hold", ["foh", "zoh"])
+def test_the_fraction_in_z_is_that_of_scipy(hold: str) -> None:
+    rng = np.random.default_rng(SEED)
+    w, zeta = 2 * np.pi * rng.uniform(20, 400), rng.uniform(0.05, 2)
+    b, a = rng.normal(size=2), np.array([1.0, 2 * zeta * w, w * w])
+    top, bottom = discretised(Node("g", "transfer_function", {}, {"b": b, "a": a, "hold": hold}), H).fraction()
+    want, poles, _ = cont2discrete((b, a), H, hold)
+    z = np.exp(1j * np.array([0.01, 0.3, 2.0]))
+    early = z if hold == "zoh" else 1.0  # the block holds the new value, scipy the old one
+    found = np.polyval(top, z) / np.polyval(bottom, z)
+    assert found == pytest.approx(early * np.polyval(want[0], z) / np.polyval(poles, z), rel=1e-7), SEED
 
 
 def test_lags_are_those_of_scipy_and_start_at_rest() -> None:
@@ -54,5 +63,7 @@ def test_picked_rows_are_those_of_the_whole_output() -> None:
 
 def test_what_the_block_refuses_is_refused() -> None:
     fast = Node("g", "transfer_function", {}, {"b": [1.0], "a": [1e-30, 1.0]})
-    with pytest.raises(InputError, match=r"transfer_function: the step is too long"):
-        filtered(fast)
+    with pytest.raises(InputError, match=r"g: The last coefficient of a must not be 0"):
+        discretised(Node("g", "transfer_function", {}, {"b": [1.0], "a": [1.0, 0.0]}), H)
+    with pytest.raises(InputError, match=r"g: the step is too long"):
+        discretised(fast, H)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes as C
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.core.library import BlockType, library
+from hystfmu.core.library import library
 
 
 class _Raw(C.Structure):
@@ -68,6 +66,16 @@ class Recursion:
         library().hyst_columns_run(C.byref(raw), u.shape[1], *places)
         return y
 
+    def fraction(self) -> tuple[Array, Array]:
+        """Return numerator and denominator of y over u in z, highest power first, each of shape (n + 1,)."""
+        B: Array = self.B0 + self.A @ self.B1
+        impulse = [self.d + self.c @ self.B1, self.c @ B]
+        for _ in range(len(self.c) - 1):
+            B = self.A @ B
+            impulse.append(self.c @ B)
+        bottom: Array = np.atleast_1d(np.poly(self.A))
+        return np.convolve(impulse, bottom)[: len(bottom)], bottom
+
 
 def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursion:
     """Return d x + sum_j w_j q_j for lags q_j[k] = q_j[k - 1] + s_j (x[k] - q_j[k - 1]) from q_j[0] = x[0].
@@ -80,36 +88,3 @@ def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursi
         d.
     """
     return Recursion(np.diag(1 - shares), np.zeros(len(shares)), shares, weights, np.ones(len(shares)), direct)
-
-
-def discretised(block: BlockType, dims: Mapping[str, int], values: Mapping[str, Array], h: float) -> Recursion:
-    """Return a transfer function as its block steps by h (s), from its steady state.
-
-    Parameters
-    ----------
-    block : BlockType
-        Its derived values are the matrices of the recursion.
-    dims : dict
-        Sizes.
-    values : dict
-        All parameters, as numbers.
-
-    Raises
-    ------
-    InputError
-        The block refuses the parameters.
-    """
-    sizes, held = block.sizes(dims), block.of("param", "fixed", "derived")
-    ends = np.cumsum([sizes[v.name] for v in held])
-    p: Array = np.zeros(ends[-1] + 1)
-    places = {v.name: p[end - sizes[v.name] : end] for v, end in zip(held, ends, strict=True)}
-    for name, value in values.items():
-        places[name][:] = value
-    wrong = block.raw.prepare(block.raw_dims(dims), p.ctypes.data_as(C.POINTER(C.c_double)), h)
-    if wrong:
-        raise InputError(f"{block.name}: {wrong.decode()}")
-    n = len(places["c"])
-    steady = np.zeros(n)
-    steady[0] = 1 / places["alpha"][0]
-    A = places["A"].reshape(n, n)
-    return Recursion(A, places["B0"], places["B1"], places["c"], steady, float(places["d"][0]))

@@ -118,12 +118,11 @@ def _errors(y: Array, data: Dataset) -> list[Plot]:
 
 def _spectrum(e: Array, data: Dataset) -> Plot:
     """Draw the amplitude densities of the error and of the output."""
-    from scipy.signal import welch
 
     def line(name: str, v: Array) -> Line:
-        f, power = welch(v - v.mean(), 1 / data.h, nperseg=min(SEGMENT, len(v)))
-        amplitude: Array = np.sqrt(np.asarray(power[1:], dtype=np.float64)) / data.span
-        return Line(name, np.log10(np.asarray(f[1:], dtype=np.float64)), 20 * np.log10(np.maximum(amplitude, FLOOR)))
+        f, power = densities(v - v.mean(), data.h)
+        amplitude = np.sqrt(power[1:]) / data.span
+        return Line(name, np.log10(f[1:]), 20 * np.log10(np.maximum(amplitude, FLOOR)))
 
     return Plot(
         "spectrum of the error",
@@ -131,6 +130,21 @@ def _spectrum(e: Array, data: Dataset) -> Plot:
         "dB of the span per sqrt(Hz)",
         [line("error", e), line("output", data.y)],
     )
+
+
+def densities(v: Array, h: float) -> tuple[Array, Array]:
+    """Return frequencies (Hz) and the power density of a signal with the step h (s), each of shape (m,).
+
+    The mean over segments that overlap by half, each without its mean and under a Hann window: Welch, IEEE Trans.
+    Audio and Electroacoustics 15 (1967) 70-73.
+    """
+    n = min(SEGMENT, len(v))
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)
+    parts = np.lib.stride_tricks.sliding_window_view(v, n)[:: n - n // 2]
+    seen = np.fft.rfft((parts - parts.mean(axis=1, keepdims=True)) * window)
+    power: Array = np.mean(np.abs(seen) ** 2, axis=0) * h / np.sum(window**2)
+    power[1 : (n + 1) // 2] *= 2  # both signs of a frequency
+    return np.fft.rfftfreq(n, h), power
 
 
 def _origin(model: Model) -> Table:

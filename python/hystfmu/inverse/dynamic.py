@@ -25,12 +25,12 @@ from itertools import pairwise
 from math import factorial
 
 import numpy as np
-from scipy.signal import cont2discrete
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node
+from hystfmu.graph.discretised import discretised
 from hystfmu.inverse.input_range import at_start, over_range
 from hystfmu.model import Model
 from hystfmu.model.inputs import with_starts
@@ -63,17 +63,9 @@ class Parts:
                 gain, offset = gain * k, offset * k + float(n.value("offset")[0])
         return gain, offset
 
-    def fractions(self, h: float) -> list[tuple[Array, Array, bool]]:
-        """Return numerator and denominator in z of each transfer function, and whether it acts a step early."""
-        found = []
-        for n in self.tail:
-            if n.type == "transfer_function":
-                held = n.value("hold")[0] == 0
-                # time in steps, because coefficients in seconds are many decades apart
-                b, a = (n.value(v) * h ** (n.dims["na"] - np.arange(n.dims[f"n{v}"], -1, -1.0)) for v in "ba")
-                top, bottom, _ = cont2discrete((b, a), 1.0, "zoh" if held else "foh")
-                found.append((np.ravel(top), np.ravel(bottom), held))  # a held input acts from the start of its step
-        return found
+    def fractions(self, h: float) -> list[tuple[Array, Array]]:
+        """Return numerator and denominator in z of each transfer function, as its block steps by h (s)."""
+        return [discretised(n, h).fraction() for n in self.tail if n.type == "transfer_function"]
 
     def frequency(self) -> float:
         """Return the slowest natural frequency (Hz)."""
@@ -170,14 +162,13 @@ def feedforward(parts: Parts, h: float) -> tuple[int, Array]:
     fractions = parts.fractions(h)
     theta = min(2 * np.pi * BAND * parts.frequency() * h, np.pi / 10)
     z = np.exp(1j * theta)
-    there = np.prod([np.polyval(b, z) / np.polyval(a, z) * (z if held else 1) for b, a, held in fractions])
+    there = np.prod([np.polyval(b, z) / np.polyval(a, z) for b, a in fractions])
     for ahead in range(1, MOST_AHEAD + 1):
         n = 2 * ahead + 1
         order = np.arange(n)
         target = _exponential(-ahead, n)
-        for b, a, held in fractions:
-            top = _quotient(_polynomial(a, n), _polynomial(b, n))
-            target = np.convolve(target, np.convolve(top, _exponential(-1 if held else 0, n))[:n])[:n]
+        for b, a in fractions:
+            target = np.convolve(target, _quotient(_polynomial(a, n), _polynomial(b, n)))[:n]
         moments = np.array([_exponential(-float(i), n) for i in range(n)]).T
         taps = np.linalg.solve(moments, target)
         found = np.sum(taps * z ** (-order.astype(float))) * z**ahead * there

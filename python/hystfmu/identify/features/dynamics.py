@@ -16,9 +16,9 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.core.columns import discretised
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
+from hystfmu.graph.discretised import discretised
 from hystfmu.identify.features.identifiable import standard_errors
 from hystfmu.identify.options import Option
 from hystfmu.model import Model
@@ -64,8 +64,7 @@ class Dynamics:
     def filter(self, columns: Array, h: float, hold: str) -> Array:
         """Filter columns (rows, n) by G0 and the delay, each from its steady state, in the C core."""
         g0, *delays = self.nodes(h, hold)
-        values = {v.name: g0.value(v.name) for v in g0.block.parameters}
-        out = discretised(g0.block, g0.dims, values, h).run(columns)
+        out = discretised(g0, h).run(columns)
         if not delays:
             return out
         n = min(delays[0].dims["n"], len(out))
