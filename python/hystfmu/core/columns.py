@@ -69,12 +69,12 @@ class Recursion:
     def fraction(self) -> tuple[Array, Array]:
         """Return numerator and denominator of y over u in z, highest power first, each of shape (n + 1,)."""
         B: Array = self.B0 + self.A @ self.B1
-        impulse = [self.d + self.c @ self.B1, self.c @ B]
+        impulse: list[float] = [self.d + float(self.c @ self.B1), float(self.c @ B)]
         for _ in range(len(self.c) - 1):
             B = self.A @ B
-            impulse.append(self.c @ B)
+            impulse.append(float(self.c @ B))
         bottom: Array = np.atleast_1d(np.poly(self.A))
-        return np.convolve(impulse, bottom)[: len(bottom)], bottom
+        return np.convolve(np.array(impulse), bottom)[: len(bottom)], bottom
 
 
 def parallel_lags(shares: Array, weights: Array, direct: float = 1.0) -> Recursion:

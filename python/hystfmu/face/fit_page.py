@@ -144,7 +144,7 @@ def densities(v: Array, h: float) -> tuple[Array, Array]:
     seen = np.fft.rfft((parts - parts.mean(axis=1, keepdims=True)) * window)
     power: Array = np.mean(np.abs(seen) ** 2, axis=0) * h / np.sum(window**2)
     power[1 : (n + 1) // 2] *= 2  # both signs of a frequency
-    return np.fft.rfftfreq(n, h), power
+    return np.asarray(np.fft.rfftfreq(n, h), dtype=np.float64), power
 
 
 def _origin(model: Model) -> Table:
