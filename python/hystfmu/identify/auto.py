@@ -48,7 +48,7 @@ LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return
 REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse one
 EXACT_INVERSE = "exact"
 SHORT = 0.2  # of the time of a full fit: a short trial fit
-BUDGET, PER_1000 = 25.0, 0.25  # s for all candidates, and per 1000 rows; estimated, not timed: the load must not decide
+BUDGET, PER_1000 = 24.0, 0.09  # s for all candidates, and per 1000 rows; estimated, not timed: the load must not decide
 
 
 class Inverses(Protocol):

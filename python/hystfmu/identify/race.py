@@ -30,6 +30,7 @@ from hystfmu.model.coverage import coverage
 from hystfmu.model.inputs import run_along
 
 BLOCKS = 8  # long ones: where a record repeats its loops, short blocks have been seen by their neighbours
+SPREAD = 2  # folds that tell a spread
 FOLDS = (1, 3, 2)  # of every four blocks, the one that is held out; never the first, which alone starts from rest
 AS_GOOD = 1.2  # candidates with errors up to 20 % above the least count as equally good
 LOSER, HOPE = 1.5, 4.0  # error ratios at which a candidate is dropped: after a fold, after its trial fit
@@ -213,8 +214,14 @@ class Race:
         return [t for t in self.trials.values() if self.risk(t) <= LOSER * self.least()]
 
     def late(self) -> list[Trial]:
-        """Return the candidates to run next: no losers, or no longer, that have run on fewest folds."""
-        left = [t for t in self.contenders() if t.folds < len(FOLDS)]
+        """Return the candidates to run next: no losers, or no longer, that have run on fewest folds.
+
+        Where one is left and its spread is known, a further fold decides nothing.
+        """
+        contenders = self.contenders()
+        if len(contenders) == 1 and contenders[0].folds >= SPREAD:
+            return []
+        left = [t for t in contenders if t.folds < len(FOLDS)]
         return [t for t in left if t.folds == min(other.folds for other in left)]
 
     def again(self, trials: list[Trial]) -> None:

@@ -98,19 +98,24 @@ def test_a_candidate_that_leaves_nothing_ends_the_race(chosen):
 
 def test_a_short_trial_fit_costs_a_fifth(chosen):
     quick = {"quick": {"starts": 1}}
-    table = {"a": flat(1.0, 1.0), "b": flat(10.0, 9.0, **quick), "c": flat(13.0, 1.0)}
+    table = {"a": flat(1.0, 1.0), "b": flat(10.0, 9.0, **quick), "c": flat(12.0, 1.0)}
     choice, asked, told = chosen(table)
     assert asked[:3] == [("a", 1), ("b", 1), ("c", 1)]
     assert choice.provenance["auto_left_out"]["b"] == "9 % of the span after a short trial fit"
-    # 1 + a fifth of 10 + 13 = 16 of the budget of 26; a second fold of both would need 30
+    # 1 + a fifth of 10 + 12 = 15 of the budget of 24.36; a second fold of both would need 28
     assert len(asked) == 3
-    assert told == pytest.approx([1 / 48, (3 + 13) / 48])
+    assert told == pytest.approx([1 / 46, (3 + 12) / 46])
 
 
 def test_later_folds_must_fit_into_the_budget(chosen):
-    assert len(chosen({"a": flat(13.0, 1.0)})[1]) == 2  # 13 + 13 = 26: 25 and 1 for 4000 rows
-    assert len(chosen({"a": flat(13.1, 1.0)})[1]) == 1
-    assert len(chosen({"a": flat(8.6, 1.0)})[1]) == 3
+    assert len(chosen({"a": flat(12.1, 1.0)})[1]) == 2  # 12.1 + 12.1 of 24.36 for 4000 rows
+    assert len(chosen({"a": flat(12.2, 1.0)})[1]) == 1
+    assert len(chosen({"a": flat(4.0, 1.0), "b": flat(4.1, 1.0)})[1]) == 6
+    assert len(chosen({"a": flat(4.1, 1.0), "b": flat(4.1, 1.0)})[1]) == 4
+
+
+def test_the_only_one_left_runs_until_its_spread_is_known(chosen):
+    assert chosen({"a": flat(1.0, 1.0), "b": flat(1.1, 2.0)})[1] == [("a", 1), ("b", 1), ("a", 3)]
 
 
 def test_who_is_left_out_before_the_race(chosen):

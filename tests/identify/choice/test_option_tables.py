@@ -103,7 +103,7 @@ def test_the_words_of_a_kind(key):
 
 QUICK_NETWORK = {"starts": 1, "iterations": 30}
 COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
-    "actuator": (ANY, 1.5, 0.2, {}, {}, False),
+    "actuator": (ANY, 0.5, 0.04, {}, {}, False),
     "bouc_wen": (OPENS, 0.2, 0.4, {}, {"starts": 1}, False),
     "constraint_factor_mlp": (CLOSES, 0.3, 0.1, {}, QUICK_NETWORK, False),
     "duhem": (OPENS, 0.2, 0.5, {}, {}, False),

@@ -54,7 +54,7 @@ MOST_KNOTS = 400
 PAIR = {"n": 2, "m": 0}
 MARGIN = 0.05  # covariates are limited to the training range and this fraction of it
 
-CANDIDATES = (Candidate(ANY, 1.5, 0.2),)
+CANDIDATES = (Candidate(ANY, 0.5, 0.04),)
 OPTIONS = (
     Option("N", 40, 1, 10000, text="number of plays"),
     Option("bend", None, 1, 20, text="degree of the bend, 1: none; default: chosen on validation blocks"),
