@@ -13,8 +13,9 @@ from hystfmu.data import Dataset
 from hystfmu.face.model import Model
 from hystfmu.face.result import Results
 from hystfmu.scenario.margin_table import MarginTable, margin_table
-from hystfmu.start.device import FREQUENCY, Device, device, faster
-from hystfmu.start.loop import COMPUTING, loop_scenario
+from hystfmu.start.device import COMPUTING, FREQUENCY, GAIN, Device, device, faster, slower
+from hystfmu.start.loop import CORNER, loop_scenario
+from hystfmu.start.speed import fastest
 from hystfmu.start.tuning import Gains, tune
 
 
@@ -85,6 +86,13 @@ def close(
         scaled = [tuple(faster(n, f) for n in found.dynamics) for f in (1 - FREQUENCY, 1 + FREQUENCY)]
         gains = tune([found.dynamics, *(scaled if found.dynamics else [])], found.h, found.delay + COMPUTING)
     told(f"loop: Kp = {gains.Kp:g}, Ki = {gains.Ki:g} 1/s, step {found.h:g} s, Ms {gains.Ms_db:.1f} dB")
+    frequency, record = fastest(found, gains, CORNER * percent), found.frequency
+    if frequency < record:
+        found = slower(found, frequency)
+        told(
+            f"references at {frequency:g} Hz: at the {record:g} Hz of the record a device that differs by "
+            f"{100 * GAIN:g} % would miss {CORNER * percent:g} %"
+        )
     into = loop_scenario(found, gains, percent, name, other).save(folder)
     with shown("running the loop") as progress:
         results = hy.run(into, engine="native", record=True, progress=progress)

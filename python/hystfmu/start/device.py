@@ -20,6 +20,7 @@ from hystfmu.inverse.input_range import at_start, over_range
 from hystfmu.model.inputs import beside
 
 GAIN, FREQUENCY = 0.2, 0.2  # by which a device may differ from its model
+COMPUTING = 1  # steps between a sample and its command
 PERIODS = 4  # of the reference in a run
 SAMPLES = 100  # steps of the loop in a period of the references, at least
 LONGEST = 20_000  # and at most
@@ -105,6 +106,12 @@ def device(model: Model, data: Dataset) -> Device:
         high,
         at_start(model),
     )
+
+
+def slower(found: Device, frequency: float) -> Device:
+    """Return the device with references of another frequency (Hz)."""
+    low, high = reach(found.model, math.ceil(PERIODS / (frequency * found.h)))
+    return replace(found, frequency=frequency, low=low, high=high)
 
 
 def reach(model: Model, rows: int) -> tuple[float, float]:

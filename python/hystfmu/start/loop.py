@@ -14,12 +14,11 @@ from hystfmu.face.model import Model
 from hystfmu.face.scenario import Scenario
 from hystfmu.graph import blocks
 from hystfmu.inverse.input_range import input_range
-from hystfmu.start.device import PERIODS, Device, corners
+from hystfmu.start.device import COMPUTING, PERIODS, Device, corners
 from hystfmu.start.tuning import MS_DB, SLOPES, Gains
 
 STROKE = 0.8  # share of the range of the output that references use
 SETTLED = 2  # periods of a reference before metrics count
-COMPUTING = 1  # steps between a sample and its command
 CORNER = 5.0  # times the error that is asked for, where the device differs from the model
 REVERSALS = 12
 
@@ -100,7 +99,7 @@ def _cases(loop: Scenario, found: Device, percent: float, other: Model | None) -
     asked, wider = {"tracking": percent}, {"tracking": CORNER * percent}
     f = f"{found.frequency:g} Hz"
     nested = {"reference.shape": "random_reversals", "reference.seed": 1}
-    loop.case("sine", f"{f}, the rate of the record", limits=asked)
+    loop.case("sine", f"{f}, the rate of the references", limits=asked)
     loop.case("nested", f"random nested reversals at {f}", set=nested, limits=asked)
     triangle = {"reference.shape": "triangle", "reference.turn": 0.2}
     loop.case("triangle", f"triangle of {f}, a fifth of it turn-arounds", set=triangle, limits=asked)
