@@ -9,7 +9,8 @@ from click.testing import CliRunner
 
 from hystfmu.cli import main
 from hystfmu.papers.bounded import bounded
-from hystfmu.papers.table import Report, Row, nearest
+from hystfmu.papers.row import Row
+from hystfmu.papers.table import Report, nearest
 from hystfmu.report.ratios import Ratio, Ratios
 
 

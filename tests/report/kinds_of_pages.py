@@ -15,7 +15,8 @@ from decay import LAG
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.demo import run as demo
-from hystfmu.papers.table import Drawing, Report, Row
+from hystfmu.papers.row import Row
+from hystfmu.papers.table import Drawing, Report
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.report.page import write_report
 

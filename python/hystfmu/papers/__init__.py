@@ -15,7 +15,8 @@ from threadpoolctl import threadpool_limits
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
-from hystfmu.papers.table import Report, Row
+from hystfmu.papers.row import Row
+from hystfmu.papers.table import Report
 
 __all__ = ["PAPERS", "Report", "Row", "missing", "reproduce"]
 

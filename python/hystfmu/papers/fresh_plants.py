@@ -20,7 +20,8 @@ from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from hystfmu.papers import drawn_plants
 from hystfmu.papers.drawn_plants import Response
-from hystfmu.papers.table import Report, Row
+from hystfmu.papers.row import Row
+from hystfmu.papers.table import Report
 
 FULL = {"drawn": 10}
 FIXED = tuple(range(101, 107))

@@ -29,7 +29,8 @@ from hystfmu.identify.features.monomials import basis, lagged
 from hystfmu.identify.methods.polynomial_narx import least_squares
 from hystfmu.identify.solvers.recursive import PrintedRecursive, Recursive
 from hystfmu.model import Model
-from hystfmu.papers.table import Drawing, Report, Row, nearest
+from hystfmu.papers.row import Row
+from hystfmu.papers.table import Drawing, Report, nearest
 from hystfmu.report.plot import Line, Plot
 
 N, Q = 9, 2  # n_u = n_f, order: choice of the paper

@@ -13,7 +13,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from hystfmu.papers import study_speed
-from hystfmu.papers.table import Report, Row
+from hystfmu.papers.row import Row
+from hystfmu.papers.table import Report
 from hystfmu.scenario import run_scenarios
 from hystfmu.scenario.margin_limits import opened_loops, verdicts_of
 from hystfmu.scenario.shipped import shipped_scenarios

@@ -32,7 +32,8 @@ from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model import Model, accuracy
 from hystfmu.papers import dbo_piezo, sums_of_plays
 from hystfmu.papers.magnetostrictive_plant import strain
-from hystfmu.papers.table import Drawing, Report, Row, nearest
+from hystfmu.papers.row import Row
+from hystfmu.papers.table import Drawing, Report, nearest
 from hystfmu.report.plot import Line, Plot
 
 SAMPLES, RATE = 1916, 200.0  # Hz: one cycle per second

@@ -19,7 +19,7 @@ import tomli_w
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.papers.table import Row
+from hystfmu.papers.row import Row
 from hystfmu.scenario import build
 from hystfmu.scenario.system.case import Scenario
 from hystfmu.scenario.system.system import System

@@ -26,7 +26,8 @@ from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from hystfmu.papers import dynamic_preisach
 from hystfmu.papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
-from hystfmu.papers.table import Drawing, Report, Row
+from hystfmu.papers.row import Row
+from hystfmu.papers.table import Drawing, Report
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.shipped import shipped_scenarios
 

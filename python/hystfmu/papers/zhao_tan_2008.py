@@ -28,7 +28,8 @@ from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from hystfmu.papers import nested_loops
 from hystfmu.papers.nested_loops import STEP, Response, recorded
-from hystfmu.papers.table import Drawing, Report, Row, nearest
+from hystfmu.papers.row import Row
+from hystfmu.papers.table import Drawing, Report, nearest
 from hystfmu.report.plot import Line, Plot
 
 ROWS, CYCLE = 1200, 200

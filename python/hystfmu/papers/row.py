@@ -1,0 +1,109 @@
+"""A row of a paper's table: printed figure, literal replica, ours, the verdict on the printed figure, a target.
+
+"Printed" holds only what the paper prints.  What other packages and authors report, and times, stand in groups of
+their own.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+Group = Literal["paper", "scan", "beyond", "listed", "reported", "speed"]
+GROUPS: dict[Group, str] = {
+    "paper": "What the paper prints",
+    "scan": "Scan over what the paper does not print",
+    "beyond": "Beyond the paper: other signals, other models",
+    "listed": "For comparison, without targets",
+    "reported": "Reported by other packages and authors",
+    "speed": "Speed",
+}
+SAME = 0.01  # relative difference up to which a figure counts as equal to a printed one
+
+
+@dataclass(frozen=True)
+class Row:
+    """One quantity.
+
+    Parameters
+    ----------
+    quantity : str
+        Quantity, signal and unit of measure; the same for all three figures.
+    printed : float or None
+        Figure that the paper prints, if any.
+    literal : float or None
+        Our literal replica of the paper's method; None if the text does not define it.
+    ours : float or None
+        The corrected and improved method.
+    target : float or None
+        Upper bound on `ours` (lower bound with `at_least`), if any.
+    at_least : bool
+        Whether the target is a lower bound.
+    note : str
+        Reason for a missed figure or target; difference from the paper.
+    place : str
+        Table, figure, equation or section of the paper; a row with a place belongs to the group "paper".
+    sense : {"most", "least", "equal"}
+        When a printed figure is met: `ours` at most, at least, or equal to it within 1 %.
+    group : str
+        Key of `GROUPS`; "" for "paper" with a place and "beyond" without.
+    reported : float or None
+        Figure that another package or author reports.
+    """
+
+    quantity: str
+    printed: float | None = None
+    literal: float | None = None
+    ours: float | None = None
+    target: float | None = None
+    at_least: bool = False
+    note: str = ""
+    place: str = ""
+    sense: Literal["most", "least", "equal"] = "most"
+    group: Group | Literal[""] = ""
+    reported: float | None = None
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the target is met; None without a target."""
+        if self.target is None or self.ours is None:
+            return None
+        return bool(self.ours >= self.target if self.at_least else self.ours <= self.target)
+
+    @property
+    def printed_met(self) -> bool | None:
+        """Whether the printed figure is met; None if nothing is printed or computed."""
+        if self.printed is None or self.ours is None:
+            return None
+        if self.sense == "equal":
+            return bool(abs(self.ours - self.printed) <= SAME * abs(self.printed))
+        return bool(self.ours >= self.printed if self.sense == "least" else self.ours <= self.printed)
+
+    @property
+    def where(self) -> Group:
+        """Key of the group to which the row belongs."""
+        return self.group or ("paper" if self.place else "beyond")
+
+    def verdict(self) -> str:
+        """Return "met", or the factor by which the target is missed; "" without a target."""
+        if self.met is None:
+            return ""
+        assert self.ours is not None
+        assert self.target is not None
+        return "met" if self.met else _missed(self.ours, self.target, "least" if self.at_least else "most")
+
+    def printed_verdict(self) -> str:
+        """Return "met", or the factor by which the printed figure is missed; "" if nothing is printed."""
+        if self.printed is None:
+            return ""
+        if self.ours is None:
+            return "not computed"
+        return "met" if self.printed_met else _missed(self.ours, self.printed, self.sense)
+
+
+def _missed(ours: float, bound: float, sense: str) -> str:
+    ratio = bound / ours if sense == "least" and ours else ours / bound if bound else math.inf
+    if not 0 < ratio < math.inf:
+        return f"missed, {ours:.3g} for {bound:.3g}"
+    return f"missed by a factor {max(ratio, 1 / ratio):.2f}"
