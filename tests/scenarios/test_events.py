@@ -253,8 +253,10 @@ def test_a_source_that_is_slow_by_its_own_choice_says_so(write: Any) -> None:
     assert run_scenarios([write(data)], engine="native")[0].notes == ()
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("any_step", [True, False])
+@pytest.mark.parametrize(
+    ("fmi", "any_step"),
+    [(2, True), (3, False), *(pytest.param(*c, marks=pytest.mark.stress) for c in ((2, False), (3, True)))],
+)
 def test_an_fmu_of_others_is_cut_if_it_says_that_it_can(write: Any, tmp_path: Path, fmi: Any, any_step: bool) -> None:
     data = behind(STEP, "d", {}, ("lag", "source"), "zoh")
     system = ready(write(data))

@@ -184,8 +184,10 @@ def test_samples_answer_in_steps_and_not_in_derivatives(write: Any) -> None:
     assert run(write, data).sweeps.most == 2
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("offers", [True, False])
+@pytest.mark.parametrize(
+    ("fmi", "offers"),
+    [(3, True), (2, False), *(pytest.param(*c, marks=pytest.mark.stress) for c in ((3, False), (2, True)))],
+)
 def test_an_fmu_of_others(write: Any, tmp_path: Path, fmi: Literal[2, 3], offers: bool) -> None:
     """With derivatives as ours; one that has none is relaxed."""
     data = closed({"block": "sum", "dims": {"n": 1}, "values": {"k": [3.0]}}, -2.0)

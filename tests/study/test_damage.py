@@ -173,7 +173,7 @@ mount -o remount,size=50m "$1" && $2 -m hystfmu.cli study "$3" -o "$1" -j 1 && c
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="mounts a small disk")
-@pytest.mark.parametrize("size", [8, 24, 40])
+@pytest.mark.parametrize("size", [24, *(pytest.param(n, marks=pytest.mark.stress) for n in (8, 40))])
 def test_a_full_disk_resumes_to_the_same_table(size: int, write: Any, tmp_path: Path) -> None:
     """A disk of some kB is full at the first files, amid the journal, or at the table and the report."""
     path = write(**DRAWS | {"n": ROWS // 2, "seed": 1})

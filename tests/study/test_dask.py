@@ -62,7 +62,9 @@ def test_workers_keep_nothing_of_a_study(
     assert list(scratch.rglob("hystfmu_run_*")) == []
 
 
-@pytest.mark.parametrize("address", ["localhost:1", "tcp://localhost:1", "dask://localhost"])
+@pytest.mark.parametrize(
+    "address", ["dask://localhost", *(pytest.param(a, marks=pytest.mark.stress) for a in ("localhost:1", "tcp://h:1"))]
+)
 def test_a_wrong_address_is_one_line(write: Any, tmp_path: Path, address: str) -> None:
     with pytest.raises(InputError, match="must read dask://HOST:PORT"):
         run_study(write(), tmp_path / "out", on=address)

@@ -79,8 +79,14 @@ def installed(readers: Iterable[str]) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("name", FMUS)
-@pytest.mark.parametrize("separate", [False, True])
+@pytest.mark.parametrize(
+    ("name", "separate"),
+    [
+        ("Feedthrough", False),
+        ("Dahlquist", True),
+        *(pytest.param(*c, marks=pytest.mark.stress) for c in (("Feedthrough", True), ("Dahlquist", False))),
+    ],
+)
 def test_a_loop_with_a_reference_fmu(name: str, separate: bool, tmp_path: Path) -> None:
     readers, connections = FMUS[name]
     found, original = installed(readers), reference_fmu(f"fmi2/{name}")

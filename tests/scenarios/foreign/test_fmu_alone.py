@@ -48,7 +48,7 @@ def of_all(model: str, first: str) -> list[Any]:
     return [f"{first}/{model}", pytest.param(f"fmi2/{model}", marks=pytest.mark.stress), f"fmi3/{model}"]
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("fmi", [3, pytest.param(2, marks=pytest.mark.stress)])
 def test_model_exchange_of_a_lag_follows_its_closed_form(tmp_path: Path, fmi: int) -> None:
     """y' = (u - y)/T with an input held over each step; the rows of the file lie between the steps."""
     T, h = 0.05, 0.01

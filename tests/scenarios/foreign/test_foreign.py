@@ -71,7 +71,7 @@ def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int) 
 @pytest.mark.parametrize(
     ("defect", "message"),
     [
-        ("abort()", "the process that ran bad ended with status -6"),
+        pytest.param("abort()", "the process that ran bad ended with status -6", marks=pytest.mark.stress),
         ("*(volatile int *)0 = 0", "the process that ran bad ended with status -11"),
         (SLEEPS, "not finished after 1 s"),
         pytest.param(SPINS, "not finished after 1 s", marks=pytest.mark.stress),
