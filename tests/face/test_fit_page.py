@@ -1,4 +1,4 @@
-"""Errors on every part of a record, the interval for new rows, and the page of a fit."""
+"""Errors on every part of a record, and the page of a fit."""
 
 import json
 import re
@@ -13,7 +13,6 @@ from hystfmu.cli import main
 from hystfmu.data.signals import training
 from hystfmu.face.fit_page import densities
 from hystfmu.face.rows import parts, split_errors
-from hystfmu.model.conformal import interval, quantile
 
 
 def measured(name="<b>&"):
@@ -48,28 +47,6 @@ def test_the_densities_are_those_of_scipy(n):
     assert found[1] == pytest.approx(power, rel=1e-9)
 
 
-def test_the_interval_of_normal_errors():
-    e = 3 * np.random.default_rng(1).normal(size=40000)
-    found = interval(e)
-    assert found.half_width == pytest.approx(3 * 1.96, rel=0.02)
-    assert found.coverage == pytest.approx(95, abs=0.5)
-    assert 92 < found.lowest < found.coverage
-
-
-def test_the_interval_says_where_it_does_not_hold():
-    e = np.random.default_rng(2).normal(size=4000)
-    e[1000:1200] *= 10  # a block of its own
-    found = interval(e)
-    assert found.lowest < 30
-    assert 90 < found.coverage < 97
-    assert interval(e[:79]) is None
-
-
-@pytest.mark.parametrize(("n", "k"), [(19, 19), (20, 20), (39, 38), (99, 95), (10, 10)])
-def test_the_quantile_counts_one_more_row(n, k):
-    assert quantile(np.random.default_rng(n).permutation(np.arange(1.0, n + 1))) == k
-
-
 def test_the_page_of_a_fit(tmp_path):
     data = measured()
     model = hy.fit(data, "prandtl_ishlinskii", N=20)
@@ -78,11 +55,11 @@ def test_the_page_of_a_fit(tmp_path):
         assert text in page, text
     assert "<b>&" not in page
     assert page.count("<svg") == 4
-    assert re.search(r"within \+-[\d.]+ um \(split conformal\)", page)
+    assert re.search(r"within \+-[\d.]+ um with a probability of 95 % \(conformal over 20 blocks", page)
     assert "http" not in page.replace("http://www.w3.org", "")
     whole = data.with_train(None)
     page = hy.fit(whole, "prandtl_ishlinskii", N=5).report(whole, tmp_path / "b.html").read_text()
-    assert "on the last 30 % of the rows, of the same kind of model fitted to the others, are within" in page
+    assert "on the last 30 % of the rows, of the same kind of model fitted to the others; other signals" in page
     short = hy.Dataset(data.t[:90], data.u[:90], data.y[:90])
     page = hy.fit(short, "prandtl_ishlinskii", N=5).report(short, tmp_path / "d.html").read_text()
     assert "No interval for new rows" in page
@@ -108,7 +85,7 @@ def test_fit_and_predict_print_the_errors_of_every_part(tmp_path, monkeypatch):
     done = CliRunner().invoke(main, ["fit", "a.csv", "--model", "prandtl_ishlinskii", "--train", rows])
     assert done.exit_code == 0, done.output
     assert done.stdout.count("held-out rows  ") == 2
-    assert "split conformal" in done.stdout
+    assert "conformal over 20 blocks" in done.stdout
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.csv", "a.html", "a.model.toml"]
     done = CliRunner().invoke(main, ["predict", "a.model.toml", "a.csv", "-o", "p.csv"])
     assert "all rows" in done.stdout

@@ -78,7 +78,7 @@ def interval_of(model: Model, y: Array, data: Dataset, refit: bool) -> tuple[Int
         return interval(held_out_errors(y, data)), "on held-out rows"
     if not refit:
         return None, ""
-    which = "on the last 30 % of the rows, of the same kind of model fitted to the others,"
+    which = "on the last 30 % of the rows, of the same kind of model fitted to the others"
     return interval(split_errors(model, data, model.provenance.get("seed", 0))), which
 
 
@@ -88,9 +88,10 @@ def interval_text(found: Interval | None, which: str, unit: str) -> str:
         return "No interval for new rows: it needs 80 rows that are no training rows (--train A:B)."
     of = f" {unit}" if unit else ""
     return (
-        f"95 % of the errors {which} are within +-{found.half_width:.4g}{of} (split conformal). Measured on "
-        f"blocks that did not give the interval: {found.coverage:.1f} % of {found.rows} rows are inside, "
-        f"{found.lowest:.0f} % in the worst of {found.blocks} blocks."
+        f"The error of a row of another record of this kind of signal is within +-{found.half_width:.4g}{of} with a "
+        f"probability of 95 % (conformal over {found.blocks} blocks of the errors {which}; other signals or amplitudes "
+        f"may err more). Measured with each block left out: {found.coverage:.1f} % of {found.rows} rows are inside, "
+        f"{found.lowest:.0f} % in the worst block."
     )
 
 

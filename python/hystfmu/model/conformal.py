@@ -1,9 +1,10 @@
-"""Interval that a stated share of the errors on new rows falls into: split conformal, with its measured coverage.
+"""Interval that the error of a new row falls into with a stated probability: hierarchical conformal prediction.
 
-Errors of rows that the fit has not seen are sorted; the interval is +- the value below which 95 % of them lie, with the
-correction for their number (Lei et al. 2018, Journal of the American Statistical Association 113(523), eq. 3).
-Neighbouring rows are not independent, so the coverage is measured: the rows are cut into blocks, every other block
-gives the interval, and the others are counted; then the other way round.
+Neighbouring errors are alike, so the rows are no independent draws: the rows that the fit has not seen are cut into
+blocks, and a block is what is exchangeable with a new stretch of such a signal.  The interval is +- the least size that
+the errors of the blocks do not exceed with a mean share of 95 % (K + 1)/K, K blocks: the new block counts as one whose
+errors are infinite (Lee, Barber & Willett 2023, arXiv:2306.06342, hierarchical conformal prediction).  The same rule,
+with each block left out in turn, says how many of its errors are inside.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ import numpy as np
 from hystfmu.base.arrays import Array
 
 SHARE = 0.95
-BLOCKS = 20
-LEAST_ROWS = 80  # below them there is no interval: 40 errors do not tell their 95 % quantile
+BLOCKS = 20  # the fewest that leave 19 when one is left out, which is what 95 % needs
+LEAST_ROWS = 80  # four in a block
 
 
 @dataclass(frozen=True)
@@ -28,8 +29,7 @@ class Interval:
     half_width : float
         In the unit of measure of y.
     coverage, lowest : float
-        Share of the errors inside (%) that was measured on blocks that did not give the interval: over all of them, and
-        in the worst of them.
+        Share of the errors (%) inside the interval that the other blocks give: over all blocks, and in the worst.
     rows, blocks : int
         Rows and blocks that were counted.
     """
@@ -46,16 +46,22 @@ def interval(e: Array) -> Interval | None:
     if len(e) < LEAST_ROWS:
         return None
     blocks = np.array_split(np.abs(e), BLOCKS)
-    shares = []
-    for first in (0, 1):
-        width = quantile(np.concatenate(blocks[first::2]))
-        shares += [(float(np.mean(b <= width)), len(b)) for b in blocks[1 - first :: 2]]
-    inside, counts = np.array(shares).T
-    mean = float(inside @ counts / counts.sum())
-    return Interval(quantile(np.abs(e)), 100 * mean, 100 * float(inside.min()), len(e), BLOCKS)
+    shares = [float(np.mean(b <= width(blocks[:k] + blocks[k + 1 :]))) for k, b in enumerate(blocks)]
+    mean = float(np.average(shares, weights=[len(b) for b in blocks]))
+    return Interval(width(blocks), 100 * mean, 100 * min(shares), len(e), BLOCKS)
 
 
-def quantile(size: Array) -> float:
-    """Return the least of the sizes (n,) that at least 95 % of n + 1 exchangeable ones do not exceed."""
-    k = min(len(size), int(np.ceil((len(size) + 1) * SHARE)))
-    return float(np.partition(size, k - 1)[k - 1])
+def width(blocks: list[Array]) -> float:
+    """Return the size that a row of a new block exceeds with a probability of at most 5 %.
+
+    Parameters
+    ----------
+    blocks : list of arrays, shape (n_k,)
+        Sizes of errors; at least 19 blocks, exchangeable with the new one.
+    """
+    size = np.concatenate(blocks)
+    weight = np.concatenate([np.full(len(b), 1 / len(b)) for b in blocks])
+    order = np.argsort(size)
+    share = np.cumsum(weight[order]) / (len(blocks) + 1)
+    at = min(int(np.searchsorted(share, SHARE - 1e-9)), len(size) - 1)
+    return float(size[order][at])
