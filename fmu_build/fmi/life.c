@@ -64,8 +64,7 @@ static int open_continuous(instance *i) {
   if (!i->continuous || !i->derivatives || !i->work) return fmi_refuse(i, "out of memory"), 0;
   for (int64_t k = 0; k < n; k++) {
     const hyst_node *node;
-    int64_t element;
-    const hyst_var *row = hyst_graph_continuous_row(g, k, &node, &element);
+    const hyst_var *row = hyst_graph_continuous_row(g, k, &node);
     hyst_port *state = i->continuous + k;
     state->name = row->name, state->kind = HYST_CSTATE, state->row = row;
     state->block = (int)(node - g->nodes), state->var = (int)(row - node->block->vars);

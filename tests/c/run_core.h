@@ -49,9 +49,8 @@ static void continuous(hyst_graph *g, int extreme) {
     for (int64_t k = 0; k < g->n_external; k++) g->external[k] = input(extreme);
     for (int64_t k = 0; k < n; k++) {
       const hyst_node *node;
-      int64_t element;
-      const hyst_var *row = hyst_graph_continuous_row(g, k, &node, &element);
-      if (row->kind != HYST_CSTATE || element >= node->n_c) exit(10);
+      const hyst_var *row = hyst_graph_continuous_row(g, k, &node);
+      if (row->kind != HYST_CSTATE || node->n_c == 0) exit(10);
       *hyst_graph_continuous(g, k) = input(extreme);
     }
     hyst_graph_evaluate(g, i);

@@ -12,7 +12,7 @@ int64_t hyst_graph_n_continuous(const hyst_graph *g) {
   return sum;
 }
 
-const hyst_var *hyst_graph_continuous_row(const hyst_graph *g, int64_t k, const hyst_node **node, int64_t *element) {
+const hyst_var *hyst_graph_continuous_row(const hyst_graph *g, int64_t k, const hyst_node **node) {
   const hyst_node *n = g->nodes;
   for (; k >= n->n_c; n++) k -= n->n_c;
   *node = n;
@@ -22,7 +22,6 @@ const hyst_var *hyst_graph_continuous_row(const hyst_graph *g, int64_t k, const 
     if (k < size) break;
     k -= size;
   }
-  *element = k;
   return n->block->vars + v;
 }
 

@@ -18,7 +18,7 @@ int64_t hyst_graph_n_continuous(const hyst_graph *g);
  * name in a graph of one block, and with _<element> (from 1) if the row has several; see Graph.continuous_states in
  * Python. */
 double *hyst_graph_continuous(hyst_graph *g, int64_t k);
-const hyst_var *hyst_graph_continuous_row(const hyst_graph *g, int64_t k, const hyst_node **node, int64_t *element);
+const hyst_var *hyst_graph_continuous_row(const hyst_graph *g, int64_t k, const hyst_node **node);
 int hyst_graph_is_sampled(const hyst_graph *g); /* whether the graph needs a sample period */
 /* outputs at time t for the current inputs and continuous states, in topological order; the memory stays unchanged */
 void hyst_graph_evaluate(hyst_graph *g, double t);
