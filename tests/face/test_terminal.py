@@ -149,11 +149,44 @@ def test_an_interrupt_leaves_whole_files_and_a_status_of_its_own(command: list[s
     status, _, err = at_terminal(*command, cwd=tmp_path, interrupt=lambda shown: bool(BAR.search(shown)))
     assert status == 130
     assert "Traceback" not in err
-    assert err.rstrip().endswith(f"hystfmu {' '.join(command)}")
+    assert err.rstrip().endswith(f"finished steps are kept; to go on with the others: hystfmu {' '.join(command)}")
     left = [p for p in (tmp_path / "mine").rglob("*") if p.is_file()] if (tmp_path / "mine").exists() else []
     assert {p.suffix for p in left} <= {".csv"}, "no file of a step that did not end"
     for p in left:
         assert len(hy.read(p).t) > 1000
+
+
+def test_an_interrupted_start_goes_on_behind_the_fit(tmp_path: Path) -> None:
+    hy.synthetic.piezo(40, 500.0).to_csv(tmp_path / "piezo.csv")
+    command = ["start", "piezo.csv", "-o", "mine", "--model", "prandtl_ishlinskii"]
+    behind = re.compile(r"tuning|running the loop|margins|report  ")
+    status, out, err = at_terminal(*command, cwd=tmp_path, interrupt=lambda shown: bool(behind.search(shown)))
+    assert (status, "from the run before" in out) == (130, False)
+    assert err.rstrip().endswith(f"finished steps are kept; to go on with the others: hystfmu {' '.join(command)}")
+    file = tmp_path / "mine" / "piezo.model.toml"
+    before = file.stat().st_mtime_ns
+    done = here(tmp_path, *command)
+    assert done.exit_code == 0, done.output
+    assert "from the run before" in done.stdout
+    assert file.stat().st_mtime_ns == before
+    assert (tmp_path / "mine" / "report.html").exists()
+    other = here(tmp_path, *command, "--seed", "1")
+    assert "from the run before" not in other.stdout
+    assert file.stat().st_mtime_ns > before
+
+
+def test_an_interrupted_demo_goes_on_behind_its_finished_fits(tmp_path: Path) -> None:
+    def second(shown: str) -> bool:
+        return "fitting prandtl_ishlinskii" in shown or "fitting zhao_tan_mlp" in shown
+
+    status, _, err = at_terminal("demo", "-o", "mine", cwd=tmp_path, interrupt=second)
+    assert status == 130
+    assert "fitting actuator" in err
+    kept = {p: p.stat().st_mtime_ns for p in (tmp_path / "mine" / "models").iterdir()}
+    status, _, err = at_terminal("demo", "-o", "mine", cwd=tmp_path, interrupt=second)
+    assert status == 130
+    assert "fitting actuator" not in err
+    assert kept.items() <= {p: p.stat().st_mtime_ns for p in (tmp_path / "mine" / "models").iterdir()}.items() != set()
 
 
 def test_the_kinds_of_model_are_listed_with_every_option() -> None:

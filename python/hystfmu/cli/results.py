@@ -15,7 +15,7 @@ from hystfmu.report.verbosity import detail, say, wrong
 if TYPE_CHECKING:
     from hystfmu.face.result import Result
 
-_BEGUN = "files that were written are whole; to make all of them:"
+_BEGUN = "finished steps are kept; to go on with the others:"
 
 
 @click.command(cls=Command)

@@ -261,6 +261,11 @@ class Dataset:
         return hashlib.sha256(b"".join(content)).hexdigest()
 
     @property
+    def identity(self) -> list[str | int]:
+        """All that a fit reads: hash of the values, name, units of measure, training rows."""
+        return [self.sha256, self.name, self.path, self.unit_u, self.unit_y, self.train.start, self.train.stop]
+
+    @property
     def span(self) -> float:
         """Range of the output over the training rows, 100 % of full scale (%FS)."""
         return float(np.ptp(self.y[self.train]))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import click
 import numpy as np
 
+from hystfmu.base.steps import Steps
 from hystfmu.data import Dataset
 from hystfmu.data.signals import held_out
 from hystfmu.data.synthetic import VOLTS, displacement, piezo
@@ -34,6 +37,7 @@ KEYS = (
     "play_bank_mlp",
     "bouc_wen",
 )
+VERSIONS: tuple[Literal[2, 3], ...] = (2, 3)  # of FMI
 MOST_SHOWN, MOST_POINTS = 4000, 1000  # rows of a diagram, points of a loop
 EXPLORED = "The models of the FMUs run in this page. Those with an exact or implicit inverse can have it in front."
 HEAD = ("model", "parameters", "nested RMS %FS", "worst RMS %FS", "worst max %FS", "seconds")
@@ -66,13 +70,16 @@ def demo(out: Path) -> bool:
     say(f"Synthetic piezo stack: {len(train.t)} rows at {1 / train.h:g} Hz, 0..100 V, {train.span:.1f} um.")
     say(loop(train.u, train.y, "displacement (um) over voltage (V)"))
 
-    models = [_fit(train, key) for key in KEYS]
+    steps = Steps(out)
+    models = [_fit(steps, out, train, key) for key in KEYS]
     rows = [_row(m, train) for m in models]
     say("\nErrors on held-out signals, in percent of the span of the training data: nested reversals, and the worst of")
     say("other decays, two tones, nested reversals and minor loops.\n")
     say(table(HEAD, rows))
 
-    problems, n_fmus = _export(models, out)
+    if steps.kept:
+        say(f"\nfrom the run before: {', '.join(steps.kept)}")
+    problems, n_fmus = _export(steps, models, out)
     results = _run(scenarios)
     say("\n" + verdicts(results))
     wrong([line for r in results for line in r.failures()])
@@ -81,9 +88,19 @@ def demo(out: Path) -> bool:
     return not problems and all(r.passed for r in results)
 
 
-def _fit(train: Dataset, key: str) -> Model:
-    with progress(f"fitting {key}") as report:
-        return fit(train, key, progress=report)
+def _fit(steps: Steps, out: Path, train: Dataset, key: str) -> Model:
+    path = _file(out, key)
+
+    def fitted() -> None:
+        with progress(f"fitting {key}") as report:
+            fit(train, key, progress=report).save(path)
+
+    steps.run(f"fit of {key}", train.identity, [path], fitted)
+    return Model.load(path)
+
+
+def _file(out: Path, name: str) -> Path:
+    return out / "models" / f"{name}.model.toml"
 
 
 def _row(m: Model, train: Dataset) -> list[str]:
@@ -94,7 +111,7 @@ def _row(m: Model, train: Dataset) -> list[str]:
     return [m.key, str(m.fit["parameters"]), *percent, f"{m.fit['seconds']:.2f}"]
 
 
-def _export(models: list[Model], out: Path) -> tuple[list[str], int]:
+def _export(steps: Steps, models: list[Model], out: Path) -> tuple[list[str], int]:
     """Write the models, the exact inverse of the first, and their FMUs for both versions of FMI.
 
     Returns the problems that the checks found and the number of FMUs.
@@ -103,16 +120,23 @@ def _export(models: list[Model], out: Path) -> tuple[list[str], int]:
     named = {m.key: m for m in models} | {f"{models[0].key}_inverse": inverse(models[0])}
     with progress("checking FMUs") as report:
         for name, m in named.items():
-            m.save(out / "models" / f"{name}.model.toml")
-            for version in (2, 3):
-                path = export_fmu(m, out / "fmus" / f"{name}_fmi{version}.fmu", fmi=version, name=name)
-                problems += [f"{path}: {p}" for p in check_fmu(path)]
+            m.save(_file(out, name))
+            source = _file(out, name).read_text(encoding="utf-8")
+            for version in VERSIONS:
+                path = out / "fmus" / f"{name}_fmi{version}.fmu"
+                made = partial(_checked, m, path, version, name)
+                problems += [f"{path}: {p}" for p in steps.run(f"check of {path.name}", [source], [path], made)]
                 written += 1
                 report(written / (2 * len(named)))
     say(f"\n{written} FMUs written and checked: {len(problems)} problems")
     for p in problems:
         click.echo(p)
     return problems, written
+
+
+def _checked(m: Model, path: Path, version: Literal[2, 3], name: str) -> list[str]:
+    """Write an FMU and return the problems that the checks find."""
+    return [str(p) for p in check_fmu(export_fmu(m, path, fmi=version, name=name))]
 
 
 def _sections(models: list[Model], rows: list[list[str]], data: Dataset) -> list[Section]:

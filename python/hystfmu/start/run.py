@@ -12,6 +12,7 @@ from typing import Any
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
+from hystfmu.base.steps import Steps
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model
 from hystfmu.start.closed_loop import ClosedLoop, close
@@ -92,10 +93,17 @@ def start(
     """
     name = re.sub(r"\W", "_", data.name.partition(" ")[0])
     name = name if name[:1].isalpha() else f"device_{name}"
-    with shown("fitting") as progress:
-        model, why, notes = _model(data, key, seed, progress)
-    told(_fitted(model))
-    model.save(folder / f"{name}.model.toml")
+    file, steps = folder / f"{name}.model.toml", Steps(folder)
+
+    def fitted() -> tuple[str, list[str]]:
+        with shown("fitting") as progress:
+            model, why, notes = _model(data, key, seed, progress)
+        model.save(file)
+        return why, notes
+
+    why, notes = steps.run("fit", [*data.identity, key, seed], [file], fitted)
+    model = Model.load(file)
+    told(_fitted(model) + (", from the run before" if steps.kept else ""))
     words = [*source, *_fit_words(model, key, seed, "model" if why else "inverse")]
     files = _files_of_model(folder, name, model, words)
     loop: ClosedLoop | str = why

@@ -1,0 +1,88 @@
+"""Finished steps of a long command: called again, it goes on where it was interrupted.
+
+A step is known by a hash of its inputs, of its options and of this package; its files by hashes of their content.  The
+record is a file in the folder that the command writes into.  Where anything differs or is damaged, the step runs anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from hystfmu.base.errors import InputError
+from hystfmu.base.files import read_bytes, write_text
+from hystfmu.base.package_files import PACKAGE
+
+RECORD = "steps.json"
+
+
+class Steps:
+    """The finished steps in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds the record; it need not exist yet.
+
+    Attributes
+    ----------
+    kept : list of str
+        Names of the steps that were not repeated.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._known = folder, _read(folder / RECORD)
+        self.kept: list[str] = []
+
+    def run(self, name: str, inputs: Sequence[Any], files: Sequence[Path], make: Callable[[], Any]) -> Any:
+        """Return the value of a step, and run it unless it is finished and its files are as it wrote them.
+
+        Parameters
+        ----------
+        name : str
+            Of the step, unique in the folder.
+        inputs : sequence
+            All that the step depends on, as JSON can write it.
+        files : sequence of Path
+            What the step writes.
+        make : function
+            The step; its value is one that JSON gives back as it was.
+        """
+        key = hashlib.sha256(json.dumps([_package(), name, list(inputs)]).encode()).hexdigest()
+        known = self._known.get(name)
+        if isinstance(known, dict) and known.get("key") == key and known.get("files") == _hashes(files):
+            self.kept.append(name)
+            return known.get("value")
+        value = make()
+        self._known[name] = {"key": key, "files": _hashes(files), "value": value}
+        write_text(self._folder / RECORD, json.dumps(self._known, indent=1))
+        return value
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(read_bytes(path))
+    except (InputError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _hashes(files: Sequence[Path]) -> list[str]:
+    return [hashlib.sha256(p.read_bytes()).hexdigest() if p.is_file() else "" for p in files]
+
+
+@cache
+def _package() -> str:
+    """Return a hash of names, sizes and times of the files of the package: those of one version may be edited."""
+    found = hashlib.sha256()
+    for at, folders, names in os.walk(PACKAGE):
+        folders[:] = sorted(f for f in folders if f != "__pycache__")
+        for name in sorted(names):
+            state = os.stat(os.path.join(at, name))
+            found.update(f"{at}/{name} {state.st_size} {state.st_mtime_ns}\n".encode())
+    return found.hexdigest()
