@@ -6,6 +6,6 @@ model Stack "Piezo stack with any identified hysteresis"
 <p><b>Source:</b> as there.</p>
 <p><b>Limitations:</b> as there; a third of the mass of the ceramic moves with flange_b.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.DataSheet\">Actuators.DataSheet</a>, <a href=\"modelica://HystFMU.Actuators.FlexureAmplifier\">Actuators.FlexureAmplifier</a>, <a href=\"modelica://HystFMU.Actuators.VoltageDrive\">Actuators.VoltageDrive</a>, <a href=\"modelica://HystFMU.Actuators.ChargeDrive\">Actuators.ChargeDrive</a>, <a href=\"modelica://HystFMU.Plants.PiezoStack\">Plants.PiezoStack</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.DataSheet\">Actuators.DataSheet</a>, <a href=\"modelica://HystFMU.Actuators.FlexureAmplifier\">Actuators.FlexureAmplifier</a>, <a href=\"modelica://HystFMU.Actuators.VoltageDrive\">Actuators.VoltageDrive</a>, <a href=\"modelica://HystFMU.Actuators.ChargeDrive\">Actuators.ChargeDrive</a>.</p>
 </html>"));
 end Stack;

@@ -25,6 +25,6 @@ equation
 <p><b>Source:</b> limits of a piezo amplifier: Fleming &amp; Leang, Design, Modeling and Control of Nanopositioning Systems 2014, chapter 14.</p>
 <p><b>Limitations:</b> the current is a state: no inductor in series with nothing beside it. No ground inside.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.ChargeDrive\">Examples.ChargeDrive</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.ChargeDrive\">Actuators.ChargeDrive</a>, <a href=\"modelica://HystFMU.Plants.VoltageDrive\">Plants.VoltageDrive</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.ChargeDrive\">Actuators.ChargeDrive</a>.</p>
 </html>"));
 end VoltageDrive;

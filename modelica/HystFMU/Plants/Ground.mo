@@ -8,7 +8,7 @@ equation
 <p><b>Equation:</b> v = 0.</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.PiezoStack\">Examples.PiezoStack</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.PiezoStack\">Plants.PiezoStack</a>.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Stack\">Actuators.Stack</a>.</p>
 </html>"));
 end Ground;

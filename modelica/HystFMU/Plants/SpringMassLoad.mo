@@ -15,7 +15,7 @@ equation
 <p><b>Equation:</b> m s'' + c s' + k s = f.</p>
 <p><b>Source:</b> Newton's second law.</p>
 <p><b>Limitations:</b> linear.</p>
-<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.PiezoStack\">Examples.PiezoStack</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.PiezoStack\">Plants.PiezoStack</a>.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Stack\">Actuators.Stack</a>.</p>
 </html>"));
 end SpringMassLoad;

@@ -12,7 +12,7 @@ than that of Sampled.</p>
 <p><b>Smooth</b> is an ordinary differential equation without events, for solvers and optimisers that want none. It needs the rate of
 the input itself. Plays have a corner rounded over <code>width</code>, the bound of their error; Bouc-Wen, Duhem and creep are
 differential equations anyhow. Zhao-Tan and Ma are a polygon of <code>plays</code> pieces over <code>reach</code>.</p>
-<p>The rate comes from a source (dr_lead with lead = 0), from a state equation (the current into a capacitor, see Plants.PiezoStack), or from
+<p>The rate comes from a source (dr_lead with lead = 0), from a state equation (the relaxation of a polarisation, see Actuators.BaseClasses.Piezo), or from
 Dynamics.RateFilter. No input is differentiated by der().</p>
 <p>To change over: <code>replaceable Operators.Sampled.PlayBank plays constrainedby Operators.BaseClasses.PlayBank</code>, then redeclare.
 The port of the rate is conditional; a connection to it disappears with it.</p>

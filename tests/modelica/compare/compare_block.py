@@ -31,7 +31,6 @@ CHAINS = {"BacklashSumDynamics"}  # of several units: test_loops.py
 EXAMPLES = {
     "MinorLoops": ["signal.r", "sampled.y", "events.y", "hysteresis.y"],
     "RateDependence": ["slow.r", "slowOutput.y", "fast.r", "fastOutput.y"],
-    "PiezoStack": ["stack.v", "stack.stroke", "load.s"],
     "StackMovesMass": ["stack.v", "stack.hysteresis.y", "load.s"],
     "AmplifiedStack": ["stack.v", "stack.flange_b.s", "load.s"],
     "Bender": ["bender.v", "bender.hysteresis.y", "bender.flange_b.s"],

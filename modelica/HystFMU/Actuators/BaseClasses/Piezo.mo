@@ -24,9 +24,10 @@ partial model Piezo "Piezoelectric actuator between two pins and two flanges, wi
   Interfaces.Flange flange_a "End that is mostly fixed" annotation (Placement(transformation(extent = {{-10, -120}, {10, -100}})));
   Interfaces.Flange flange_b "End that moves" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   Interfaces.HeatPort heatPort(T = T, Q_flow = -loss) if useHeatPort "Where the heat goes" annotation (Placement(transformation(extent = {{-70, -120}, {-50, -100}})));
-  // u_start stands twice, because rumoca 0.10.2 does not apply the values of the constraining class to the default
+  // the values stand twice: those of the default are none of what is put in its place, and rumoca 0.10.2 does not apply
+  // those of the constraining class to the default
   replaceable Actuators.Hysteresis.PrandtlIshlinskii hysteresis(u_start = v_start, gain = 1/v_max, scale = stroke/1.025)
-    constrainedby BaseClasses.Hysteresis(u_start = v_start) "From voltage to free stroke of an element" annotation (choicesAllMatching = true, Placement(transformation(extent = {{-40, -10}, {-20, 10}})));
+    constrainedby BaseClasses.Hysteresis(u_start = v_start, gain = 1/v_max, scale = stroke/1.025) "From voltage to free stroke of an element" annotation (choicesAllMatching = true, Placement(transformation(extent = {{-40, -10}, {-20, 10}})));
   Elastic elastic(k = k, c = c, k_pre = k_pre, stroke_start = hysteresis.y_start, n_series = n_series, n_parallel = n_parallel) "Ceramic and preload" annotation (Placement(transformation(extent = {{10, -10}, {30, 10}})));
   Inertia inertia(m = m, start = start) if withMass "Moving mass" annotation (Placement(transformation(extent = {{60, 30}, {80, 50}})));
   Types.Temperature T(nominal = 300) "Temperature";
