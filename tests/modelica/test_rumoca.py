@@ -148,16 +148,9 @@ LIMITS = {
         "equation when sample(0, 0.1) then z = 1; elsewhen sample(0.05, 0.1) then z = 2; end when; end M;",
         "is already owned by clock identity 0",
     ),
-    "steady start of linear dynamics behind an operator with events": (
-        "model M HystFMU.Sources.Sine signal(phase = 1); HystFMU.Operators.Events.PlayBank p(n = 1, r = {0.1}); "
-        "HystFMU.Dynamics.TransferFunction a(start = HystFMU.Types.Start.steady); "
-        "equation connect(signal.r, p.u); connect(signal.dr_lead, p.du); connect(p.z[1], a.u); end M;",
-        "initial variable projection did not satisfy the complete residual system",
-    ),
-    "steady start of linear dynamics behind a sampled block": (
-        "model M discrete Real u(start = 1, fixed = true); "
-        "HystFMU.Dynamics.TransferFunction a(start = HystFMU.Types.Start.steady); "
-        "equation when sample(0, 0.1) then u = 1 + time; end when; a.u = u; end M;",
+    "initial equation of a state behind a variable that an event sets": (
+        "model M discrete Real u(start = 1, fixed = true); Real v; initial equation v = u; "
+        "equation when {initial(), time > 0.1} then u = 1 + time; end when; der(v) = u - v; end M;",
         "initial variable projection did not satisfy the complete residual system",
     ),
 }

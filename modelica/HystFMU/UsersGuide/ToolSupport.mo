@@ -8,8 +8,8 @@ omc is installed. <code>make modelica-strict</code> checks what this compiler do
 <p>rumoca 0.10.2 does not apply the modifiers of a constraining clause to the default of a replaceable component: the examples write them twice.
 It loses what a function writes, within an if, into elements of a protected array that has no value as a whole yet: Functions.learn gives it
 one first. It ignores the redeclaration of a function where another function of the class calls it: what is replaceable in
-Inverse.Sampled.ImplicitInverse is a package. Behind an operator with events it does not start dynamics in equilibrium
-(start = steady): the exports Events of such models are legal and not simulated. It reads a vector as a whole, so that a sampled block behind
+Inverse.Sampled.ImplicitInverse is a package. Behind an operator with events it solves
+no initial equation of dynamics: Dynamics.TransferFunction and Operators.Smooth.Creep have another form for chains, inChain, which exports use. It reads a vector as a whole, so that a sampled block behind
 Dynamics.Sum may read the sum before its elements are new: exports write such a sum as an equation. These forms cost other tools nothing.</p>
 </html>"));
 end ToolSupport;

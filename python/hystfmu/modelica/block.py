@@ -14,7 +14,16 @@ from hystfmu.modelica.literals import number, sentence, string
 from hystfmu.modelica.places import DEPTH, lacks
 from hystfmu.modelica.ports import names
 from hystfmu.modelica.rates import declarations
-from hystfmu.modelica.realisation import CONTINUOUS, SAMPLED, class_in, has_reach, kinds, rate_of, takes_rate
+from hystfmu.modelica.realisation import (
+    CONTINUOUS,
+    SAMPLED,
+    class_in,
+    has_reach,
+    kinds,
+    rate_of,
+    starts_from_input,
+    takes_rate,
+)
 from hystfmu.modelica.record import field
 from hystfmu.modelica.span import span
 from hystfmu.modelica.state_space import TEXTS
@@ -120,6 +129,8 @@ def _declaration(model: Model, node: Node, name: str, inverse: implicit.Tried | 
         given += [f"{k} = {w}" for k, w in classes.choices(node).items() if k not in without]
     if kind == SAMPLED and classes.is_sampled(node):
         given.append("Ts = Ts")
+    if starts_from_input(class_in(node, kind)):
+        given.append("inChain = true")  # the export refuses loops
     if has_reach(class_in(node, kind)) and (reach := _reach(model, node)):
         given.append(f"reach = {number(reach)}")
     return f"{class_in(node, kind)} {name}({', '.join(given)})"

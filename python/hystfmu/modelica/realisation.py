@@ -65,6 +65,11 @@ def has_reach(class_name: str) -> bool:
     return "parameter Real reach" in _text(class_name)
 
 
+def starts_from_input(class_name: str) -> bool:
+    """Whether a class can start from its input alone, which an export without loops allows."""
+    return "parameter Boolean inChain" in _text(class_name)
+
+
 def rate_of(graph: Graph, node: Node) -> Rate | None:
     """Where the rate of the first input of a node comes from."""
     through: list[tuple[Node, int]] = []

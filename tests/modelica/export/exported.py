@@ -18,11 +18,11 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import METHODS, fit
 from hystfmu.model import Model
-from hystfmu.modelica import classes, export_modelica
+from hystfmu.modelica import export_modelica
 from hystfmu.modelica.measures import si
 from hystfmu.modelica.package import CLASSES, package_name
 from hystfmu.modelica.ports import names
-from hystfmu.modelica.realisation import class_in, kinds, takes_rate
+from hystfmu.modelica.realisation import kinds
 
 Array = simulate.Array
 KEYS = tuple(k for k in METHODS if k != "auto")  # auto chooses one of the others
@@ -144,8 +144,6 @@ def compare_realisations(model: Model, name: str, folder: Path) -> list[Outcome]
     package = export_modelica(model, folder, package_name(name), "a test")
     found = []
     for kind in kinds(model.graph):
-        if cannot_start(model, kind):
-            continue
         file = package / f"In{kind}.mo"
         experiment = re.search(r"experiment\([^)]*\)", (package / "Example.mo").read_text())
         assert experiment is not None
@@ -162,15 +160,6 @@ def compare_realisations(model: Model, name: str, folder: Path) -> list[Outcome]
         values = sum(n.parameters().size for n in model.graph.nodes)
         found.append(Outcome(f"{name}.{kind}", values, len(y), error, CONTINUOUS_BOUND[kind], seconds))
     return found
-
-
-def cannot_start(model: Model, kind: str) -> bool:
-    """What rumoca 0.10.2 does not initialise: dynamics in equilibrium with an operator that has events before them."""
-    steady = {n.name for n in model.graph.nodes if classes.choices(n).get("start", "").endswith("steady")}
-    behind = {n.name for n in model.graph.nodes if takes_rate(class_in(n, kind))}
-    for _ in model.graph.nodes:
-        behind |= {b.split(".")[0] for a, b in model.graph.wires if a.split(".")[0] in behind}
-    return kind == "Events" and bool(steady & behind)
 
 
 def bound(model: Model) -> float:

@@ -16,7 +16,7 @@ from hystfmu.modelica import export_modelica
 from hystfmu.modelica.measures import per_second, si
 from hystfmu.modelica.realisation import kinds, missing
 
-QUICK = ("prandtl_ishlinskii",)
+QUICK = ("g0_prandtl_ishlinskii",)  # also the start of dynamics behind events
 
 
 @pytest.mark.parametrize(
