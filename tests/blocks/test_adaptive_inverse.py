@@ -127,6 +127,14 @@ def test_it_learns_a_sudden_change_and_says_so() -> None:
     np.testing.assert_allclose(out[-1, 1:12], 1.2 * np.append(W0, W), rtol=0, atol=0.01)
 
 
+def test_sudden_changes_are_counted_one_by_one() -> None:
+    """Of two steps of the gain the second comes after the pause."""
+    n, v = 3600, reference(3600, 5)
+    gain = np.where(np.arange(n) < 600, 1.0, np.where(np.arange(n) < 2600, 1.2, 0.95))
+    _, out = closed(block(change=0.01, pause=0.1), v, v, gain, 1e-4 * np.random.default_rng(2).normal(size=n))
+    assert out[[590, 2590, -1], -1].tolist() == [0, 1, 2]
+
+
 def test_nothing_drifts_at_a_constant_reference() -> None:
     """1e5 samples at rest with noise: no bit of a weight or of the command changes, not even by rounding."""
     n, rest = 500, 100_000

@@ -16,6 +16,7 @@ SOURCE = r"""
 #include <unistd.h>
 #include "fmi2Functions.h"
 static double u, y;
+static fmi2Status got = fmi2OK; /* what reading returns */
 EXTRA
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
@@ -32,7 +33,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference v[], size_t n, 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference v[], size_t n, fmi2Real x[]) {
   (void)c;
   if (n) x[0] = v[0] ? y : u;
-  return fmi2OK;
+  return got;
 }
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
   (void)c, (void)h, (void)b;
