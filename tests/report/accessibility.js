@@ -44,6 +44,14 @@
     if (seen(e) && !(name(e) || '').trim()) say(e, 'no name');
   for (const e of document.querySelectorAll('svg, canvas')) if (seen(e) && !e.getAttribute('role')) say(e, 'no role');
   for (const e of document.querySelectorAll('img:not([alt])')) say(e, 'no alternative text');
+  // texts of a picture do not lie on one another
+  for (const svg of document.querySelectorAll('figure svg')) {
+    const texts = [...svg.querySelectorAll('text')].filter(seen).map(e => [e, e.getBoundingClientRect()]);
+    texts.forEach(([e, a], k) => texts.slice(k + 1).forEach(([other, b]) => {
+      const over = ['left', 'top'].map((low, i) => Math.min(a[['right', 'bottom'][i]], b[['right', 'bottom'][i]]) - Math.max(a[low], b[low]));
+      if (over[0] > 1 && over[1] > 3) say(e, `lies on "${other.textContent}"`);
+    }));
+  }
   // what the keyboard reaches: in the order of the document, nothing hidden
   for (const e of document.querySelectorAll('[tabindex]')) if (e.tabIndex > 0) say(e, 'its own place in the order of focus');
   for (const e of document.querySelectorAll('[onclick], .sort, summary, canvas.loop')) if (e.tabIndex < 0) say(e, 'not reached by the keyboard');

@@ -86,7 +86,7 @@ def compare(folder: Path) -> Path:
 
 def compared_studies(folder: Path) -> Path:
     """The study of two lags, one of which is faster and has another limit."""
-    for name, a, limit in (("a", 0.5, 3.0), ("b", 0.4, 3.3)):
+    for name, a, limit in (("a", 0.5, 3.0), ("b", 0.4, 2.7)):
         lag = {**LAG["units"]["lag"], "values": {"b": [1.0], "a": [a, 1.0], "hold": "zoh"}}
         (folder / name / "decay").mkdir(parents=True)
         (folder / name / "decay" / "scenario.toml").write_text(

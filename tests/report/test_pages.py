@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MOST_SCRIPT = 30_000
 CHECKS = Path(__file__).with_name("accessibility.js").read_text()
 T = np.linspace(0, 2, 200)
+OVER = '<figure><svg><text x="9" y="20">first</text><text x="9" y="24">second</text></svg></figure>'
 ROWS = [(f"run {k}", k * 7 % 12, f"{(k * 5 % 12) / 8:.3f}" if k else "-") for k in range(12)]
 
 
@@ -131,10 +132,32 @@ def test_tables_sort_by_numbers_and_filter(browser: Browser, file: Path) -> None
         assert p.locator(".filter output").text_content() == "3 of 12 rows"
 
 
+@pytest.mark.parametrize("width", [1100, 800, 400])
+def test_numbers_and_names_beside_a_plot_leave_each_other_room(browser: Browser, tmp_path: Path, width: int) -> None:
+    values = {
+        "diverged": 5e299 * T**9, "below": -5e299 * T, "tiny": 1e-300 * np.sin(T), "far": 123456.7 + T, "flat": 0 * T,
+        "small": -0.00125 * T,
+    }  # fmt: skip
+    names = [f"a name of some length {k}" for k in range(5)]
+    plots = [
+        Plot(k, "t in s", "value in um", [Line("wanted", T, y), Line("reached", T, -y)]) for k, y in values.items()
+    ]
+    plots.append(Plot("names", "t in s", "value in " + 40 * "mm ", [Line(name, T, T) for name in names]))
+    path = tmp_path / "page.html"
+    path.write_text(page("plots", ["<h1>plots</h1>", section(Section("Plots", plots=plots))]))
+    with opened(browser, path, viewport={"width": width, "height": 900}) as p:
+        assert p.evaluate(CHECKS) == []
+        for text in p.locator("figure:last-child svg text").all():
+            box, around = text.bounding_box(), p.locator("figure:last-child svg").bounding_box()
+            assert box is not None
+            assert around is not None
+            assert box["x"] + box["width"] <= around["x"] + around["width"] + 1
+
+
 def test_the_list_of_checks_finds_planted_faults(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "bad.html"
     bad = '<h1>a</h1><h3>b</h3><p style="color:#999">grey</p><button></button><input><i tabindex="3">c</i><img src="">'
-    path.write_text(page("bad", [bad, "<table><tr><th>x</th></tr></table>", "<canvas></canvas>"]))
+    path.write_text(page("bad", [bad, "<table><tr><th>x</th></tr></table>", "<canvas></canvas>", OVER]))
     with opened(browser, path) as p:
         found = "\n".join(p.evaluate(CHECKS))
     for text in (
@@ -145,5 +168,6 @@ def test_the_list_of_checks_finds_planted_faults(browser: Browser, tmp_path: Pat
         "alternative text",
         "without scope",
         "no role",
+        'lies on "second"',
     ):
         assert text in found, text

@@ -14,8 +14,10 @@ MOST = 12  # rows of the diagram
 
 
 def bounded(rows: Sequence[Row]) -> list[Ratios]:
-    """Return a diagram of the rows with a printed figure, without any of those with a target; none without either."""
-    printed = [_printed(r) for r in rows if r.printed_met is not None and _positive(r.printed, r.ours)]
+    """Return a diagram of the figures that the paper prints, without any of the targets; none without either."""
+    printed = [
+        _printed(r) for r in rows if r.where == "paper" and r.printed_met is not None and _positive(r.printed, r.ours)
+    ]
     if printed:
         return [_drawn("figures over those of the paper", "ours / printed", printed)]
     targets = [_target(r) for r in rows if r.met is not None and _positive(r.target, r.ours)]

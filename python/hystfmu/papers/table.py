@@ -71,7 +71,8 @@ class Report:
         """Say in a sentence how many printed figures and targets are met."""
         counts = []
         for met, what in (("printed_met", "printed figures"), ("met", "targets")):
-            counted = [v for r in self.rows if (v := getattr(r, met)) is not None]
+            rows = [r for r in self.rows if r.where == "paper" or met == "met"]  # a scan covers what is not printed
+            counted = [v for r in rows if (v := getattr(r, met)) is not None]
             if counted:
                 counts.append(f"{sum(counted)} of {len(counted)} {what} are met")
         return f"{' and '.join(counts)}." if counts else "Nothing is printed, and no target is stated."

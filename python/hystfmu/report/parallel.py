@@ -13,7 +13,8 @@ from html import escape
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.report.plot import path, tick
+from hystfmu.report.axis import tick
+from hystfmu.report.curve import path
 
 WIDTH, ROW, LEFT, RIGHT, TOP = 480, 54, 14, 14, 30
 

@@ -6,7 +6,6 @@ A notebook shows a `Plot`, or a `Figure` of several.  `save` writes HTML or SVG,
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -16,7 +15,9 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.report.axis import LETTER, axis, tick, width
 from hystfmu.report.by_matplotlib import SUFFIXES, figure, save_figure
+from hystfmu.report.curve import dots, path, thin
 from hystfmu.report.drawing import drawing, save
 
 if TYPE_CHECKING:
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 480, 300
 LEFT, RIGHT, TOP, BOTTOM = 58, 10, 26, 42
+LABEL, ROW = 28, 16  # room of the label beside the numbers, height of a row of the legend
 T = TypeVar("T", float, Array)
-LONGEST_TICK = 5  # characters
 COLOURS = 5  # of the style sheet
 MOST_POINTS = 250  # per line; longer lines are thinned
 LOOP_POINTS = 5000  # of a loop with many reversals
@@ -77,45 +78,59 @@ class Plot:
 
     def svg(self) -> str:
         """The diagram as an <svg> element."""
-        lines = [_thin(line, self.envelope, self.points) for line in self.lines]
-        xs, x_ticks = _axis(np.concatenate([line.x for line in lines]))
-        ys, y_ticks = _axis(np.concatenate([line.y for line in lines]))
-        across = (WIDTH - LEFT - RIGHT) / (xs[1] - xs[0])
-        down = (self.height - TOP - BOTTOM) / (ys[1] - ys[0])
+        curves = [
+            thin(np.asarray(c.x, dtype=float), np.asarray(c.y, dtype=float), self.points, self.envelope and not c.dots)
+            for c in self.lines
+        ]
+        xs, x_ticks = axis(np.concatenate([x for x, _ in curves]))
+        ys, y_ticks = axis(np.concatenate([y for _, y in curves]))
+        left, right = max(LEFT, LABEL + width(y_ticks)), WIDTH - RIGHT
+        legend, rows = self._legend(left)
+        top, height = TOP + ROW * (rows - 1), self.height + ROW * (rows - 1)
+        bottom = height - BOTTOM
+        across, down = (right - left) / (xs[1] - xs[0]), (bottom - top) / (ys[1] - ys[0])
 
         def px(v: T) -> T:
-            return LEFT + (v - xs[0]) * across
+            return left + (v - xs[0]) * across
 
         def py(v: T) -> T:
-            return self.height - BOTTOM - (v - ys[0]) * down
+            return bottom - (v - ys[0]) * down
 
         ranges = f'data-x="{xs[0]!r} {xs[1]!r}" data-y="{ys[0]!r} {ys[1]!r}" data-label="{escape(self.x_label)}"'
-        out = [f'<svg viewBox="0 0 {WIDTH} {self.height}" role="img" aria-label="{escape(self.title)}" {ranges}>']
-        bottom, right = self.height - BOTTOM, WIDTH - RIGHT
+        out = [f'<svg viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{escape(self.title)}" {ranges}>']
         out.append('<g class="axes">')
         for v in x_ticks:
-            out.append(f'<path class="grid" d="M{px(v):.1f} {TOP}V{bottom}"/>')
+            out.append(f'<path class="grid" d="M{px(v):.1f} {top}V{bottom}"/>')
             out.append(f'<text class="tick" x="{px(v):.1f}" y="{bottom + 15}" text-anchor="middle">{tick(v)}</text>')
         for v in y_ticks:
-            out.append(f'<path class="grid" d="M{LEFT} {py(v):.1f}H{right}"/>')
-            out.append(f'<text class="tick" x="{LEFT - 5}" y="{py(v) + 4:.1f}" text-anchor="end">{tick(v)}</text>')
+            out.append(f'<path class="grid" d="M{left:.1f} {py(v):.1f}H{right}"/>')
+            out.append(f'<text class="tick" x="{left - 5:.1f}" y="{py(v) + 4:.1f}" text-anchor="end">{tick(v)}</text>')
         out.append("</g>")
-        out.append(f'<rect class="frame" x="{LEFT}" y="{TOP}" width="{right - LEFT}" height="{bottom - TOP}"/>')
-        for k, line in enumerate(lines):
-            name, d = escape(line.name), (dots if line.dots else path)(px(line.x), py(line.y))
-            out.append(f'<path class="line {_kind(k, line)}" data-name="{name}" transform="scale(.1)" d="{d}"/>')
-        at = LEFT
-        for k, line in enumerate(lines):
-            out.append(f'<path class="line {_kind(k, line)}" d="{f"M{at + 7} 15z" if line.dots else f"M{at} 15h14"}"/>')
-            out.append(f'<text class="tick" x="{at + 18}" y="19">{escape(line.name)}</text>')
-            at += 34 + 7 * len(line.name)
-        middle = (LEFT + right) / 2
-        out.append(
-            f'<text class="tick" x="{middle}" y="{self.height - 8}" text-anchor="middle">{escape(self.x_label)}</text>'
-        )
-        turned = f'x="12" y="{(TOP + bottom) / 2}" transform="rotate(-90 12 {(TOP + bottom) / 2})"'
-        out.append(f'<text class="tick" {turned} text-anchor="middle">{escape(self.y_label)}</text></svg>')
+        out.append(f'<rect class="frame" x="{left:.1f}" y="{top}" width="{right - left:.1f}" height="{bottom - top}"/>')
+        for k, (line, (x, y)) in enumerate(zip(self.lines, curves, strict=True)):
+            d = (dots if line.dots else path)(px(x), py(y))
+            named = f'data-name="{escape(line.name)}" transform="scale(.1)"'
+            out.append(f'<path class="line {_kind(k, line)}" {named} d="{d}"/>')
+        out += legend
+        middle = f'x="{(left + right) / 2:.1f}" y="{height - 8}" text-anchor="middle"'
+        out.append(f'<text class="tick" {middle}>{escape(self.x_label)}</text>')
+        turned = f'x="12" y="{(top + bottom) / 2}" transform="rotate(-90 12 {(top + bottom) / 2})"'
+        short = f' textLength="{height}"' if LETTER * len(self.y_label) > height else ""
+        out.append(f'<text class="tick" {turned} text-anchor="middle"{short}>{escape(self.y_label)}</text></svg>')
         return "".join(out)
+
+    def _legend(self, left: float) -> tuple[list[str], int]:
+        """Return the names of the lines above the frame, and the number of rows that they take."""
+        out, at, y = [], left, 15
+        for k, line in enumerate(self.lines):
+            wide = 30 + 8.5 * len(line.name)
+            if at > left and at + wide - 12 > WIDTH:
+                at, y = left, y + ROW
+            d = f"M{at + 7:.1f} {y}z" if line.dots else f"M{at:.1f} {y}h14"
+            out.append(f'<path class="line {_kind(k, line)}" d="{d}"/>')
+            out.append(f'<text class="tick" x="{at + 18:.1f}" y="{y + 4}">{escape(line.name)}</text>')
+            at += wide
+        return out, (y - 15) // ROW + 1
 
 
 @dataclass(frozen=True)
@@ -161,58 +176,5 @@ class Figure:
         return figure(self.plots)
 
 
-def tick(v: float) -> str:
-    """Return a number beside an axis: with an exponent if it is long and that is shorter."""
-    plain = f"{v:.6g}"
-    mantissa, _, power = f"{v:.5e}".partition("e")
-    other = f"{mantissa.rstrip('0').rstrip('.')}e{int(power)}"
-    return other if len(plain.lstrip("-")) > LONGEST_TICK and len(other) < len(plain) else plain
-
-
-def path(x: Array, y: Array) -> str:
-    """Return a curve as SVG path data in relative steps of a tenth of a point, a third of the size of decimals."""
-    points = np.column_stack([x, y])
-    tenths = np.round(10 * points).astype(int)
-    steps = np.diff(tenths, axis=0)
-    steps = steps[np.any(steps != 0, axis=1)]
-    return f"M{tenths[0, 0]} {tenths[0, 1]}l" + " ".join(f"{a} {b}" for a, b in steps.tolist() or [[0, 0]])
-
-
-def dots(x: Array, y: Array) -> str:
-    """Return points as SVG path data: closed subpaths without length, which round ends make visible."""
-    tenths = np.round(10 * np.column_stack([x, y])).astype(int)
-    steps = np.diff(tenths, axis=0, prepend=0).tolist()
-    return f"M{steps[0][0]} {steps[0][1]}z" + "".join(f"m{a} {b}z" for a, b in steps[1:])
-
-
 def _kind(k: int, line: Line) -> str:
     return f"c{k % COLOURS}{' dots' if line.dots else ''}"
-
-
-def _thin(line: Line, envelope: bool, points: int) -> Line:
-    x, y = np.asarray(line.x, dtype=float), np.asarray(line.y, dtype=float)
-    n = len(x)
-    if n <= points:
-        return Line(line.name, x, y, dots=line.dots)
-    if not envelope:
-        picked = np.unique(np.linspace(0, n - 1, points).round().astype(int))
-        return Line(line.name, x[picked], y[picked], dots=line.dots)
-    extremes = []  # keep the lowest and highest row of every piece, so that ripple and peaks stay visible
-    for piece in np.array_split(np.arange(n), points // 2):
-        extremes += sorted((piece[y[piece].argmin()], piece[y[piece].argmax()]))
-    picked = np.array(extremes)
-    return Line(line.name, x[picked], y[picked])
-
-
-def _axis(values: Array) -> tuple[tuple[float, float], list[float]]:
-    """Return the range of an axis and its ticks at 1, 2 or 5 times a power of ten."""
-    lo, hi = float(values.min()), float(values.max())
-    if hi - lo < 1e-9 * max(abs(lo), abs(hi), 1e-300):
-        pad = max(abs(hi), 1e-12) * 0.5
-        lo, hi = lo - pad, hi + pad
-    rough = (hi - lo) / 5
-    power = 10.0 ** math.floor(math.log10(rough))
-    step = next(m * power for m in (1, 2, 5, 10) if m * power >= rough)
-    room = 0.04 * (hi - lo)
-    first, last = math.ceil((lo - room) / step), math.floor((hi + room) / step)
-    return (lo - room, hi + room), [k * step for k in range(first, last + 1)]

@@ -64,7 +64,7 @@ class Ratios:
             out.append(f'<text class="tick" x="{at + 14}" y="15">{escape(self.words[1])}</text>')
         for k, r in enumerate(self.ratios):
             y = top + ROW * k
-            short = r.name if len(r.name) <= LONGEST else f"{r.name[:LONGEST]}..."
+            short = r.name if len(r.name) <= LONGEST else f"{r.name[: LONGEST // 2]}...{r.name[-LONGEST // 2 :]}"
             out.append(f'<text class="name" x="{LEFT}" y="{y + 14}">{escape(short)}</text>')
             out.append(f'<text class="name" x="{WIDTH - RIGHT}" y="{y + 14}" text-anchor="end">{escape(r.text)}</text>')
             out.append(f'<path class="grid" d="M{LEFT} {y + 25}H{WIDTH - RIGHT}"/>')

@@ -137,7 +137,10 @@ def test_value_and_limit_of_a_metric() -> None:
     assert cell(verdict(0.51234, limit=None)) == "<td>0.5123</td>"
     assert cell(verdict(0.5)) == "<td>0.5 <small>≤ 1</small></td>"
     assert cell(verdict(2.0)) == '<td class="bad">2 <small>&gt; 1</small></td>'
-    assert cell(verdict(0.5, limit=None, same=False, baseline=0.25)) == '<td class="bad">0.5 changed, was 0.25</td>'
+    assert (
+        cell(verdict(0.5, limit=None, same=False, baseline=0.25))
+        == '<td class="bad">0.5<small class="was">was 0.25</small></td>'
+    )
     assert cell(verdict(0.5, limit=None, same=True, baseline=0.5)) == "<td>0.5</td>"
 
 

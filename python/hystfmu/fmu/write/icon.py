@@ -11,7 +11,7 @@ import zlib
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.report.plot import path
+from hystfmu.report.curve import path
 
 SIZE, MARGIN, FRAME = 128, 22, 5
 INK, PAPER, EDGE = (31, 95, 168), (247, 249, 252), (185, 200, 218)

@@ -19,6 +19,6 @@ function ticks([lo, hi], about = 5) {
   const rough = (hi - lo) / about, power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find(m => m * power >= rough);
   const found = [];
-  for (let k = Math.ceil(lo / step); k * step <= hi; k++) found.push(+(k * step).toPrecision(6));
+  for (let k = Math.ceil(lo / step); k * step <= hi; k++) found.push(+(k * step).toPrecision(12));
   return found;
 }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hystfmu.report.plot import path
+from hystfmu.report.curve import path
 from hystfmu.scenario.outcome.excerpt import drawn
 from hystfmu.scenario.outcome.plots import error_of
 from hystfmu.scenario.report.worst_and_best import main_verdict, word_of
@@ -126,5 +126,5 @@ def _metric(v: Verdict | None) -> str:
         return "<td></td>"
     good = v.within and v.same is not False
     limit = "" if v.limit is None else f" <small>{'≤' if v.within else '&gt;'} {v.limit:.4g}</small>"
-    changed = f" changed, was {v.baseline:.4g}" if v.same is False else ""
+    changed = f'<small class="was">was {v.baseline:.4g}</small>' if v.same is False else ""
     return f"<td{'' if good else BAD}>{v.value:.4g}{limit}{changed}</td>"
