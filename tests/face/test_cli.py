@@ -229,6 +229,35 @@ def test_run_needs_a_scenario(tmp_path):
     one_line(hystfmu("run", tmp_path, cwd=tmp_path), ["scenario.toml", "must be valid TOML"])
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("fit", "peizo.csv"), "peizo.csv: No such file or directory. Did you mean 'piezo.csv'?"),
+        (("fit", "lab/piezo.csv"), "lab/piezo.csv: No such file or directory. Did you mean 'labs'?"),
+        (("run", "scenarios/pdi"), "scenarios/pdi: No such file or directory. Did you mean 'scenarios/pid'"),
+        (("run", "piezo.csv"), "piezo.csv: The scenario must be a folder with a scenario.toml"),
+        (
+            ("predict", "piezo.csv", "piezo.csv", "-o", "o.csv"),
+            "Is it another kind of file? A model ends with .model.toml",
+        ),
+        (("fit", "piezo.csv", "--model", "prandtl"), "Got 'prandtl' instead. Did you mean 'prandtl_ishlinskii'?"),
+        (("blocks", "pidd"), "Got 'pidd' instead. Did you mean 'pid'?"),
+        (("fit", "piezo.csv", "--modle", "auto"), "No such option '--modle'."),
+        (("predict", "piezo.csv"), "Missing argument 'DATA'. See 'hystfmu predict --help'."),
+        (("frob",), "No such command 'frob'. See 'hystfmu --help'."),
+    ],
+)
+def test_a_mistake_gets_one_line_with_what_was_meant(tmp_path, words, says):
+    write(tmp_path / "piezo.csv", record(80))
+    (tmp_path / "labs").mkdir()
+    done = hystfmu(*words, cwd=tmp_path)
+    assert done.returncode == 2
+    complaints = [line for line in done.stderr.splitlines() if line.startswith("hystfmu: ")]
+    assert len(complaints) == 1, done.stderr
+    assert says in complaints[0]
+    assert "Usage:" not in done.stderr
+
+
 def test_blocks_lists_and_explains():
     overview = hystfmu("blocks").stdout
     assert "sliding_mode" in overview

@@ -129,7 +129,7 @@ def test_an_override_that_fits_nothing_is_refused(loop: Any, write: Any) -> None
     folder = write(loop)
     with pytest.raises(InputError, match=r"--set plant\.ghost: none of the scenarios"):
         run_scenarios([folder], overrides={"plant.ghost": 1.0}, engine="native")
-    with pytest.raises(InputError, match=r"did you mean plant\.hysteresis_w"):
+    with pytest.raises(InputError, match=r"Did you mean 'plant\.hysteresis_w'"):
         run_scenarios([folder], overrides={"plnt.hysteresis_w": 1.0}, engine="native")
     with pytest.raises(InputError, match=r"^--set: must read 'unit\.variable'"):
         run_scenarios([folder], overrides={"ghost": 1.0}, engine="native")
@@ -140,7 +140,7 @@ def test_an_engine_that_does_not_exist_is_refused_with_those_that_do(loop: Any, 
         run_scenarios([write(loop)], engine="python")  # type: ignore[arg-type]
     result = CliRunner().invoke(main, ["run", str(write(loop)), "--engine", "python"])
     assert result.exit_code == 2
-    assert result.output.splitlines()[-1].endswith("'python' is not one of 'fmpy', 'native'.")
+    assert "'python' is not one of 'fmpy', 'native'. See " in result.output.splitlines()[-1]
 
 
 @pytest.mark.parametrize("below", [False, True])

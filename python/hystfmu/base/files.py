@@ -16,6 +16,7 @@ import pydantic
 import tomli_w
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.near import meant_file
 
 MOST_BYTES = 256 * 2**20
 _LINE = re.compile(r"at line (\d+)")  # in a message of tomllib
@@ -53,6 +54,8 @@ def check_source(path: str | Path) -> os.stat_result:
     """
     try:
         found = Path(path).stat()
+    except FileNotFoundError as e:
+        raise InputError(f"{path}: {e.strerror}.{meant_file(path)}") from None
     except OSError as e:
         raise InputError(f"{path}: {e.strerror or e}") from None
     if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
@@ -159,7 +162,8 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
         text = " ".join(str(e).split())
         line = _LINE.search(text)
         place = f"{path}: line {line[1]}" if line else f"{path}"
-        raise InputError(f"{place}: The file must be valid TOML. Got: {text}") from None
+        other = "" if Path(path).suffix == ".toml" else " Is it another kind of file? A model ends with .model.toml."
+        raise InputError(f"{place}: The file must be valid TOML. Got: {text}.{other}") from None
     except RecursionError:
         raise InputError(f"{path}: The file must be valid TOML. Got arrays or tables nested too deeply.") from None
 

@@ -35,6 +35,11 @@ class _Commands(click.Group):
         try:
             with extras("this command"):  # the last guard: most imports of optional packages name what needs them
                 return super().invoke(ctx)
+        except click.UsageError as e:  # click would print four lines
+            words = e.ctx.command_path if e.ctx else "hystfmu"
+            text = e.format_message().rstrip(".")
+            click.echo(f"hystfmu: {text}{'' if text[-1] in '?)' else '.'} See '{words} --help'.", err=True)
+            ctx.exit(BAD_INPUT)
         except InputError as e:
             line = " ".join(str(e).split())
             click.echo(f"hystfmu: {line}", err=True)

@@ -8,16 +8,25 @@ from pathlib import Path
 import click
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.near import meant, meant_file
 
 
 def found(paths: Sequence[str]) -> list[Path]:
     """Return scenarios or studies; those that HystFMU ships by the names they have in its repository.
 
     A line on stderr says where these are.
+
+    Raises
+    ------
+    InputError
+        A path leads nowhere; the sentence has the names near to it.
     """
-    from hystfmu.scenario.shipped import here_or_shipped, shipped_scenarios
+    from hystfmu.scenario.shipped import here_or_shipped, shipped_names, shipped_scenarios
 
     places = [here_or_shipped(p) for p in paths]
+    for p, place in zip(paths, places, strict=True):
+        if not place.exists():
+            raise InputError(f"{p}: No such file or directory.{meant_file(p) or meant(p, shipped_names())}")
     if any(place != Path(p) for place, p in zip(places, paths, strict=True)):
         click.echo(f"scenarios are those that HystFMU ships, in {shipped_scenarios()}", err=True)
     return places

@@ -6,6 +6,7 @@ import json
 from typing import Any
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.near import meant
 from hystfmu.core.groups import group
 from hystfmu.core.library import BlockType, Var, block_types
 from hystfmu.report.terminal import table
@@ -23,7 +24,7 @@ def find(name: str) -> BlockType:
     """
     types = block_types()
     if name not in types:
-        raise InputError(f"The block must be one of {', '.join(types)}. Got {name!r} instead.")
+        raise InputError(f"The block must be one of {', '.join(types)}. Got {name!r} instead.{meant(name, types)}")
     return types[name]
 
 

@@ -8,6 +8,7 @@ from types import ModuleType
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import MissingExtra, extras
+from hystfmu.base.near import meant
 from hystfmu.identify import methods
 from hystfmu.identify.candidate import Candidate
 from hystfmu.identify.options import Option
@@ -31,7 +32,7 @@ def method(key: str) -> ModuleType:
     if key in REMOVED:
         raise InputError(f"The model must be {REMOVED[key]}, which replace {key}. Got {key!r} instead.")
     if key not in METHODS:
-        raise InputError(f"The model must be one of {', '.join(METHODS)}. Got {key!r} instead.")
+        raise InputError(f"The model must be one of {', '.join(METHODS)}. Got {key!r} instead.{meant(key, METHODS)}")
     with extras(f"the model {key}"):
         module = importlib.import_module("hystfmu.identify.auto" if key == AUTO else f"{methods.__name__}.{key}")
         return module

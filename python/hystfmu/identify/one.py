@@ -113,7 +113,7 @@ def check(data: Dataset) -> None:
     """
     where = data.path or data.name
     if not data.has_output:
-        raise InputError(f"{where}: The data must have a measured output. Got none to fit.")
+        raise InputError(f"{where}: The data must have a measured output. Got none: name its column (--output).")
     for name, column in (("u", data.u), ("y", data.y), *((name, values) for name, _, values in data.covariates)):
         large = np.abs(column) > 1 / SMALLEST
         if large.any():

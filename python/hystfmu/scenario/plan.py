@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.near import meant
 from hystfmu.scenario.system.case import Scenario, split_end
 from hystfmu.scenario.system.inside import scenario_folders
 from hystfmu.scenario.system.spec import Scheme
@@ -87,7 +87,6 @@ def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) ->
     for key in overrides:
         if not any(key in system.overridden for system in systems):
             known = {name for system in systems for name in system.parameters}
-            near = " or ".join(difflib.get_close_matches(key, sorted(known), 2))
             raise InputError(
-                f"--set {key}: none of the scenarios has a unit with that parameter{near and f'; did you mean {near}?'}"
+                f"--set {key}: none of the scenarios has a unit with that parameter.{meant(key, sorted(known))}"
             )

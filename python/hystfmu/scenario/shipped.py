@@ -22,6 +22,15 @@ def shipped_scenarios() -> Path:
     raise InputError(f"no scenarios in {PACKAGE / '_scenarios'}: install the package with 'pip install .'")
 
 
+def shipped_names() -> list[str]:
+    """Names of the shipped scenarios as a command takes them, ``scenarios/pid`` and so on; none without them."""
+    try:
+        root = shipped_scenarios()
+    except InputError:
+        return []
+    return sorted(f"scenarios/{f.parent.relative_to(root).as_posix()}" for f in root.rglob("scenario.toml"))
+
+
 def here_or_shipped(path: str) -> Path:
     """Return a path as it is, or the shipped one where nothing of that name, `scenarios/...`, lies in this folder."""
     first, *inside = Path(path).parts or (".",)

@@ -195,10 +195,10 @@ def test_progress_counts_steps() -> None:
 def test_an_override_that_nothing_takes_names_what_is_near() -> None:
     systems: Any = [SimpleNamespace(overridden={"a.x"}, parameters={"a.x", "plant.gain"})]
     _check_overrides({"a.x": 1}, systems)
-    said = r"^--set plant\.gaim: none of the scenarios has a unit with that parameter; did you mean plant\.gain\?$"
+    said = r"^--set plant\.gaim: none of the scenarios has a unit with that parameter\. Did you mean 'plant\.gain'\?$"
     with pytest.raises(InputError, match=said):
         _check_overrides({"a.x": 1, "plant.gaim": 2}, systems)
-    with pytest.raises(InputError, match=r"that parameter$"):
+    with pytest.raises(InputError, match=r"that parameter\.$"):
         _check_overrides({"zzz.q": 2}, systems)
 
 

@@ -102,8 +102,8 @@ def chosen(
         place = _recognised(table, "time", taken)
         if place is None:
             raise InputError(
-                f"{_where(table)}The columns must include a time. Got {_listed(table)} instead. Name it with --time, "
-                "or give the sample rate in Hz (--rate)."
+                f"{_where(table)}The columns must include a time. Got {_listed(table)} instead. Name it with --time "
+                "(by its number from 1 where it has none), or give the sample rate in Hz (--rate)."
             )
         found["time"] = place
         taken.add(place)

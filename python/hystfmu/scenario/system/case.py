@@ -102,6 +102,10 @@ class Scenario:
         self, path: str | Path, overrides: dict[str, Any] | None = None, coupling: Scheme | None = None
     ) -> None:
         path = Path(path)
+        if path.suffix != ".toml" and path.is_file():
+            raise InputError(
+                f"{path}: The scenario must be a folder with a scenario.toml, or a file .toml. Got a file."
+            )
         file = path / "scenario.toml" if path.suffix != ".toml" else path
         self.folder: Path | None = file.parent
         self._complete(read_scenario(file), str(file), {}, overrides, coupling)
