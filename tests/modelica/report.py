@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 # as pytest has them
-sys.path += [str(Path(__file__).parents[1]), *(str(p) for p in Path(__file__).parent.iterdir() if p.is_dir())]
+sys.path += [str(Path(__file__).parents[1]), *(str(p) for p in Path(__file__).parent.rglob("*") if p.is_dir())]
 
 import compare
 import cost

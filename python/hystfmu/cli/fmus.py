@@ -98,6 +98,7 @@ def export(
         loaded = loaded.with_in_range()
     if folder is not None:
         from hystfmu.modelica.package import package_name
+        from hystfmu.modelica.realisation import left_out
         from hystfmu.modelica.shipped import shipped_library
 
         file = Path(model).name
@@ -107,6 +108,8 @@ def export(
         except InputError as e:
             raise InputError(f"{model}: {e}") from None
         say(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
+        for kind, why in left_out(loaded.graph).items():
+            say(f"no realisation {kind}: {why}")
         if (written / "Actuator.mo").is_file():
             say(f"actuator {written.name}.Actuator between pins and flanges, example {written.name}.ActuatorExample")
         say(f"library path of HystFMU, which it uses: {shipped_library()}")
@@ -116,9 +119,9 @@ def export(
 
     version: Literal[2, 3] = 2 if fmi == "2" else 3
     path = loaded.export(out, version, name, platforms, source, explorer)
-    if platforms == "all" and (left_out := missing()):
+    if platforms == "all" and (absent := missing()):
         click.echo(
-            f"not packed: no binary is installed for {', '.join(left_out)} ('make platforms' builds them)", err=True
+            f"not packed: no binary is installed for {', '.join(absent)} ('make platforms' builds them)", err=True
         )
     say(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
 

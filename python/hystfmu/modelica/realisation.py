@@ -25,7 +25,14 @@ def kinds(graph: Graph) -> list[str]:
     """The continuous realisations that a graph has; none where nothing in it is sampled."""
     if not any(classes.is_sampled(n) for n in graph.nodes):
         return []
-    return [k for k in CONTINUOUS if not missing(graph, k)]
+    return [k for k in CONTINUOUS if k not in left_out(graph)]
+
+
+def left_out(graph: Graph) -> dict[str, str]:
+    """The continuous realisations that a graph with sampled blocks has not, and why."""
+    if not any(classes.is_sampled(n) for n in graph.nodes):
+        return {}
+    return {kind: why for kind in CONTINUOUS if (why := missing(graph, kind))}
 
 
 def missing(graph: Graph, kind: str) -> str:
@@ -33,12 +40,24 @@ def missing(graph: Graph, kind: str) -> str:
     for node in graph.nodes:
         found = class_in(node, kind)
         if not found:
-            return f"{node.name} ({node.type}) has no such realisation"
+            return f"{node.name} ({node.type}) {_lacking(node, kind)}"
         if takes_rate(found) and rate_of(graph, node) is None:
-            return f"the rate of the input of {node.name} ({node.type}) is not that of a port"
+            return f"the rate of the input of {node.name} ({node.type}) is not that of a port; take Model"
     if len({p for n in graph.nodes if takes_rate(class_in(n, kind)) and (p := _port_of(graph, n))}) > 1:
-        return "operators stand behind different ports"
+        return "operators stand behind different ports; take Model"
     return ""
+
+
+def _lacking(node: Node, kind: str) -> str:
+    """Why a block has no class in a realisation, and which one to take, as the end of a sentence."""
+    other = next((k for k in CONTINUOUS if k != kind and class_in(node, k)), "")
+    if other == "Smooth":
+        return "has no closed form from one reversal to the next; take Smooth"
+    if other == "Events":
+        return "changes its branch at reversals and has no smooth form; take Events"
+    if node.block.trial:
+        return "solves an equation at each sample; take Model"
+    return "goes from sample to sample and has no equation in continuous time; take Model"
 
 
 def class_in(node: Node, kind: str) -> str:

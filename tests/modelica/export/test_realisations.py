@@ -9,7 +9,10 @@ from pathlib import Path
 import exported
 import numpy as np
 import pytest
+import realisation_table
+from click.testing import CliRunner
 
+from hystfmu.cli import main
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
@@ -90,21 +93,56 @@ def test_limits_of_a_scaling_hold_the_rate(tmp_path: Path) -> None:
         assert o.good, exported.line(o)
 
 
-def test_reason_is_said_where_a_realisation_is_left_out(tmp_path: Path) -> None:
-    model = exported.small("preisach")
-    assert kinds(model.graph) == ["Events"]
-    why = missing(model.graph, "Smooth")
-    assert why == "hysteresis (preisach) has no such realisation"
-    package = export_modelica(model, tmp_path, "Piezo")
-    assert why in (package / "package.mo").read_text()
-    assert not (package / "Smooth.mo").exists()
+@pytest.mark.parametrize(
+    ("key", "has", "lacks"),
+    [
+        (
+            "preisach",
+            ["Events"],
+            {"Smooth": "hysteresis (preisach) changes its branch at .* no smooth form; take Events"},
+        ),
+        ("duhem", ["Smooth"], {"Events": "operator (duhem) has no closed form .*; take Smooth"}),
+        (
+            "narx_network",
+            [],
+            dict.fromkeys(("Events", "Smooth"), "network (narx_network) goes from sample .*; take Model"),
+        ),
+    ],
+)
+def test_reason_is_said_where_a_realisation_is_left_out(
+    key: str, has: list[str], lacks: dict[str, str], tmp_path: Path
+) -> None:
+    """In the package, by the command, in one line each; what a model lacks has no file."""
+    model = exported.small(key)
+    assert kinds(model.graph) == has
+    model.save(tmp_path / "piezo.model.toml")
+    done = CliRunner().invoke(main, ["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    files = {f.stem for f in (tmp_path / "Piezo").iterdir()}
+    assert files & {"Events", "Smooth"} == set(has)
+    for kind, why in lacks.items():
+        pattern = why.replace("(", r"\(").replace(")", r"\)")
+        assert re.search(f"(?m)^no realisation {kind}: {pattern}$", done.output), done.output
+        assert re.search(f"{kind}: none, because {pattern}", (tmp_path / "Piezo" / "package.mo").read_text())
+
+
+QUICK_ROWS = ("narx_network", "rate_mlp", "krasnoselskii_pokrovskii", "prandtl_ishlinskii")
+
+
+@pytest.mark.parametrize(
+    "key", [k if k in QUICK_ROWS else pytest.param(k, marks=pytest.mark.stress) for k in exported.KEYS]
+)
+def test_table_of_realisations_is_up_to_date(key: str) -> None:
+    rows = list(realisation_table.written())
+    assert [r.split("`")[1] for r in rows] == list(exported.KEYS)
+    assert realisation_table.row(exported.small(key)) in rows, "run 'python tests/modelica/export/realisation_table.py'"
 
 
 def test_rate_that_is_not_of_a_port_leaves_events_out() -> None:
     """Hysteresis behind dynamics: the rate of its input is that of no port."""
     nodes = [Node("g", "transfer_function", {"na": 1, "nb": 0}, {"a": [1.0, 1.0], "b": [1.0]}), Node("h", "play_bank")]
     graph = Graph(nodes, [("g.y", "h.u")], [Input("u", ("g.u",))], [Output("y", "h.z[1]")])
-    assert missing(graph, "Events") == "the rate of the input of h (play_bank) is not that of a port"
+    assert missing(graph, "Events") == "the rate of the input of h (play_bank) is not that of a port; take Model"
     assert kinds(graph) == []
 
 

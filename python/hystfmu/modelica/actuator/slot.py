@@ -145,19 +145,21 @@ def _one_operator(graph: Graph) -> Slot | None:
     if len(graph.nodes) != 1:
         return None
     node = graph.nodes[0]
-    values = {"n": str(node.dims["n"])}
     match node.type:
         case "krasnoselskii_pokrovskii":
             rest = _value(node, "u0")
-            values |= {k: number(_value(node, k)) for k in ("lo", "hi")} | _numbers(node, "w")
+            values = {"n": str(node.dims["n"])} | _limits(node) | _numbers(node, "w")
             return Slot("KrasnoselskiiPokrovskii", values, rest, offset=_value(node, "offset"))
         case "preisach":
-            values |= {k: number(_value(node, k)) for k in ("lo", "hi")} | _numbers(node, "E")
-            values |= classes.choices(node)
+            values = {"n": str(node.dims["n"])} | _limits(node) | _numbers(node, "E") | classes.choices(node)
             lo, hi = _value(node, "lo"), _value(node, "hi")
             rest = {"low": lo, "high": hi}.get(classes.word(node, "start"), 0.5 * (lo + hi))
             return Slot("Preisach", values, rest, offset=_value(node, "offset"))
     return None
+
+
+def _limits(node: Node) -> dict[str, str]:
+    return {k: number(_value(node, k)) for k in ("lo", "hi")}
 
 
 def _network(graph: Graph) -> Slot | None:
