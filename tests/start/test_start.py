@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +69,17 @@ def test_each_artefact_is_there_and_its_command_repeats_it(made: Path, monkeypat
     assert status == 0, out
     status, out, _ = call("margins", files["loop"]["path"])
     assert status == 0, out
+
+
+def test_the_study_of_drawn_devices_runs_as_it_is(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    command = shlex.split(json.loads((made / "told.json").read_text())["files"]["study of drawn devices"]["command"])
+    monkeypatch.chdir(made)
+    status, out, err = call(*command[1:], "--json")
+    assert status == 0, out + err
+    told = json.loads(out)
+    assert (told["rows"], told["failed"]) == (200, 0)
+    spec = tomllib.loads((made / command[2]).read_text())
+    assert set(spec["parameters"]) == {"plant.hysteresis_r", "plant.readout_gain"}
 
 
 def test_the_loop_runs_to_the_same_bits_in_both_engines(made: Path) -> None:

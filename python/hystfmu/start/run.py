@@ -17,6 +17,7 @@ from hystfmu.data import Dataset
 from hystfmu.face.model import Model
 from hystfmu.start.closed_loop import ClosedLoop, close
 from hystfmu.start.device import reference_frequency, unsuited
+from hystfmu.start.drawn import write_study
 from hystfmu.start.excitation import write_excitation
 from hystfmu.start.page import write_page
 
@@ -114,7 +115,7 @@ def start(
             loop = str(e)
     report = f"{files['model'][1]} --report {folder}"
     if isinstance(loop, ClosedLoop):
-        files |= _files_of_loop(folder, name, loop)
+        files |= _files_of_loop(folder, name, loop, percent)
         report = f"hystfmu run {folder / 'loop'} --report DIR"
     if model.fit.get("warnings"):
         write_excitation(folder / "measure_next.csv", data, reference_frequency(data))
@@ -184,15 +185,18 @@ def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str
     }
 
 
-def _files_of_loop(folder: Path, name: str, loop: ClosedLoop) -> dict[str, tuple[Path, str]]:
-    """Write the inverse and its FMU; return the files of the loop with their commands."""
+def _files_of_loop(folder: Path, name: str, loop: ClosedLoop, percent: float) -> dict[str, tuple[Path, str]]:
+    """Write the inverse, its FMU and a study; return the files of the loop with their commands."""
     file, back, into = folder / f"{name}.model.toml", folder / f"{name}_inverse.model.toml", folder / "loop"
     loop.inverse.save(back)
     made = loop.inverse.export(folder / f"{name}_inverse.fmu")
+    study, drawn = folder / "devices.study.toml", folder / "devices"
+    written = write_study(study, loop.device, percent, into.name, name)
     return {
         "inverse": (back, f"hystfmu inverse {file} -o {back}"),
         "FMU of the inverse": (made, f"hystfmu export {back} -o {made}"),
         "loop": (into, f"hystfmu run {into}; hystfmu margins {into}"),
+        **({"study of drawn devices": (study, f"hystfmu study {study} -o {drawn}")} if written else {}),
     }
 
 
