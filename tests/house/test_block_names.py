@@ -91,6 +91,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         ("delay", "quantiser", "sum"), "PASSED_ON: the output has the unit of measure of the inputs"
     ),
     "start/loop.py": dict.fromkeys(("delay", "feedforward", "pid", "reference"), "loop_scenario(): names of its units"),
+    "start/drawn.py": {"scaling": "drawn(): the gain of a model without second-order dynamics"},
     "start/device.py": {
         "transfer_function": "device(): the block of the dynamics",
         "delay": "_at_rest(): whole steps behind the hysteresis",
