@@ -73,7 +73,7 @@ def test_the_page_of_the_whole_demo_is_small(
         return run_scenarios(paths, engine="native")
 
     monkeypatch.setattr(demo, "_run", native)
-    monkeypatch.setattr(demo, "_export", lambda models, out: ([], 0))
+    monkeypatch.setattr(demo, "_export", lambda *given: ([], 0))
     assert demo.demo(tmp_path)
     size = (tmp_path / "report.html").stat().st_size
     with capsys.disabled():

@@ -15,6 +15,7 @@ from hystfmu.fmu.write.description import Fmi
 from hystfmu.fmu.write.reference import FOLDER, Reference
 from hystfmu.graph import Graph, Port
 from hystfmu.model import Model
+from hystfmu.model.explored import HUGE
 from hystfmu.report.explorer import Explorer
 from hystfmu.report.page import Section, page, section
 from hystfmu.report.plot import Line, Plot
@@ -22,13 +23,17 @@ from hystfmu.report.plot import Line, Plot
 EXPLORED = "The model of this FMU runs in this page. Grey: one rise and fall of its input."
 _MOST_VALUES = 6  # of an array in the table; modelDescription.xml has all
 _STYLE = """
-body{max-width:60rem;margin:0 auto;padding:1rem;font:16px/1.5 system-ui,sans-serif;color:#1b2733;background:#fff}
-h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem;border-bottom:1px solid #d9e0e6}
+:root{--bg:#fff;--fg:#1b2733;--soft:#5d6b78;--line:#d9e0e6;--c0:#0b63b5;color-scheme:light dark}
+@media screen and (prefers-color-scheme:dark){
+:root{--bg:#12181e;--fg:#e4e9ee;--soft:#9aa8b5;--line:#2c3742;--c0:#62aef2}}
+body{max-width:60rem;margin:0 auto;padding:1rem;font:16px/1.5 system-ui,sans-serif;color:var(--fg);background:var(--bg)}
+h1{font-size:1.5rem;overflow-wrap:anywhere}h2{font-size:1.15rem;margin-top:2rem;border-bottom:1px solid var(--line)}
 table{border-collapse:collapse;font-size:.88rem}th,td{text-align:left;padding:.2rem .8rem .2rem 0;vertical-align:top;
-border-bottom:1px solid #d9e0e6}th,figcaption,.soft{color:#5d6b78}code{font-size:.9em}
+border-bottom:1px solid var(--line)}th,figcaption,.soft{color:var(--soft)}code{font-size:.9em}a{color:var(--c0)}
 .wide{overflow-x:auto}figure{margin:0;max-width:36rem}svg{width:100%;height:auto}
-.grid{stroke:#d9e0e6;fill:none}.frame{stroke:#5d6b78;fill:none}.tick{fill:#5d6b78;font-size:11px}
-.line{vector-effect:non-scaling-stroke;fill:none;stroke-width:1.4;stroke-linejoin:round}.c0{stroke:#0b63b5}
+.grid{stroke:var(--line);fill:none}.frame{stroke:var(--soft);fill:none}.tick{fill:var(--soft);font-size:12px}
+@media(max-width:640px){td{min-width:6rem}}
+.line{vector-effect:non-scaling-stroke;fill:none;stroke-width:1.4;stroke-linejoin:round}.c0{stroke:var(--c0)}
 """
 _AHEAD: dict[Fmi, str] = {
     2: "or set those of t and their derivatives (<code>fmi2SetRealInputDerivatives</code>), which hold for one step.",
@@ -65,7 +70,7 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def _text(value: Any) -> str:
     """Return a value of a model file as HTML."""
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return f"{value:.6g}" if abs(value) < HUGE else "no limit"
     if isinstance(value, dict):
         return ", ".join(f"{escape(str(k))} {_text(v)}" for k, v in value.items())
     if isinstance(value, list | tuple):
@@ -200,5 +205,6 @@ need only the C library. The values of the model belong to its author.</p>
         return page(name, [body]).encode()
     return (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(name)}</title>'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<style>{_STYLE}</style></head><body><main>\n{body}</main></body></html>\n"
     ).encode()
