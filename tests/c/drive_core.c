@@ -1,5 +1,5 @@
 /* Runs the whole core under the sanitizers: block files run; damaged copies are refused or run.
- *   drive_core must|may FILE...     must: every file has to open; may: a file with extreme values may be refused
+ *   drive_core COPIES FILE...     every file has to open, and so many damaged copies; 0: extreme values may be refused
  * Prints every file before it is touched, so that a crash has a name.  Exit 0: success. */
 #include <stdio.h>
 
@@ -37,7 +37,7 @@ static void damaged(const unsigned char *file, size_t length, int times) {
 
 int main(int argc, char **argv) {
   if (argc < 3) return 2;
-  const int must = !strcmp(argv[1], "must");
+  const int copies = atoi(argv[1]);
   for (int i = 2; i < argc; i++) {
     fprintf(stderr, "%s\n", argv[i]);
     FILE *f = fopen(argv[i], "rb");
@@ -47,10 +47,10 @@ int main(int argc, char **argv) {
     rewind(f);
     if (!file || fread(file, 1, (size_t)length, f) != (size_t)length) return 2;
     fclose(f);
-    if (must) {
+    if (copies > 0) {
       if (run(file, (size_t)length, 2000, 0.01, 0) != HYST_E_OK) return 9;
       (void)run(file, (size_t)length, 500, 0.01, 1);
-      damaged(file, (size_t)length, 150);
+      damaged(file, (size_t)length, copies);
     } else {
       (void)run(file, (size_t)length, 60, 0.01, 1);
     }

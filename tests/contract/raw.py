@@ -75,9 +75,10 @@ class Raw:
         text = self.c.prepare(self.dims, _pointer(self.p), dt) if self.c.prepare else None
         return text.decode() if text else None
 
-    def init(self) -> None:
+    def init(self, mark: float | None = None) -> None:
+        """Start values, or a mark in their place, and what the block makes of them."""
         for v in self.node.block.of("cstate", "state"):
-            self.x[self.places[v.name]] = v.start
+            self.x[self.places[v.name]] = v.start if mark is None else mark
         if self.c.init:
             self.c.init(self.dims, _pointer(self.p), _pointer(self.x))
 

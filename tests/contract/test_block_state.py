@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from excitation import STEP, every_block, perturbed, rows, run, some
-from raw import Raw
+from raw import MARK, Raw
 
 from hystfmu.core.library import block_types
 from hystfmu.graph import Graph
@@ -122,3 +122,28 @@ def test_model_file_keeps_every_bit(name: str, tmp_path: Path) -> None:
         again = Model.load(tmp_path / "m.model.toml")
         assert again.graph.token == graph.token
         assert again.graph.to_bytes() == graph.to_bytes()
+
+
+@every_block
+def test_every_element_of_memory_is_used(name: str) -> None:
+    """An element of a row of fixed size that is neither written at the start nor moved by a run is not needed."""
+    block = block_types()[name]
+    own = [v for v in block.of("state", "derived") if v.size.isdigit()]
+    unused = {v.name: np.ones(int(v.size), dtype=bool) for v in own}
+    for n in some(block):
+        for mark in (MARK, None):
+            raw, u = Raw(n), rows(n.block, dict(n.dims), 60)
+            for v in own:
+                (raw.x if v.kind == "state" else raw.p)[raw.places[v.name]] = v.start if mark is None else mark
+            raw.prepare(0.0)
+            raw.init(mark)
+            for k, row in enumerate(u if mark is None else u[:1]):
+                raw.set_inputs(row, k * STEP)
+                raw.prepare(STEP if k else 0.0)
+                raw.update(STEP if k else 0.0)
+            raw.prepare(STEP)
+            for v in own:
+                now = (raw.x if v.kind == "state" else raw.p)[raw.places[v.name]]
+                unused[v.name] &= now == (v.start if mark is None else mark)
+    if not any(n.block.trial for n in some(block)):  # its memory follows from the blocks behind it
+        assert not {name: np.flatnonzero(at).tolist() for name, at in unused.items() if at.any()}

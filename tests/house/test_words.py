@@ -1,5 +1,6 @@
 """One word for one thing: spellings that the project has replaced do not come back."""
 
+import functools
 import re
 import subprocess
 from pathlib import Path
@@ -45,6 +46,7 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 
 
+@functools.cache
 def files(place: str) -> list[Path]:
     """Tracked text files below a place; generated tables and this list are left out."""
     listed = subprocess.run(["git", "ls-files", "-z", place], cwd=ROOT, capture_output=True, text=True, check=True)
@@ -52,13 +54,18 @@ def files(place: str) -> list[Path]:
     return [p for p in paths if p.suffix in SUFFIXES and p.is_file() and p != Path(__file__)]
 
 
+@functools.cache
+def text(path: Path) -> str:
+    return path.read_text(encoding="utf-8").lower()
+
+
 @pytest.mark.parametrize("pattern", WORDS)
 def test_a_replaced_word_does_not_come_back(pattern: str):
     use, places = WORDS[pattern]
-    found = []
-    for path in {p for place in places for p in files(place)}:
-        for k, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-            if m := re.search(pattern, line, re.IGNORECASE):
+    found, word = [], re.compile(pattern)
+    for path in {p for place in places for p in files(place) if word.search(text(p))}:
+        for k, line in enumerate(text(path).splitlines(), 1):
+            if m := word.search(line):
                 found.append(f"{path.relative_to(ROOT)}:{k}: {m[0]!r}")
     assert not found, f"say {use!r} instead: {sorted(found)}"
 

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 WANTED = 0.90  # the goal
-LEAST = 0.60  # three standard errors below the score of the first samples: what must not be lost
+LEAST = (
+    0.87  # three standard errors of 500 below the last score, 91.6 %: a run below it has lost tests, not had bad luck
+)
 ENOUGH = 500
 VERDICTS = ("killed", "survived", "equivalent", "listed", "invalid")
 
