@@ -2,36 +2,13 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
-import numpy as np
 import pytest
+from trials import E4, trial
 
-from hystfmu import Dataset, InputError
+from hystfmu import InputError
 from hystfmu.identify import auto
-from hystfmu.identify import race as module
 from hystfmu.identify.candidate import ANY, CLOSES, LAGS, OPENS, Candidate
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, UNKNOWN, Excitation
-from hystfmu.identify.race import Race, Trial
-
-U = np.interp(np.arange(400), 10 * np.arange(41), np.random.default_rng(2).uniform(-1, 1, 41))
-DATA = Dataset.from_signal(U, 10 * U, 1e-3)
-SPAN = float(np.ptp(DATA.y))
-E4 = 1e-2 * SPAN  # 1 % of the span
-
-
-def trial(name="x", error=E4, n=100, memory=ANY, parameters=3, outside=0.0, others=(), folds=1, **more):
-    model = SimpleNamespace(fit={"parameters": parameters}, graph=name)
-    candidate = Candidate(memory, 1.0, 0.1, **more)
-    return Trial(name, f"key of {name}", candidate, model, np.full(n, error), outside, list(others), folds)
-
-
-@pytest.fixture
-def race(monkeypatch):
-    monkeypatch.setattr(module, "_unseen", lambda data: 0.25)
-    made = Race(DATA, 7)
-    made.sigma = 0.0
-    return made
 
 
 def seen(**changed):

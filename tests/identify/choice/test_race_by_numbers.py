@@ -6,31 +6,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from trials import DATA, E4, SPAN, U, trial
 
 from hystfmu import Dataset, InputError
 from hystfmu.data.reversals import noise
 from hystfmu.identify import race as module
 from hystfmu.identify.candidate import ANY, Candidate
-from hystfmu.identify.race import Race, Trial
-
-U = np.interp(np.arange(400), 10 * np.arange(41), np.random.default_rng(2).uniform(-1, 1, 41))
-DATA = Dataset.from_signal(U, 10 * U, 1e-3)
-SPAN = float(np.ptp(DATA.y))
-E4 = 1e-2 * SPAN  # 1 % of the span
-
-
-def trial(name="x", error=E4, n=100, memory=ANY, parameters=3, outside=0.0, others=(), folds=1, **more):
-    model = SimpleNamespace(fit={"parameters": parameters}, graph=name)
-    candidate = Candidate(memory, 1.0, 0.1, **more)
-    return Trial(name, f"key of {name}", candidate, model, np.full(n, error), outside, list(others), folds)
-
-
-@pytest.fixture
-def race(monkeypatch):
-    monkeypatch.setattr(module, "_unseen", lambda data: 0.25)
-    made = Race(DATA, 7)
-    made.sigma = 0.0
-    return made
+from hystfmu.identify.race import Race
 
 
 def test_a_race_begins_with_the_noise_and_an_input_of_other_memory(monkeypatch):

@@ -4,52 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from behind_g0 import PI, TRAIN, G, H, scaled
 
 from hystfmu import Dataset
 from hystfmu.identify.features.dynamics import Dynamics
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.identify.methods import g0_bouc_wen, g0_prandtl_ishlinskii
+from hystfmu.identify.methods import g0_prandtl_ishlinskii
 from hystfmu.identify.solvers.nonnegative import nonnegative
-
-H = 1e-3
-G = Dynamics(60.0, 0.4, 2.3 * H)
-BW = {"n_max": 6.0, "hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}
-PI = {"N": 4, "w0_min": 0.0, "u0": None, "hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}
-TRAIN = slice(30, 400)
-
-
-@pytest.fixture
-def data():
-    rng = np.random.default_rng(3)
-    u = 20 + 4 * np.interp(np.arange(450), 15 * np.arange(31), rng.uniform(-1, 1, 31))
-    u[420:] += 30  # behind the training rows
-    y = G.filter((3 * u + np.tanh(u - 20))[:, None], H, "foh")[:, 0] + 0.01 * rng.normal(size=450)
-    return Dataset(H * np.arange(450), u, y, train=TRAIN, unit_u="V", unit_y="um")
-
-
-def scaled(u, rows):
-    return (2 * u - u[rows].max() - u[rows].min()) / np.ptp(u[rows])
-
-
-def projected(data, columns, g, rows=TRAIN):
-    a = np.column_stack([np.ones(len(data.u)), g.filter(columns, H, "foh")])
-    c = np.linalg.lstsq(a[rows], data.y[rows], rcond=None)[0]
-    return (a @ c - data.y)[rows], a @ c
-
-
-@pytest.fixture
-def search(monkeypatch):
-    """Replace the search of the dynamics; return what it was asked."""
-    asked = []
-
-    def found(residuals, data, options, progress, near=None):
-        progress(0.5)
-        asked.append((residuals, near))
-        return G
-
-    for kind in (g0_bouc_wen, g0_prandtl_ishlinskii):
-        monkeypatch.setattr(kind, "search", found)
-    return asked
 
 
 @pytest.mark.parametrize("least", [0.0, 0.5])

@@ -1,0 +1,17 @@
+"""Fixtures of the choice between candidates: a race without noise."""
+
+from __future__ import annotations
+
+import pytest
+from trials import DATA
+
+from hystfmu.identify import race as module
+from hystfmu.identify.race import Race
+
+
+@pytest.fixture
+def race(monkeypatch):
+    monkeypatch.setattr(module, "_unseen", lambda data: 0.25)
+    made = Race(DATA, 7)
+    made.sigma = 0.0
+    return made
