@@ -10,7 +10,7 @@ function element(tag, attributes = {}, ...children) {
 
 // a number beside an axis, as in plot.py
 function tick(v) {
-  const plain = String(v), other = v.toExponential().replace('e+', 'e');
+  const [plain, other] = [String(v), v.toExponential()].map(text => text.replace('e+', 'e'));
   return plain.replace('-', '').length > 5 && other.length < plain.length ? other : plain;
 }
 
