@@ -244,6 +244,18 @@ def test_run_needs_a_scenario(tmp_path):
         (("blocks", "pidd"), "Got 'pidd' instead. Did you mean 'pid'?"),
         (("fit", "piezo.csv", "--modle", "auto"), "No such option '--modle'."),
         (("predict", "piezo.csv"), "Missing argument 'DATA'. See 'hystfmu predict --help'."),
+        (
+            ("export", "delay", "--set", "n=abc", "-o", "d.fmu"),
+            "The 'n' size of delay must be an int in [1, 1000000]. Got abc",
+        ),
+        (
+            ("export", "delay", "--set", "m=3", "-o", "d.fmu"),
+            "A parameter of delay must be one of y0 (sizes: n). Got 'm'",
+        ),
+        (
+            ("fit", "piezo.csv", "--input", "u", "--output", "u"),
+            "The output must be a column of its own. Got 'u', the input.",
+        ),
         (("frob",), "No such command 'frob'. See 'hystfmu --help'."),
     ],
 )

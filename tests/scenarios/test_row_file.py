@@ -78,5 +78,5 @@ def test_several_cases_are_all_run(loop: Any, write: Any, tmp_path: Path, capsys
         assert [r["case"] for r in json.loads(command(capsys, *words, *more)[1])] == ran
     assert command(capsys, *words, "--case", "four") == (
         2,
-        "hystfmu: --case four: no such case; there are one, two, three",
+        "hystfmu: --case four: no such case; there are one, two, three.",
     )

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 @click.option(
     "--explorer",
     is_flag=True,
-    help="Put the explorer into the documentation: the model runs in the page, some 70 kB more.",
+    help="Put the explorer into the documentation: the model runs in the page, some 60 kB more.",
 )
 @click.option("--modelica", "folder", metavar="DIR", help="Folder to write a Modelica package into.")
 @click.option(

@@ -363,7 +363,7 @@ class Model(Record):
         source : bool
             Pack the C source too.
         explorer : bool
-            Put the explorer into the documentation: the model runs in the page; some 70 kB more.
+            Put the explorer into the documentation: the model runs in the page; some 60 kB more.
 
         Returns
         -------

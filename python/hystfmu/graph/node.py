@@ -13,6 +13,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.base.near import meant
 from hystfmu.core.library import BlockType, Var, block_types
 
 Value = float | int | bool | str | Sequence[float] | Array
@@ -37,6 +38,14 @@ def _short(value: Any) -> str:
         return f"[{', '.join(map(_short, np.ravel(value)[:MOST_ELEMENTS].tolist()))}{more}]"
     value = value.item() if isinstance(value, np.generic) else value
     return repr(float(f"{value:.6g}")) if isinstance(value, float) else repr(value)
+
+
+def _is_whole(n: Any) -> bool:
+    """Is it a whole number, of whatever type?"""
+    try:
+        return not isinstance(n, bool) and bool(int(n) == n)
+    except (TypeError, ValueError, OverflowError):  # no number, NaN, infinity
+        return False
 
 
 @dataclass(frozen=True)
@@ -84,7 +93,12 @@ class Node:
         unknown = set(self.values) - {v.name for v in kind.parameters}
         if unknown:
             names = [v.name for v in kind.parameters]
-            raise InputError(f"A parameter of {self.type} must be one of {names}. Got {sorted(unknown)[0]!r} instead.")
+            beside = f" (sizes: {', '.join(d.name for d in kind.dims)})" if kind.dims else ""
+            wrong = sorted(unknown)[0]
+            raise InputError(
+                f"A parameter of {self.type} must be one of {', '.join(names)}{beside}. Got {wrong!r} instead."
+                f"{meant(wrong, names)}"
+            )
         object.__setattr__(self, "dims", self._complete_dims())
         sizes = self.sizes
         if sum(sizes.values()) > _MOST_VALUES:
@@ -123,7 +137,7 @@ class Node:
                 dims[m[1]] = int(np.size(np.asarray(self.values[v.name]))) - int(m[2] or 0)
         for d in self.block.dims:
             n = dims.setdefault(d.name, d.start)
-            if isinstance(n, bool) or int(n) != n or not d.lo <= n <= d.hi:
+            if not _is_whole(n) or not d.lo <= n <= d.hi:
                 wanted = f"an int in [{d.lo}, {d.hi}]"
                 raise InputError(f"The '{d.name}' size of {self.name} must be {wanted}. Got {n} instead.")
             dims[d.name] = int(n)

@@ -66,7 +66,7 @@ def plan(
     names = dict.fromkeys(c.name for s in scenarios for c in s.cases)
     wanted = (case,) if isinstance(case, str) else names if case is None else case
     if unknown := next((name for name in wanted if name not in names), None):
-        raise InputError(f"--case {unknown}: no such case; there are {', '.join(names)}")
+        raise InputError(f"--case {unknown}: no such case; there are {', '.join(names)}.{meant(unknown, names)}")
     cases = [[c for c in s.cases if c.name in wanted] for s in scenarios]
     built = [tuple(build(c) for c in group) for group in cases]
     _check_overrides(overrides, [s for group in built for s in group])

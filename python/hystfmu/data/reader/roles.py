@@ -88,6 +88,10 @@ def chosen(
     marked = None if record is None else _named(table, record, "record")
     given = {"time": time if rate is None else None, "input": input, "output": output}
     found = {role: _named(table, key, role) for role, key in given.items() if key not in ("", None)}
+    if "output" in found and found["output"] == found.get("input"):
+        raise InputError(
+            f"{_where(table)}The output must be a column of its own. Got {table.title(found['output'])}, the input."
+        )
     beside = tuple(_named(table, key, "covariate") for key in covariates)
     taken: set[int | None] = {*found.values(), marked} - {None}
     for k in beside:

@@ -101,7 +101,7 @@ def export_fmu(
     source : bool
         Also pack the source: one self-contained C file.
     explorer : Explorer, optional
-        The model in the page of the documentation, which is then some 70 kB larger.
+        The model in the page of the documentation, which is then some 60 kB larger.
 
     Returns
     -------
