@@ -113,7 +113,11 @@ def damaged(rows, row, column, value):
 @pytest.mark.parametrize(
     ("rows", "head", "words"),
     [
-        (record(), "t,u,z", ["The output must be one of the columns. Got t, u, z", "--output"]),
+        (
+            [(*row, 0.0) for row in record()],
+            "t,u,z,w",
+            ["The output must be one of the columns. Got t, u, z, w", "--output"],
+        ),
         (damaged(record(), 17, 1, "nan"), "t,u,y", ["line 19", "u", "nan"]),
         (damaged(record(), 30, 2, "abc"), "t,u,y", ["line 32", "abc"]),
         (damaged(record(), 40, 0, "0.1"), "t,u,y", ["line 42", "0.1"]),

@@ -18,7 +18,7 @@ PAIRS = sorted(
 )
 # what a class has beyond its block
 # Ts: the communication step of the unit; the others belong to a realisation
-ADDED = {"Ts", "eps", "width", "plays", "reach", "values", "state0"}
+ADDED = {"Ts", "eps", "width", "plays", "reach", "values", "state0", "inChain"}
 
 
 def same_unit(modelica: str, c: str) -> bool:
