@@ -1,6 +1,7 @@
 """Names of blocks stand in Python only where a method needs that block; lists of blocks come from the C tables."""
 
 import ast
+import functools
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -193,6 +194,7 @@ def literals(tree: ast.Module) -> Iterator[str]:
             yield n.value
 
 
+@functools.cache
 def found() -> dict[str, set[str]]:
     """Names of blocks in every file of the package, by its path."""
     names = set(block_types())
