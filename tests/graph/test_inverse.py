@@ -191,7 +191,11 @@ def test_learned_inverse_of_ten_backlashes_by_the_recipe_of_the_papers():
 
 def test_a_model_that_falls_against_its_input_is_warned_of():
     record = nested_loops.recorded(zhao_tan_2008.actuator(), 60)  # without linear term
-    made = inverse(fit(record, "zhao_tan_mlp", starts=1, iterations=40), "learned", iterations=5, starts=1)
+    seen: list[float] = []
+    model = fit(record, "zhao_tan_mlp", starts=1, iterations=40)
+    made = inverse(model, "learned", progress=seen.append, iterations=5, starts=1)
+    assert seen == sorted(seen)
+    assert 0 <= seen[0] < 0.5 <= seen[-1] <= 1
     assert "moves against its input" in made.fit["warnings"][0]
 
 

@@ -62,6 +62,22 @@ def rich(loop: dict[str, Any]) -> dict[str, Any]:
     return loop
 
 
+def test_a_long_case_tells_how_far_it_is(loop: Any, write: Any, divide: Divide, tmp_path: Path) -> None:
+    divide(64)
+    system = ready(write(loop))
+    rows = system.n_steps + 1
+    parts = [min(k, rows) / rows for k in range(64, rows + 64, 64)]
+    seen: list[float] = []
+    run_scenarios([write(loop)], engine="native", progress=seen.append)
+    assert len(parts) > 2
+    assert seen == pytest.approx(parts)
+    archive = tmp_path / "loop.ssp"
+    write_ssp(system.case, archive)
+    seen.clear()
+    run_ssp_file(str(archive), "native", None, None, None, 60.0, None, progress=seen.append)
+    assert seen == pytest.approx(parts)
+
+
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 @pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
 def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: Any, scheme: str) -> None:

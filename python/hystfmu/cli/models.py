@@ -331,8 +331,10 @@ def inverse(
              hystfmu inverse piezo.model.toml --method adaptive --set delay=1 -o inverse.model.toml
     """
     import hystfmu as hy
+    from hystfmu.report.progress import progress
 
-    made = hy.Model.load(model).inverse(method, seed, **assignments(settings))
+    with progress("inverting") as report:
+        made = hy.Model.load(model).inverse(method, seed, report, **assignments(settings))
     made.save(out)
     rms, most = (made.fit.get(f"cascade_{k}_percent") for k in ("rms", "max"))
     worth = "" if rms is None else f": error of inverse and model in cascade: RMS {rms:.2g} %, max {most:.2g} % of span"

@@ -105,6 +105,8 @@ def run(
              hystfmu run loop.ssp -o out.csv
              hystfmu run pump.fmu --input in.csv --set k=2 --step 1e-3 --stop 5 -o out.csv
     """
+    from hystfmu.report.progress import progress
+
     if len(scenarios) == 1 and scenarios[0].endswith(".fmu"):
         from hystfmu.scenario.run_fmu import run_fmu_file
 
@@ -120,12 +122,14 @@ def run(
         from hystfmu.scenario.ssp.run import run_ssp_file
 
         _refuse(context, _NOT_OF_AN_SSP, f"{scenarios[0]}: an SSP archive runs alone and unchanged")
-        lines, passed = run_ssp_file(scenarios[0], engine, coupling, step, stop, timeout, out, not unconfined)
+        with progress("running") as report:
+            lines, passed = run_ssp_file(
+                scenarios[0], engine, coupling, step, stop, timeout, out, not unconfined, report
+            )
         say("\n".join(lines))
         sys.exit(0 if passed else FAILED)
     _refuse(context, ("step", "stop"), "step and stop of a scenario are set in its scenario.toml")
     import hystfmu as hy
-    from hystfmu.report.progress import progress
     from hystfmu.scenario import Change
     from hystfmu.scenario.report.junit import write_junit
     from hystfmu.scenario.report.terminal import changes, every_metric, verdicts

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from html import escape
@@ -267,7 +267,13 @@ class Model(Record):
         write_text(path, fit_page(self, data))
         return Path(path)
 
-    def inverse(self, method: InverseMethod = "auto", seed: int = 0, **options: Any) -> Model:
+    def inverse(
+        self,
+        method: InverseMethod = "auto",
+        seed: int = 0,
+        progress: Callable[[float], None] = lambda fraction: None,
+        **options: Any,
+    ) -> Model:
         """The inverse: a model again, whose input `u` is the wanted output and whose output `y` is the input to apply.
 
         Parameters
@@ -279,6 +285,8 @@ class Model(Record):
             (`hystfmu.inverse.adaptive`).  auto: the first of exact, implicit and learned that the model admits.
         seed : int
             Of the learned inverse.
+        progress : function, optional
+            Called with the fraction done, 0..1, while an inverse is learned.
         **options
             Of the implicit inverse ``lo`` and ``hi``, of the learned one those of ``play_bank_mlp``, of the adaptive
             one ``f_n``, ``zeta``, ``delay``, ``T`` and other parameters of the block.
@@ -305,7 +313,7 @@ class Model(Record):
         from hystfmu.inverse import inverse
 
         if method != "auto":
-            return _warned(Model.of(inverse(self, method, seed, **options)))
+            return _warned(Model.of(inverse(self, method, seed, progress, **options)))
         if options:
             raise InputError(
                 f"The method of an inverse with options must be named. Got {next(iter(options))!r} for 'auto'."
@@ -314,7 +322,7 @@ class Model(Record):
         for each in ("exact", "implicit"):
             with suppress(InputError):
                 return Model.of(inverse(self, each, seed))
-        return _warned(Model.of(inverse(self, last, seed)))
+        return _warned(Model.of(inverse(self, last, seed, progress)))
 
     def with_in_range(self) -> Model:
         """The model with a second output ``in_range``: 1 if the input lies in the range of the training rows, else 0.

@@ -21,6 +21,7 @@ dynamics for smooth signals up to a tenth of the natural frequency, after the la
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -42,7 +43,13 @@ METHODS = ("exact", "implicit", "learned", "adaptive")
 SHARE = 0.9  # fraction of the input range that the wanted outputs of the cascade test use
 
 
-def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) -> Model:
+def inverse(
+    model: Model,
+    method: str = "exact",
+    seed: int = 0,
+    progress: Callable[[float], None] = lambda fraction: None,
+    **options: Any,
+) -> Model:
     """Invert a model: input `u` of the inverse is the wanted output, its output `y` the input to apply.
 
     Parameters
@@ -53,6 +60,8 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
         See the module docstring.
     seed : int
         Seed of the learned inverse: initial weights of the network and training reversals.
+    progress : function, optional
+        Called with the fraction done, 0..1, while an inverse is learned.
     **options
         For the implicit inverse ``lo`` and ``hi``, the limits of the input; default the range of the data (provenance
         ``span_u``).  For the learned inverse the options of ``play_bank_mlp``, for the adaptive one those of
@@ -69,13 +78,19 @@ def inverse(model: Model, method: str = "exact", seed: int = 0, **options: Any) 
     InputError
         No such inverse exists; the message gives the reason and the remedy.
     """
-    made = invert(model, method, seed, **options)
+    made = invert(model, method, seed, progress, **options)
     if method == "adaptive":  # other ports: what it is worth shows beside a plant
         return made
     return replace(made, fit={**made.fit, **_cascade(model, made)})
 
 
-def invert(model: Model, method: str = "exact", seed: int = 0, **options: Any) -> Model:
+def invert(
+    model: Model,
+    method: str = "exact",
+    seed: int = 0,
+    progress: Callable[[float], None] = lambda fraction: None,
+    **options: Any,
+) -> Model:
     """Invert a model without the cascade test of `inverse`; parameters as there.
 
     Raises
@@ -112,7 +127,7 @@ def invert(model: Model, method: str = "exact", seed: int = 0, **options: Any) -
 
     def static(part: Model) -> Model:
         if method == "learned":
-            return learned_inverse(part, seed, options)
+            return learned_inverse(part, seed, options, progress)
         return implicit_inverse(part, **options) if method == "implicit" else exact_inverse(part)
 
     return static(model) if parts is None else dynamic_inverse(model, parts, static)

@@ -17,7 +17,7 @@ Trap: two threads take ten times as long for these small matrices as with one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -38,12 +38,17 @@ CORRECTED = {"N": 4, "hidden": 12, "iterations": 100}
 DIRECT = {"N": 24}
 NO_NOISE = {"decay": 1e-8}  # the response has none, so little weight decay is needed
 SHARE = 0.9  # fraction of the input range that the wanted outputs of the validation split use
+FIRST = 0.5  # of the time: the network that corrects the wanted output
 ENOUGH = 0.02  # of the span of the wanted output
 FALLING = 0.05  # share of the rows on which the output moves against the input, from which on a warning is due
 
 
-def learned_inverse(model: Model, seed: int, options: dict[str, Any]) -> Model:
+def learned_inverse(
+    model: Model, seed: int, options: dict[str, Any], progress: Callable[[float], None] = lambda fraction: None
+) -> Model:
     """Train an inverse of a model that states its input range; `options` are those of ``play_bank_mlp``.
+
+    `progress` is called with the fraction done, 0..1; it ends early if the first of two networks is good enough.
 
     Raises
     ------
@@ -55,10 +60,10 @@ def learned_inverse(model: Model, seed: int, options: dict[str, Any]) -> Model:
     u = over_range(model, training(REVERSALS, seed + 1))
     y = model.predict(u)
     split = _validation(model, seed)
-    learned = _corrected(model, u, y, seed, options)
+    learned = _corrected(model, u, y, seed, options, lambda part: progress(FIRST * part))
     worst = _largest(model, learned, split)
     if not worst <= ENOUGH:
-        direct = _direct(model, u, y, seed, options)
+        direct = _direct(model, u, y, seed, options, lambda part: progress(FIRST + (1 - FIRST) * part))
         if not worst <= _largest(model, direct, split):
             learned = direct
     g, source, sink = learned.graph, model.graph.inputs[0], model.graph.outputs[0]
@@ -74,7 +79,9 @@ def learned_inverse(model: Model, seed: int, options: dict[str, Any]) -> Model:
     return Model(f"{model.key}_inverse", graph, model.step, f"learned inverse: {model.text}", found, provenance)
 
 
-def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any]) -> Model:
+def _corrected(
+    model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Callable[[float], None]
+) -> Model:
     """Fit plays, invert them, and train a network in front that corrects the wanted output."""
     from hystfmu.identify import errors, fit, options
     from hystfmu.identify.features.plays import thresholds
@@ -101,7 +108,7 @@ def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, 
     data = _record(model, y, forward.predict(u))
     front = Features(nodes, wires, into, [*ends, "bank.z"], data)
     with threadpool_limits(1):  # see hystfmu.identify.fit
-        g, parameters, _ = fit_readout(front, data, chosen, seed, lambda fraction: None, linear=True)
+        g, parameters, _ = fit_readout(front, data, chosen, seed, progress, linear=True)
     last, inside, starts, out = _renamed(back, "last")
     graph = Graph(
         [*g.nodes, *last],
@@ -122,11 +129,13 @@ def _corrected(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, 
     return replace(made, fit={**worth, "parameters": parameters + PLAYS + 1}, provenance=provenance)
 
 
-def _direct(model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any]) -> Model:
+def _direct(
+    model: Model, u: Array, y: Array, seed: int, given: Mapping[str, Any], progress: Callable[[float], None]
+) -> Model:
     """Fit the input itself: a bank of plays of the wanted output and a network."""
     from hystfmu.identify import fit
 
-    return fit(_record(model, y, u), "play_bank_mlp", seed, **{**DIRECT, **NO_NOISE, **given})
+    return fit(_record(model, y, u), "play_bank_mlp", seed, progress, **{**DIRECT, **NO_NOISE, **given})
 
 
 def _renamed(graph: Graph, prefix: str) -> tuple[list[Node], list[tuple[str, str]], list[str], str]:

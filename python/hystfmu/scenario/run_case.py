@@ -31,6 +31,7 @@ def run_case(
     seconds: float = 600.0,
     confined: bool = True,
     out: str | Path | None = None,
+    advance: Callable[[int], None] = lambda rows: None,
 ) -> tuple[Result, Record | None]:
     """Run a case and judge it.
 
@@ -46,6 +47,8 @@ def run_case(
         Whether these run without network and write into a folder of their own only, where the system can.
     out : path, optional
         Write all outputs there, as CSV.
+    advance : function
+        Called with the number of rows that have run since the last call; they add up to those of the case.
 
     Returns
     -------
@@ -56,6 +59,7 @@ def run_case(
     case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
     measured = {name: Measure(m) for name, m in case.metrics.items()}
     kept, picture, counted = Kept(system, baseline), Picture(system), Sweeps()
+    left = system.n_steps + 1
     adders: list[Callable[[Trace], None]] = [kept.add, picture.add, *(m.add for m in measured.values())]
     try:
         with ExitStack() as stack:
@@ -65,7 +69,10 @@ def run_case(
                 for add in adders:
                     add(chunk)
                 counted.add(chunk.sweeps)
+                advance(len(chunk.t))
+                left -= len(chunk.t)
     except Stopped as e:
+        advance(left)
         return Result(system, (), (f"{case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes), None
     took = time.perf_counter() - begin
     verdicts, lines = judge(case, measured, kept, baseline, strict=strict)

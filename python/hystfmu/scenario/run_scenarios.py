@@ -92,10 +92,10 @@ def run_scenarios(
             ran = []
             for system in p.systems:
                 limits: dict[str, Any] = {"seconds": seconds, "confined": confined}
-                result, record_of = run_case(system, p.baseline, engine, store, strict=p.strict, out=out, **limits)
+                limits |= {"strict": p.strict, "advance": advance}
+                result, record_of = run_case(system, p.baseline, engine, store, out=out, **limits)
                 notes = (*result.notes, *filter(None, [p.note]))
                 ran.append((replace(result, loop=loop_figures(system), notes=notes), record_of))
-                advance(system.n_steps)
         results += [r for r, _ in ran]
         if record and all(r.passed for r, _ in ran):
             records[k] = {r.case: found for r, found in ran if found is not None}
@@ -108,12 +108,12 @@ def run_scenarios(
 
 
 def _share_done(plans: Sequence[Plan], progress: Callable[[float], None]) -> Callable[[int], None]:
-    """Report the fraction done, counted in steps, whenever a case has run."""
-    total, done = sum(system.n_steps for p in plans for system in p.systems), 0
+    """Report the fraction done, counted in rows."""
+    total, done = sum(system.n_steps + 1 for p in plans for system in p.systems), 0
 
-    def advance(steps: int) -> None:
+    def advance(rows: int) -> None:
         nonlocal done
-        done += steps
+        done += rows
         progress(done / total)
 
     return advance

@@ -183,8 +183,8 @@ def test_an_engine_that_is_none() -> None:
 
 
 # ---- plans ---------------------------------------------------------------------------------------------------------
-def test_progress_counts_steps() -> None:
-    plans: Any = [SimpleNamespace(systems=[SimpleNamespace(n_steps=n) for n in some]) for some in ([1, 3], [4])]
+def test_progress_counts_rows() -> None:
+    plans: Any = [SimpleNamespace(systems=[SimpleNamespace(n_steps=n) for n in some]) for some in ([0, 2], [3])]
     seen: list[float] = []
     advance = _share_done(plans, seen.append)
     for n in (1, 3, 4):

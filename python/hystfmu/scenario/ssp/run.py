@@ -98,10 +98,12 @@ def run_ssp_file(
     seconds: float,
     out: str | None,
     confined: bool = True,
+    progress: Callable[[float], None] = lambda fraction: None,
 ) -> tuple[list[str], bool]:
     """Run an archive for the command line: the lines to print, and whether it agrees with its reference.
 
-    Rows go to the file `out` as they come, and no more of them are kept than the reference has.
+    Rows go to the file `out` as they come, and no more of them are kept than the reference has.  `progress` is called
+    with the fraction done.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop)
     system = build(case)
@@ -114,6 +116,7 @@ def run_ssp_file(
             for chunk in chunks(system, engine, seconds=seconds, confined=confined):
                 for add in adders:
                     add(chunk)
+                progress((chunk.first + len(chunk.t)) / (system.n_steps + 1))
     except Stopped as e:
         return [f"{path}: stopped: {e}"], False
     compared, lines = _held_against(path, case, ssp.signals, reference, begin.trace())
