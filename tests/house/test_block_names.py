@@ -107,6 +107,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},
     "modelica/actuator": dict.fromkeys(
         (
+            "bouc_wen",
             "creep",
             "dead_zones",
             "delay",
@@ -116,6 +117,7 @@ ALLOWED: dict[str, dict[str, str]] = {
             "prandtl_ishlinskii",
             "preisach",
             "scaling",
+            "sum",
             "transfer_function",
         ),
         "a class of the slot of an actuator stands for these blocks together",

@@ -17,8 +17,8 @@ record DataSheet "What the data sheet of a stack says, and what follows from it"
   final parameter Types.Damping c = 2*zeta*k_short/(6.283185307179586*f_n) "Damping";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> k_short = F_block/stroke, coupling = stroke F_block/(C v_max<sup>2</sup>), k = k_short/(1 - coupling/share), m = k_short/(2 pi f_n)<sup>2</sup>, c = 2 zeta k_short/(2 pi f_n).</p>
-<p><b>Source:</b> IEEE Std 176-1987; the default values are of the size of a stack of 5 x 5 x 36 mm.</p>
-<p><b>Limitations:</b> a small-signal capacitance is too small for the energy of the whole stroke: a coupling of 1 or more gives more work than goes in. C_ratio is not on most data sheets; 1.3 to 1.8 is usual.</p>
+<p><b>Source:</b> IEEE Std 176-1987; k33 of the soft ceramic PIC255: PI Ceramic, Piezo Material Data; the default values are of the size of a stack of 5 x 5 x 36 mm.</p>
+<p><b>Limitations:</b> a small-signal capacitance is too small for the energy of the whole stroke: a coupling of 1 or more gives more work than goes in. C_ratio is not on most data sheets: the default gives these values the coupling of their ceramic, stroke F_block/(C_ratio C_small v_max<sup>2</sup>) = k33<sup>2</sup> = 0.69<sup>2</sup>.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.AmplifiedStack\">Examples.AmplifiedStack</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.DataSheetStack\">Actuators.DataSheetStack</a>.</p>
 </html>"));

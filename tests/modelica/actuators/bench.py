@@ -22,6 +22,17 @@ ELECTRICAL = """
   Modelica.Electrical.Analog.Basic.Ground ground;
   Modelica.Electrical.Analog.Basic.Resistor line(R = 20);
 """
+FEED = """
+  model Feed "Grounded source of the voltage u, with its line"
+    parameter Real R = 20;
+    HystFMU.Interfaces.Pin p;
+    HystFMU.Interfaces.Pin n;
+    HystFMU.Interfaces.RealInput u;
+  equation
+    p.v = u + R*p.i;
+    n.v = 0;
+  end Feed;
+"""
 WALL = "  Modelica.Mechanics.Translational.Components.Fixed wall;\n"
 WIRED = """
   connect(line.n, stack.pin_p);

@@ -17,6 +17,7 @@ DEFAULTS = {
     "kernels": f"{SLOT}.KrasnoselskiiPokrovskii hysteresis",
     "relays": f"{SLOT}.Preisach hysteresis",
     "network": f"{SLOT}.PlayBankMlp hysteresis",
+    "knee": f"{SLOT}.BoucWen hysteresis",
     "creep": f"{SLOT}.BentPrandtlIshlinskii hysteresis(creep = {{0.3}}, T = {{0.003}})",
 }
 DAMPED = bench.Values(c=400.0)
@@ -27,16 +28,7 @@ def listed(x: object) -> str:
 
 
 # nothing but the equations of a source with its line and of a force: most of the time goes into reading other classes
-PARTS = """
-  model Feed
-    HystFMU.Interfaces.Pin p;
-    HystFMU.Interfaces.Pin n;
-    Real u;
-  equation
-    p.v = u + 20*p.i;
-    n.v = 0;
-  end Feed;
-  model Push
+PARTS = f"""{bench.FEED}  model Push
     HystFMU.Interfaces.Flange flange;
     HystFMU.Interfaces.Flange wall;
     Real f;
@@ -70,7 +62,7 @@ GROUPS = {
     "back": {name: shaken(DEFAULTS["plays"], QUARTERS[name]) for name in ("quarter2", "quarter3")},
     "bent": {name: shaken(DEFAULTS[name]) for name in ("bent", "creep")},
     "branches": {name: shaken(DEFAULTS[name]) for name in ("kernels", "relays")},
-    "signs": {"network": shaken(DEFAULTS["network"]), "negative": shaken(NEGATIVE)},
+    "signs": {**{name: shaken(DEFAULTS[name]) for name in ("network", "knee")}, "negative": shaken(NEGATIVE)},
 }
 
 
@@ -102,8 +94,8 @@ def test_every_model_in_the_slot_keeps_the_balance(slot: str) -> None:
     v = found(slot)
     e = bench.energies(v, PERIOD, DAMPED)
     print(f"{slot}: {e}, rest {e.rest:.1e}")
-    # creep does not close a period: a little stays in capacitance and spring
-    assert abs(e.rest) <= (1e-5 if slot == "creep" else 1e-6)
+    # creep and minor loops that do not close leave a little in capacitance and spring
+    assert abs(e.rest) <= (1e-5 if slot in ("creep", "knee") else 1e-6)
     assert np.ptp(v["stack.residual"]) <= 1e-6 * e.exchanged
     assert np.ptp(v["stack.flange_b.s"]) > 1e-6
 
@@ -174,6 +166,7 @@ def test_no_random_input_gets_energy_out_of_a_passive_class(kind: str) -> None:
 ACTIVE = {
     "network": DEFAULTS["network"],
     "creep": DEFAULTS["creep"],
+    "knee": DEFAULTS["knee"],
     "negative": f"{SLOT}.PrandtlIshlinskii hysteresis(n = 1, r = {{0.2}}, w = {{-0.1}})",
     "falling": f"{SLOT}.BentPrandtlIshlinskii hysteresis(b = {{-1.5}})",
     "density": f"{SLOT}.Preisach hysteresis(E = {{0.2, 0.3, 0.2}})",

@@ -6,6 +6,7 @@ import re
 from functools import cache
 from pathlib import Path
 
+import bench
 import exported
 import fmpy
 import library
@@ -17,6 +18,8 @@ from click.testing import CliRunner
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.modelica.actuator.sheet import COUPLING, STIFFNESS, Sheet
 from hystfmu.modelica.actuator.slot import thinned
 
 BOUND = 5e-3  # |actuator - FMU| / span, at 5 Hz: what the load and the relaxation add to the model
@@ -26,14 +29,29 @@ OPTIONS = {
     "preisach": {"n": 8, "widths": 6, "means": 3, "rate": "no"},
     "krasnoselskii_pokrovskii": {"levels": 6},
     "play_bank_mlp": exported.OPTIONS["play_bank_mlp"],
+    "knee": {},
 }
-LONG = ("krasnoselskii_pokrovskii", "play_bank_mlp")
+LONG = ("knee", "krasnoselskii_pokrovskii", "play_bank_mlp")
 SHEET = {"stroke": 40e-6, "blocking_force": 800.0, "capacitance": 4e-6, "resonance": 2000.0}
+
+
+def knee(weight: float = -5.0) -> hy.Model:
+    """A Bouc-Wen operator whose loop rises on every branch, unless its weight is large."""
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": [0.02], "offset": [-1.0]}),
+        Node("operator", "bouc_wen", {}, {"A": 1.0, "beta": 2.0, "gamma": 1.0, "n": 2.0}),
+        Node("readout", "sum", {"n": 2}, {"k": [20.0, weight], "offset": 20.0}),
+    ]
+    wires = [("input.y", "operator.u"), ("input.y", "readout.u[1]"), ("operator.z", "readout.u[2]")]
+    ports = [Input("u", ("input.u",), unit="V")], [Output("y", "readout.y", unit="um")]
+    return hy.Model("bouc_wen", Graph(nodes, wires, *ports), 1e-3, provenance={"span_u": [0.0, 100.0]})
 
 
 @cache
 def demo(key: str) -> hy.Model:
-    """A model of the built-in piezo stack, from 0..100 V to micrometres."""
+    """A model of the built-in piezo stack, from 0..100 V to micrometres; the knee is one made by hand."""
+    if key == "knee":
+        return knee()
     return hy.fit(hy.synthetic.piezo(60, 1000.0), key, **OPTIONS[key])
 
 
@@ -54,16 +72,15 @@ def under_sine(package: Path, tmp_path: Path) -> dict[str, np.ndarray]:
     file = tmp_path / "Bench.mo"
     start = parameter(package, "v_start")
     file.write_text(f"""model Bench
+{bench.FEED}
   HystFMU.Sources.Sine command(amplitude = 45, offset = {start!r}, frequency = 5);
-  HystFMU.Plants.VoltageDrive drive(gain = 1, resistance = 150);
-  HystFMU.Plants.Ground ground;
+  Feed drive(R = 150);
   HystFMU.Plants.Fixed wall;
   Piezo.Actuator actuator(tau = 5e-5);
 equation
   connect(command.r, drive.u);
-  connect(drive.pin_p, actuator.pin_p);
-  connect(drive.pin_n, actuator.pin_n);
-  connect(drive.pin_n, ground.pin);
+  connect(drive.p, actuator.pin_p);
+  connect(drive.n, actuator.pin_n);
   connect(wall.flange, actuator.flange_a);
 end Bench;
 """)
@@ -118,6 +135,16 @@ def test_the_data_sheet_gives_stiffness_capacitance_and_mass(tmp_path: Path) -> 
     h = share * C  # charge of the polarisation per volt
     d = stroke / (h * v_max)
     assert 1 / (d**2 * h + 1 / k) == pytest.approx(k_short)
+
+
+def test_what_no_sheet_says_is_that_of_a_soft_ceramic() -> None:
+    """PI Ceramic, Piezo Material Data, PIC255: d33, s33, relative permittivity, k33; a stack of 5 x 5 x 36 mm."""
+    d33, s33, eps33, k33 = 400e-12, 20.7e-12, 1750 * 8.8542e-12, 0.69
+    assert pytest.approx(d33**2 / (s33 * eps33), rel=0.01) == COUPLING
+    assert pytest.approx(k33**2, rel=0.06) == COUPLING
+    assert 0.5 < STIFFNESS * s33 * 36e-3 / 25e-6 < 1
+    ratio = 38e-6 * 900 / (3.1e-6 * 120**2 * k33**2)
+    assert pytest.approx(ratio, rel=0.02) == Sheet().capacitance_ratio
 
 
 def test_a_model_in_metres_gives_the_same_actuator(tmp_path: Path) -> None:
@@ -185,3 +212,24 @@ def test_a_model_without_volts_has_no_actuator(tmp_path: Path) -> None:
     assert not (package / "Actuator.mo").exists()
     with pytest.raises(InputError, match="must map a voltage"):
         model.export_modelica(tmp_path / "Plain", sheet=SHEET)
+
+
+def test_a_loop_that_falls_after_a_reversal_is_no_stack(tmp_path: Path) -> None:
+    """Its charge would fall while the voltage rises: 20 - 20 * 4/3 after a reversal."""
+    package = knee(-20.0).export_modelica(tmp_path / "Falls")
+    assert not (package / "Actuator.mo").exists()
+    with pytest.raises(InputError, match=r"must rise with the input on every branch. Got a slope of -6.67 after"):
+        knee(-20.0).export_modelica(tmp_path / "Falls", sheet=SHEET)
+    assert (
+        "redeclare HystFMU.Actuators.Hysteresis.BoucWen"
+        in (knee().export_modelica(tmp_path / "Rises") / "Actuator.mo").read_text()
+    )
+
+
+def test_a_lone_block_is_no_stack(tmp_path: Path) -> None:
+    """A block without a size n."""
+    graph = Graph(
+        [Node("b", "bouc_wen_oscillator")], [], [Input("u", ("b.u",), unit="V")], [Output("y", "b.y", unit="m")]
+    )
+    package = hy.Model("bouc_wen_oscillator", graph, 1e-3).export_modelica(tmp_path / "Plain")
+    assert not (package / "Actuator.mo").exists()

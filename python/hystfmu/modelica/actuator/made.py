@@ -40,7 +40,13 @@ def refusal(model: Model) -> str:
     units = graph.inputs[0].unit, graph.outputs[0].unit
     if tuple(si(u)[0] for u in units) != ("V", "m"):
         return f"the model must map a voltage to a length, by the units of measure of its data. Got {units} instead"
-    if slot(graph) is None:
+    found = slot(graph)
+    if found is not None and found.least_slope <= 0:
+        return (
+            "the output of its operator must rise with the input on every branch. Got a slope of "
+            f"{found.least_slope:.3g} after a reversal, against {found.first_slope:.3g} on the first branch"
+        )
+    if found is None:
         return f"HystFMU.Actuators.Hysteresis has no class for a model of kind {model.key!r} with these blocks"
     return ""
 

@@ -8,7 +8,10 @@ from dataclasses import dataclass, fields
 
 from hystfmu.base.errors import InputError
 
-STIFFNESS, COUPLING = 2e7, 0.5  # N/m in short circuit, and square of the coupling factor, where no sheet says them
+# Where no sheet says them.  Square of the coupling factor: d33^2/(s33 eps33), IEEE Std 176-1987, of the soft ceramic
+# PIC255 (PI Ceramic, Piezo Material Data: 400e-12 m/V, 20.7e-12 m2/N, 1750 eps0; its measured k33 of 0.69 gives 0.48).
+# Stiffness in short circuit, N/m: of the size of a stack of 5 x 5 x 36 mm; A/(s33 L) is 3.4e7 for the bare ceramic.
+STIFFNESS, COUPLING = 2e7, 0.5
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,8 @@ class Sheet:
     capacitance : float or None
         Small-signal capacitance (F).
     capacitance_ratio : float
-        Mean capacitance over the range in parts of the small-signal one.
+        Mean capacitance over the range in parts of the small-signal one. A stack of 38 um, 900 N and 3.1 uF at 120 V,
+        the default of the class DataSheet, has the coupling of its ceramic, 0.69 squared, with the default of 1.6.
     resonance : float or None
         Resonance (Hz) without load, one end held.
     damping : float

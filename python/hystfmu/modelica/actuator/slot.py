@@ -29,6 +29,11 @@ class Slot:
         Scaled voltage of an input of 1 and at 0; output of a scaled output of 1 and of 0.
     rest : float
         Scaled voltage at which the memory rests at the start.
+    left_out : list of str
+        Parts of the model that the actuator has not.
+    first_slope, least_slope : float
+        Slope of the output at the start, and the least of all branches, where it may be below 0: a stack whose charge
+        falls while its voltage rises has no stable circuit.
     """
 
     name: str
@@ -39,6 +44,8 @@ class Slot:
     scale: float = 1.0
     offset: float = 0.0
     left_out: list[str] = field(default_factory=list)
+    first_slope: float = 1.0
+    least_slope: float = 1.0
 
 
 def slot(graph: Graph) -> Slot | None:
@@ -49,7 +56,7 @@ def slot(graph: Graph) -> Slot | None:
     graph : Graph
         Of an identified model.
     """
-    return next((found for of in (_chain, _one_operator, _network) if (found := of(graph))), None)
+    return next((found for of in (_chain, _one_operator, _bouc_wen, _network) if (found := of(graph))), None)
 
 
 def _value(node: Node, key: str) -> float:
@@ -105,7 +112,7 @@ def _chain(graph: Graph) -> Slot | None:
         _value(first, "offset") if first else 0.0,
         scale,
         scale * at_0 + (_value(scalings[0], "offset") if scalings else 0.0),
-        [f"the delay of {at['delay'].dims['n']} samples"] if "delay" in at else [],
+        [_left_out(at["delay"])] if "delay" in at else [],
     )
 
 
@@ -156,6 +163,45 @@ def _one_operator(graph: Graph) -> Slot | None:
             rest = {"low": lo, "high": hi}.get(classes.word(node, "start"), 0.5 * (lo + hi))
             return Slot("Preisach", values, rest, offset=_value(node, "offset"))
     return None
+
+
+def _bouc_wen(graph: Graph) -> Slot | None:
+    """A Bouc-Wen operator beside its input, then dynamics and a readout, as `bouc_wen` and `g0_bouc_wen` make them."""
+    types = [n.type for n in graph.nodes]
+    places = iter(["transfer_function", "delay", "scaling"])
+    if types[:3] != ["scaling", "bouc_wen", "sum"] or not all(t in places for t in types[3:]):
+        return None
+    first, operator, total, *rest = graph.nodes
+    weights = total.value("k")
+    wanted = {(f"{first.name}.y", f"{total.name}.u[1]"), (f"{operator.name}.z", f"{total.name}.u[2]")}
+    if len(weights) != 2 or not wanted <= set(graph.wires):
+        return None
+    at = {n.type: n for n in rest}
+    dynamics, readout = at.get("transfer_function"), at.get("scaling")
+    scale = _value(readout, "gain") if readout else 1.0
+    if dynamics is not None:
+        scale *= float(dynamics.value("b")[-1] / dynamics.value("a")[-1])
+    values = {k: number(_value(operator, k)) for k in ("A", "beta", "gamma", "z0")}
+    values |= {"knee": number(_value(operator, "n")), "w0": number(weights[0]), "w": number(weights[1])}
+    A, beta, gamma = (_value(operator, k) for k in ("A", "beta", "gamma"))
+    slopes = [float(weights[0] + weights[1] * s) for s in (A, 0.0, 2 * A * beta / (beta + gamma))]
+    shift = _value(first, "offset")  # z0 holds at the first input, whichever it is: the start is at 0 V
+    return Slot(
+        "BoucWen",
+        values,
+        shift,
+        _value(first, "gain"),
+        shift,
+        scale,
+        scale * _value(total, "offset") + (_value(readout, "offset") if readout else 0.0),
+        [_left_out(at["delay"])] if "delay" in at else [],
+        slopes[0],
+        min(slopes),
+    )
+
+
+def _left_out(delay: Node) -> str:
+    return f"the delay of {delay.dims['n']} samples"
 
 
 def _limits(node: Node) -> dict[str, str]:

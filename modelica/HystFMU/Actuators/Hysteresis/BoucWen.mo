@@ -1,0 +1,34 @@
+within HystFMU.Actuators.Hysteresis;
+model BoucWen "Bouc-Wen operator beside a linear term: not shown to be passive"
+  extends BaseClasses.Hysteresis(final passive = false, final y_start = offset + scale*(w0*x_start + w*z0));
+  extends Icons.Smooth;
+  parameter Real A(min = 1e-100, max = 1e100) = 1 "Slope of z at z = 0" annotation (Dialog(group = "Operator"));
+  parameter Real beta(min = 0, max = 1e100) = 0.5 "Width of the loop" annotation (Dialog(group = "Operator"));
+  parameter Real gamma(min = -1e100, max = 1e100) = 0.5 "Shape of the loop; beta + gamma > 0" annotation (Dialog(group = "Operator"));
+  parameter Real knee(min = 1, max = 20) = 1 "Sharpness of the knee" annotation (Dialog(group = "Operator"));
+  parameter Real w0 = 1 "Weight of the linear term" annotation (Dialog(group = "Weights"));
+  parameter Real w = -0.5 "Weight of z" annotation (Dialog(group = "Weights"));
+  parameter Real z0 = 0 "Hysteretic part at u_start; within (A/(beta + gamma))^(1/knee)" annotation (Dialog(group = "Start"));
+protected
+  Real z "Hysteretic part";
+  Real dz(unit = "1/s") "Its rate";
+initial equation
+  z = z0;
+equation
+  assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");
+  assert((beta + gamma)*abs(z0)^knee <= A, "z0 must be within (A/(beta + gamma))^(1/knee), the bound of z");
+  assert(w0 + min({0, w*A, 2*w*A*beta/(beta + gamma)}) > 0, "w0 must outweigh w: else the charge falls after a reversal while the voltage rises");
+  dz = Functions.boucWenRate(dx, z, A, beta, gamma, knee);
+  der(z) = dz;
+  s = w0*x + w*z;
+  ds = w0*dx + w*dz;
+  kept = shift*s;
+  lost = (x - shift)*ds;
+  annotation (Documentation(info = "<html>
+<p><b>Equation:</b> s = w0 x + w z, z' = A x' - beta abs(x') abs(z)<sup>knee-1</sup> z - gamma x' abs(z)<sup>knee</sup>.</p>
+<p><b>Source:</b> Wen 1976; Ikhouane &amp; Rodellar 2007, chapter 2.</p>
+<p><b>Limitations:</b> the slope of s over x, which is w0 + w z'/x', must be greater than 0 on every branch; minor loops need not close: a cycle may give energy back, so that the actuator warns, and dissipated and residual show what it does; the stored energy is not known, heat is the whole power.</p>
+<p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.BaseClasses.Hysteresis\">Actuators.BaseClasses.Hysteresis</a>, <a href=\"modelica://HystFMU.Operators.Smooth.BoucWen\">Operators.Smooth.BoucWen</a>.</p>
+</html>"));
+end BoucWen;
