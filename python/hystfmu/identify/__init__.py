@@ -11,6 +11,7 @@ from hystfmu.identify import auto, guards
 from hystfmu.identify.catalogue import AUTO, METHODS, description, options
 from hystfmu.identify.excitation import closed_loop, sensor_lag
 from hystfmu.identify.excitation.minor_loops import examine
+from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.one import Progress, check, fit_one
 from hystfmu.identify.options import resolve
 from hystfmu.model import Model
@@ -62,10 +63,11 @@ def fit(
         Unknown method or option, value out of range, data without output or without variation.
     """
     report = progress or (lambda fraction: None)
-    if key != AUTO:
-        return _examined(fit_one(data, key, seed, report, given), data)
     resolve(key, options(key), given)
     check(data)
+    if key != AUTO:
+        memory = remembered(key, rest(data), data)
+        return _examined(fit_one(data, key, seed, report, {**memory, **given}), data)
     started = time.perf_counter()
     choice = auto.choose(data, seed, report, inverses, only_invertible)
     model = fit_one(data, choice.method, seed, lambda fraction: None, choice.options)

@@ -36,6 +36,7 @@ from hystfmu.identify import guards
 from hystfmu.identify.candidate import CLOSES, LAGS, OPENS, Candidate
 from hystfmu.identify.catalogue import candidates, takes_covariates, takes_records
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
+from hystfmu.identify.excitation.rest import remembered
 from hystfmu.identify.options import Option
 from hystfmu.identify.race import Race, Trial
 from hystfmu.model import Model
@@ -159,7 +160,8 @@ def choose(
     if inverses is not None:
         why["auto_inverse"] = {t.name: inverses.kind(t.model) for t in ranked}
     why["auto_left_out"] = race.reasons
-    return Choice(best.key, dict(best.candidate.options), {**told, "warnings": _warnings(best, seen)}, why)
+    options = {**remembered(best.key, race.rest, data), **best.candidate.options}
+    return Choice(best.key, options, {**told, "warnings": _warnings(best, seen)}, why)
 
 
 def _rising(progress: Callable[[float], None]) -> Callable[[float], None]:
@@ -216,6 +218,8 @@ def _preferred(race: Race, able: list[Trial], inverses: Inverses | None, only_in
         fault = "; ".join(guards.excursion(trial.key, trial.model.graph, race.data))
         if not fault and only_invertible and inverses is not None:
             fault = inverses.fault(trial.model)
+        if not fault and only_invertible and race.excess(trial) > REFUSED:
+            fault = f"it misses the data by {race.excess(trial):.3g} % of the span"
         if not fault:
             return trial
         faults[trial.name] = fault

@@ -20,6 +20,7 @@ from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.candidate import Candidate
+from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory
 from hystfmu.identify.features.plays import plays
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
@@ -111,6 +112,7 @@ class Race:
     poor: bool = False
     sigma: float = 0.0
     unseen: float = 0.0
+    rest: float = 0.0
     other: Array = field(default_factory=lambda: np.zeros(0))
     trials: dict[str, Trial] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
@@ -118,6 +120,7 @@ class Race:
     def __post_init__(self) -> None:
         self.sigma = noise(self.data.y[self.data.train])
         self.unseen = _unseen(self.data)
+        self.rest = rest(self.data)
         u = self.data.longest().u
         self.other = other_memory(u[self.data.longest().train], float(self.data.u[0]))
 
@@ -136,7 +139,7 @@ class Race:
     ) -> tuple[Model, Array, list[float]]:
         """Fit without the blocks of a fold; return the model, its errors in them, and the RMS of each block."""
         part, rows, block = self.held(fold)
-        model = fit_one(part, key, self.seed, progress, dict(options))
+        model = fit_one(part, key, self.seed, progress, {**remembered(key, self.rest, part), **options})
         errors = run_along(model.graph, self.data)[rows] - self.data.y[rows]
         return model, errors, [rms(errors[block == k]) for k in np.unique(block)]
 

@@ -148,6 +148,7 @@ def fit_linear(p: Problem, degree: int) -> BentSum:
     w, _ = nonnegative(p.seen(p.columns), p.y, free)
     if not w.any():
         w = np.full(len(w), 1.0)
+    w[0] = max(w[0], p.least * w.sum())  # as each step: a start below would be better than all that may follow
     m = 0 if p.following is None else len(p.following.levels)
     return _with_bend(
         p, BentSum(w, np.zeros(degree + 1), np.zeros(len(p.T)), g=np.zeros(m), c=np.zeros((m, degree + 1)))

@@ -1,0 +1,54 @@
+"""The memory before row 0: a device that was brought to its working point before the record began."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hystfmu as hy
+from hystfmu.identify.excitation.rest import rest
+
+R, W = np.linspace(10.0, 250.0, 10), np.full(10, 0.15)
+
+
+def plays(u: np.ndarray, before: float) -> np.ndarray:
+    """Return a sum of plays that rested at an input before the first row."""
+    z, y = np.full(len(R), before), np.empty(len(u))
+    for k, v in enumerate(u):
+        z = np.minimum(np.maximum(z, v - R), v + R)
+        y[k] = W @ z
+    return y
+
+
+def record(before: float, noise: float = 1e-4) -> hy.Dataset:
+    """Return random nested reversals around 500 V, 100 rows from one to the next."""
+    rng = np.random.default_rng(int(np.random.default_rng().integers(2**31)))
+    turns = np.r_[500.0, rng.uniform(100, 900, 25)]
+    u = np.interp(np.arange(2500), np.arange(26) * 100, turns)
+    y = plays(u, before)
+    return hy.Dataset(1e-3 * np.arange(2500), u, y + noise * np.ptp(y) * rng.standard_normal(2500))
+
+
+@pytest.mark.parametrize("before", [0.0, 1000.0])
+def test_a_device_that_came_from_one_side_is_followed_from_row_0(before: float) -> None:
+    data = record(before)
+    assert (rest(data) - data.u[0]) * (before - data.u[0]) > 0
+    for key in ("prandtl_ishlinskii", "actuator"):
+        assert hy.fit(data, key).fit["rms_percent"] < 0.1
+    assert hy.fit(data, "prandtl_ishlinskii", u0=500.0).fit["rms_percent"] > 1.0, "the option has the last word"
+
+
+def test_a_device_at_rest_stays_at_rest() -> None:
+    data = record(500.0)
+    assert rest(data) == data.u[0]
+    assert "u0" not in hy.fit(data, "prandtl_ishlinskii").provenance["options"]
+
+
+def test_an_inverse_has_a_linear_term_also_where_the_device_has_none() -> None:
+    """The device has a dead zone of 20 V behind each reversal; `actuator` keeps its least slope there."""
+    model = hy.fit(record(0.0), "actuator")
+    w = [
+        n.value("w0")[0] / (n.value("w0")[0] + n.value("w").sum()) for n in model.graph.nodes if n.name == "hysteresis"
+    ]
+    assert w[0] == pytest.approx(1e-3, rel=0.5)
+    assert model.inverse().fit.get("cascade_rms_percent", 0.0) < 1.0
