@@ -5,6 +5,8 @@ It is computed here; `make generate` writes it, for the README is read where not
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 import hystfmu as hy
@@ -51,7 +53,8 @@ def first_screen() -> str:
 
 def _loop(title: str, x: Array, y: Array) -> str:
     drawn = Plot(title, "wanted (um)", "reached (um)", [Line("", x, y)], points=POINTS).svg()
-    inner = drawn[drawn.index(">") + 1 : drawn.rindex("</svg>")].replace('<path class="line c0" d="M58 15h14"/>', "")
+    inner = drawn[drawn.index(">") + 1 : drawn.rindex("</svg>")]
+    inner = re.sub(r'<path class="line c0" d="M[\d.]+ 15h14"/>', "", inner)
     return f"{inner}{_name(title)}"
 
 
