@@ -39,7 +39,9 @@ def refusal(model: Model) -> str:
         return "the model must have one input and one output"
     units = graph.inputs[0].unit, graph.outputs[0].unit
     if tuple(si(u)[0] for u in units) != ("V", "m"):
-        return f"the model must map a voltage to a length, by the units of measure of its data. Got {units} instead"
+        got = " to ".join(u or "none" for u in units) if any(units) else "no units of measure"
+        wanted = "map a voltage to a length by the units of measure of its data, such as columns 'u [V]' and 'y [um]'"
+        return f"the model must {wanted}. Got {got} instead"
     found = slot(graph)
     if found is not None and found.least_slope <= 0:
         return (
