@@ -67,7 +67,7 @@ def parameter(package: Path, name: str) -> float:
     return float(found[1])
 
 
-def under_sine(package: Path, tmp_path: Path) -> dict[str, np.ndarray]:
+def under_sine(package: Path, tmp_path: Path, tau: float = 5e-5) -> dict[str, np.ndarray]:
     """A free actuator for a period of 5 Hz, from the voltage at which its memory rests; slow enough to solve fast."""
     file = tmp_path / "Bench.mo"
     start = parameter(package, "v_start")
@@ -76,7 +76,7 @@ def under_sine(package: Path, tmp_path: Path) -> dict[str, np.ndarray]:
   HystFMU.Sources.Sine command(amplitude = 45, offset = {start!r}, frequency = 5);
   Feed drive(R = 150);
   HystFMU.Plants.Fixed wall;
-  Piezo.Actuator actuator(tau = 5e-5);
+  Piezo.Actuator actuator(tau = {tau!r});
 equation
   connect(command.r, drive.u);
   connect(drive.p, actuator.pin_p);
@@ -109,6 +109,19 @@ def test_the_actuator_follows_the_fmu_of_its_model(key: str, tmp_path: Path) -> 
     print(f"{key}: {error:.1e} of the span, {np.ptp(y):.2e} m")
     assert np.ptp(y) > 2e-5
     assert error <= BOUND
+
+
+@pytest.mark.stress
+def test_the_difference_is_that_of_the_relaxation(tmp_path: Path) -> None:
+    """A lag of tau behind the rate of a sine: halving tau halves what is left, but for rounded corners."""
+    package, model, errors = written("prandtl_ishlinskii", tmp_path), demo("prandtl_ishlinskii"), []
+    for tau in (1e-4, 5e-5):
+        v = under_sine(package, tmp_path, tau)
+        t = np.arange(0, v["time"][-1], h := 5e-5)
+        y = np.interp(v["time"], t, model.predict(np.interp(t, v["time"], v["actuator.v"]), h).reshape(-1)) * 1e-6
+        errors.append(np.abs(v["actuator.flange_b.s"] - y)[1:-2].max() / np.ptp(y))
+    assert errors[0] > 1e-3
+    assert errors[1] == pytest.approx(errors[0] / 2, rel=0.1)
 
 
 def test_the_example_runs_as_it_comes(tmp_path: Path) -> None:
