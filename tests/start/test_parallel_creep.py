@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import hystfmu as hy
 from hystfmu import Graph, Input, Node, Output
 from hystfmu.scenario.margin_table import margin_table
+from hystfmu.start.closed_loop import close
 from hystfmu.start.device import reach
 
 H, T, SLOW = 0.02, 1.5, -0.7
@@ -29,9 +31,11 @@ def with_creep(w: float) -> hy.Model:
 
 def test_what_creep_takes_back_is_no_stroke() -> None:
     """Plays at the end of a ramp to +-3: 3 + 0.3 (3 - 0.3) + 0.2 (3 - 0.9) = 4.23; held, the lag adds w 3."""
-    low, high = reach(with_creep(SLOW), round(20 * T / H))
+    low, high, falling = reach(with_creep(SLOW), round(20 * T / H))
+    assert not falling
     assert [low, high] == pytest.approx([-4.23 - 3 * SLOW, 4.23 + 3 * SLOW], rel=1e-6)
-    low, high = reach(with_creep(0.5), round(20 * T / H))
+    assert reach(with_creep(-2.0), round(20 * T / H))[2]
+    high = reach(with_creep(0.5), round(20 * T / H))[1]
     assert high < 4.23 + 1.5, "creep that adds has not come yet in a sweep"
 
 
@@ -60,3 +64,15 @@ def test_an_inverse_with_the_creep_in_it_leaves_no_dynamics(tmp_path: Path) -> N
     z = np.exp(1j * np.geomspace(1e-4, 1, 20000) * np.pi)
     L = (Kp + Ki * H * z / (z - 1)) / z**2  # the hold, and a step of delay
     assert table.rows[0].margins["Ms_db"] == pytest.approx(float(-20 * np.log10(np.abs(1 + L).min())), abs=0.02)
+
+
+def test_a_device_that_contracts_has_a_loop(tmp_path: Path) -> None:
+    """The gain that stands for the inverse in one case falls too."""
+    u = 3 * np.sin(np.arange(1200) / 30) * np.linspace(1, 0.2, 1200)
+    graph = with_creep(0.0).graph.replace(Node("readout", "sum", {"n": 2}, {"k": [-1.0, 0.0], "offset": 3.0}))
+    model = hy.Model("device", graph, provenance={"span_u": [-3.0, 3.0]}, step=H)
+    data = hy.Dataset(H * np.arange(1200), u, model.predict(u))
+    made = close(model, data, tmp_path / "loop", "device", 1.0, None, str, lambda step: nullcontext(lambda done: None))
+    assert made.passed
+    errors = {r.case: r.verdicts[0].value for r in made.results}
+    assert errors["no_inverse"] < errors["neither"] < 50

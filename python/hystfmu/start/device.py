@@ -52,6 +52,8 @@ class Device:
     low, high, rest : float
         Least and largest output that the range of the input both passes through and keeps for the time of a run (creep
         may take back what a quick sweep reaches), and output before the first step, in its unit of measure.
+    falling : bool
+        Whether the output falls where the input rises, such as of a stack that contracts.
     """
 
     model: Model
@@ -65,6 +67,7 @@ class Device:
     low: float
     high: float
     rest: float
+    falling: bool
 
 
 def device(model: Model, data: Dataset) -> Device:
@@ -88,7 +91,7 @@ def device(model: Model, data: Dataset) -> Device:
     dynamics = tuple(n for n in parts.tail if n.type == DYNAMICS)
     lag_steps, taps = feedforward(parts, data.h) if dynamics else (0, None)
     frequency = reference_frequency(data)
-    low, high = reach(model, math.ceil(PERIODS / (frequency * data.h)))
+    low, high, falling = reach(model, math.ceil(PERIODS / (frequency * data.h)))
     if not high > low:
         raise InputError(
             f"{data.path or data.name}: A loop is made for an output that lasts. {model.key} loses it all."
@@ -105,21 +108,25 @@ def device(model: Model, data: Dataset) -> Device:
         low,
         high,
         at_start(model),
+        falling,
     )
 
 
 def slower(found: Device, frequency: float) -> Device:
     """Return the device with references of another frequency (Hz)."""
-    low, high = reach(found.model, math.ceil(PERIODS / (frequency * found.h)))
+    low, high, _ = reach(found.model, math.ceil(PERIODS / (frequency * found.h)))
     return replace(found, frequency=frequency, low=low, high=high)
 
 
-def reach(model: Model, rows: int) -> tuple[float, float]:
-    """Return the least and the largest output that a sweep reaches and that last for some rows at the ends of u."""
+def reach(model: Model, rows: int) -> tuple[float, float, bool]:
+    """Return the least and the largest output that a sweep reaches and that last, and whether it falls.
+
+    They last if they are still there after some `rows` at an end of the range of the input.
+    """
     sweep = np.concatenate([np.linspace(a, b, 2000) for a, b in ((1, -1), (-1, 1))])
     y = model.predict(over_range(model, sweep))
-    ends = sorted(float(model.predict(over_range(model, np.full(rows, v)))[-1]) for v in (-1.0, 1.0))
-    return max(float(y.min()), ends[0]), min(float(y.max()), ends[1])
+    first, last = (float(model.predict(over_range(model, np.full(rows, v)))[-1]) for v in (-1.0, 1.0))
+    return max(float(y.min()), min(first, last)), min(float(y.max()), max(first, last)), last < first
 
 
 def unsuited(model: Model) -> str:

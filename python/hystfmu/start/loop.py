@@ -113,8 +113,8 @@ def _cases(loop: Scenario, found: Device, percent: float, other: Model | None) -
     off = {"pid.Kp": 0.0, "pid.Ki": 0.0}
     loop.case("inverse_only", "for comparison: without feedback", set=off)
     lo, hi = input_range(found.model, "A loop must have the input range of its model")
-    gain = (hi - lo) / (found.high - found.low)
-    straight = blocks.Scaling(gain=gain, offset=lo - gain * found.low)
+    gain = (hi - lo) / (found.high - found.low) * (-1 if found.falling else 1)
+    straight = blocks.Scaling(gain=gain, offset=(lo + hi) / 2 - gain * (found.low + found.high) / 2)
     loop.case("no_inverse", "for comparison: feedback and a gain instead of the inverse", units={"inverse": straight})
     loop.case("neither", "for comparison: a gain alone", set=off, units={"inverse": straight})
 

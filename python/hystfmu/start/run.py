@@ -15,6 +15,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.steps import Steps
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model
+from hystfmu.identify.auto import REFUSED
 from hystfmu.start.closed_loop import ClosedLoop, close
 from hystfmu.start.device import reference_frequency, unsuited
 from hystfmu.start.drawn import write_study
@@ -171,7 +172,8 @@ def _other(model: Model, data: Dataset) -> Model | None:
     if model.key == OTHER:
         return None
     with suppress(InputError):
-        return hy.fit(data, OTHER)
+        other = hy.fit(data, OTHER)
+        return other if other.fit["rms_percent"] <= REFUSED else None  # a sum of plays does not fall, or bend much
     return None
 
 

@@ -169,7 +169,8 @@ def _on_the_way(system: System, link: Link, side: PlantSide, undone: bool) -> li
     before = _reached([(b, a) for a, b in edges], {graph.outputs[0].source.partition(".")[0]})
     found = [n for n in graph.nodes if n.block.rate == CONTINUOUS and n.name in after & before]
     found = [n for n in found if not (undone and n.type == CREEP)]
-    if any(b.name not in _reached(edges, {a.name}) for a, b in pairwise(found)):
+    end = graph.outputs[0].source.partition(".")[0]
+    if any(end in _reached([e for e in edges if n.name not in e], ends - {n.name}) for n in found):
         raise InputError(f"{system.case.title}: The dynamics of the plant must be in series. Got some in parallel.")
     return found
 
