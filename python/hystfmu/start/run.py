@@ -136,7 +136,7 @@ def _model(data: Dataset, key: str, seed: int, progress: Callable[[float], None]
     if not fault:
         return best, "", []
     ranking = best.provenance.get("auto", {})
-    for candidate in list(ranking)[1:]:
+    for candidate in [name for name, error in ranking.items() if error <= REFUSED][1:]:
         kind, options = candidate.partition(" ")[0], {k: _value(v) for k, v in _OPTION.findall(candidate)}
         with suppress(InputError):
             model = hy.fit(data, kind, seed=seed, purpose="inverse", **options)

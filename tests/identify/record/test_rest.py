@@ -23,7 +23,7 @@ def plays(u: np.ndarray, before: float) -> np.ndarray:
 def record(before: float, noise: float = 1e-4) -> hy.Dataset:
     """Return random nested reversals around 500 V, 100 rows from one to the next."""
     rng = np.random.default_rng(int(np.random.default_rng().integers(2**31)))
-    turns = np.r_[500.0, rng.uniform(100, 900, 25)]
+    turns = np.r_[500.0, rng.uniform(100, 900, 23), 100.0, 900.0]
     u = np.interp(np.arange(2500), np.arange(26) * 100, turns)
     y = plays(u, before)
     return hy.Dataset(1e-3 * np.arange(2500), u, y + noise * np.ptp(y) * rng.standard_normal(2500))
@@ -50,5 +50,5 @@ def test_an_inverse_has_a_linear_term_also_where_the_device_has_none() -> None:
     w = [
         n.value("w0")[0] / (n.value("w0")[0] + n.value("w").sum()) for n in model.graph.nodes if n.name == "hysteresis"
     ]
-    assert w[0] == pytest.approx(1e-3, rel=0.5)
+    assert w[0] >= 0.9e-3
     assert model.inverse().fit.get("cascade_rms_percent", 0.0) < 1.0
