@@ -9,7 +9,9 @@ unexport PYTHONDONTWRITEBYTECODE
 export PIP_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/pip
 export XDG_CACHE_HOME := $(CURDIR)/build/cache
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
-PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
+PIP := $(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt
+# pip compiles ten thousand modules in one process; some packages have files for other versions of Python
+COMPILE := $(BIN)/python -m compileall -qq -j 0 .venv/lib || true
 # without --no-build-isolation pip would build in a fresh environment; `make` compiles the core itself, below
 EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --config-settings editable.mode=inplace --editable
 PYTEST := $(BIN)/python -m pytest -q
@@ -78,8 +80,8 @@ platforms: build/tools
 	$(BIN)/python fmu_build/platforms/build.py fmu_build build/platforms
 	$(BIN)/python fmu_build/platforms/page.py fmu_build build/platforms
 
-# the core for pages alone; reports without it have no explorer
-build/platforms/core.wasm: build/tools $(wildcard fmu_build/platforms/*) $(shell find fmu_build/core fmu_build/sources -type f)
+# the core for pages alone; reports without it have no explorer; one pip at a time
+build/platforms/core.wasm: build/tools $(wildcard fmu_build/platforms/*) $(shell find fmu_build/core fmu_build/sources -type f) | build/installed-dev
 	$(PIP) ziglang
 	$(BIN)/python fmu_build/platforms/page.py fmu_build build/platforms
 
@@ -132,10 +134,12 @@ build/tools: .venv/pyvenv.cfg constraints.txt
 
 build/installed: build/tools pyproject.toml
 	$(EDITABLE) '.[train]'
+	$(COMPILE)
 	touch $@
 
 build/installed-dev: build/tools pyproject.toml
 	$(EDITABLE) '.[train,control,study,dev]'
+	$(COMPILE)
 	touch $@ build/installed
 
 # libraries, sources and licence are installed beside the Python files, where git ignores them
