@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph
 from hystfmu.graph.rate_classes import is_hysteretic
 from hystfmu.model.explored import explored_graph
@@ -107,6 +108,6 @@ def _range(system: System, part: Part) -> tuple[float, float] | None:
             lo, hi = min(lo, float(chunk.values.min())), max(hi, float(chunk.values.max()))
             if chunk.first > MOST_ROWS:
                 break
-    except Stopped:
+    except (Stopped, InputError):  # the report of a study that ran does not end for it
         return None
     return (lo, hi) if lo < hi and max(-lo, hi) < DIVERGED else None
