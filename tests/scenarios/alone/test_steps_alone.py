@@ -242,7 +242,7 @@ def test_loops_of_a_scenario_with_its_slopes(monkeypatch: pytest.MonkeyPatch) ->
         cases = [SimpleNamespace(name=n) for n in ("a", "bad", "c")]
         return margin_limits.opened_loops(SimpleNamespace(spec=SimpleNamespace(margins=margins), cases=cases))  # type: ignore
 
-    assert found(None) == {"a": "loop of a", "c": "loop of c"}
+    assert {c: str(o) for c, o in found(None).items()} == {"a": "loop of a", "bad": "no loop", "c": "loop of c"}
     found(SimpleNamespace(slopes=None))
     found(SimpleNamespace(slopes=[0.5, 2.0]))
     assert seen == [None] * 6 + [(0.5, 2.0)] * 3
