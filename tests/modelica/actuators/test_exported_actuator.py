@@ -31,7 +31,7 @@ OPTIONS = {
     "play_bank_mlp": exported.OPTIONS["play_bank_mlp"],
     "knee": {},
 }
-LONG = ("knee", "krasnoselskii_pokrovskii", "play_bank_mlp")
+LONG = ("knee", "prandtl_ishlinskii", "krasnoselskii_pokrovskii", "play_bank_mlp")
 SHEET = {"stroke": 40e-6, "blocking_force": 800.0, "capacitance": 4e-6, "resonance": 2000.0}
 
 
