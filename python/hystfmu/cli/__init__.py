@@ -10,7 +10,7 @@ import click
 from hystfmu import __version__
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
-from hystfmu.cli import fmus, models, results, scenarios
+from hystfmu.cli import fit, fmus, models, predict, results, run, scenarios, study
 from hystfmu.cli.options import BAD_INPUT, INTERRUPTED, Command
 
 __all__ = ["main"]
@@ -67,18 +67,18 @@ def main() -> None:
 
 for _command in (
     models.blocks,
-    models.fit,
-    models.predict,
-    models.check,
+    fit.fit,
+    predict.predict,
+    predict.check,
     models.inverse,
     models.migrate,
     fmus.export,
     fmus.validate,
-    scenarios.run,
+    run.run,
     scenarios.margins,
     scenarios.compare,
     scenarios.ssp,
-    scenarios.study,
+    study.study,
     results.reproduce,
     results.start,
     results.demo,

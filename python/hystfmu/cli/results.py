@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hystfmu.cli.options import FAILED, Columns, Command, data_options, json_option
+from hystfmu.cli.columns import Columns, data_options
+from hystfmu.cli.options import FAILED, Command, json_option
 from hystfmu.report.verbosity import detail, say, wrong
 
 if TYPE_CHECKING:

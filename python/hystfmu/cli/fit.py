@@ -1,0 +1,165 @@
+"""The command that fits a model."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import click
+
+from hystfmu.cli.columns import Columns, data_options
+from hystfmu.cli.options import OUTPUT_FILE, Command, assignments, json_option
+from hystfmu.report.verbosity import detail, say
+
+
+def _list_models(context: click.Context, option: click.Parameter, asked: bool) -> None:
+    if not asked:
+        return
+    from hystfmu.base.extras import MissingExtra
+    from hystfmu.identify import METHODS, description, options
+    from hystfmu.report.terminal import table
+
+    for key in METHODS:
+        try:
+            click.echo(f"{key}: {description(key)}")
+        except MissingExtra as e:
+            click.echo(f"{key}: {e}")
+            continue
+        if rows := [[f"  {o.name}", o.shown_default, o.rule, o.text] for o in options(key)]:
+            click.echo(table(["  --set", "default", "must be", "meaning"], rows))
+        click.echo()
+    context.exit()
+
+
+@click.command(cls=Command)
+@click.argument("data", nargs=-1, required=True)
+@click.option(
+    "--models",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_list_models,
+    help="List the kinds of model, and what each option means.",
+)
+@click.option(
+    "--model",
+    "key",
+    default="auto",
+    show_default=True,
+    metavar="KEY",
+    help="Kind of model; 'auto' selects one from the data.",
+)
+@click.option(
+    "--for",
+    "purpose",
+    type=click.Choice(["model", "inverse"]),
+    default="model",
+    show_default=True,
+    help="inverse: only models with a useful inverse compete.",
+)
+@click.option(
+    "-o",
+    "out",
+    type=OUTPUT_FILE,
+    metavar="M.model.toml",
+    help="Model file to write; by default named after DATA, in the current folder.",
+)
+@data_options
+@click.option("--train", metavar="A:B", help="Rows to fit, first:end.  The model runs from row 0 in any case.")
+@click.option(
+    "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Option of the identification method; repeatable."
+)
+@click.option("--seed", default=0, show_default=True, help="Seed of the random starts.")
+@click.option(
+    "--report", "folder", metavar="DIR", help="Write a page about the fit; without -o also into the current folder."
+)
+@json_option
+def fit(
+    data: tuple[str, ...],
+    key: str,
+    purpose: Literal["model", "inverse"],
+    out: str | None,
+    columns: Columns,
+    train: str | None,
+    settings: tuple[str, ...],
+    seed: int,
+    folder: str | None,
+    as_json: bool,
+) -> None:
+    """Identify a model from measured data.
+
+    DATA is a text file of columns, as it is or packed by gzip, a MAT or an HDF5 file.  Encoding, separator, decimal
+    sign, preamble and units of measure are found; one line says what was assumed.  Several files are several records,
+    each with a memory of its own.
+
+    \b
+    Example: hystfmu fit piezo.csv --model zhao_tan_mlp --train 2000:4200 -o piezo.model.toml
+             hystfmu fit stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output 3 -o stage.model.toml
+             hystfmu fit record.dat --rate 200 --input 1 --output 5
+             hystfmu fit monday.csv tuesday.csv --model prandtl_ishlinskii
+             hystfmu fit oven.csv --model actuator --covariate "T [degC]" --covariate load
+             hystfmu fit --models
+    """
+    import hystfmu as hy
+    from hystfmu.face.fit_page import interval_of, interval_text
+    from hystfmu.face.rows import free_run, parts, table_of
+    from hystfmu.report.progress import progress
+    from hystfmu.report.terminal import table
+
+    options = assignments(settings)
+    measured = columns.read(data, train)
+    if not as_json:
+        say(measured.read_as)
+    with progress(f"fitting {key}") as report:
+        model = hy.fit(measured, key, seed=seed, progress=report, purpose=purpose, **options)
+    name = measured.name.partition(" ")[0]
+    if out is None:
+        out, folder = f"{name}.model.toml", folder or "."
+    model.save(out)
+    page = None if folder is None else model.report(measured, Path(folder) / f"{name}.html")
+    f = model.fit
+    y = free_run(model, measured)
+    found, (new, which) = parts(y, measured, True), interval_of(model, y, measured, False)
+    if as_json:
+        told = [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
+        more: dict[str, Any] = {"interval": vars(new)} if new else {}
+        more |= {"page": str(page)} if page else {}
+        click.echo(json.dumps({"model": model.key, "file": out, **f, "errors": told, **more}))
+        return
+    if key == "auto":
+        p = model.provenance
+        rated = [
+            [k, f"{e:.4g}", _range(p["auto_blocks"][k]), p["auto_parameters"][k], p["auto_inverse"][k]]
+            for k, e in p["auto"].items()
+        ]
+        say(table(["candidate", "validation RMS %FS", "of single blocks", "parameters", "inverse"], rated))
+        for name, reason in p["auto_left_out"].items():
+            say(f"left out: {name}: {reason}")
+        say(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
+        say(f"rate dependence: {f['rate']}\n")
+    if "lag" in f and not any("lags" in w for w in f.get("warnings", ())):
+        say(f"lag: {f['lag']}; the model follows it")
+    for warning in f.get("warnings", ()):
+        click.echo(f"warning: {warning}", err=True)
+    row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
+    head = ["model", "parameters", "RMS %FS", "max %FS", "seconds"]
+    if "held_out_rms_percent" in f:
+        held = (f"{f[f'held_out_{k}_percent']:.4g}" for k in ("rms", "max"))
+        head, row = [*head, "held-out RMS %FS", "held-out max %FS"], [*row, *held]
+    if "coverage_percent" in f:
+        head, row = [*head, "coverage %"], [*row, f"{f['coverage_percent']:.0f}"]
+    say(table(head, [row]))
+    if len(found) > 1:
+        shown = table_of(found, measured.unit_y)
+        say("\n" + table(shown.head, shown.rows))
+    if new is not None:
+        say(interval_text(new, which, measured.unit_y))
+    detail(f"\n{model}\n")
+    say(f"wrote {out}" + ("" if page is None else f" and {page}"))
+
+
+def _range(errors: Sequence[float]) -> str:
+    """Return the least and the largest error of the validation blocks; empty if there is one only."""
+    return f"{min(errors):.3g} to {max(errors):.3g}" if len(errors) > 1 else ""

@@ -1,0 +1,185 @@
+"""The command that runs scenarios, and FMUs and archives alone."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Literal
+
+import click
+
+from hystfmu.base.errors import InputError
+from hystfmu.cli import places
+from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
+from hystfmu.report.verbosity import detail, say, wrong
+
+
+@click.command(cls=Command)
+@click.argument("scenarios", nargs=-1)
+@click.option(
+    "--all",
+    "everything",
+    is_flag=True,
+    help="Run every scenario in ./scenarios, or without that folder those that HystFMU ships.",
+)
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="UNIT.NAME=VALUE",
+    help="Override a parameter (of an FMU: NAME=VALUE), or with @FILE.json those of a file; repeatable.",
+)
+@click.option(
+    "--engine",
+    type=click.Choice(["fmpy", "native"]),
+    default="fmpy",
+    show_default=True,
+    help="fmpy simulates FMUs (reference), native runs the whole loop in the C core; same bits.",
+)
+@click.option(
+    "--coupling",
+    type=click.Choice(["gauss_seidel", "jacobi", "iterative"]),
+    help="Coupling scheme; overrides that of the scenario.",
+)
+@click.option(
+    "--timeout",
+    type=click.FloatRange(0, min_open=True),
+    default=600.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Time limit of a case with foreign FMUs, which run in a child process.",
+)
+@unconfined_option
+@click.option("--case", "cases", multiple=True, metavar="NAME", help="Run only the cases with this name; repeatable.")
+@click.option("--step", type=float, metavar="SECONDS", help="Step of an SSP or FMU: overrides the one it states.")
+@click.option("--stop", type=float, metavar="SECONDS", help="Stop time of an SSP or FMU: overrides the one it states.")
+@click.option(
+    "--input", "given", metavar="IN.csv", help="Inputs of an FMU: a column of time, and one named like each input."
+)
+@click.option(
+    "-o", "--out", type=OUTPUT_FILE, metavar="OUT.csv", help="CSV file for all outputs of a single case, SSP or FMU."
+)
+@click.option(
+    "--record",
+    is_flag=True,
+    help="Record the results as the new baseline.  Prints the changes; asks first on a terminal.",
+)
+@click.option("--yes", is_flag=True, help="With --record: do not ask.")
+@click.option("--junit", type=OUTPUT_FILE, metavar="FILE", help="JUnit XML file to write the verdicts to.")
+@click.option("--report", "report_dir", metavar="DIR", help="Folder to write report.html and report.json into.")
+@json_option
+@click.pass_context
+def run(
+    context: click.Context,
+    scenarios: tuple[str, ...],
+    everything: bool,
+    settings: tuple[str, ...],
+    engine: Literal["fmpy", "native"],
+    coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
+    timeout: float,
+    unconfined: bool,
+    cases: tuple[str, ...],
+    step: float | None,
+    stop: float | None,
+    given: str | None,
+    out: str | None,
+    record: bool,
+    yes: bool,
+    junit: str | None,
+    report_dir: str | None,
+    as_json: bool,
+) -> None:
+    """Run scenarios and compare them with limits and baselines.
+
+    A scenario is a closed loop of FMUs, simulated by fmpy.  A folder of scenarios runs them all.  Those that HystFMU
+    ships run by their names, such as scenarios/pid, where the current folder has none of that name.
+
+    SSP archives of other tools run too and are compared with the reference result that they contain.
+
+    An FMU of any origin runs alone: FMI 1.0, 2.0 or 3.0, Co-Simulation, or Model Exchange with an adaptive integrator.
+    Its inputs are held during a step. Continuous inputs are interpolated between the rows of the file.
+
+    \b
+    Example: hystfmu run scenarios/sliding_mode --report out
+             hystfmu run scenarios/pid --case sine_10 -o sine_10.csv
+             hystfmu run loop.ssp -o out.csv
+             hystfmu run pump.fmu --input in.csv --set k=2 --step 1e-3 --stop 5 -o out.csv
+    """
+    from hystfmu.report.progress import progress
+
+    if len(scenarios) == 1 and scenarios[0].endswith(".fmu"):
+        from hystfmu.scenario.run_fmu import run_fmu_file
+
+        _refuse(context, _NOT_OF_AN_FMU, f"{scenarios[0]}: an FMU runs alone")
+        told = run_fmu_file(scenarios[0], given, assignments(settings), step, stop, timeout, out, not unconfined)
+        if as_json:
+            click.echo(json.dumps(told.summary()))
+        else:
+            say("\n".join(told.lines()))
+        return
+    _refuse(context, ("given",), "only an FMU that runs alone takes a file of inputs")
+    if len(scenarios) == 1 and scenarios[0].endswith(".ssp"):
+        from hystfmu.scenario.ssp.run import run_ssp_file
+
+        _refuse(context, _NOT_OF_AN_SSP, f"{scenarios[0]}: an SSP archive runs alone and unchanged")
+        with progress("running") as report:
+            lines, passed = run_ssp_file(
+                scenarios[0], engine, coupling, step, stop, timeout, out, not unconfined, report
+            )
+        say("\n".join(lines))
+        sys.exit(0 if passed else FAILED)
+    _refuse(context, ("step", "stop"), "step and stop of a scenario are set in its scenario.toml")
+    import hystfmu as hy
+    from hystfmu.scenario import Change
+    from hystfmu.scenario.report.junit import write_junit
+    from hystfmu.scenario.report.terminal import changes, every_metric, verdicts
+
+    if everything == bool(scenarios):
+        raise InputError("run needs scenarios or --all (example: hystfmu run scenarios/pid)")
+    paths = places.everything() if everything else places.found(scenarios)
+    if record:
+        places.refuse_shipped(paths)
+
+    def agreed(found: list[Change]) -> bool:
+        click.echo(changes(found), err=as_json)
+        agrees = yes or not sys.stdin.isatty() or not found or click.confirm("write the new baseline?", err=True)
+        click.echo("the baseline is written" if agrees else "nothing is written", err=True)
+        return agrees
+
+    with progress("running") as report:
+        results = hy.run(
+            paths,
+            record=record,
+            report=report_dir,
+            set=assignments(settings),
+            progress=report,
+            engine=engine,
+            coupling=coupling,
+            seconds=timeout,
+            confined=not unconfined,
+            confirm=agreed,
+            case=cases or None,
+            out=out,
+        )
+    if junit is not None:
+        write_junit(results, junit)
+    if as_json:
+        click.echo(json.dumps([r.summary() for r in results]))
+    else:
+        say(verdicts(results))
+        detail(every_metric(results))
+        wrong([line for r in results for line in r.failures()])
+    sys.exit(0 if results.passed else FAILED)
+
+
+_NOT_OF_AN_FMU = ("everything", "engine", "coupling", "cases", "record", "yes", "junit", "report_dir")
+
+_NOT_OF_AN_SSP = ("everything", "settings", "cases", "record", "yes", "junit", "report_dir", "as_json")
+
+
+def _refuse(context: click.Context, names: tuple[str, ...], why: str) -> None:
+    """Refuse options that would have no effect."""
+    for option in context.command.params:
+        given = context.get_parameter_source(option.name or "") is click.core.ParameterSource.COMMANDLINE
+        if option.name in names and given:
+            raise InputError(f"{why}: it takes no {option.opts[-1]}")
