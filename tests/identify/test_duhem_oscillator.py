@@ -112,3 +112,11 @@ def test_auto_takes_it_for_an_oscillator(monkeypatch):
     monkeypatch.setattr(auto, "candidates", lambda: ({key: found[key] for key in few}, {}))
     data = Dataset.from_signal(u := force(4), displacement(u, friction_law), H)
     assert fit(data, "auto").key == "duhem_oscillator"
+
+
+def test_a_record_without_an_oscillator_is_refused_before_the_search():
+    """A stack around its bias: a search from rest would wander among stiff oscillators for minutes."""
+    u = 100.0 + force(5)
+    y = displacement(force(5), bouc_wen_law)
+    with pytest.raises(InputError, match=r"than no output at all\. Got [1-9]"):
+        fit(Dataset(H * np.arange(len(u)), u, y), "duhem_oscillator")

@@ -24,7 +24,7 @@ import hystfmu
 HERE = Path(__file__).parent
 COUNT = ["-fprofile-instr-generate", "-fcoverage-mapping", "-fcoverage-mcdc"]
 MASTER = sorted((ROOT / "fmu_build" / "master").glob("*.c"))
-LAYER = "calls derivatives edges events exchange exchange_calls phases saved structure"
+LAYER = "derivatives edges events exchange exchange_calls phases saved structure"
 SUITES = [
     "contract",
     "c",
@@ -32,6 +32,7 @@ SUITES = [
     "graph",
     "identify/test_dead_band.py",
     "identify/test_rate.py",
+    "fmu/calls",
     "fmu/check/test_fmu_binary.py",
     *(f"fmu/test_fmu_{n}.py" for n in LAYER.split()),
 ]

@@ -54,7 +54,8 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     Raises
     ------
     InputError
-        The spectra give a mass or stiffness that is not positive, or a natural frequency above that of the rows.
+        The spectra give a mass or stiffness that is not positive, a natural frequency above that of the rows, or an
+        oscillator that has nothing to do with the data.
     """
     stride = options["stride"]
     rows = np.arange(len(data.u))[data.counted][::stride]
@@ -92,9 +93,16 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
         return Trial(p, z_max, cost, count)
 
     first = np.concatenate([[1.0, 1.0, 0.5], np.linspace(0.8, 0.2, KNOTS[0])])
-    best = search(first, widest, len(y) // 4, 0.0)
+    quarter = len(y) // 4
+    off = min(float(np.sqrt(np.mean(errors(first, s * widest, quarter) ** 2))) for s in (1.0, *SHARES))
+    if off >= 1:  # a search from there wanders among stiff oscillators for minutes
+        raise InputError(
+            f"{data.path or data.name}: The linear oscillator of the data, from rest, must come closer to them than no "
+            f"output at all. Got {off:.3g} times its RMS error: take another kind."
+        )
+    best = search(first, widest, quarter, 0.0)
     for i, share in enumerate(SHARES):
-        trial = search(first, share * widest, len(y) // 4, (i + 1) / 8)
+        trial = search(first, share * widest, quarter, (i + 1) / 8)
         best = trial if trial.beats(best) else best
     best = search(best.p, best.z_max, len(y), 4 / 8)
     for i, n in enumerate(KNOTS[1:]):
