@@ -28,7 +28,7 @@ plants the fault and sees it found.</p>
 <tr><td>4.8.1</td><td>below_min</td><td>A default lies within min and max.</td></tr>
 <tr><td>4.8.5</td><td>other_choice</td><td>A word belongs to the enumeration of the parameter.</td></tr>
 <tr><td>5.4</td><td>missing_inner</td><td>An outer element has an inner one in some class.</td></tr>
-<tr><td>6.5</td><td>not_compatible</td><td>What replaces a class has every public element of the class that constrains it.</td></tr>
+<tr><td>6.5</td><td>not_compatible</td><td>A redeclared class is plug-compatible: it has all public elements of its constraining class.</td></tr>
 <tr><td>6.7</td><td>real_as_integer</td><td>A size, an Integer and the range of a loop have no Real value.</td></tr>
 <tr><td>7.1.3</td><td>kind_of_base</td><td>A block extends no model, a function no block.</td></tr>
 <tr><td>7.2.4</td><td>repeated_annotation</td><td>A declaration or class has one annotation, with each key once.</td></tr>

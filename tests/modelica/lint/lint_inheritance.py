@@ -98,7 +98,7 @@ def not_replaceable(c: library.Class) -> Iterator[str]:
 
 
 def not_compatible(c: library.Class) -> Iterator[str]:
-    """What replaces a class has every element of the class that constrains it."""
+    """A redeclared class has all public elements of its constraining class."""
     for where, of, name, given in _redeclared(c):
         new = library.find(given, c.name)
         limit = next((m[1] for k in lineage(of) if (m := _constraint(k, name))), None)
