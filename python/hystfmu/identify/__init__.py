@@ -11,7 +11,7 @@ from hystfmu.identify import auto, guards
 from hystfmu.identify.catalogue import AUTO, METHODS, description, options
 from hystfmu.identify.excitation import closed_loop, sensor_lag
 from hystfmu.identify.excitation.minor_loops import examine
-from hystfmu.identify.excitation.rest import remembered, rest
+from hystfmu.identify.excitation.rest import places_memory, remembered, rest
 from hystfmu.identify.one import Progress, check, fit_one
 from hystfmu.identify.options import resolve
 from hystfmu.model import Model
@@ -66,7 +66,8 @@ def fit(
     resolve(key, options(key), given)
     check(data)
     if key != AUTO:
-        memory = remembered(key, rest(data), data)
+        placed = "u0" in given or "start" in given or not places_memory(key)
+        memory = {} if placed else remembered(key, rest(data), data)
         return _examined(fit_one(data, key, seed, report, {**memory, **given}), data)
     started = time.perf_counter()
     choice = auto.choose(data, seed, report, inverses, only_invertible)

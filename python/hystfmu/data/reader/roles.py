@@ -119,10 +119,8 @@ def chosen(
             found[role] = place
             taken.add(place)
     missing = [role for role in ("input", "output") if given[role] == "" and role not in found]
-    left = _left(table, taken)
-    if len(missing) == len(left) == 1 and len(found) > (
-        rate is None
-    ):  # the only one that is neither time nor the other
+    left, known = _left(table, taken), {"input", "output"} & found.keys()
+    if known and len(missing) == len(left) == 1:  # the only one that is neither time nor the other
         found[missing[0]] = left[0]
         taken.add(left[0])
     if "input" not in found or (output == "" and "output" not in found and _left(table, taken)):

@@ -46,16 +46,33 @@ def rest(data: Dataset) -> float:
     return best if errors[first] > CLEARLY * errors[best] and gain > LEAST / 100 * data.span else first
 
 
+def places_memory(key: str) -> bool:
+    """Whether a kind of model has an option for its memory before row 0."""
+    return any(o.name == "u0" or (o.name == "start" and {"low", "high"} <= {*o.choices}) for o in options(key))
+
+
 def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
-    """Return the options of the kind `key` for a memory that rested at u0; none for the first input, the default."""
+    """Return the options of a kind of model for a memory that rested at u0.
+
+    Parameters
+    ----------
+    key : str
+        Of the kind.
+    u0 : float
+        Input at which it rested (unit of measure of u).
+    data : Dataset
+
+    Returns
+    -------
+    dict
+        ``u0``, or ``start`` = low or high; empty for the first input, the default, and for a kind without such options.
+    """
     first = float(data.u[0])
-    if u0 == first:
+    if u0 == first or not places_memory(key):
         return {}
-    found = {o.name: o for o in options(key)}
-    if "u0" in found:
+    if any(o.name == "u0" for o in options(key)):
         return {"u0": u0}
-    word = "low" if u0 < first else "high"
-    return {"start": word} if "start" in found and word in found["start"].choices else {}
+    return {"start": "low" if u0 < first else "high"}
 
 
 def _error(data: Dataset, u0: float) -> float:
