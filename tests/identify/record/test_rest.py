@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hystfmu as hy
-from hystfmu.identify.excitation.rest import rest
+from hystfmu.identify.excitation.rest import remembered, rest
 
 R, W = np.linspace(10.0, 250.0, 10), np.full(10, 0.15)
 
@@ -36,6 +36,25 @@ def test_a_device_that_came_from_one_side_is_followed_from_row_0(before: float) 
     for key in ("prandtl_ishlinskii", "actuator"):
         assert hy.fit(data, key).fit["rms_percent"] < 0.1
     assert hy.fit(data, "prandtl_ishlinskii", u0=500.0).fit["rms_percent"] > 1.0, "the option has the last word"
+
+
+def test_a_bent_output_does_not_hide_where_the_memory_rested() -> None:
+    """A bias inside the range, not at an end of it; the bend alone leaves more than the memory would gain."""
+    rng = np.random.default_rng(int(np.random.default_rng().integers(2**31)))
+    before = 500.0 + rng.choice([-1, 1]) * rng.uniform(100.0, 180.0)
+    plain = record(before)
+    v = (plain.y - plain.y.mean()) / np.ptp(plain.y)
+    data = hy.Dataset(plain.t, plain.u, v + 0.4 * v**2)
+    assert rest(data) == pytest.approx(before, abs=25.0)
+    at_first = hy.fit(data, "actuator", u0=500.0).fit["rms_percent"]
+    assert hy.fit(data, "actuator").fit["rms_percent"] < 0.3 * at_first
+
+
+def test_relays_start_saturated_only_if_the_memory_rested_at_an_end_of_the_range() -> None:
+    data = record(500.0)
+    low, high = data.u.min(), data.u.max()
+    wanted = {low: {"start": "low"}, high: {"start": "high"}, (low + high) / 2: {}}
+    assert {u0: remembered("preisach", u0, data) for u0 in wanted} == wanted
 
 
 def test_a_device_at_rest_stays_at_rest() -> None:

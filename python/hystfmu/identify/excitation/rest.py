@@ -1,8 +1,9 @@
 """Where the memory rested before row 0, as the record shows.
 
-A device that was raised from 0 V to its working point before the first row has plays that lean to one side.  At rest at
-the first input they would stand in the middle, and the model would miss every row until a full swing has wiped them
-out.  Plays from each of a few inputs are fitted in closed form; the record speaks where one of them is clearly better.
+A device that was raised from 0 V, or from a bias, to its working point before the first row has plays that lean to one
+side.  At rest at the first input they would stand in the middle, and the model would miss every row until a full swing
+has wiped them out.  Plays from each of some inputs are fitted in closed form; the record speaks where one of them is
+clearly better.  The fit has a cubic bend behind the plays: what a bent output leaves would hide the gain.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import options
@@ -19,11 +21,13 @@ from hystfmu.model.accuracy import rms
 
 PLAYS, ROWS = 20, 3000  # of the fits that are compared
 CLEARLY = 2.0  # times the error
-LEAST = 0.5  # % of the span: a smaller gain is left alone
+EQUALLY = 1.02
+LEAST = 0.1  # % of the span: a smaller gain is left alone
+STEPS = 8  # of the range of the input, between its ends
 
 
 def rest(data: Dataset) -> float:
-    """Return the input at which the memory rested: the first of the record, 0, or the least or largest of the record.
+    """Return the input at which the memory rested.
 
     Parameters
     ----------
@@ -33,17 +37,32 @@ def rest(data: Dataset) -> float:
     Returns
     -------
     float
-        In the unit of measure of u.
+        In the unit of measure of u.  Of inputs that explain the record equally well the first of the record; else 0;
+        else the least or the largest of the record.
     """
     first = float(data.u[0])
     if len(data.starts) > 1 or data.covariates:
         return first
+    least, at_first = LEAST / 100 * data.span, _error(data, first)
+    if at_first <= least:
+        return first
     u = data.u[data.train]
-    others = [v for v in (0.0, float(u.min()), float(u.max())) if v != first]
-    errors = {v: _error(data, v) for v in (first, *others)}
-    best = min(others, key=errors.__getitem__)
-    gain = errors[first] - errors[best]
-    return best if errors[first] > CLEARLY * errors[best] and gain > LEAST / 100 * data.span else first
+    grid = np.linspace(float(u.min()), float(u.max()), STEPS + 1)
+    likely = [0.0, float(grid[0]), float(grid[-1])]
+    errors = {v: _error(data, v) for v in [*likely, first, *map(float, grid[1:-1])]}
+    near, step = min(errors, key=errors.__getitem__), float(grid[1] - grid[0])
+    # the point itself: where first lies between two of the grid, these are hardly better
+    found = minimize_scalar(
+        lambda v: _error(data, float(v)),
+        bounds=(near - step, near + step),
+        method="bounded",
+        options={"xatol": step / 100},
+    )
+    best = min(float(found.fun), errors[near])
+    if at_first <= CLEARLY * best or at_first - best <= least:
+        return first
+    equal = [v for v in likely if errors[v] <= EQUALLY * best]
+    return equal[0] if equal else float(found.x)
 
 
 def places_memory(key: str) -> bool:
@@ -65,20 +84,25 @@ def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``u0``, or ``start`` = low or high; empty for the first input, the default, and for a kind without such options.
+        ``u0``, or ``start`` = low or high where u0 lies at that end of the range; empty for the first input, the
+        default, and for a kind without such options.
     """
-    first = float(data.u[0])
-    if u0 == first or not places_memory(key):
+    if u0 == float(data.u[0]) or not places_memory(key):
         return {}
     if any(o.name == "u0" for o in options(key)):
         return {"u0": u0}
-    return {"start": "low" if u0 < first else "high"}
+    u = data.u[data.train]
+    return {"start": "low"} if u0 <= u.min() else {"start": "high"} if u0 >= u.max() else {}
 
 
 def _error(data: Dataset, u0: float) -> float:
-    """Return the RMS error of plays that rest at u0 (unit of measure of y)."""
+    """Return the RMS error of plays that rest at u0, with a cubic bend behind them (unit of measure of y)."""
     rows = np.arange(len(data.u))[data.counted]
     rows = rows[:: max(1, len(rows) // ROWS)]
     columns = np.column_stack([data.u, plays(data.u, thresholds(data.u[data.train], PLAYS), u0)])[rows]
-    w, (offset,) = nonnegative(columns, data.y[rows], np.ones((len(rows), 1)))
-    return rms(data.y[rows] - columns @ w - offset)
+    y, one = data.y[rows], np.ones(len(rows))
+    w, _ = nonnegative(columns, y, one[:, None])
+    v = (columns @ w) / data.span  # near enough to the input of the bend for its powers
+    free = np.column_stack([one, v**2, v**3])
+    w, q = nonnegative(columns, y, free)
+    return rms(y - columns @ w - free @ q)
