@@ -134,7 +134,6 @@ ALLOWED: dict[str, dict[str, str]] = {
         **dict.fromkeys(("bouc_wen_oscillator", "duhem_oscillator"), "_PLANTS: stands among the plants"),
         "adaptive_inverse": "_LEARNS: an inverse without other realisations",
         "transfer_function": "_LACKS: the class is continuous",
-        "implicit_inverse": "_LACKS: the model is a package of functions",
         "reference": "has_shapes(): a class for each shape",
     },
     "modelica/static_form.py": dict.fromkeys(
@@ -156,9 +155,6 @@ ALLOWED: dict[str, dict[str, str]] = {
         STATIC,
     ),
     "scenario/loop/plant.py": {
-        "creep": "dynamics(): creep that an inverse undoes",
-        "creep_inverse": "an inverse that undoes creep",
-        "implicit_inverse": "the same, together with the creep within it",
         "delay": "plant_side(): its steps count",
         "quantiser": "without_levels(): a gain for signals of many levels",
         "scaling": "a gain in the place of levels, of dynamics, of nothing",

@@ -32,7 +32,6 @@ SHAPES = {
 # what a class has not of its block
 _LACKS = {
     "transfer_function": {"hold"},  # continuous: its input is not sampled
-    "implicit_inverse": {"h"},  # its model is a package of functions, and hangs on no port
 }
 
 
@@ -100,4 +99,5 @@ def lacks(block: BlockType, class_name: str) -> frozenset[str]:
     if has_shapes(block):
         own = next(rows for shape, rows in SHAPES.items() if camel(shape) == class_name)
         return frozenset({"shape", *set.union(*SHAPES.values())} - own)
-    return frozenset(_LACKS.get(block.name, ()))
+    # the model of an output found by trial is a package of functions, and hangs on no port
+    return frozenset({*_LACKS.get(block.name, ()), *((block.tried,) if block.tried else ())})

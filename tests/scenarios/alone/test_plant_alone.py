@@ -95,6 +95,33 @@ def test_dynamics_have_the_static_gain_one(write: Any) -> None:
     assert dynamics(only, flat, ())[3].item() == 1.0
 
 
+@pytest.mark.parametrize(("within", "poles"), [(True, []), (False, [-1 / 0.3])])
+def test_only_creep_in_the_ring_of_trials_is_undone(write: Any, within: bool, poles: list[float]) -> None:
+    """A creep in the same unit that shapes the wanted output takes none from the plant."""
+    creep = {"w0": 1.0, "w": 0.2, "T": 0.3, "start": "steady"}
+    inverse = {
+        "graph": {
+            "blocks": [
+                {"name": "lags", "type": "creep", "values": creep | {"w0": 0.0}},
+                {"name": "root", "type": "implicit_inverse", "values": {"lo": -9.0, "hi": 9.0}},
+                {"name": "all", "type": "sum", "dims": {"n": 2}},
+            ],
+            "wires": [
+                ["all.y", "root.h"] if within else ["all.y", "root.y"],
+                ["lags.y", "all.u[2]"],
+                *([["root.u", "lags.u"], ["root.u", "all.u[1]"]] if within else [["root.u", "root.h"]]),
+            ],
+            "inputs": [{"name": "u", "to": ["root.y"] if within else ["lags.u", "all.u[1]"]}],
+            "outputs": [{"name": "y", "source": "root.u"}],
+        }
+    }
+    wires = {"inverse.u": "law.u", "lag.u": "inverse.y"}
+    units = {"inverse": inverse, "lag": {"block": "creep", "values": creep} | FINE}
+    s = system(write, "lag reference law inverse", units, wires, 4)
+    found = plant_side(s, 0, [2, 3])
+    assert np.linalg.eigvals(dynamics(s, found, [3])[0]) == pytest.approx(poles)
+
+
 def test_slopes_are_those_of_the_play(write: Any) -> None:
     """w0 in the dead band and w0 + w beyond it; the static gain of the lag is 2."""
     s = system(write, "play lag reference law", CHAIN, WIRES, 4)

@@ -1,6 +1,6 @@
 """The plant of a loop: units at its rate in series, their linear dynamics, and the slopes over the inverse before them.
 
-The slopes stand for everything with memory.  Creep that the inverse undoes counts to it, other creep to the dynamics.
+The slopes stand for everything with memory.  Dynamics that the inverse undoes, such as creep, count to it.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from hystfmu.base.errors import InputError
+from hystfmu.core.library import block_types
 from hystfmu.design.delays import StateSpace
 from hystfmu.design.linear import linearise
 from hystfmu.design.sector import CONTINUOUS, slopes_along, static_gain
@@ -21,7 +22,6 @@ from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.system import Link, Part, System
 
 MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the slope stands for
-CREEP, WITHOUT_CREEP, IMPLICIT = "creep", "creep_inverse", "implicit_inverse"
 DELAY, LEVELS = "delay", "quantiser"
 
 
@@ -113,7 +113,7 @@ def dynamics(system: System, side: PlantSide, between: Collection[int]) -> State
     InputError
         They are not in series.
     """
-    undone = _undoes_creep(system, between)
+    undone = _undone(system, between)
     chain = [n for link in side.links for n in _on_the_way(system, link, side, undone)]
     gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([static_gain(n) for n in chain]))})
     nodes = [gain, *(Node(f"part{i}", n.type, n.dims, n.values) for i, n in enumerate(chain))]
@@ -135,16 +135,26 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
         v = Native(system, [column]).run()[column][:: system.case.ripple]
     except Stopped as e:
         raise InputError(f"{system.case.title}: The case must run to its end to have a sector of slopes. {e}") from None
-    undone = _undoes_creep(system, between)
+    undone = _undone(system, between)
     inverses = [_driven(system.parts[k], 0, 0) for k in between]
     driven = [_driven(system.parts[n.to], n.input, _output(system, n, side)) for n in side.links]
     return slopes_along(v, *inverses, *(_at_rest(g, undone) for g in driven), h=system.case.step)
 
 
-def _undoes_creep(system: System, between: Collection[int]) -> bool:
-    """Whether an inverse before the plant has its creep: as a block of its own, or within the root of each step."""
-    types = [{n.type for n in system.parts[k].own.nodes} for k in between]
-    return any(WITHOUT_CREEP in t or {IMPLICIT, CREEP} <= t for t in types)
+def _undone(system: System, between: Collection[int]) -> set[str]:
+    """Return the types of the dynamics that inverses before the plant undo.
+
+    A block inverts them, or they lie in the ring of a block whose output is found by trial.
+    """
+    found: set[str] = set()
+    for k in between:
+        graph = system.parts[k].own
+        edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
+        found |= {n.block.inverts for n in graph.nodes if n.block.inverts}
+        for tried in (n.name for n in graph.nodes if n.block.trial):
+            ring = _reached(edges, {tried}) & _reached([(b, a) for a, b in edges], {tried})
+            found |= {n.type for n in graph.nodes if n.name in ring}
+    return {t for t in found if block_types()[t].rate == CONTINUOUS}
 
 
 def _output(system: System, link: Link, side: PlantSide) -> int:
@@ -157,10 +167,10 @@ def _output(system: System, link: Link, side: PlantSide) -> int:
     return after - unit.first
 
 
-def _on_the_way(system: System, link: Link, side: PlantSide, undone: bool) -> list[Node]:
+def _on_the_way(system: System, link: Link, side: PlantSide, undone: Collection[str]) -> list[Node]:
     """Return the dynamics of a unit between its driven input and the output that goes on, which must be in series.
 
-    Creep that the inverse undoes does not count.
+    Those that the inverse undoes do not count.
     """
     graph = _driven(system.parts[link.to], link.input, _output(system, link, side))
     ends = {end.partition(".")[0] for end in graph.inputs[0].to}
@@ -168,7 +178,7 @@ def _on_the_way(system: System, link: Link, side: PlantSide, undone: bool) -> li
     after = _reached(edges, ends)
     before = _reached([(b, a) for a, b in edges], {graph.outputs[0].source.partition(".")[0]})
     found = [n for n in graph.nodes if n.block.rate == CONTINUOUS and n.name in after & before]
-    found = [n for n in found if not (undone and n.type == CREEP)]
+    found = [n for n in found if n.type not in undone]
     end = graph.outputs[0].source.partition(".")[0]
     if any(end in _reached([e for e in edges if n.name not in e], ends - {n.name}) for n in found):
         raise InputError(f"{system.case.title}: The dynamics of the plant must be in series. Got some in parallel.")
@@ -182,12 +192,12 @@ def _reached(edges: Sequence[tuple[str, str]], first: set[str]) -> set[str]:
     return found
 
 
-def _at_rest(graph: Graph, undone: bool) -> Graph:
-    """Replace dynamics by their static gains, but not creep that the inverse undoes; leave out delays and levels."""
+def _at_rest(graph: Graph, undone: Collection[str]) -> Graph:
+    """Replace dynamics by their static gains, but not those that the inverse undoes; leave out delays and levels."""
     for n in graph.nodes:
         if n.type in (DELAY, LEVELS):
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}))
-        elif n.block.rate == CONTINUOUS and not (undone and n.type == CREEP):
+        elif n.block.rate == CONTINUOUS and n.type not in undone:
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": static_gain(n)}))
     return graph
 
