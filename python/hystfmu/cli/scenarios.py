@@ -35,7 +35,8 @@ def margins(
 
     The loop of each case is opened at the input of its plant and linearised: controllers, observers and delays by their
     exact tangent, the plant by its dynamics, hysteresis and inverse by the sector of slopes along the path of the case.
-    Margins hold for slope 1; stability is checked over the sector with 0, 1/2, 1 and 2 further steps of delay.
+    Margins hold for slope 1, or without an inverse for the largest slope of a plant that never has slope 1. Stability
+    is checked over the sector with 0, 1/2, 1 and 2 further steps of delay.
     Exits with 1 if a limit in [margins] of a scenario is broken.
 
     \b

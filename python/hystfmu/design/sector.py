@@ -67,11 +67,25 @@ def without_dynamics(graph: Graph) -> Graph:
     """Replace the linear dynamics of a graph by their static gains."""
     for n in graph.nodes:
         if n.block.rate == CONTINUOUS:
-            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": static_gain(n)}))
+            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain_of(n)}))
     return graph
 
 
+def gain_of(node: Node) -> float:
+    """Return the gain that stands for a linear block: the static one, or 1 where that is 0 or infinite.
+
+    An integrator and a block that holds no output have none; their gain stays with the dynamics.
+    """
+    gain = static_gain(node)
+    return gain if np.isfinite(gain) and gain != 0 else 1.0
+
+
 def static_gain(node: Node) -> float:
-    """Return the gain of a linear block at rest, D - C A^-1 B."""
+    """Return the gain of a linear block at rest, D - C A^-1 B; infinite for an integrator."""
     A, B, C, D = linearise(Graph.single(node))
-    return float((D - C @ np.linalg.solve(A, B))[0, 0]) if len(A) else float(D[0, 0])
+    if not len(A):
+        return float(D[0, 0])
+    try:
+        return float((D - C @ np.linalg.solve(A, B))[0, 0])
+    except np.linalg.LinAlgError:
+        return np.inf

@@ -18,9 +18,9 @@ def loop_figures(system: System) -> LoopFigures | None:
     """Return the figures of the loop of a case, opened at the input of its plant; None if it has no margins."""
     try:
         opened = open_loop(system, (1.0, 1.0))
+        return _figures(_Loop(opened.key, opened))
     except InputError:
         return None
-    return _figures(_Loop(opened.key, opened))
 
 
 @dataclass(frozen=True)

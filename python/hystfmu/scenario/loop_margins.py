@@ -25,7 +25,15 @@ from hystfmu.design.period_memory import PeriodMemory, cut_memories
 from hystfmu.design.sampled import sampled, trimmed
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.loop.held import held
-from hystfmu.scenario.loop.plant import PlantSide, as_gain, dynamics, has_memory, plant_side, slopes_of, without_levels
+from hystfmu.scenario.loop.plant import (
+    PlantSide,
+    as_gain,
+    dynamics,
+    has_memory,
+    plant_side,
+    slopes_of,
+    without_levels,
+)
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.fused import fuse
 from hystfmu.scenario.system.system import Link, System
@@ -65,6 +73,8 @@ class OpenedLoop:
         Controller that is broken at this signal, behind and before which are its second input and output.
     falling : bool
         The loop has a gain that falls with the amplitude; the margins hold at the largest one.
+    inverted : bool
+        An inverse stands in the loop.
     """
 
     system: System
@@ -78,13 +88,30 @@ class OpenedLoop:
     at: str = ""
     broken: StateSpace | None = None
     falling: bool = False
+    inverted: bool = True
+
+    @functools.cached_property
+    def nominal(self) -> float:
+        """Slope for which margins hold: 1, unless no inverse stands in the loop and the plant never has that slope.
+
+        The gain of such a plant, say in um/V, is that of the loop: margins hold for its largest slope then.
+
+        Raises
+        ------
+        InputError
+            The case stops.
+        """
+        if self.inverted:
+            return 1.0
+        low, high = slopes_of(self.system, self.side, ())
+        return 1.0 if low <= 1 <= high else max(low, high, key=abs)
 
     @property
     def key(self) -> tuple[object, ...]:
         """What the margins follow from: equal loops have equal keys."""
         matrices = tuple((m.shape, m.tobytes()) for m in (*self.controller, *self.plant))
         laws = tuple((m.n, m.q.tobytes(), m.l.tobytes(), m.lifted) for m in self.memories)
-        return self.h, self.hysteresis, self.side.delay, self.at, matrices, laws
+        return self.h, self.hysteresis, f"{self.nominal:.3g}", self.side.delay, self.at, matrices, laws
 
     def open_loop(self, slope: float, delay: float) -> Any:
         """Return L(z) at the input of the plant as a state space of python-control.
@@ -105,8 +132,9 @@ class OpenedLoop:
         """Return G(z) for a delay in steps beyond that of the case."""
         return held(self.plant, self.h, self.side.delay + delay)
 
-    def margins(self, slope: float = 1.0, delay: float = 0.0) -> Margins:
-        """Return the margins for one slope and a delay in steps beyond those of the case."""
+    def margins(self, slope: float | None = None, delay: float = 0.0) -> Margins:
+        """Return the margins for one slope, by default `nominal`, and a delay in steps beyond those of the case."""
+        slope = self.nominal if slope is None else slope
         late = self.held(delay)
 
         def L(angles: Array) -> Complex:
@@ -173,8 +201,9 @@ class OpenedLoop:
         # 1 - z^-n factor is regular outside the unit circle: it winds around 0 as often as it has zeros there
         return _turns(1 - np.exp(-1j * self._period * self._angles) * factor) == 0
 
-    def learning(self, slope: float = 1.0, delay: float = 0.0) -> float:
+    def learning(self, slope: float | None = None, delay: float = 0.0) -> float:
         """Return the largest modulus of Q - L T, by which corrections of a memory shrink in a period; NaN without."""
+        slope = self.nominal if slope is None else slope
         return float(np.abs(self._factor(slope, delay)).max()) if self.memories else np.nan
 
     def _factor(self, slope: float, delay: float) -> Complex:
@@ -206,8 +235,9 @@ class OpenedLoop:
             found = delay
         return float(found)
 
-    def noise_gain(self, slope: float = 1.0, delay: float = 0.0) -> float:
+    def noise_gain(self, slope: float | None = None, delay: float = 0.0) -> float:
         """Return the RMS of the command that white noise of RMS 1 at the sensor makes; infinite if unstable."""
+        slope = self.nominal if slope is None else slope
         if not self.stable(slope, delay):
             return np.inf
         if self.memories:
@@ -301,6 +331,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
         at,
         broken,
         any(n.type in FALLING for n in controller.nodes),
+        bool(between),
     )
 
 

@@ -51,11 +51,12 @@ class LoopRow:
     slopes : (float, float)
         Sector of local slopes of plant over inverse along the paths of these cases.
     margins : dict
-        ``stable``, and for slope 1 without further delay: ``Ms_db`` (``Ms_worst_db`` is the largest of the sector),
-        ``gain_db``, ``phase_deg``, ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white
-        noise of RMS 1 at the sensor), ``learning`` (factor from period to period of a memory); with one step of delay:
-        ``Ms_1_db``, and at the largest slope ``Ms_1_largest_db``; ``stable_to_steps``, the largest delay up to which
-        the whole sector is stable; ``simulated_delay_steps``, only where the gain depends on the amplitude, at most 4.
+        ``stable``, and for the nominal slope of the loop without further delay: ``Ms_db`` (``Ms_worst_db`` is the
+        largest of the sector), ``gain_db``, ``phase_deg``, ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of
+        the command for white noise of RMS 1 at the sensor), ``learning`` (factor from period to period of a memory);
+        with one step of delay: ``Ms_1_db``, and at the largest slope ``Ms_1_largest_db``; ``stable_to_steps``, the
+        largest delay up to which the whole sector is stable; ``simulated_delay_steps``, only where the gain depends on
+        the amplitude, at most 4.
         What a loop does not have is None.
     at_delay : tuple of dict
         The first figures for each of `DELAYS`, ``further_steps``, with ``sector_stable``.
@@ -238,7 +239,7 @@ def _row(group: Sequence[OpenedLoop], delays: bool) -> LoopRow:
 
 
 def _at(loop: OpenedLoop, delay: float) -> dict[str, Any]:
-    """Return the figures for slope 1 and a delay."""
+    """Return the figures for the nominal slope and a delay."""
     now = loop.margins(delay=delay)
     found: dict[str, Any] = {"stable": now.stable}
     for key in ("Ms_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz"):

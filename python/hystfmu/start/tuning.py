@@ -19,7 +19,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.design.delays import StateSpace
 from hystfmu.design.frequency import grid, on_grid
 from hystfmu.design.linear import linearise
-from hystfmu.design.sector import static_gain
+from hystfmu.design.sector import gain_of
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.loop.held import held
 
@@ -103,7 +103,7 @@ def _stable(G: StateSpace, slope: float, Kp: float, ki: float) -> bool:
 
 def in_series(nodes: Sequence[Node]) -> StateSpace:
     """Return transfer functions in series as a state space with static gain 1."""
-    gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([static_gain(n) for n in nodes]))})
+    gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([gain_of(n) for n in nodes]))})
     chain = [gain, *(Node(f"part{i}", n.type, n.dims, n.values) for i, n in enumerate(nodes))]
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
     return linearise(Graph(chain, wires, [Input("u", ("gain.u",))], [Output("y", f"{chain[-1].name}.y")]))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from hystfmu.base.errors import InputError
 from hystfmu.scenario import build
 from hystfmu.scenario.loop_margins import SLOPES, OpenedLoop, open_loop
 from hystfmu.scenario.system.case import split_end
@@ -44,8 +46,10 @@ class LoopLimits:
         """
         spec = self._spec
         nominal = self._opened(spec.case, settings)
-        peak = nominal.margins(1.0, spec.delay)
-        found = {"Ms_db": peak.Ms_db - spec.Ms_db if peak.stable else math.inf}
+        found = {"Ms_db": math.inf}
+        with suppress(InputError):  # without an inverse the case runs to have slopes, which one that diverges has not
+            peak = nominal.margins(delay=spec.delay)
+            found = {"Ms_db": peak.Ms_db - spec.Ms_db if peak.stable else math.inf}
         corners = [self._opened(name, settings) for name in spec.corners]
         lo, hi = spec.slopes
         slopes = np.linspace(lo, hi, SLOPES)
@@ -69,7 +73,7 @@ def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float
     Returns
     -------
     dict
-        ``Ms_db``: peak of the sensitivity for slope 1 of plant over inverse (dB), infinite if unstable; ``radius``:
+        ``Ms_db``: peak of the sensitivity for the nominal slope (dB), infinite if unstable; ``radius``:
         largest modulus of a pole for the slopes along the path of the case.
 
     Raises
@@ -81,7 +85,7 @@ def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float
     whole = {k: v - fine[k] if k in fine else v for k, v in settings.items()}
     opened = open_loop(build(replace(system.case, overrides={**system.case.overrides, **whole})))
     delay = sum(fine.values())
-    found = opened.margins(1.0, delay)
+    found = opened.margins(delay=delay)
     slopes = np.linspace(*opened.slopes, SLOPES)
     radius = max(opened.radius(float(s), delay) for s in slopes)
     return {"Ms_db": found.Ms_db if found.stable else math.inf, "radius": radius}

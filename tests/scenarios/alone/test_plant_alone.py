@@ -210,6 +210,44 @@ def test_a_delay_runs_behind_the_unit_that_it_reads(write: Any) -> None:
     ]  # fmt: skip
 
 
+def peak_db(L: Any) -> float:
+    return float(-20 * np.log10(np.abs(1 + L).min()))
+
+
+def test_without_an_inverse_the_gain_of_the_plant_counts(write: Any) -> None:
+    """P law around c times a lag, say in um/V: the loop has its gain Kp c, not Kp; a straight play has one slope."""
+    Kp, c = np.exp(np.random.default_rng().uniform(0.1, 3, 2) * np.random.default_rng().choice([-1, 1], 2))
+    law = LAW | {"values": {"Kp": Kp / c, "Ki": 0.0}}
+    play = PLAY | FINE | {"values": {"w0": c / 2, "r": [0.1], "w": [0.0]}}
+    s = system(write, "play lag reference law", {"law": law, "lag": LAG | FINE, "play": play}, WIRES, 4)
+    p, z = np.exp(-0.01 * 1.5 / 0.02), np.exp(1j * np.linspace(1e-4, np.pi, 20000))
+    pole = p - Kp * (1 - p)
+    found = loop_figures.loop_figures(s)
+    assert found is not None
+    assert found.stable == (abs(pole) < 1)
+    if found.stable:
+        assert found.Ms_db == pytest.approx(peak_db(Kp * (1 - p) / (z - p)), abs=0.01)
+        assert open_loop(s).margins().Ms_db == pytest.approx(found.Ms_db, abs=1e-9)
+
+
+def test_an_integrating_plant_has_margins(write: Any) -> None:
+    """P law around k / s behind its own plays: L = Kp k h / (z - 1)."""
+    Kp, k = np.random.default_rng().uniform(0.2, 1.2), 37.0
+    law = LAW | {"values": {"Kp": Kp, "Ki": 0.0}}
+    values = {"w0": 0.5, "r": [0.1], "w": [0.4]}
+    play = {"block": "prandtl_ishlinskii", "dims": {"n": 1}, "values": values}
+    inverse = {"block": "prandtl_ishlinskii_inverse", "dims": {"n": 1}, "values": values}
+    integrator = {"block": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": {"b": [k], "a": [1.0, 0.0]}}
+    units = {"law": law, "play": play | FINE, "lag": integrator | FINE, "inverse": inverse}
+    wires = {"inverse.y": "law.u", "play.u": "inverse.u", "lag.u": "play.y"}
+    s = system(write, "play lag reference law inverse", units, wires, 4)
+    z = np.exp(1j * np.linspace(1e-4, np.pi, 20000))
+    found = loop_figures.loop_figures(s)
+    assert found is not None
+    assert found.Ms_db == pytest.approx(peak_db(Kp * k * 0.01 / (z - 1)), abs=0.01)
+    assert open_loop(s).slopes == pytest.approx((1.0, 1.0), abs=1e-9)
+
+
 # ---- in rows -------------------------------------------------------------------------------------------------------
 def test_a_loop_in_rows(write: Any) -> None:
     late = {"late": {"block": "delay", "dims": {"n": 6}} | FINE}

@@ -15,7 +15,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.library import block_types
 from hystfmu.design.delays import StateSpace
 from hystfmu.design.linear import linearise
-from hystfmu.design.sector import CONTINUOUS, slopes_along, static_gain
+from hystfmu.design.sector import CONTINUOUS, gain_of, slopes_along
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Stopped
@@ -106,7 +106,7 @@ def without_levels(graph: Graph) -> Graph:
 
 
 def dynamics(system: System, side: PlantSide, between: Collection[int]) -> StateSpace:
-    """Return the linear dynamics of the plant side, with static gain 1; without any, a gain of 1.
+    """Return the linear dynamics of the plant side, with static gain 1 if they have one; without any, a gain of 1.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def dynamics(system: System, side: PlantSide, between: Collection[int]) -> State
     """
     undone = _undone(system, between)
     chain = [n for link in side.links for n in _on_the_way(system, link, side, undone)]
-    gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([static_gain(n) for n in chain]))})
+    gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([gain_of(n) for n in chain]))})
     nodes = [gain, *(Node(f"part{i}", n.type, n.dims, n.values) for i, n in enumerate(chain))]
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
     return linearise(Graph(nodes, wires, [Input("u", ("gain.u",))], [Output("y", f"{nodes[-1].name}.y")]))
@@ -198,7 +198,7 @@ def _at_rest(graph: Graph, undone: Collection[str]) -> Graph:
         if n.type in (DELAY, LEVELS):
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}))
         elif n.block.rate == CONTINUOUS and n.type not in undone:
-            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": static_gain(n)}))
+            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain_of(n)}))
     return graph
 
 

@@ -15,7 +15,7 @@ MOST_SAID = 3  # metrics in the repr
 
 @dataclass(frozen=True)
 class LoopFigures:
-    """Margins of the linearised loop of a case, for slope 1 of plant over inverse; None if it is unstable.
+    """Margins of the linearised loop of a case, for its nominal slope; None if it is unstable.
 
     Attributes
     ----------
