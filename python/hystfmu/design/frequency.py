@@ -19,6 +19,8 @@ POINTS = 4000  # frequencies, four decades below half the sampling frequency
 PER_LINE = 40  # points for each multiple of the frequency of a period memory
 HALVINGS = 36  # of a bracket of the grid: to rounding, or close to it
 KEPT = 64  # responses
+NARROW = 8  # spacings of the grid: half-width of a resonance below which it gets points of its own
+BESIDE = np.sinh(np.linspace(-np.arcsinh(30.0), np.arcsinh(30.0), 61))  # half-widths beside a resonance
 
 
 @functools.lru_cache(maxsize=8)
@@ -29,6 +31,19 @@ def grid(period: int = 0) -> Array:
         angles = np.union1d(angles, np.linspace(0, np.pi, period * PER_LINE // 2 + 1)[1:])
     angles.setflags(write=False)
     return angles
+
+
+def beside(poles: Complex, angles: Array) -> Array:
+    """Return angles around the resonances of these poles that a grid resolves too coarsely, shape (k,).
+
+    Trap: two crossings of abs(L) = 1 on both sides of a lightly damped mode lie between two points of the grid, and the
+    margins at them are lost.
+    """
+    at, width = np.abs(np.angle(poles)), np.abs(1 - np.abs(poles))
+    spacing = np.maximum(at, angles[0]) * (angles[1] / angles[0] - 1)
+    narrow = width < NARROW * spacing
+    found = (at[narrow, None] + width[narrow, None] * BESIDE).ravel()
+    return np.asarray(np.unique(found[(found > 0) & (found <= np.pi)]))
 
 
 def response_of(system: StateSpace, z: Complex) -> Complex:

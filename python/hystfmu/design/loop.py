@@ -14,7 +14,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.design.frequency import Complex, grid, least, response_of, roots
+from hystfmu.design.frequency import Complex, beside, grid, least, response_of, roots
 from hystfmu.design.linear import python_control, to_control
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
@@ -111,7 +111,7 @@ def margins(L: Any) -> Margins:
     Margins
     """
     poles = python_control().feedback(L, 1).poles()
-    angles = grid()
+    angles = np.union1d(grid(), beside(np.append(poles, L.poles()), grid()))
     stable = bool((np.abs(poles) < 1).all())
     return margins_of(
         lambda a: response(L, np.exp(1j * a)), angles, response(L, np.exp(1j * angles)), float(L.dt), stable

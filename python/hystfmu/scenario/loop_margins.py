@@ -9,7 +9,7 @@ exact for the held command, with any delay, also a fraction of a step.  A memory
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.design.delays import StateSpace
-from hystfmu.design.frequency import Complex, grid, on_grid, response_of
+from hystfmu.design.frequency import Complex, beside, grid, least, on_grid, response_of
 from hystfmu.design.linear import python_control
 from hystfmu.design.loop import Margins, margins_of
 from hystfmu.design.period_memory import PeriodMemory, cut_memories
@@ -135,6 +135,10 @@ class OpenedLoop:
     def margins(self, slope: float | None = None, delay: float = 0.0) -> Margins:
         """Return the margins for one slope, by default `nominal`, and a delay in steps beyond those of the case."""
         slope = self.nominal if slope is None else slope
+        return margins_of(*self._resolved(slope, delay), self.h, self.stable(slope, delay))
+
+    def _resolved(self, slope: float, delay: float) -> tuple[Callable[[Array], Complex], Array, Complex]:
+        """Return L as a function of angles, the grid with angles around each narrow resonance, and L there."""
         late = self.held(delay)
 
         def L(angles: Array) -> Complex:
@@ -142,7 +146,23 @@ class OpenedLoop:
             K, G = response_of(self.broken or self.controller, z), response_of(late, z)[:, 0, 0]
             return self._broken(K, slope * G, angles)
 
-        return margins_of(L, self._angles, self.response(slope, delay), self.h, self.stable(slope, delay))
+        angles, values = self._angles, self.response(slope, delay)
+        more = np.setdiff1d(beside(self._poles(slope, delay), self._angles), angles)
+        if not len(more):
+            return L, angles, values
+        at = np.searchsorted(angles, more)
+        return L, np.insert(angles, at, more), np.insert(values, at, L(more))
+
+    def _poles(self, slope: float, delay: float) -> Complex:
+        """Return the poles of the open and of the closed loop, without memories."""
+        closed = self._closed_from_plant(slope, delay)
+        systems = [(self.broken or self.controller)[0], self.held(delay)[0], closed]
+        return np.concatenate([np.linalg.eigvals(A) for A in systems])
+
+    def _closed_from_plant(self, slope: float, delay: float) -> Array:
+        A, B, C, D = self._from_plant()
+        F, G, H, _ = self.held(delay)
+        return np.block([[A, B @ H], [slope * G @ C, F + slope * G @ D @ H]])
 
     def response(self, slope: float = 1.0, delay: float = 0.0) -> Complex:
         """Return L on the grid of `angles`, shape (m,)."""
@@ -180,10 +200,7 @@ class OpenedLoop:
 
         With a memory of n steps the bound factor^(1/n) stands for the poles that it adds.
         """
-        A, B, C, D = self._from_plant()
-        F, G, H, _ = self.held(delay)
-        closed = np.block([[A, B @ H], [slope * G @ C, F + slope * G @ D @ H]])
-        largest = float(np.abs(np.linalg.eigvals(closed)).max())
+        largest = float(np.abs(np.linalg.eigvals(self._closed_from_plant(slope, delay))).max())
         if not self.memories or largest >= 1:
             return largest
         return max(largest, float(self.learning(slope, delay) ** (1 / self._period)))
@@ -215,12 +232,11 @@ class OpenedLoop:
         """Return the largest peak of the sensitivity over the sector of slopes (dB); infinite if one is unstable."""
         if not self.stable_at(delay):
             return np.inf
-        L = self.response(1.0, delay) if self.broken is None else None
-        nearest = [
-            np.abs(1 + (self.response(float(slope), delay) if L is None else slope * L)).min()
-            for slope in np.linspace(*self.slopes, SLOPES)
-        ]
-        return float(-20 * np.log10(min(nearest)))
+        return max(self._peak_db(float(slope), delay) for slope in np.linspace(*self.slopes, SLOPES))
+
+    def _peak_db(self, slope: float, delay: float) -> float:
+        L, angles, values = self._resolved(slope, delay)
+        return float(-20 * np.log10(least(lambda a: np.abs(1 + L(a)), angles, np.abs(1 + values))))
 
     def stable_at(self, delay: float) -> bool:
         """Whether every slope of the sector is stable."""
@@ -244,9 +260,9 @@ class OpenedLoop:
             K = self._closed(self._angles, on_grid(self.controller, self._period))[:, 0, 0]
             power = np.abs(K / (1 - slope * K * self._late(delay))) ** 2
             return float(np.sqrt(np.trapezoid(power, self._angles) / np.pi))
-        A, B, C, D = self._from_plant()
-        F, G, H, _ = self.held(delay)
-        M = np.block([[A, B @ H], [slope * G @ C, F + slope * G @ D @ H]])
+        _, B, C, D = self._from_plant()
+        _, G, H, _ = self.held(delay)
+        M = self._closed_from_plant(slope, delay)
         N, out = np.vstack([B, slope * G @ D]), np.hstack([C, D @ H])
         return float(np.sqrt((out @ _covariance(M, N) @ out.T + D @ D.T)[0, 0]))
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.design.delays import StateSpace
-from hystfmu.design.frequency import grid, on_grid
+from hystfmu.design.frequency import beside, grid, response_of
 from hystfmu.design.linear import linearise
 from hystfmu.design.sector import gain_of
 from hystfmu.graph import Graph, Input, Node, Output
@@ -67,9 +67,10 @@ def tune(dynamics: Sequence[Sequence[Node]], h: float, delay: float) -> Gains:
         No integral gain is stable at all corners.
     """
     plants = [in_series(nodes) for nodes in dynamics]
-    nominal = on_grid(held(plants[0], h, delay))[:, 0, 0]
+    behind = held(plants[0], h, delay)
+    z = np.exp(1j * np.union1d(grid(), beside(np.linalg.eigvals(behind[0].astype(complex)), grid())))
+    nominal = response_of(behind, z)[:, 0, 0]
     late = [held(p, h, delay + more) for p in plants for more in LATE]
-    z = np.exp(1j * grid())
     best: tuple[float, float] | None = None
 
     def allowed(Kp: float, ki: float) -> bool:

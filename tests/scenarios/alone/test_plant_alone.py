@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from engines import ready
+from scipy.signal import cont2discrete
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import loop_figures
@@ -246,6 +247,38 @@ def test_an_integrating_plant_has_margins(write: Any) -> None:
     assert found is not None
     assert found.Ms_db == pytest.approx(peak_db(Kp * k * 0.01 / (z - 1)), abs=0.01)
     assert open_loop(s).slopes == pytest.approx((1.0, 1.0), abs=1e-9)
+
+
+def test_a_mode_between_two_frequencies_of_the_grid_limits_the_delay(write: Any) -> None:
+    """I law around a mode of damping 1e-5 to 1e-4: its peak of 1.5 crosses 1 within 1e-4 of its frequency."""
+    rng = np.random.default_rng()
+    zeta, w, h = 10 ** rng.uniform(-5, -4), rng.uniform(60, 120), 0.01
+    a = [w**-2, 2 * zeta / w, 1.0]
+    matrices = [[0, 1], [-(w**2), -2 * zeta * w]], [[0], [w**2]], [[1, 0]], [[0]]
+    A, B, C, _, _ = cont2discrete([np.array(m, float) for m in matrices], h)
+    near = w * h + zeta * w * h * np.linspace(-40, 40, 40001)
+    z = np.exp(1j * np.append(np.geomspace(1e-4, 3, 4001), near))
+    p, q = np.linalg.eig(A)
+    G = ((C @ q)[0] * np.linalg.solve(q, B)[:, 0] / (z[:, None] - p)).sum(1)
+    rest = 1 / (z - 1)
+    ki = 1.5 / np.abs(G * rest).max()
+    for n in range(1, 9):  # a delay with which the mode is stable, though its gain is above 1
+        L = ki * G * rest * z ** (1 - n)
+        on = np.flatnonzero((np.abs(L[4001:-1]) > 1) != (np.abs(L[4002:]) > 1)) + 4001
+        margin = (np.mod(np.angle(L[on]) + np.pi, 2 * np.pi) / np.angle(z[on])).min()
+        law = LAW | {"values": {"Kp": 0.0, "Ki": float(ki / h)}}
+        mode = {"block": "transfer_function", "dims": {"na": 2, "nb": 0}, "values": {"b": [1.0], "a": a}}
+        late = {"late": {"block": "delay", "dims": {"n": n}}}
+        units = {"law": law, "lag": mode | FINE, "play": PLAY | FINE | {"values": {"w0": 1.0, "w": [0.0]}}}
+        wires = {"late.u": "law.u", "play.u": "late.y", "lag.u": "play.y"}
+        s = system(write, "play lag reference law late", units | late, wires, 4)
+        found = open_loop(s, (1.0, 1.0)).margins(1.0)
+        assert len(on) == 2
+        if found.stable:
+            assert found.delay_steps == pytest.approx(margin, abs=0.02)
+            break
+    else:
+        raise AssertionError("one of these delays is a stable one")
 
 
 # ---- in rows -------------------------------------------------------------------------------------------------------
