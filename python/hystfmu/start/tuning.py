@@ -9,6 +9,7 @@ peak of the sensitivity rejects disturbances best.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -26,7 +27,7 @@ from hystfmu.scenario.loop.held import held
 MS_DB = 6.0  # largest peak of the sensitivity of the nominal loop
 SLOPES = (0.68, 1.64)  # of plant over inverse: gain 20 % off and thresholds 10 %
 RESERVE = 1.1  # of the largest slope: not the border of stability itself
-LATE = (0.0, 0.5, 1.0)  # steps beyond the delay that the design knows of
+LATE = (0.0, 0.25, 0.5, 0.75, 1.0)  # steps beyond the delay that the design knows of; a mode may lie between halves
 PROPORTIONAL = np.linspace(0.0, 1.2, 25)
 HALVINGS = 24
 LEAST, MOST = 1e-5, 2.0  # integral gain a step
@@ -90,9 +91,16 @@ def tune(dynamics: Sequence[Sequence[Node]], h: float, delay: float) -> Gains:
         best = float(Kp), float(low)
     if best is None:
         raise InputError("An integral gain must be stable at all corners. Got none: the dynamics differ too much.")
-    Kp, ki = (float(f"{v:.3g}") for v in best)
-    K = Kp + ki * z / (z - 1)
-    return Gains(Kp, float(f"{ki / h:.4g}"), float(-20 * np.log10(np.abs(1 + K * nominal).min())))
+    Kp, Ki = float(f"{best[0]:.3g}"), _rounded_down(best[1] / h)
+    K = Kp + Ki * h * z / (z - 1)
+    return Gains(Kp, Ki, float(-20 * np.log10(np.abs(1 + K * nominal).min())))
+
+
+def _rounded_down(x: float) -> float:
+    """Return a positive number with three digits that is not larger: what the search allowed allows no more."""
+    below = float(f"{x:.3g}")
+    unit = 10.0 ** (math.floor(math.log10(x)) - 2)
+    return below if below <= x else float(f"{below - unit:.3g}")
 
 
 def _stable(G: StateSpace, slope: float, Kp: float, ki: float) -> bool:
