@@ -317,6 +317,12 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     around = [k for k in within if k not in side.units]
     if any(system.parts[k].period != system.case.ripple for k in around):
         raise InputError(f"{where}: The controllers must have one rate to have margins. Got several.")
+    for name in (system.parts[k].name for k in side.units if system.parts[k].period > system.case.ripple):
+        raise InputError(
+            f"{where}: The plant must step as often as its controllers to have margins. Got {name} slower."
+        )
+    for name in (system.parts[k].name for k in within if system.case.units[system.parts[k].name].hold != "zero"):
+        raise InputError(f"{where}: The units of the loop must hold their inputs to have margins. Got lines at {name}.")
     between = [k for k in around if has_memory(system.parts[k].own)]
     slopes = slopes or slopes_of(system, side, between)
     graph = _controllers(system, plant, around, between)

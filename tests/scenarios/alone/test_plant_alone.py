@@ -281,6 +281,23 @@ def test_a_mode_between_two_frequencies_of_the_grid_limits_the_delay(write: Any)
         raise AssertionError("one of these delays is a stable one")
 
 
+@pytest.mark.parametrize(
+    ("unit", "how", "said"),
+    [
+        ("lag", {"hold": "first"}, "The units of the loop must hold their inputs to have margins. Got lines at lag."),
+        ("law", {"hold": "first"}, "The units of the loop must hold their inputs to have margins. Got lines at law."),
+        ("lag", {"every": 3}, "The plant must step as often as its controllers to have margins. Got lag slower."),
+    ],
+)
+def test_loops_whose_plant_is_not_held_are_refused(write: Any, unit: str, how: dict[str, Any], said: str) -> None:
+    """An I law around this lag is unstable from a third of the gain on with lines, an eighth with every third step."""
+    units = {"play": PLAY, "lag": LAG, "law": LAW}
+    s = system(write, "play lag reference law", units | {unit: units[unit] | how}, WIRES)
+    with pytest.raises(InputError, match=f"^s/nominal: {re.escape(said)}$"):
+        open_loop(s, (1.0, 1.0))
+    assert loop_figures.loop_figures(s) is None
+
+
 # ---- in rows -------------------------------------------------------------------------------------------------------
 def test_a_loop_in_rows(write: Any) -> None:
     late = {"late": {"block": "delay", "dims": {"n": 6}} | FINE}
