@@ -29,6 +29,13 @@ def test_round_trip_keeps_every_bit(tmp_path):
     assert not list(tmp_path.glob(".*")), "a temporary file was left"
 
 
+def test_a_byte_order_mark_is_no_text(tmp_path):
+    path = tmp_path / "m.model.toml"
+    model().save(path)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert Model.load(path).graph.to_bytes() == model().graph.to_bytes()
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -157,7 +157,7 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
     """
     content = read_bytes(path, most)  # outside `try`: an InputError is a ValueError, but not a syntax error
     try:
-        return tomllib.loads(content.decode())
+        return tomllib.loads(content.decode("utf-8-sig"))  # editors of Windows put a byte order mark before the text
     except ValueError as e:  # syntax, encoding, an integer of thousands of digits
         text = " ".join(str(e).split())
         line = _LINE.search(text)

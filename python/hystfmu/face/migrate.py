@@ -45,7 +45,7 @@ def migrate(path: str | Path) -> list[str]:
     """
     table = load_toml(path)
     newest, rename = _kind(table, path)
-    text = read_bytes(path).decode()
+    text = read_bytes(path).decode("utf-8-sig")
     told: list[str] = []
 
     def noted(key: tuple[str, ...], value: Any) -> tuple[str, Any] | None:
