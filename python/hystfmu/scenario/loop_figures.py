@@ -1,6 +1,7 @@
 """Peak of the sensitivity and delay margin of the loop of a case, for its result: once for all cases that share a loop.
 
-The sector of slopes, for which a case would have to run again, is left to `hystfmu margins`.
+The sector of slopes, for which a case would have to run again, is left to `hystfmu margins`; a loop without an inverse
+needs it for its gain, and has no figures here if it is long.
 """
 
 from __future__ import annotations
@@ -13,11 +14,15 @@ from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
 from hystfmu.scenario.system.system import System
 from hystfmu.scenario.verdict.result import LoopFigures
 
+MOST_STEPS = 100_000  # of a case without an inverse, which runs again for its slopes, all rows in memory
+
 
 def loop_figures(system: System) -> LoopFigures | None:
     """Return the figures of the loop of a case, opened at the input of its plant; None if it has no margins."""
     try:
         opened = open_loop(system, (1.0, 1.0))
+        if not opened.inverted and system.n_steps > MOST_STEPS:
+            return None
         return _figures(_Loop(opened.key, opened))
     except InputError:
         return None

@@ -185,7 +185,7 @@ def test_controllers_of_several_rates_have_none(write: Any) -> None:
 def test_figures_of_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     for key, stable in enumerate((True, False)):
         told = SimpleNamespace(stable=stable, Ms_db=2.0, delay_steps=3.0)
-        opened = SimpleNamespace(key=("figures of a loop", key), margins=lambda told=told: told)
+        opened = SimpleNamespace(inverted=True, key=("figures of a loop", key), margins=lambda told=told: told)
         monkeypatch.setattr(loop_figures, "open_loop", lambda system, slopes, opened=opened: opened)
         want = LoopFigures(True, 2.0, 3.0) if stable else LoopFigures(False, None, None)
         assert loop_figures.loop_figures(None) == want  # type: ignore[arg-type]
@@ -229,6 +229,13 @@ def test_without_an_inverse_the_gain_of_the_plant_counts(write: Any) -> None:
     if found.stable:
         assert found.Ms_db == pytest.approx(peak_db(Kp * (1 - p) / (z - p)), abs=0.01)
         assert open_loop(s).margins().Ms_db == pytest.approx(found.Ms_db, abs=1e-9)
+
+
+def test_a_long_case_without_inverse_does_not_run_again(write: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    s = system(write, "play lag reference law", CHAIN, WIRES, 4)
+    assert loop_figures.loop_figures(s) is not None
+    monkeypatch.setattr(loop_figures, "MOST_STEPS", s.n_steps - 1)
+    assert loop_figures.loop_figures(s) is None
 
 
 def test_an_integrating_plant_has_margins(write: Any) -> None:
