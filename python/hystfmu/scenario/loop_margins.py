@@ -41,6 +41,7 @@ from hystfmu.scenario.system.system import Link, System
 DELAYS = (0.0, 0.5, 1.0, 2.0)  # steps beyond those of the case
 SLOPES = 7  # of the sector at which stability is checked
 FALLING = ("sliding_mode", "super_twisting")  # blocks whose gain is largest for a small signal
+DOUBLINGS = 64  # of the steps over which the noise of a loop adds up
 LIMITED = "excess"  # output that is 0 within the limits of an amplifier
 
 
@@ -264,7 +265,8 @@ class OpenedLoop:
         _, G, H, _ = self.held(delay)
         M = self._closed_from_plant(slope, delay)
         N, out = np.vstack([B, slope * G @ D]), np.hstack([C, D @ H])
-        return float(np.sqrt((out @ _covariance(M, N) @ out.T + D @ D.T)[0, 0]))
+        X = _covariance(M, N)
+        return float(np.sqrt((out @ X @ out.T + D @ D.T)[0, 0])) if np.isfinite(X).all() else np.inf
 
     def _from_plant(self) -> StateSpace:
         """Return the controller from the output of the plant to its input, without memories."""
@@ -275,9 +277,12 @@ class OpenedLoop:
 def _covariance(M: Array, N: Array) -> Array:
     """Return X = M X M' + N N' of a stable M, a sum of squares: by doubling the terms, which keeps it positive."""
     X, P = N @ N.T, M
-    while np.abs(P).max() > 1e-150:
-        X, P = X + P @ X @ P.T, P @ P
-    return X
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(DOUBLINGS):
+            if not np.abs(P).max() > 1e-150:
+                return X
+            X, P = X + P @ X @ P.T, P @ P
+    return np.full_like(X, np.inf)  # a pole that rounding alone keeps below 1
 
 
 def _turns(f: Complex) -> int:

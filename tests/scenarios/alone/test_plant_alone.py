@@ -12,7 +12,7 @@ from engines import ready
 from scipy.signal import cont2discrete
 
 from hystfmu.base.errors import InputError
-from hystfmu.scenario import loop_figures
+from hystfmu.scenario import loop_figures, loop_margins
 from hystfmu.scenario.loop.plant import as_gain, dynamics, has_memory, plant_side, slopes_of, without_levels
 from hystfmu.scenario.loop.simulated import _delayed
 from hystfmu.scenario.loop_margins import open_loop
@@ -236,6 +236,27 @@ def test_a_long_case_without_inverse_does_not_run_again(write: Any, monkeypatch:
     assert loop_figures.loop_figures(s) is not None
     monkeypatch.setattr(loop_figures, "MOST_STEPS", s.n_steps - 1)
     assert loop_figures.loop_figures(s) is None
+
+
+def test_numbers_at_the_ends_of_the_range_end(write: Any) -> None:
+    """A plant that overflows in a step has no margins; a pole that rounding keeps below 1 adds noise without end."""
+    wild = {"lag": LAG | FINE | {"values": {"b": [1.0], "a": [-1e-6, 1.0]}}}
+    s = system(write, "play lag reference law", CHAIN | wild, WIRES, 4)
+    assert loop_figures.loop_figures(s) is None
+    assert not np.isfinite(loop_margins._covariance(np.eye(1), np.eye(1))).any()
+    with pytest.raises(InputError, match=r"stop: must be a multiple of the step 4\.94066e-324 s; got 1$"):
+        ready(
+            write(
+                {
+                    "name": "s",
+                    "step": 5e-324,
+                    "stop": 1.0,
+                    "order": ["law"],
+                    "units": {"law": LAW},
+                    "metrics": {"p": {"kind": "peak", "signal": "law.u"}},
+                }
+            )
+        )
 
 
 def test_an_integrating_plant_has_margins(write: Any) -> None:

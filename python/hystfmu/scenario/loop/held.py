@@ -33,7 +33,7 @@ def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
     Raises
     ------
     InputError
-        Direct feed-through: the output of a step would depend on a command of the same step.
+        Direct feed-through: the output of a step would depend on a command of the same step.  Overflow in a step.
     """
     return _held(tuple((m.shape, np.ascontiguousarray(m).tobytes()) for m in plant), h, delay)
 
@@ -58,6 +58,8 @@ def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: f
             N[:n] += w
         elif j <= past:
             M[:n, n + j - 1 : n + j] += w
+    if not (np.isfinite(M).all() and np.isfinite(N).all()):
+        raise InputError("The dynamics of the plant must stay finite over a step. Got some that overflow.")
     if past:
         N[n] = 1.0
         M[n + 1 :, n:-1] = np.eye(past - 1)
@@ -70,5 +72,6 @@ def _over(A: Array, B: Array, t: float) -> tuple[Array, Array]:
     from scipy.linalg import expm
 
     n = len(A)
-    M = expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * t)
+    with np.errstate(over="ignore", invalid="ignore"):  # the caller refuses what overflows
+        M = expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * t)
     return M[:n, :n], M[:n, n:]

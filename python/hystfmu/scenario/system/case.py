@@ -5,6 +5,7 @@ The rest of the program sees plain, complete cases.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -230,7 +231,7 @@ class Scenario:
             wrong = f"twice: {sorted(twice)}" if twice else f"missing: {sorted(missing)}, unknown: {sorted(unknown)}"
             raise InputError(f"{where}: order: must name every unit once; {wrong}")
         steps = case.stop / case.step
-        if abs(steps - round(steps)) > 1e-6 * steps or steps < 1:
+        if not math.isfinite(steps) or abs(steps - round(steps)) > 1e-6 * steps or steps < 1:
             raise InputError(f"{where}: stop: must be a multiple of the step {case.step:g} s; got {case.stop:g}")
         if steps * case.ripple > MOST_STEPS:
             raise InputError(f"{where}: stop: at most {MOST_STEPS} fine steps; got {steps * case.ripple:.0f}")
