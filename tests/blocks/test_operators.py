@@ -146,7 +146,7 @@ LONG = [(n, *shape) for n in EXPONENTS for shape in SHAPES if (n, *shape) not in
 def test_bouc_wen_is_its_differential_equation(n: float, beta: float, gamma: float) -> None:
     rng = np.random.default_rng(1)
     u = np.concatenate([rng.uniform(-2, 2, 20), 0.2 * rng.uniform(-2, 2, 10), rng.uniform(-4, 4, 10)])
-    y, z = BoucWen(A=1.2, beta=beta, gamma=gamma, n=n, z0=0.2, alpha=0.3, k=2.0)(u).T
+    y, z = BoucWen(A=1.2, beta=beta, gamma=gamma, n=n, z0=0.2, u0=u[0], alpha=0.3, k=2.0)(u).T
     expected = bouc_wen_by_scipy(u, 1.2, beta, gamma, n, 0.2)
     assert np.abs(z - expected).max() <= (1e-11 if n == 1 else 2e-9)  # closed form; Runge-Kutta
     assert np.abs(y - 2 * (0.3 * u + 0.7 * z)).max() <= 4e-15
@@ -171,11 +171,13 @@ def test_bouc_wen_stays_within_its_bound_whatever_the_input(n: float, beta: floa
     assert np.abs(np.abs(z[saturated]) - bound).max() <= 1e-9 * bound
 
 
-def test_bouc_wen_starts_where_its_first_input_is() -> None:
+def test_bouc_wen_comes_to_its_first_input_from_u0() -> None:
+    """As if the path from u0 were rows in front, whichever input comes first."""
     u = RNG.uniform(-1, 1, 30)
-    z = BoucWen(z0=0.4)(u)[:, 1]
-    assert z[0] == 0.4
-    assert np.abs(BoucWen(z0=0.4)(u + 7)[:, 1] - z).max() <= 1e-14
+    z = BoucWen(z0=0.4)(np.concatenate([[0.0], u]))[1:, 1]
+    assert np.abs(BoucWen(z0=0.4)(u)[:, 1] - z).max() <= 1e-14
+    assert np.abs(BoucWen(z0=0.4, u0=7.0)(u + 7)[:, 1] - z).max() <= 1e-14
+    assert BoucWen(z0=0.4, u0=u[0])(u)[0, 1] == 0.4
 
 
 # ---- Bouc-Wen oscillator --------------------------------------------------------------------------------------------

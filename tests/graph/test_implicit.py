@@ -3,6 +3,7 @@
 import numpy as np
 import plants
 import pytest
+from scipy.optimize import brentq
 from test_inverse import chain, dead_zones, fitted, plays_only, wanted
 
 from hystfmu import Graph, InputError, Model, Node, Unit
@@ -100,11 +101,11 @@ def test_of_two_roots_it_takes_the_one_near_the_last():
 
 
 def test_at_the_start_the_model_is_tried_as_it_starts():
-    """Bouc-Wen stores its first input without moving: z stays z0 for any u."""
-    values = {"A": 1.0, "alpha": 0.5, "k": 2.0, "z0": 0.3}
+    """Bouc-Wen comes to its first input from u0: z = 1 - (1 - z0) exp(u0 - u) rising, for n = 1 and beta = gamma."""
+    values = {"A": 1.0, "alpha": 0.5, "k": 2.0, "z0": 0.3, "u0": 0.1}
     g = around([Node("m", "bouc_wen", {}, values)], [], ["m.u"], "m.y", **LIMITS)
     u, h = g.run(np.array([0.9, 0.9, 1.0])).T
-    assert u[0] == pytest.approx((0.9 / 2.0 - 0.5 * 0.3) / 0.5, abs=1e-15)
+    assert u[0] == pytest.approx(brentq(lambda v: v + 1 - 0.7 * np.exp(0.1 - v) - 0.9, 0.1, 1.0), abs=1e-12)
     assert u[1] == u[0]
     assert h == pytest.approx([0.9, 0.9, 1.0], abs=1e-15)
 

@@ -85,6 +85,7 @@ class BoucWen(Block):
         alpha: float = 0.5,
         k: float = 1.0,
         z0: float = 0.0,
+        u0: float = 0.0,
     ) -> None: ...
 
 class BoucWenOscillator(Block):
@@ -226,6 +227,7 @@ class Duhem(Block):
         w_max: float = 1e100,
         du_max: float = 0.02,
         w0: float = 0.0,
+        u0: float = 0.0,
     ) -> None: ...
 
 class DuhemOscillator(Block):

@@ -14,10 +14,10 @@ from hystfmu.modelica.record import field
 # what `step` of a package in HystFMU.Inverse.Models, or the text below, takes of a block, in this order
 STATIC = {
     "backlash_sum": "w0 r w",
-    "bouc_wen": "A beta gamma n alpha k z0",
+    "bouc_wen": "A beta gamma n alpha k",
     "constraint_factor": "a0 d_max memory x0 a",
     "dead_zones": "w0 r w",
-    "duhem": "k w_max du_max w0 a_rise b_rise c_rise a_fall b_fall c_fall",
+    "duhem": "k w_max du_max a_rise b_rise c_rise a_fall b_fall c_fall",
     "krasnoselskii_pokrovskii": "a offset p1 p2 w",
     "mlp": "W1 b1 W2 b2",
     "play_bank": "r",
@@ -168,7 +168,8 @@ def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
             k0, n = _kernels(graph, node, "k0")
             return ["{0}", k0], 1 + n
         case "bouc_wen" | "duhem":
-            return ["{0, 0, 0, 0}"], 4
+            first = "z0" if node.type == "bouc_wen" else "w0"
+            return [f"{{0, {of(first)}, {of('u0')}}}"], 3
     return [], 0
 
 
@@ -193,7 +194,7 @@ def _call(node: Node, x: list[str], z: str, state: str, at: dict[str, tuple[int,
         case "mlp":
             return f"{v['b2']} + {_products(at['W2'], z, node.dims['n_hidden'])}"
         case "duhem":
-            return f"{{{one['k']}*{x[0]} + {z}[1], {z}[1], {x[0]}, 1}}"
+            return f"{{{one['k']}*{x[0]} + {z}[1], {z}[1], {x[0]}}}"
     first, last = min(a for a, _ in at.values()), max(b for _, b in at.values())
     return f"HystFMU.Inverse.Models.{node.block.class_name}.step({x[0]}, {state}, values[{first}:{last}])"
 
@@ -205,13 +206,13 @@ def _inner(node: Node, x: list[str], before: int, at: dict[str, tuple[int, int]]
     if node.type == "mlp":
         sums = f"{v['b1']} + {_products(at['W1'], _vector(x), len(x))}"
         return f"HystFMU.Functions.activation({sums}, {classes.choices(node)['activation']})"
-    w, u, begun = (f"state[{before + k}]" for k in (2, 3, 4))
+    w, u = (f"state[{before + k}]" for k in (2, 3))
     rise, fall = (
         f"HystFMU.Functions.duhem({x[0]}, {u}, {w}, {v[f'a_{way}']}, {v[f'b_{way}']}, {v[f'c_{way}']}, "
         f"{node.dims['q']}, {one['w_max']}, {one['du_max']})"
         for way in ("rise", "fall")
     )
-    return f"{{if {begun} < 0.5 then {one['w0']} elseif {x[0]} >= {u} then {rise} else {fall}}}"
+    return f"{{if {x[0]} >= {u} then {rise} else {fall}}}"
 
 
 def _products(rows: tuple[int, int], x: str, n: int) -> str:

@@ -18,7 +18,7 @@ LO, HI = [np.log(1e-3), -1.0, 1.0, -1.0], [np.log(1e2), 1.0, 6.0, 1.0]
 def test_the_operator_rises_to_its_bound_as_an_exponential():
     u = np.linspace(0, 3, 301)
     values, z = bouc_wen.operator(u, np.array([np.log(0.5), 0.3, 1.0, 0.0]))
-    assert values == pytest.approx({"A": 1.0, "beta": 1.4, "gamma": 0.6, "n": 1.0, "z0": 0.0})
+    assert values == pytest.approx({"A": 1.0, "beta": 1.4, "gamma": 0.6, "n": 1.0, "z0": 0.0, "u0": 0.0})
     assert z == pytest.approx(0.5 * -np.expm1(-u / 0.5), rel=1e-6, abs=1e-9)
     values, z = bouc_wen.operator(u, np.array([np.log(0.5), 0.25, 2.0, 1.0]))
     assert (values["beta"], values["gamma"]) == pytest.approx((3.0, 1.0))

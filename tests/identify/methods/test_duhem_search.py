@@ -96,15 +96,15 @@ def test_rows_of_both_directions_are_needed(data):
 
 def test_the_node_has_its_coefficients_by_powers():
     theta = [np.arange(10.0), np.arange(10.0) + 100]  # m = 1, q = 2: (1, w, w^2, |w|, |w| w) for u^0, then for u^1
-    node = duhem._node(theta, 0.5, 7.0, 2.0, 1, 2)
+    node = duhem._node(theta, 0.5, 7.0, -1.0, 2.0, 1, 2)
     assert node.value("a_rise").tolist() == [0, 5]
     assert node.value("b_rise").ravel().tolist() == [1, 2, 6, 7]
     assert node.value("c_rise").ravel().tolist() == [3, 4, 8, 9]
     assert node.value("a_fall").tolist() == [100, 105]
     assert node.value("b_fall").ravel().tolist() == [101, 102, 106, 107]
     assert node.value("c_fall").ravel().tolist() == [103, 104, 108, 109]
-    assert (node.value("w0")[0], node.value("w_max")[0], node.value("k")[0]) == (2.0, 2.0, 0.5)
-    assert duhem._node(theta, 0.5, -7.0, 2.0, 1, 2).value("w0")[0] == -2.0
+    assert [float(node.value(k)[0]) for k in ("w0", "u0", "w_max", "k")] == [2.0, -1.0, 2.0, 0.5]
+    assert duhem._node(theta, 0.5, -7.0, -1.0, 2.0, 1, 2).value("w0")[0] == -2.0
 
 
 def test_terms_that_the_data_do_not_tell_share_their_weight():

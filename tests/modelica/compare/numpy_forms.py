@@ -112,29 +112,30 @@ def prandtl_ishlinskii_branch(v: Values) -> Callable[[Array], Array]:
 
 
 def runge_kutta_in_u(
-    u: Array, first: float, slope: Callable[[float, float, float], float], bound: float = np.inf
+    u: Array, start: tuple[float, float], slope: Callable[[float, float, float], float], bound: float = np.inf
 ) -> Array:
-    """dz/du = slope(u, z, direction) within the bound, from row to row in small steps of the classical method."""
+    """dz/du = slope(u, z, direction) within the bound, from u and z at the start to every row, by Runge-Kutta steps."""
     z = np.empty(len(u))
-    z[0] = value = first
-    for k in range(1, len(u)):
-        steps = RK_STEPS + int(2500 * abs(u[k] - u[k - 1]))
-        h = float(u[k] - u[k - 1]) / steps
+    last, value = start
+    for k in range(len(u)):
+        steps = RK_STEPS + int(2500 * abs(u[k] - last))
+        h = float(u[k] - last) / steps
         s = float(np.sign(h))
         for i in range(steps if h != 0 else 0):
-            x = float(u[k - 1] + i * h)
+            x = float(last + i * h)
             k1 = slope(x, value, s)
             k2 = slope(x + h / 2, value + h / 2 * k1, s)
             k3 = slope(x + h / 2, value + h / 2 * k2, s)
             k4 = slope(x + h, value + h * k3, s)
             value = max(-bound, min(bound, value + h / 6 * (k1 + 2 * (k2 + k3) + k4)))
-        z[k] = value
+        z[k], last = value, u[k]
     return z
 
 
 def bouc_wen(u: Array, v: Values) -> Array:
     A, beta, gamma, n = v["A"], v["beta"], v["gamma"], v["n"]
-    z = runge_kutta_in_u(u, v["z0"], lambda _, z, s: A - s * beta * abs(z) ** (n - 1) * z - gamma * abs(z) ** n)
+    start = v["u0"], v["z0"]
+    z = runge_kutta_in_u(u, start, lambda _, z, s: A - s * beta * abs(z) ** (n - 1) * z - gamma * abs(z) ** n)
     return np.column_stack([v["k"] * (v["alpha"] * u + (1 - v["alpha"]) * z), z])
 
 
@@ -154,7 +155,7 @@ def duhem(u: Array, v: Values) -> Array:
             f += x**i * (a[0] + sum(b * w**j + c * abs(w) * w ** (j - 1) for j, (b, c) in enumerate(pairs, 1)))
         return f
 
-    return (v["k"] * u + runge_kutta_in_u(u, v["w0"], slope, v["w_max"]))[:, None]
+    return (v["k"] * u + runge_kutta_in_u(u, (v["u0"], v["w0"]), slope, v["w_max"]))[:, None]
 
 
 def _rows(flat: Array, rows: int) -> list[list[float]]:

@@ -18,7 +18,8 @@
   V(n, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                                      \
   V(alpha, PARAM, 1, "real", "1", 0.5, 0.0, 1.0, "weight of the linear term")                               \
   V(k, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "output gain")                                      \
-  V(z0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at the first input; within z_max")              \
+  V(z0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at u0; within z_max")                           \
+  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input where z was z0, before the first input")   \
   V(z_max, DERIVED, 1, "real", "1", 0.0, 0.0, HYST_INF, "bound of z")                                       \
   V(away, DERIVED, HYST_ARM, "real", "1", 0.0, -HYST_INF, HYST_INF, "curve for v > 0")                      \
   V(back, DERIVED, HYST_ARM, "real", "1", 0.0, -HYST_INF, HYST_INF, "curve for v < 0")                      \
@@ -89,7 +90,8 @@ HYST_PREPARE_FN(prepare) {
 }
 HYST_INIT_FN(init) {
   HYST_OPEN_INIT
-  *u_last = *turn = 0;
+  *turn = 0;
+  *u_last = *u0;
   *z_last = *z0;
 }
 HYST_OUTPUT_FN(output) {
@@ -101,7 +103,7 @@ HYST_OUTPUT_FN(output) {
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
-  if (dt > 0 && *u != *u_last) {
+  if (*u != *u_last) {
     const curve c = {(const arm *)away, (const arm *)back, *z_max};
     const reversal r = start(&c, A, turn, law, *u_last, *z_last, *u);
     *z_last = value(&c, r, *u);

@@ -25,7 +25,8 @@
   V(c_fall, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "falling u: weights of u^i |w| w^(j-1)")       \
   V(w_max, PARAM, 1, "real", "1", 1e100, HYST_POSITIVE, 1e100, "bound of |w|")                                         \
   V(du_max, PARAM, 1, "real", "1", 0.02, HYST_POSITIVE, HYST_INF, "longest step of the integration in u")              \
-  V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at the first input")                                       \
+  V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at u0")                                                    \
+  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input where w was w0, before the first input")              \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                       \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                     \
   V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input that w_last belongs to")                           \
@@ -96,7 +97,7 @@ HYST_PREPARE_FN(prepare) {
 }
 HYST_INIT_FN(init) {
   HYST_OPEN_INIT
-  *u_last = 0;
+  *u_last = *u0;
   *w_last = *w0;
 }
 HYST_OUTPUT_FN(output) {
@@ -107,7 +108,7 @@ HYST_OUTPUT_FN(output) {
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   const law rise = law_of(a_rise, b_rise, c_rise, m, q), fall = law_of(a_fall, b_fall, c_fall, m, q);
-  if (dt > 0) *w_last = advance(rise, fall, *w_max, *du_max, *u_last, *w_last, *u);
+  *w_last = advance(rise, fall, *w_max, *du_max, *u_last, *w_last, *u);
   *u_last = *u;
 }
 

@@ -3,14 +3,14 @@ block BoucWen "Bouc-Wen operator, events at reversals"
   extends BaseClasses.BoucWen(final usesRate = true);
   extends Interfaces.Reversals(eps = 1e-9*(A/(beta + gamma))^(1/n)/A);
 protected
-  discrete Real u_turn(start = 0, fixed = true) "Input at the last reversal";
+  discrete Real u_turn(start = u0, fixed = true) "Input at the last reversal";
   discrete Real z_turn(start = z0, fixed = true) "z there";
 equation
   connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");
   assert((beta + gamma)*abs(z0)^n <= A, "z0 must be within (A/(beta + gamma))^(1/n), the bound of z");
   when {initial(), change(rising)} then
-    z_turn = if initial() then z0 else Functions.boucWen(u, pre(u_turn), pre(z_turn), A, beta, gamma, n);
+    z_turn = if initial() then Functions.boucWen(u, u0, z0, A, beta, gamma, n) else Functions.boucWen(u, pre(u_turn), pre(z_turn), A, beta, gamma, n);
     u_turn = u;
   end when;
   z = Functions.boucWen(u, u_turn, z_turn, A, beta, gamma, n);

@@ -3,12 +3,12 @@ block BoucWen "Bouc-Wen operator, sampled"
   extends BaseClasses.BoucWen(y(start = 0, fixed = true), z(start = z0, fixed = true));
   extends Interfaces.Sampled;
 protected
-  discrete Real u_last(start = 0, fixed = true) "Input at the last sample";
+  discrete Real u_last(start = u0, fixed = true) "Input at the last sample";
 equation
   assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");
   assert((beta + gamma)*abs(z0)^n <= A, "z0 must be within (A/(beta + gamma))^(1/n), the bound of z");
   when sample(0, Ts) then
-    z = if time < 0.5*Ts then z0 else Functions.boucWen(u, pre(u_last), pre(z), A, beta, gamma, n);
+    z = Functions.boucWen(u, pre(u_last), pre(z), A, beta, gamma, n);
     u_last = u;
     y = k*(alpha*u + (1 - alpha)*z);
   end when;

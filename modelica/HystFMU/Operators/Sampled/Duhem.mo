@@ -3,12 +3,12 @@ block Duhem "Duhem operator with polynomial slopes for rising and falling input,
   extends BaseClasses.Duhem(y(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
-  discrete Real u_last(start = 0, fixed = true) "Input at the last sample";
+  discrete Real u_last(start = u0, fixed = true) "Input at the last sample";
   discrete Real w_last(start = w0, fixed = true) "w there";
 equation
   assert(abs(w0) <= w_max, "w0 must be within w_max, the bound of abs(w)");
   when sample(0, Ts) then
-    w_last = if time < 0.5*Ts then w0 elseif u >= pre(u_last) then Functions.duhem(u, pre(u_last), pre(w_last), a_rise, b_rise, c_rise, q, w_max, du_max) else Functions.duhem(u, pre(u_last), pre(w_last), a_fall, b_fall, c_fall, q, w_max, du_max);
+    w_last = if u >= pre(u_last) then Functions.duhem(u, pre(u_last), pre(w_last), a_rise, b_rise, c_rise, q, w_max, du_max) else Functions.duhem(u, pre(u_last), pre(w_last), a_fall, b_fall, c_fall, q, w_max, du_max);
     u_last = u;
     y = k*u + w_last;
   end when;

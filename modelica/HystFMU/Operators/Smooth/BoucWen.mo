@@ -3,7 +3,7 @@ block BoucWen "Bouc-Wen operator, smooth"
   extends BaseClasses.BoucWen(final usesRate = true);
   extends Interfaces.Rated;
 initial equation
-  z = z0;
+  z = Functions.boucWen(u, u0, z0, A, beta, gamma, n);
 equation
   connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");

@@ -2,7 +2,7 @@
 within HystFMU.Validation.Sampled;
 model BoucWen "Bouc-Wen operator in closed form, sampled"
   extends Icons.Example;
-  Operators.Sampled.BoucWen tested(A = 1.2, beta = 0.9, gamma = -0.3, alpha = 0.2, k = 1.5, z0 = 0.1, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  Operators.Sampled.BoucWen tested(A = 1.2, beta = 0.9, gamma = -0.3, alpha = 0.2, k = 1.5, z0 = 0.1, u0 = 0.3, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
   connect(signal.r, tested.u) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));

@@ -2,7 +2,7 @@
 within HystFMU.Validation.Sampled;
 model BoucWenKnee "Bouc-Wen operator with a sharp knee, sampled"
   extends Icons.Example;
-  Operators.Sampled.BoucWen tested(A = 2, beta = 2.5, gamma = 0.8, n = 2.5, alpha = 0.3, Ts = 0.004) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  Operators.Sampled.BoucWen tested(A = 2, beta = 2.5, gamma = 0.8, n = 2.5, alpha = 0.3, u0 = -0.4, Ts = 0.004) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
   connect(signal.r, tested.u) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));

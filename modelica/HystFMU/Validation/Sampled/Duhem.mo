@@ -2,7 +2,7 @@
 within HystFMU.Validation.Sampled;
 model Duhem "Duhem operator of degrees 1 and 2, sampled"
   extends Icons.Example;
-  Operators.Sampled.Duhem tested(m = 1, q = 2, k = 0.3, a_rise = {0.8, 0.1}, b_rise = {-0.5, 0.1, 0.05, -0.1}, c_rise = {-0.4, -0.2, 0, 0.1}, a_fall = {0.8, -0.1}, b_fall = {0.5, 0.1, 0.05, 0.1}, c_fall = {-0.4, 0.2, 0, 0.1}, w_max = 10, w0 = 0.05, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
+  Operators.Sampled.Duhem tested(m = 1, q = 2, k = 0.3, a_rise = {0.8, 0.1}, b_rise = {-0.5, 0.1, 0.05, -0.1}, c_rise = {-0.4, -0.2, 0, 0.1}, a_fall = {0.8, -0.1}, b_fall = {0.5, 0.1, 0.05, 0.1}, c_fall = {-0.4, 0.2, 0, 0.1}, w_max = 10, w0 = 0.05, u0 = 0.5, Ts = 0.002) annotation (Placement(transformation(extent = {{10, -20}, {50, 20}})));
   BaseClasses.TestSignal signal(amplitude = 1, offset = 0) annotation (Placement(transformation(extent = {{-70, -20}, {-30, 20}})));
 equation
   connect(signal.r, tested.u) annotation (Line(points = {{-28, 0}, {8, 0}}, color = {0, 0, 127}));

@@ -44,6 +44,7 @@ def operator(u: Array, p: Array) -> tuple[dict[str, float], Array]:
         "gamma": share * total,
         "n": n,
         "z0": 0.999999 * float(p[3]) * z_max,
+        "u0": float(u[0]),
     }
     graph = Graph.single(Node("z", "bouc_wen", {}, {**values, "alpha": 0.0, "k": 1.0}))
     return values, graph.run(u)[:, 1]

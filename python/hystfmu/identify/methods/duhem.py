@@ -110,8 +110,8 @@ class _Slopes:
         return theta, factors, np.concatenate(left)
 
 
-def _node(theta: list[Array], k: float, w0: float, w_max: float, m: int, q: int) -> Node:
-    values: dict[str, Any] = {"k": k, "w_max": w_max, "w0": float(np.clip(w0, -w_max, w_max))}
+def _node(theta: list[Array], k: float, w0: float, u0: float, w_max: float, m: int, q: int) -> Node:
+    values: dict[str, Any] = {"k": k, "w_max": w_max, "w0": float(np.clip(w0, -w_max, w_max)), "u0": u0}
     for end, coefficients in zip(("rise", "fall"), theta, strict=True):
         by_power = coefficients.reshape(m + 1, 2 * q + 1)
         values |= {f"a_{end}": by_power[:, 0], f"b_{end}": by_power[:, 1 : q + 1], f"c_{end}": by_power[:, q + 1 :]}
@@ -140,7 +140,8 @@ class _Start:
     def error(self, x: Array) -> Array:
         """Return the errors of the free run at the rows that count."""
         now, slope, offset, w0 = self.parts(x)
-        run = Graph.single(_node(now, slope, w0, self.w_max, self.slopes.m, self.slopes.q)).run(self.u)
+        node = _node(now, slope, w0, float(self.u[0]), self.w_max, self.slopes.m, self.slopes.q)
+        run = Graph.single(node).run(self.u)
         kept = self.kept
         return np.asarray((run[self.rows] + offset - self.y)[kept] / np.sqrt(kept.sum()))
 
@@ -191,7 +192,7 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
     now, slope, offset, w0 = start.parts(found.x)
     nodes = [
         Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half}),
-        _node(now, slope, w0, start.w_max, m, q),
+        _node(now, slope, w0, float(u[0]), start.w_max, m, q),
         Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": centre + size * offset}),
     ]
     wires = [("input.y", "operator.u"), ("operator.y", "readout.u")]

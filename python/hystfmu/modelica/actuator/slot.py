@@ -12,6 +12,7 @@ from hystfmu.modelica import classes
 from hystfmu.modelica.literals import array, number
 
 KNOTS = 24  # of the bend: each takes time at every step
+INSIDE = 0.999999  # of the bound of z: the class refuses a start beyond it
 CHAIN = ["scaling", "prandtl_ishlinskii", "dead_zones", "creep", "transfer_function", "delay", "scaling"]
 
 
@@ -181,11 +182,11 @@ def _bouc_wen(graph: Graph) -> Slot | None:
     scale = _value(readout, "gain") if readout else 1.0
     if dynamics is not None:
         scale *= float(dynamics.value("b")[-1] / dynamics.value("a")[-1])
-    values = {k: number(_value(operator, k)) for k in ("A", "beta", "gamma", "z0")}
+    shift = _value(first, "offset")  # the input of the operator at 0 V, where the actuator starts
+    values = {k: number(_value(operator, k)) for k in ("A", "beta", "gamma")} | {"z0": number(_z(operator, shift))}
     values |= {"knee": number(_value(operator, "n")), "w0": number(weights[0]), "w": number(weights[1])}
     A, beta, gamma = (_value(operator, k) for k in ("A", "beta", "gamma"))
     slopes = [float(weights[0] + weights[1] * s) for s in (A, 0.0, 2 * A * beta / (beta + gamma))]
-    shift = _value(first, "offset")  # z0 holds at the first input, whichever it is: the start is at 0 V
     return Slot(
         "BoucWen",
         values,
@@ -198,6 +199,15 @@ def _bouc_wen(graph: Graph) -> Slot | None:
         slopes[0],
         min(slopes),
     )
+
+
+def _z(operator: Node, u: float) -> float:
+    """Return z of a Bouc-Wen operator behind the path from u0 to u, inside its bound in spite of rounding."""
+    bound = (_value(operator, "A") / (_value(operator, "beta") + _value(operator, "gamma"))) ** (
+        1 / _value(operator, "n")
+    )
+    z = float(Graph.single(operator).run(np.array([u]))[0, 1])
+    return float(np.clip(z, -INSIDE * bound, INSIDE * bound))
 
 
 def _left_out(delay: Node) -> str:
