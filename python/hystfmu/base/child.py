@@ -137,7 +137,9 @@ class Child:
     def _drop_output(self) -> None:
         """Keep a child that prints without end from filling the disk; the file becomes one with a hole."""
         if getattr(os.fstat(self._output.fileno()), "st_blocks", 0) * 512 > _MOST_OUTPUT:
-            self._dropped = self._last_output()
+            last = self._last_output()
+            whole, newline, _ = last.rpartition(b"\n")  # the rest of a line that is being written gets lost
+            self._dropped = whole + newline or last
             os.ftruncate(self._output.fileno(), 0)
 
     def _end(self) -> None:
