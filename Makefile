@@ -92,7 +92,6 @@ bench: dev
 choice: dev
 	$(BIN)/python tests/benchmarks/choice_grid.py --work build/choice.jsonl -o python/docs/choice.md
 
-# a wheel in dist/ that is compiled on this machine, and one use of it
 # every kind of model and every shipped loop in importers that are not ours; writes python/docs/importers.md
 importers: dev
 	$(BIN)/python tests/fmu/importers/matrix.py
