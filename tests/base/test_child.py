@@ -190,6 +190,15 @@ def test_all_end_with_a_killed_study(tmp_path: Path, name: str) -> None:
         time.sleep(0.01)
 
 
+def test_a_line_that_is_being_written_is_dropped_whole(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hystfmu.base.child._MOST_OUTPUT", 0)
+    monkeypatch.setattr("hystfmu.base.child._LOOK", 0.02)
+    made = child("os.write(1, b'whole\\npart'); time.sleep(1.0); os.write(1, b'of a line\\nlast\\n')", name)
+    lines, in_time = made.finish(100.0)
+    assert in_time
+    assert lines == ["whole", "of a line", "last"]
+
+
 def test_output_is_kept_from_its_end_and_bounded_on_the_disk(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hystfmu.base.child._MOST_OUTPUT", 1 << 20)
     monkeypatch.setattr("hystfmu.base.child._LOOK", 0.02)
