@@ -49,7 +49,7 @@ def rest(data: Dataset) -> float:
     u = data.u[data.train]
     grid = np.linspace(float(u.min()), float(u.max()), STEPS + 1)
     likely = [0.0, float(grid[0]), float(grid[-1])]
-    errors = {v: _error(data, v) for v in [*likely, first, *map(float, grid[1:-1])]}
+    errors = {v: _error(data, v) for v in [*likely, *map(float, grid[1:-1])]} | {first: at_first}
     near, step = min(errors, key=errors.__getitem__), float(grid[1] - grid[0])
     # the point itself: where first lies between two of the grid, these are hardly better
     found = minimize_scalar(
