@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -17,16 +16,24 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data.covariates import Covariates
 from hystfmu.data.csv_file import write_csv
-from hystfmu.data.time_grid import check_increasing, check_time
+from hystfmu.data.record_rows import (
+    LEAST_ROWS,
+    check_finite,
+    check_one_step,
+    line_of,
+    row_behind,
+    row_of,
+    starts_of,
+    train_rows,
+)
+from hystfmu.data.resampling import resample_rows
+from hystfmu.data.time_grid import check_time
 
 if TYPE_CHECKING:
     from hystfmu.report.plot import Plot
 
-LEAST_ROWS = 4
-SAME_STEP = 1e-3  # relative difference of the steps of records; rounded times make it
 Rows = slice | NDArray[np.intp]
 """Index of rows."""
-_RANGE = re.compile(r"\s*(\d*)\s*:\s*(\d*)\s*\Z")
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -138,10 +145,10 @@ class Dataset:
                 f"{where}: The covariates must have {len(self.t)} rows. Got {len(covariates.values)} instead."
             )
         object.__setattr__(self, "covariates", covariates)
-        object.__setattr__(self, "starts", _starts(starts, len(self.t), where))
+        object.__setattr__(self, "starts", starts_of(starts, len(self.t), where))
         for rows in self.records:
-            check_time(self.t[rows], partial(_row_behind, where, rows.start), None)
-        _check_one_step(self.t, self.records, where)
+            check_time(self.t[rows], partial(row_behind, where, rows.start), None)
+        check_one_step(self.t, self.records, where)
         object.__setattr__(self, "train", train_rows(train, len(self.t), where))
         object.__setattr__(self, "read_as", "")
         object.__setattr__(self, "held", None)
@@ -429,96 +436,6 @@ class Dataset:
         write_csv(path, {"t": self.t, "u": self.u, "y": self.y, **columns})
 
 
-def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "data") -> slice:
-    """Convert training rows, e.g. "first:end", to a slice with both ends inside 0..n.
-
-    Raises
-    ------
-    InputError
-        The form is wrong, or the rows are fewer than 4 or outside the data.
-    """
-    if train is None:
-        return slice(0, n)
-    shown: object = train
-    if isinstance(train, str):
-        m = _RANGE.match(train)
-        if not m:
-            raise InputError(f"{where}: The train rows must read first:end, e.g. 2000:4200. Got {train!r} instead.")
-        first, end = (int(m[1]) if m[1] else 0), (int(m[2]) if m[2] else n)
-    elif isinstance(train, slice):
-        shown = f"{train.start}:{train.stop}"
-        if any(k is not None and not isinstance(k, (int, np.integer)) for k in (train.start, train.stop)):
-            raise InputError(f"{where}: The train rows must be integers. Got {shown} instead.")
-        if train.step not in (None, 1):
-            raise InputError(f"{where}: The train rows must be consecutive. Got step {train.step} instead.")
-        first = 0 if train.start is None else int(train.start)
-        end = n if train.stop is None else int(train.stop)
-    else:
-        first, end = (int(k) for k in train)
-    if not 0 <= first < end <= n or end - first < LEAST_ROWS:
-        raise InputError(
-            f"{where}: The train rows must be at least {LEAST_ROWS} rows inside 0:{n}. Got {shown} instead."
-        )
-    return slice(first, end)
-
-
-def _starts(starts: Sequence[int], n: int, where: str) -> tuple[int, ...]:
-    """Check the first rows of records."""
-    found = tuple(int(s) for s in starts)
-    if found[:1] != (0,) or any(b - a < LEAST_ROWS for a, b in zip(found, (*found[1:], n), strict=True)):
-        raise InputError(
-            f"{where}: The starts of records must be rows from 0 on, at least {LEAST_ROWS} apart, before {n}. "
-            f"Got {found} instead."
-        )
-    return found
-
-
-def _check_one_step(t: Array, records: Sequence[slice], where: str) -> None:
-    """Check that all records have the same step."""
-    steps = [float(t[r][-1] - t[r][0]) / (r.stop - r.start - 1) for r in records]
-    for k, step in enumerate(steps):
-        if abs(step - steps[0]) > SAME_STEP * steps[0]:
-            raise InputError(
-                f"{where}: The records must have one step. Got {step:.6g} s in record {k + 1} after "
-                f"{steps[0]:.6g} s in the first: resample them (--resample HZ)."
-            )
-
-
 def _one_line(e: Exception) -> str:
     text = " ".join(str(e).split())
     return f"{text[:1].upper()}{text[1:].rstrip(chr(46))}."
-
-
-# ---- checks ----------------------------------------------------------------------------------------------------------
-def row_of(where: str, row: int) -> str:
-    """Name a row for a message."""
-    return f"{where}: row {row}"
-
-
-def _row_behind(where: str, first: int, row: int) -> str:
-    return row_of(where, first + row)
-
-
-def line_of(where: str, lines: Sequence[int], row: int) -> str:
-    """Name a row of a file for a message, as an editor counts it."""
-    return f"{where}: line {lines[row]}"
-
-
-def check_finite(column: Array, name: str, place: Callable[[int], str]) -> None:
-    """Check that the values (n,) of a column are finite."""
-    bad = ~np.isfinite(column)
-    if bad.any():
-        n = int(np.argmax(bad))
-        raise InputError(f"{place(n)}: The {name!r} column must hold finite numbers. Got {column[n]} instead.")
-
-
-def resample_rows(
-    t: Array, u: Array, y: Array, rows: slice, rate: float | None, where: str, place: Callable[[int], str]
-) -> tuple[Array, Array, Array, slice]:
-    """Resample t, u, y; return them with the new rows that cover the time of the old ones."""
-    from hystfmu.data.resampling import resample
-
-    check_increasing(t, place)
-    new, u, y = resample(t, u, y, rate, where, place)
-    first, end = np.searchsorted(new, t[rows][[0, -1]] + [-1e-9, 1e-9] * np.diff(new[:2]))
-    return new, u, y, train_rows((int(first), int(end)), len(new), f"{where}, resampled")

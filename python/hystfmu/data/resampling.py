@@ -14,7 +14,9 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.data.record_rows import train_rows
 from hystfmu.data.reversals import reversals
+from hystfmu.data.time_grid import check_increasing
 
 GAP = 2.5  # median steps: one lost sample is bridged, two are not
 FASTER = 2.0  # times the mean rate of the data: a higher rate would make rows without a measurement near them
@@ -67,3 +69,32 @@ def resample(
     nearest = np.clip(np.rint((t[turns] - t[0]) * rate).astype(int), 0, len(grid) - 1)
     u_new[nearest], y_new[nearest] = u[turns], y[turns]
     return grid, u_new, y_new
+
+
+def resample_rows(
+    t: Array, u: Array, y: Array, rows: slice, rate: float | None, where: str, place: Callable[[int], str]
+) -> tuple[Array, Array, Array, slice]:
+    """Resample as `resample` does, and carry rows of the data over.
+
+    Parameters
+    ----------
+    t, u, y, rate, where, place
+        As of `resample`; t need not increase.
+    rows : slice
+        Rows of the data.
+
+    Returns
+    -------
+    t, u, y : array, shape (m,)
+    rows : slice
+        New rows that cover the time of the old ones.
+
+    Raises
+    ------
+    InputError
+        Times that do not increase, or what `resample` refuses; fewer than 4 rows are left.
+    """
+    check_increasing(t, place)
+    new, u, y = resample(t, u, y, rate, where, place)
+    first, end = np.searchsorted(new, t[rows][[0, -1]] + [-1e-9, 1e-9] * np.diff(new[:2]))
+    return new, u, y, train_rows((int(first), int(end)), len(new), f"{where}, resampled")

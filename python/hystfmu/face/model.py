@@ -149,7 +149,7 @@ class Model(Record):
         >>> model.score(other)["rms_percent"] < 2.0
         True
         """
-        from hystfmu.data.dataset import train_rows
+        from hystfmu.data.record_rows import train_rows
         from hystfmu.model.accuracy import errors
         from hystfmu.model.inputs import run_along
 

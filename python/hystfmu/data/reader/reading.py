@@ -13,7 +13,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data.covariates import Covariates, identifier
-from hystfmu.data.dataset import LEAST_ROWS, Dataset, check_finite, line_of, resample_rows, row_of, train_rows
+from hystfmu.data.dataset import Dataset
 from hystfmu.data.reader.delimited import delimited
 from hystfmu.data.reader.hdf5 import hdf5, is_hdf5
 from hystfmu.data.reader.matlab import is_matlab, matlab
@@ -21,6 +21,8 @@ from hystfmu.data.reader.measures import TIME, split_name
 from hystfmu.data.reader.roles import Roles, chosen
 from hystfmu.data.reader.table import Table
 from hystfmu.data.reader.text import content_of
+from hystfmu.data.record_rows import LEAST_ROWS, check_finite, line_of, row_of, train_rows
+from hystfmu.data.resampling import resample_rows
 from hystfmu.data.time_grid import check_time
 
 MOST_BYTES = 256 * 2**20
