@@ -3,7 +3,8 @@
 The units of the loop are linear but for the hysteresis of the plant and its inverse.  These two together have local
 slopes around 1 that depend on the path; the case itself is run to find the sector that they fill.  The loop is
 L(z) = -slope K(z) G(z): K is the exact tangent of all other units, G the dynamics of the plant with static gain 1,
-exact for the held command, with any delay, also a fraction of a step.  A memory of a period enters K by its response.
+exact for the command as it reaches them, held or on a ramp, with any delay, also a fraction of a step.  A memory of a
+period enters K by its response.
 """
 
 from __future__ import annotations
@@ -76,6 +77,8 @@ class OpenedLoop:
         The loop has a gain that falls with the amplitude; the margins hold at the largest one.
     inverted : bool
         An inverse stands in the loop.
+    ramp : float
+        Time in which a new command reaches the dynamics of the plant (s).
     """
 
     system: System
@@ -90,6 +93,7 @@ class OpenedLoop:
     broken: StateSpace | None = None
     falling: bool = False
     inverted: bool = True
+    ramp: float = 0.0
 
     @functools.cached_property
     def nominal(self) -> float:
@@ -112,7 +116,7 @@ class OpenedLoop:
         """What the margins follow from: equal loops have equal keys."""
         matrices = tuple((m.shape, m.tobytes()) for m in (*self.controller, *self.plant))
         laws = tuple((m.n, m.q.tobytes(), m.l.tobytes(), m.lifted) for m in self.memories)
-        return self.h, self.hysteresis, f"{self.nominal:.3g}", self.side.delay, self.at, matrices, laws
+        return self.h, self.ramp, self.hysteresis, f"{self.nominal:.3g}", self.side.delay, self.at, matrices, laws
 
     def open_loop(self, slope: float, delay: float) -> Any:
         """Return L(z) at the input of the plant as a state space of python-control.
@@ -131,7 +135,7 @@ class OpenedLoop:
 
     def held(self, delay: float) -> StateSpace:
         """Return G(z) for a delay in steps beyond that of the case."""
-        return held(self.plant, self.h, self.side.delay + delay)
+        return held(self.plant, self.h, self.side.delay + delay, self.ramp)
 
     def margins(self, slope: float | None = None, delay: float = 0.0) -> Margins:
         """Return the margins for one slope, by default `nominal`, and a delay in steps beyond those of the case."""
@@ -338,7 +342,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     y = Input("y", tuple(end for i in measured for end in i.to))
     rest = [i for i in graph.inputs if i not in measured]  # what the loop leaves open
     controller = Graph(graph.nodes, graph.wires, [y, *rest], [Output("u", command.source)], sort=False)
-    linear = dynamics(system, side, between)
+    linear, ramp = dynamics(system, side, between)
     opened, memories = _linear(system, controller, 1)
     broken = None
     if at and at.partition(".")[0] not in {system.parts[k].name for k in side.units}:
@@ -359,6 +363,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
         broken,
         any(n.type in FALLING for n in controller.nodes),
         bool(between),
+        ramp,
     )
 
 

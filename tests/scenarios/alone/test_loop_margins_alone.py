@@ -56,6 +56,19 @@ def test_a_lag_follows_its_closed_form(delay: float) -> None:
         x = A @ x + B
 
 
+@pytest.mark.parametrize("ramp", [1.0, 0.4])
+@pytest.mark.parametrize("delay", [0.0, 0.25, 0.8, 1.25, 2.0])
+def test_a_lag_behind_a_ramp_follows_its_closed_form(delay: float, ramp: float) -> None:
+    """The mean of the answers to steps that come between the delay and the delay and the ramp."""
+    A, B, C, _ = held(LAG, H, delay, ramp * H)
+    x = np.zeros((len(A), 1))
+    for k in range(9):
+        after, before = max(k - delay, 0.0) * H, max(k - delay - ramp, 0.0) * H
+        want = (after - before + TAU * (np.expm1(-after / TAU) - np.expm1(-before / TAU))) / (ramp * H)
+        assert float((C @ x).item()) == pytest.approx(want, abs=1e-13)
+        x = A @ x + B
+
+
 def test_rounding_of_a_delay_is_no_fraction() -> None:
     whole = held(LAG, H, 2.0)
     for near in (2.0 - 1e-13, 2.0 + 1e-10):

@@ -1,20 +1,42 @@
-"""Dynamics of a plant discretised for a held command that comes late, also by a fraction of a step."""
+"""Dynamics of a plant discretised for a held command that comes late, also by a fraction of a step, or on a ramp."""
 
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.design.delays import StateSpace
+from hystfmu.graph import Node
+
+TINY = 1e-9  # of a step: such a part of one is none
 
 
-def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
+def ramp_of(dynamics: Sequence[Node], step: float) -> float:
+    """Return the time in which a new command reaches dynamics in series (s): their step if they ramp up to it, or 0.
+
+    Parameters
+    ----------
+    dynamics : sequence of Node
+        The first of them reads the command.
+    step : float
+        Of the unit that they belong to (s).
+    """
+    if not dynamics:
+        return 0.0
+    first = dynamics[0]
+    chosen = any(v.name == "hold" for v in first.block.parameters)
+    ramps = first.value("hold")[0] == 1 if chosen else first.block.hold == "foh"
+    return step if ramps else 0.0
+
+
+def held(plant: StateSpace, h: float, delay: float, ramp: float = 0.0) -> StateSpace:
     """Discretise dynamics for a command that is held for a step h (s) and comes `delay` steps late, exactly.
 
-    Source: Astrom & Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3.
+    Source: Astrom & Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3, for a command that jumps.
 
     Parameters
     ----------
@@ -24,6 +46,8 @@ def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
         Step (s).
     delay : float
         Delay in steps, also a fraction.
+    ramp : float
+        Time (s), at most h, in which the command rises from its last value to the new one on a line.
 
     Returns
     -------
@@ -35,29 +59,28 @@ def held(plant: StateSpace, h: float, delay: float) -> StateSpace:
     InputError
         Direct feed-through: the output of a step would depend on a command of the same step.  Overflow in a step.
     """
-    return _held(tuple((m.shape, np.ascontiguousarray(m).tobytes()) for m in plant), h, delay)
+    return _held(tuple((m.shape, np.ascontiguousarray(m).tobytes()) for m in plant), h, delay, ramp)
 
 
 @functools.lru_cache(maxsize=256)
-def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: float) -> StateSpace:
+def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: float, ramp: float) -> StateSpace:
     A, B, C, D = (np.frombuffer(data).reshape(shape) for shape, data in content)
     if not len(A):
-        past = 1 + int(np.ceil(delay - 1e-9))
+        past = 1 + int(np.ceil(delay - TINY))
         return np.eye(past, k=-1), np.eye(past)[:, :1], D * np.eye(past)[-1:], np.zeros((1, 1))
     if np.any(D):
         raise InputError("The dynamics of the plant must have no direct feed-through. Got some.")
     whole = int(np.floor(delay + 1e-12))
-    part = max(delay - whole, 0.0) if delay - whole > 1e-9 else 0.0
-    late, now = _over(A, B, part * h), _over(A, B, (1 - part) * h)
-    n, past = len(A), whole + (part > 0)
+    part = delay - whole if delay - whole > TINY else 0.0
+    free, weights = np.eye(len(A)), np.zeros((len(A), 3))  # of u(k - whole), u(k - whole - 1), u(k - whole - 2)
+    for length, first, last in _lines(part, ramp / h):
+        through, jump, line = _over(A, B, length * h)
+        free, weights = through @ free, through @ weights + jump @ first[None] + line @ (last - first)[None]
+    n, past = len(A), whole + int(np.flatnonzero(weights.any(0) | (np.arange(3) == 0))[-1])
     M, N = np.zeros((n + past, n + past)), np.zeros((n + past, 1))
-    M[:n, :n] = now[0] @ late[0]
-    weights = {whole: now[1], whole + 1: now[0] @ late[1]}  # of u(k - j)
-    for j, w in weights.items():
-        if j == 0:
-            N[:n] += w
-        elif j <= past:
-            M[:n, n + j - 1 : n + j] += w
+    M[:n, :n] = free
+    for j, w in zip(range(whole, past + 1), weights.T, strict=False):  # of u(k - j)
+        (N if j == 0 else M[:, n + j - 1 : n + j])[:n, 0] = w
     if not (np.isfinite(M).all() and np.isfinite(N).all()):
         raise InputError("The dynamics of the plant must stay finite over a step. Got some that overflow.")
     if past:
@@ -66,12 +89,32 @@ def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: f
     return M, N, np.hstack([C, np.zeros((1, past))]), np.zeros((1, 1))
 
 
-def _over(A: Array, B: Array, t: float) -> tuple[Array, Array]:
-    """Return e^(A t) and the integral of e^(A s) B over 0 .. t."""
+def _lines(part: float, ramp: float) -> Iterator[tuple[float, Array, Array]]:
+    """Yield the straight lines of the command in a step: length, and weights of three commands at its two ends.
+
+    A new command comes after a part of the step, and rises in the time of a ramp, maybe into the next step; both are
+    fractions of a step.
+    """
+    new, last, older = np.eye(3)
+    over = max(part + ramp - 1, 0.0)  # what is left of the ramp before at the start of the step
+    risen = 1.0 - over / ramp if ramp else 1.0
+    yield over, (1 - risen) * older + risen * last, last
+    yield part - over, last, last
+    risen = (min(part + ramp, 1.0) - part) / ramp if ramp else 1.0
+    yield min(part + ramp, 1.0) - part, last, (1 - risen) * last + risen * new
+    yield 1 - min(part + ramp, 1.0), new, new
+
+
+def _over(A: Array, B: Array, t: float) -> tuple[Array, Array, Array]:
+    """Return e^(A t), and what an input of 1, and one that rises from 0 to 1, add in the time t."""
     # here, so that a process for a foreign FMU does not wait for it
     from scipy.linalg import expm
 
     n = len(A)
+    if not t > 0:
+        return np.eye(n), np.zeros((n, 1)), np.zeros((n, 1))
+    chain = np.zeros((n + 2, n + 2))
+    chain[:n, :n], chain[:n, n : n + 1], chain[n, n + 1] = A * t, B * t, 1.0
     with np.errstate(over="ignore", invalid="ignore"):  # the caller refuses what overflows
-        M = expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * t)
-    return M[:n, :n], M[:n, n:]
+        M = expm(chain)
+    return M[:n, :n], M[:n, n : n + 1], M[:n, n + 1 :]

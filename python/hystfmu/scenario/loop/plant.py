@@ -18,6 +18,7 @@ from hystfmu.design.linear import linearise
 from hystfmu.design.sector import CONTINUOUS, gain_of, slopes_along
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.engine.native import Native
+from hystfmu.scenario.loop.held import ramp_of
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.system import Link, Part, System
 
@@ -105,8 +106,11 @@ def without_levels(graph: Graph) -> Graph:
     return graph
 
 
-def dynamics(system: System, side: PlantSide, between: Collection[int]) -> StateSpace:
-    """Return the linear dynamics of the plant side, with static gain 1 if they have one; without any, a gain of 1.
+def dynamics(system: System, side: PlantSide, between: Collection[int]) -> tuple[StateSpace, float]:
+    """Return the linear dynamics of the plant side, and the time in which a new command reaches them (s).
+
+    Their static gain is 1 if they have one; without any they are a gain of 1.  Dynamics that ramp up to their input
+    take a step of their unit for it.
 
     Raises
     ------
@@ -114,11 +118,15 @@ def dynamics(system: System, side: PlantSide, between: Collection[int]) -> State
         They are not in series.
     """
     undone = _undone(system, between)
-    chain = [n for link in side.links for n in _on_the_way(system, link, side, undone)]
+    ways = [(system.parts[link.to], _on_the_way(system, link, side, undone)) for link in side.links]
+    chain = [n for _, way in ways for n in way]
+    first = next((part for part, way in ways if way), None)
+    ramp = ramp_of(chain, system.case.step * first.period / system.case.ripple / first.substeps) if first else 0.0
     gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([gain_of(n) for n in chain]))})
     nodes = [gain, *(Node(f"part{i}", n.type, n.dims, n.values) for i, n in enumerate(chain))]
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
-    return linearise(Graph(nodes, wires, [Input("u", ("gain.u",))], [Output("y", f"{nodes[-1].name}.y")]))
+    ends = [Input("u", ("gain.u",))], [Output("y", f"{nodes[-1].name}.y")]
+    return linearise(Graph(nodes, wires, *ends)), ramp
 
 
 def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[float, float]:
