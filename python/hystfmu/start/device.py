@@ -34,7 +34,7 @@ class Device:
     Attributes
     ----------
     model : Model
-        The whole.
+        The whole, behind a held command.
     inverse : Model
         Inverse of the model with its dynamics at rest.
     ahead : Graph or None
@@ -87,6 +87,7 @@ def device(model: Model, data: Dataset) -> Device:
     """
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
+    model = behind_hold(model)
     parts = split(model) or Parts(model, ())
     dynamics = tuple(n for n in parts.tail if n.type == DYNAMICS)
     lag_steps, taps = feedforward(parts, data.h) if dynamics else (0, None)
@@ -110,6 +111,19 @@ def device(model: Model, data: Dataset) -> Device:
         at_start(model),
         falling,
     )
+
+
+def behind_hold(model: Model) -> Model:
+    """Return a model for a command that a converter holds for a step: its dynamics see jumps.
+
+    A fit takes its rows as samples of a smooth input, and its dynamics ramp up to each of them.  Trap: on such a ramp a
+    loop that a device follows to 0.3 % had an error of 1e-4 %, for the command acts half a step earlier.
+    """
+    first = next((n for n in (split(model) or Parts(model, ())).tail if n.type == DYNAMICS), None)
+    if first is None:
+        return model
+    jumps = replace(first, values={**first.values, "hold": "zoh"})
+    return Model.of(replace(model, graph=model.graph.replace(jumps)))
 
 
 def slower(found: Device, frequency: float) -> Device:

@@ -14,7 +14,7 @@ from hystfmu.face.model import Model
 from hystfmu.face.scenario import Scenario
 from hystfmu.graph import blocks
 from hystfmu.inverse.input_range import input_range
-from hystfmu.start.device import COMPUTING, PERIODS, Device, corners
+from hystfmu.start.device import COMPUTING, PERIODS, Device, behind_hold, corners
 from hystfmu.start.tuning import MS_DB, SLOPES, Gains
 
 STROKE = 0.8  # share of the range of the output that references use
@@ -36,7 +36,7 @@ def loop_scenario(found: Device, gains: Gains, percent: float, name: str, other:
     name : str
         Of the scenario.
     other : Model, optional
-        A model of another kind of the same data, which stands for the plant in one case.
+        A model of another kind of the same data, which stands for the device in one case.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def loop_scenario(found: Device, gains: Gains, percent: float, name: str, other:
     loop = Scenario(
         name, step=found.h, stop=float(f"{stop:.12g}"), text=f"PI controller in front of the inverse of {name}"
     )
-    loop.add("plant", found.model, text="the fitted model stands for the device")
+    loop.add("plant", found.model, text="the fitted model stands for the device, behind a held command")
     loop.add(
         "reference",
         blocks.Reference(
@@ -109,7 +109,9 @@ def _cases(loop: Scenario, found: Device, percent: float, other: Model | None) -
         loop.case(name, text, units={"plant": plant}, limits=wider)
         loop.case(f"{name}_two_steps", f"{text}, one step of delay more", units={"plant": plant, **late}, limits=wider)
     if other is not None:
-        loop.case("other_kind", f"{other.key} of the same data as plant", units={"plant": other}, limits=wider)
+        loop.case(
+            "other_kind", f"{other.key} of the same data as plant", units={"plant": behind_hold(other)}, limits=wider
+        )
     off = {"pid.Kp": 0.0, "pid.Ki": 0.0}
     loop.case("inverse_only", "for comparison: without feedback", set=off)
     lo, hi = input_range(found.model, "A loop must have the input range of its model")

@@ -11,7 +11,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.design.frequency import response_of
-from hystfmu.scenario.loop.held import held, ramp_of
+from hystfmu.scenario.loop.held import held
 from hystfmu.start.device import COMPUTING, FREQUENCY, GAIN, Device, faster
 from hystfmu.start.tuning import Gains, in_series
 
@@ -36,13 +36,13 @@ def corner_error(found: Device, gains: Gains, f: Array) -> Array:
     """
     z = np.exp(2j * np.pi * f * found.h)
     K = gains.Kp + gains.Ki * found.h * z / (z - 1)
-    late, ramp = found.delay + COMPUTING, ramp_of(found.dynamics, found.h)
-    G = response_of(held(in_series(found.dynamics), found.h, late, ramp), z)[:, 0, 0]
+    late = found.delay + COMPUTING
+    G = response_of(held(in_series(found.dynamics), found.h, late), z)[:, 0, 0]
     worst = np.zeros(len(f))
     for times in (1 - FREQUENCY, 1 + FREQUENCY) if found.dynamics else (1.0,):
         dynamics = in_series([faster(n, times) for n in found.dynamics])
         for more in (0, 1):
-            differing = response_of(held(dynamics, found.h, late + more, ramp), z)[:, 0, 0]
+            differing = response_of(held(dynamics, found.h, late + more), z)[:, 0, 0]
             for k in (1 - GAIN, 1 + GAIN):
                 e = np.abs((1 - k * differing / G) / (1 + k * K * differing))
                 worst = np.maximum(worst, 100 * e / np.sqrt(8))

@@ -1,7 +1,7 @@
 """Gains of a PI controller in front of an inverse: the largest integral gain that every corner carries.
 
-The loop is L(z) = slope K(z) G(z): G are the dynamics behind the hysteresis with static gain 1, for a late command that
-is held or ramps up; the slope is what an imperfect inverse leaves of the hysteresis.
+The loop is L(z) = slope K(z) G(z): G are the dynamics behind the hysteresis with static gain 1, held and late, and the
+slope is what an imperfect inverse leaves of the hysteresis.
 
 Source: Astrom, Panagopoulos & Hagglund 1998, Automatica 34(5) 585-601: the largest integral gain under a bound on the
 peak of the sensitivity rejects disturbances best.
@@ -22,7 +22,7 @@ from hystfmu.design.frequency import beside, grid, response_of
 from hystfmu.design.linear import linearise
 from hystfmu.design.sector import gain_of
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.scenario.loop.held import held, ramp_of
+from hystfmu.scenario.loop.held import held
 
 MS_DB = 6.0  # largest peak of the sensitivity of the nominal loop
 SLOPES = (0.68, 1.64)  # of plant over inverse: gain 20 % off and thresholds 10 %
@@ -60,18 +60,18 @@ def tune(dynamics: Sequence[Sequence[Node]], h: float, delay: float) -> Gains:
     h : float
         Step (s).
     delay : float
-        Steps of delay between the controller and the dynamics, beside the hold or ramp.
+        Steps of delay between the controller and the dynamics, beside the hold.
 
     Raises
     ------
     InputError
         No integral gain is stable at all corners.
     """
-    plants, ramp = [in_series(nodes) for nodes in dynamics], ramp_of(dynamics[0], h)
-    behind = held(plants[0], h, delay, ramp)
+    plants = [in_series(nodes) for nodes in dynamics]
+    behind = held(plants[0], h, delay)
     z = np.exp(1j * np.union1d(grid(), beside(np.linalg.eigvals(behind[0].astype(complex)), grid())))
     nominal = response_of(behind, z)[:, 0, 0]
-    late = [held(p, h, delay + more, ramp) for p in plants for more in LATE]
+    late = [held(p, h, delay + more) for p in plants for more in LATE]
     best: tuple[float, float] | None = None
 
     def allowed(Kp: float, ki: float) -> bool:
