@@ -224,13 +224,14 @@ def test_two_reports_side_by_side(loop: Any, write: Any, tmp_path: Path) -> None
     loop["units"]["pid"]["values"]["Kp"] = 1.5
     run_scenarios([write(loop)], engine="native", report_dir=tmp_path / "b")
     found = compare_reports(tmp_path / "a/report.json", tmp_path / "b", tmp_path / "diff.html")
-    assert [c.what for c in found] == ["tracking", "verdict"]
-    assert (found[1].old, found[1].new) == ("ok", "failed")
-    assert isinstance(found[0].old, float)
-    assert found[0].relative == pytest.approx(found[0].new / found[0].old - 1)  # type: ignore[operator]
+    assert {c.what for c in found} == {"tracking", "Ms, dB", "delay margin, steps", "verdict"}
+    assert (found[-1].old, found[-1].new) == ("ok", "failed")
+    tracking = next(c for c in found if c.what == "tracking")
+    assert isinstance(tracking.old, float)
+    assert tracking.relative == pytest.approx(tracking.new / tracking.old - 1)  # type: ignore[operator]
     page = (tmp_path / "diff.html").read_text()
     ET.fromstring(page[page.index("<main>") : page.index("</main>") + 7])
-    assert "1 of 1 metrics differ" in page
+    assert "3 of 3 figures differ" in page
     assert page.index("loop/nominal: the case of the largest change") < page.index("<table")  # the first figure
     assert page.count("<svg") == 2 + 2  # plant.y and its difference first; reference.r, plant.y
     assert page.count(">old</text>") == page.count(">new</text>") == 3  # both revisions in each

@@ -68,8 +68,8 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
     """Compare two reports of 'hystfmu run' or 'hystfmu study'.
 
     A and B are their folders, or the files report.json in them.  The page of two runs says what changed, lists old and
-    new metrics, the largest change first, and overlays the signals.  The page of two studies has the shares inside the
-    limits with their intervals, distributions on common axes, and the draws that changed their verdict.
+    new metrics and margins, the largest change first, and overlays the signals.  The page of two studies has the shares
+    inside the limits with their intervals, distributions on common axes, and the draws that changed their verdict.
 
     \b
     Example: hystfmu compare main branch -o diff.html

@@ -294,9 +294,21 @@ def test_the_changes_between_two_reports(tmp_path: Path) -> None:
         Change("s/c", "x", None, math.inf), Change("s/c", "verdict", "missing", "ok"),
     ]  # fmt: skip
     text = (tmp_path / "out.html").read_text()
-    assert "3 of 4 metrics differ, 1 of them are larger; 2 verdicts changed, 1 to failed or missing." in text
+    assert "3 of 4 figures differ, 1 of them are larger; 2 verdicts changed, 1 to failed or missing." in text
     assert compare_reports(old, old, tmp_path / "same.html") == []
-    assert "All 3 metrics are the same." in (tmp_path / "same.html").read_text()
+    assert "All 3 figures are the same." in (tmp_path / "same.html").read_text()
+
+
+def test_margins_are_compared_where_both_reports_have_them(tmp_path: Path) -> None:
+    """A loop that became unstable has no peak and no delay margin: they count as the worst there are."""
+    calm = {"margins": {"stable": True, "Ms_db": 3.0, "delay_steps": None}}
+    wild = {"margins": {"stable": False, "Ms_db": None, "delay_steps": None}}
+    plain = report(tmp_path, "1", [case("s/a", {"x": 1.0})])
+    old, new = (report(tmp_path, n, [case("s/a", {"x": 1.0}, **more)]) for n, more in (("2", calm), ("3", wild)))
+    assert compare_reports(old, new, tmp_path / "out.html") == [
+        Change("s/a", "Ms, dB", 3.0, math.inf), Change("s/a", "delay margin, steps", math.inf, 0.0)
+    ]  # fmt: skip
+    assert compare_reports(plain, new, tmp_path / "out.html") == compare_reports(old, old, tmp_path / "out.html") == []
 
 
 def test_the_largest_changes_come_first() -> None:
@@ -309,9 +321,9 @@ def test_the_largest_changes_come_first() -> None:
 
 def test_the_answer_of_a_comparison() -> None:
     worse, better, gone = Change("a", "x", 1.0, 2.0), Change("a", "y", 2.0, 1.0), Change("a", "z", 1.0, None)
-    assert compare._answer([worse, better, gone], [worse]) == "3 of 4 metrics differ, 1 of them are larger."
+    assert compare._answer([worse, better, gone], [worse]) == "3 of 4 figures differ, 1 of them are larger."
     one = compare._answer([worse, Change("a", "verdict", "failed", "ok")], [])
-    assert one == "1 of 1 metrics differ, 1 of them are larger; 1 verdict changed, 0 to failed or missing."
+    assert one == "1 of 1 figures differ, 1 of them are larger; 1 verdict changed, 0 to failed or missing."
     assert [compare._cells(c) for c in (worse, gone)] == [[1.0, 2.0, "+100"], [1.0, "", ""]]
 
 

@@ -1,4 +1,4 @@
-"""Compare the report.json of two runs on one page: the largest changes first, all metrics, overlaid signals."""
+"""Compare the report.json of two runs on one page: largest changes first, all metrics and margins, overlaid signals."""
 
 from __future__ import annotations
 
@@ -31,11 +31,24 @@ class _Metric(pydantic.BaseModel):
     value: float  # 'inf' as text after a diverged run
 
 
+class _Margins(pydantic.BaseModel):
+    stable: bool
+    Ms_db: float | None
+    delay_steps: float | None  # none if no delay makes the loop unstable
+
+    def values(self) -> dict[str, float]:
+        """Return peak and delay margin as numbers, of an unstable loop the worst there are."""
+        if not self.stable or self.Ms_db is None:
+            return {"Ms, dB": math.inf, "delay margin, steps": 0.0}
+        return {"Ms, dB": self.Ms_db, "delay margin, steps": math.inf if self.delay_steps is None else self.delay_steps}
+
+
 class _Case(pydantic.BaseModel):
     scenario: str
     case: str
     passed: bool
     metrics: list[_Metric]
+    margins: _Margins | None = None
     failures: list[str] = []
     signals: dict[str, list[Finite]] = {}
     units: dict[str, str] = {}
@@ -90,7 +103,8 @@ def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> l
     same: list[Change] = []
     for title in dict.fromkeys([*old, *new]):
         a, b = old.get(title), new.get(title)
-        values = [{m.metric: m.value for m in c.metrics} if c is not None else {} for c in (a, b)]
+        margins = all(c is None or c.margins is not None for c in (a, b))  # earlier reports have none
+        values = [_values(c, margins) for c in (a, b)]
         for name in {**values[0], **values[1]}:
             change = Change(title, name, values[0].get(name), values[1].get(name))
             (same if change.old == change.new else found).append(change)
@@ -103,9 +117,7 @@ def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> l
     body = ["<h1>Two runs side by side</h1>", f'<p class="answer">{escape(_answer(found, same))}</p>']
     body.append(f'<p class="lead">{escape(text)}</p>')
     if found:
-        first = table(
-            _table([c for c in ordered if c.what != "verdict"][:MOST_FIRST], "the largest changes of metrics")
-        )
+        first = table(_table([c for c in ordered if c.what != "verdict"][:MOST_FIRST], "the largest changes"))
         drawn = _drawn(cases[0], old.get(cases[0]), new.get(cases[0]))
         body.append(f'<div class="plots hero">{drawn}<div>{first}</div></div>')
     folded = [_table(same)] if same else []
@@ -116,6 +128,13 @@ def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> l
             body.append(section(Section(title, plots=plots)))
     write_text(out, page("HystFMU comparison", body))
     return found
+
+
+def _values(c: _Case | None, margins: bool) -> dict[str, float]:
+    """Return the metrics of a case, and its margins if asked for."""
+    if c is None:
+        return {}
+    return {m.metric: m.value for m in c.metrics} | (c.margins.values() if margins and c.margins else {})
 
 
 def _largest_first(found: Sequence[Change]) -> list[Change]:
@@ -135,11 +154,11 @@ def _largest_first(found: Sequence[Change]) -> list[Change]:
 def _answer(found: Sequence[Change], same: Sequence[Change]) -> str:
     """Say what changed in a sentence."""
     verdicts = [c for c in found if c.what == "verdict"]
-    metrics = len(found) - len(verdicts)
+    figures = len(found) - len(verdicts)
     if not found:
-        return f"All {len(same)} metrics are the same."
+        return f"All {len(same)} figures are the same."
     worse = sum(c.relative is not None and c.relative > 0 for c in found)
-    said = f"{metrics} of {metrics + len(same)} metrics differ, {worse} of them are larger"
+    said = f"{figures} of {figures + len(same)} figures differ, {worse} of them are larger"
     if verdicts:
         failing = sum(c.new != "ok" for c in verdicts)
         said += f"; {len(verdicts)} verdict{'s' if len(verdicts) > 1 else ''} changed, {failing} to failed or missing"
