@@ -16,8 +16,16 @@ typedef enum { FMI_OK, FMI_WARNING, FMI_DISCARD, FMI_ERROR, FMI_FATAL } fmi_stat
 /* interfaces and phases, as bits: a call lists those in which it is allowed.  Step Mode belongs to Co-Simulation,
  * Continuous-Time Mode to Model Exchange, Event Mode to both (in FMI 2.0 to Model Exchange alone). */
 enum { CO_SIMULATION = 1, MODEL_EXCHANGE = 2, BOTH = 3 };
-enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, STEPPING = 8, CONTINUOUS = 16, TERMINATED = 32, ANY = 63 };
-enum { INTERMEDIATE = 64 }; /* Intermediate Update Mode of FMI 3.0, inside of a step: not in ANY */
+enum {
+  INSTANTIATED = 1,
+  INITIALIZATION = 2,
+  EVENT = 4,
+  STEPPING = 8,
+  CONTINUOUS = 16,
+  TERMINATED = 32,
+  ANY = 63,
+  INTERMEDIATE = 64 /* Intermediate Update Mode of FMI 3.0, inside of a step: not in ANY */
+};
 
 /* types of the table, as bits: a getter or setter lists those it accepts */
 enum { REAL = HYST_REAL, INTEGER = HYST_INT, BOOLEAN = HYST_BOOL, ENUMERATION = HYST_CHOICE };

@@ -25,8 +25,11 @@ STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-fn
 LANGUAGES = {
     "gcc": ["gcc", "-std=c99"],
     "clang": ["clang", "-std=c99"],
-    "g++": ["g++", "-x", "c++", "-std=c++17"],
-    "clang++": ["clang++", "-x", "c++", "-std=c++17"],
+    # C++20 deprecates arithmetic between numbers and enumerators, later versions refuse it
+    "g++": ["g++", "-x", "c++", "-std=c++20"],
+    "clang++": ["clang++", "-x", "c++", "-std=c++20"],
+    "older g++": ["g++", "-x", "c++", "-std=c++11"],
+    "older clang++": ["clang++", "-x", "c++", "-std=c++11"],
 }
 # each compiler once, each version by two; the long runs have the rest
 SOON = [(2, "gcc"), (3, "clang"), (3, "g++"), (2, "clang++")]

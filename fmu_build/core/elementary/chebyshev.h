@@ -19,7 +19,7 @@ HYST_COLD static inline void hyst_chebyshev_fit(double *c, double half, hyst_of_
   for (int k = 0; k < HYST_CHEBYSHEV; k++) { /* last: powers in the k-th Chebyshev polynomial */
     double sum = 0;
     for (int j = 0; j < HYST_CHEBYSHEV; j++) sum += value[j] * cosine[k * (2 * j + 1) % (4 * HYST_CHEBYSHEV)];
-    for (int i = 0; i <= k; i++) c[i] += last[i] * sum * ((k > 0 ? 2.0 : 1.0) / HYST_CHEBYSHEV);
+    for (int i = 0; i <= k; i++) c[i] += last[i] * sum * ((k > 0 ? 2.0 : 1.0) / (double)HYST_CHEBYSHEV);
     for (int i = HYST_CHEBYSHEV - 1; i >= 0; i--) {
       const double next = 2 * (i > 0 ? now[i - 1] : 0) - last[i];
       last[i] = now[i];

@@ -120,14 +120,14 @@ static inline double hyst_turn_last_slope(const double *m, int depth, double x, 
 enum { HYST_DOMINANT, HYST_LAST };
 static inline hyst_turn hyst_turn_chosen(double memory, const double *m, int depth, double x, double x0, double h0,
                                          hyst_branch g, const void *ctx) {
-  return memory == HYST_LAST ? hyst_turn_last(m, depth, x, x0, h0, g, ctx)
-                             : hyst_turn_dominant(m, depth, x, x0, h0, g, ctx);
+  return memory == (double)HYST_LAST ? hyst_turn_last(m, depth, x, x0, h0, g, ctx)
+                                     : hyst_turn_dominant(m, depth, x, x0, h0, g, ctx);
 }
 
 static inline double hyst_turn_chosen_slope(double memory, const double *m, int depth, double x, double x0, double seed,
                                             hyst_branch_slope slope, const void *ctx) {
-  return memory == HYST_LAST ? hyst_turn_last_slope(m, depth, x, x0, seed, slope, ctx)
-                             : hyst_turn_dominant_slope(m, depth, x, x0, seed, slope, ctx);
+  return memory == (double)HYST_LAST ? hyst_turn_last_slope(m, depth, x, x0, seed, slope, ctx)
+                                     : hyst_turn_dominant_slope(m, depth, x, x0, seed, slope, ctx);
 }
 
 /* Stores the result of hyst_turn_...() in the memory. */

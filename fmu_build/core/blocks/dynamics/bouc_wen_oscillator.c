@@ -76,8 +76,9 @@ static double divisions(const plant *p, double dt) {
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const plant p = PLANT;
-  return divisions(&p, dt) < MOST_STEPS ? NULL
-                                        : "the step is too long: it contains thousands of periods of the oscillator";
+  return divisions(&p, dt) < (double)MOST_STEPS
+             ? NULL
+             : "the step is too long: it contains thousands of periods of the oscillator";
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT

@@ -58,7 +58,7 @@ static double divisions(const shape *s, double m, double k, double dt) {
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const shape s = SHAPE;
-  return divisions(&s, *m_L, *k_L, dt) < MOST_STEPS
+  return divisions(&s, *m_L, *k_L, dt) < (double)MOST_STEPS
              ? NULL
              : "the step is too long: it contains thousands of periods of the oscillator";
 }

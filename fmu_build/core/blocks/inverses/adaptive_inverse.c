@@ -197,7 +197,7 @@ HYST_UPDATE_FN(update) {
     *learned = *y_d != *y_d_last && learn(n + 1, weights, P, fast, e, *sigma, sd, dt / *T, gain);
     if (*learned == 1) {
       *wrong = hyst_fabs(e) > *change && *since >= *pause ? *wrong + 1 : 0;
-      if (*wrong >= IN_A_ROW) {
+      if (*wrong >= (double)IN_A_ROW) {
         trust(n + 1, 1, sd, P);
         *wrong = *since = 0;
         *count += 1;

@@ -44,7 +44,7 @@ HYST_UPDATE_FN(update) {
     for (int i = 0; i < n; i++) rest -= w[i] * (1 - share[i]) * q[i];
     const double held = rest / gain[0];
     for (int i = 0; i < n; i++) q[i] += share[i] * (held - q[i]);
-  } else if (*start == STEADY) {
+  } else if (*start == (double)STEADY) {
     for (int i = 0; i < n; i++) q[i] = *u / gain[1];
   }
 }

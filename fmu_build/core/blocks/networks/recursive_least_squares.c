@@ -96,12 +96,12 @@ HYST_UPDATE_FN(update) {
   for (int i = 0; i < n; i++) before[i] = weights[i];
   const double e = *y - product(n, phi, weights), hPh = leverage(n, D, U, phi), size = e / *r;
   *samples += 1;
-  if (*form == PRINTED) *variance += size * size / *samples;
+  if (*form == (double)PRINTED) *variance += size * size / *samples;
   double alpha = *mu;
-  if (*form != PLAIN) {
-    const double s = *share * ((*form == PRINTED ? *variance : size * size) - 1);
+  if (*form != (double)PLAIN) {
+    const double s = *share * ((*form == (double)PRINTED ? *variance : size * size) - 1);
     if (hyst_fabs(e) <= *r || s == 0 || hPh == 0) { /* lambda = 0, or nothing to learn from */
-      if (*form == PRINTED)
+      if (*form == (double)PRINTED)
         for (int i = 0; i < n; i++) D[i] /= *mu;
       return;
     }

@@ -28,7 +28,7 @@ HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const hyst_odd l = hyst_odd_of(*a0, a, m, *d_max, edge);
   hyst_odd_prepare(&l, edge);
-  if (*memory != HYST_LAST && !(hyst_odd_least_slope(&l, 0) >= 0))
+  if (*memory != (double)HYST_LAST && !(hyst_odd_least_slope(&l, 0) >= 0))
     return "the branch (1 - e^-d) (a0 + sum a_j d^(2j-1)) must not fall between d = 0 and d_max";
   return NULL;
 }

@@ -35,7 +35,7 @@ HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   for (int i = 0; i < n; i++) {
     if (dt > 0) q[i] += share[i] * (*u - q[i]);
-    else if (*start == STEADY) q[i] = *u;
+    else if (*start == (double)STEADY) q[i] = *u;
   }
 }
 HYST_FEEDTHROUGH_FN(feedthrough) {

@@ -74,23 +74,23 @@ HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   if (!(*lo < *hi)) return "lo must be less than hi";
   const law l = law_of(E, virgin, n, *lo, *hi);
-  *origin = *start == LOW ? *lo : *start == HIGH ? *hi : 0.5 * *lo + 0.5 * *hi;
-  if (*start == DEMAGNETISED) {
+  *origin = *start == (double)LOW ? *lo : *start == (double)HIGH ? *hi : 0.5 * *lo + 0.5 * *hi;
+  if (*start == (double)DEMAGNETISED) {
     fill_demagnetised(&l, virgin, *offset);
     return NULL;
   }
   for (int k = 0; k <= 2 * n; k++) { /* between two nodes E(u, lo) and E(hi, u) are linear */
     const int i = k / 2, next = (k + 1) / 2;
-    virgin[k] = *start == LOW ? *offset - at_node(&l, n, 0) + at_node(&l, i, 0) + at_node(&l, next, 0)
-                              : *offset + at_node(&l, n, 0) - at_node(&l, n, i) - at_node(&l, n, next);
+    virgin[k] = *start == (double)LOW ? *offset - at_node(&l, n, 0) + at_node(&l, i, 0) + at_node(&l, next, 0)
+                                      : *offset + at_node(&l, n, 0) - at_node(&l, n, i) - at_node(&l, n, next);
   }
   return NULL;
 }
 HYST_RETURN_POINT(memory, hyst_clamp(*u, *lo, *hi), y,
                   turn(law_of(E, virgin, n, *lo, *hi), memory, depth, hyst_clamp(*u, *lo, *hi), *origin), *origin,
-                  virgin[*start == LOW    ? 0
-                         : *start == HIGH ? 2 * n
-                                          : n])
+                  virgin[*start == (double)LOW    ? 0
+                         : *start == (double)HIGH ? 2 * n
+                                                  : n])
 static double first_slope(const void *ctx, double u, double seed) {
   const law *l = (const law *)ctx;
   const int n = l->grid.n;
