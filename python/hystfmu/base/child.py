@@ -47,6 +47,14 @@ def late(seconds: float) -> str:
     return f"not finished after {seconds:g} s: a unit hangs, or allow more time"
 
 
+def signal_name(number: int) -> str:
+    """Return the name of a signal."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+
+
 def tell_unconfined() -> None:
     """Say once, on stderr, what this system cannot keep foreign FMUs from."""
     may = unconfined()
@@ -93,6 +101,11 @@ class Child:
     def status(self) -> int:
         """Status with which it ended; the negative number of a signal."""
         return int(self._process.returncode)
+
+    @property
+    def ending(self) -> str:
+        """How it ended, in words: "crashed (SIGSEGV)" or "ended with status 1"."""
+        return f"crashed ({signal_name(-self.status)})" if self.status < 0 else f"ended with status {self.status}"
 
     def finish(self, seconds: float, look: Callable[[], None] = lambda: None) -> tuple[list[str], bool]:
         """Wait at most `seconds`, then end the child and all that it has started.

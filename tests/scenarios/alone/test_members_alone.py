@@ -241,7 +241,7 @@ def test_without_saved_states_there_is_no_iteration(write: Any, engine: Any) -> 
 class Here:
     """In place of a child process: the task runs here when it is waited for."""
 
-    status, lines, late = 0, ["last line"], False
+    status, ending, lines, late = 0, "ended with status 0", ["last line"], False
 
     def __init__(self, *arguments: Any, box: Any = None) -> None:
         self.folder, type(self).box = Path(arguments[-1]), box

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import json
 import re
-import signal
 import tempfile
 import time
 import zipfile
@@ -25,13 +24,6 @@ ABOUT = 20  # checks of an FMU with both interfaces, for the progress
 Progress = Callable[[float], None]
 
 
-def _signal(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"
-
-
 def _run_problems(process: Child, result: Path, seconds: float, progress: Progress) -> Findings:
     """Return the findings of the child process, including the trial in which it crashed or hung."""
     lines, in_time = process.finish(seconds, lambda: _tell(result, progress))
@@ -45,7 +37,7 @@ def _run_problems(process: Child, result: Path, seconds: float, progress: Progre
     if not in_time:
         problems.append(f"the FMU did not finish within {seconds:g} s while {doing}")
     elif process.status < 0:
-        problems.append(f"the FMU crashed ({_signal(-process.status)}) while {doing}")
+        problems.append(f"the FMU {process.ending} while {doing}")
     elif not finished:
         problems.append(f"the FMU ended its process with status {process.status} while {doing}")
     if problems and lines and re.search("cannot be instantiated|failed with status", problems[0]):

@@ -96,7 +96,8 @@ class Instance:
         except AttributeError as e:  # fmpy looks up every function of the standard
             raise Finding(f"the binary does not export {str(e).split()[-1]}") from None
         except Exception as e:
-            raise Finding(f"the binary cannot be loaded: {e}") from None
+            words = str(e).replace(f"{folder.absolute()}/", "")  # the place of the copy tells nothing
+            raise Finding(f"the binary cannot be loaded: {words}") from None
         if self.version == 1:
             self._mend_status()
         try:

@@ -80,7 +80,7 @@ def run_alone(task: Task, seconds: float, confined: bool = True) -> tuple[Array,
             return t, values, one_line(ended["note"])
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             why = f" ({lines[-1]})" if process.status == CANNOT and lines else ""
-            raise Stopped(f"the process that ran the FMU ended with status {process.status}{why}", "killed") from None
+            raise Stopped(f"the process that ran the FMU {process.ending}{why}", "killed") from None
 
 
 def _inputs(task: Task, times: Array) -> Array:
@@ -99,9 +99,9 @@ def _run(task: Task, folder: Path) -> tuple[int, str]:
     said: list[str] = []
     outputs = [(p.variable, p.size) for p in task.foreign.ports if p.kind == "output"]
     inputs = [(p.variable, p.size) for p in task.driven]
-    unit = Simulated(task.foreign.folder, task.foreign.description, inputs, outputs, "alone", said.append)
     rows = 0
     try:
+        unit = Simulated(task.foreign.folder, task.foreign.description, inputs, outputs, "alone", said.append)
         unit.set_parameters(task.foreign.settings)
         with (folder / _VALUES).open("wb") as f:
             for first in range(0, task.n_steps + 1, _CHUNK):

@@ -70,7 +70,7 @@ def chunks_isolated(
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             foreign = ", ".join(p.name for p in system.foreign)
             why = f" ({lines[-1]})" if child.status == CANNOT and lines else ""
-            raise Stopped(f"the process that ran {foreign} ended with status {child.status}{why}", "killed") from None
+            raise Stopped(f"the process that ran {foreign} {child.ending}{why}", "killed") from None
 
 
 def main(folder: Path) -> None:

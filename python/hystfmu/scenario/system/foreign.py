@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import xml.etree.ElementTree as ET
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,6 +18,7 @@ from typing import Any, Literal
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.archive.cache import unpacked
 from hystfmu.fmu.foreign.carried import numbers
+from hystfmu.fmu.foreign.description import check_binary, read_description
 from hystfmu.fmu.foreign.instance import CARRIED, NUMBERS, REAL, version
 from hystfmu.graph.ports import element_names
 
@@ -69,21 +70,14 @@ class Foreign:
         Raises
         ------
         InputError
-            Not a readable FMU 1.0, 2.0 or 3.0 for Co-Simulation or Model Exchange.
+            Not a readable FMU 1.0, 2.0 or 3.0 for Co-Simulation or Model Exchange with a binary for this platform.
         """
-        import fmpy
-
         folder, digest = unpacked(path)
-        try:
-            description = fmpy.read_model_description(str(folder), validate=False)
-        except Exception as e:
-            raise InputError(f"{path}: modelDescription.xml: {' '.join(str(e).split())[:200]}") from None
-        if not str(description.fmiVersion).startswith(("1.", "2.", "3.")):
-            raise InputError(f"{path}: FMI 1.0, 2.0 and 3.0 can run; this one is {description.fmiVersion}")
+        description, root = read_description(path, folder)
         if description.coSimulation is None and description.modelExchange is None:
             raise InputError(f"{path}: has neither Co-Simulation nor Model Exchange")
-        # fmpy does not read the plural of FMI 3.0
-        declared = ET.parse(Path(folder) / "modelDescription.xml").getroot().find("CoSimulation")
+        check_binary(path, folder, description)
+        declared = root.find("CoSimulation")  # fmpy does not read the plural of FMI 3.0
         name = "providesDirectionalDerivative"
         has_tangent = declared is not None and {declared.get(name), declared.get(f"{name}s")} & {"true", "1"} != set()
         made = cls(path, folder, digest, description, _ports(path, description, {}), has_tangent)
@@ -162,6 +156,9 @@ def _ports(path: Path, description: Any, sizes: Mapping[str, Any]) -> tuple[Fore
     ports = [_port(path, v, sizes) for v in description.modelVariables if _is_port(v)]
     if sum(p.size for p in ports) > MOST_PORTS:
         raise InputError(f"{path}: more than {MOST_PORTS} inputs and outputs")
+    twice = [name for name, n in Counter(p.name for p in ports).items() if n > 1]
+    if twice:
+        raise InputError(f"{path}: inputs and outputs must have names of their own. {twice[0]!r} occurs twice.")
     return tuple(sorted(ports, key=lambda p: p.kind))
 
 
@@ -181,7 +178,10 @@ def _port(path: Path, v: Any, sizes: Mapping[str, Any]) -> ForeignPort:
     size = _size(v, sizes)
     if not 0 < size <= MOST_PORTS:
         raise InputError(f"{path}: {v.name!r} has {size} elements; at most {MOST_PORTS} can be connected")
-    start = list(numbers(v.start)) if v.start not in (None, "") else [0.0]
+    try:
+        start = list(numbers(v.start)) if v.start not in (None, "") else [0.0]
+    except ValueError:
+        raise InputError(f"{path}: {v.name}: the start value must be a number. Got {v.start!r} instead.") from None
     if len(start) != size:
         start = start[:1] * size
     return ForeignPort(
