@@ -55,6 +55,12 @@ def record(u, *dynamics, seed=1):
     return Dataset.from_signal(u, y + noise, H)
 
 
+def moved_on(at_rest, u):
+    """Output of the device of a record, which rested at its first input and moves on to that of other signals."""
+    before = np.concatenate([np.linspace(at_rest, u[0], 200), np.full(200, u[0])])
+    return plant(np.concatenate([before, u]), 500.0, 0.7, 0.0)[len(before) :]
+
+
 @pytest.fixture(scope="module")
 def found():
     return fit(record(multisine(1.0, 500, 3), 500.0, 0.7, 0.0), "g0_bouc_wen")
@@ -68,10 +74,8 @@ def test_hysteresis_and_dynamics_are_recovered_and_hold_on_other_signals(found):
     assert "warnings" not in found.fit
     t = np.arange(2001) * H
     tones = 0.6 * np.sin(2 * np.pi * 23 * t) + 0.3 * np.sin(2 * np.pi * 83 * t)
-    at_rest = multisine(1.0, 500, 3)[0]  # the device of the record; it moves on to the first input of other signals
     for u in (tones, signals.nested_reversals(40, 9)):
-        before = np.concatenate([np.linspace(at_rest, u[0], 200), np.full(200, u[0])])
-        y = plant(np.concatenate([before, u]), 500.0, 0.7, 0.0)[len(before) :]
+        y = moved_on(multisine(1.0, 500, 3)[0], u)
         assert errors(found.predict(u, H), y, np.ptp(y))["rms_percent"] <= 0.1
 
 
@@ -82,7 +86,7 @@ def test_any_phases_and_noise_give_the_dynamics(seed):
     m = fit(record(u, 500.0, 0.7, 0.0, seed=200 + seed), "g0_bouc_wen")
     assert m.fit["f_n"] == pytest.approx(500, rel=0.005)
     assert m.fit["zeta"] == pytest.approx(0.7, rel=0.03)
-    y = plant(held := signals.nested_reversals(40, seed), 500.0, 0.7, 0.0)
+    y = moved_on(u[0], held := signals.nested_reversals(40, seed))
     assert errors(m.predict(held, H), y, np.ptp(y))["rms_percent"] <= 0.1
 
 
