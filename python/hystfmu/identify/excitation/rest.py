@@ -23,7 +23,8 @@ PLAYS, ROWS = 20, 3000  # of the fits that are compared
 CLEARLY = 2.0  # times the error
 EQUALLY = 1.02
 LEAST = 0.1  # % of the span: a smaller gain is left alone
-STEPS = 8  # of the range of the input, between its ends
+BENDS = 2  # fits of the bend: what one leaves of it can hide one bias in five from the ends of the range
+STEPS = 16  # of the range of the input, between its ends
 
 
 def rest(data: Dataset) -> float:
@@ -56,7 +57,7 @@ def rest(data: Dataset) -> float:
         lambda v: _error(data, float(v)),
         bounds=(near - step, near + step),
         method="bounded",
-        options={"xatol": step / 100},
+        options={"xatol": step / 50},
     )
     best = min(float(found.fun), errors[near])
     if at_first <= CLEARLY * best or at_first - best <= least:
@@ -102,7 +103,10 @@ def _error(data: Dataset, u0: float) -> float:
     columns = np.column_stack([data.u, plays(data.u, thresholds(data.u[data.train], PLAYS), u0)])[rows]
     y, one = data.y[rows], np.ones(len(rows))
     w, _ = nonnegative(columns, y, one[:, None])
-    v = (columns @ w) / data.span  # near enough to the input of the bend for its powers
-    free = np.column_stack([one, v**2, v**3])
-    w, q = nonnegative(columns, y, free)
-    return rms(y - columns @ w - free @ q)
+    found = []
+    for _ in range(BENDS):
+        v = (columns @ w) / data.span  # nearer to the input of the bend each time
+        free = np.column_stack([one, v**2, v**3])
+        w, q = nonnegative(columns, y, free)
+        found.append(rms(y - columns @ w - free @ q))
+    return min(found)
