@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
+from hystfmu.fmu import export_fmu
+from hystfmu.graph import Graph, Node
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp import coupling
 from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
 from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, SSV, Ssp, read_ssp
-from hystfmu.scenario.ssp.write import _changes, _handed
+from hystfmu.scenario.ssp.write import SSC, _changes, _handed
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, UnitSpec
 
@@ -26,18 +28,20 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
 
 
-def component(name: str, inside: str = "", **more: str) -> str:
+def component(name: str, inside: str = "", u: str = "", y: str = "", **more: str) -> str:
+    """A component whose connectors u and y have these units of measure."""
     facts = {"name": name, "source": f"resources/{name}.fmu"} | more
     ends = "".join(
-        f'<d:Connector name="{n}" kind="{k}"/>' for n, k in (("u", "input"), ("y", "output"), ("w", "input"))
+        f'<d:Connector name="{n}" kind="{k}">{f"<c:Real unit={unit!r}/>" if unit else ""}</d:Connector>'
+        for n, k, unit in (("u", "input", u), ("y", "output", y), ("w", "input", ""))
     )
     told = " ".join(f'{k}="{v}"' for k, v in facts.items())
     return f"<d:Component {told}><d:Connectors>{ends}</d:Connectors>{inside}</d:Component>"
 
 
-def wire(start: str, end: str, inside: str = "") -> str:
+def wire(start: str, end: str, inside: str = "", more: str = "") -> str:
     (a, b), (c, d) = start.split("."), end.split(".")
-    ends = f'startElement="{a}" startConnector="{b}" endElement="{c}" endConnector="{d}"'
+    ends = f'startElement="{a}" startConnector="{b}" endElement="{c}" endConnector="{d}" {more}'
     return f"<d:Connection {ends}>{inside}</d:Connection>"
 
 
@@ -69,13 +73,13 @@ def note(**facts: str) -> str:
 def archive(
     folder: Path, elements: str = TWO, wires: str = BOTH, rest: str = EXPERIMENT, shared: str = "", files: Any = None
 ) -> Path:
-    spaces = f'xmlns:d="{SSD}" xmlns:v="{SSV}" xmlns:h="{OURS}" xmlns:o="{OSP}"'
+    spaces = f'xmlns:c="{SSC}" xmlns:d="{SSD}" xmlns:v="{SSV}" xmlns:h="{OURS}" xmlns:o="{OSP}"'
     system = f"<d:System>{shared}<d:Elements>{elements}</d:Elements><d:Connections>{wires}</d:Connections></d:System>"
     text = f"<d:SystemStructureDescription {spaces}>{system}{rest}</d:SystemStructureDescription>"
     path = folder / "s.ssp"
     with zipfile.ZipFile(path, "w") as z:
         z.writestr("SystemStructure.ssd", text)
-        for name, content in (files or {}).items():
+        for name, content in {"resources/a.fmu": "", "resources/b.fmu": "", **(files or {})}.items():
             z.writestr(name, content)
     return path
 
@@ -196,6 +200,15 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
             },
             "parameter mappings (SSM) are not read",
         ),
+        ({"wires": BOTH + wire("b.y", "b.u")}, "b.u is connected twice, with a.y and with b.y"),
+        ({"elements": component("a", source="../s.ssp")}, "a: source: must be a file of the archive; got '../s.ssp'"),
+        ({"elements": component("a", source="a%20b")}, "a: source: must be a file of the archive; got 'a%20b'"),
+        ({"elements": component("a", implementation="ScheduledExecution")}, "a: Scheduled Execution is not run"),
+        ({"stop": 1e300}, "4e+300 steps of 0.25 s; at most 100000000 can run"),
+        (
+            {"rest": '<d:DefaultExperiment startTime="0.5" stopTime="1.0"/>'},
+            "startTime: a run starts at 0; got 0.5",
+        ),
         (
             {"shared": '<d:ParameterBindings><d:ParameterBinding source="../../x"/></d:ParameterBindings>'},
             "'../../x' lies outside the archive",
@@ -206,6 +219,67 @@ def test_what_is_not_understood_is_refused_by_name(tmp_path: Path, change: dict[
     with pytest.raises(InputError) as e:
         read(tmp_path, **change)
     assert str(e.value) == f"{tmp_path / 's.ssp'}: SystemStructure.ssd: {said}"
+
+
+def test_a_source_is_a_uri(tmp_path: Path) -> None:
+    files = {"resources/my a.fmu": "", "resources/b%20.fmu": ""}
+    elements = component("a", source="resources/my%20a.fmu") + component("b", source="resources/b%20.fmu")
+    units = read(tmp_path, elements=elements, files=files).case.units
+    assert [u.fmu for u in units.values()] == ["resources/my a.fmu", "resources/b%20.fmu"]
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "more", "good"),
+    [
+        ("V", "mV", "", False),
+        ("V", "m", "", False),
+        ("V", "what", "", False),
+        ("K", "degC", "", False),
+        ("V", "mV", 'suppressUnitConversion="true"', True),
+        ("V", "J/C", "", True),
+        ("V", "1", "", True),
+        ("V", "", "", True),
+    ],
+)
+def test_a_connection_that_converts_units_of_measure(
+    tmp_path: Path, one: str, other: str, more: str, good: bool
+) -> None:
+    """A reader of SSP converts 1 V to 1000 mV; who does not must not hand on the number."""
+    volt = 'kg="1" m="2" s="-3" A="-1"'
+    bases = {"V": volt, "J/C": volt, "mV": f'{volt} factor="0.001"', "m": 'm="1"', "1": ""}
+    bases |= {"K": 'K="1"', "degC": 'K="1" offset="273.15"'}
+    listed = "".join(f'<c:Unit name="{n}"><c:BaseUnit {b}/></c:Unit>' for n, b in bases.items())
+    rest = f"<d:Units>{listed}</d:Units>{EXPERIMENT}"
+    elements = component("a", y=one) + component("b", u=other)
+    told = {"elements": elements, "wires": wire("a.y", "b.u", more=more), "rest": rest}
+    if good:
+        assert read(tmp_path, **told).case.connections == {"b.u": "a.y"}
+        return
+    with pytest.raises(InputError, match=re.escape(f"connection of a.y ({one}) with b.u ({other}): units of measure")):
+        read(tmp_path, **told)
+
+
+@pytest.mark.parametrize(("unit", "good"), [("um", False), ("mm", True), ("1", True), ("", True)])
+def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good: bool) -> None:
+    graph = Graph.single(Node("gain", "scaling", {}, {"gain": 2.0})).with_step(1e-3)
+    with (
+        zipfile.ZipFile(export_fmu(graph, tmp_path / "a.fmu")) as old,
+        zipfile.ZipFile(tmp_path / "mm.fmu", "w") as new,
+    ):
+        for name in old.namelist():  # of any origin: the gain is in mm
+            content = old.read(name)
+            if name == "modelDescription.xml":
+                content = re.sub(rb'(name="gain".*\s*<Real unit=)"1"', rb'\1"mm"', content)
+                assert b'unit="mm"' in content
+            new.writestr(name, content)
+    given = value("gain", "3").replace("/></v:P", f' unit="{unit}"/></v:P')
+    told = {"elements": component("a", values(given)), "wires": ""}
+    files = {"resources/a.fmu": (tmp_path / "mm.fmu").read_bytes()}
+    if good:
+        assert read(tmp_path, **told, files=files).case.units["a"].set == {"gain": 3.0}
+        return
+    with pytest.raises(InputError, match="a: gain is given in um and is in mm in the FMU: units of measure are not"):
+        read(tmp_path, **told, files=files)
 
 
 def test_a_root_of_another_kind(tmp_path: Path) -> None:

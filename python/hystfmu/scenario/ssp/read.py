@@ -10,21 +10,27 @@ import io
 import math
 import re
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
+from urllib.parse import unquote
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.archive.cache import unpacked
+from hystfmu.scenario.ssp.wires import connections
 from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE, SSD, SSV
 from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, Scheme, UnitSpec
 
 UNREADABLE = (OSError, ET.ParseError, LookupError, ValueError)  # the last two: an encoding that Python does not know
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_Given = tuple[Any, str]  # value, unit of measure
+MOST_STEPS = 100_000_000
 TOLERANCE = 1e-9  # of the largest value of a signal: other platforms have the same bits, other masters nearly
 
 
@@ -76,8 +82,8 @@ class _Reader:
 
     def case(self, step: float | None, stop: float | None) -> Case:
         units = self._units()
-        connections = self._connections(units)
-        for end in connections:  # a start value of an input that is driven is of no use
+        wired = connections(self._root, self._system, set(units), self._wrong)
+        for end in wired:  # a start value of an input that is driven is of no use
             unit, name = end.split(".")
             units[unit].inputs.pop(name, None)
         experiment = self._root.find(f"{{{SSD}}}DefaultExperiment")
@@ -96,6 +102,10 @@ class _Reader:
             stop = self._number(facts["stopTime"], "stopTime")
         if not (step > 0 and stop >= step):
             raise self._wrong(f"the step must be greater than 0 and not above the stop time; got {step:g}, {stop:g}")
+        if stop / step > MOST_STEPS:
+            raise self._wrong(f"{stop / step:g} steps of {step:g} s; at most {MOST_STEPS} can run")
+        if self._number(facts.get("startTime", "0"), "startTime") != 0:
+            raise self._wrong(f"startTime: a run starts at 0; got {facts['startTime']}")
         order = tuple((ours.get("order") or "").split()) if ours is not None else tuple(units)
         if sorted(order) != sorted(units):
             raise self._wrong(f"order: must name every component once; got {' '.join(order)}")
@@ -108,13 +118,14 @@ class _Reader:
             name="ssp",
             text="",
             folder=self._folder,
+            origin=str(self._path),
             step=step,
             stop=round(stop / step) * step,
             ripple=1,
             order=order,
             coupling=CouplingSpec.model_validate({"scheme": cast(Scheme, scheme)}),
             units=units,
-            connections=connections,
+            connections=wired,
             metrics={},
             record=(),
             loops=(),
@@ -144,13 +155,17 @@ class _Reader:
                 raise self._wrong(f"a component needs a name of its own, of letters, digits and _; got {name!r}")
             if e.get("type", "application/x-fmu-sharedlibrary") != "application/x-fmu-sharedlibrary":
                 raise self._wrong(f"{name}: only FMUs are run; got the type {e.get('type')!r}")
-            values = {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
-            values |= self._parameters(e)
+            if e.get("implementation") == "ScheduledExecution":
+                raise self._wrong(f"{name}: Scheduled Execution is not run")
+            given = {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
+            given |= self._parameters(e)
+            place = self._place(name, e.get("source", ""))
+            values = self._numbers(name, place, given)
             inputs = {c.get("name") for c in e.iter(f"{{{SSD}}}Connector") if c.get("kind") == "input"}
             constants = {k: v for k, v in values.items() if k in inputs}
             units[name] = UnitSpec.model_validate(
                 {
-                    "fmu": e.get("source", ""),
+                    "fmu": place,
                     "inputs": constants,
                     "set": {k: v for k, v in values.items() if k not in inputs},
                 }
@@ -159,8 +174,28 @@ class _Reader:
             raise self._wrong("has no components")
         return units
 
-    def _parameters(self, element: ET.Element) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+    def _place(self, name: str, source: str) -> str:
+        """Return the place of an FMU in the archive; its `source` is a URI, where a space may be %20."""
+        inside = source if (self._folder / source).is_file() else unquote(source)
+        file = self._folder / inside
+        if not (file.is_file() and file.resolve().is_relative_to(self._folder.resolve())):
+            raise self._wrong(f"{name}: source: must be a file of the archive; got {source!r}")
+        return inside
+
+    def _numbers(self, name: str, place: str, given: Mapping[str, _Given]) -> dict[str, Any]:
+        """Return the values of a component; none is in another unit of measure than its variable."""
+        own = {}
+        if any(unit for _, unit in given.values()):
+            own = {v.name: v.unit for v in Foreign.load(self._folder / place).description.modelVariables}
+        for k, (_, unit) in given.items():
+            if not {unit, own.get(k)} & {"", "1", None} and unit != own[k]:
+                raise self._wrong(
+                    f"{name}: {k} is given in {unit} and is in {own[k]} in the FMU: units of measure are not converted"
+                )
+        return {k: value for k, (value, _) in given.items()}
+
+    def _parameters(self, element: ET.Element) -> dict[str, _Given]:
+        found: dict[str, _Given] = {}
         bindings = element.find(f"{{{SSD}}}ParameterBindings")
         for b in bindings if bindings is not None else ():
             if b.find(f"{{{SSD}}}ParameterMapping") is not None:
@@ -173,7 +208,7 @@ class _Reader:
         return found
 
     def _read(self, source: str) -> ET.Element:
-        file = (self._folder / source).resolve()
+        file = (self._folder / unquote(source)).resolve()
         if not file.is_relative_to(self._folder.resolve()):
             raise self._wrong(f"{source!r} lies outside the archive")
         try:
@@ -181,8 +216,8 @@ class _Reader:
         except UNREADABLE as e:
             raise self._wrong(f"{source}: {e}") from None
 
-    def _parameter_set(self, root: ET.Element, source: str, prefix: str) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+    def _parameter_set(self, root: ET.Element, source: str, prefix: str) -> dict[str, _Given]:
+        found: dict[str, _Given] = {}
         for p in root.iter(f"{{{SSV}}}Parameter"):
             for kind in p:
                 word, text = kind.tag.rpartition("}")[2], kind.get("value", "")
@@ -194,29 +229,7 @@ class _Reader:
                     value = self._number(text, f"{source}: {p.get('name')}")
                 else:
                     raise self._wrong(f"{source}: {p.get('name')}: a value of type {word} is not read")
-                found[prefix + p.get("name", "")] = value
-        return found
-
-    def _connections(self, units: dict[str, UnitSpec]) -> dict[str, str]:
-        found: dict[str, str] = {}
-        wires = self._system.find(f"{{{SSD}}}Connections")
-        kinds = {
-            (e.get("name"), c.get("name")): c.get("kind")
-            for e in self._system.iter(f"{{{SSD}}}Component")
-            for c in e.iter(f"{{{SSD}}}Connector")
-        }
-        for c in wires if wires is not None else ():
-            a, b = ((c.get(f"{side}Element"), c.get(f"{side}Connector")) for side in ("start", "end"))
-            if a[0] is None or b[0] is None:
-                continue  # a connector of the system: nothing is outside
-            if len(c):
-                raise self._wrong(f"connection of {a[0]}.{a[1]}: transformations are not read")
-            for end in (a, b):
-                if end[0] not in units or end not in kinds:
-                    raise self._wrong(f"a connection names {end[0]}.{end[1]}, which does not exist")
-            if kinds[a] == "input" and kinds[b] == "output":
-                a, b = b, a  # a connection has no direction
-            found[f"{b[0]}.{b[1]}"] = f"{a[0]}.{a[1]}"
+                found[prefix + p.get("name", "")] = value, kind.get("unit", "")
         return found
 
 

@@ -20,7 +20,7 @@ from hystfmu.scenario.ssp.read import Ssp, read_ssp
 from hystfmu.scenario.ssp.write import REFERENCE
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.spec import Scheme
-from hystfmu.scenario.system.system import build
+from hystfmu.scenario.system.system import System, build
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def run_ssp(
         As `simulate`.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop)
-    trace = simulate(build(case), engine, seconds=seconds, confined=confined)
+    trace = simulate(_built(case), engine, seconds=seconds, confined=confined)
     return SspRun(trace, *_held_against(path, case, ssp.signals, reference, trace))
 
 
@@ -63,6 +63,14 @@ def _prepared(
     if coupling in (None, ssp.case.coupling.scheme):
         return ssp, ssp.case, ssp.reference
     return ssp, replace(ssp.case, coupling=ssp.case.coupling.model_copy(update={"scheme": coupling})), None
+
+
+def _built(case: Case) -> System:
+    """Build the case; errors name files of the archive by their places in it."""
+    try:
+        return build(case)
+    except InputError as e:
+        raise InputError(str(e).replace(f"{case.folder}/", "")) from None
 
 
 def _held_against(
@@ -106,7 +114,7 @@ def run_ssp_file(
     with the fraction done.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop)
-    system = build(case)
+    system = _built(case)
     begin = Excerpt(system.columns, np.arange(len(reference) if reference is not None else 1))
     try:
         with ExitStack() as stack:
