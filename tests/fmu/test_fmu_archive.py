@@ -16,6 +16,7 @@ from fmu_master import loop, single
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import check_fmu, export_fmu
+from hystfmu.fmu.archive.unpack import archive_problems
 from hystfmu.model import Model
 
 XML = "modelDescription.xml"
@@ -184,6 +185,61 @@ def test_description_twice_or_never(tmp_path: Path, good: dict[int, bytes]) -> N
     assert _problems(tmp_path, twice) == [f"{XML!r} occurs in the archive more than once"]
     never = _rewrite(good[2], lambda n, b: None if n == XML else b)
     assert _problems(tmp_path, never) == [f"the archive has no {XML}"]
+
+
+@pytest.mark.parametrize("again", ["./resources/block.bin", "resources//block.bin", "resources/./block.bin"])
+def test_a_file_under_two_names(tmp_path: Path, good: dict[int, bytes], again: str) -> None:
+    """The second would replace the first, which the checks have seen."""
+    problems = _problems(tmp_path, _rewrite(good[2], _same, {again: b"x"}))
+    assert problems == ["'resources/block.bin' occurs in the archive more than once"]
+
+
+def test_names_that_differ_in_case_where_the_system_does_not_tell(
+    tmp_path: Path, good: dict[int, bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    truly = Path.open
+
+    def of_windows(path: Path, mode: str = "r", *more: object) -> object:
+        return truly(path.parent / path.name.lower(), mode, *more)  # type: ignore[call-overload]
+
+    content = _rewrite(good[2], _same, {"resources/BLOCK.bin": b"x"})
+    monkeypatch.setattr(Path, "open", of_windows)
+    assert _problems(tmp_path, content) == ["'resources/BLOCK.bin' cannot be unpacked: File exists"]
+
+
+def test_names_from_the_top_as_some_tools_write_them(tmp_path: Path, good: dict[int, bytes]) -> None:
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(good[2])) as old, zipfile.ZipFile(out, "w") as new:
+        for name in old.namelist():
+            new.writestr(f"./{name}", old.read(name))
+    with zipfile.ZipFile(out) as archive:
+        assert archive_problems(archive) == []
+
+
+def test_description_in_a_folder_or_spelt_otherwise(tmp_path: Path, good: dict[int, bytes]) -> None:
+    for place in (f"x/{XML}", "ModelDescription.xml"):
+        moved = _rewrite(good[2], lambda n, b: None if n == XML else b, {place: b"<a/>"})
+        (problem,) = _problems(tmp_path, moved)
+        assert problem == f"the archive has no {XML}; it has {place!r}: the file must be at the top, spelt like this"
+
+
+def test_a_name_without_end_is_cut_in_the_message(tmp_path: Path, good: dict[int, bytes]) -> None:
+    (problem,) = _problems(tmp_path, _rewrite(good[2], _same, {"r/" * 3000 + "x": b"x"}))
+    assert len(problem) < 200
+
+
+def test_xml_that_only_the_fmu_reads(tmp_path: Path, good: dict[int, bytes]) -> None:
+    """Settings of Java have a document type, tools of Windows write UTF-16."""
+    kind = b'<!DOCTYPE properties SYSTEM "http://java.sun.com/dtd/properties.dtd"><properties/>'
+    files = {
+        "resources/log.xml": kind,
+        "resources/a/settings.xml": "<?xml version='1.0' encoding='UTF-16'?><a/>".encode("utf-16"),
+        "documentation/page.xml": kind,
+        "extra/org.example/x.xml": kind,
+    }
+    assert _problems(tmp_path, _rewrite(good[3], _same, files)) == []
+    (problem,) = _problems(tmp_path, _rewrite(good[3], lambda n, b: kind if "terminals" in n else b))
+    assert problem == "terminalsAndIcons/terminalsAndIcons.xml must not declare a document type or entities"
 
 
 def test_bomb(tmp_path: Path, good: dict[int, bytes]) -> None:

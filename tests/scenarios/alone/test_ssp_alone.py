@@ -221,6 +221,16 @@ def test_what_is_not_understood_is_refused_by_name(tmp_path: Path, change: dict[
     assert str(e.value) == f"{tmp_path / 's.ssp'}: SystemStructure.ssd: {said}"
 
 
+def test_entities(tmp_path: Path) -> None:
+    path = archive(tmp_path)
+    with zipfile.ZipFile(path) as z:
+        text = z.read("SystemStructure.ssd").decode()
+    with zipfile.ZipFile(path, "w") as z:
+        z.writestr("SystemStructure.ssd", f'<!DOCTYPE d [<!ENTITY e "1">]>{text}')
+    with pytest.raises(InputError, match=r"SystemStructure\.ssd must not declare a document type or entities"):
+        read_ssp(path, 0.1)
+
+
 def test_a_source_is_a_uri(tmp_path: Path) -> None:
     files = {"resources/my a.fmu": "", "resources/b%20.fmu": ""}
     elements = component("a", source="resources/my%20a.fmu") + component("b", source="resources/b%20.fmu")

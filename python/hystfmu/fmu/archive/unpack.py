@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 import shutil
 import stat
 import zipfile
@@ -13,6 +14,19 @@ MOST_ENTRIES = 10_000
 MOST_UNPACKED = 512 * 2**20
 MOST_XML = 64 * 2**20
 XML = "modelDescription.xml"
+_SHOWN = 80  # characters of a name in a message
+_PARSED = (".xml", ".ssd", ".ssv")
+_OPAQUE = ("resources/", "documentation/", "extra/")
+
+
+def _is_parsed(name: str) -> bool:
+    """Whether this program reads a file as XML.  What an FMU has for itself may be any XML, as of Java or in UTF-16."""
+    place = posixpath.normpath(name)
+    return place.endswith(_PARSED) and (not place.endswith(".xml") or not place.startswith(_OPAQUE))
+
+
+def _shown(name: str) -> str:
+    return repr(name if len(name) <= _SHOWN else f"{name[:_SHOWN]}...")
 
 
 def _unsafe(entry: zipfile.ZipInfo) -> str:
@@ -35,14 +49,15 @@ def archive_problems(archive: zipfile.ZipFile, needs: str = XML) -> list[str]:
     size = sum(e.file_size for e in entries)
     if size > MOST_UNPACKED:
         return [f"the archive must unpack to at most {MOST_UNPACKED} bytes. Got {size} instead."]
-    problems = [f"{e.filename!r} {why}" for e in entries if (why := _unsafe(e))]
-    twice = [name for name, n in Counter(e.filename for e in entries).items() if n > 1]
-    problems += [f"{name!r} occurs in the archive more than once" for name in twice]
-    names = {e.filename for e in entries}
+    problems = [f"{_shown(e.filename)} {why}" for e in entries if (why := _unsafe(e))]
+    names = Counter(posixpath.normpath(e.filename) for e in entries if not e.is_dir())  # './a' and 'a' are one file
+    problems += [f"{_shown(name)} occurs in the archive more than once" for name, n in names.items() if n > 1]
     if needs not in names:
-        problems.append(f"the archive has no {needs}")
-    large = (e.filename for e in entries if e.filename.endswith(".xml") and e.file_size > MOST_XML)
-    problems += [f"{name} is larger than {MOST_XML} bytes" for name in large]
+        near = min((n for n in names if n.rpartition("/")[2].lower() == needs.lower()), key=len, default="")
+        there = f"; it has {_shown(near)}: the file must be at the top, spelt like this" if near else ""
+        problems.append(f"the archive has no {needs}{there}")
+    large = (e.filename for e in entries if _is_parsed(e.filename) and e.file_size > MOST_XML)
+    problems += [f"{_shown(name)} is larger than {MOST_XML} bytes" for name in large]
     return problems
 
 
@@ -59,20 +74,24 @@ def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
         path = folder / entry.filename
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            with archive.open(entry) as packed, path.open("wb") as unpacked:
+            # "x": where names differ in case only, Windows and macOS would overwrite the first file
+            with archive.open(entry) as packed, path.open("xb") as unpacked:
                 shutil.copyfileobj(packed, unpacked, 1 << 20)
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as e:
-            problems.append(f"{entry.filename!r} cannot be unpacked: {e}")
+            problems.append(f"{_shown(entry.filename)} cannot be unpacked: {e}")
         except OSError as e:
-            problems.append(f"{entry.filename!r} cannot be unpacked: {e.strerror or e}")
+            problems.append(f"{_shown(entry.filename)} cannot be unpacked: {e.strerror or e}")
     return problems
 
 
 def xml_problems(folder: Path) -> list[str]:
-    """Return which XML files could make a parser read other files or expand without limit, one line each."""
+    """Return which files that are parsed could make a parser read others or expand without limit, one line each."""
     problems = []
-    for file in sorted(folder.rglob("*.xml")):
-        content, name = file.read_bytes(), file.relative_to(folder).as_posix()
+    for file in sorted(folder.rglob("*")):
+        name = file.relative_to(folder).as_posix()
+        if not _is_parsed(name) or not file.is_file():
+            continue
+        content = file.read_bytes()
         if b"\0" in content:
             problems.append(f"{name} is not encoded in UTF-8")  # the search below would miss words in UTF-16
         elif b"<!DOCTYPE" in content or b"<!ENTITY" in content:
