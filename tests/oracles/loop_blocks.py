@@ -68,8 +68,8 @@ def play_bank(p, state, u, t, dt):
 
 
 def bouc_wen(p, state, u, t, dt):
-    """dz/du = A - (beta sgn(z du) + gamma) |z|^n, by Runge-Kutta's method of order 4 along the path of u."""
-    z, last = (p.z0, u["u"]) if state is None else state
+    """dz/du = A - (beta sgn(z du) + gamma) |z|^n, by Runge-Kutta of order 4 along the path of u, from u0 with z0 on."""
+    z, last = (p.z0, p.u0) if state is None else state
     steps = max(1, int(np.ceil(abs(u["u"] - last) / 0.005)))
     h = (u["u"] - last) / steps
 

@@ -220,6 +220,7 @@ def test_memory_does_not_grow_with_the_number_of_steps(
 ) -> None:
     """All values of the longer run would take 30 MB and 12 MB more."""
     used = []
+    (tmp_path / "out").mkdir()
     for n in (50_000, most):
         folder = write(loop | {"stop": n * 1e-4 if kind == "scenario" else 0.03})
         path = folder if kind == "scenario" else write_ssp(Scenario(folder).cases[0], tmp_path / "loop.ssp").path
