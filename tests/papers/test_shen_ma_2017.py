@@ -214,7 +214,7 @@ def test_table(monkeypatch):
     monkeypatch.setattr(shen_ma_2017.table, "__defaults__", ((2, 5, 10),))
     monkeypatch.setattr(shen_ma_2017, "BIASES", (1.0,))
     monkeypatch.setattr(shen_ma_2017, "DECAYS", (0.02, 0.1))
-    monkeypatch.setattr(shen_ma_2017, "ORDERS", (5, 9))
+    monkeypatch.setattr(shen_ma_2017, "ORDERS", (5, 9, 11))
     fractions = []
     report = reproduce("shen_ma_2017", progress=fractions.append)
     rows = {r.quantity: r for r in report.rows}
