@@ -8,8 +8,7 @@ from scipy.linalg import expm
 
 import hystfmu as hy
 from hystfmu.base.arrays import Array
-from hystfmu.start.closed_loop import COMPUTING
-from hystfmu.start.device import Device, device
+from hystfmu.start.device import COMPUTING, Device, device
 from hystfmu.start.loop import loop_scenario
 from hystfmu.start.tuning import tune
 

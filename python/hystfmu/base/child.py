@@ -47,8 +47,7 @@ def late(seconds: float) -> str:
     return f"not finished after {seconds:g} s: a unit hangs, or allow more time"
 
 
-def signal_name(number: int) -> str:
-    """Return the name of a signal."""
+def _signal_name(number: int) -> str:
     try:
         return signal.Signals(number).name
     except ValueError:
@@ -105,7 +104,7 @@ class Child:
     @property
     def ending(self) -> str:
         """How it ended, in words: "crashed (SIGSEGV)" or "ended with status 1"."""
-        return f"crashed ({signal_name(-self.status)})" if self.status < 0 else f"ended with status {self.status}"
+        return f"crashed ({_signal_name(-self.status)})" if self.status < 0 else f"ended with status {self.status}"
 
     def finish(self, seconds: float, look: Callable[[], None] = lambda: None) -> tuple[list[str], bool]:
         """Wait at most `seconds`, then end the child and all that it has started.

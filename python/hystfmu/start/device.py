@@ -88,7 +88,7 @@ def device(model: Model, data: Dataset) -> Device:
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
     model = behind_hold(model)
-    parts = split(model) or Parts(model, ())
+    parts = _parts(model)
     dynamics = tuple(n for n in parts.tail if n.type == DYNAMICS)
     lag_steps, taps = feedforward(parts, data.h) if dynamics else (0, None)
     frequency = reference_frequency(data)
@@ -114,16 +114,27 @@ def device(model: Model, data: Dataset) -> Device:
 
 
 def behind_hold(model: Model) -> Model:
-    """Return a model for a command that a converter holds for a step: its dynamics see jumps.
+    """Return a model for a command that a converter holds for a step: its dynamics see jumps, not ramps.
 
-    A fit takes its rows as samples of a smooth input, and its dynamics ramp up to each of them.  Trap: on such a ramp a
-    loop that a device follows to 0.3 % had an error of 1e-4 %, for the command acts half a step earlier.
+    A fit takes its rows as samples of a smooth input, and its dynamics ramp up to each of them.  Trap: a held command
+    acts half a step earlier, so a loop tuned and timed on ramps missed its device by 0.3 % of the stroke at 100 steps a
+    period, and stated 1e-4 %.
+
+    Parameters
+    ----------
+    model : Model
+        Of any kind; without dynamics behind the hysteresis it is returned as it is.
     """
-    first = next((n for n in (split(model) or Parts(model, ())).tail if n.type == DYNAMICS), None)
+    first = next((n for n in _parts(model).tail if n.type == DYNAMICS), None)
     if first is None:
         return model
     jumps = replace(first, values={**first.values, "hold": "zoh"})
     return Model.of(replace(model, graph=model.graph.replace(jumps)))
+
+
+def _parts(model: Model) -> Parts:
+    """Cut a model into its hysteresis and the linear blocks behind it, maybe none."""
+    return split(model) or Parts(model, ())
 
 
 def slower(found: Device, frequency: float) -> Device:
@@ -147,7 +158,7 @@ def unsuited(model: Model) -> str:
     """Return why a model cannot stand in the loop; empty if it can."""
     if names := beside(model.graph):
         return f"A loop is made for a model of one input. Got {', '.join(names)} beside it: use hystfmu fit."
-    front = (split(model) or Parts(model, ())).front
+    front = _parts(model).front
     inner = [n.type for n in front.graph.nodes if n.block.rate in ("sampled", "continuous") and n.type != "creep"]
     if inner:
         return f"A loop is made for dynamics behind the hysteresis. Got {model.key}, whose {inner[0]} has them within."

@@ -23,7 +23,7 @@ PLAYS, ROWS = 20, 3000  # of the fits that are compared
 CLEARLY = 2.0  # times the error
 EQUALLY = 1.02
 LEAST = 0.1  # % of the span: a smaller gain is left alone
-BENDS = 2  # fits of the bend: what one leaves of it can hide one bias in five from the ends of the range
+BENDS = 2  # fits of the bend: what a single one leaves hid one bias in forty
 STEPS = 16  # of the range of the input, between its ends
 
 
