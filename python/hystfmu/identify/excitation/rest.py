@@ -23,6 +23,7 @@ PLAYS, ROWS = 20, 3000  # of the fits that are compared
 CLEARLY = 2.0  # times the error
 EQUALLY = 1.02
 LEAST = 0.1  # % of the span: a smaller gain is left alone
+MOST = 2.0  # % of the span: plays that leave more do not describe the device, and say nothing about its memory
 BENDS = 2  # fits of the bend: what a single one leaves hid one bias in forty
 STEPS = 16  # of the range of the input, between its ends
 
@@ -39,7 +40,7 @@ def rest(data: Dataset) -> float:
     -------
     float
         In the unit of measure of u.  Of inputs that explain the record equally well the first of the record; else 0;
-        else the least or the largest of the record.
+        else the least or the largest of the record.  The first, too, where plays do not explain it.
     """
     first = float(data.u[0])
     if len(data.starts) > 1 or data.covariates:
@@ -60,7 +61,11 @@ def rest(data: Dataset) -> float:
         options={"xatol": step / 50},
     )
     best = min(float(found.fun), errors[near])
-    if at_first <= CLEARLY * best or at_first - best <= least:
+    if best > MOST / 100 * data.span or at_first <= CLEARLY * best or at_first - best <= least:
+        return first
+    # trap: on butterflies a further fit of the bend finds one input that seems far better; the first fit tells
+    once = [_error(data, v, 1) for v in (first, float(found.x))]
+    if once[0] <= CLEARLY * once[1]:
         return first
     equal = [v for v in likely if errors[v] <= EQUALLY * best]
     return equal[0] if equal else float(found.x)
@@ -96,7 +101,7 @@ def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
     return {"start": "low"} if u0 <= u.min() else {"start": "high"} if u0 >= u.max() else {}
 
 
-def _error(data: Dataset, u0: float) -> float:
+def _error(data: Dataset, u0: float, bends: int = BENDS) -> float:
     """Return the RMS error of plays that rest at u0, with a cubic bend behind them (unit of measure of y)."""
     rows = np.arange(len(data.u))[data.counted]
     rows = rows[:: max(1, len(rows) // ROWS)]
@@ -104,7 +109,7 @@ def _error(data: Dataset, u0: float) -> float:
     y, one = data.y[rows], np.ones(len(rows))
     w, _ = nonnegative(columns, y, one[:, None])
     found = []
-    for _ in range(BENDS):
+    for _ in range(bends):
         v = (columns @ w) / data.span  # nearer to the input of the bend each time
         free = np.column_stack([one, v**2, v**3])
         w, q = nonnegative(columns, y, free)
