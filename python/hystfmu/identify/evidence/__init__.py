@@ -1,0 +1,8 @@
+"""What a record shows about linear dynamics behind a hysteresis, as numbers with standard errors."""
+
+from __future__ import annotations
+
+from hystfmu.identify.evidence.found import Evidence, Mode
+from hystfmu.identify.evidence.search import evidence
+
+__all__ = ["Evidence", "Mode", "evidence"]

@@ -1,0 +1,87 @@
+"""What a record shows, as numbers: `Evidence` and its `Mode`s."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A mode 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) of the response, with standard errors.
+
+    ``f_n`` in Hz; ``share`` is the static gain of the mode over that of all.
+    """
+
+    f_n: float
+    zeta: float
+    share: float
+    f_n_se: float
+    zeta_se: float
+    share_se: float
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Linear dynamics behind the hysteresis that a record shows.
+
+    Attributes
+    ----------
+    h : float
+        Step of the record (s).
+    hold : str
+        How the input behaves between rows: ``foh`` (ramps), ``smooth`` or ``zoh`` (held at the new value).
+    band : tuple of float
+        Contiguous band (Hz) from low frequency in which input and output are coherent; (0, 0): none.
+    f, gain, phase, coherence, significant : array, shape (n,)
+        Frequency response with static gain 1 (phase in rad), coherence, and the coherence that chance exceeds in 1 %.
+    modes : tuple of Mode
+        Up to three, sorted by frequency; only those that the record determines.
+    delay, delay_se : float
+        Delay (s) beyond the modes; infinite `delay_se`: not known.
+    noise, noise_density : float
+        Noise of the sensor: RMS (unit of y) if white, and one-sided density (unit of y per sqrt(Hz)).
+    """
+
+    h: float
+    hold: str
+    band: tuple[float, float]
+    f: Array
+    gain: Array
+    phase: Array
+    coherence: Array
+    significant: Array
+    modes: tuple[Mode, ...]
+    delay: float
+    delay_se: float
+    noise: float
+    noise_density: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers, lists and tables, for a file."""
+        out: dict[str, Any] = {}
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray):
+                out[item.name] = [float(f"{v:.6g}") for v in value]
+            elif item.name == "modes":
+                out[item.name] = [asdict(m) for m in value]
+            else:
+                out[item.name] = list(value) if isinstance(value, tuple) else value
+        return out
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any]) -> Evidence:
+        """Return what `to_dict` wrote."""
+        values: dict[str, Any] = {item.name: table[item.name] for item in fields(cls)}
+        for key in ("f", "gain", "phase", "coherence", "significant"):
+            values[key] = np.asarray(values[key], dtype=np.float64)
+        lowest, highest = values["band"]
+        values["band"] = (float(lowest), float(highest))
+        values["modes"] = tuple(Mode(**m) for m in values["modes"])
+        return cls(**values)

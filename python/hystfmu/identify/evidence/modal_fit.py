@@ -1,0 +1,208 @@
+"""Fit of modes and a delay to records: columns run over the records, compared with the output in weighted bins.
+
+The columns are the input behind each mode, slow parts, and the input behind the delay alone, which stands for modes above
+the band.  Their weights are linear and follow for every trial (variable projection: Golub & Pereyra 1973, SIAM J. Numer.
+Anal. 10(2) 413-432, in the form of Kaufman 1975); Levenberg-Marquardt finds frequencies, dampings and the delay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.identify.evidence.lag import behind_delay, behind_mode, prepared
+from hystfmu.identify.evidence.spectra import Window
+
+STEP = 1e-4  # of ln f_n (times zeta), ln zeta and steps of delay in the Jacobian
+MOST_STEPS = 25
+CLUSTERS = 40  # of neighbouring bins, whose errors may be of one sign
+LEAST_ZETA, MOST_ZETA = 1e-3, 3.0
+MOST_DELAY = 10.0  # steps
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Records with the weights of their bins.
+
+    ``v`` and ``y`` (n,) are input and output, ``bins`` the bins of each window that count and ``weight`` one over their
+    noise (RMS), ``slow`` the time constants (s) of lags that stand for creep.
+    """
+
+    h: float
+    hold: str
+    v: Array
+    y: Array
+    records: Sequence[slice]
+    windows: Sequence[Window]
+    bins: Sequence[slice]
+    weight: Array
+    slow: tuple[float, ...]
+
+    def rows(self, columns: Array) -> Array:
+        """Return the weighted bins of columns (n, m), real and imaginary parts as rows."""
+        parts = [w.transform(columns)[b] for w, b in zip(self.windows, self.bins, strict=True)]
+        seen = np.concatenate(parts) * self.weight[:, None]
+        return np.sqrt(2) * np.concatenate([seen.real, seen.imag])
+
+    def along(self, run) -> Array:  # type: ignore[no-untyped-def]
+        """Run a function along each record."""
+        return np.concatenate([run(self.v[r]) for r in self.records])
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What is fitted: the number of modes, and whether the input behind the delay alone is a column too."""
+
+    modes: int
+    rest: bool
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A fit.
+
+    ``p`` holds ln f_n and ln zeta of each mode and the delay in steps; ``gain`` the weights of modes and rest; ``error``
+    the sum of squares over ``count`` rows; ``covariance`` that of p and gain, in this order; ``rest_se`` the standard
+    error of a rest that was left out.
+    """
+
+    structure: Structure
+    p: Array
+    gain: Array
+    error: float
+    count: int
+    covariance: Array
+    rest_se: float = 0.0
+
+    @property
+    def misfit(self) -> float:
+        """Mean square of the weighted errors over the rows without parameters: 1 where only noise is left."""
+        return self.error / max(self.count - len(self.p) - len(self.gain), 1)
+
+
+def columns(problem: Problem, structure: Structure, p: Array) -> Array:
+    """Return the columns (n, modes + rest)."""
+    h, hold, delay = problem.h, problem.hold, float(p[-1]) * problem.h
+
+    def run(v: Array) -> Array:
+        made = [_mode(v, p, k, h, hold) for k in range(structure.modes)]
+        return np.column_stack([*made, *([behind_delay(v, delay, h, hold)] if structure.rest else [])])
+
+    return problem.along(run)
+
+
+def _mode(v: Array, p: Array, k: int, h: float, hold: str) -> Array:
+    return behind_mode(v, float(np.exp(p[2 * k])), float(np.exp(p[2 * k + 1])), float(p[-1]) * h, h, hold)
+
+
+def slow_rows(problem: Problem) -> Array:
+    """Return the rows of the slow parts: lags of the input, and a parabola over each record."""
+    from scipy.signal import lfilter
+
+    made = []
+    for T in problem.slow:
+        a = np.exp(-problem.h / T)
+        made.append(problem.along(lambda v, a=a: lfilter([1 - a], [1.0, -a], v - v[0])))
+    for r in problem.records:
+        t = np.zeros(len(problem.v))
+        t[r] = np.linspace(-1.0, 1.0, r.stop - r.start) ** 2
+        made.append(t)
+    return problem.rows(np.column_stack(made))
+
+
+def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
+    """Fit from a start p."""
+    slow, target = slow_rows(problem), problem.rows(problem.y[:, None])
+    base = np.linalg.qr(slow)[0]
+    target = (target - base @ (base.T @ target))[:, 0]
+
+    def free(rows: Array) -> Array:
+        return rows - base @ (base.T @ rows)
+
+    def at(p: Array) -> tuple[float, Array, Array, Array]:
+        c = free(problem.rows(columns(problem, structure, p)))
+        q, r = np.linalg.qr(c)
+        along = q.T @ target
+        gain = np.linalg.lstsq(r, along, rcond=1e-12)[0]
+        e = target - q @ along
+        return float(e @ e), gain, q, e
+
+    def slopes(p: Array, gain: Array) -> Array:
+        made = []
+        here = columns(problem, structure, p)
+        for k in range(structure.modes):
+            for j, d in ((0, STEP * min(1.0, np.exp(p[2 * k + 1]))), (1, STEP)):
+                moved = p.copy()
+                moved[2 * k + j] += d
+                made.append((_column(problem, moved, k) - here[:, k]) * (gain[k] / d))
+        moved = p.copy()
+        moved[-1] += STEP
+        made.append((columns(problem, structure, moved) - here) @ gain / STEP)
+        return free(problem.rows(np.column_stack(made)))
+
+    lo, hi = _bounds(problem, structure)
+    p = np.clip(start, lo, hi)
+    error, gain, q, e = at(p)
+    damping = 1e-3
+    for _ in range(MOST_STEPS):
+        j = slopes(p, gain)
+        j -= q @ (q.T @ j)
+        size = np.linalg.norm(j, axis=0)
+        size[size == 0] = 1.0
+        better = False
+        for _ in range(6):
+            stacked = np.vstack([j / size, np.sqrt(damping) * np.eye(len(p))])
+            step = np.linalg.lstsq(stacked, np.concatenate([e, np.zeros(len(p))]), rcond=None)[0] / size
+            step = np.clip(step, -0.5, 0.5)
+            trial = np.clip(p + step, lo, hi)
+            new = at(trial)
+            if new[0] < error:
+                better = True
+                break
+            damping = max(damping * 8, 1e-6)
+        if not better:
+            break
+        gone, moved = error - new[0], np.max(np.abs(trial - p) / np.append(np.tile([1e-7, 1e-5], structure.modes), 1e-5))
+        p, (error, gain, q, e) = trial, new
+        damping = max(damping / 8, 1e-9)
+        if gone < 1e-7 * error or moved < 1:
+            break
+    whole = np.hstack([slopes(p, gain), free(problem.rows(columns(problem, structure, p)))])
+    return Fitted(structure, p, gain, error, len(e), _covariance(whole, e))
+
+
+def _column(problem: Problem, p: Array, k: int) -> Array:
+    return problem.along(lambda v: _mode(v, p, k, problem.h, problem.hold))
+
+
+def _bounds(problem: Problem, structure: Structure) -> tuple[Array, Array]:
+    longest = max(r.stop - r.start for r in problem.records) * problem.h
+    low = np.append(np.tile([np.log(1 / longest), np.log(LEAST_ZETA)], structure.modes), -1.0)
+    high = np.append(np.tile([np.log(0.5 / problem.h), np.log(MOST_ZETA)], structure.modes), MOST_DELAY)
+    return low, high
+
+
+def _covariance(j: Array, e: Array) -> Array:
+    """Return the covariance of the parameters.
+
+    The larger, parameter by parameter, of two: that of white errors of the size that is left, and that of errors which
+    are correlated inside clusters of bins (a sandwich: Liang & Zeger 1986, Biometrika 73(1) 13-22), as model errors are.
+    """
+    size = np.linalg.norm(j, axis=0)
+    size[size == 0] = 1.0
+    _, s, vt = np.linalg.svd(j / size, full_matrices=False)
+    s = np.maximum(s, 1e-12 * s.max(initial=1e-300))
+    inverse = (vt.T / s**2) @ vt
+    n, m = j.shape
+    white = inverse * max(1.0, float(e @ e) / max(n - m, 1))
+    half = n // 2
+    place = (np.arange(half) * CLUSTERS) // half
+    score = j / size * e[:, None]
+    both = np.zeros((CLUSTERS, m))
+    np.add.at(both, place, score[:half] + score[half:])
+    sandwich = inverse @ (both.T @ both) @ inverse * (CLUSTERS / (CLUSTERS - 1))
+    larger = np.sqrt(np.maximum(1.0, np.diag(sandwich) / np.diag(white)))
+    return white * np.outer(larger, larger) / np.outer(size, size)

@@ -1,0 +1,277 @@
+"""From a record to `Evidence`: local responses, noise, then as many modes as pay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.identify.evidence.found import Evidence, Mode
+from hystfmu.identify.evidence.lag import HOLDS, prepared
+from hystfmu.identify.evidence.modal_fit import LEAST_ZETA, MOST_ZETA, Fitted, Problem, Structure, columns, fit, slow_rows
+from hystfmu.identify.evidence.scan import Pooled, mode_response, scan
+from hystfmu.identify.evidence.spectra import (
+    CELL,
+    Cells,
+    Complex,
+    Response,
+    Window,
+    cells_of,
+    noise_density,
+    response,
+    smooth,
+)
+
+MOST_MODES = 3
+PAYS = 60.0  # drop of the weighted sum of squares, over the misfit, that a mode must give
+INEXACT = 0.01  # of the output in a cell: error of the model of the hysteresis and of the input between rows
+BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, as fractions of the lowest mode
+BEYOND = 1.15  # last bin of the fit, over the highest frequency that is seen
+KNOWN_F, KNOWN_ZETA, KNOWN_SHARE = 0.1, 0.5, 1 / 3  # largest relative standard errors of a mode
+REST_PAYS = 9.0
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Input and output over their spans, with the spectra of the records."""
+
+    h: float
+    v: Array
+    y: Array
+    records: tuple[slice, ...]
+    windows: tuple[Window, ...]
+    cells: Cells
+    response: Response
+
+
+def evidence(data: Dataset, v: Array | None = None) -> Evidence:
+    """Find band, frequency response, modes, delay and noise of records.
+
+    Parameters
+    ----------
+    data : Dataset
+        With a measured output; its training rows count.
+    v : array, shape (n,), optional
+        Output of the static hysteresis in front of the dynamics; default the input.
+    """
+    rows = [slice(max(r.start, data.train.start), min(r.stop, data.train.stop)) for r in data.records]
+    windows = tuple(w for r in rows if r.stop > r.start and (w := Window.of(r)))
+    x = np.asarray(data.u if v is None else v, dtype=np.float64)
+    wide, high = float(np.ptp(x)), float(np.ptp(data.y[data.train]))
+    if not windows or not wide > 0 or not high > 0:
+        none = np.zeros(0)
+        return Evidence(data.h, "foh", (0.0, 0.0), none, none, none, none, none, (), 0.0, np.inf, np.nan, np.nan)
+    x, y = (x - x[0]) / wide, (data.y - data.y[0]) / high
+    cells = cells_of(windows, data.h, x, y)
+    seen = Seen(data.h, x, y, data.records, windows, cells, response(cells))
+    density = high * noise_density(cells, data.h)
+    noise = density * float(np.sqrt(0.5 / data.h))
+    best = _modes(seen)
+    hold, found = ("foh", None) if best is None else best
+    static = _static_gain(seen.response, found)
+    r = seen.response
+    modes, delay, delay_se = _told(found, data.h)
+    return Evidence(
+        data.h,
+        hold,
+        r.band(),
+        r.f,
+        np.abs(r.g) / static,
+        np.unwrap(np.angle(r.g)) if len(r.g) else np.zeros(0),
+        r.coherence,
+        r.level,
+        modes,
+        delay,
+        delay_se,
+        noise,
+        density,
+    )
+
+
+def _static_gain(r: Response, found: Fitted | None) -> float:
+    if found is not None and found.structure.modes:
+        return abs(float(found.gain.sum())) or 1.0
+    seen = np.flatnonzero(r.seen)
+    return float(np.median(np.abs(r.g[seen[: max(len(seen) // 3, 1)]]))) or 1.0 if len(seen) else 1.0
+
+
+def _modes(seen: Seen) -> tuple[str, Fitted] | None:
+    """Return the hold and the fit with as many modes as pay; None if the record shows no response."""
+    at = np.flatnonzero(seen.response.seen)
+    if len(at) < 3:
+        return None
+    highest = _highest(seen.response)
+    noise = seen.cells.noise
+    best: Fitted | None = None
+    hold = "smooth"
+    problem = _problem(seen, hold, noise, seen.response.f[0], highest, ())
+    none = fit(problem, Structure(0, True), np.array([0.0]))
+    best = none
+    for count in range(1, MOST_MODES + 1):
+        trial = _grown(seen, hold, noise, highest, best, count)
+        if trial is None:
+            break
+        problem, grown = trial
+        before = fit(problem, best.structure, best.p)
+        pays = (before.error - grown.error) / max(grown.misfit, 1.0)
+        if pays < PAYS or not _known(grown, seen):
+            break
+        noise = _noise(seen, problem, grown)
+        problem = replace(problem, weight=_weight(seen, problem, noise))
+        best = fit(problem, grown.structure, grown.p)
+    if not best.structure.modes:
+        return hold, best
+    return _held(seen, problem, best)
+
+
+def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
+    """Decide how the input behaves between rows, and whether the rest is needed.
+
+    A hold changes the response by a factor 1 - (omega h)^2/12 or /24, which looks like a rest; held values differ from a
+    smooth input by half a step of delay too.  So a hold is known only where no rest is needed.
+    """
+    modes = best.structure.modes
+    tried = {}
+    for hold in HOLDS:
+        p = best.p + np.append(np.zeros(2 * modes), -0.5 if hold == "zoh" else 0.0)
+        tried[hold] = fit(replace(problem, hold=hold, v=prepared_all(seen, hold)), Structure(modes, False), p)
+    hold = min(tried, key=lambda k: tried[k].error)
+    scale = max(tried[hold].misfit, 1.0)
+    tried = {k: replace(f, rest_se=float(np.sqrt(best.covariance[-1, -1]))) for k, f in tried.items()}
+    found = tried[hold]
+    if found.error - best.error > REST_PAYS * scale:
+        return "smooth", _half(best)
+    other = min(f.error for k, f in tried.items() if (k == "zoh") != (hold == "zoh"))
+    return (hold, found) if other - found.error > REST_PAYS * scale else ("smooth", _half(tried["smooth"]))
+
+
+def _half(found: Fitted) -> Fitted:
+    """Let the delay of a smooth input stand for that of held values as well: a quarter of a step less, and more or less."""
+    p, covariance = found.p.copy(), found.covariance.copy()
+    at = len(p) - 1
+    p[at] -= 0.25
+    covariance[at, at] += 0.25**2
+    return replace(found, p=p, covariance=covariance)
+
+
+def _highest(r: Response) -> float:
+    """Return the highest frequency (Hz) up to which at least half of the points of a third of an octave are seen."""
+    seen = r.seen
+    for k in range(len(seen) - 1, -1, -1):
+        near = (r.f <= r.f[k]) & (r.f >= r.f[k] / 2 ** (1 / 3))
+        if seen[k] and np.mean(seen[near]) >= 0.5:
+            return float(r.f[k])
+    return float(r.f[0])
+
+
+def prepared_all(seen: Seen, hold: str) -> Array:
+    return np.concatenate([prepared(seen.v[r], hold) for r in seen.records])
+
+
+def _problem(seen: Seen, hold: str, noise: Array, lowest: float, highest: float, slow: tuple[float, ...]) -> Problem:
+    bins = []
+    for w in seen.windows:
+        f = w.frequencies(seen.h)
+        bins.append(slice(int(np.searchsorted(f, lowest)), int(np.searchsorted(f, highest * BEYOND, "right"))))
+    v = prepared_all(seen, hold)
+    p = Problem(seen.h, hold, v, seen.y, seen.records, seen.windows, bins, np.zeros(0), slow)
+    return replace(p, weight=_weight(seen, p, noise))
+
+
+def _weight(seen: Seen, problem: Problem, noise: Array) -> Array:
+    """Return one over the RMS of noise and model error in each bin that counts."""
+    both = np.repeat(noise + INEXACT**2 * seen.cells.total / CELL, CELL)
+    out, at = [], 0
+    for w, b in zip(seen.windows, problem.bins, strict=True):
+        size = w.cells * CELL
+        out.append(both[at : at + size][b])
+        at += size
+    return np.asarray(1 / np.sqrt(np.concatenate(out)))
+
+
+def _noise(seen: Seen, problem: Problem, found: Fitted) -> Array:
+    """Return the noise of each cell: what the modes leave, where that is less than what the local response leaves.
+
+    A light resonance bends the response inside a cell.
+    """
+    v = columns(problem, found.structure, found.p) @ found.gain
+    e = seen.y - v
+    left, at = [], 0
+    for w in seen.windows:
+        power = np.abs(w.transform(e)) ** 2
+        left.append(smooth(power.reshape(-1, CELL).mean(axis=1)))
+    return np.minimum(seen.cells.noise, np.concatenate(left))
+
+
+def _grown(
+    seen: Seen, hold: str, noise: Array, highest: float, best: Fitted, count: int
+) -> tuple[Problem, Fitted] | None:
+    """Add a mode to a fit."""
+    r, h = seen.response, seen.h
+    f_0 = [float(np.exp(best.p[2 * k])) for k in range(best.structure.modes)]
+    longest = max(w.n for w in seen.windows) * h
+    lowest = max(10 / longest, 2 * float(r.f[0]))
+    top = min(highest, 0.45 / h)
+    if top <= 1.5 * lowest:
+        return None
+    start = min(f_0, default=lowest)
+    problem = _problem(seen, hold, noise, max(start / BELOW, float(r.f[0])), highest, ())
+    f, v, y = [], [], []
+    for w, b in zip(seen.windows, problem.bins, strict=True):
+        f.append(w.frequencies(h)[b])
+        v.append(w.transform(problem.v)[b])
+        y.append(w.transform(seen.y)[b])
+    f_all = np.concatenate(f)
+    # ramps through the corrected rows are the smooth input: their loss and the correction cancel
+    v_all = np.concatenate(v) * np.sinc(f_all * h) ** 2
+    pooled = Pooled.of(f_all, v_all, np.concatenate(y), problem.weight)
+    known: list[Complex] = [np.ones(len(pooled.f), dtype=np.complex128)]
+    for k in range(best.structure.modes):
+        known.append(mode_response(pooled.f, f_0[k], float(np.exp(best.p[2 * k + 1]))))
+    f_n, zeta, delay = scan(pooled, known, lowest, top, h, float(best.p[-1]) if f_0 else None)
+    first = min([*f_0, f_n])
+    slow = (SLOW / (2 * np.pi * first),)
+    problem = _problem(seen, hold, noise, max(first / BELOW, float(r.f[0])), highest, slow)
+    p = np.concatenate([best.p[:-1], [np.log(f_n), np.log(zeta), delay]])
+    return problem, fit(problem, Structure(count, True), p)
+
+
+def _known(found: Fitted, seen: Seen) -> bool:
+    """Tell whether every mode is determined by the record: standard errors, bounds, and excitation around it."""
+    r = seen.response
+    sd = np.sqrt(np.diag(found.covariance))
+    total = found.gain.sum()
+    for k in range(found.structure.modes):
+        f_n, zeta = np.exp(found.p[2 * k : 2 * k + 2])
+        if sd[2 * k] > KNOWN_F or sd[2 * k + 1] > KNOWN_ZETA or f_n >= 0.45 / seen.h:
+            return False
+        if not LEAST_ZETA * 1.05 < zeta < MOST_ZETA / 1.05:
+            return False
+        if sd[len(found.p) + k] > KNOWN_SHARE * abs(found.gain[k]) or total == 0:
+            return False
+        near = (r.f > f_n / 2 ** (1 / 3)) & (r.f < f_n * 2 ** (1 / 6))
+        if not near.any() or np.mean(r.seen[near]) < 0.5:
+            return False
+    return True
+
+
+def _told(found: Fitted | None, h: float) -> tuple[tuple[Mode, ...], float, float]:
+    """Return modes by frequency, delay and its standard error (s)."""
+    if found is None:
+        return (), 0.0, float("inf")
+    n, m = found.structure.modes, len(found.p)
+    total = float(found.gain.sum())
+    out = []
+    for k in range(n):
+        f_n, zeta = (float(x) for x in np.exp(found.p[2 * k : 2 * k + 2]))
+        slope = np.zeros(len(found.covariance))
+        slope[m:] = -found.gain[k] / total**2
+        slope[m + k] += 1 / total
+        share_se = float(np.hypot(np.sqrt(slope @ found.covariance @ slope), found.rest_se / total))
+        f_se, zeta_se = np.sqrt(np.diag(found.covariance)[2 * k : 2 * k + 2])
+        out.append(Mode(f_n, zeta, float(found.gain[k]) / total, f_n * float(f_se), zeta * float(zeta_se), share_se))
+    delay = max(float(found.p[m - 1]) * h, 0.0)
+    return tuple(sorted(out, key=lambda mode: mode.f_n)), delay, float(np.sqrt(found.covariance[m - 1, m - 1])) * h

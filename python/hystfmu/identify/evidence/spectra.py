@@ -1,0 +1,172 @@
+"""Spectra of records, cell by cell: what the output follows of the input, and the noise that is left.
+
+A cell is eight neighbouring bins of the Fourier transform of a whole record.  In it Y = (g_0 + g_1 f) V + E is fitted (a
+local polynomial: Pintelon & Schoukens, System Identification, 2nd ed. 2012, section 7.2): E is noise, or what no linear
+response explains.  Whole records have no windows that hide a short chirp, and the finest bins for light damping.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len, rfft
+from scipy.special import betaincinv
+
+from hystfmu.base.arrays import Array
+
+Complex = NDArray[np.complex128]
+CELL, LOCAL = 8, 2  # bins in a cell, complex coefficients of the response in it
+ALPHA = 0.01
+POINTS = 150  # of the frequency response, at most
+LEAST_ROWS = 64
+
+
+@dataclass(frozen=True)
+class Window:
+    """Rows of a record, a number that Fourier transforms are fast for."""
+
+    rows: slice
+
+    @classmethod
+    def of(cls, rows: slice) -> Window | None:
+        """Cut at most a few per cent off the beginning; None if the record is too short."""
+        n = rows.stop - rows.start
+        while n >= LEAST_ROWS and next_fast_len(n, real=True) != n:
+            n -= 1
+        return cls(slice(rows.stop - n, rows.stop)) if n >= LEAST_ROWS else None
+
+    @property
+    def n(self) -> int:
+        """Number of rows."""
+        return self.rows.stop - self.rows.start
+
+    @property
+    def cells(self) -> int:
+        """Number of cells; the bins of DC and of half the sample rate are in none."""
+        return (self.n // 2 - 1) // CELL
+
+    def frequencies(self, h: float) -> Array:
+        """Return the frequency (Hz) of each bin of the cells."""
+        return np.arange(1, self.cells * CELL + 1) / (self.n * h)
+
+    def transform(self, x: Array) -> Complex:
+        """Return the bins of a signal (n,), or of columns (n, m), without the line through the ends.
+
+        White noise of variance s^2 has a mean power of s^2 in each bin.
+        """
+        x = x[self.rows]
+        ends = x[-1] - x[0]
+        line = np.linspace(0.0, 1.0, self.n)
+        level = x - (line[:, None] * ends if x.ndim > 1 else line * ends)
+        return np.asarray(rfft(level, axis=0)[1 : self.cells * CELL + 1] / np.sqrt(self.n))
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cells of all records, each field of shape (cells,): centre (Hz), response, powers, noise of one bin."""
+
+    f: Array
+    g: Complex
+    weight: Array
+    total: Array
+    left: Array
+    noise: Array
+
+
+def cells_of(windows: Sequence[Window], h: float, v: Array, y: Array) -> Cells:
+    """Fit the local responses of all records."""
+    found = [_cells(w, h, v, y) for w in windows]
+    return Cells(*(np.concatenate([getattr(c, k) for c in found]) for k in ("f", "g", "weight", "total", "left", "noise")))
+
+
+def _cells(window: Window, h: float, v: Array, y: Array) -> Cells:
+    shape = (window.cells, CELL)
+    seen, out = window.transform(v).reshape(shape), window.transform(y).reshape(shape)
+    f = window.frequencies(h).reshape(shape).mean(axis=1)
+    x = np.linspace(-1.0, 1.0, CELL)
+    size = np.sqrt(np.sum(np.abs(seen) ** 2, axis=1, keepdims=True))
+    size[size == 0] = 1.0
+    columns = np.stack([seen / size, seen / size * x], axis=2)
+    q, r = np.linalg.qr(columns)
+    along = np.einsum("kij,ki->kj", q.conj(), out)
+    total = np.sum(np.abs(out) ** 2, axis=1)
+    left = np.sum(np.abs(out - np.einsum("kij,kj->ki", q, along)) ** 2, axis=1)
+    power = size[:, 0] ** 2
+    # the mean over the cell, not its centre: far better known where the input is in few bins
+    g = np.sum(seen.conj() * out, axis=1) / power
+    return Cells(f, g, power, total, left, smooth(left / (CELL - LOCAL)))
+
+
+def smooth(x: Array) -> Array:
+    """Return the mean over neighbours, wider at higher frequency: 2 cells, or 4 % of the frequency."""
+    k = np.arange(len(x))
+    wide = np.maximum(2, (0.04 * k).astype(int))
+    total = np.concatenate([[0.0], np.cumsum(x)])
+    lo, hi = np.maximum(k - wide, 0), np.minimum(k + wide + 1, len(x))
+    return np.maximum((total[hi] - total[lo]) / (hi - lo), 1e-300)
+
+
+@dataclass(frozen=True)
+class Response:
+    """Frequency response and coherence at points (n,)."""
+
+    f: Array
+    g: Complex
+    coherence: Array
+    level: Array
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Where chance does not explain the coherence."""
+        return self.coherence > self.level
+
+    def band(self) -> tuple[float, float]:
+        """Return the band (Hz) from the lowest frequency without a gap of a third of an octave; (0, 0): none."""
+        at = np.flatnonzero(self.seen)
+        if not len(at):
+            return 0.0, 0.0
+        first = last = at[0]
+        for k in at[1:]:
+            # lines of a periodic input are twice its frequency apart at most
+            if k > last + 2 and self.f[k] > max(2 ** (1 / 3) * self.f[last], self.f[last] + 2.2 * self.f[first]):
+                break
+            last = k
+        return float(self.f[first]), float(self.f[last])
+
+
+def response(cells: Cells) -> Response:
+    """Pool the cells to at most `POINTS` points, evenly over the logarithm of the frequency."""
+    lowest, highest = cells.f.min(), cells.f.max()
+    edge = np.geomspace(lowest, highest * (1 + 1e-9), POINTS + 1)
+    place = np.clip(np.searchsorted(edge, cells.f, "right") - 1, 0, POINTS - 1)
+
+    def pooled(x: NDArray[np.inexact]) -> NDArray[np.inexact]:
+        if np.iscomplexobj(x):
+            return np.bincount(place, x.real, POINTS) + 1j * np.bincount(place, x.imag, POINTS)
+        return np.bincount(place, x, POINTS)
+
+    count = np.bincount(place, minlength=POINTS)
+    some = count > 0
+    total, left = pooled(cells.total / cells.noise)[some], pooled(cells.left / cells.noise)[some]
+    weight = cells.weight / cells.noise
+    share = np.maximum(pooled(weight)[some], 1e-300)
+    count = count[some]
+    level = betaincinv(LOCAL * count, (CELL - LOCAL) * count, 1 - ALPHA)
+    coherence = np.where(total > 0, 1 - left / np.maximum(total, 1e-300), 0.0)
+    return Response(
+        np.asarray(pooled(cells.f * weight)[some] / share, dtype=np.float64),
+        np.asarray(pooled(cells.g * weight)[some] / share, dtype=np.complex128),
+        np.asarray(coherence, dtype=np.float64),
+        np.asarray(level, dtype=np.float64),
+    )
+
+
+def noise_density(cells: Cells, h: float) -> float:
+    """Return the density of the noise, one-sided, in the unit of y per sqrt(Hz): the median over the last octave."""
+    top = cells.f >= cells.f.max() / 2
+    # the median of the mean of 6 powers (a chi-square of 12) is .945 of the mean
+    power = np.median(cells.left[top] / (CELL - LOCAL)) / 0.9453
+    return float(np.sqrt(2 * h * power))
