@@ -105,6 +105,7 @@ def fit(
     import hystfmu as hy
     from hystfmu.face.fit_page import interval_of, interval_text
     from hystfmu.face.rows import free_run, parts, table_of
+    from hystfmu.face.summary import evidence_lines
     from hystfmu.report.progress import progress
     from hystfmu.report.terminal import table
 
@@ -141,6 +142,8 @@ def fit(
         say(f"rate dependence: {f['rate']}\n")
     if "lag" in f and not any("lags" in w for w in f.get("warnings", ())):
         say(f"lag: {f['lag']}; the model follows it")
+    for line in evidence_lines(model):
+        say(line)
     for warning in f.get("warnings", ()):
         click.echo(f"warning: {warning}", err=True)
     row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]

@@ -13,7 +13,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.face.summary import names, tables
+from hystfmu.face.summary import evidence_lines, names, tables
 from hystfmu.graph.blocks import Block
 from hystfmu.model import Model as Record
 from hystfmu.report.page import table
@@ -468,13 +468,15 @@ class Model(Record):
         lines = [f"{self.key}: {self.text}" if self.text else self.key]
         for part in tables(self):
             lines += ["", columns(part.head, part.rows)]
+        lines += ["", *shown] if (shown := evidence_lines(self)) else []
         return "\n".join([*lines, *(f"\nwarning: {w}" for w in self.fit.get("warnings", ()))])
 
     def _repr_html_(self) -> str:
         """As `print`, for a notebook."""
         warnings = "".join(f"<p><b>warning:</b> {escape(w)}</p>" for w in self.fit.get("warnings", ()))
         title = f"<p><b>{escape(self.key)}</b>{': ' if self.text else ''}{escape(self.text)}</p>"
-        return title + "".join(map(table, tables(self))) + warnings
+        shown = "".join(f"<p>{escape(line)}</p>" for line in evidence_lines(self))
+        return title + "".join(map(table, tables(self))) + shown + warnings
 
     def _one_to_one(self, verb: str) -> None:
         sizes = [p.size for p in self.graph.ports if p.kind == "input"]

@@ -43,6 +43,15 @@ def _errors(model: Record) -> list[tuple[str, str, str]]:
     return rows
 
 
+def evidence_lines(model: Record) -> list[str]:
+    """What the record of the fit shows about linear dynamics; nothing for models of before and for inverses."""
+    if "evidence" not in model.fit:
+        return []
+    from hystfmu.identify.evidence.found import Evidence
+
+    return Evidence.from_dict(model.fit["evidence"]).lines(model.graph.outputs[0].unit)
+
+
 def names(model: Record, kind: str) -> str:
     """The ports of a kind, `u` or `z[5]`."""
     return ", ".join(p.name if p.size == 1 else f"{p.name}[{p.size}]" for p in model.graph.ports if p.kind == kind)

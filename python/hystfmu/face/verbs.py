@@ -48,7 +48,7 @@ def fit(
     -------
     Model
         Its `fit` holds errors, number of parameters and warnings; errors on the rows after the training rows too, if
-        there are any.
+        there are any; and as ``evidence`` what the record shows about linear dynamics (`hystfmu.identify.evidence`).
 
     Raises
     ------
@@ -64,6 +64,7 @@ def fit(
     >>> model.fit["held_out_rms_percent"] < 2.0
     True
     """
+    from hystfmu.face.evidence import with_evidence
     from hystfmu.identify import fit
     from hystfmu.inverse.worth import Inverses
 
@@ -73,7 +74,7 @@ def fit(
     model = fit(data, key, seed, progress, inverses, purpose == "inverse", **options)
     if purpose == "inverse" and (fault := inverses.fault(model)):
         raise InputError(f"{data.path or data.name}: The model {model.key} must have a useful inverse. {fault}")
-    return held_out(Model.of(model), data)
+    return with_evidence(held_out(Model.of(model), data), data)
 
 
 def study(

@@ -62,6 +62,27 @@ class Evidence:
     noise: float
     noise_density: float
 
+    def lines(self, unit: str = "") -> list[str]:
+        """Say in a few lines what the record shows.
+
+        Parameters
+        ----------
+        unit : str
+            Unit of measure of y.
+        """
+        lowest, highest = self.band
+        band = f"input and output are coherent from {lowest:.3g} to {highest:.4g} Hz" if highest else "no coherent band"
+        of = f" {unit}" if unit not in ("", "1") else ""
+        known = np.isfinite(self.noise)
+        noise = f"; noise {self.noise:.2g}{of} RMS, {self.noise_density:.2g}{of}/sqrt(Hz)" if known else ""
+        modes = [
+            f"mode at {_known(m.f_n, m.f_n_se)} Hz, damping ratio {_known(m.zeta, m.zeta_se)}, "
+            f"{_known(100 * m.share, 100 * m.share_se)} % of the static gain"
+            for m in self.modes
+        ]
+        late = f"delay {_known(self.delay, self.delay_se)} s" if np.isfinite(self.delay_se) else "delay not known"
+        return [f"record: {band}{noise}", *(modes or ["no mode inside this band"]), late]
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers, lists and tables, for a file."""
         out: dict[str, Any] = {}
@@ -73,15 +94,26 @@ class Evidence:
                 out[item.name] = [asdict(m) for m in value]
             else:
                 out[item.name] = list(value) if isinstance(value, tuple) else value
+        # JSON has no number for what is not known
+        unknown = [k for k, v in out.items() if isinstance(v, float) and not np.isfinite(v)]
+        for key in unknown:
+            del out[key]
         return out
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Evidence:
         """Return what `to_dict` wrote."""
-        values: dict[str, Any] = {item.name: table[item.name] for item in fields(cls)}
+        unknown = {"delay_se": np.inf, "noise": np.nan, "noise_density": np.nan}
+        values: dict[str, Any] = {item.name: {**unknown, **table}[item.name] for item in fields(cls)}
         for key in ("f", "gain", "phase", "coherence", "significant"):
             values[key] = np.asarray(values[key], dtype=np.float64)
         lowest, highest = values["band"]
         values["band"] = (float(lowest), float(highest))
         values["modes"] = tuple(Mode(**m) for m in values["modes"])
         return cls(**values)
+
+
+def _known(value: float, error: float) -> str:
+    """Return a value with its standard error, to the digits that are known."""
+    digits = max(int(np.ceil(np.log10(abs(value) / error))) + 1, 2) if error > 0 and value else 4
+    return f"{value:.{min(digits, 8)}g} +- {error:.2g}"

@@ -1,0 +1,49 @@
+"""What the record of a fit shows about linear dynamics, kept with the model as ``fit["evidence"]``."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.face.model import Model
+from hystfmu.graph import Graph
+from hystfmu.model.inputs import run_along
+
+if TYPE_CHECKING:
+    from hystfmu.identify.evidence import Evidence
+
+__all__ = ["evidence_of", "with_evidence"]
+
+
+def evidence_of(model: Model, data: Dataset) -> Evidence:
+    """Find the evidence of a record, with the output of the hysteresis of a model as the input of the dynamics.
+
+    Parameters
+    ----------
+    model : Model
+        Fitted to `data`.  A model that is no static part in front of linear dynamics says nothing about the input of
+        the dynamics, so that u is taken.
+    data : Dataset
+        With a measured output.
+    """
+    from hystfmu.identify.evidence import evidence
+
+    return evidence(data, static_output(model, data))
+
+
+def static_output(model: Model, data: Dataset) -> Array | None:
+    """Return the output (n,) of the model in front of its linear dynamics; None if it has another structure."""
+    from hystfmu.inverse.dynamic import split
+
+    parts = split(model)
+    graph: Graph = model.graph if parts is None else parts.front.graph
+    if any(n.block.rate not in ("function", "hysteretic") and n.block.name != "creep" for n in graph.nodes):
+        return None
+    return run_along(graph, data)
+
+
+def with_evidence(model: Model, data: Dataset) -> Model:
+    """Return the model with the evidence of the record of its fit."""
+    return replace(model, fit={**model.fit, "evidence": evidence_of(model, data).to_dict()})
