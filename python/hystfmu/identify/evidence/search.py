@@ -32,6 +32,10 @@ BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, 
 BEYOND = 1.15  # last bin of the fit, over the highest frequency that is seen
 KNOWN_F, KNOWN_ZETA, KNOWN_SHARE = 0.1, 0.5, 1 / 3  # largest relative standard errors of a mode
 REST_PAYS = 9.0
+REST_SHAPE = 0.5  # share of a rest that may be the rise of its mode towards its resonance
+LEAST_F, LEAST_ZETA_SE, LEAST_SHARE, LEAST_DELAY = 1e-4, 3e-3, 2e-3, 0.005
+"""Least standard errors: relative of f_n and zeta, of a share, and of the delay in steps.  Drawn devices with modes above
+the band and inputs that are no ramps between rows have errors of this size where the noise allows smaller ones."""
 
 
 @dataclass(frozen=True)
@@ -105,23 +109,22 @@ def _modes(seen: Seen) -> tuple[str, Fitted] | None:
         return None
     highest = _highest(seen.response)
     noise = seen.cells.noise
-    best: Fitted | None = None
     hold = "smooth"
     problem = _problem(seen, hold, noise, seen.response.f[0], highest, ())
-    none = fit(problem, Structure(0, True), np.array([0.0]))
-    best = none
+    best = last = fit(problem, Structure(0, True), np.array([0.0]))
     for count in range(1, MOST_MODES + 1):
-        trial = _grown(seen, hold, noise, highest, best, count)
-        if trial is None:
+        grown = _grown(seen, hold, noise, highest, last, count)
+        if grown is None:
             break
-        problem, grown = trial
-        before = fit(problem, best.structure, best.p)
-        pays = (before.error - grown.error) / max(grown.misfit, 1.0)
-        if pays < PAYS or not _known(grown, seen):
+        trial, found = grown
+        before = fit(trial, last.structure, last.p)
+        if before.error - found.error < PAYS * max(found.misfit, 1.0):
             break
-        noise = _noise(seen, problem, grown)
-        problem = replace(problem, weight=_weight(seen, problem, noise))
-        best = fit(problem, grown.structure, grown.p)
+        noise = _noise(seen, trial, found)
+        trial = replace(trial, weight=_weight(seen, trial, noise))
+        last = fit(trial, found.structure, found.p)
+        if _known(last, seen):  # one mode for two may not be, both are
+            problem, best = trial, last
     if not best.structure.modes:
         return hold, best
     return _held(seen, problem, best)
@@ -270,8 +273,12 @@ def _told(found: Fitted | None, h: float) -> tuple[tuple[Mode, ...], float, floa
         slope = np.zeros(len(found.covariance))
         slope[m:] = -found.gain[k] / total**2
         slope[m + k] += 1 / total
-        share_se = float(np.hypot(np.sqrt(slope @ found.covariance @ slope), found.rest_se / total))
-        f_se, zeta_se = np.sqrt(np.diag(found.covariance)[2 * k : 2 * k + 2])
+        # a rest is a mode above the band, which is larger there than at rest
+        rest = abs(float(found.gain[-1])) if found.structure.rest else 0.0
+        shape = [found.rest_se / total, REST_SHAPE * rest / total, (2 * np.pi * f_n * h) ** 2 / 24, LEAST_SHARE]
+        share_se = float(np.sqrt(slope @ found.covariance @ slope + np.sum(np.square(shape))))
+        f_se, zeta_se = np.hypot(np.sqrt(np.diag(found.covariance)[2 * k : 2 * k + 2]), (LEAST_F, LEAST_ZETA_SE))
         out.append(Mode(f_n, zeta, float(found.gain[k]) / total, f_n * float(f_se), zeta * float(zeta_se), share_se))
     delay = max(float(found.p[m - 1]) * h, 0.0)
-    return tuple(sorted(out, key=lambda mode: mode.f_n)), delay, float(np.sqrt(found.covariance[m - 1, m - 1])) * h
+    delay_se = float(np.hypot(np.sqrt(found.covariance[m - 1, m - 1]), LEAST_DELAY)) * h
+    return tuple(sorted(out, key=lambda mode: mode.f_n)), delay, delay_se

@@ -19,7 +19,7 @@ from hystfmu.base.arrays import Array
 
 Complex = NDArray[np.complex128]
 CELL, LOCAL = 8, 2  # bins in a cell, complex coefficients of the response in it
-ALPHA = 0.01
+ALPHA, SURE = 0.01, 1e-5  # probabilities of chance: of the level, and of a point behind a gap of the band
 POINTS = 150  # of the frequency response, at most
 LEAST_ROWS = 64
 
@@ -111,12 +111,13 @@ def smooth(x: Array) -> Array:
 
 @dataclass(frozen=True)
 class Response:
-    """Frequency response and coherence at points (n,)."""
+    """Frequency response, coherence, its level of chance and where it is sure, at points (n,)."""
 
     f: Array
     g: Complex
     coherence: Array
     level: Array
+    sure: NDArray[np.bool_]
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -124,16 +125,21 @@ class Response:
         return self.coherence > self.level
 
     def band(self) -> tuple[float, float]:
-        """Return the band (Hz) from the lowest frequency without a gap of a third of an octave; (0, 0): none."""
+        """Return the band (Hz) from the lowest frequency without a gap of an octave; (0, 0): none.
+
+        A mode between two points an octave apart shows in the response at both.
+        """
         at = np.flatnonzero(self.seen)
+        at = at[np.argmax(self.sure[at]) :] if self.sure.any() else at[:0]
         if not len(at):
             return 0.0, 0.0
         first = last = at[0]
         for k in at[1:]:
             # lines of a periodic input are twice its frequency apart at most
-            if k > last + 2 and self.f[k] > max(2 ** (1 / 3) * self.f[last], self.f[last] + 2.2 * self.f[first]):
+            if self.f[k] > max(2 * self.f[last], self.f[last] + 2.2 * self.f[first]):
                 break
-            last = k
+            if k <= last + 2 or self.sure[k]:
+                last = k
         return float(self.f[first]), float(self.f[last])
 
 
@@ -161,6 +167,7 @@ def response(cells: Cells) -> Response:
         np.asarray(pooled(cells.g * weight)[some] / share, dtype=np.complex128),
         np.asarray(coherence, dtype=np.float64),
         np.asarray(level, dtype=np.float64),
+        np.asarray(coherence > betaincinv(LOCAL * count, (CELL - LOCAL) * count, 1 - SURE)),
     )
 
 
