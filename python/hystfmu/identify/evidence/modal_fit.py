@@ -18,7 +18,7 @@ from hystfmu.identify.evidence.spectra import Window
 
 STEP = 1e-4  # of ln f_n (times zeta), ln zeta and steps of delay in the Jacobian
 MOST_STEPS = 25
-CLUSTERS = 40  # of neighbouring bins, whose errors may be of one sign
+CLUSTERS = 60  # of neighbouring bins, whose errors may be of one sign
 LEAST_ZETA, MOST_ZETA = 1e-3, 3.0
 MOST_DELAY = 10.0  # steps
 
@@ -199,10 +199,14 @@ def _covariance(j: Array, e: Array) -> Array:
     n, m = j.shape
     white = inverse * max(1.0, float(e @ e) / max(n - m, 1))
     half = n // 2
-    place = (np.arange(half) * CLUSTERS) // half
+    lever = np.sum((j / size @ (vt.T / s)) ** 2, axis=1)
+    lever = np.cumsum(lever[:half] + lever[half:])
+    # clusters of equal information: all of it in one would have a score of 0
+    place = np.minimum((lever / lever[-1] * CLUSTERS).astype(int), CLUSTERS - 1)
     score = j / size * e[:, None]
     both = np.zeros((CLUSTERS, m))
     np.add.at(both, place, score[:half] + score[half:])
-    sandwich = inverse @ (both.T @ both) @ inverse * (CLUSTERS / (CLUSTERS - 1))
+    used = len(np.unique(place))
+    sandwich = inverse @ (both.T @ both) @ inverse * (used / max(used - m, 1))
     larger = np.sqrt(np.maximum(1.0, np.diag(sandwich) / np.diag(white)))
     return white * np.outer(larger, larger) / np.outer(size, size)

@@ -11,7 +11,6 @@ from hystfmu.identify.evidence.spectra import Complex
 
 GRID = 1200  # bins after pooling
 DAMPINGS = (0.01, 0.03, 0.1, 0.3, 0.8)
-DELAYS = np.arange(-0.5, 6.01, 0.25)  # steps
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ def mode_response(f: Array, f_n: float | Array, zeta: float | Array) -> Complex:
 
 
 def scan(
-    pooled: Pooled, known: list[Complex], lowest: float, highest: float, h: float, delay: float | None
+    pooled: Pooled, known: list[Complex], lowest: float, highest: float, h: float, delays: Array
 ) -> tuple[float, float, float]:
     """Return f_n (Hz), zeta and delay (steps) of the mode that explains most beside known responses.
 
@@ -54,13 +53,12 @@ def scan(
         Bounds of f_n (Hz).
     h : float
         Step (s).
-    delay : float, optional
-        The delay (steps), if known.
+    delays : array, shape (m,)
+        Delays to try (steps).
     """
     root = np.sqrt(pooled.power)
     some = root > 0
     f, root = pooled.f[some], root[some]
-    delays = DELAYS if delay is None else np.array([delay])
     target = (pooled.cross[some] / root)[:, None] * np.exp(2j * np.pi * f[:, None] * h * delays)
     target = _real(target)
     if known:

@@ -20,7 +20,9 @@ from hystfmu.identify.evidence.spectra import (
     Response,
     Window,
     cells_of,
+    LOCAL,
     noise_density,
+    quiet_density,
     response,
     smooth,
 )
@@ -30,10 +32,15 @@ PAYS = 60.0  # drop of the weighted sum of squares, over the misfit, that a mode
 INEXACT = 0.01  # of the output in a cell: error of the model of the hysteresis and of the input between rows
 BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, as fractions of the lowest mode
 BEYOND = 1.15  # last bin of the fit, over the highest frequency that is seen
-KNOWN_F, KNOWN_ZETA, KNOWN_SHARE = 0.1, 0.5, 1 / 3  # largest relative standard errors of a mode
-REST_PAYS = 9.0
+KNOWN_F, KNOWN_ZETA, KNOWN_SHARE = 0.1, 0.5, 1 / 5  # largest relative standard errors of a mode
+KNOWN_TOLD = 0.5  # the same of its share, with the errors of its shape
+HIGHEST = 0.35  # frequency of a mode over the sample rate
+PAYS_SHARE = 0.03  # and of all of it, because errors of the model of the hysteresis are no white noise
+DOUBTFUL, WRONG = 2.0, 16.0  # misfit that asks for other starts, and that no fit has
+DELAYS = (np.arange(-0.5, 6.01, 0.25), np.arange(-0.5, 1.51, 0.25), np.arange(1.5, 3.51, 0.25))  # steps, of starts
+REST_PAYS, HOLD_PAYS = 9.0, 50.0  # the same for a rest, and for held values against a smooth input
 REST_SHAPE = 0.5  # share of a rest that may be the rise of its mode towards its resonance
-LEAST_F, LEAST_ZETA_SE, LEAST_SHARE, LEAST_DELAY = 1e-4, 3e-3, 2e-3, 0.005
+LEAST_F, LEAST_ZETA_SE, LEAST_SHARE, LEAST_DELAY = 1e-4, 3e-3, 2e-3, 0.05
 """Least standard errors: relative of f_n and zeta, of a share, and of the delay in steps.  Drawn devices with modes above
 the band and inputs that are no ramps between rows have errors of this size where the noise allows smaller ones."""
 
@@ -71,13 +78,13 @@ def evidence(data: Dataset, v: Array | None = None) -> Evidence:
     x, y = (x - x[0]) / wide, (data.y - data.y[0]) / high
     cells = cells_of(windows, data.h, x, y)
     seen = Seen(data.h, x, y, data.records, windows, cells, response(cells))
-    density = high * noise_density(cells, data.h)
-    noise = density * float(np.sqrt(0.5 / data.h))
     best = _modes(seen)
     hold, found = ("foh", None) if best is None else best
+    density = high * _density(seen, hold, found)
+    noise = density * float(np.sqrt(0.5 / data.h))
     static = _static_gain(seen.response, found)
     r = seen.response
-    modes, delay, delay_se = _told(found, data.h)
+    modes, delay, delay_se = _told(found, seen)
     return Evidence(
         data.h,
         hold,
@@ -111,30 +118,47 @@ def _modes(seen: Seen) -> tuple[str, Fitted] | None:
     noise = seen.cells.noise
     hold = "smooth"
     problem = _problem(seen, hold, noise, seen.response.f[0], highest, ())
-    best = last = fit(problem, Structure(0, True), np.array([0.0]))
+    none = fit(problem, Structure(0, True), np.array([0.0]))
+    best, fitted, known = problem, none, 0
+    for delays in DELAYS:
+        branch = _branch(seen, hold, highest, problem, none, delays)
+        for trial, found in branch:
+            count = int(np.sum(_known(found, seen)))
+            if (count, -found.misfit) > (known, -fitted.misfit) and count:
+                best, fitted, known = trial, found, count
+        if not branch or fitted.misfit < DOUBTFUL:
+            break  # other delays are other local minima, for a fit that is none
+    if not known or fitted.misfit > WRONG:
+        return hold, none
+    return _held(seen, best, fitted)
+
+
+def _branch(
+    seen: Seen, hold: str, highest: float, problem: Problem, none: Fitted, delays: Array
+) -> list[tuple[Problem, Fitted]]:
+    """Add modes while they pay, from a start with one of the delays."""
+    last, noise, found = none, seen.cells.noise, []
     for count in range(1, MOST_MODES + 1):
-        grown = _grown(seen, hold, noise, highest, last, count)
+        grown = _grown(seen, hold, noise, highest, last, count, delays)
         if grown is None:
             break
-        trial, found = grown
+        trial, fitted = grown
         before = fit(trial, last.structure, last.p)
-        if before.error - found.error < PAYS * max(found.misfit, 1.0):
+        gone = before.error - fitted.error
+        if gone < PAYS * max(fitted.misfit, 1.0) or gone < PAYS_SHARE * before.error:
             break
-        noise = _noise(seen, trial, found)
+        noise = _noise(seen, trial, fitted)
         trial = replace(trial, weight=_weight(seen, trial, noise))
-        last = fit(trial, found.structure, found.p)
-        if _known(last, seen):  # one mode for two may not be, both are
-            problem, best = trial, last
-    if not best.structure.modes:
-        return hold, best
-    return _held(seen, problem, best)
+        last = fit(trial, fitted.structure, fitted.p)
+        found.append((trial, last))
+    return found
 
 
 def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
     """Decide how the input behaves between rows, and whether the rest is needed.
 
     A hold changes the response by a factor 1 - (omega h)^2/12 or /24, which looks like a rest; held values differ from a
-    smooth input by half a step of delay too.  So a hold is known only where no rest is needed.
+    smooth input by half a step of delay too.  So a hold is known only where it alone needs no rest.
     """
     modes = best.structure.modes
     tried = {}
@@ -143,12 +167,12 @@ def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
         tried[hold] = fit(replace(problem, hold=hold, v=prepared_all(seen, hold)), Structure(modes, False), p)
     hold = min(tried, key=lambda k: tried[k].error)
     scale = max(tried[hold].misfit, 1.0)
-    tried = {k: replace(f, rest_se=float(np.sqrt(best.covariance[-1, -1]))) for k, f in tried.items()}
-    found = tried[hold]
-    if found.error - best.error > REST_PAYS * scale:
-        return "smooth", _half(best)
     other = min(f.error for k, f in tried.items() if (k == "zoh") != (hold == "zoh"))
-    return (hold, found) if other - found.error > REST_PAYS * scale else ("smooth", _half(tried["smooth"]))
+    if tried[hold].error - best.error > REST_PAYS * scale or other - tried[hold].error < HOLD_PAYS * scale:
+        return "smooth", _half(best)
+    # a rest that does not pay may be there: it counts in the errors
+    rest_se = float(np.sqrt(best.covariance[-1, -1]))
+    return hold, replace(tried[hold], covariance=best.covariance[:-1, :-1], rest_se=rest_se)
 
 
 def _half(found: Fitted) -> Fitted:
@@ -210,14 +234,14 @@ def _noise(seen: Seen, problem: Problem, found: Fitted) -> Array:
 
 
 def _grown(
-    seen: Seen, hold: str, noise: Array, highest: float, best: Fitted, count: int
+    seen: Seen, hold: str, noise: Array, highest: float, best: Fitted, count: int, delays: Array
 ) -> tuple[Problem, Fitted] | None:
     """Add a mode to a fit."""
     r, h = seen.response, seen.h
     f_0 = [float(np.exp(best.p[2 * k])) for k in range(best.structure.modes)]
     longest = max(w.n for w in seen.windows) * h
     lowest = max(10 / longest, 2 * float(r.f[0]))
-    top = min(highest, 0.45 / h)
+    top = min(highest, 0.45 / h)  # a mode above `HIGHEST` is fitted, not told
     if top <= 1.5 * lowest:
         return None
     start = min(f_0, default=lowest)
@@ -234,7 +258,7 @@ def _grown(
     known: list[Complex] = [np.ones(len(pooled.f), dtype=np.complex128)]
     for k in range(best.structure.modes):
         known.append(mode_response(pooled.f, f_0[k], float(np.exp(best.p[2 * k + 1]))))
-    f_n, zeta, delay = scan(pooled, known, lowest, top, h, float(best.p[-1]) if f_0 else None)
+    f_n, zeta, delay = scan(pooled, known, lowest, top, h, delays)
     first = min([*f_0, f_n])
     slow = (SLOW / (2 * np.pi * first),)
     problem = _problem(seen, hold, noise, max(first / BELOW, float(r.f[0])), highest, slow)
@@ -242,41 +266,62 @@ def _grown(
     return problem, fit(problem, Structure(count, True), p)
 
 
-def _known(found: Fitted, seen: Seen) -> bool:
-    """Tell whether every mode is determined by the record: standard errors, bounds, and excitation around it."""
+def _known(found: Fitted, seen: Seen) -> NDArray[np.bool_]:
+    """Tell which modes the record determines: standard errors, bounds, and excitation around them."""
     r = seen.response
     sd = np.sqrt(np.diag(found.covariance))
-    total = found.gain.sum()
+    known = np.zeros(found.structure.modes, dtype=bool)
     for k in range(found.structure.modes):
         f_n, zeta = np.exp(found.p[2 * k : 2 * k + 2])
-        if sd[2 * k] > KNOWN_F or sd[2 * k + 1] > KNOWN_ZETA or f_n >= 0.45 / seen.h:
-            return False
-        if not LEAST_ZETA * 1.05 < zeta < MOST_ZETA / 1.05:
-            return False
-        if sd[len(found.p) + k] > KNOWN_SHARE * abs(found.gain[k]) or total == 0:
-            return False
         near = (r.f > f_n / 2 ** (1 / 3)) & (r.f < f_n * 2 ** (1 / 6))
-        if not near.any() or np.mean(r.seen[near]) < 0.5:
-            return False
-    return True
+        known[k] = (
+            sd[2 * k] < KNOWN_F
+            and sd[2 * k + 1] < KNOWN_ZETA
+            and f_n < HIGHEST / seen.h
+            and LEAST_ZETA * 1.05 < zeta < MOST_ZETA / 1.05
+            and sd[len(found.p) + k] < KNOWN_SHARE * abs(found.gain[k])
+            and near.any()
+            and np.mean(r.seen[near]) > 0.5
+        )
+    return known
 
 
-def _told(found: Fitted | None, h: float) -> tuple[tuple[Mode, ...], float, float]:
-    """Return modes by frequency, delay and its standard error (s)."""
+def _density(seen: Seen, hold: str, found: Fitted | None) -> float:
+    """Return the density of the noise in spans of y: the least of what local responses, the fit, or quiet rows leave."""
+    left = [noise_density(seen.cells.left / (CELL - LOCAL), 2 * (CELL - LOCAL), seen.cells.f, seen.h)]
+    e = seen.y
+    if found is not None:
+        problem = _problem(seen, hold, seen.cells.noise, seen.response.f[0], 0.5 / seen.h, ())
+        e = seen.y - columns(problem, found.structure, found.p) @ found.gain
+        power = np.concatenate(
+            [(np.abs(w.transform(e)) ** 2).reshape(-1, CELL).mean(axis=1) for w in seen.windows]
+        )
+        left.append(noise_density(power, 2 * CELL, seen.cells.f, seen.h))
+    left.append(quiet_density([e[w.rows] for w in seen.windows], seen.h))
+    return min(left)
+
+
+def _told(found: Fitted | None, seen: Seen) -> tuple[tuple[Mode, ...], float, float]:
+    """Return the modes that are known by frequency, the delay and its standard error (s)."""
+    h = seen.h
     if found is None:
         return (), 0.0, float("inf")
-    n, m = found.structure.modes, len(found.p)
+    m, known = len(found.p), _known(found, seen)
     total = float(found.gain.sum())
+    # a rest is a mode above the band, which is larger there than at rest, and so is a mode that is not known
+    other = np.append(~known, found.structure.rest)[: len(found.gain)]
+    rest = float(np.sum(np.abs(found.gain[other])))
     out = []
-    for k in range(n):
+    for k in np.flatnonzero(known):
         f_n, zeta = (float(x) for x in np.exp(found.p[2 * k : 2 * k + 2]))
         slope = np.zeros(len(found.covariance))
         slope[m:] = -found.gain[k] / total**2
         slope[m + k] += 1 / total
-        # a rest is a mode above the band, which is larger there than at rest
-        rest = abs(float(found.gain[-1])) if found.structure.rest else 0.0
-        shape = [found.rest_se / total, REST_SHAPE * rest / total, (2 * np.pi * f_n * h) ** 2 / 24, LEAST_SHARE]
+        shape = np.array([REST_SHAPE * rest / total, (2 * np.pi * f_n * h) ** 2 / 24]) * found.gain[k] / total
+        shape = np.append(shape, [found.rest_se / total, LEAST_SHARE])
         share_se = float(np.sqrt(slope @ found.covariance @ slope + np.sum(np.square(shape))))
+        if share_se > KNOWN_TOLD * abs(found.gain[k] / total):
+            continue
         f_se, zeta_se = np.hypot(np.sqrt(np.diag(found.covariance)[2 * k : 2 * k + 2]), (LEAST_F, LEAST_ZETA_SE))
         out.append(Mode(f_n, zeta, float(found.gain[k]) / total, f_n * float(f_se), zeta * float(zeta_se), share_se))
     delay = max(float(found.p[m - 1]) * h, 0.0)

@@ -22,6 +22,8 @@ CELL, LOCAL = 8, 2  # bins in a cell, complex coefficients of the response in it
 ALPHA, SURE = 0.01, 1e-5  # probabilities of chance: of the level, and of a point behind a gap of the band
 POINTS = 150  # of the frequency response, at most
 LEAST_ROWS = 64
+QUIET, QUIET_FREEDOM = 40, 13.9
+AGREE = 0.03  # relative change of the response over a gap in which there is no mode
 
 
 @dataclass(frozen=True)
@@ -125,9 +127,10 @@ class Response:
         return self.coherence > self.level
 
     def band(self) -> tuple[float, float]:
-        """Return the band (Hz) from the lowest frequency without a gap of an octave; (0, 0): none.
+        """Return the band (Hz) from the lowest frequency without a gap; (0, 0): none.
 
-        A mode between two points an octave apart shows in the response at both.
+        A mode between two points an octave apart shows in the response at both, and one of a share in a wider gap
+        changes the response by twice this share from one side to the other.
         """
         at = np.flatnonzero(self.seen)
         at = at[np.argmax(self.sure[at]) :] if self.sure.any() else at[:0]
@@ -135,12 +138,16 @@ class Response:
             return 0.0, 0.0
         first = last = at[0]
         for k in at[1:]:
-            # lines of a periodic input are twice its frequency apart at most
-            if self.f[k] > max(2 * self.f[last], self.f[last] + 2.2 * self.f[first]):
+            if k > last + 1 and self.f[k] > 2 * self.f[last] and not self._agree(last, k):
                 break
             if k <= last + 2 or self.sure[k]:
                 last = k
         return float(self.f[first]), float(self.f[last])
+
+    def _agree(self, last: int, k: int) -> bool:
+        sure = np.flatnonzero(self.sure)
+        below, above = (np.abs(self.g[s]) for s in (sure[sure <= last][-3:], sure[sure >= k][:3]))
+        return len(above) == 3 and bool(abs(np.mean(above) / np.mean(below) - 1) < AGREE)
 
 
 def response(cells: Cells) -> Response:
@@ -171,9 +178,23 @@ def response(cells: Cells) -> Response:
     )
 
 
-def noise_density(cells: Cells, h: float) -> float:
-    """Return the density of the noise, one-sided, in the unit of y per sqrt(Hz): the median over the last octave."""
-    top = cells.f >= cells.f.max() / 2
-    # the median of the mean of 6 powers (a chi-square of 12) is .945 of the mean
-    power = np.median(cells.left[top] / (CELL - LOCAL)) / 0.9453
+def noise_density(power: Array, freedom: int, f: Array, h: float) -> float:
+    """Return the one-sided density of the noise: the median of the powers of cells in the upper three quarters.
+
+    The powers are means with `freedom` degrees of freedom; the median of a chi-square lies below its mean (Wilson &
+    Hilferty 1931).
+    """
+    top = f >= f.max() / 4
+    mean = np.median(power[top]) / (1 - 2 / (9 * freedom)) ** 3
+    return float(np.sqrt(2 * h * mean))
+
+
+def quiet_density(parts: Sequence[Array], h: float) -> float:
+    """Return the one-sided density of white noise from fourth differences, which slow signals do not pass.
+
+    The median over blocks of rows leaves out those with jumps and corners.
+    """
+    rows = np.concatenate([np.diff(x, 4)[: (len(x) - 4) // QUIET * QUIET].reshape(-1, QUIET) for x in parts])
+    # a fourth difference has 70 times the variance; its correlation leaves `QUIET_FREEDOM` of `QUIET` rows
+    power = np.median(np.mean(rows**2, axis=1)) / 70 / (1 - 2 / (9 * QUIET_FREEDOM)) ** 3
     return float(np.sqrt(2 * h * power))
