@@ -8,6 +8,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
+from hystfmu.face.evidence_section import evidence_section
 from hystfmu.face.explore import explorer
 from hystfmu.face.rows import free_run, held_out_errors, parts, split_errors, table_of
 from hystfmu.face.summary import tables
@@ -54,6 +55,7 @@ def fit_sections(model: Model, data: Dataset) -> list[Section]:
     )
     return [
         first,
+        *evidence_section(model),
         Section("Explorer", EXPLORED, explorer=explorer([model], data, *labels)),
         warnings,
         Section("Model", "", tables(model)),

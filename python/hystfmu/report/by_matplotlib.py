@@ -29,6 +29,8 @@ class Curve(Protocol):
     def y(self) -> Array: ...  # noqa: D102
     @property
     def dots(self) -> bool: ...  # noqa: D102
+    @property
+    def shade(self) -> bool: ...  # noqa: D102
 
 
 class Diagram(Protocol):
@@ -64,6 +66,9 @@ def figure(plots: Sequence[Diagram]) -> MatplotlibFigure:
     for k, p in enumerate(plots):
         axes = made.add_subplot(down, across, k + 1)
         for line in p.lines:
+            if line.shade:
+                axes.fill(line.x, line.y, color="gray", alpha=0.2, linewidth=0, label=_plain(line.name))
+                continue
             axes.plot(line.x, line.y, "." if line.dots else "-", linewidth=1.2, label=_plain(line.name))
         axes.set(title=_plain(p.title), xlabel=_plain(p.x_label), ylabel=_plain(p.y_label))
         axes.grid(alpha=0.3)

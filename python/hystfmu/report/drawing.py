@@ -17,6 +17,7 @@ _STYLE = (
     ".hystfmu .line{vector-effect:non-scaling-stroke;fill:none;stroke-width:1.4;stroke-linejoin:round}"
     ".hystfmu .c0{stroke:#0b63b5}.hystfmu .c1{stroke:#c24a17}.hystfmu .c2{stroke:#2a7f45}.hystfmu .c3{stroke:#8a3fa0}"
     ".hystfmu .c4{stroke:#8a6500}.hystfmu .dots{stroke-width:4;stroke-linecap:round}"
+    ".hystfmu .shade{stroke:none;fill:#5d6b78;fill-opacity:.18}"
 )
 
 

@@ -34,12 +34,13 @@ LOOP_POINTS = 5000  # of a loop with many reversals
 
 @dataclass(frozen=True)
 class Line:
-    """One curve, or dots: x and y of equal shape (n,)."""
+    """One curve, or dots, or a shaded area inside the curve: x and y of equal shape (n,)."""
 
     name: str
     x: Array
     y: Array
     dots: bool = field(default=False, kw_only=True)
+    shade: bool = field(default=False, kw_only=True)
 
     def __repr__(self) -> str:
         return f"Line({self.name!r}, {len(self.x)} points)"
@@ -127,6 +128,7 @@ class Plot:
             if at > left and at + wide - 12 > WIDTH:
                 at, y = left, y + ROW
             d = f"M{at + 7:.1f} {y}z" if line.dots else f"M{at:.1f} {y}h14"
+            d = f"M{at:.1f} {y - 5}h14v10h-14z" if line.shade else d
             out.append(f'<path class="line {_kind(k, line)}" d="{d}"/>')
             out.append(f'<text class="tick" x="{at + 18:.1f}" y="{y + 4}">{escape(line.name)}</text>')
             at += wide
@@ -177,4 +179,4 @@ class Figure:
 
 
 def _kind(k: int, line: Line) -> str:
-    return f"c{k % COLOURS}{' dots' if line.dots else ''}"
+    return f"c{k % COLOURS}{' dots' if line.dots else ' shade' if line.shade else ''}"

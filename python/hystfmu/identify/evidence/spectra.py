@@ -23,6 +23,7 @@ ALPHA, SURE = 0.01, 1e-5  # probabilities of chance: of the level, and of a poin
 POINTS = 150  # of the frequency response, at most
 LEAST_ROWS = 64
 QUIET, QUIET_FREEDOM = 40, 13.9
+LEAST_POINTS = 3  # of a band
 AGREE = 0.03  # relative change of the response over a gap in which there is no mode
 
 
@@ -142,6 +143,8 @@ class Response:
                 break
             if k <= last + 2 or self.sure[k]:
                 last = k
+        if np.sum(self.seen[first : last + 1]) < LEAST_POINTS:  # lines through the ends of two signals are alike
+            return 0.0, 0.0
         return float(self.f[first]), float(self.f[last])
 
     def _agree(self, last: int, k: int) -> bool:
