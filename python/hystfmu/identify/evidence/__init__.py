@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from hystfmu.identify.evidence.found import Evidence, Mode
-from hystfmu.identify.evidence.search import evidence
+from hystfmu.identify.evidence.record import evidence
 
 __all__ = ["Evidence", "Mode", "evidence"]

@@ -166,7 +166,10 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
             damping = max(damping * 8, 1e-6)
         if not better:
             break
-        gone, moved = error - new[0], np.max(np.abs(trial - p) / np.append(np.tile([1e-7, 1e-5], structure.modes), 1e-5))
+        gone, moved = (
+            error - new[0],
+            np.max(np.abs(trial - p) / np.append(np.tile([1e-7, 1e-5], structure.modes), 1e-5)),
+        )
         p, (error, gain, q, e) = trial, new
         damping = max(damping / 8, 1e-9)
         if gone < 1e-7 * error or moved < 1:

@@ -82,7 +82,9 @@ class Cells:
 def cells_of(windows: Sequence[Window], h: float, v: Array, y: Array) -> Cells:
     """Fit the local responses of all records."""
     found = [_cells(w, h, v, y) for w in windows]
-    return Cells(*(np.concatenate([getattr(c, k) for c in found]) for k in ("f", "g", "weight", "total", "left", "noise")))
+    return Cells(
+        *(np.concatenate([getattr(c, k) for c in found]) for k in ("f", "g", "weight", "total", "left", "noise"))
+    )
 
 
 def _cells(window: Window, h: float, v: Array, y: Array) -> Cells:
