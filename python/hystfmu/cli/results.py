@@ -92,78 +92,93 @@ def demo(out: str) -> None:
 @click.command(cls=Command, interrupted=_BEGUN)
 @click.argument("data", nargs=-1, required=True)
 @click.option("-o", "out", default="start", show_default=True, metavar="DIR", help="Folder to write into.")
-@click.option(
-    "--error",
-    "percent",
-    type=click.FloatRange(0, 100, min_open=True),
-    default=1.0,
-    show_default=True,
-    help="Largest RMS tracking error that is asked for, in percent of the stroke; five times that where the device "
-    "differs from its model.",
-)
 @click.option("--model", "key", default="auto", show_default=True, metavar="KEY", help="Kind of model.")
 @data_options
 @click.option("--train", metavar="A:B", help="Rows to fit, first:end.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the fit.")
+@click.option("--error", type=float, metavar="PERCENT", help="Largest RMS error, percent of peak to peak.")
+@click.option("--controller", metavar="NAME", help="Structure of the controller; none: no feedback. Default: the best.")
+@click.option("--bandwidth", type=float, metavar="HZ", help="Least frequency at which the sensitivity reaches -3 dB.")
+@click.option("--ms", type=float, metavar="DB", help="Largest peak of the sensitivity. Default: 6.")
+@click.option("--settling", type=float, metavar="SECONDS", help="Longest time until a step stays within 2 %.")
+@click.option("--overshoot", type=float, metavar="PERCENT", help="Largest overshoot of a step. Default: 10.")
+@click.option(
+    "--reference",
+    multiple=True,
+    metavar="SHAPE[:HZ]|FILE",
+    help="What to follow: sine, nested, triangle, step, staircase, or a CSV file with t and r. May be repeated.",
+)
+@click.option("--delay", type=int, metavar="STEPS", help="Steps between a measurement and its command. Default: 1.")
+@click.option("--resonance", metavar="HZ[,ZETA]", help="A resonance that you know and the record does not show.")
+@click.option("--amplifier", metavar="slew=..,max=..,min=..,current=..,capacitance=..", help="Limits of the amplifier.")
+@click.option("--requirements", metavar="FILE", help="TOML file with the last ten options as keys.")
 @json_option
 def start(
     data: tuple[str, ...],
     out: str,
-    percent: float,
     key: str,
     columns: Columns,
     train: str | None,
     seed: int,
+    requirements: str | None,
     as_json: bool,
+    **asked: Any,
 ) -> None:
     """From one record of a device to a compensated loop.
 
-    Reads DATA, chooses and fits a model, inverts it, tunes a controller that is stable if the device differs by 20 % in
-    gain and frequency with a step of delay more, runs the loop, and writes FMUs and a report.  Each file is named with
-    the command that makes it alone.  If the record is poor, an input to measure next is written too.
+    Reads DATA, chooses and fits a model, inverts it, tunes controllers that are stable on every device that the record
+    leaves possible, takes the best, runs the loop, and writes FMUs, a report and verdict.json.  Each file is named with
+    the command that makes it alone.  Where the record allows no feedback, the loop is feed-forward and inverse, and
+    measure_next.csv holds the input that would end the doubt.
 
-    The exit status is 1 if the loop misses what is asked for, or if no model of the data has an inverse; model, FMU and
-    report are written all the same.
+    The exit status is 0 exactly where the loop is approved; otherwise 1, and all files are written all the same.
 
     \b
     Example: hystfmu start data.csv -o mine
              hystfmu start stage.csv --time "Zeit [ms]" --input "Spannung [V]" --output "Weg [um]" --error 0.5
+             hystfmu start stage.csv --reference triangle:100 --bandwidth 80
     """
+    from hystfmu.base.files import load_toml
     from hystfmu.report.progress import progress
     from hystfmu.report.terminal import table
+    from hystfmu.start.page import race_table, reference_table
+    from hystfmu.start.requirements import Requirements
     from hystfmu.start.run import start as make
+    from hystfmu.start.verdict import sentence
 
+    given = load_toml(Path(requirements)) if requirements is not None else {}
+    wanted = Requirements.of(given | {k: v for k, v in asked.items() if v not in (None, ())})
     measured = columns.read(data, train)
     tell = (lambda line: None) if as_json else say
     tell(measured.read_as)
     source = [*data, *columns.words(), *(["--train", train] if train else [])]
-    made = make(measured, Path(out), percent, key, seed, source, tell, progress)
+    made = make(measured, Path(out), wanted, key, seed, source, tell, progress)
     loop = None if isinstance(made.loop, str) else made.loop
     cases = [] if loop is None else [_case(r) for r in loop.results]
     if as_json:
         told = {name: {"path": str(path), "command": command} for name, (path, command) in made.files.items()}
         limits = [] if loop is None else [vars(v) | {"within": v.within} for v in loop.margins.verdicts]
-        facts: dict[str, Any] = {"model": made.model.key, "fit": made.model.fit, "passed": made.passed}
-        facts |= {"no_loop": made.loop} if loop is None else {"gains": vars(loop.gains)}
+        facts: dict[str, Any] = {"model": made.model.key, "fit": made.model.fit, "verdict": made.verdict}
         click.echo(json.dumps(facts | {"cases": cases, "limits": limits, "files": told, "notes": made.notes}))
-        sys.exit(0 if made.passed else FAILED)
+        sys.exit(0 if made.approved else FAILED)
     detail(f"\n{made.model}")
-    if loop is None:
-        click.echo(f"no loop: {made.loop}", err=True)
-    else:
+    if loop is not None:
+        if loop.race.found:
+            say("\n" + table(*race_table(loop)))
+        say("\n" + table(*reference_table(made.verdict)))
         head = ["case", "RMS % of stroke", "max %", "asked RMS %", "verdict", "what"]
-        say("\n" + table(head, [[*c.values()] for c in cases]))
+        detail("\n" + table(head, [[*c.values()] for c in cases]))
         limits_of_loop = [
             [v.limit, "unstable" if v.value is None else f"{v.value:.3g}", f"{v.bound:g}", v.word, v.where]
             for v in loop.margins.verdicts
         ]
-        say("\n" + table(["limit of the loop", "value", "bound", "verdict", "at"], limits_of_loop))
-        lines = [*(line for r in loop.results for line in r.failures()), *loop.margins.broken()]
-        wrong([*lines, *(f"no margins: {line}" for line in loop.margins.refused if not loop.margins.verdicts)])
-    for note in (*made.notes, *made.model.fit.get("warnings", ())):
+        if limits_of_loop:
+            say("\n" + table(["limit of the loop", "value", "bound", "verdict", "at"], limits_of_loop))
+    for note in (*made.verdict["reasons"], *made.notes, *made.model.fit.get("warnings", ())):
         click.echo(f"warning: {note}", err=True)
     say("\n" + table(["written", "file", "the same alone"], [[k, str(p), c] for k, (p, c) in made.files.items()]))
-    sys.exit(0 if made.passed else FAILED)
+    click.echo(sentence(made.verdict), err=not made.approved)
+    sys.exit(0 if made.approved else FAILED)
 
 
 def _case(result: Result) -> dict[str, str]:

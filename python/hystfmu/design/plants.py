@@ -166,6 +166,8 @@ class PlantSet:
         omega h in (0, pi] for each plant, ascending.
     response : array, shape (m, k)
         Response of each plant at its angles.
+    beside : tuple of (Plant, Plant)
+        The identified plant with one of its numbers a standard error less and more: what a device is expected to be.
     """
 
     h: float
@@ -173,6 +175,15 @@ class PlantSet:
     slopes: tuple[float, float]
     angles: Array = field(repr=False)
     response: Complex = field(repr=False)
+    beside: tuple[tuple[Plant, Plant], ...] = ()
+
+    def missed(self, z: Complex) -> Array:
+        """Return the expected power of 1 - G'/G at z, shape (m,): what a feed-forward for G misses on a device G'."""
+        G = self.plants[0].response(z, self.h)
+        total = np.zeros(len(z))
+        for pair in self.beside:
+            total += np.mean([np.abs(1 - p.response(z, self.h) / G) ** 2 for p in pair], axis=0)
+        return total
 
     @property
     def z(self) -> Complex:
@@ -229,7 +240,21 @@ def plant_set(
             )
     angles = np.array([_angles(p, h) for p in plants])
     response = np.array([p.response(np.exp(1j * a), h) for p, a in zip(plants, angles, strict=True)])
-    return PlantSet(h, tuple(plants), slopes, angles, response)
+    return PlantSet(h, tuple(plants), slopes, angles, response, tuple(_beside(late, errors, delay_error, h)))
+
+
+def _beside(
+    p: Plant, errors: Sequence[tuple[float, float, float]], delay_error: float, h: float
+) -> Iterator[tuple[Plant, Plant]]:
+    for i, (f_se, zeta_se, _) in enumerate(errors):
+        f, zeta = (
+            [tuple(v + s * e * (j == i) for j, v in enumerate(values)) for s in (-1, 1)]
+            for values, e in ((p.f_n, f_se), (p.zeta, zeta_se))
+        )
+        yield replace(p, f_n=f[0]), replace(p, f_n=f[1])
+        yield replace(p, zeta=tuple(max(z, 1e-6) for z in zeta[0])), replace(p, zeta=zeta[1])
+    late = min(delay_error, h)
+    yield replace(p, delay=max(p.delay - late, 0.0)), replace(p, delay=p.delay + late)
 
 
 def _differing(p: Plant, errors: Sequence[tuple[float, float, float]], delay_error: float, h: float) -> Iterator[Plant]:

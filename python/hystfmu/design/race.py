@@ -56,7 +56,7 @@ class Aim:
     f, power : array, shape (k,)
         Frequencies (Hz) and power of the model error at the output.
     reference : array, shape (k,)
-        Power of the references at the same frequencies; the feed-forward misses a part of it where a plant differs.
+        Power of the references at the same frequencies; the feed-forward misses a part of it where a device differs.
     noise : float
         RMS of the white noise of the sensor.
     """
@@ -79,7 +79,7 @@ class Tuned:
     Ki : float
         Integral gain (1/s).
     error : float
-        Expected RMS error, in the unit of the output, over the set.
+        Expected RMS error, in the unit of the output.
     ms_db, set_ms_db : float
         Peaks of the sensitivity (dB).
     worst : str
@@ -207,8 +207,8 @@ class _View:
         self.plants, self.aim, self.limits = plants, aim, limits
         self.z, self.G = plants.z, plants.response
         self.at = np.exp(2j * np.pi * aim.f * plants.h)
-        self.low = np.array([p.response(self.at, plants.h) for p in plants.plants])  # at the frequencies of the aim
-        self.missed = np.abs(1 - self.low / self.low[0]) ** 2 * aim.reference
+        self.low = plants.plants[0].response(self.at, plants.h)  # at the frequencies of the aim
+        self.power = aim.power + plants.missed(self.at) * aim.reference
         self.wide = np.exp(1j * np.pi * (np.arange(200) + 0.5) / 200)
         self.G_wide = plants.plants[0].response(self.wide, plants.h)
 
@@ -240,12 +240,10 @@ class _View:
         return bool(unencircled(X).all())
 
     def error(self, C: Complex, C_wide: Complex) -> float:
-        """Return the expected RMS error: mean over the set, the noise of the identified plant."""
-        S = 1 / np.abs(1 + C * self.low) ** 2
-        left = ((self.aim.power + self.missed) * S).sum(axis=1)
+        """Return the expected RMS error of the identified plant: what is left of model error and doubt, and noise."""
+        left = float((self.power / np.abs(1 + C * self.low) ** 2).sum())
         X = C_wide * self.G_wide
-        noise = self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)
-        return float(np.sqrt(left.mean() + noise))
+        return float(np.sqrt(left + self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)))
 
     def judged(self, structure: Structure, design: Design, values: dict[str, float], Ki: float) -> Tuned:
         """Return the structure with the figures of its loop."""

@@ -1,22 +1,39 @@
-"""The loop around a fitted model: inverse, tuned controller, scenario with results and margins."""
+"""The loop around a fitted model: plants that the record leaves open, a race of controllers, a scenario with a verdict.
+
+A controller is taken only if it keeps its margins over the whole set of plants, and if every drawn device stays bounded
+in simulation.  Otherwise the loop is feed-forward and inverse, and says so.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.design.plants import PlantSet, plant_set
+from hystfmu.design.preview import Preview, preview
+from hystfmu.design.race import Aim, Limits, Race, Tuned, race
+from hystfmu.design.structures import STRUCTURES, Design
 from hystfmu.face.model import Model
-from hystfmu.face.result import Results
+from hystfmu.face.result import Result, Results
+from hystfmu.face.scenario import Scenario
 from hystfmu.scenario.margin_table import MarginTable, margin_table
-from hystfmu.start.device import COMPUTING, FREQUENCY, GAIN, Device, device, faster, slower
-from hystfmu.start.loop import CORNER, loop_scenario
-from hystfmu.start.speed import fastest
-from hystfmu.start.tuning import Gains, tune
+from hystfmu.start.device import SLOPES, Device, device
+from hystfmu.start.loop import draws, loop_scenario
+from hystfmu.start.misfit import Misfit, misfit
+from hystfmu.start.promise import Promise, promises
+from hystfmu.start.references import Tried, references
+from hystfmu.start.requirements import Requirements
+from hystfmu.start.step_response import StepResponse, step_response
+
+WORSE, NOISY = 2.0, 3.0  # times the error without feedback, and times that of the noise: a drawn device stays bounded
+SLOW = 0.02  # of the band: a bandwidth below is a slow integrator
 
 
 @dataclass(frozen=True)
@@ -25,25 +42,52 @@ class ClosedLoop:
 
     Attributes
     ----------
-    inverse : Model
-        Of the whole model.
     device : Device
-    gains : Gains
+    race : Race
+        Structures with their figures, best first; empty if no feedback is allowed.
+    tuned : Tuned or None
+        Controller of the loop; None: feed-forward alone.
+    misfit : Misfit
+    promises : tuple of Promise
+        Errors on the device, one for each reference.
+    steps : tuple of StepResponse
+        Overshoot and settling of the references that jump.
     results : Results
         Of the cases of the scenario.
     margins : MarginTable
+    reasons : tuple of str
+        What the record does not show, and why there is no feedback.
+    faults : tuple of str
+        What is asked and not reached.
     """
 
-    inverse: Model
     device: Device
-    gains: Gains
+    race: Race
+    tuned: Tuned | None
+    misfit: Misfit
+    promises: tuple[Promise, ...]
+    steps: tuple[StepResponse, ...]
     results: Results
     margins: MarginTable
+    reasons: tuple[str, ...]
+    faults: tuple[str, ...]
 
     @property
-    def passed(self) -> bool:
-        """Whether all cases meet what is asked for, and the loop its margins."""
-        return self.results.passed and bool(self.margins.verdicts) and not self.margins.broken()
+    def approved(self) -> bool:
+        """Whether the loop keeps its margins over the set, every draw is bounded, and all that is asked is reached."""
+        return self.results.passed and not self.margins.broken() and not self.faults
+
+    @property
+    def references(self) -> tuple[str, ...]:
+        """Names of the cases that try a reference."""
+        return tuple(p.name for p in self.promises)
+
+    @property
+    def feedback(self) -> str:
+        """``full``, ``slow`` (an integrator far below what the record shows) or ``none``."""
+        if self.tuned is None:
+            return "none"
+        return "full" if self.tuned.bandwidth >= SLOW * self.device.band or self.device.plant.f_n else "slow"
 
 
 def close(
@@ -51,8 +95,7 @@ def close(
     data: Dataset,
     folder: Path,
     name: str,
-    percent: float,
-    other: Model | None,
+    asked: Requirements,
     told: Callable[[str], None],
     shown: Callable[[str], AbstractContextManager[Callable[[float], None]]],
 ) -> ClosedLoop:
@@ -67,10 +110,7 @@ def close(
         For the scenario.
     name : str
         Of the scenario.
-    percent : float
-        Largest RMS error of the loop that is asked for, in percent of the stroke.
-    other : Model or None
-        Stands for the device in one case.
+    asked : Requirements
     told : function
         Called with a line where a step ends.
     shown : function
@@ -79,26 +119,155 @@ def close(
     Raises
     ------
     InputError
-        The model does not fit into a loop, or no controller holds it.
+        The model does not fit into a loop, or a reference is not possible.
     """
-    found, inverse = device(model, data), model.inverse()
+    found = device(model, data, asked.resonance)
+    tried = references(found, asked.reference)
+    missed = misfit(model, data, found.frequency, found.noise)
+    late = replace(found.plant, delay=found.plant.delay + asked.delay * found.h)
+    ahead = preview(late, found.h)
+    plants = plant_set(
+        found.plant,
+        found.h,
+        SLOPES,
+        errors=found.errors,
+        delay_error=found.delay_error,
+        unseen=found.unseen,
+        computing=asked.delay,
+    )
+    aim = _aim(found, missed, tried)
     with shown("tuning"):
-        scaled = [tuple(faster(n, f) for n in found.dynamics) for f in (1 - FREQUENCY, 1 + FREQUENCY)]
-        gains = tune([found.dynamics, *(scaled if found.dynamics else [])], found.h, found.delay + COMPUTING)
-    told(f"loop: Kp = {gains.Kp:g}, Ki = {gains.Ki:g} 1/s, step {found.h:g} s, Ms {gains.Ms_db:.1f} dB")
-    frequency, record = fastest(found, gains, CORNER * percent), found.frequency
-    if frequency < record:
-        found = slower(found, frequency)
-        told(
-            f"references at {frequency:g} Hz: at the {record:g} Hz of the record a device that differs by "
-            f"{100 * GAIN:g} % would miss {CORNER * percent:g} %"
-        )
-    into = loop_scenario(found, gains, percent, name, other).save(folder)
+        outcome = _raced(found, plants, aim, asked)
+    reasons, faults = list(found.notes), []
+    tuned = outcome.winner
+    if asked.controller not in (None, "none") and tuned is None:
+        faults.append(f"controller {asked.controller}: {outcome.refused[str(asked.controller)]}")
+    if asked.bandwidth and (tuned is None or tuned.bandwidth < asked.bandwidth):
+        reached = max((t.bandwidth for t in outcome.found), default=0.0)
+        faults.append(f"a bandwidth of {asked.bandwidth:g} Hz is asked for; {reached:.3g} Hz is reachable")
+    plan = _Plan(found, ahead, missed, tried, asked, name)
+    if tuned is not None:
+        told(f"loop: {_said(tuned)}")
     with shown("running the loop") as progress:
-        results = hy.run(into, engine="native", record=True, progress=progress)
+        results, into, unbounded = plan.run(tuned, folder, progress)
+        if unbounded and tuned is not None:
+            reasons.append(f"{STRUCTURES[tuned.structure.name].text} is left out: {unbounded}")
+            tuned = None
+            results, into, _ = plan.run(None, folder, progress)
+    if tuned is None:
+        reasons.insert(0, "no feedback: " + (reasons[0] if asked.controller != "none" else "none is asked for"))
+        told(f"loop: feed-forward and inverse; {reasons[0]}")
     with shown("margins") as progress:
         try:
-            margins = margin_table([into], progress=progress)
-        except InputError as e:  # such as a case that its command drives into saturation
+            margins = margin_table([into], progress=progress) if tuned is not None else MarginTable([], [], [])
+        except InputError as e:
             margins = MarginTable([], [str(e)], [])
-    return ClosedLoop(inverse, found, gains, results, margins)
+            faults.append(f"margins: {e}")
+    said = promises(found, plants, aim, tuned, tried, results, data, model)
+    steps = tuple(step_response(t, r) for t in tried if t.jumps for r in results if r.case == t.name)
+    faults += _missed(said, steps, asked)
+    return ClosedLoop(found, outcome, tuned, missed, said, steps, results, margins, tuple(reasons), tuple(faults))
+
+
+def _raced(found: Device, plants: PlantSet, aim: Aim, asked: Requirements) -> Race:
+    if asked.controller == "none":
+        return Race((), {})
+    names = tuple(STRUCTURES) if asked.controller is None else (asked.controller,)
+    limits = Limits(asked.ms, bandwidth=asked.bandwidth or 0.0)
+    outcome = race(plants, Design(found.plant, found.h, asked.delay), aim, limits, names)
+    if asked.bandwidth and not outcome.found:  # say what is reachable
+        return race(plants, Design(found.plant, found.h, asked.delay), aim, Limits(asked.ms), names)
+    return outcome
+
+
+def _aim(found: Device, missed: Misfit, tried: tuple[Tried, ...]) -> Aim:
+    """Return what disturbs the loop on the average of the references."""
+    f = np.unique(np.concatenate([t.frequency * missed.harmonics for t in tried]))
+    f = f[f < 0.45 / found.h]
+    if found.band:
+        f = f[f <= max(found.band, 2 * found.frequency)]
+    power = np.zeros(len(f))
+    for t in tried:
+        for n, p in zip(missed.harmonics, missed.power, strict=True):
+            power[np.abs(f - n * t.frequency).argmin()] += p / len(tried)
+    reference = np.mean([t.powers(f) for t in tried], axis=0)
+    return Aim(f, power, reference, found.noise)
+
+
+def _said(t: Tuned) -> str:
+    return (
+        f"{t.structure.text}, Ki {t.Ki:g} 1/s, bandwidth {t.bandwidth:.3g} Hz, Ms {t.ms_db:.1f} dB, "
+        f"{t.set_ms_db:.1f} dB over all devices that the record leaves possible"
+    )
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """What a scenario is built from."""
+
+    found: Device
+    ahead: Preview
+    missed: Misfit
+    tried: tuple[Tried, ...]
+    asked: Requirements
+    name: str
+
+    def run(self, tuned: Tuned | None, folder: Path, progress: Callable[[float], None]) -> tuple[Results, Path, str]:
+        """Run and record the scenario; the last value says which drawn device does not stay bounded."""
+        limits: dict[str, float] = {}
+        if tuned is not None:
+            limits = self.bounds()
+        if self.asked.error is not None:
+            first = self.tried[0].amplitude
+            limits |= {t.name: self.asked.error * t.amplitude / first for t in self.tried if not t.jumps}
+        loop = self.scenario(tuned, limits)
+        into = loop.save(folder)
+        results = hy.run(into, engine="native", record=True, progress=progress)
+        names = {d.name for d in draws(self.found)}
+        bad = [r for r in results if r.case in names and not r.passed]
+        return results, into, f"case {bad[0].case}: {bad[0].failures()[0]}" if bad else ""
+
+    def bounds(self) -> dict[str, float]:
+        """Return the largest error of each drawn device: feedback must not make it much worse."""
+        loop = self.scenario(None, {})
+        noise = 100 * NOISY * self.found.noise / (2 * self.tried[0].amplitude)
+        return {
+            d.name: float(f"{WORSE * _tracking(loop.run(d.name, engine='native')) + noise:.3g}")
+            for d in draws(self.found)
+        }
+
+    def scenario(self, tuned: Tuned | None, limits: dict[str, float]) -> Scenario:
+        """Build the scenario."""
+        p = self
+        loop = loop_scenario(p.found, tuned, p.ahead, p.missed, p.tried, p.asked, p.name, limits)
+        if tuned is None:
+            return loop
+        corners = [d.name for d in draws(p.found)]
+        return loop.margins(case=p.tried[0].name, Ms_db=p.asked.ms, corners=corners, slopes=SLOPES, stable_to_steps=0.0)
+
+
+def _tracking(result: Result) -> float:
+    return next((v.value for v in result.verdicts if v.metric == "tracking"), float("inf"))
+
+
+def _missed(said: tuple[Promise, ...], steps: tuple[StepResponse, ...], asked: Requirements) -> list[str]:
+    """Return a line for each requirement that is not reached."""
+    lines = []
+    for p in said:
+        if asked.error is None:
+            continue
+        if p.rms_percent is None:
+            lines.append(f"{p.name}: an error of {asked.error:g} % is asked for; on the device it is not known")
+        elif p.rms_percent > asked.error:
+            lines.append(f"{p.name}: an error of {asked.error:g} % is asked for; {p.rms_percent:.3g} % is reachable")
+    for s in steps:
+        if s.overshoot > asked.overshoot:
+            lines.append(
+                f"{s.name}: an overshoot of at most {asked.overshoot:g} % is asked for; got {s.overshoot:.3g} %"
+            )
+        if asked.settling is not None and not s.settling <= asked.settling:
+            lines.append(f"{s.name}: settling within {asked.settling:g} s is asked for; got {s.settling:.3g} s")
+    return lines
+
+
+__all__ = ["ClosedLoop", "close"]

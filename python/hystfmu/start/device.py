@@ -1,9 +1,13 @@
-"""A fitted model as a loop sees it: hysteresis with its inverse, linear dynamics behind it, and devices that differ."""
+"""A fitted model as a loop sees it: its hysteresis with an inverse, linear dynamics behind it, and what is not known.
+
+The dynamics are those that the record shows (`hystfmu.identify.evidence`), not those that a fit needed: a natural
+frequency outside the band in which input and output are coherent is a guess.  Such a model counts as static, and a
+resonance may stand anywhere above the band.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,20 +15,28 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.data.reversals import reversals
+from hystfmu.data.reversals import turning_points
+from hystfmu.design.plants import SIGMAS, UNSEEN_SHARE, UNSEEN_ZETA, Plant, Unseen
+from hystfmu.design.preview import transfer_function
 from hystfmu.design.sector import static_gain
 from hystfmu.face.model import Model
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.inverse.dynamic import Parts, feedforward, split
-from hystfmu.inverse.input_range import at_start, over_range
+from hystfmu.graph import Graph, Input, Node
+from hystfmu.identify.evidence import Evidence
+from hystfmu.inverse.dynamic import Parts, split
+from hystfmu.inverse.input_range import at_start, input_range, over_range
 from hystfmu.model.inputs import beside
 
-GAIN, FREQUENCY = 0.2, 0.2  # by which a device may differ from its model
-COMPUTING = 1  # steps between a sample and its command
 PERIODS = 4  # of the reference in a run
 SAMPLES = 100  # steps of the loop in a period of the references, at least
 LONGEST = 20_000  # and at most
 DYNAMICS = "transfer_function"
+DYNAMICS_NAME = "dynamics"  # of the block behind the hysteresis; a fit has names of its own
+SLOPES = (0.68, 1.64)  # of plant over inverse: gain 20 % off and thresholds 10 %
+LARGE = 0.2  # of the range of the input: a reversal of a stroke
+FINE = 5  # steps of the plant in one of the controller
+UNKNOWN_DELAY = 2.0  # steps by which a device may be later if the record does not show its delay
+KNOWN_RESONANCE = 0.1  # a resonance that the user states is known to this
+Errors = tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -34,43 +46,65 @@ class Device:
     Attributes
     ----------
     model : Model
-        The whole, behind a held command.
+        Hysteresis and creep, without dynamics.
     inverse : Model
-        Inverse of the model with its dynamics at rest.
-    ahead : Graph or None
-        Feed-forward of the dynamics; None if there are none.
-    lag_steps : int
-        Steps by which the output follows the wanted one behind feed-forward and inverse.
-    dynamics : tuple of Node
-        Transfer functions behind the hysteresis.
-    delay : int
-        Steps of delay behind it.
+        Its inverse.
+    plant : Plant
+        Dynamics behind it, as the record shows them; no time for computing.
+    errors : tuple of (float, float, float)
+        Standard errors of frequency (Hz), damping and share of each mode.
+    delay_error : float
+        Standard error of the delay (s).
+    unseen : Unseen or None
+        What the record did not excite.
     h : float
         Step (s).
     frequency : float
         Of references (Hz): that of the record, as far as the step allows.
+    band : float
+        Highest frequency at which input and output are coherent (Hz); 0: none.
+    noise : float
+        RMS of the noise of the sensor.
     low, high, rest : float
         Least and largest output that the range of the input both passes through and keeps for the time of a run (creep
         may take back what a quick sweep reaches), and output before the first step, in its unit of measure.
+    commands : (float, float)
+        Range of the input in the record.
     falling : bool
         Whether the output falls where the input rises, such as of a stack that contracts.
+    notes : tuple of str
+        What the record does not show.
     """
 
     model: Model
     inverse: Model
-    ahead: Graph | None
-    lag_steps: int
-    dynamics: tuple[Node, ...]
-    delay: int
+    plant: Plant
+    errors: Errors
+    delay_error: float
+    unseen: Unseen | None
     h: float
     frequency: float
+    band: float
+    noise: float
     low: float
     high: float
     rest: float
+    commands: tuple[float, float]
     falling: bool
+    notes: tuple[str, ...] = ()
+
+    @property
+    def input(self) -> str:
+        """Name of the input of the model."""
+        return self.model.graph.inputs[0].name
+
+    @property
+    def output(self) -> str:
+        """Name of the output of the model."""
+        return self.model.graph.outputs[0].name
 
 
-def device(model: Model, data: Dataset) -> Device:
+def device(model: Model, data: Dataset, resonance: tuple[float, float] | None = None) -> Device:
     """Cut a model into what a loop needs.
 
     Parameters
@@ -79,6 +113,8 @@ def device(model: Model, data: Dataset) -> Device:
         Fitted to `data`.
     data : Dataset
         Its input states how fast references may be.
+    resonance : (float, float), optional
+        Frequency (Hz) and damping ratio of a mode that the user knows.
 
     Raises
     ------
@@ -87,60 +123,118 @@ def device(model: Model, data: Dataset) -> Device:
     """
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
-    model = behind_hold(model)
-    parts = _parts(model)
-    dynamics = tuple(n for n in parts.tail if n.type == DYNAMICS)
-    lag_steps, taps = feedforward(parts, data.h) if dynamics else (0, None)
+    static = at_rest(model)
+    evidence = Evidence.from_dict(model.fit["evidence"])
+    plant, errors, notes = _dynamics(model, evidence)
+    unseen = _unseen(plant, evidence, data, resonance)
     frequency = reference_frequency(data)
-    low, high, falling = reach(model, math.ceil(PERIODS / (frequency * data.h)))
+    low, high, falling = reach(static, math.ceil(PERIODS / (frequency * data.h)))
     if not high > low:
         raise InputError(
             f"{data.path or data.name}: A loop is made for an output that lasts. {model.key} loses it all."
         )
     return Device(
-        model,
-        _at_rest(model, parts).inverse(),
-        None if taps is None else _filter(taps, at_start(model)),
-        lag_steps + parts.delay,
-        dynamics,
-        parts.delay,
+        static,
+        static.inverse(),
+        plant,
+        errors,
+        evidence.delay_se if np.isfinite(evidence.delay_se) else UNKNOWN_DELAY * data.h / SIGMAS,
+        unseen,
         data.h,
         frequency,
+        evidence.band[1],
+        evidence.noise if np.isfinite(evidence.noise) else 0.0,
         low,
         high,
-        at_start(model),
+        at_start(static),
+        input_range(static, "A loop must have the input range of its model"),
         falling,
+        tuple(notes),
     )
 
 
-def behind_hold(model: Model) -> Model:
-    """Return a model for a command that a converter holds for a step: its dynamics see jumps, not ramps.
+def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str]]:
+    """Return the dynamics that the record shows, and a line for what it does not."""
+    modes, top = evidence.modes, evidence.band[1]
+    plant = Plant(
+        tuple(m.f_n for m in modes),
+        tuple(m.zeta for m in modes),
+        tuple(m.share for m in modes),
+        max(_behind_hold(evidence), 0.0) if modes else 0.0,
+    )
+    errors = tuple((m.f_n_se, m.zeta_se, m.share_se) for m in modes)
+    if modes:
+        return plant, errors, [f"nothing is known of the device above {top:.3g} Hz"]
+    seen = "the record does not show at any frequency how fast the device answers"
+    if top:
+        seen = f"the record shows no resonance up to {top:.3g} Hz, and nothing above"
+    fitted = [n for n in (split(model) or Parts(model, ())).tail if n.type == DYNAMICS]
+    return plant, errors, [seen, *(["the record does not confirm the dynamics of the fit"] * bool(fitted))]
 
-    A fit takes its rows as samples of a smooth input, and its dynamics ramp up to each of them.  Trap: a held command
-    acts half a step earlier, so a loop tuned and timed on ramps missed its device by 0.3 % of the stroke at 100 steps a
-    period, and stated 1e-4 %.
+
+def _behind_hold(evidence: Evidence) -> float:
+    """Return the delay behind a held command (s): a hold is half a step late itself."""
+    return evidence.delay - (0.0 if evidence.hold == "zoh" else evidence.h / 2)
+
+
+def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[float, float] | None) -> Unseen | None:
+    """Return the resonance that the record did not excite, or the one that the user states."""
+    share = UNSEEN_SHARE if plant.f_n else 1.0
+    if resonance is not None:
+        f, zeta = resonance
+        return Unseen((1 - KNOWN_RESONANCE) * f, share, zeta, (1 + KNOWN_RESONANCE) * f)
+    above = evidence.band[1] or 1 / (len(data.u) * data.h)
+    above = max(above, 1.2 * max(plant.f_n, default=0.0))  # a known mode is no other one
+    return Unseen(above, share, UNSEEN_ZETA)
+
+
+def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) -> Model:
+    """Return the model of a device that runs `FINE` times in a step of the controller.
+
+    Delay, hysteresis, dynamics and an additive input ``d``: what the model misses.
 
     Parameters
     ----------
-    model : Model
-        Of any kind; without dynamics behind the hysteresis it is returned as it is.
+    found : Device
+    plant : Plant, optional
+        Other dynamics; by default those of the device.  Its delay contains no time for computing.
+    gain : float
+        Of the output around that at rest.
     """
-    first = next((n for n in _parts(model).tail if n.type == DYNAMICS), None)
-    if first is None:
-        return model
-    jumps = replace(first, values={**first.values, "hold": "zoh"})
-    return Model.of(replace(model, graph=model.graph.replace(jumps)))
+    plant = found.plant if plant is None else plant
+    g, fine = found.model.graph, found.h / FINE
+    (source,), (sink,) = g.inputs, g.outputs
+    nodes, wires = list(g.nodes), list(g.wires)
+    into, end = source.to, sink.source
+    late = round(plant.delay / fine)
+    if late:
+        nodes.insert(0, Node("late", "delay", {"n": late}, {"y0": float(source.start)}))
+        wires += [("late.y", target) for target in into]
+        into = ("late.u",)
+    if plant.f_n:
+        nodes.append(transfer_function(plant, DYNAMICS_NAME))
+        wires.append((end, f"{DYNAMICS_NAME}.u"))
+        end = f"{DYNAMICS_NAME}.y"
+    if gain != 1:
+        nodes.append(Node("corner", "scaling", {"n": 1}, {"gain": gain, "offset": (1 - gain) * found.rest}))
+        wires.append((end, "corner.u"))
+        end = "corner.y"
+    nodes.append(Node("measured", "sum", {"n": 2}, {"k": [1.0, 1.0]}))
+    wires.append((end, "measured.u[1]"))
+    inputs = [replace(source, to=into), Input("d", ("measured.u[2]",), sink.unit, 0.0, "what the model misses")]
+    graph = Graph(nodes, wires, inputs, [replace(sink, source="measured.y")], sort=False, step=fine if late else 0.0)
+    text = f"{found.model.key} as a device: {plant.name}" + (f", {gain:g} times the gain" if gain != 1 else "")
+    return Model.of(replace(found.model, graph=graph, step=fine if late else None, text=text, fit={}))
 
 
-def _parts(model: Model) -> Parts:
-    """Cut a model into its hysteresis and the linear blocks behind it, maybe none."""
-    return split(model) or Parts(model, ())
-
-
-def slower(found: Device, frequency: float) -> Device:
-    """Return the device with references of another frequency (Hz)."""
-    low, high, _ = reach(found.model, math.ceil(PERIODS / (frequency * found.h)))
-    return replace(found, frequency=frequency, low=low, high=high)
+def at_rest(model: Model) -> Model:
+    """Return a model without its dynamics and delays: their static gains."""
+    g = model.graph
+    for n in (split(model) or Parts(model, ())).tail:
+        if n.type in (DYNAMICS, "delay"):
+            gain = static_gain(n) if n.type == DYNAMICS else 1.0
+            g = g.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
+    return Model.of(replace(model, graph=g, fit={}))
 
 
 def reach(model: Model, rows: int) -> tuple[float, float, bool]:
@@ -158,68 +252,27 @@ def unsuited(model: Model) -> str:
     """Return why a model cannot stand in the loop; empty if it can."""
     if names := beside(model.graph):
         return f"A loop is made for a model of one input. Got {', '.join(names)} beside it: use hystfmu fit."
-    front = _parts(model).front
+    front = (split(model) or Parts(model, ())).front
     inner = [n.type for n in front.graph.nodes if n.block.rate in ("sampled", "continuous") and n.type != "creep"]
     if inner:
         return f"A loop is made for dynamics behind the hysteresis. Got {model.key}, whose {inner[0]} has them within."
     return ""
 
 
-def _at_rest(model: Model, parts: Parts) -> Model:
-    """Return the model with its dynamics at rest: their static gains, no delay."""
-    g = model.graph
-    for n in parts.tail:
-        if n.type in (DYNAMICS, "delay"):
-            gain = static_gain(n) if n.type == DYNAMICS else 1.0
-            g = g.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
-    return Model.of(replace(model, graph=g, fit={}))
-
-
-def _filter(taps: Array, rest: float) -> Graph:
-    """Return a block that weighs the last samples, with static gain 1; before the first one they are `rest`."""
-    dims = {"n_u": len(taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
-    node = Node("dynamics", "polynomial_narx", dims, {"theta": [*(taps / taps.sum()).tolist(), 0.0]})
-    return Graph([node], [], [Input("u", ("dynamics.u",), start=rest)], [Output("y", "dynamics.y")])
-
-
-def corners(found: Device) -> Iterator[tuple[str, str, Model]]:
-    """Yield devices at the corners of what the model may be wrong by: name, text, model.
-
-    The gain differs by `GAIN`, and the frequencies of the dynamics by `FREQUENCY`.
-    """
-    frequencies = ((1 - FREQUENCY, "slow"), (1 + FREQUENCY, "fast")) if found.dynamics else ((1.0, ""),)
-    for k, side in ((1 + GAIN, "up"), (1 - GAIN, "down")):
-        for f, speed in frequencies:
-            name = f"{side}_{speed}" if speed else side
-            text = f"gain {100 * (k - 1):+.0f} %" + (f", frequencies {100 * (f - 1):+.0f} %" if speed else "")
-            yield name, text, _differing(found, k, f)
-
-
-def _differing(found: Device, k: float, f: float) -> Model:
-    """Return the model with k times the gain around the output at rest, and f times the frequencies."""
-    g = found.model.graph
-    for n in found.dynamics:
-        g = g.replace(faster(n, f))
-    name = "corner"
-    while name in {n.name for n in g.nodes}:
-        name += "_"
-    (out,) = g.outputs
-    node = Node(name, "scaling", {"n": 1}, {"gain": k, "offset": (1 - k) * found.rest})
-    ends = [replace(out, source=f"{name}.y")]
-    graph = Graph([*g.nodes, node], [*g.wires, (out.source, f"{name}.u")], g.inputs, ends, sort=False, step=g.step)
-    return Model.of(replace(found.model, graph=graph, text=f"{k:g} times the gain, {f:g} times the frequencies"))
-
-
-def faster(node: Node, f: float) -> Node:
-    """Return a transfer function with all its frequencies multiplied by f: s becomes s / f."""
-    values = dict(node.values)
-    for key, n in (("b", node.dims["nb"]), ("a", node.dims["na"])):
-        values[key] = (node.value(key) / f ** np.arange(n, -1, -1.0)).tolist()
-    return replace(node, values=values)
-
-
 def reference_frequency(data: Dataset) -> float:
-    """Return half the mean rate of reversals of the input, at least `SAMPLES` steps a period."""
-    turns = sum(len(reversals(data.u[rows])) for rows in data.records)
-    found = max(turns, 1) / (2 * len(data.u) * data.h)
+    """Return half the mean rate of the large reversals of the input, at least `SAMPLES` steps a period.
+
+    Small ones do not count: a chirp on top of slow loops says nothing about how fast a stroke is wanted.
+    """
+    size = LARGE * float(np.ptp(data.u))
+    turns = [len(turning_points(data.u[rows], size)) for rows in data.records]
+    long = sum(_moving(data.u[rows], size) for rows in data.records)
+    found = max(sum(turns), 1) / (2 * max(long, 1) * data.h)
     return float(f"{min(max(found, 1 / (LONGEST * data.h)), 1 / (SAMPLES * data.h)):.3g}")
+
+
+def _moving(u: Array, size: float) -> int:
+    """Return the number of rows from the first to the last place at which the input has moved by a size."""
+    far = np.flatnonzero(np.abs(u - u[0]) > size)
+    back = np.flatnonzero(np.abs(u - u[-1]) > size)
+    return int(back[-1] - far[0]) + 1 if len(far) and len(back) and back[-1] >= far[0] else len(u)

@@ -1,126 +1,249 @@
-"""The scenario of a device: reference, feed-forward, PI controller, inverse, one step of delay, plant; its cases.
+"""The scenario of a device: reference, feed-forward, controller, inverse, limits, delay, plant; its cases.
 
 The feedback acts inside the inverse, u = H^-1(v + C(z) (r - y)), where v is the feed-forward of the dynamics.  The
-limits are what is asked for, not what a run reaches.
+plant runs `FINE` times in a step.  It contains what the model misses on its record, as tones, and the noise of the
+sensor; draws stand for what the record leaves open.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from hystfmu.face.model import Model
+from hystfmu.design.plants import LEAST_SPREAD, LESS_DAMPED, SIGMAS, Plant
+from hystfmu.design.preview import Preview
+from hystfmu.design.race import Tuned
+from hystfmu.face.parts import What
 from hystfmu.face.scenario import Scenario
-from hystfmu.graph import blocks
-from hystfmu.inverse.input_range import input_range
-from hystfmu.start.device import COMPUTING, PERIODS, Device, behind_hold, corners
-from hystfmu.start.tuning import MS_DB, SLOPES, Gains
+from hystfmu.graph import Graph, Input, Node, Output, blocks
+from hystfmu.start.device import FINE, SLOPES, Device, plant_model
+from hystfmu.start.misfit import Misfit
+from hystfmu.start.references import Tried
+from hystfmu.start.requirements import Requirements
 
-STROKE = 0.8  # share of the range of the output that references use
-SETTLED = 2  # periods of a reference before metrics count
-CORNER = 5.0  # times the error that is asked for, where the device differs from the model
-REVERSALS = 12
+GAIN = 0.2  # by which the gain of a drawn device differs
+BEYOND = 0.05  # of the range: how far the command of the controller may leave the range of the output
+SHAPING = 2.5  # times below the first natural frequency, or below the band: how fast a jump is followed
+FASTEST = 20  # steps in the time constant of a shaped jump, at least
+CONTROLLER = "controller"
 
 
-def loop_scenario(found: Device, gains: Gains, percent: float, name: str, other: Model | None = None) -> Scenario:
+@dataclass(frozen=True)
+class Draw:
+    """A device that the record leaves possible.
+
+    Attributes
+    ----------
+    name, text : str
+    plant : Plant
+    gain : float
+    late : int
+        Steps by which the command comes later than the design knows.
+    """
+
+    name: str
+    text: str
+    plant: Plant
+    gain: float = 1.0
+    late: int = 0
+
+
+def draws(found: Device) -> tuple[Draw, ...]:
+    """Return the devices that are simulated beside the identified one: corners, delays, an unseen resonance."""
+    p = found.plant
+    made = [Draw("two_steps", "one step of delay that the design does not know of", p, 1.0, 1)]
+    for k, side in ((1 + GAIN, "up"), (1 - GAIN, "down")):
+        if not p.f_n:
+            made.append(Draw(side, f"gain {100 * (k - 1):+.0f} %", p, k, 1))
+            continue
+        for sign, speed in ((-1, "slow"), (1, "fast")):
+            f_n = tuple(
+                f + sign * max(SIGMAS * e[0], LEAST_SPREAD * f) for f, e in zip(p.f_n, found.errors, strict=True)
+            )
+            other = replace(p, f_n=f_n, zeta=tuple(LESS_DAMPED * z for z in p.zeta))
+            change = 100 * (f_n[0] / p.f_n[0] - 1)
+            text = f"gain {100 * (k - 1):+.0f} %, modes {change:+.1f} % and less damped, one step of delay more"
+            made.append(Draw(f"{side}_{speed}", text, other, k, 1))
+    if found.unseen is not None:
+        u = found.unseen
+        for n, f in enumerate(u.frequencies(found.h)[:9:4], 1):
+            share = (*(v * (1 - u.share) for v in p.share), u.share)
+            other = Plant((*p.f_n, float(f)), (*p.zeta, u.zeta), share, p.delay, f"a resonance at {f:.3g} Hz")
+            made.append(Draw(f"unseen_{n}", f"a resonance at {f:.4g} Hz that the record did not excite", other))
+    return tuple(made)
+
+
+def loop_scenario(
+    found: Device,
+    tuned: Tuned | None,
+    ahead: Preview,
+    missed: Misfit,
+    tried: Sequence[Tried],
+    asked: Requirements,
+    name: str,
+    limits: Mapping[str, float],
+) -> Scenario:
     """Build the scenario.
 
     Parameters
     ----------
     found : Device
-    gains : Gains
-        Of the PI controller.
-    percent : float
-        Largest RMS error that is asked for, in percent of the stroke.
+    tuned : Tuned or None
+        Controller; None: feed-forward alone.
+    ahead : Preview
+        Feed-forward of the dynamics.
+    missed : Misfit
+    tried : sequence of Tried
+        References, each a case; the first one also of the draws.
+    asked : Requirements
     name : str
         Of the scenario.
-    other : Model, optional
-        A model of another kind of the same data, which stands for the device in one case.
+    limits : mapping
+        Largest RMS error (percent of the stroke) of cases, by name.
 
     Returns
     -------
     Scenario
         Not run yet.
     """
-    stroke = STROKE * (found.high - found.low)
-    offset = (found.high + found.low) / 2
-    period = 1 / found.frequency
-    stop, after = (math.ceil(n * period / found.h) * found.h for n in (PERIODS, SETTLED))
-    ahead = found.lag_steps + COMPUTING + 1
-    phase = math.asin(float(np.clip((found.rest - offset) / (stroke / 2), -1, 1)))
-    loop = Scenario(
-        name, step=found.h, stop=float(f"{stop:.12g}"), text=f"PI controller in front of the inverse of {name}"
-    )
-    loop.add("plant", found.model, text="the fitted model stands for the device, behind a held command")
+    first = tried[0]
+    title = f"{tuned.structure.text} in front of the inverse" if tuned else "feed-forward and inverse, no feedback"
+    loop = Scenario(name, step=found.h, stop=float(f"{first.stop:.12g}"), text=f"{name}: {title}", ripple=FINE)
+    loop.add("plant", plant_model(found), fine=True, text="the identified device; d: what the model misses")
+    lead = ahead.lead * found.h
+    loop.add("reference", _leading(first.block, lead), fine=True, text="wanted output, and the same some steps ahead")
     loop.add(
-        "reference",
-        blocks.Reference(
-            m=REVERSALS,
-            amplitude=stroke / 2,
-            offset=offset,
-            frequency=found.frequency,
-            phase=phase,
-            lead=ahead * found.h,
-        ),
-        text=f"{100 * STROKE:g} % of the range of the output",
+        "misfit",
+        missed.tones(first.frequency, 1),
+        fine=True,
+        text=f"tones of the residual of the record, {missed.rms:.3g} RMS",
     )
-    wanted = "reference.r_lead"
-    if found.ahead is not None:
-        loop.add("feedforward", found.ahead, text="inverse of the dynamics, a few samples ahead")
-        loop.connect(wanted, "feedforward.u")
-        wanted = "feedforward.y"
-    loop.add("pid", blocks.Pid(Kp=gains.Kp, Ki=gains.Ki), text="acts inside the inverse")
+    loop.add("noise", blocks.Noise(sigma=float(f"{found.noise:.4g}")), text="noise of the sensor, as in the record")
+    loop.add("sensor", blocks.Sum(k=[1.0, 1.0]))
+    loop.add("feedforward", _feedforward(ahead, found.rest), text="inverse of the dynamics, a few steps ahead")
+    loop.add(CONTROLLER, controller(found, tuned), text=title)
     loop.add("inverse", found.inverse)
-    loop.add("delay", _late(found, COMPUTING), text="one step for computing")
-    y = f"plant.{found.model.graph.outputs[0].name}"
+    low, high = command_range(found, asked)
+    loop.add("limits", blocks.Scaling(lo=low, hi=high), text="range of the input in the record")
+    if asked.delay:
+        loop.add("delay", _late(found, asked.delay), text="time for computing")
+    y = f"plant.{found.output}"
     for source, target in (
-        (wanted, "pid.u_ff"),
-        ("reference.r", "pid.y_d"),
-        (y, "pid.y"),
-        ("pid.u", f"inverse.{found.inverse.graph.inputs[0].name}"),
-        (f"inverse.{found.inverse.graph.outputs[0].name}", "delay.u"),
-        ("delay.y", f"plant.{found.model.graph.inputs[0].name}"),
+        ("misfit.r", "plant.d"),
+        (y, "sensor.u_1"),
+        ("noise.w", "sensor.u_2"),
+        ("reference.r_lead", "feedforward.u"),
+        ("feedforward.y", "controller.u_ff"),
+        ("reference.r", "controller.y_d"),
+        ("sensor.y", "controller.y"),
+        ("controller.u", f"inverse.{found.inverse.graph.inputs[0].name}"),
+        (f"inverse.{found.inverse.graph.outputs[0].name}", "limits.u"),
+        *((("limits.y", "delay.u"), ("delay.y", f"plant.{found.input}")) if asked.delay else ()),
+        *((("limits.y", f"plant.{found.input}"),) if not asked.delay else ()),
     ):
         loop.connect(source, target)
-    size = float(f"{stroke:.6g}")
-    loop.metric("tracking", "rms_percent", y, "reference.r", stroke=size, after=after, text="percent of the stroke")
-    loop.metric("worst", "max_percent", y, "reference.r", stroke=size, after=after, text="percent of the stroke")
-    loop.record("reference.r", y, "delay.y")
-    loop.loop("reference.r", y)
-    _cases(loop, found, percent, other)
-    return loop.margins(
-        case="sine", Ms_db=MS_DB, corners=[name for name, *_ in corners(found)], slopes=SLOPES, stable_to_steps=1.0
-    )
+    stroke = float(f"{2 * first.amplitude:.6g}")
+    ends: dict[str, Any] = {"signal": y, "against": "reference.r", "stroke": stroke, "after": first.after}
+    loop.metric("tracking", "rms_percent", **ends, text="percent of the stroke")
+    loop.metric("worst", "max_percent", **ends, text="percent of the stroke")
+    command = "delay.y" if asked.delay else "limits.y"
+    loop.record("reference.r", y, command).loop("reference.r", y)
+    _cases(loop, found, tried, lead, missed, asked, limits, stroke)
+    return loop
 
 
-def _cases(loop: Scenario, found: Device, percent: float, other: Model | None) -> None:
-    """Add what the loop has to stand, and for comparison what it does without its parts."""
-    asked, wider = {"tracking": percent}, {"tracking": CORNER * percent}
-    f = f"{found.frequency:g} Hz"
-    nested = {"reference.shape": "random_reversals", "reference.seed": 1}
-    loop.case("sine", f"{f}, the rate of the references", limits=asked)
-    loop.case("nested", f"random nested reversals at {f}", set=nested, limits=asked)
-    triangle = {"reference.shape": "triangle", "reference.turn": 0.2}
-    loop.case("triangle", f"triangle of {f}, a fifth of it turn-arounds", set=triangle, limits=asked)
-    late = {"delay": _late(found, COMPUTING + 1)}
-    loop.case("two_steps", "one step of delay that the design does not know of", units=late, limits=wider)
-    for name, text, plant in corners(found):
-        loop.case(name, text, units={"plant": plant}, limits=wider)
-        loop.case(f"{name}_two_steps", f"{text}, one step of delay more", units={"plant": plant, **late}, limits=wider)
-    if other is not None:
-        loop.case(
-            "other_kind", f"{other.key} of the same data as plant", units={"plant": behind_hold(other)}, limits=wider
-        )
-    off = {"pid.Kp": 0.0, "pid.Ki": 0.0}
-    loop.case("inverse_only", "for comparison: without feedback", set=off)
-    lo, hi = input_range(found.model, "A loop must have the input range of its model")
+def _cases(
+    loop: Scenario,
+    found: Device,
+    tried: Sequence[Tried],
+    lead: float,
+    missed: Misfit,
+    asked: Requirements,
+    limits: Mapping[str, float],
+    stroke: float,
+) -> None:
+    """Add the references, the draws, and for comparison what the loop does without its parts."""
+
+    def limit(name: str) -> dict[str, float] | None:
+        return {"tracking": limits[name]} if name in limits else None
+
+    for t in tried:
+        text = f"{t.shape} of {t.frequency:.4g} Hz" if not t.jumps else f"{t.shape}, {1 / t.frequency:.3g} s a level"
+        units: dict[str, What] = {"reference": _leading(t.block, lead), "misfit": missed.tones(t.frequency, 1)}
+        connections = {}
+        if t.jumps:
+            units |= {"shaping": shaping(found), "shaping_lead": shaping(found)}
+            connections = {
+                "shaping.u": "reference.r",
+                "shaping_lead.u": "reference.r_lead",
+                "controller.y_d": "shaping.y",
+                "feedforward.u": "shaping_lead.y",
+            }
+        loop.case(t.name, text, stop=t.stop, after=t.after, units=units, connections=connections, limits=limit(t.name))
+    for d in draws(found):
+        late = {"delay": _late(found, asked.delay + d.late)} if asked.delay and d.late else {}
+        loop.case(d.name, d.text, units={"plant": plant_model(found, d.plant, d.gain), **late}, limits=limit(d.name))
+    lo, hi = found.commands
     gain = (hi - lo) / (found.high - found.low) * (-1 if found.falling else 1)
     straight = blocks.Scaling(gain=gain, offset=(lo + hi) / 2 - gain * (found.low + found.high) / 2)
-    loop.case("no_inverse", "for comparison: feedback and a gain instead of the inverse", units={"inverse": straight})
-    loop.case("neither", "for comparison: a gain alone", set=off, units={"inverse": straight})
+    alone = controller(found, None)
+    loop.case("inverse_only", "for comparison: without feedback", units={CONTROLLER: alone})
+    loop.case("neither", "for comparison: a gain alone", units={CONTROLLER: alone, "inverse": straight})
+
+
+def controller(found: Device, tuned: Tuned | None) -> Graph:
+    """Return the controller: inputs y_d, y, u_ff, output u; without one it hands the feed-forward on."""
+    over = BEYOND * (found.high - found.low)
+    limits = found.low - over, found.high + over
+    if tuned is not None:
+        return tuned.structure.graph(tuned.design, tuned.values, tuned.Ki, limits)
+    pid = Node("pid", "pid", {}, {"Kp": 0.0, "u_min": limits[0], "u_max": limits[1]})
+    ends = {"y_d": "wanted output", "y": "measured output", "u_ff": "feed-forward"}
+    inputs = [Input(name, (f"pid.{name}",), text=text) for name, text in ends.items()]
+    return Graph([pid], [], inputs, [Output("u", "pid.u", text="command")])
+
+
+def command_range(found: Device, asked: Requirements) -> tuple[float, float]:
+    """Return the limits of the command: those of the amplifier where the user states them, else of the record."""
+    low, high = found.commands
+    if asked.amplifier is not None:
+        low = asked.amplifier.low if np.isfinite(asked.amplifier.low) else low
+        high = asked.amplifier.high if np.isfinite(asked.amplifier.high) else high
+    return low, high
+
+
+def shaping(found: Device) -> Node:
+    """Return the filter of a reference that jumps: critically damped, slower than what is known of the device."""
+    known = [f / SHAPING for f in found.plant.f_n] + [found.band / SHAPING] * (found.band > 0 and not found.plant.f_n)
+    f = min([*known, 1 / (FASTEST * found.h)])
+    f = max(f, 2 * found.frequency)
+    w = 2 * np.pi * f
+    values: dict[str, Any] = {"b": [1.0], "a": [1 / w**2, 2 / w, 1.0], "hold": "foh", "start": "steady"}
+    return Node("shaping", "transfer_function", {"na": 2, "nb": 0}, values)
+
+
+def _feedforward(ahead: Preview, rest: float) -> Graph:
+    """Return the weights of the last samples, which are `rest` before the first one, behind the filter of the zeros."""
+    dims = {"n_u": len(ahead.taps), "n_f": 0, "n_y": 0, "q": 1, "n_k": 0}
+    taps = Node("taps", "polynomial_narx", dims, {"theta": [*ahead.taps.tolist(), 0.0]})
+    first = [ahead.zeros] if ahead.zeros is not None else []
+    wires = [(f"{n.name}.y", "taps.u") for n in first]
+    end = f"{(first or [taps])[0].name}.u"
+    return Graph([*first, taps], wires, [Input("u", (end,), start=rest)], [Output("y", "taps.y")], sort=False)
+
+
+def _leading(block: blocks.Reference, lead: float) -> blocks.Reference:
+    """Return a reference with its preview."""
+    given: dict[str, Any] = {**block.node.dims, **block.node.values, "lead": float(f"{lead:.12g}")}
+    return blocks.Reference(**given)
 
 
 def _late(found: Device, n: int) -> blocks.Delay:
     """Delay the command by n steps; until the first one comes the device rests."""
     return blocks.Delay(n=n, y0=float(found.model.graph.inputs[0].start))
+
+
+__all__ = ["SLOPES", "Draw", "controller", "draws", "loop_scenario", "shaping"]

@@ -1,21 +1,30 @@
-"""The page of `hystfmu start`: the device before and after, errors, explorer, controller; or why there is no loop."""
+"""The page of `hystfmu start`: verdict, the device before and after, errors, explorer, controller; or why no loop."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from hystfmu.base.files import write_text
 from hystfmu.data import Dataset
 from hystfmu.face.fit_page import fit_page, fit_sections
 from hystfmu.face.model import Model
-from hystfmu.face.result import Results
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 from hystfmu.scenario.report.page import write_report
 from hystfmu.start.closed_loop import ClosedLoop
+from hystfmu.start.verdict import percent, sentence
 
 
-def write_page(folder: Path, name: str, model: Model, data: Dataset, loop: ClosedLoop | str, notes: list[str]) -> Path:
+def write_page(
+    folder: Path,
+    name: str,
+    model: Model,
+    data: Dataset,
+    loop: ClosedLoop | str,
+    told: dict[str, Any],
+    notes: list[str],
+) -> Path:
     """Write report.html.
 
     Parameters
@@ -29,6 +38,8 @@ def write_page(folder: Path, name: str, model: Model, data: Dataset, loop: Close
         Of the fit.
     loop : ClosedLoop or str
         The loop, or why there is none.
+    told : dict
+        The verdict.
     notes : list of str
         What was decided on the way.
 
@@ -39,39 +50,91 @@ def write_page(folder: Path, name: str, model: Model, data: Dataset, loop: Close
     """
     if isinstance(loop, str):
         path = folder / "report.html"
-        write_text(path, fit_page(model, data, f"There is no loop: {loop}"))
+        write_text(path, fit_page(model, data, f"{sentence(told)}."))
         return path
-    sections = [_before_and_after(loop.results, data), *fit_sections(model, data), _controller(loop, notes)]
+    sections = [_verdict(loop, data, told), *fit_sections(model, data), _controller(loop, notes)]
     return write_report(loop.results, folder, sections, f"{name}: model, inverse, loop")
 
 
-def _before_and_after(results: Results, data: Dataset) -> Section:
-    """Draw the device behind a gain alone, and in the loop."""
-    shown = {"before: a gain alone": "neither", "after: inverse and feedback": "sine"}
+def reference_table(told: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Return head and rows of the errors, as page and terminal show them."""
+    head = [
+        "reference",
+        "rate, Hz",
+        "on the device, RMS %",
+        "at most %",
+        "with the model as device, RMS %",
+        "why not known",
+    ]
+    rows = [
+        [
+            r["name"],
+            f"{r['frequency']:.4g}",
+            percent(r["rms_percent"]),
+            percent(r["bound_percent"]),
+            percent(r["model_percent"]),
+            r["reason"],
+        ]
+        for r in told["references"]
+    ]
+    return head, rows
+
+
+def race_table(loop: ClosedLoop) -> tuple[list[str], list[list[str]]]:
+    """Return head and rows of the structures, best first, then those that keep no limits."""
+    head = ["structure", "expected RMS %", "bandwidth, Hz", "Ms, dB", "Ms over the set, dB", "noise, %", "values"]
+    size = 100 / (2 * loop.promises[0].amplitude)
+    rows = []
+    for t in loop.race.found:
+        values = {"Ki": t.Ki, **t.values}
+        rows.append(
+            [
+                t.structure.name,
+                percent(size * t.error),
+                f"{t.bandwidth:.3g}",
+                f"{t.ms_db:.1f}",
+                f"{t.set_ms_db:.1f}",
+                percent(size * t.noise_gain * loop.device.noise),
+                ", ".join(f"{k} {v:.4g}" for k, v in values.items()),
+            ]
+        )
+    rows += [[name, "left out", "", "", "", "", why] for name, why in loop.race.refused.items()]
+    return head, rows
+
+
+def _verdict(loop: ClosedLoop, data: Dataset, told: dict[str, Any]) -> Section:
+    """Say the verdict, and draw the device behind a gain alone and in the loop."""
+    shown = {"before: a gain alone": "neither", "after: the loop": loop.promises[0].name}
     unit = f" ({data.unit_y})" if data.unit_y else ""
-    plots, words = [], []
+    plots = []
     for title, case in shown.items():
-        found = next(r for r in results if r.case == case)
+        found = next(r for r in loop.results if r.case == case)
         if found.trace is None:
             continue
         signals = [found.trace["reference.r"], found.trace[found.system.case.metrics["tracking"].signal]]
         r, y = (v[len(v) // 2 :] for v in signals)
         plots.append(Plot(title, f"wanted{unit}", f"reached{unit}", [Line("reached", r, y)], points=LOOP_POINTS))
-        words.append(f"{found.verdicts[0].value:.3g}")
-    answer = (
-        f"The RMS error of the loop is {words[-1]} % of the stroke; behind a gain alone it is {words[0]} %. "
-        "The fitted model stands for the device here: what it misses, see Errors, comes on top."
-    )
-    return Section("", answer if len(words) == len(shown) else "", (), plots)
+    first = loop.promises[0]
+    known = first.rms_percent is not None
+    answer = f"{sentence(told)}. The RMS error of the {first.name} on the device is "
+    answer += f"{percent(first.rms_percent)} % of peak to peak." if known else f"not known: {first.why}."
+    tables = [Table(*reference_table(told)), Table(("reason",), [(line,) for line in told["reasons"]])]
+    return Section("", answer, tables[: 1 + bool(told["reasons"])], plots)
 
 
 def _controller(loop: ClosedLoop, notes: list[str]) -> Section:
-    gains, margins = loop.gains, loop.margins
+    margins = loop.margins
     limits = [[v.limit, "unstable" if v.value is None else v.value, v.bound, v.where, v.word] for v in margins.verdicts]
-    return Section(
-        "Controller",
-        f"PI controller inside the inverse: Kp = {gains.Kp:g}, Ki = {gains.Ki:g} 1/s, the largest integral gain with "
-        "Ms below 6 dB that is stable at all corners with a step of delay more (Astrom, Panagopoulos & Hagglund 1998).",
-        [Table(("limit of the loop", "value", "bound", "at", "verdict"), limits)]
-        + ([Table(("note",), [(n,) for n in notes])] if notes else []),
-    )
+    text = "No feedback: feed-forward and inverse."
+    if loop.tuned is not None:
+        text = (
+            f"{loop.tuned.structure.text} inside the inverse. Each structure has its largest gain with Ms of at most "
+            "the limit for the identified device and of at most 12 dB for every device that the record leaves "
+            "possible; the best expected error wins."
+        )
+    steps = [[s.name, percent(s.overshoot), f"{s.settling:.3g}"] for s in loop.steps]
+    tables = [Table(*race_table(loop))] if loop.race.found or loop.race.refused else []
+    tables += [Table(("limit of the loop", "value", "bound", "at", "verdict"), limits)] if limits else []
+    tables += [Table(("steps", "overshoot, %", "settling, s"), steps)] if steps else []
+    tables += [Table(("note",), [(n,) for n in notes])] if notes else []
+    return Section("Controller", text, tables)

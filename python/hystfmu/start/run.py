@@ -21,8 +21,9 @@ from hystfmu.start.device import reference_frequency, unsuited
 from hystfmu.start.drawn import write_study
 from hystfmu.start.excitation import write_excitation
 from hystfmu.start.page import write_page
+from hystfmu.start.requirements import Requirements
+from hystfmu.start.verdict import verdict, write_verdict
 
-OTHER = "prandtl_ishlinskii"  # stands for the plant in one case: fitted in closed form to any record
 _OPTION = re.compile(r"(\w+)=(\S+)")
 
 
@@ -35,6 +36,8 @@ class Started:
     model : Model
     loop : ClosedLoop or str
         With the inverse of the model; or why there is none.
+    verdict : dict
+        As verdict.json, see `hystfmu.start.verdict.SCHEMA`.
     files : dict of str to (Path, str)
         Each file or folder, with the command that makes it alone.
     notes : list of str
@@ -43,13 +46,14 @@ class Started:
 
     model: Model
     loop: ClosedLoop | str
+    verdict: dict[str, Any]
     files: dict[str, tuple[Path, str]]
     notes: list[str]
 
     @property
-    def passed(self) -> bool:
+    def approved(self) -> bool:
         """Whether there is a loop that holds what is asked."""
-        return isinstance(self.loop, ClosedLoop) and self.loop.passed
+        return bool(self.verdict["approved"])
 
 
 def _unseen(step: str) -> AbstractContextManager[Callable[[float], None]]:
@@ -60,7 +64,7 @@ def _unseen(step: str) -> AbstractContextManager[Callable[[float], None]]:
 def start(
     data: Dataset,
     folder: Path,
-    percent: float = 1.0,
+    asked: Requirements = Requirements(),
     key: str = "auto",
     seed: int = 0,
     source: Sequence[str] = ("DATA",),
@@ -75,8 +79,8 @@ def start(
         With a measured output.
     folder : Path
         To write into.
-    percent : float
-        Largest RMS error of the loop that is asked for, in percent of the stroke.
+    asked : Requirements
+        What is asked of the loop.
     key : str
         Kind of model; ``"auto"`` chooses among those that have an inverse.
     seed : int
@@ -111,19 +115,21 @@ def start(
     loop: ClosedLoop | str = why
     if not why:
         try:
-            loop = close(model, data, folder / "loop", name, percent, _other(model, data), told, shown)
+            loop = close(model, data, folder / "loop", name, asked, told, shown)
         except InputError as e:  # the model stays: it was waited for
             loop = str(e)
     report = f"{files['model'][1]} --report {folder}"
     if isinstance(loop, ClosedLoop):
-        files |= _files_of_loop(folder, name, loop, percent)
+        files |= _files_of_loop(folder, name, model, loop)
         report = f"hystfmu run {folder / 'loop'} --report DIR"
     if model.fit.get("warnings"):
         write_excitation(folder / "measure_next.csv", data, reference_frequency(data))
         files["next measurement"] = (folder / "measure_next.csv", "written because of the warnings")
+    said = verdict(loop)
     with shown("report"):
-        files["report"] = (write_page(folder, name, model, data, loop, notes), report)
-    return Started(model, loop, files, notes)
+        files["report"] = (write_page(folder, name, model, data, loop, said, notes), report)
+    files["verdict"] = (write_verdict(folder, said), "written by hystfmu start alone")
+    return Started(model, loop, said, files, notes)
 
 
 def _model(data: Dataset, key: str, seed: int, progress: Callable[[float], None]) -> tuple[Model, str, list[str]]:
@@ -167,16 +173,6 @@ def _fitted(model: Model) -> str:
     return f"model: {model.key}, RMS {found['rms_percent']:.3g} %FS on training rows{of}"
 
 
-def _other(model: Model, data: Dataset) -> Model | None:
-    """Return a model of another kind, which stands for a device that the model does not describe."""
-    if model.key == OTHER:
-        return None
-    with suppress(InputError):
-        other = hy.fit(data, OTHER)
-        return other if other.fit["rms_percent"] <= REFUSED else None  # a sum of plays does not fall, or bend much
-    return None
-
-
 def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str]) -> dict[str, tuple[Path, str]]:
     """Write the FMU of the model; return its files with their commands."""
     file = folder / f"{name}.model.toml"
@@ -187,13 +183,14 @@ def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str
     }
 
 
-def _files_of_loop(folder: Path, name: str, loop: ClosedLoop, percent: float) -> dict[str, tuple[Path, str]]:
+def _files_of_loop(folder: Path, name: str, model: Model, loop: ClosedLoop) -> dict[str, tuple[Path, str]]:
     """Write the inverse, its FMU and a study; return the files of the loop with their commands."""
     file, back, into = folder / f"{name}.model.toml", folder / f"{name}_inverse.model.toml", folder / "loop"
-    loop.inverse.save(back)
-    made = loop.inverse.export(folder / f"{name}_inverse.fmu")
+    inverse = model.inverse()
+    inverse.save(back)
+    made = inverse.export(folder / f"{name}_inverse.fmu")
     study, drawn = folder / "devices.study.toml", folder / "devices"
-    written = write_study(study, loop.device, percent, into.name, name)
+    written = write_study(study, loop, into.name, name)
     return {
         "inverse": (back, f"hystfmu inverse {file} -o {back}"),
         "FMU of the inverse": (made, f"hystfmu export {back} -o {made}"),

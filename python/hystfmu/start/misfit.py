@@ -1,0 +1,85 @@
+"""What a model misses, as tones that a loop can be run with: the promise of a loop contains them.
+
+The residual of a record has a spectrum.  Frequencies count relative to the rate of the cycles of the record: a
+hysteresis that is missed by some percent is missed at the same harmonics of a slower or a faster reference.  White noise
+of the sensor is taken off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.face.model import Model
+from hystfmu.face.rows import free_run
+from hystfmu.graph import blocks
+
+EDGES = np.array([0.05, 0.7, 1.5, 2.5, 3.5, 5.5, 8.5, 13.5, 21.5, 34.5, 55.5])  # of the harmonics in a tone
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """Powers of the residual at harmonics of a cycle.
+
+    Attributes
+    ----------
+    harmonics, power : array, shape (k,)
+        Frequencies relative to that of the cycles, and powers in the unit of y squared.
+    """
+
+    harmonics: Array
+    power: Array
+
+    @property
+    def rms(self) -> float:
+        """RMS of the tones together."""
+        return float(np.sqrt(self.power.sum()))
+
+    def tones(self, frequency: float, seed: int) -> blocks.Reference:
+        """Return a source with these tones for references of a frequency (Hz); phases are drawn."""
+        keep = self.power > 0
+        f, a = frequency * self.harmonics[keep], np.sqrt(2 * self.power[keep])
+        if not len(f):
+            f, a = np.zeros(1), np.zeros(1)
+        phases = np.random.default_rng(seed).uniform(-np.pi, np.pi, len(f))
+        values: dict[str, Any] = {k: [float(f"{x:.6g}") for x in v] for k, v in (("f", f), ("a", a), ("ph", phases))}
+        return blocks.Reference(m=len(f), shape="multisine", amplitude=1.0, **values)
+
+
+def misfit(model: Model, data: Dataset, cycle: float, noise: float) -> Misfit:
+    """Compute the powers.
+
+    Parameters
+    ----------
+    model : Model
+        The whole model, as fitted.
+    data : Dataset
+        Its record.
+    cycle : float
+        Rate of the cycles of the record (Hz).
+    noise : float
+        RMS of the white noise of the sensor.
+    """
+    e = data.y - free_run(model, data)
+    ratio = float(model.fit.get("validation_percent", 0.0)) / max(float(model.fit.get("rms_percent", 1.0)), 1e-12)
+    f, power = [], []
+    for rows in data.records:
+        part = e[rows][np.isfinite(e[rows])]
+        n = len(part)
+        if n < 8:
+            continue
+        window = np.hanning(n)
+        spectrum = np.abs(np.fft.rfft(window * (part - part.mean()))) ** 2 / (n * np.sum(window**2)) * 2
+        f.append(np.fft.rfftfreq(n, data.h))
+        power.append((spectrum - 2 * noise**2 / n) * n / len(e))
+    frequencies, powers = np.concatenate(f or [np.zeros(0)]), np.concatenate(power or [np.zeros(0)])
+    found = []
+    for low, high in zip(EDGES[:-1], EDGES[1:], strict=True):
+        inside = (frequencies >= low * cycle) & (frequencies < high * cycle)
+        found.append(max(float(powers[inside].sum()), 0.0))
+    scale = max(ratio, 1.0) ** 2  # the residual of training rows is smaller than that of others
+    return Misfit(np.sqrt(EDGES[:-1] * EDGES[1:]), scale * np.array(found))

@@ -1,0 +1,104 @@
+"""The error that a loop has on the device itself: what it is expected to be, or that it is not known.
+
+A run of the scenario contains the model error of the record and the noise of its sensor.  What the record leaves open of
+modes and delay comes beside it: the feed-forward misses a part of every tone of the reference, and the feedback leaves
+a part of that.  A record that shows one kind of signal only says nothing about others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.data.reversals import turning_points
+from hystfmu.design.plants import PlantSet
+from hystfmu.design.race import Aim, Tuned
+from hystfmu.face.model import Model
+from hystfmu.face.result import Results
+from hystfmu.start.device import Device
+from hystfmu.start.references import Tried
+
+LEAST_REVERSALS = 20  # of a record that shows the memory
+SMALL = 0.05  # of the range of the input: a reversal that shows memory
+BOUND = 2.0  # times the expected error
+HARMONICS = 5  # of a reference that must lie in the coherent band
+
+
+@dataclass(frozen=True)
+class Promise:
+    """Error of one reference.
+
+    Attributes
+    ----------
+    name, shape : str
+    frequency, amplitude, offset : float
+        Of the reference, Hz and the unit of y.
+    model_percent : float
+        RMS error of the run, in percent of peak to peak of the reference: the identified device with its model error.
+    rms_percent, bound_percent : float or None
+        Expected on the device, and a bound; None: not known.
+    why : str
+        Why it is not known.
+    """
+
+    name: str
+    shape: str
+    frequency: float
+    amplitude: float
+    offset: float
+    model_percent: float
+    rms_percent: float | None
+    bound_percent: float | None
+    why: str = ""
+
+
+def promises(
+    found: Device,
+    plants: PlantSet,
+    aim: Aim,
+    tuned: Tuned | None,
+    tried: tuple[Tried, ...],
+    results: Results,
+    data: Dataset,
+    model: Model,
+) -> tuple[Promise, ...]:
+    """Return the errors of all references."""
+    made = []
+    values = {r.case: v.value for r in results for v in r.verdicts if v.metric == "tracking"}
+    for t in tried:
+        in_percent = 100 / (2 * t.amplitude)
+        run = values.get(t.name, float("inf")) * tried[0].amplitude / t.amplitude
+        why = unknown(found, t, data, model)
+        expected = None
+        if not why:
+            left = np.sqrt(_left(found, plants, aim, tuned, t)) * in_percent
+            expected = float(np.hypot(run, left))
+        bound = None if expected is None else BOUND * expected
+        made.append(Promise(t.name, t.shape, t.frequency, t.amplitude, t.offset, run, expected, bound, why))
+    return tuple(made)
+
+
+def unknown(found: Device, t: Tried, data: Dataset, model: Model) -> str:
+    """Return why the error on the device is not known; empty if it is."""
+    size = SMALL * float(np.ptp(data.u))
+    turns = sum(len(turning_points(data.u[rows], size)) for rows in data.records)
+    if turns < LEAST_REVERSALS or any("informative" in w for w in model.fit.get("warnings", ())):
+        return "the record does not show the memory of the hysteresis"
+    if not found.plant.f_n:
+        return "the record does not show the dynamics of the device"
+    if HARMONICS * t.frequency > found.band:
+        return f"the reference is faster than the record shows ({found.band:.3g} Hz)"
+    return ""
+
+
+def _left(found: Device, plants: PlantSet, aim: Aim, tuned: Tuned | None, t: Tried) -> float:
+    """Return the power of the error that comes from what is not known of modes and delay."""
+    z = np.exp(2j * np.pi * aim.f * found.h)
+    S: Array = np.ones(len(z))
+    if tuned is not None:
+        C, _ = tuned.structure.response(tuned.design, tuned.values, z)(tuned.Ki)
+        S = np.abs(1 / (1 + C * plants.plants[0].response(z, found.h)))
+    return float((t.powers(aim.f) * plants.missed(z) * S**2).sum())

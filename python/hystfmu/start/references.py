@@ -1,0 +1,147 @@
+"""References that a loop is tried with: shape, rate, size; the tones that they hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+import hystfmu as hy
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.graph import blocks
+from hystfmu.start.device import PERIODS, SAMPLES, Device
+from hystfmu.start.requirements import TURN, Wanted
+
+STROKE = 0.8  # share of the range of the output that references use
+SETTLED = 2  # periods of a reference before metrics count
+RINGS = 7.0  # time constants until a mode that the start excites is gone: to a thousandth
+LEARNT = 50  # of a periodic one that the user asks for: a repetitive part learns
+LEVELS = (-1.0, 0.0, 1.0, 0.5, -0.5)  # of a staircase, of the amplitude
+STEP = 0.5  # of the amplitude
+LEAST_SAMPLES = SAMPLES // 5  # steps in a period of a reference that the user asks for
+MOST_TONES, MOST_ROWS = 40, 100_000
+DEFAULT = tuple(Wanted(shape) for shape in ("sine", "nested", "triangle", "step"))
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A reference as a block of the scenario, with what its errors are relative to.
+
+    Attributes
+    ----------
+    name, shape : str
+    frequency, amplitude, offset : float
+        Hz, and the unit of y.
+    block : Reference
+    stop, after : float
+        End of the run, and first time that counts (s).
+    jumps : bool
+        It jumps: the loop shapes it.
+    """
+
+    name: str
+    shape: str
+    frequency: float
+    amplitude: float
+    offset: float
+    block: blocks.Reference
+    stop: float
+    after: float
+    jumps: bool = False
+
+    @property
+    def periodic(self) -> bool:
+        """Whether it repeats itself."""
+        return self.shape in ("sine", "triangle")
+
+    def powers(self, f: Array) -> Array:
+        """Return the power of its harmonics, each at the nearest of the frequencies f (Hz), shape (k,)."""
+        n = np.arange(1, MOST_TONES, 2)
+        a = 0.5 / n**2.0  # half cosines between random levels, or shaped steps
+        if self.shape == "triangle":
+            a = 8 / (np.pi * n) ** 2 * np.abs(np.sinc(n * TURN / 2)) / (1 - TURN / 2)
+        if self.shape == "sine":
+            a = np.eye(len(n))[0]
+        found = np.zeros(len(f))
+        np.add.at(found, np.abs(n[:, None] * self.frequency - f).argmin(axis=1), (self.amplitude * a) ** 2 / 2)
+        return found
+
+
+def references(found: Device, wanted: Sequence[Wanted]) -> tuple[Tried, ...]:
+    """Return what a loop is tried with; by default `DEFAULT` at the rate of the record.
+
+    Raises
+    ------
+    InputError
+        A reference that is faster than the step of the record allows, or outside the range of the output.
+    """
+    made: list[Tried] = []
+    for w in wanted or DEFAULT:
+        t = _tried(found, w)
+        same = sum(m.shape == t.shape for m in made)
+        made.append(replace(t, name=f"{t.name}_{same + 1}") if same else t)
+    return tuple(made)
+
+
+def _tried(found: Device, wanted: Wanted) -> Tried:
+    """Size a reference to the range of the output, and let it begin at rest."""
+    f, h = wanted.frequency or found.frequency, found.h
+    amplitude, offset = STROKE * (found.high - found.low) / 2, (found.high + found.low) / 2
+    if wanted.shape == "file":
+        return _from_file(found, wanted.file)
+    if wanted.shape in ("step", "staircase"):
+        up = STEP * amplitude if found.rest < offset else -STEP * amplitude
+        stairs = [offset + amplitude * v for v in LEVELS]
+        levels = [found.rest, *([found.rest + up] if wanted.shape == "step" else stairs)]
+        block = blocks.Reference(m=len(levels), shape="steps", amplitude=1.0, levels=levels, T=_rows(1 / f, h) * h)
+        size = abs(up) / 2 if wanted.shape == "step" else amplitude
+        middle = (levels[0] + levels[1]) / 2 if wanted.shape == "step" else offset
+        stop = len(levels) * _rows(1 / f, h) * h
+        return Tried(wanted.shape, wanted.shape, f, size, middle, block, stop, _rows(1 / f, h) * h, jumps=True)
+    if f * h * LEAST_SAMPLES > 1:
+        raise InputError(
+            f"The reference must have at least {LEAST_SAMPLES} steps of {h:g} s in a period. "
+            f"Got {1 / (f * h):.3g} with {wanted.shape}:{f:g}."
+        )
+    begin = float(np.clip((found.rest - offset) / amplitude, -1, 1))
+    periods = (LEARNT, LEARNT + 2) if wanted.frequency else (SETTLED, PERIODS)
+    sized: dict[str, Any] = {"amplitude": amplitude, "offset": offset, "frequency": f}
+    if wanted.shape == "nested":
+        periods = (SETTLED, PERIODS)
+        block = blocks.Reference(m=2 * PERIODS + 4, shape="random_reversals", seed=1, **sized)
+    elif wanted.shape == "triangle":
+        block = blocks.Reference(m=1, shape="triangle", phase=begin * math.pi / 2, turn=TURN, **sized)
+    else:
+        block = blocks.Reference(m=1, shape="sine", phase=math.asin(begin), **sized)
+    decays = [2 * math.pi * f * zeta for f, zeta in zip(found.plant.f_n, found.plant.zeta, strict=True)]
+    rings = RINGS / min(decays, default=math.inf)
+    first = max(periods[0], math.ceil(rings * f))  # the start excites the modes
+    after, stop = (_rows(n / f, h) * h for n in (first, first + periods[1] - periods[0]))
+    return Tried(wanted.shape, wanted.shape, f, amplitude, offset, block, stop, after)
+
+
+def _rows(seconds: float, h: float) -> int:
+    return math.ceil(seconds / h - 1e-9)
+
+
+def _from_file(found: Device, file: str) -> Tried:
+    """Read the columns t and r of a CSV file, and take its values at the steps of the loop."""
+    read = hy.read(file, input="r", output="r")
+    t = np.arange(round((read.t[-1] - read.t[0]) / found.h) + 1) * found.h
+    if len(t) > MOST_ROWS:
+        raise InputError(f"{file}: The reference must last at most {MOST_ROWS} steps. Got {len(t)}.")
+    r = np.interp(t, read.t - read.t[0], read.u)
+    if r.min() < found.low or r.max() > found.high:
+        raise InputError(
+            f"{file}: The reference must stay in [{found.low:.4g}, {found.high:.4g}], which the record reaches. "
+            f"Got {r.min():.4g} to {r.max():.4g}."
+        )
+    block = blocks.Reference(m=len(r), shape="steps", amplitude=1.0, levels=r.tolist(), T=found.h)
+    stop = len(r) * found.h
+    size, middle = float(np.ptp(r)) / 2, float(r.max() + r.min()) / 2
+    turns = max(np.count_nonzero(np.diff(np.sign(np.diff(r)))) / 2, 0.5)
+    return Tried("file", "file", turns / stop, size, middle, block, stop, 0.1 * stop)

@@ -1,0 +1,211 @@
+"""What a user asks of a loop: options of the command line, keys of a TOML file, arguments in Python; one table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from hystfmu.base.errors import InputError
+from hystfmu.design.race import MS_DB
+from hystfmu.design.structures import STRUCTURES
+
+SHAPES = ("sine", "nested", "triangle", "step", "staircase")
+TURN = 0.1  # share of a triangle in its turn-arounds
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A reference that the loop is to follow.
+
+    Attributes
+    ----------
+    shape : str
+        One of `SHAPES`, or "file".
+    frequency : float
+        Hz; 0: the rate of the record.  Of a step and a staircase the rate of the levels.
+    file : str
+        Of the shape "file": CSV with columns t and r.
+    """
+
+    shape: str
+    frequency: float = 0.0
+    file: str = ""
+
+    @classmethod
+    def of(cls, text: str) -> Wanted:
+        """Read ``triangle:100``, ``step``, or the path of a file."""
+        shape, _, rest = text.partition(":")
+        if shape not in SHAPES:
+            if not Path(text).is_file():
+                raise InputError(
+                    f"The reference must be one of {', '.join(SHAPES)}, with or without :HZ, or a file. "
+                    f"Got {text!r} instead."
+                )
+            return cls("file", file=text)
+        if not rest:
+            return cls(shape)
+        return cls(shape, _number(rest, "frequency of the reference", "a float in (0, inf)", 0.0))
+
+
+@dataclass(frozen=True)
+class Amplifier:
+    """Limits of the amplifier, in the unit of the input; infinite where it has none.
+
+    Attributes
+    ----------
+    slew : float
+        Largest rate (unit of u / s).
+    low, high : float
+        Least and largest command.
+    """
+
+    slew: float = math.inf
+    low: float = -math.inf
+    high: float = math.inf
+
+    @classmethod
+    def of(cls, text: str) -> Amplifier:
+        """Read ``slew=..,max=..,min=..,current=..,capacitance=..``.
+
+        A current limit (A) is a slew rate only with the capacitance (F) of the actuator: dU/dt = I / C.
+        """
+        values: dict[str, float] = {}
+        for part in text.split(","):
+            key, _, value = part.strip().partition("=")
+            if key not in ("slew", "max", "min", "current", "capacitance"):
+                raise InputError(
+                    "The key of the amplifier must be one of slew, max, min, current, capacitance. "
+                    f"Got {key!r} instead."
+                )
+            values[key] = _number(value, f"'{key}' of the amplifier", "a finite float", -math.inf)
+        for key in ("slew", "current", "capacitance"):
+            if not values.get(key, 1.0) > 0:
+                raise InputError(
+                    f"The '{key}' of the amplifier must be a float in (0, inf). Got {values[key]:g} instead."
+                )
+        slew = values.get("slew", math.inf)
+        if "current" in values:
+            if "capacitance" not in values:
+                raise InputError(
+                    "The 'current' of the amplifier must come with the 'capacitance' of the actuator (F): together "
+                    "they limit the slew rate. Got none."
+                )
+            slew = min(slew, values["current"] / values["capacitance"])
+        low, high = values.get("min", -math.inf), values.get("max", math.inf)
+        if not low < high:
+            raise InputError(f"The 'min' of the amplifier must be below its 'max'. Got {low:g} and {high:g} instead.")
+        return cls(slew, low, high)
+
+
+@dataclass(frozen=True)
+class Requirements:
+    """What is asked of a loop; None: nothing.
+
+    Attributes
+    ----------
+    error : float or None
+        Largest RMS error in percent of peak to peak of a reference.
+    controller : str or None
+        Structure, a key of `hystfmu.design.structures.STRUCTURES`, "repetitive" or "none".
+    bandwidth : float or None
+        Least frequency at which the sensitivity reaches -3 dB (Hz).
+    ms : float
+        Largest peak of the sensitivity of the identified plant (dB).
+    settling : float or None
+        Longest time until a step stays within 2 % (s).
+    overshoot : float
+        Largest overshoot of a step in percent.
+    reference : tuple of Wanted
+        Empty: sine, nested reversals, triangle and a step at the rate of the record.
+    delay : int
+        Steps between a measurement and its command.
+    resonance : (float, float) or None
+        A resonance that the user knows, Hz and damping ratio, in place of one that may stand anywhere.
+    amplifier : Amplifier or None
+    """
+
+    error: float | None = None
+    controller: str | None = None
+    bandwidth: float | None = None
+    ms: float = MS_DB
+    settling: float | None = None
+    overshoot: float = 10.0
+    reference: tuple[Wanted, ...] = ()
+    delay: int = 1
+    resonance: tuple[float, float] | None = None
+    amplifier: Amplifier | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no loop can mean."""
+        for name, least, most in (
+            ("error", 0.0, 100.0),
+            ("bandwidth", 0.0, math.inf),
+            ("ms", 0.0, 40.0),
+            ("settling", 0.0, math.inf),
+            ("overshoot", 0.0, math.inf),
+        ):
+            value = getattr(self, name)
+            if value is not None and not least < value <= most:
+                raise InputError(f"The '{name}' must be a float in ({least:g}, {most:g}]. Got {value:g} instead.")
+        if not 0 <= self.delay <= 1000:
+            raise InputError(f"The 'delay' must be an int in [0, 1000] steps. Got {self.delay} instead.")
+        known = (*STRUCTURES, "none")
+        if self.controller is not None and self.controller not in known:
+            raise InputError(f"The 'controller' must be one of {', '.join(known)}. Got {self.controller!r} instead.")
+        if self.resonance is not None and not (self.resonance[0] > 0 and 0 < self.resonance[1] < 1):
+            f, zeta = self.resonance
+            raise InputError(f"The 'resonance' must be HZ > 0 and 0 < ZETA < 1. Got {f:g}, {zeta:g} instead.")
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> Requirements:
+        """Build from the words of a command line or the keys of a TOML file; None and empty ones are left out.
+
+        Raises
+        ------
+        InputError
+            A key that there is not, or a value out of range.
+        """
+        values: dict[str, Any] = {}
+        known = {f.name for f in fields(cls)}
+        for key, value in given.items():
+            if key not in known:
+                raise InputError(f"The requirement must be one of {', '.join(sorted(known))}. Got {key!r} instead.")
+            if value is None or value == ():
+                continue
+            values[key] = _READ[key](value) if key in _READ else value
+        try:
+            return cls(**values)
+        except TypeError:
+            raise InputError(f"The requirements must be numbers and words. Got {values} instead.") from None
+
+
+def _references(given: str | Sequence[str]) -> tuple[Wanted, ...]:
+    return tuple(Wanted.of(text) for text in ([given] if isinstance(given, str) else given))
+
+
+def _resonance(given: str | float | Sequence[float]) -> tuple[float, float]:
+    parts = given.split(",") if isinstance(given, str) else given if isinstance(given, (list, tuple)) else [given]
+    numbers = [_number(str(p), "resonance", "HZ or HZ,ZETA", 0.0) for p in parts]
+    if len(numbers) not in (1, 2):
+        raise InputError(f"The 'resonance' must be HZ or HZ,ZETA. Got {given!r} instead.")
+    return numbers[0], numbers[1] if len(numbers) == 2 else 0.01
+
+
+_READ: dict[str, Callable[[Any], Any]] = {
+    "reference": _references,
+    "resonance": _resonance,
+    "amplifier": lambda given: given if isinstance(given, Amplifier) else Amplifier.of(str(given)),
+}
+
+
+def _number(text: str, what: str, rule: str, above: float) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > above):
+        raise InputError(f"The {what} must be {rule}. Got {text!r} instead.")
+    return value
