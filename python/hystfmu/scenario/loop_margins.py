@@ -18,9 +18,9 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.design.delays import StateSpace
+from hystfmu.design.delays import StateSpace, close
 from hystfmu.design.frequency import Complex, beside, grid, least, on_grid, response_of
-from hystfmu.design.linear import python_control
+from hystfmu.design.linear import NO_STATES, python_control
 from hystfmu.design.loop import Margins, margins_of
 from hystfmu.design.period_memory import PeriodMemory, cut_memories
 from hystfmu.design.sampled import sampled, trimmed
@@ -140,7 +140,21 @@ class OpenedLoop:
     def margins(self, slope: float | None = None, delay: float = 0.0) -> Margins:
         """Return the margins for one slope, by default `nominal`, and a delay in steps beyond those of the case."""
         slope = self.nominal if slope is None else slope
-        return margins_of(*self._resolved(slope, delay), self.h, self.stable(slope, delay))
+        return margins_of(*self._resolved(slope, delay), self.h, lambda gain: self._stable_with(gain, slope, delay))
+
+    def _stable_with(self, gain: float, slope: float, delay: float) -> bool:
+        """Whether the loop is stable with a further gain where it is broken."""
+        if self.broken is None:
+            return self.stable(gain * slope, delay)
+        return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
+
+    def _closed_break(self, gain: float) -> OpenedLoop:
+        """Return the loop with a gain between the two sides of the signal at which it is broken."""
+        assert self.broken is not None
+        A, B, C, D = self.broken
+        order = [0, *range(2, len(D)), 1]  # the broken signal goes last
+        system = A, B[:, order], C[order], D[np.ix_(order, order)]
+        return replace(self, controller=close(system, (*NO_STATES, np.array([[gain]]))), broken=None, at="")
 
     def _resolved(self, slope: float, delay: float) -> tuple[Callable[[Array], Complex], Array, Complex]:
         """Return L as a function of angles, the grid with angles around each narrow resonance, and L there."""

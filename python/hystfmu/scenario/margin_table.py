@@ -20,7 +20,8 @@ from hystfmu.scenario.plan import plan, read
 COLUMNS = {
     "Ms_db": "Ms dB",
     "Ms_worst_db": "Ms dB, worst slope",
-    "gain_db": "gain dB",
+    "gain_db": "gain up dB",
+    "gain_low_db": "gain down dB",
     "phase_deg": "phase deg",
     "delay_steps": "delay steps",
     "simulated_delay_steps": "delay steps, simulated",
@@ -32,12 +33,15 @@ COLUMNS = {
     "stable_to_steps": "stable to steps",
 }
 OPTIONAL = ("simulated_delay_steps", "learning")  # columns that only some loops have
-AT_DELAY = ("Ms_db", "Ms_worst_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz", "noise_gain", "learning")
+OF_MARGINS = ("Ms_db", "gain_db", "gain_low_db", "phase_deg", "delay_steps", "bandwidth_hz")
+AT_DELAY = ("Ms_db", "Ms_worst_db", *OF_MARGINS[1:], "noise_gain", "learning")
 FALLING = (
     "delay steps, simulated: the gain of sliding mode and super-twisting falls with the amplitude; the linear columns "
     "hold at the largest one, that of the smallest signals; simulated: up to there the error does not grow and stays "
     "within 0.5 % of the stroke above that without further delay"
 )
+
+CONDITIONAL = "conditionally stable, lost where the gain falls by the margin down"
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,8 @@ class LoopRow:
         Sector of local slopes of plant over inverse along the paths of these cases.
     margins : dict
         ``stable``, and for the nominal slope of the loop without further delay: ``Ms_db`` (``Ms_worst_db`` is the
-        largest of the sector), ``gain_db``, ``phase_deg``, ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of
+        largest of the sector), ``gain_db``, by which the gain may grow, ``gain_low_db``, by which it may fall (None
+        where nothing limits it), ``conditionally_stable``, whether the latter is finite, ``phase_deg``, ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of
         the command for white noise of RMS 1 at the sensor), ``learning`` (factor from period to period of a memory);
         with one step of delay: ``Ms_1_db``, and at the largest slope ``Ms_1_largest_db``; ``stable_to_steps``, the
         largest delay up to which the whole sector is stable; ``simulated_delay_steps``, only where the gain depends on
@@ -139,6 +144,8 @@ class MarginTable:
             head = ["scenario", "cases", "slopes", *(COLUMNS[k] for k in keys)]
             lines.append(table(head, [r.cells(keys) for r in self.rows]))
             lines += [FALLING] if COLUMNS["simulated_delay_steps"] in head else []
+        if found := sorted({r.scenario for r in self.rows if r.margins["conditionally_stable"]}):
+            lines.append(f"{CONDITIONAL}: {', '.join(found)}")
         if self.verdicts:
             cells = [[v.scenario, v.limit, _text(v.value), f"{v.bound:g}", v.where, v.word] for v in self.verdicts]
             lines.append(table(["scenario", "limit of the loop", "value", "bound", "at", "verdict"], cells))
@@ -242,8 +249,9 @@ def _at(loop: OpenedLoop, delay: float) -> dict[str, Any]:
     """Return the figures for the nominal slope and a delay."""
     now = loop.margins(delay=delay)
     found: dict[str, Any] = {"stable": now.stable}
-    for key in ("Ms_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz"):
+    for key in OF_MARGINS:
         found[key] = getattr(now, key) if now.stable else None
+    found["conditionally_stable"] = now.conditional
     worst = loop.worst_peak_db(delay)
     found["Ms_worst_db"] = None if math.isinf(worst) else worst
     found["noise_gain"] = loop.noise_gain(delay=delay) if now.stable else None
