@@ -10,7 +10,7 @@ period enters K by its response.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -30,10 +30,11 @@ from hystfmu.scenario.loop.plant import (
     PlantSide,
     as_gain,
     dynamics,
+    for_small_signals,
     has_memory,
+    lone_dynamics,
     plant_side,
     slopes_of,
-    without_levels,
 )
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.fused import fuse
@@ -348,7 +349,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
         raise InputError(f"{where}: The units of the loop must hold their inputs to have margins. Got lines at {name}.")
     between = [k for k in around if has_memory(system.parts[k].own)]
     slopes = slopes or slopes_of(system, side, between)
-    graph = _controllers(system, plant, around, between)
+    graph = _controllers(system, plant, around, {k: lone_dynamics(system, side, [k]) for k in between})
     maker = system.maker(side.entry)
     out = f"{maker.name}_{maker.outputs[side.entry.source - maker.first]}"
     command = next(o for o in graph.outputs if o.name == out)
@@ -395,13 +396,16 @@ def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, 
     return trimmed((A, B[:, inputs], C, D[:, inputs])), memories
 
 
-def _controllers(system: System, plant: int, around: Sequence[int], between: Sequence[int]) -> Graph:
-    """Return the units of the loop but the plant as one graph, what has memory or levels as gains of 1."""
+def _controllers(system: System, plant: int, around: Sequence[int], between: Mapping[int, set[str]]) -> Graph:
+    """Return the units of the loop but the plant as one graph, what has memory or levels as gains of 1.
+
+    The lone dynamics of each inverse stay in it.
+    """
     n = len(system.parts)
     if system.case.ripple == 1:  # one rate: the order goes round, and the plant may stand anywhere
         around = sorted(around, key=lambda k: (k - plant) % n)
-    straight = [replace(p, graph=as_gain(p)) if k in between else p for k, p in enumerate(system.parts)]
-    return without_levels(fuse(replace(system, parts=tuple(straight)), tuple(around))[0])
+    straight = [replace(p, graph=as_gain(p, between[k])) if k in between else p for k, p in enumerate(system.parts)]
+    return for_small_signals(fuse(replace(system, parts=tuple(straight)), tuple(around))[0])
 
 
 def _measured(system: System, plant: int, graph: Graph) -> list[Input]:

@@ -24,6 +24,7 @@ from hystfmu.scenario.system.system import Link, Part, System
 
 MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the slope stands for
 DELAY, LEVELS = "delay", "quantiser"
+OFFSET = ("scaling", "sum")
 
 
 @dataclass(frozen=True)
@@ -87,22 +88,48 @@ def has_memory(graph: Graph) -> bool:
     return any(n.block.family in MEMORY and n.block.rate != CONTINUOUS for n in graph.nodes)
 
 
-def as_gain(part: Part) -> Graph:
-    """Replace the inverse of a hysteresis by a gain of 1 from its first input to its first output."""
+def lone_dynamics(system: System, side: PlantSide, between: Collection[int]) -> set[str]:
+    """Return the types of the dynamics that an inverse undoes and the plant side does not have.
+
+    They act on the command as any controller does.  Trap: in the sector they are no slope, but a memory of the path: an
+    inverse with creep before a plant without seemed to have slopes from -6 to 10.
+    """
+    return _undone(system, between) - {n.type for link in side.links for n in system.parts[link.to].own.nodes}
+
+
+def as_gain(part: Part, lone: Collection[str] = ()) -> Graph:
+    """Replace the inverse of a hysteresis by a gain of 1 from its first input to its first output.
+
+    Blocks that invert `lone` dynamics stay, with a static gain of 1.
+    """
     n = len(part.inputs)
-    gain = Node("gain", "sum", {"n": n}, {"k": [1.0] + [0.0] * (n - 1)})
+    kept = [m for m in part.own.nodes if m.block.inverts in lone]
+    k = float(np.prod([_gain_undone(m) for m in kept]))
+    gain = Node("gain", "sum", {"n": n}, {"k": [k] + [0.0] * (n - 1)})
     nothing = Node("nothing", "scaling", {"n": 1}, {"gain": 0.0})
     ends = ["gain.u"] if n == 1 else [f"gain.u[{i + 1}]" for i in range(n)]
-    outputs = [Output(name, "nothing.y" if i else "gain.y") for i, name in enumerate(part.outputs)]
+    chain = [gain, *kept]
+    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
+    outputs = [Output(name, "nothing.y" if i else f"{chain[-1].name}.y") for i, name in enumerate(part.outputs)]
     inputs = [Input(name, (end,)) for name, end in zip(part.inputs, ends, strict=True)]
-    return Graph([gain, nothing], [("gain.y", "nothing.u")], inputs, outputs, sort=False)
+    return Graph([*chain, nothing], [*wires, ("gain.y", "nothing.u")], inputs, outputs, sort=False)
 
 
-def without_levels(graph: Graph) -> Graph:
-    """Replace quantisers by gains of 1, which they are for signals of many levels."""
+def _gain_undone(node: Node) -> float:
+    """Return the static gain of the dynamics that a block inverts."""
+    return gain_of(Node(node.name, node.block.inverts, node.dims, node.values))
+
+
+def for_small_signals(graph: Graph) -> Graph:
+    """Replace quantisers by gains of 1, which they are for signals of many levels, and leave out constant offsets.
+
+    Trap: differences around an offset of 50 lose the digits of the tangent.
+    """
     for n in graph.nodes:
         if n.type == LEVELS:
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}))
+        elif n.type in OFFSET and not any(np.isfinite(n.value(k)).any() for k in ("lo", "hi") if k in n.values):
+            graph = graph.replace(replace(n, values={k: v for k, v in n.values.items() if k != "offset"}))
     return graph
 
 
@@ -143,10 +170,20 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
         v = Native(system, [column]).run()[column][:: system.case.ripple]
     except Stopped as e:
         raise InputError(f"{system.case.title}: The case must run to its end to have a sector of slopes. {e}") from None
-    undone = _undone(system, between)
-    inverses = [_driven(system.parts[k], 0, 0) for k in between]
+    undone, lone = _undone(system, between), lone_dynamics(system, side, between)
+    inverses = [_without(lone, _driven(system.parts[k], 0, 0)) for k in between]
     driven = [_driven(system.parts[n.to], n.input, _output(system, n, side)) for n in side.links]
     return slopes_along(v, *inverses, *(_at_rest(g, undone) for g in driven), h=system.case.step)
+
+
+def _without(lone: Collection[str], graph: Graph) -> Graph:
+    """Replace dynamics of these types, and the blocks that invert them, by their static gains."""
+    for n in graph.nodes:
+        if n.block.inverts in lone:
+            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": 1 / _gain_undone(n)}))
+        elif n.type in lone:
+            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain_of(n)}))
+    return graph
 
 
 def _undone(system: System, between: Collection[int]) -> set[str]:
