@@ -175,6 +175,12 @@ def linearise(part: Graph | Model, pade: int | None = None) -> tuple[Array, Arra
     return T[p:, m:], T[p:, :m], T[:p, m:], T[:p, :m]
 
 
+def in_series(f: StateSpace, g: StateSpace) -> StateSpace:
+    """Return f g, where g comes first."""
+    A = np.block([[f[0], f[1] @ g[2]], [np.zeros((len(g[0]), len(f[0]))), g[0]]])
+    return A, np.vstack([f[1] @ g[3], g[1]]), np.hstack([f[2], f[3] @ g[2]]), f[3] @ g[3]
+
+
 def python_control() -> Any:
     """Import python-control on first use, because the import takes seconds.
 
@@ -192,12 +198,6 @@ def _add(f: StateSpace, g: StateSpace) -> StateSpace:
     """Return f + g."""
     A = np.block([[f[0], np.zeros((len(f[0]), len(g[0])))], [np.zeros((len(g[0]), len(f[0]))), g[0]]])
     return A, np.vstack([f[1], g[1]]), np.hstack([f[2], g[2]]), f[3] + g[3]
-
-
-def _times(f: StateSpace, g: StateSpace) -> StateSpace:
-    """Return f g, where g comes first."""
-    A = np.block([[f[0], f[1] @ g[2]], [np.zeros((len(g[0]), len(f[0]))), g[0]]])
-    return A, np.vstack([f[1] @ g[3], g[1]]), np.hstack([f[2], f[3] @ g[2]]), f[3] @ g[3]
 
 
 def _gain(k: float) -> StateSpace:
@@ -231,27 +231,27 @@ def _pid(node: Node, h: float) -> StateSpace:
     Kp, Ki, Kd, tau = _values(node, "Kp", "Ki", "Kd", "tau")
     c = _gain(Kp)
     if Ki:  # a term with gain 0 would leave a pole-zero pair
-        c = _add(c, _times(_gain(Ki), _sum(h)))
-    return _add(c, _times(_gain(Kd), _difference(tau, h))) if Kd else c
+        c = _add(c, in_series(_gain(Ki), _sum(h)))
+    return _add(c, in_series(_gain(Kd), _difference(tau, h))) if Kd else c
 
 
 def _lead_lag(node: Node, h: float) -> StateSpace:
     c = _gain(float(node.value("K")[0]))
     for z, p in zip(node.value("T_z"), node.value("T_p"), strict=True):
-        c = _times(c, _first_order(2 * z + h, h - 2 * z, 2 * p + h, h - 2 * p))
+        c = in_series(c, _first_order(2 * z + h, h - 2 * z, 2 * p + h, h - 2 * p))
     return c
 
 
 def _line(node: Node, h: float, k_i: float) -> StateSpace:
     lam, tau = _values(node, "lam", "tau")
     s = _add(_gain(lam), _difference(tau, h))
-    return _add(s, _times(_gain(k_i), _sum(h))) if k_i else s
+    return _add(s, in_series(_gain(k_i), _sum(h))) if k_i else s
 
 
 def _sliding_mode(node: Node, h: float) -> StateSpace:
     eta, rho, epsilon, k_i = _values(node, "eta", "rho", "epsilon", "k_i")
     switching = rho / epsilon if epsilon else 10 * eta * (rho > 0)  # the layer of the block without a width of its own
-    return _times(_gain(eta + switching), _line(node, h, k_i))
+    return in_series(_gain(eta + switching), _line(node, h, k_i))
 
 
 def _super_twisting(node: Node, h: float) -> StateSpace:
@@ -261,8 +261,8 @@ def _super_twisting(node: Node, h: float) -> StateSpace:
     slope_2 = 0.5 / epsilon + 1.5 * mu / math.sqrt(epsilon) + mu * mu
     c = _gain(k_1 * slope_1)
     if k_2:
-        c = _add(c, _times(_gain(k_2 * slope_2), _sum(h)))
-    return _times(c, _line(node, h, 0.0))
+        c = _add(c, in_series(_gain(k_2 * slope_2), _sum(h)))
+    return in_series(c, _line(node, h, 0.0))
 
 
 def _repetitive(node: Node, h: float) -> StateSpace:

@@ -44,6 +44,7 @@ DELAYS = (0.0, 0.5, 1.0, 2.0)  # steps beyond those of the case
 SLOPES = 7  # of the sector at which stability is checked
 FALLING = ("sliding_mode", "super_twisting")  # blocks whose gain is largest for a small signal
 DOUBLINGS = 64  # of the steps over which the noise of a loop adds up
+NO_SLOPE = 1e-3  # of the largest slope: a smaller one is none
 LIMITED = "excess"  # output that is 0 within the limits of an amplifier
 
 
@@ -259,8 +260,14 @@ class OpenedLoop:
         return float(-20 * np.log10(least(lambda a: np.abs(1 + L(a)), angles, np.abs(1 + values))))
 
     def stable_at(self, delay: float) -> bool:
-        """Whether every slope of the sector is stable."""
-        return all(self.stable(float(slope), delay) for slope in np.linspace(*self.slopes, SLOPES))
+        """Whether every slope of the sector is stable.
+
+        A slope of 0, such as of an inverse at its limit, opens the loop: its integrators stand, and nothing grows.  A
+        slope close to 0 counts instead, at which a conditionally stable loop is lost.
+        """
+        least = NO_SLOPE * max(map(abs, self.slopes))
+        found = [float(s) if abs(s) >= least else least for s in np.linspace(*self.slopes, SLOPES)]
+        return all(self.stable(slope, delay) for slope in found)
 
     def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
         """Return the largest of these delays up to which every slope of the sector is stable; NaN if none."""

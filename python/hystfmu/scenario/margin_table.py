@@ -14,7 +14,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.report.terminal import table
 from hystfmu.scenario.loop.simulated import MOST, simulated_delay
 from hystfmu.scenario.loop_margins import DELAYS, OpenedLoop, open_loop
-from hystfmu.scenario.margin_limits import LoopVerdict, verdicts_of
+from hystfmu.scenario.margin_limits import LoopVerdict, stability_of, verdicts_of
 from hystfmu.scenario.plan import plan, read
 
 COLUMNS = {
@@ -72,6 +72,11 @@ class LoopRow:
     slopes: tuple[float, float]
     margins: dict[str, Any]
     at_delay: tuple[dict[str, Any], ...] = field(default=())
+
+    @property
+    def stable(self) -> bool:
+        """Whether the loop is stable at its own delay, for the nominal slope and all those of its sector."""
+        return bool(self.margins["stable"]) and self.margins["Ms_worst_db"] is not None
 
     @property
     def _shown(self) -> list[str]:
@@ -225,8 +230,18 @@ def margin_table(
     for k, group in enumerate(loops.values()):
         rows.append(_row(group, delays))
         progress(0.5 + (k + 1) / (2 * len(loops)))
-    verdicts = [v for p in plans if case is None for v in verdicts_of(p.scenario, opened[p.scenario.origin])]
+    lost = {id(o) for row, group in zip(rows, loops.values(), strict=True) if not row.stable for o in _unstable(group)}
+    verdicts = []
+    for p in plans:
+        own = opened[p.scenario.origin]
+        verdicts += verdicts_of(p.scenario, own) if case is None else []
+        verdicts += stability_of(p.scenario, own, [c for c, o in own.items() if id(o) in lost])
     return MarginTable(rows, refused, verdicts)
+
+
+def _unstable(group: Sequence[OpenedLoop]) -> Sequence[OpenedLoop]:
+    """Return which of some equal loops are unstable on their own path; all if that shows for their joint sector only."""
+    return [o for o in group if not (o.margins().stable and o.stable_at(0.0))] or group
 
 
 def _row(group: Sequence[OpenedLoop], delays: bool) -> LoopRow:
