@@ -68,7 +68,9 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
             return control.tf(part.value("b"), part.value("a"))
         system = linearise(Graph.single(part))
         method = "foh" if part.value("hold")[0] else "zoh"
-        return control.sample_system(control.ss(*system), h, method=method) if len(system[0]) else control.ss(*system, h)
+        return (
+            control.sample_system(control.ss(*system), h, method=method) if len(system[0]) else control.ss(*system, h)
+        )
     measures = part.block.rate == "sampled" and any(v.name == MEASURED for v in part.block.of("input"))
     if part.type not in _SAMPLED and not measures:
         linear = f"transfer_function, {', '.join(_SAMPLED)}, or a sampled block with an input {MEASURED}"

@@ -45,6 +45,7 @@ SLOPES = 7  # of the sector at which stability is checked
 FALLING = ("sliding_mode", "super_twisting")  # blocks whose gain is largest for a small signal
 DOUBLINGS = 64  # of the steps over which the noise of a loop adds up
 NO_SLOPE = 1e-3  # of the largest slope: a smaller one is none
+COMMAND = "variation_ratio"  # kind of a metric that compares commands
 LIMITED = "excess"  # output that is 0 within the limits of an amplifier
 
 
@@ -339,6 +340,11 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     within = _loop(system, plant)
     if any(isinstance(system.parts[k].graph, Foreign) for k in within):
         raise InputError(f"{where}: The loop must have no foreign FMU, whose equations are not known. Got one.")
+    if len(outputs := _outputs(system, within)) > 1:
+        raise InputError(
+            f"{where}: The loop must have one input and one output to have margins. Got {len(outputs)} outputs with "
+            f"references of their own: {', '.join(outputs)}."
+        )
     scheme = system.case.coupling.scheme
     if scheme != "gauss_seidel":
         raise InputError(
@@ -480,6 +486,17 @@ def _tracked(system: System) -> str:
     if tracked is None:
         raise InputError(f"{system.case.title}: A metric must compare an output with a reference. Got none.")
     return tracked
+
+
+def _outputs(system: System, within: Sequence[int]) -> list[str]:
+    """Return the outputs of a loop that follow references of their own, made outside of it."""
+    names = {system.parts[k].name for k in within}
+    found = {
+        m.against.partition(".")[0]: m.signal
+        for m in system.case.metrics.values()
+        if m.against is not None and m.kind != COMMAND and m.signal.partition(".")[0] in names
+    }
+    return list(dict.fromkeys(y for r, y in found.items() if r not in names))
 
 
 def _plant(system: System) -> int:

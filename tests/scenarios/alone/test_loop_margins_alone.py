@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.base.errors import InputError
 from hystfmu.design.period_memory import PeriodMemory
 from hystfmu.scenario.loop.held import held
 from hystfmu.scenario.loop.plant import PlantSide

@@ -99,7 +99,9 @@ def test_reasons_are_counted_by_scenario() -> None:
 
 def test_for_machines_infinity_is_none() -> None:
     at = ({"further_steps": 0.0, "gain_db": math.inf},)
-    found = MarginTable([row(at=at, gain_db=math.inf, gain_low_db=-math.inf, phase_deg=-math.inf)], ["s/a: x"], [verdict(1.0)]).summary()
+    found = MarginTable(
+        [row(at=at, gain_db=math.inf, gain_low_db=-math.inf, phase_deg=-math.inf)], ["s/a: x"], [verdict(1.0)]
+    ).summary()
     (loop,) = found["loops"]
     m = loop["margins"]
     assert (m["gain_db"], m["gain_low_db"], m["phase_deg"], m["Ms_db"]) == (None, None, None, 1.5)
@@ -128,8 +130,14 @@ class Loop:
         self.asked.append((slope, delay))
         stable = slope * delay <= 2
         return SimpleNamespace(
-            stable=stable, Ms_db=slope + 10 * delay, gain_db=1.0, gain_low_db=-6.0, conditional=stable, phase_deg=2.0,
-            delay_steps=3.0, bandwidth_hz=4.0,
+            stable=stable,
+            Ms_db=slope + 10 * delay,
+            gain_db=1.0,
+            gain_low_db=-6.0,
+            conditional=stable,
+            phase_deg=2.0,
+            delay_steps=3.0,
+            bandwidth_hz=4.0,
         )
 
     def worst_peak_db(self, delay: float) -> float:

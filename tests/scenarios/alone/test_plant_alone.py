@@ -15,7 +15,7 @@ from scipy.signal import cont2discrete
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import loop_figures, loop_margins
-from hystfmu.scenario.loop.plant import as_gain, dynamics, has_memory, plant_side, slopes_of, for_small_signals
+from hystfmu.scenario.loop.plant import as_gain, dynamics, for_small_signals, has_memory, plant_side, slopes_of
 from hystfmu.scenario.loop.simulated import _delayed
 from hystfmu.scenario.loop_margins import open_loop
 from hystfmu.scenario.report.loop_tables import delay_table, loop_rows
