@@ -56,9 +56,10 @@ class LoopRow:
         Sector of local slopes of plant over inverse along the paths of these cases.
     margins : dict
         ``stable``, and for the nominal slope of the loop without further delay: ``Ms_db`` (``Ms_worst_db`` is the
-        largest of the sector), ``gain_db``, by which the gain may grow, ``gain_low_db``, by which it may fall (None
-        where nothing limits it), ``conditionally_stable``, whether the latter is finite, ``phase_deg``, ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of
-        the command for white noise of RMS 1 at the sensor), ``learning`` (factor from period to period of a memory);
+        largest of the sector), ``gain_db``, by which the gain may grow, ``gain_low_db``, by which it may fall (-inf
+        where nothing limits it), ``conditionally_stable``, whether it is limited, ``phase_deg``, ``delay_steps``,
+        ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor), ``learning``
+        (factor from period to period of a memory);
         with one step of delay: ``Ms_1_db``, and at the largest slope ``Ms_1_largest_db``; ``stable_to_steps``, the
         largest delay up to which the whole sector is stable; ``simulated_delay_steps``, only where the gain depends on
         the amplitude, at most 4.
@@ -240,7 +241,7 @@ def margin_table(
 
 
 def _unstable(group: Sequence[OpenedLoop]) -> Sequence[OpenedLoop]:
-    """Return which of some equal loops are unstable on their own path; all if that shows for their joint sector only."""
+    """Return which of some equal loops are unstable on their own path; all if only their joint sector is."""
     return [o for o in group if not (o.margins().stable and o.stable_at(0.0))] or group
 
 
