@@ -20,6 +20,8 @@ PER_LINE = 40  # points for each multiple of the frequency of a period memory
 HALVINGS = 36  # of a bracket of the grid: to rounding, or close to it
 KEPT = 64  # responses
 NARROW = 8  # spacings of the grid: half-width of a resonance below which it gets points of its own
+INTEGRATOR = 1e-7  # distance from z = 1 of a pole that is one at 1, but for rounding
+BELOW, PER_SLOW = 0.05, 300  # of the slowest pole, down to which points are added, and how many
 BESIDE = np.sinh(np.linspace(-np.arcsinh(30.0), np.arcsinh(30.0), 61))  # half-widths beside a resonance
 
 
@@ -37,12 +39,16 @@ def beside(poles: Complex, angles: Array) -> Array:
     """Return angles around the resonances of these poles that a grid resolves too coarsely, shape (k,).
 
     Trap: two crossings of abs(L) = 1 on both sides of a lightly damped mode lie between two points of the grid, and the
-    margins at them are lost.
+    margins at them are lost.  Poles of creep may lie below the grid; angles down to them are added.
     """
     at, width = np.abs(np.angle(poles)), np.abs(1 - np.abs(poles))
     spacing = np.maximum(at, angles[0]) * (angles[1] / angles[0] - 1)
     narrow = width < NARROW * spacing
     found = (at[narrow, None] + width[narrow, None] * BESIDE).ravel()
+    slow = np.abs(1 - poles)
+    slow = slow[(slow > INTEGRATOR) & (slow < angles[0])]
+    if len(slow):
+        found = np.append(found, np.geomspace(BELOW * slow.min(), angles[0], PER_SLOW))
     return np.asarray(np.unique(found[(found > 0) & (found <= np.pi)]))
 
 

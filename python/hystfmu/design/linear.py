@@ -1,8 +1,8 @@
 """Linear systems of python-control from blocks, graphs and models.
 
-A linear block gives its transfer function, exact for a step h.  A controller with a smoothed switching term gives the
-transfer function for small s.  A graph gives the state space of its exact tangent at rest: hysteresis enters with the
-slope of the ascending branch.
+A continuous transfer function stays one; all that is sampled is a state space, exact for a step h: products of
+polynomials lose poles near z = 1.  A controller with a smoothed switching term counts for small s.  A graph gives its
+exact tangent at rest: hysteresis enters with the slope of the ascending branch.
 """
 
 from __future__ import annotations
@@ -13,13 +13,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
 from hystfmu.core.continuous import ContinuousExecutor
-from hystfmu.design.delays import close, cut, shift_registers
+from hystfmu.design.delays import StateSpace, close, cut, shift_registers
 from hystfmu.design.delays import pade as pade_of
 from hystfmu.design.sampled import sampled
 from hystfmu.graph import Graph, Node
@@ -27,8 +26,7 @@ from hystfmu.model import Model
 
 MEASURED = "y"  # input of a controller
 LIFTED = "iterative_learning"  # changes at the end of a period only
-Rational = tuple[NDArray[Any], NDArray[Any]]
-"""Numerator and denominator in z, highest power first."""
+NO_STATES = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))
 
 
 def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | None = None) -> Any:
@@ -50,7 +48,7 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
     Returns
     -------
     control.TransferFunction or control.StateSpace
-        A `transfer_function` with a step is discretised exactly for the hold of the block.
+        With a step always a state space; a `transfer_function` is discretised exactly for the hold of the block.
 
     Raises
     ------
@@ -66,9 +64,13 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
     if isinstance(part, Graph):
         return _graph_to_control(part, h, pade, control)
     if part.type == "transfer_function":
-        system = control.tf(part.value("b"), part.value("a"))
+        if h is None:
+            return control.tf(part.value("b"), part.value("a"))
+        system = linearise(Graph.single(part))
         method = "foh" if part.value("hold")[0] else "zoh"
-        return system if h is None else control.sample_system(system, h, method=method)
+        return (
+            control.sample_system(control.ss(*system), h, method=method) if len(system[0]) else control.ss(*system, h)
+        )
     measures = part.block.rate == "sampled" and any(v.name == MEASURED for v in part.block.of("input"))
     if part.type not in _SAMPLED and not measures:
         linear = f"transfer_function, {', '.join(_SAMPLED)}, or a sampled block with an input {MEASURED}"
@@ -87,8 +89,15 @@ def to_control(part: Node | Graph | Model, h: float | None = None, pade: int | N
         places = [i.name for i in part.block.of("input") for _ in range(part.sizes[i.name])]
         y = [places.index(MEASURED)]
         return control.ss(A, -B[:, y], C[:1], -D[:1, y], h)
-    b, a = _SAMPLED[part.type](part, h)
-    return control.tf(b, a, h)
+    return control.ss(*_SAMPLED[part.type](part, h), h)
+
+
+def feedthrough(part: Graph | Model) -> StateSpace:
+    """Return what passes a graph without dynamics: gains, and delays as states."""
+    opened = cut(part.graph if isinstance(part, Model) else part)
+    A, B, C, D = linearise(opened.graph)
+    static = A[:0, :0], B[:0], C[:, :0], D
+    return close(static, shift_registers(opened.steps)) if opened.steps else static
 
 
 def _graph_to_control(graph: Graph, h: float | None, pade: int | None, control: Any) -> Any:
@@ -168,6 +177,12 @@ def linearise(part: Graph | Model, pade: int | None = None) -> tuple[Array, Arra
     return T[p:, m:], T[p:, :m], T[:p, m:], T[:p, :m]
 
 
+def in_series(f: StateSpace, g: StateSpace) -> StateSpace:
+    """Return f g, where g comes first."""
+    A = np.block([[f[0], f[1] @ g[2]], [np.zeros((len(g[0]), len(f[0]))), g[0]]])
+    return A, np.vstack([f[1] @ g[3], g[1]]), np.hstack([f[2], f[3] @ g[2]]), f[3] @ g[3]
+
+
 def python_control() -> Any:
     """Import python-control on first use, because the import takes seconds.
 
@@ -181,85 +196,91 @@ def python_control() -> Any:
 
 
 # ---- sampled blocks, as their C files discretise them ---------------------------------------------------------------
-def _add(f: Rational, g: Rational) -> Rational:
-    return np.polyadd(np.polymul(f[0], g[1]), np.polymul(g[0], f[1])), np.polymul(f[1], g[1])
+def _add(f: StateSpace, g: StateSpace) -> StateSpace:
+    """Return f + g."""
+    A = np.block([[f[0], np.zeros((len(f[0]), len(g[0])))], [np.zeros((len(g[0]), len(f[0]))), g[0]]])
+    return A, np.vstack([f[1], g[1]]), np.hstack([f[2], g[2]]), f[3] + g[3]
 
 
-def _times(f: Rational, g: Rational) -> Rational:
-    return np.polymul(f[0], g[0]), np.polymul(f[1], g[1])
+def _gain(k: float) -> StateSpace:
+    return *NO_STATES, np.array([[k]])
 
 
-def _gain(k: float) -> Rational:
-    return np.array([k]), np.array([1.0])
+def _first_order(b1: float, b0: float, a1: float, a0: float) -> StateSpace:
+    """Return (b1 z + b0) / (a1 z + a0)."""
+    scalars = -a0 / a1, 1.0, (b0 - b1 * a0 / a1) / a1, b1 / a1
+    A, B, C, D = (np.array([[x]]) for x in scalars)
+    return A, B, C, D
 
 
-def _difference(tau: float, h: float) -> Rational:
-    return np.array([1.0, -1.0]), np.array([tau + h, -tau])
+def _difference(tau: float, h: float) -> StateSpace:
+    return _first_order(1.0, -1.0, tau + h, -tau)
 
 
-def _sum(h: float) -> Rational:
-    return np.array([h, 0.0]), np.array([1.0, -1.0])
+def _sum(h: float) -> StateSpace:
+    return _first_order(h, 0.0, 1.0, -1.0)
 
 
 def _values(node: Node, *names: str) -> list[float]:
     return [float(node.value(n)[0]) for n in names]
 
 
-def _delay(node: Node, h: float) -> Rational:
-    return np.array([1.0]), np.array([1.0] + [0.0] * node.dims["n"])
+def _delay(node: Node, h: float) -> StateSpace:
+    return shift_registers((node.dims["n"],))
 
 
-def _pid(node: Node, h: float) -> Rational:
+def _pid(node: Node, h: float) -> StateSpace:
     Kp, Ki, Kd, tau = _values(node, "Kp", "Ki", "Kd", "tau")
     c = _gain(Kp)
     if Ki:  # a term with gain 0 would leave a pole-zero pair
-        c = _add(c, _times(_gain(Ki), _sum(h)))
-    return _add(c, _times(_gain(Kd), _difference(tau, h))) if Kd else c
+        c = _add(c, in_series(_gain(Ki), _sum(h)))
+    return _add(c, in_series(_gain(Kd), _difference(tau, h))) if Kd else c
 
 
-def _lead_lag(node: Node, h: float) -> Rational:
+def _lead_lag(node: Node, h: float) -> StateSpace:
     c = _gain(float(node.value("K")[0]))
     for z, p in zip(node.value("T_z"), node.value("T_p"), strict=True):
-        c = _times(c, (np.array([2 * z + h, h - 2 * z]), np.array([2 * p + h, h - 2 * p])))
+        c = in_series(c, _first_order(2 * z + h, h - 2 * z, 2 * p + h, h - 2 * p))
     return c
 
 
-def _line(node: Node, h: float, k_i: float) -> Rational:
+def _line(node: Node, h: float, k_i: float) -> StateSpace:
     lam, tau = _values(node, "lam", "tau")
     s = _add(_gain(lam), _difference(tau, h))
-    return _add(s, _times(_gain(k_i), _sum(h))) if k_i else s
+    return _add(s, in_series(_gain(k_i), _sum(h))) if k_i else s
 
 
-def _sliding_mode(node: Node, h: float) -> Rational:
+def _sliding_mode(node: Node, h: float) -> StateSpace:
     eta, rho, epsilon, k_i = _values(node, "eta", "rho", "epsilon", "k_i")
     switching = rho / epsilon if epsilon else 10 * eta * (rho > 0)  # the layer of the block without a width of its own
-    return _times(_gain(eta + switching), _line(node, h, k_i))
+    return in_series(_gain(eta + switching), _line(node, h, k_i))
 
 
-def _super_twisting(node: Node, h: float) -> Rational:
+def _super_twisting(node: Node, h: float) -> StateSpace:
     k_1, k_2, mu, epsilon, lam = _values(node, "k_1", "k_2", "mu", "epsilon", "lam")
     epsilon = epsilon or (10 * k_2 / (lam * k_1)) ** 2
     slope_1 = 1 / math.sqrt(epsilon) + mu
     slope_2 = 0.5 / epsilon + 1.5 * mu / math.sqrt(epsilon) + mu * mu
     c = _gain(k_1 * slope_1)
     if k_2:
-        c = _add(c, _times(_gain(k_2 * slope_2), _sum(h)))
-    return _times(c, _line(node, h, 0.0))
+        c = _add(c, in_series(_gain(k_2 * slope_2), _sum(h)))
+    return in_series(c, _line(node, h, 0.0))
 
 
-def _repetitive(node: Node, h: float) -> Rational:
-    """w = z^-n (Q w + L e), both sides times z^(n + m), m the longer half of the filters."""
+def _repetitive(node: Node, h: float) -> StateSpace:
+    """w = z^-n (Q w + L e): a register of n + m steps with taps, m the longer half of the filters."""
     n, q, l = node.dims["n"], node.value("q"), node.value("l")  # noqa: E741
     n_q, n_l = len(q) - 1, len(l) // 2
     m = max(n_q, n_l)
-    b, a = np.zeros(2 * m + 1), np.zeros(n + m + 1)
-    b[m - n_l : m + n_l + 1] = l[::-1]
-    a[0] = 1.0
-    a[n - n_q : n + n_q + 1] -= np.concatenate([q[:0:-1], q])
-    return b, a
+    b, a = np.zeros(n + m + 1), np.zeros(n + m + 1)
+    b[n - n_l : n + n_l + 1] = l[::-1]
+    a[n - n_q : n + n_q + 1] = np.concatenate([q[:0:-1], q])
+    A, B, _, _ = shift_registers((n + m,))
+    A[0] = a[1:]
+    return A, B, (b[1:] + b[0] * a[1:])[None], b[:1, None]
 
 
-_SAMPLED: dict[str, Callable[[Node, float], Rational]] = {
+_SAMPLED: dict[str, Callable[[Node, float], StateSpace]] = {
     "delay": _delay,
     "pid": _pid,
     "lead_lag": _lead_lag,

@@ -1,7 +1,7 @@
 """Open loop of a sampled controller, delays and plant, and its stability margins.
 
-The plant is discretised exactly for the held command.  The command of a sample acts from that sample on, as in the
-scenarios (the plant steps first).  Hysteresis enters as a gain, given by `describing_function`.
+All parts are state spaces.  Trap: the polynomials of several lags and integrators near z = 1 lose their roots to
+rounding, and with creep the response itself.  Hysteresis enters as a gain, given by `describing_function`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,10 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.design.crossings import crossed, first_lost
+from hystfmu.design.delays import shift_registers
 from hystfmu.design.frequency import Complex, beside, grid, least, response_of, roots
-from hystfmu.design.linear import python_control, to_control
+from hystfmu.design.linear import feedthrough, python_control, to_control
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
@@ -24,12 +26,16 @@ from hystfmu.model import Model
 class Margins:
     """Stability margins of a loop; a margin that no frequency limits is infinite.
 
+    An unstable loop has none: they are NaN, its modulus is 0.
+
     Attributes
     ----------
     stable : bool
         Whether the closed loop with negative feedback is stable.
     gain_db : float
-        Gain margin (dB).
+        Upper gain margin, by which the gain may grow (dB).
+    gain_low_db : float
+        Lower gain margin, negative (dB): the gain may fall so far.  -inf where the loop stays stable.
     phase_deg : float
         Phase margin (degrees).
     delay_s, delay_steps : float
@@ -44,6 +50,7 @@ class Margins:
 
     stable: bool
     gain_db: float
+    gain_low_db: float
     phase_deg: float
     delay_s: float
     delay_steps: float
@@ -53,13 +60,22 @@ class Margins:
 
     @property
     def Ms_db(self) -> float:
-        """Peak of the sensitivity abs(1 / (1 + L)) (dB)."""
-        return float(-20 * np.log10(self.modulus))
+        """Peak of the sensitivity abs(1 / (1 + L)) (dB); infinite for an unstable loop."""
+        return float(-20 * np.log10(self.modulus)) if self.modulus > 0 else np.inf
+
+    @property
+    def conditional(self) -> bool:
+        """Whether the loop is conditionally stable: it loses its stability where the gain falls."""
+        return self.stable and self.gain_low_db > -np.inf
 
     def __str__(self) -> str:
-        state = "stable" if self.stable else "UNSTABLE"
+        if not self.stable:
+            return "unstable: no margins"
+        state, gain = "stable", f"gain margin {self.gain_db:.1f} dB"
+        if self.conditional:
+            state, gain = "conditionally stable", f"gain margins {self.gain_low_db:.1f} and {self.gain_db:.1f} dB"
         return (
-            f"{state}: gain margin {self.gain_db:.1f} dB, phase margin {self.phase_deg:.1f} deg at "
+            f"{state}: {gain}, phase margin {self.phase_deg:.1f} deg at "
             f"{self.crossover_hz:.4g} Hz, delay margin {1e3 * self.delay_s:.3g} ms ({self.delay_steps:.2f} steps), "
             f"modulus margin {self.modulus:.2f} (Ms {self.Ms_db:.1f} dB), bandwidth {self.bandwidth_hz:.4g} Hz"
         )
@@ -83,42 +99,74 @@ def loop(plant: Node | Graph | Model, controller: Node, h: float, *, delay: int 
 
     Returns
     -------
-    control.TransferFunction
-        Open loop with step h.
+    control.StateSpace
+        Open loop with step h.  The command of a sample acts from that sample on, as in the scenarios: the plant steps
+        first.  So direct feed-through of the plant, such as of creep, reads the command of the last step.
 
     Raises
     ------
     InputError
-        The delay is negative, or a block has no linear model.
+        The delay is negative, a block has no linear model, or the plant has several inputs or outputs.
     """
     if delay < 0:
         raise InputError(f"The delay must be an int in [0, inf). Got {delay} instead.")
     control = python_control()
-    late = control.tf([1.0], [1.0] + [0.0] * delay, h)
-    return gain * to_control(controller, h) * late * control.tf(to_control(plant, h))
+    late = control.ss(*shift_registers((delay,)), h) if delay else 1.0
+    return gain * (_behind_hold(plant, h) * late * to_control(controller, h))
+
+
+def _behind_hold(plant: Node | Graph | Model, h: float) -> Any:
+    """Return the plant as a sample sees it, which is taken before the command of the same step comes."""
+    control = python_control()
+    G, step = to_control(plant, h), control.ss(*shift_registers((1,)), h)
+    if (G.noutputs, G.ninputs) != (1, 1):
+        raise InputError(
+            f"The plant of a loop must have one input and one output. Got {G.ninputs} and {G.noutputs} instead."
+        )
+    if isinstance(plant, Node) and plant.type == "transfer_function" and plant.value("hold")[0]:
+        return G * step  # it ramps up to a command that has come
+    if isinstance(plant, Node) and plant.type not in ("transfer_function", "delay"):
+        return G
+    at_once = feedthrough(Graph.single(plant) if isinstance(plant, Node) else plant)
+    if not any(m.any() for m in at_once[1:]):
+        return G
+    if len(at_once[0]):
+        return G + control.ss(*at_once, h) * (step - 1.0)
+    return control.ss(G.A, G.B, G.C, 0.0, h) + float(at_once[3][0, 0]) * step
 
 
 def margins(L: Any) -> Margins:
-    """Compute the stability margins of a sampled open loop.
+    """Compute the stability margins of a sampled open loop with negative feedback.
 
     Parameters
     ----------
-    L : control.TransferFunction
+    L : control.StateSpace or control.TransferFunction
         Open loop with a step, as `loop` returns it.
 
     Returns
     -------
     Margins
     """
-    poles = python_control().feedback(L, 1).poles()
-    angles = np.union1d(grid(), beside(np.append(poles, L.poles()), grid()))
-    stable = bool((np.abs(poles) < 1).all())
+    system = python_control().ss(L)
+    A, B, C, D = (np.asarray(m) for m in (system.A, system.B, system.C, system.D))
+
+    def poles(gain: float) -> Complex:
+        return np.asarray(np.linalg.eigvals(A - gain / (1 + gain * D[0, 0]) * B @ C).astype(complex))
+
+    closed, opened = poles(1.0), np.linalg.eigvals(A).astype(complex)
+    angles = np.union1d(grid(), beside(np.append(closed, opened), grid()))
     return margins_of(
-        lambda a: response(L, np.exp(1j * a)), angles, response(L, np.exp(1j * angles)), float(L.dt), stable
+        lambda a: response(L, np.exp(1j * a)),
+        angles,
+        response(L, np.exp(1j * angles)),
+        float(L.dt),
+        lambda gain: bool((np.abs(poles(gain)) < 1).all()),
     )
 
 
-def margins_of(L: Callable[[Array], Complex], angles: Array, values: Complex, h: float, stable: bool) -> Margins:
+def margins_of(
+    L: Callable[[Array], Complex], angles: Array, values: Complex, h: float, stable: Callable[[float], bool]
+) -> Margins:
     """Compute the margins of a loop from its frequency response.
 
     Parameters
@@ -129,28 +177,28 @@ def margins_of(L: Callable[[Array], Complex], angles: Array, values: Complex, h:
         Grid up to pi, and the response on it.
     h : float
         Step (s).
-    stable : bool
-        Whether the closed loop is stable, which a response does not tell.
+    stable : function
+        Whether the closed loop is stable for a factor of the gain, which a response does not tell.
 
     Returns
     -------
     Margins
     """
+    if not stable(1.0):
+        return Margins(False, *[np.nan] * 5, 0.0, np.nan, np.nan)
     crossing = roots(lambda a: np.abs(L(a)) - 1, angles, np.abs(values) - 1)
     # phase margin at each crossover: as the delay grows, the crossover with the least phase / frequency is lost first
     phases = np.mod(np.angle(L(crossing)) + np.pi, 2 * np.pi) if len(crossing) else crossing
     steps = float(np.min(phases / crossing, initial=np.inf))
-    # phase crossover at 180 degrees; L is real at z = -1, the end of the half circle
-    reversed_at = np.append(roots(lambda a: L(a).imag, angles, values.imag), np.pi)
-    real = L(reversed_at).real
-    factors = -1 / real[(real > -1) & (real < 0)]
     signed = np.abs((phases + np.pi) % (2 * np.pi) - np.pi)  # a loop may also come near from the other side
     nearest = int(np.argmin(signed)) if len(signed) else None
     distance = np.abs(1 + values)
     large = np.flatnonzero(distance < np.sqrt(2))
+    factors = crossed(L, angles, values)
     return Margins(
-        stable,
-        float(20 * np.log10(np.min(factors, initial=np.inf))),
+        True,
+        20 * float(np.log10(first_lost(factors[factors > 1], stable))),
+        -20 * float(np.log10(first_lost(1 / factors[factors < 1], lambda f: stable(1 / f)))),
         np.inf if nearest is None else float(np.degrees(signed[nearest])),
         steps * h,
         steps,

@@ -347,6 +347,7 @@ class Scenario:
         corners: Sequence[str] = ("*",),
         slopes: tuple[float, float] | None = None,
         stable_to_steps: float | None = None,
+        expected_unstable: Sequence[str] = (),
     ) -> Scenario:
         """State limits of the linearised loop; ``hystfmu margins`` holds it against them.
 
@@ -362,6 +363,8 @@ class Scenario:
             Local slopes of plant over inverse in the corners; default those along their paths.
         stable_to_steps : float, optional
             Steps beyond the delay of a corner up to which it is stable.
+        expected_unstable : sequence of str
+            Cases whose linear loop is unstable for a slope of their path and whose run holds; any other one fails.
 
         Returns
         -------
@@ -371,6 +374,7 @@ class Scenario:
         numbers = {"Ms_db": Ms_db, "stable_to_steps": stable_to_steps}
         table = {"case": case} | {k: _number(v) for k, v in numbers.items()} | {"corners": list(corners)}
         table |= {"slopes": [_number(v) for v in slopes]} if slopes is not None else {}
+        table |= {"expected_unstable": list(expected_unstable)} if expected_unstable else {}
         self._edit()
         self._spec["margins"] = {k: v for k, v in table.items() if v is not None}
         return self

@@ -10,7 +10,7 @@ period enters K by its response.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -18,9 +18,9 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.design.delays import StateSpace
+from hystfmu.design.delays import StateSpace, close
 from hystfmu.design.frequency import Complex, beside, grid, least, on_grid, response_of
-from hystfmu.design.linear import python_control
+from hystfmu.design.linear import NO_STATES, python_control
 from hystfmu.design.loop import Margins, margins_of
 from hystfmu.design.period_memory import PeriodMemory, cut_memories
 from hystfmu.design.sampled import sampled, trimmed
@@ -30,10 +30,11 @@ from hystfmu.scenario.loop.plant import (
     PlantSide,
     as_gain,
     dynamics,
+    for_small_signals,
     has_memory,
+    lone_dynamics,
     plant_side,
     slopes_of,
-    without_levels,
 )
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.fused import fuse
@@ -43,6 +44,8 @@ DELAYS = (0.0, 0.5, 1.0, 2.0)  # steps beyond those of the case
 SLOPES = 7  # of the sector at which stability is checked
 FALLING = ("sliding_mode", "super_twisting")  # blocks whose gain is largest for a small signal
 DOUBLINGS = 64  # of the steps over which the noise of a loop adds up
+NO_SLOPE = 1e-3  # of the largest slope: a smaller one is none
+COMMAND = "variation_ratio"  # kind of a metric that compares commands
 LIMITED = "excess"  # output that is 0 within the limits of an amplifier
 
 
@@ -140,7 +143,21 @@ class OpenedLoop:
     def margins(self, slope: float | None = None, delay: float = 0.0) -> Margins:
         """Return the margins for one slope, by default `nominal`, and a delay in steps beyond those of the case."""
         slope = self.nominal if slope is None else slope
-        return margins_of(*self._resolved(slope, delay), self.h, self.stable(slope, delay))
+        return margins_of(*self._resolved(slope, delay), self.h, lambda gain: self._stable_with(gain, slope, delay))
+
+    def _stable_with(self, gain: float, slope: float, delay: float) -> bool:
+        """Whether the loop is stable with a further gain where it is broken."""
+        if self.broken is None:
+            return self.stable(gain * slope, delay)
+        return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
+
+    def _closed_break(self, gain: float) -> OpenedLoop:
+        """Return the loop with a gain between the two sides of the signal at which it is broken."""
+        assert self.broken is not None
+        A, B, C, D = self.broken
+        order = [0, *range(2, len(D)), 1]  # the broken signal goes last
+        system = A, B[:, order], C[order], D[np.ix_(order, order)]
+        return replace(self, controller=close(system, (*NO_STATES, np.array([[gain]]))), broken=None, at="")
 
     def _resolved(self, slope: float, delay: float) -> tuple[Callable[[Array], Complex], Array, Complex]:
         """Return L as a function of angles, the grid with angles around each narrow resonance, and L there."""
@@ -244,8 +261,14 @@ class OpenedLoop:
         return float(-20 * np.log10(least(lambda a: np.abs(1 + L(a)), angles, np.abs(1 + values))))
 
     def stable_at(self, delay: float) -> bool:
-        """Whether every slope of the sector is stable."""
-        return all(self.stable(float(slope), delay) for slope in np.linspace(*self.slopes, SLOPES))
+        """Whether every slope of the sector is stable.
+
+        A slope of 0, such as of an inverse at its limit, opens the loop: its integrators stand, and nothing grows.  A
+        slope close to 0 counts instead, at which a conditionally stable loop is lost.
+        """
+        least = NO_SLOPE * max(map(abs, self.slopes))
+        found = [float(s) if abs(s) >= least else least for s in np.linspace(*self.slopes, SLOPES)]
+        return all(self.stable(slope, delay) for slope in found)
 
     def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
         """Return the largest of these delays up to which every slope of the sector is stable; NaN if none."""
@@ -317,6 +340,11 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
     within = _loop(system, plant)
     if any(isinstance(system.parts[k].graph, Foreign) for k in within):
         raise InputError(f"{where}: The loop must have no foreign FMU, whose equations are not known. Got one.")
+    if len(outputs := _outputs(system, within)) > 1:
+        raise InputError(
+            f"{where}: The loop must have one input and one output to have margins. Got {len(outputs)} outputs with "
+            f"references of their own: {', '.join(outputs)}."
+        )
     scheme = system.case.coupling.scheme
     if scheme != "gauss_seidel":
         raise InputError(
@@ -334,7 +362,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
         raise InputError(f"{where}: The units of the loop must hold their inputs to have margins. Got lines at {name}.")
     between = [k for k in around if has_memory(system.parts[k].own)]
     slopes = slopes or slopes_of(system, side, between)
-    graph = _controllers(system, plant, around, between)
+    graph = _controllers(system, plant, around, {k: lone_dynamics(system, side, [k]) for k in between})
     maker = system.maker(side.entry)
     out = f"{maker.name}_{maker.outputs[side.entry.source - maker.first]}"
     command = next(o for o in graph.outputs if o.name == out)
@@ -381,13 +409,16 @@ def _linear(system: System, controller: Graph, ports: int) -> tuple[StateSpace, 
     return trimmed((A, B[:, inputs], C, D[:, inputs])), memories
 
 
-def _controllers(system: System, plant: int, around: Sequence[int], between: Sequence[int]) -> Graph:
-    """Return the units of the loop but the plant as one graph, what has memory or levels as gains of 1."""
+def _controllers(system: System, plant: int, around: Sequence[int], between: Mapping[int, set[str]]) -> Graph:
+    """Return the units of the loop but the plant as one graph, what has memory or levels as gains of 1.
+
+    The lone dynamics of each inverse stay in it.
+    """
     n = len(system.parts)
     if system.case.ripple == 1:  # one rate: the order goes round, and the plant may stand anywhere
         around = sorted(around, key=lambda k: (k - plant) % n)
-    straight = [replace(p, graph=as_gain(p)) if k in between else p for k, p in enumerate(system.parts)]
-    return without_levels(fuse(replace(system, parts=tuple(straight)), tuple(around))[0])
+    straight = [replace(p, graph=as_gain(p, between[k])) if k in between else p for k, p in enumerate(system.parts)]
+    return for_small_signals(fuse(replace(system, parts=tuple(straight)), tuple(around))[0])
 
 
 def _measured(system: System, plant: int, graph: Graph) -> list[Input]:
@@ -455,6 +486,17 @@ def _tracked(system: System) -> str:
     if tracked is None:
         raise InputError(f"{system.case.title}: A metric must compare an output with a reference. Got none.")
     return tracked
+
+
+def _outputs(system: System, within: Sequence[int]) -> list[str]:
+    """Return the outputs of a loop that follow references of their own, made outside of it."""
+    names = {system.parts[k].name for k in within}
+    found = {
+        m.against.partition(".")[0]: m.signal
+        for m in system.case.metrics.values()
+        if m.against is not None and m.kind != COMMAND and m.signal.partition(".")[0] in names
+    }
+    return list(dict.fromkeys(y for r, y in found.items() if r not in names))
 
 
 def _plant(system: System) -> int:

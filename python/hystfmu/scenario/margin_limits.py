@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 
@@ -27,6 +27,8 @@ class LoopVerdict:
         What is asked for.
     at_least : bool
         The value must be at least the bound; otherwise at most.
+    expected : bool
+        The scenario states that the loop is unstable there.
     """
 
     scenario: str
@@ -35,17 +37,20 @@ class LoopVerdict:
     value: float | None
     bound: float
     at_least: bool
+    expected: bool = False
 
     @property
     def within(self) -> bool:
         """Whether the limit is met."""
         if self.value is None:
-            return False
+            return self.expected
         return self.value >= self.bound if self.at_least else self.value <= self.bound
 
     @property
     def word(self) -> str:
         """Verdict in a word."""
+        if self.expected:
+            return "expected"
         return "ok" if self.within else "BROKEN"
 
     def line(self) -> str:
@@ -115,4 +120,40 @@ def verdicts_of(scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError
         value = None if math.isnan(reached[worst]) else reached[worst]
         at = f"{worst}, the worst of {len(corners)}"
         verdicts.append(LoopVerdict(name, "stable_to_steps", at, value, spec.stable_to_steps, at_least=True))
+    return verdicts
+
+
+def stability_of(
+    scenario: Scenario, opened: Mapping[str, OpenedLoop | InputError], lost: Collection[str]
+) -> list[LoopVerdict]:
+    """Return a verdict for each case whose loop is unstable at its own delay: broken, unless the scenario expects it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    opened : mapping of str to OpenedLoop or InputError
+        Loops by case, or why a case has none.
+    lost : collection of str
+        Cases whose loop is unstable for the nominal slope, or for one along their path.
+
+    Raises
+    ------
+    InputError
+        A case that is expected to be unstable is stable, or does not exist.
+    """
+    name, expected = scenario.spec.name, scenario.spec.margins.expected_unstable if scenario.spec.margins else []
+    known = {c.name for c in scenario.cases}
+    for case in expected:
+        if case not in known or (case in opened and case not in lost):
+            why = "is stable, or has none" if case in known else "does not exist"
+            raise InputError(
+                f"{scenario.origin}: margins.expected_unstable: The case must have an unstable loop. "
+                f"Got {case!r}, which {why}."
+            )
+    verdicts = []
+    for case in lost:
+        loop = opened[case]
+        assert not isinstance(loop, InputError)
+        at = f"{case}, slopes {loop.slopes[0]:.2f} to {loop.slopes[1]:.2f}"
+        verdicts.append(LoopVerdict(name, "stable_to_steps", at, None, 0.0, at_least=True, expected=case in expected))
     return verdicts

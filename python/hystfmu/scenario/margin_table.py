@@ -14,13 +14,14 @@ from hystfmu.base.errors import InputError
 from hystfmu.report.terminal import table
 from hystfmu.scenario.loop.simulated import MOST, simulated_delay
 from hystfmu.scenario.loop_margins import DELAYS, OpenedLoop, open_loop
-from hystfmu.scenario.margin_limits import LoopVerdict, verdicts_of
+from hystfmu.scenario.margin_limits import LoopVerdict, stability_of, verdicts_of
 from hystfmu.scenario.plan import plan, read
 
 COLUMNS = {
     "Ms_db": "Ms dB",
     "Ms_worst_db": "Ms dB, worst slope",
-    "gain_db": "gain dB",
+    "gain_db": "gain up dB",
+    "gain_low_db": "gain down dB",
     "phase_deg": "phase deg",
     "delay_steps": "delay steps",
     "simulated_delay_steps": "delay steps, simulated",
@@ -32,12 +33,15 @@ COLUMNS = {
     "stable_to_steps": "stable to steps",
 }
 OPTIONAL = ("simulated_delay_steps", "learning")  # columns that only some loops have
-AT_DELAY = ("Ms_db", "Ms_worst_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz", "noise_gain", "learning")
+OF_MARGINS = ("Ms_db", "gain_db", "gain_low_db", "phase_deg", "delay_steps", "bandwidth_hz")
+AT_DELAY = ("Ms_db", "Ms_worst_db", *OF_MARGINS[1:], "noise_gain", "learning")
 FALLING = (
     "delay steps, simulated: the gain of sliding mode and super-twisting falls with the amplitude; the linear columns "
     "hold at the largest one, that of the smallest signals; simulated: up to there the error does not grow and stays "
     "within 0.5 % of the stroke above that without further delay"
 )
+
+CONDITIONAL = "conditionally stable, lost where the gain falls by the margin down"
 
 
 @dataclass(frozen=True)
@@ -52,8 +56,10 @@ class LoopRow:
         Sector of local slopes of plant over inverse along the paths of these cases.
     margins : dict
         ``stable``, and for the nominal slope of the loop without further delay: ``Ms_db`` (``Ms_worst_db`` is the
-        largest of the sector), ``gain_db``, ``phase_deg``, ``delay_steps``, ``bandwidth_hz``, ``noise_gain`` (RMS of
-        the command for white noise of RMS 1 at the sensor), ``learning`` (factor from period to period of a memory);
+        largest of the sector), ``gain_db``, by which the gain may grow, ``gain_low_db``, by which it may fall (-inf
+        where nothing limits it), ``conditionally_stable``, whether it is limited, ``phase_deg``, ``delay_steps``,
+        ``bandwidth_hz``, ``noise_gain`` (RMS of the command for white noise of RMS 1 at the sensor), ``learning``
+        (factor from period to period of a memory);
         with one step of delay: ``Ms_1_db``, and at the largest slope ``Ms_1_largest_db``; ``stable_to_steps``, the
         largest delay up to which the whole sector is stable; ``simulated_delay_steps``, only where the gain depends on
         the amplitude, at most 4.
@@ -67,6 +73,11 @@ class LoopRow:
     slopes: tuple[float, float]
     margins: dict[str, Any]
     at_delay: tuple[dict[str, Any], ...] = field(default=())
+
+    @property
+    def stable(self) -> bool:
+        """Whether the loop is stable at its own delay, for the nominal slope and all those of its sector."""
+        return bool(self.margins["stable"]) and self.margins["Ms_worst_db"] is not None
 
     @property
     def _shown(self) -> list[str]:
@@ -139,6 +150,8 @@ class MarginTable:
             head = ["scenario", "cases", "slopes", *(COLUMNS[k] for k in keys)]
             lines.append(table(head, [r.cells(keys) for r in self.rows]))
             lines += [FALLING] if COLUMNS["simulated_delay_steps"] in head else []
+        if found := sorted({r.scenario for r in self.rows if r.margins["conditionally_stable"]}):
+            lines.append(f"{CONDITIONAL}: {', '.join(found)}")
         if self.verdicts:
             cells = [[v.scenario, v.limit, _text(v.value), f"{v.bound:g}", v.where, v.word] for v in self.verdicts]
             lines.append(table(["scenario", "limit of the loop", "value", "bound", "at", "verdict"], cells))
@@ -218,8 +231,18 @@ def margin_table(
     for k, group in enumerate(loops.values()):
         rows.append(_row(group, delays))
         progress(0.5 + (k + 1) / (2 * len(loops)))
-    verdicts = [v for p in plans if case is None for v in verdicts_of(p.scenario, opened[p.scenario.origin])]
+    lost = {id(o) for row, group in zip(rows, loops.values(), strict=True) if not row.stable for o in _unstable(group)}
+    verdicts = []
+    for p in plans:
+        own = opened[p.scenario.origin]
+        verdicts += verdicts_of(p.scenario, own) if case is None else []
+        verdicts += stability_of(p.scenario, own, [c for c, o in own.items() if id(o) in lost])
     return MarginTable(rows, refused, verdicts)
+
+
+def _unstable(group: Sequence[OpenedLoop]) -> Sequence[OpenedLoop]:
+    """Return which of some equal loops are unstable on their own path; all if only their joint sector is."""
+    return [o for o in group if not (o.margins().stable and o.stable_at(0.0))] or group
 
 
 def _row(group: Sequence[OpenedLoop], delays: bool) -> LoopRow:
@@ -242,8 +265,9 @@ def _at(loop: OpenedLoop, delay: float) -> dict[str, Any]:
     """Return the figures for the nominal slope and a delay."""
     now = loop.margins(delay=delay)
     found: dict[str, Any] = {"stable": now.stable}
-    for key in ("Ms_db", "gain_db", "phase_deg", "delay_steps", "bandwidth_hz"):
+    for key in OF_MARGINS:
         found[key] = getattr(now, key) if now.stable else None
+    found["conditionally_stable"] = now.conditional
     worst = loop.worst_peak_db(delay)
     found["Ms_worst_db"] = None if math.isinf(worst) else worst
     found["noise_gain"] = loop.noise_gain(delay=delay) if now.stable else None

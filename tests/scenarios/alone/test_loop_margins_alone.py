@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.base.errors import InputError
 from hystfmu.design.period_memory import PeriodMemory
 from hystfmu.scenario.loop.held import held
 from hystfmu.scenario.loop.plant import PlantSide
@@ -32,9 +31,9 @@ def loop(controller: Any, plant: Any = GAIN, delay: float = 0.0, **more: Any) ->
 # ---- what comes late ------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("delay", [0.0, 0.5, 1.0, 1.5, 2.0, 3.0])
 def test_a_gain_gives_the_last_command_that_has_come(delay: float) -> None:
-    """z^-(1 + ceil(delay)): a plant without dynamics, for a value read at the next step."""
+    """z^-(1 + floor(delay)): what came after a part of a step is there at its end."""
     A, B, C, D = held((*GAIN[:3], np.full((1, 1), 2.5)), H, delay)
-    past = 1 + int(np.ceil(delay))
+    past = 1 + int(np.floor(delay))
     assert A.shape == (past, past)
     x, got = np.zeros((past, 1)), []
     for k in range(6):
@@ -75,13 +74,38 @@ def test_rounding_of_a_delay_is_no_fraction() -> None:
         for a, b in zip(whole, held(LAG, H, near), strict=True):
             assert a.tolist() == b.tolist()
     assert len(held(LAG, H, 2.0 + 1e-8)[0]) == len(whole[0]) + 1
-    assert len(held(GAIN, H, 2.0 + 1e-10)[0]) == 3
-    assert len(held(GAIN, H, 2.0 + 1e-8)[0]) == 4
+    for near in (2.0 - 1e-13, 2.0, 2.0 + 1e-10, 2.0 + 1e-8):
+        assert len(held(GAIN, H, near)[0]) == 3
 
 
-def test_direct_feed_through_is_refused() -> None:
-    with pytest.raises(InputError, match=r"^The dynamics of the plant must have no direct feed-through\. Got some\.$"):
-        held((*LAG[:3], np.full((1, 1), 0.5)), H, 0.0)
+@pytest.mark.parametrize("ramp", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize("delay", [0.0, 0.25, 0.5, 0.8, 1.0, 1.75, 3.0])
+def test_a_gain_beside_lags_follows_a_command_of_hundredths_of_a_step(delay: float, ramp: float) -> None:
+    """Creep y = 0.6 u + 0.3 q_1 - 0.2 q_2, q' = (u - q) / T: each hundredth is a line of its own, solved by hand."""
+    T, w, gain, fine = np.array([TAU, 0.4 * H]), np.array([0.3, -0.2]), 0.6, 100
+    plant = np.diag(-1 / T), (1 / T)[:, None], w[None], np.full((1, 1), gain)
+    u = np.random.default_rng().normal(size=20)
+    t = np.arange(fine * len(u) + 1) / fine  # steps; the command on its lines, as it is just before t
+    risen = [
+        np.clip((t - k - delay) / ramp, 0, 1) if ramp else np.where(t > k + delay + 1e-9, 1.0, 0.0)
+        for k in range(len(u))
+    ]
+    v = sum(np.diff(u, prepend=0.0)[k] * r for k, r in enumerate(risen))
+    q, expected, d = np.zeros(2), [0.0], H / fine
+    e = np.exp(-d / T)
+    for k in range(fine * len(u)):
+        first = v[k] if ramp else v[k + 1]  # a line, or a jump at its start
+        slope = (v[k + 1] - first) / d
+        q = e * q + (1 - e) * first + slope * (d - T * (1 - e))
+        if (k + 1) % fine == 0:
+            expected.append(w @ q + gain * v[k + 1])
+    A, B, C, D = held(plant, H, delay, ramp * H)
+    assert not D.any()
+    x, found = np.zeros(len(A)), []
+    for value in u:
+        found.append((C @ x)[0])
+        x = A @ x + B[:, 0] * value
+    assert found == pytest.approx(expected[:-1], abs=1e-11)
 
 
 # ---- an integrator around a gain -----------------------------------------------------------------------------------

@@ -16,7 +16,9 @@ from hystfmu.scenario.loop.simulated import simulated_delay
 from hystfmu.scenario.margin_limits import LoopVerdict, verdicts_of
 from hystfmu.scenario.margin_table import COLUMNS, FALLING, LoopRow, MarginTable, _row
 
-LINEAR = dict.fromkeys(COLUMNS, 1.5) | {"simulated_delay_steps": None, "learning": None, "stable": True}
+LINEAR = dict.fromkeys(COLUMNS, 1.5) | {
+    "simulated_delay_steps": None, "learning": None, "stable": True, "conditionally_stable": False,
+}  # fmt: skip
 
 
 def row(
@@ -31,6 +33,7 @@ def cells(line: str) -> list[str]:
 
 def test_a_row_of_a_loop() -> None:
     columns = ["Ms_db", "gain_db", "simulated_delay_steps", "learning"]
+    assert row(gain_low_db=-math.inf).cells(["gain_low_db"])[3] == "-inf"
     assert row().cells(columns) == ["s", "a", "0.50..1.25", "1.5", "1.5", "", ""]
     assert row(Ms_db=None).cells(columns)[3] == "unstable"
     assert row(simulated_delay_steps=4).cells(columns)[5] == ">= 4"
@@ -96,9 +99,12 @@ def test_reasons_are_counted_by_scenario() -> None:
 
 def test_for_machines_infinity_is_none() -> None:
     at = ({"further_steps": 0.0, "gain_db": math.inf},)
-    found = MarginTable([row(at=at, gain_db=math.inf, phase_deg=-math.inf)], ["s/a: x"], [verdict(1.0)]).summary()
+    found = MarginTable(
+        [row(at=at, gain_db=math.inf, gain_low_db=-math.inf, phase_deg=-math.inf)], ["s/a: x"], [verdict(1.0)]
+    ).summary()
     (loop,) = found["loops"]
-    assert (loop["margins"]["gain_db"], loop["margins"]["phase_deg"], loop["margins"]["Ms_db"]) == (None, None, 1.5)
+    m = loop["margins"]
+    assert (m["gain_db"], m["gain_low_db"], m["phase_deg"], m["Ms_db"]) == (None, None, None, 1.5)
     assert loop["at_delay"] == [{"further_steps": 0.0, "gain_db": None}]
     assert found["refused"] == ["s/a: x"]
     assert found["verdicts"][0] == vars(verdict(1.0)) | {"within": True}
@@ -124,7 +130,14 @@ class Loop:
         self.asked.append((slope, delay))
         stable = slope * delay <= 2
         return SimpleNamespace(
-            stable=stable, Ms_db=slope + 10 * delay, gain_db=1.0, phase_deg=2.0, delay_steps=3.0, bandwidth_hz=4.0
+            stable=stable,
+            Ms_db=slope + 10 * delay,
+            gain_db=1.0,
+            gain_low_db=-6.0,
+            conditional=stable,
+            phase_deg=2.0,
+            delay_steps=3.0,
+            bandwidth_hz=4.0,
         )
 
     def worst_peak_db(self, delay: float) -> float:
@@ -228,11 +241,23 @@ def test_progress_and_groups_of_a_table(monkeypatch: pytest.MonkeyPatch) -> None
         def __str__(self) -> str:
             return "a loop"
 
+        def margins(self) -> Any:
+            return SimpleNamespace(stable=self.system.case.name != "d")
+
+        def stable_at(self, delay: float) -> bool:
+            return True
+
+    class Row(list[str]):
+        @property
+        def stable(self) -> bool:
+            return "d" not in self
+
     plans = [SimpleNamespace(systems=[system(n) for n in "abcd"], scenario=SimpleNamespace(origin="o"))]
     monkeypatch.setattr(module, "read", lambda paths, overrides, coupling: paths)
     monkeypatch.setattr(module, "plan", lambda *a, **more: plans)
-    monkeypatch.setattr(module, "_row", lambda group, delays: [o.system.case.name for o in group])
+    monkeypatch.setattr(module, "_row", lambda group, delays: Row([o.system.case.name for o in group]))
     monkeypatch.setattr(module, "verdicts_of", lambda scenario, opened: sorted((c, str(o)) for c, o in opened.items()))
+    monkeypatch.setattr(module, "stability_of", lambda scenario, opened, lost: [f"lost: {c}" for c in lost])
 
     def opened(system: Any, at: str) -> Any:
         if system.case.name == "b":
@@ -245,8 +270,8 @@ def test_progress_and_groups_of_a_table(monkeypatch: pytest.MonkeyPatch) -> None
     assert seen == [0.0, 0.125, 0.25, 0.375, 0.75, 1.0]
     assert (found.rows, found.refused) == ([["a", "d"], ["c"]], ["s/b: no feedback"])
     given = [("a", "a loop"), ("b", "s/b: no feedback"), ("c", "a loop"), ("d", "a loop")]
-    assert found.verdicts == given, "loops, or why there is none"
-    assert module.margin_table(["x"], "a").verdicts == []
+    assert found.verdicts == [*given, "lost: d"], "loops, or why there is none; of equal loops only the unstable one"
+    assert module.margin_table(["x"], "a").verdicts == ["lost: d"], "with named cases their stability alone"
 
 
 # ---- by simulation -------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from scipy.signal import cont2discrete
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import loop_figures, loop_margins
-from hystfmu.scenario.loop.plant import as_gain, dynamics, has_memory, plant_side, slopes_of, without_levels
+from hystfmu.scenario.loop.plant import as_gain, dynamics, for_small_signals, has_memory, plant_side, slopes_of
 from hystfmu.scenario.loop.simulated import _delayed
 from hystfmu.scenario.loop_margins import open_loop
 from hystfmu.scenario.report.loop_tables import delay_table, loop_rows
@@ -196,7 +196,7 @@ def test_what_has_memory_and_what_becomes_of_it(write: Any) -> None:
     assert [has_memory(p.own) for p in s.parts] == [True, False, False, False, False]
     gain = as_gain(s.parts[0])
     assert gain.run(np.array([0.3, -2.0])).tolist() == [0.3, -2.0]
-    flat = without_levels(s.parts[2].own)
+    flat = for_small_signals(s.parts[2].own)
     assert flat.run(np.array([0.123, 0.05])).tolist() == [0.123, 0.05]
     law = as_gain(s.parts[4])
     rows = np.arange(6.0).reshape(2, -1)[:, : law.n_inputs]

@@ -41,7 +41,7 @@ def held(plant: StateSpace, h: float, delay: float, ramp: float = 0.0) -> StateS
     Parameters
     ----------
     plant : (A, B, C, D), shapes (n, n), (n, 1), (1, n), (1, 1)
-        One input and one output, without direct feed-through; time in s.  Without states it is a gain D.
+        One input and one output; time in s.  Without states it is a gain D.
     h : float
         Step (s).
     delay : float
@@ -52,12 +52,13 @@ def held(plant: StateSpace, h: float, delay: float, ramp: float = 0.0) -> StateS
     Returns
     -------
     (A, B, C, D), shapes (n + q, n + q), (n + q, 1), (1, n + q), (1, 1)
-        States of the plant, then the q past commands that still act; a gain takes the last one that has come.
+        States of the plant, then the q past commands that still act.  Direct feed-through reads the command as it is
+        at the end of a step, before that of the same sample comes: it is a past one.
 
     Raises
     ------
     InputError
-        Direct feed-through: the output of a step would depend on a command of the same step.  Overflow in a step.
+        Overflow in a step.
     """
     return _held(tuple((m.shape, np.ascontiguousarray(m).tobytes()) for m in plant), h, delay, ramp)
 
@@ -65,18 +66,17 @@ def held(plant: StateSpace, h: float, delay: float, ramp: float = 0.0) -> StateS
 @functools.lru_cache(maxsize=256)
 def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: float, ramp: float) -> StateSpace:
     A, B, C, D = (np.frombuffer(data).reshape(shape) for shape, data in content)
-    if not len(A):
-        past = 1 + int(np.ceil(delay - TINY))
-        return np.eye(past, k=-1), np.eye(past)[:, :1], D * np.eye(past)[-1:], np.zeros((1, 1))
-    if np.any(D):
-        raise InputError("The dynamics of the plant must have no direct feed-through. Got some.")
-    whole = int(np.floor(delay + 1e-12))
+    whole = int(np.floor(delay + TINY))
     part = delay - whole if delay - whole > TINY else 0.0
-    free, weights = np.eye(len(A)), np.zeros((len(A), 3))  # of u(k - whole), u(k - whole - 1), u(k - whole - 2)
+    # of u(k - whole), u(k - whole - 1), u(k - whole - 2): what they add to the states, and their share at the end
+    free, weights, end = np.eye(len(A)), np.zeros((len(A), 3)), np.zeros(3)
     for length, first, last in _lines(part, ramp / h):
         through, jump, line = _over(A, B, length * h)
         free, weights = through @ free, through @ weights + jump @ first[None] + line @ (last - first)[None]
-    n, past = len(A), whole + int(np.flatnonzero(weights.any(0) | (np.arange(3) == 0))[-1])
+        end = last if length > 0 else end
+    through_now = D * end[None]
+    n, used = len(A), np.flatnonzero(weights.any(0) | (np.arange(3) == 0))[-1]
+    past = max(whole + int(used), whole + 1 + int(np.flatnonzero(through_now)[-1]) if D.any() else 0)
     M, N = np.zeros((n + past, n + past)), np.zeros((n + past, 1))
     M[:n, :n] = free
     for j, w in zip(range(whole, past + 1), weights.T, strict=False):  # of u(k - j)
@@ -86,7 +86,9 @@ def _held(content: tuple[tuple[tuple[int, ...], bytes], ...], h: float, delay: f
     if past:
         N[n] = 1.0
         M[n + 1 :, n:-1] = np.eye(past - 1)
-    return M, N, np.hstack([C, np.zeros((1, past))]), np.zeros((1, 1))
+    out = np.hstack([C, np.zeros((1, past + 3))])
+    out[:, n + whole : n + whole + 3] = through_now
+    return M, N, out[:, : n + past], np.zeros((1, 1))
 
 
 def _lines(part: float, ramp: float) -> Iterator[tuple[float, Array, Array]]:

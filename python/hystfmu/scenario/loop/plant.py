@@ -14,7 +14,7 @@ import numpy as np
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import block_types
 from hystfmu.design.delays import StateSpace
-from hystfmu.design.linear import linearise
+from hystfmu.design.linear import NO_STATES, in_series, linearise
 from hystfmu.design.sector import CONTINUOUS, gain_of, slopes_along
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.engine.native import Native
@@ -24,6 +24,7 @@ from hystfmu.scenario.system.system import Link, Part, System
 
 MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the slope stands for
 DELAY, LEVELS = "delay", "quantiser"
+OFFSET = ("scaling", "sum")
 
 
 @dataclass(frozen=True)
@@ -87,22 +88,48 @@ def has_memory(graph: Graph) -> bool:
     return any(n.block.family in MEMORY and n.block.rate != CONTINUOUS for n in graph.nodes)
 
 
-def as_gain(part: Part) -> Graph:
-    """Replace the inverse of a hysteresis by a gain of 1 from its first input to its first output."""
+def lone_dynamics(system: System, side: PlantSide, between: Collection[int]) -> set[str]:
+    """Return the types of the dynamics that an inverse undoes and the plant side does not have.
+
+    They act on the command as any controller does.  Trap: in the sector they are no slope, but a memory of the path: an
+    inverse with creep before a plant without seemed to have slopes from -6 to 10.
+    """
+    return _undone(system, between) - {n.type for link in side.links for n in system.parts[link.to].own.nodes}
+
+
+def as_gain(part: Part, lone: Collection[str] = ()) -> Graph:
+    """Replace the inverse of a hysteresis by a gain of 1 from its first input to its first output.
+
+    Blocks that invert `lone` dynamics stay, with a static gain of 1.
+    """
     n = len(part.inputs)
-    gain = Node("gain", "sum", {"n": n}, {"k": [1.0] + [0.0] * (n - 1)})
+    kept = [m for m in part.own.nodes if m.block.inverts in lone]
+    k = float(np.prod([_gain_undone(m) for m in kept]))
+    gain = Node("gain", "sum", {"n": n}, {"k": [k] + [0.0] * (n - 1)})
     nothing = Node("nothing", "scaling", {"n": 1}, {"gain": 0.0})
     ends = ["gain.u"] if n == 1 else [f"gain.u[{i + 1}]" for i in range(n)]
-    outputs = [Output(name, "nothing.y" if i else "gain.y") for i, name in enumerate(part.outputs)]
+    chain = [gain, *kept]
+    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
+    outputs = [Output(name, "nothing.y" if i else f"{chain[-1].name}.y") for i, name in enumerate(part.outputs)]
     inputs = [Input(name, (end,)) for name, end in zip(part.inputs, ends, strict=True)]
-    return Graph([gain, nothing], [("gain.y", "nothing.u")], inputs, outputs, sort=False)
+    return Graph([*chain, nothing], [*wires, ("gain.y", "nothing.u")], inputs, outputs, sort=False)
 
 
-def without_levels(graph: Graph) -> Graph:
-    """Replace quantisers by gains of 1, which they are for signals of many levels."""
+def _gain_undone(node: Node) -> float:
+    """Return the static gain of the dynamics that a block inverts."""
+    return gain_of(Node(node.name, node.block.inverts, node.dims, node.values))
+
+
+def for_small_signals(graph: Graph) -> Graph:
+    """Replace quantisers by gains of 1, which they are for signals of many levels, and leave out constant offsets.
+
+    Trap: differences around an offset of 50 lose the digits of the tangent.
+    """
     for n in graph.nodes:
         if n.type == LEVELS:
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}))
+        elif n.type in OFFSET and not any(np.isfinite(n.value(k)).any() for k in ("lo", "hi") if k in n.values):
+            graph = graph.replace(replace(n, values={k: v for k, v in n.values.items() if k != "offset"}))
     return graph
 
 
@@ -110,23 +137,46 @@ def dynamics(system: System, side: PlantSide, between: Collection[int]) -> tuple
     """Return the linear dynamics of the plant side, and the time in which a new command reaches them (s).
 
     Their static gain is 1 if they have one; without any they are a gain of 1.  Dynamics that ramp up to their input
-    take a step of their unit for it.
-
-    Raises
-    ------
-    InputError
-        They are not in series.
+    take a step of their unit for it.  Dynamics beside a hysteresis, such as creep, count with its slope at rest.
     """
     undone = _undone(system, between)
-    ways = [(system.parts[link.to], _on_the_way(system, link, side, undone)) for link in side.links]
-    chain = [n for _, way in ways for n in way]
-    first = next((part for part, way in ways if way), None)
-    ramp = ramp_of(chain, system.case.step * first.period / system.case.ripple / first.substeps) if first else 0.0
-    gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([gain_of(n) for n in chain]))})
-    nodes = [gain, *(Node(f"part{i}", n.type, n.dims, n.values) for i, n in enumerate(chain))]
+    found: StateSpace = (*NO_STATES, np.ones((1, 1)))
+    ramp: float | None = None
+    for link in side.links:
+        part = system.parts[link.to]
+        graph = _driven(part, link.input, _output(system, link, side))
+        way = [n for n in _on_the_way(graph) if n.type not in undone]
+        if not way:
+            continue
+        if ramp is None:
+            ramp = ramp_of(way, system.case.step * part.period / system.case.ripple / part.substeps)
+        found = in_series(_with_gain_one(_in_parallel(graph, undone)) if _parallel(graph, way) else _chain(way), found)
+    return found, ramp or 0.0
+
+
+def _chain(way: Sequence[Node]) -> StateSpace:
+    """Return dynamics in series with a static gain of 1."""
+    gain = Node("gain", "scaling", {"n": 1}, {"gain": 1 / float(np.prod([gain_of(n) for n in way]))})
+    nodes = [gain, *(Node(f"part{i}", n.type, n.dims, n.values) for i, n in enumerate(way))]
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
-    ends = [Input("u", ("gain.u",))], [Output("y", f"{nodes[-1].name}.y")]
-    return linearise(Graph(nodes, wires, *ends)), ramp
+    return linearise(Graph(nodes, wires, [Input("u", ("gain.u",))], [Output("y", f"{nodes[-1].name}.y")]))
+
+
+def _in_parallel(graph: Graph, undone: Collection[str]) -> StateSpace:
+    """Return a unit with all that its hysteresis is at rest, a gain."""
+    for n in graph.nodes:
+        if n.type in (DELAY, LEVELS) or n.type in undone:
+            gain = gain_of(n) if n.type in undone else 1.0
+            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
+    A, B, C, D = linearise(graph)
+    return A, B[:, :1], C[:1], D[:1, :1]
+
+
+def _with_gain_one(system: StateSpace) -> StateSpace:
+    """Divide by the static gain, if there is one."""
+    A, B, C, D = system
+    gain = float((D - C @ np.linalg.solve(A, B))[0, 0]) if np.linalg.matrix_rank(A) == len(A) else 1.0
+    return (A, B, C / gain, D / gain) if gain else system
 
 
 def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[float, float]:
@@ -143,10 +193,20 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
         v = Native(system, [column]).run()[column][:: system.case.ripple]
     except Stopped as e:
         raise InputError(f"{system.case.title}: The case must run to its end to have a sector of slopes. {e}") from None
-    undone = _undone(system, between)
-    inverses = [_driven(system.parts[k], 0, 0) for k in between]
+    undone, lone = _undone(system, between), lone_dynamics(system, side, between)
+    inverses = [_without(lone, _driven(system.parts[k], 0, 0)) for k in between]
     driven = [_driven(system.parts[n.to], n.input, _output(system, n, side)) for n in side.links]
     return slopes_along(v, *inverses, *(_at_rest(g, undone) for g in driven), h=system.case.step)
+
+
+def _without(lone: Collection[str], graph: Graph) -> Graph:
+    """Replace dynamics of these types, and the blocks that invert them, by their static gains."""
+    for n in graph.nodes:
+        if n.block.inverts in lone:
+            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": 1 / _gain_undone(n)}))
+        elif n.type in lone:
+            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain_of(n)}))
+    return graph
 
 
 def _undone(system: System, between: Collection[int]) -> set[str]:
@@ -175,22 +235,23 @@ def _output(system: System, link: Link, side: PlantSide) -> int:
     return after - unit.first
 
 
-def _on_the_way(system: System, link: Link, side: PlantSide, undone: Collection[str]) -> list[Node]:
-    """Return the dynamics of a unit between its driven input and the output that goes on, which must be in series.
+def _on_the_way(graph: Graph) -> list[Node]:
+    """Return the dynamics between the driven input of a unit and the output that goes on."""
+    edges, ends, last = _ways(graph)
+    after, before = _reached(edges, ends), _reached([(b, a) for a, b in edges], {last})
+    return [n for n in graph.nodes if n.block.rate == CONTINUOUS and n.name in after & before]
 
-    Those that the inverse undoes do not count.
-    """
-    graph = _driven(system.parts[link.to], link.input, _output(system, link, side))
-    ends = {end.partition(".")[0] for end in graph.inputs[0].to}
+
+def _parallel(graph: Graph, way: Sequence[Node]) -> bool:
+    """Whether the driven input of a unit also reaches its output beside some of these dynamics."""
+    edges, ends, last = _ways(graph)
+    return any(last in _reached([e for e in edges if n.name not in e], ends - {n.name}) for n in way)
+
+
+def _ways(graph: Graph) -> tuple[list[tuple[str, str]], set[str], str]:
+    """Return the connections of blocks, those that the first input drives, and the one of the first output."""
     edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
-    after = _reached(edges, ends)
-    before = _reached([(b, a) for a, b in edges], {graph.outputs[0].source.partition(".")[0]})
-    found = [n for n in graph.nodes if n.block.rate == CONTINUOUS and n.name in after & before]
-    found = [n for n in found if n.type not in undone]
-    end = graph.outputs[0].source.partition(".")[0]
-    if any(end in _reached([e for e in edges if n.name not in e], ends - {n.name}) for n in found):
-        raise InputError(f"{system.case.title}: The dynamics of the plant must be in series. Got some in parallel.")
-    return found
+    return edges, {end.partition(".")[0] for end in graph.inputs[0].to}, graph.outputs[0].source.partition(".")[0]
 
 
 def _reached(edges: Sequence[tuple[str, str]], first: set[str]) -> set[str]:

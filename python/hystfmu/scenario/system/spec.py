@@ -163,6 +163,12 @@ class MarginsSpec(pydantic.BaseModel):
     stable_to_steps: Annotated[float, Field(ge=0, le=100)] | None = Field(
         None, description="steps beyond the delay of a corner up to which it must be stable"
     )
+    expected_unstable: list[Name] = Field(
+        [],
+        max_length=100,
+        description="cases whose linear loop is unstable for a slope of their path and whose run holds; any other such "
+        "case fails",
+    )
 
 
 class ConditionSpec(pydantic.BaseModel):
