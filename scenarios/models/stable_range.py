@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,9 @@ from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
 SCENARIOS = Path(__file__).parents[1]
 CONTINUOUS = ("amplifier", "modes")  # blocks of the plant side with dynamics that stay
 HALVINGS = 7  # of a range that is partly stable
+TUNED = (0.8, 1.2)  # gains of draws.toml
+STATED = 0.9  # of the way from nominal to the end of a range that holds
+PLAYS_APART = 0.3  # linear term of the plant whose plays have a path of their own
 DRAWS = 300  # beside the ends of the ranges
 
 
@@ -35,7 +39,7 @@ class Axis:
     ----------
     nominal, least, largest : float
     log : bool
-        Distances are ratios.
+        Distances are ratios, and ways geometric.
     beyond : (float, float)
         Where the search for the value at which the loop breaks ends, on both sides.
     """
@@ -53,6 +57,13 @@ class Axis:
         return self.nominal + part * (end - self.nominal)
 
 
+    def part(self, end: float, value: float) -> float:
+        """Return at which part of the way from nominal to an end a value lies."""
+        if self.log:
+            return math.log(value / self.nominal) / math.log(end / self.nominal)
+        return (value - self.nominal) / (end - self.nominal)
+
+
 Box = dict[str, tuple[float, float]]
 Parts = dict[tuple[str, int], float]
 LOOP_AXES = {
@@ -62,7 +73,7 @@ LOOP_AXES = {
 }
 STAGE_AXES = {
     "damping": Axis(0.02, 0.01, 0.9, True, (1e-3, 5.0)),
-    "second_mode": Axis(0.1, 0.0, 0.2, False, (0.0, 1.0)),
+    "second_mode": Axis(0.1, 0.01, 0.2, False, (0.0, 1.0)),
     "gain": Axis(1.0, 0.35, 1.2, True, (0.01, 10.0)),
 }
 
@@ -93,13 +104,13 @@ class Loop:
         return open_loop(build(self.case({"delay.n": 0})))
 
     @functools.cached_property
-    def slopes(self) -> tuple[float, float]:
-        """Sector of slopes of plant over inverse with the extreme weights and thresholds, for gain 1."""
-        found = [self.opened.slopes]
-        for w, r in itertools.product((0.8, 1.2), (0.9, 1.1)):
-            settings = {"plant.hysteresis_w": f"*{w}", "plant.hysteresis_r": f"*{r}"}
-            found.append(open_loop(build(self.case(settings))).slopes)
-        return min(s for s, _ in found), max(s for _, s in found)
+    def slopes(self) -> tuple[float, ...]:
+        """Slopes of plant over inverse: for small signals, and over the stroke with the extreme weights, for gain 1."""
+        part = next(p for p in self.opened.system.parts if p.name == "plant")
+        plays = next(n for n in part.own.nodes if n.type == "backlash_sum").values
+        linear = float(np.sum(plays["w0"])) or PLAYS_APART
+        whole = linear + float(np.sum(plays["w"]))
+        return tuple((linear + scale * (whole - linear)) / whole for scale in (0.8, 1.0, 1.2))
 
     def _plant(self, f: tuple[float, float], zeta: float, k: tuple[float, float]) -> Any:
         key = (*f, zeta, *k)
@@ -134,7 +145,7 @@ class Loop:
         nominal = 1.0 if self.stage else k[0]  # static gain for which slopes are 1
         opened = replace(opened or self.opened, plant=self._plant((device["f_1"], device["f_2"]), device["damping"], k))
         gain = device["gain"] * sum(k) / nominal
-        slopes = [slope] if slope is not None else [self.slopes[0], 1.0, self.slopes[1]]
+        slopes = self.slopes if slope is None else (slope,)
         return all(opened.stable(gain * s, device["delay"]) for s in slopes)
 
     @property
@@ -148,7 +159,7 @@ class Loop:
         """What is drawn beside the axes: ends, and places between them where a mode may stand."""
         low, high = (0.8, 1.2) if self.stage else (400 / 500, 600 / 500)
         f = {k: [self.nominal[k] * p for p in np.linspace(low, high, n)] for k, n in (("f_1", 3), ("f_2", 7))}
-        return f | {"delay": [0.0, 1.0, 2.0]}
+        return f | {"delay": [1.0, 1.5, 2.0] if self.name == "iterative_learning" else [0.0, 1.0, 2.0]}
 
     def devices(self, box: Box, seed: int = 0) -> Iterator[dict[str, float]]:
         """Yield devices of a box: the ends first, where a range is left, then random draws."""
@@ -171,15 +182,15 @@ class Loop:
         return all(self.stable(d, opened=opened) for d in self.devices(box))
 
     def box(self, parts: Parts) -> Box:
-        """Return the box whose ends lie at these parts of the way from nominal to what is asked for."""
+        """Return the box that states ends at these parts of the way from nominal to what is asked for."""
         found = {}
         for name, a in self.axes.items():
             ends = (a.least, a.largest)
-            found[name] = tuple(a.towards(end, parts[name, k]) for k, end in enumerate(ends))
+            found[name] = tuple(a.towards(end, parts[name, k] / STATED) for k, end in enumerate(ends))
         return found  # type: ignore[return-value]
 
     def widest(self) -> Box:
-        """Return a box that holds: all ends out together as far as that goes, then each alone.
+        """Return a box that holds: the gains of draws.toml, then all ends out as far as that goes, then each alone.
 
         A memory of a period takes longer to check: its box lies in that of the loop without it.
         """
@@ -191,11 +202,13 @@ class Loop:
 
     def _wider(self, most: Parts, opened: OpenedLoop) -> Parts:
         """Move the ends out to at most these parts of the way."""
-        parts = dict.fromkeys(most, 0.0)
-        for group in (list(most), *([e] for e in most if most[e] > 0)):
+        parts, gain = dict.fromkeys(most, 0.0), self.axes["gain"]
+        ends = ((gain.least, TUNED[0]), (gain.largest, TUNED[1]))
+        tuned = {("gain", k): min(most["gain", k], gain.part(*end)) for k, end in enumerate(ends)}
+        for target in (tuned, most, *({e: most[e]} for e in most if most[e] > 0)):
 
-            def moved(share: float, group: Sequence[tuple[str, int]] = group, at: Parts = parts) -> Parts:
-                return at | {e: at[e] + share * (most[e] - at[e]) for e in group}
+            def moved(share: float, target: Parts = target, at: Parts = parts) -> Parts:
+                return at | {e: at[e] + share * (target[e] - at[e]) for e in target}
 
             lo, hi = 0.0, 1.0
             if self.holds(self.box(moved(hi)), opened):
@@ -231,4 +244,4 @@ class Loop:
 
 def shrunk(axes: Mapping[str, Axis], box: Box) -> Box:
     """Return a box whose ends lie a tenth of the way nearer to nominal."""
-    return {name: (axes[name].towards(lo, 0.9), axes[name].towards(hi, 0.9)) for name, (lo, hi) in box.items()}
+    return {name: (axes[name].towards(lo, STATED), axes[name].towards(hi, STATED)) for name, (lo, hi) in box.items()}
