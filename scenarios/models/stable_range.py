@@ -56,7 +56,6 @@ class Axis:
             return float(self.nominal * (end / self.nominal) ** part)
         return self.nominal + part * (end - self.nominal)
 
-
     def part(self, end: float, value: float) -> float:
         """Return at which part of the way from nominal to an end a value lies."""
         if self.log:
@@ -128,9 +127,7 @@ class Loop:
             self._cache[key] = linearise(Graph(nodes, wires, *ends))
         return self._cache[key]
 
-    def stable(
-        self, device: Mapping[str, float], slope: float | None = None, opened: OpenedLoop | None = None
-    ) -> bool:
+    def stable(self, device: Mapping[str, float], slope: float | None = None, opened: OpenedLoop | None = None) -> bool:
         """Whether the loop is stable on a device, for one slope at gain 1 or at the ends and the middle of the sector.
 
         Parameters

@@ -95,7 +95,7 @@ def _delay(system: System, part: Part) -> int:
     for a, b in combinations([n.name for n in delays], 2):
         if b not in _reached(edges, {a}) and a not in _reached(edges, {b}):
             raise InputError(
-                f"{system.case.title}: The delays of {part.name} must be in series to have margins. Got some in parallel."
+                f"{system.case.title}: The delays of {part.name} must be in series to have margins. Got others."
             )
     return sum(n.dims["n"] for n in delays)
 

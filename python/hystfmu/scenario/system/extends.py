@@ -65,7 +65,9 @@ def _chain(file: Path) -> list[tuple[Path, Table]]:
         below, where = table.pop("extends", []), f"{path}: extends"
         names = below if isinstance(below, list) else [below]
         if not all(isinstance(name, str) for name in names):
-            raise InputError(f"{where}: must be the path of a scenario file, or a list of them; got {str(below)[:80]!r}")
+            raise InputError(
+                f"{where}: must be the path of a scenario file, or a list of them; got {str(below)[:80]!r}"
+            )
         layers.append((path, _rebased(table, path.parent, file.parent)))
         targets = [inside(path.parent, name, where, file.parent) for name in names]
         for name, target in zip(names, targets, strict=True):
