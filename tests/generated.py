@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+import hard_table
 import stage_table
 import tracking_table
 
@@ -15,10 +16,15 @@ import first_screen
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "python" / "docs"
+HARD = "from the records of scenarios/models/run_hard.py"
+LOOPS = tracking_table.LOOPS | {"adaptive_pid": "PID beside the adaptive inverse"}
 PARTS = (
     (DOCS / "blocks.md", "from the C tables", lambda: listing.markdown("##")),
     (DOCS / "tracking.md", "from the baselines of the scenarios", tracking_table.markdown),
     (stage_table.PAGE, "from the baselines of the scenarios", stage_table.markdown),
+    (DOCS / "tracking.md", HARD, lambda: hard_table.markdown("loops", LOOPS)),
+    (stage_table.PAGE, HARD, lambda: hard_table.markdown("stage", stage_table.CONTROLLERS)),
+    (ROOT / "README.md", HARD, hard_table.claims),
 )
 STUB = ROOT / "python" / "hystfmu" / "graph" / "blocks.pyi"
 MODELICA = ROOT / "modelica" / "HystFMU"

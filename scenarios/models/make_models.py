@@ -31,6 +31,8 @@ from hystfmu.model import Model
 HERE = Path(__file__).parent
 OMEGA_N, ZETA = 2 * math.pi * 500, 0.7
 G0 = {"b": [OMEGA_N**2], "a": [1.0, 2 * ZETA * OMEGA_N, OMEGA_N**2]}
+# the same with a second mode, which hard draws let in; its gain is a share of that of the first
+MODES = {"f_n": [500.0, 1500.0], "zeta": [ZETA, 0.01], "k": [1.0, 0.0]}
 # ten full widths 0.1 .. 1 (Zhao & Tan 2008), linear term 0.3 of the sum of the weights: without it there is no inverse
 BACKLASH = {"w0": 0.3, "r": np.linspace(0.1, 1, 10) / 2, "w": np.full(10, 0.1)}
 # a piezo stack after Low & Guo 1995: displacement = d u - z, z the Bouc-Wen state; no play model can be exact for it
@@ -50,31 +52,39 @@ def backlash(dynamics: bool) -> Graph:
     return _plant(nodes, wires, "hysteresis.y", dynamics)
 
 
-def drifting_backlash() -> Graph:
+def drifting_backlash(plays: str = "plays", whole: str = "hysteresis") -> Graph:
     """Ten plays and a linear term, whose gain and weights of the plays change -> G0."""
     nodes = [
-        Node("plays", "backlash_sum", {}, {**BACKLASH, "w0": 0.0}),
+        Node(plays, "backlash_sum", {}, {**BACKLASH, "w0": 0.0}),
         Node("weights", "sum", {"n": 1}, {"offset": 1.0}),
         Node("weighted", "product", {"n": 2, "m": 0}),
-        Node("hysteresis", "sum", {"n": 2}, {"k": [1.0, BACKLASH["w0"]]}),
+        Node(whole, "sum", {"n": 2}, {"k": [1.0, BACKLASH["w0"]]}),
         Node("gain", "sum", {"n": 1}, {"offset": 1.0}),
         Node("changed", "product", {"n": 2, "m": 0}),
         Node("g0", "transfer_function", {"na": 2, "nb": 0}, G0),
     ]
     wires = [
-        ("plays.y", "weighted.u[1]"),
+        (f"{plays}.y", "weighted.u[1]"),
         ("weights.y", "weighted.u[2]"),
-        ("weighted.y", "hysteresis.u[1]"),
-        ("hysteresis.y", "changed.u[1]"),
+        ("weighted.y", f"{whole}.u[1]"),
+        (f"{whole}.y", "changed.u[1]"),
         ("gain.y", "changed.u[2]"),
         ("changed.y", "g0.u"),
     ]
     inputs = [
-        Input("u", ("plays.u", "hysteresis.u[2]"), text="command, 1 is the nominal amplitude"),
+        Input("u", (f"{plays}.u", f"{whole}.u[2]"), text="command, 1 is the nominal amplitude"),
         Input("g", ("gain.u[1]",), text="relative change of the gain"),
         Input("w", ("weights.u[1]",), text="relative change of the weights of the plays"),
     ]
     return Graph(nodes, wires, inputs, [Output("y", "g0.y", text="displacement, 1 is the nominal amplitude")])
+
+
+def with_modes(plant: Graph) -> Graph:
+    """The plant with a gain and two modes in the place of G0: what hard draws vary."""
+    g0 = [Node("static", "scaling", {"n": 1}), Node("g0", "modes", {"n": 2}, MODES)]
+    nodes = [m for n in plant.nodes for m in (g0 if n.name == "g0" else [n])]
+    wires = [(a, "static.u" if b == "g0.u" else b) for a, b in plant.wires]
+    return Graph(nodes, [*wires, ("static.y", "g0.u")], plant.inputs, plant.outputs)
 
 
 def bouc_wen(dynamics: bool) -> Graph:
@@ -171,6 +181,14 @@ def write_broadband() -> None:
         save(model, f"bouc_wen_g0_{name}")
 
 
+def write_modes() -> None:
+    """Write the plants of hard draws, which reach the plays of both under one name."""
+    plants = {"backlash": backlash(True), "backlash_drifting": drifting_backlash("hysteresis", "whole")}
+    for name, plant in plants.items():
+        text = f"plant of hard draws: {name}, gain, two modes"
+        save(Model("plant", with_modes(plant), None, text), f"{name}_modes_plant")
+
+
 def main() -> None:
     """Write all models."""
     write_broadband()
@@ -188,6 +206,7 @@ def main() -> None:
             save(learns, "backlash_adaptive_inverse")
     drifting = drifting_backlash()
     save(Model("plant", drifting, None, f"reference plant: {drifting_backlash.__doc__}"), "backlash_drifting_plant")
+    write_modes()
     exact = Node("hysteresis", "prandtl_ishlinskii", {}, BACKLASH)
     save(Model("prandtl_ishlinskii", Graph.single(exact), None, "the backlash plant, known exactly"), "backlash_exact")
 

@@ -190,6 +190,20 @@ def test_files_that_extend_each_other_are_refused(loop: Any, write: Any) -> None
         child(write)
 
 
+def test_of_several_files_the_last_one_wins_with_all_that_it_extends(loop: Any, write: Any) -> None:
+    write(loop)
+    write({"extends": BASE, "name": "first", "step": 2e-4, "record": ["pid.u"]}, "first")
+    write({"units": {"pid": {"values": {"Kp": 3.0}}}, "step": 1e-3}, "under")
+    write({"extends": "../under/scenario.toml", "name": "second", "case": [{"name": "new"}]}, "second")
+    files = ["../first/scenario.toml", "../second/scenario.toml"]
+    spec = child(write, extends=files).spec
+    assert (spec.name, spec.step, spec.record, [c.name for c in spec.case]) == ("second", 1e-3, ["pid.u"], ["new"])
+    assert spec.units["pid"].values == {"Kp": 3.0, "Ki": 2000.0, "Kd": 2e-4}
+    for wrong, words in (([files[0], 3], "or a list of them"), ([files[0], files[0]], "returns to")):
+        with pytest.raises(InputError, match=words):
+            child(write, extends=wrong)
+
+
 def test_a_chain_is_not_longer_than_it_may_be(loop: Any, write: Any) -> None:
     write(loop, "link_1")
     for k in range(2, MOST_FILES + 2):

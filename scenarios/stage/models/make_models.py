@@ -131,6 +131,9 @@ def write_scans() -> None:
         lines += [f'set = {{ "reference.frequency" = {f}, {settings} }}', ""]
     tones = ", ".join(f'"{k}" = {v}' for k, v in scan(100.0).items())
     lines.append(OTHERS.format(tones=tones, levels=[2.0 * k for k in range(11)]))
+    stop, after = SCANS[100]
+    lines += ["", "# of the cases in hard.toml", "[conditions.scan_100]", f"stop = {stop}", f"after = {after}"]
+    lines += [f"set = {{ {tones} }}", ""]
     (HERE.parent / "scans.toml").write_text("\n".join(lines))
 
 

@@ -251,7 +251,7 @@ def test_the_drifting_plant_is_what_its_maker_says() -> None:
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize(("script", "count"), [("make_models", 17), ("make_paper_models", 13)])
+@pytest.mark.parametrize(("script", "count"), [("make_models", 19), ("make_paper_models", 13)])
 def test_the_scripts_make_the_models_again(
     script: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

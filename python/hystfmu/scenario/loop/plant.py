@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -76,11 +76,29 @@ def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
         k, name = owner[system.maker(into[0]).name], system.maker(into[0]).name
     if fine - {n.to for n in links}:
         raise InputError(f"{case.title}: The units at the rate of the plant must be in series. Got others.")
-    late = sum(n.dims["n"] for to in links for n in system.parts[to.to].own.nodes if n.type == DELAY)
+    late = sum(_delay(system, system.parts[to.to]) for to in links)
     # a value that is read before it is made anew is a fine step old; one such place closes the loop
     readers = [n for n in system.links if system.maker(n) is system.parts[plant] and n.to in within - fine]
     held = sum(not system.fresh(n) for n in links) + any(not system.fresh(n) for n in readers) - 1
     return PlantSide(tuple(links), (late + max(held, 0)) / case.ripple if case.ripple > 1 else float(late))
+
+
+def _delay(system: System, part: Part) -> int:
+    """Return the steps by which a unit delays its input.
+
+    Raises
+    ------
+    InputError
+        It has several delays that are not in series, such as one that chooses among them.
+    """
+    delays = [n for n in part.own.nodes if n.type == DELAY]
+    edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in part.own.wires]
+    for a, b in combinations([n.name for n in delays], 2):
+        if b not in _reached(edges, {a}) and a not in _reached(edges, {b}):
+            raise InputError(
+                f"{system.case.title}: The delays of {part.name} must be in series to have margins. Got others."
+            )
+    return sum(n.dims["n"] for n in delays)
 
 
 def has_memory(graph: Graph) -> bool:

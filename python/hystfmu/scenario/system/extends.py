@@ -1,8 +1,9 @@
 """`extends` in a scenario.toml: the file states only what differs from another one.
 
-Tables merge key by key; numbers, texts and lists replace.  Two rules keep the result readable:
+Tables merge key by key; numbers, texts and lists replace.  Three rules keep the result readable:
 
 - A unit that names its source (model, block, graph, inverse_of, fmu) replaces the unit of that name as a whole.
+- Of several files in a list, a later one is on top of those before it.
 - A case states what differs from the case of the same name below.  A file that lists cases runs these, in its order;
   one that lists none runs those of the file that it extends.
 """
@@ -53,27 +54,30 @@ def read_scenario(file: Path) -> ScenarioSpec:
 def _chain(file: Path) -> list[tuple[Path, Table]]:
     """The file and those that it extends, with their tables; paths in them are relative to the first one."""
     layers: list[tuple[Path, Table]] = []
-    path, seen = file, [file.resolve()]
-    while True:
+    waiting, seen = [file], [file.resolve()]
+    while waiting:
+        path = waiting.pop(0)
         try:
             table = load_toml(path, MOST_BYTES)
         except InputError as e:
             raise InputError(f"{layers[-1][0]}: extends: {e}" if layers else str(e)) from None
         check_format(table, FORMAT, path)
-        below = table.pop("extends", None)
+        below, where = table.pop("extends", []), f"{path}: extends"
+        names = below if isinstance(below, list) else [below]
+        if not all(isinstance(name, str) for name in names):
+            raise InputError(
+                f"{where}: must be the path of a scenario file, or a list of them; got {str(below)[:80]!r}"
+            )
         layers.append((path, _rebased(table, path.parent, file.parent)))
-        if below is None:
-            return layers
-        where = f"{path}: extends"
-        if not isinstance(below, str):
-            raise InputError(f"{where}: must be the path of a scenario file; got {str(below)[:80]!r}")
-        target = inside(path.parent, below, where, file.parent)
-        if target in seen:
-            raise InputError(f"{where}: returns to {below!r}: files must not extend each other")
-        if len(layers) == MOST_FILES:
+        targets = [inside(path.parent, name, where, file.parent) for name in names]
+        for name, target in zip(names, targets, strict=True):
+            if target in seen:
+                raise InputError(f"{where}: returns to {name!r}: files must not extend each other")
+            seen.append(target)
+        if len(seen) > MOST_FILES:
             raise InputError(f"{where}: at most {MOST_FILES} files may extend each other")
-        seen.append(target)
-        path = target
+        waiting = [*reversed(targets), *waiting]  # of a list the last file wins, with what it extends
+    return layers
 
 
 def _merge(below: Table, own: Mapping[str, Any]) -> Table:
