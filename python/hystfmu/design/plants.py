@@ -1,0 +1,266 @@
+"""Linear plants behind the inverse of a hysteresis, and the set of plants that a record leaves possible.
+
+A plant is a sum of second-order modes and a static rest, with static gain 1, behind a held command that comes late:
+
+    G(s) = e^(-s tau) (c + sum_i k_i / (1 + 2 zeta_i s / w_i + s^2 / w_i^2)),  c + sum_i k_i = 1.
+
+The set holds the identified plant, its modes and its delay at the ends of what is known of them, and a resonance that
+the record did not excite: above the band in which input and output are coherent it may stand anywhere.  A loop is
+designed for all of them at once, with every local slope of plant over inverse in a sector.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.base.arrays import Array
+from hystfmu.design.delays import StateSpace
+
+Complex = NDArray[np.complex128]
+UNSEEN_ZETA = 0.01  # damping of a resonance that the record did not excite
+UNSEEN_SHARE = 0.05  # its share of the static gain behind an identified mode; all of it where no mode is known
+PER_DECADE = 28  # places of such a resonance
+BEYOND = 4.0  # times half the sampling rate: the highest place; a held command hardly excites a higher one
+SIGMAS = 2.5  # standard errors on each side
+LEAST_SPREAD = 0.01  # of a natural frequency: it moves with load and temperature after the record
+LESS_DAMPED = 0.7  # times the damping: the same
+LATER = (0.0, 0.5, 1.0)  # steps beyond the known delay
+POINTS = 160  # angles for each plant
+WIDTHS = np.sinh(np.linspace(-np.arcsinh(40.0), np.arcsinh(40.0), 33))  # half-widths beside a resonance
+
+
+@dataclass(frozen=True)
+class Plant:
+    """One plant of static gain 1.
+
+    Attributes
+    ----------
+    f_n, zeta, share : tuple of float
+        Natural frequencies (Hz), damping ratios and static gains of its modes.
+    delay : float
+        Delay behind the held command (s).
+    name : str
+        What differs from the identified plant.
+    """
+
+    f_n: tuple[float, ...] = ()
+    zeta: tuple[float, ...] = ()
+    share: tuple[float, ...] = ()
+    delay: float = 0.0
+    name: str = "identified"
+
+    @property
+    def rest(self) -> float:
+        """Static gain beside the modes."""
+        return 1.0 - sum(self.share)
+
+    def response(self, z: Complex, h: float) -> Complex:
+        """Return the response to a command that is held for steps of h (s), shape (m,), exactly.
+
+        Each pole p of a partial fraction is discretised for the delayed hold: modified z-transform, Astrom &
+        Wittenmark, Computer-Controlled Systems, 3rd ed., section 2.3.
+        """
+        m, part = _steps(self.delay, h)
+        found = self.rest * z ** -(1.0 + m)  # of a held command the value just before the sample
+        late = z ** (-float(m))
+        for f, zeta, k in zip(self.f_n, self.zeta, self.share, strict=True):
+            for p, c in _poles(f, zeta):
+                new, old = np.expm1(p * (1 - part) * h) / p, np.exp(p * (1 - part) * h) * np.expm1(p * part * h) / p
+                found = found + k * c * late * (new + old / z) / (z - np.exp(p * h))
+        return np.asarray(found)
+
+    def state_space(self, h: float) -> StateSpace:
+        """Return A, B, C, D of the same plant: two states a mode, then the past commands that still act."""
+        # here, so that a process for a foreign FMU does not wait for it
+        from scipy.linalg import expm
+
+        m, part = _steps(self.delay, h)
+        past = m + 1 + (part > 0)  # commands u(k - 1) ... u(k - past) that a sample may depend on
+        n = 2 * len(self.f_n)
+        A, B, C = np.zeros((n + past, n + past)), np.zeros((n + past, 1)), np.zeros((1, n + past))
+        B[n, 0] = 1.0
+        A[n + 1 :, n:-1] = np.eye(past - 1)
+        C[0, n + m] = self.rest
+        for i, (f, zeta, k) in enumerate(zip(self.f_n, self.zeta, self.share, strict=True)):
+            w, at = 2 * np.pi * f, slice(2 * i, 2 * i + 2)
+            over = np.zeros((3, 3))
+            over[:2] = [[0, w, 0], [-w, -2 * zeta * w, w]]
+            whole, first, second = (expm(over * h * x) for x in (1.0, part, 1 - part))
+            A[at, at] = whole[:2, :2]
+            new, old = second[:2, 2], second[:2, :2] @ first[:2, 2]
+            if m:
+                A[at, n + m - 1] = new
+            else:
+                B[at, 0] = new
+            if part > 0:
+                A[at, n + m] = old
+            C[0, 2 * i] = k
+        return A, B, C, np.zeros((1, 1))
+
+
+def _steps(delay: float, h: float) -> tuple[int, float]:
+    """Return whole steps of a delay, and the part of a step beyond them."""
+    steps = delay / h
+    whole = int(np.floor(steps + 1e-9))
+    part = steps - whole
+    return whole, part if part > 1e-9 else 0.0
+
+
+def _poles(f: float, zeta: float) -> list[tuple[complex, complex]]:
+    """Return poles and residues of 1 / (1 + 2 zeta s / w + s^2 / w^2)."""
+    w = 2 * np.pi * f
+    if abs(zeta - 1) < 1e-6:
+        zeta = 1 + 1e-6  # two equal poles have no residues
+    root = np.sqrt(complex(zeta * zeta - 1))
+    p, q = w * (-zeta + root), w * (-zeta - root)
+    return [(p, w * w / (p - q)), (q, w * w / (q - p))]
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """A resonance that the record did not excite.
+
+    Attributes
+    ----------
+    above : float
+        Lowest frequency at which it may stand (Hz).
+    share : float
+        Its share of the static gain.
+    zeta : float
+        Its damping ratio.
+    to : float, optional
+        Highest frequency (Hz); None: `BEYOND` times half the sampling rate.
+    """
+
+    above: float
+    share: float = 1.0
+    zeta: float = UNSEEN_ZETA
+    to: float | None = None
+
+    def frequencies(self, h: float) -> Array:
+        """Return the places that are tried (Hz), shape (m,)."""
+        last = BEYOND / (2 * h) if self.to is None else self.to
+        if last <= self.above:
+            return np.array([self.above])
+        return np.geomspace(self.above, last, max(2, int(np.ceil(PER_DECADE * np.log10(last / self.above)))))
+
+
+@dataclass(frozen=True)
+class PlantSet:
+    """Plants that a record leaves possible, with the angles at which each is looked at.
+
+    Attributes
+    ----------
+    h : float
+        Step of the controller (s).
+    plants : tuple of Plant
+        The identified one first; delays contain the time for computing.
+    slopes : (float, float)
+        Sector of local slopes of plant over inverse.
+    angles : array, shape (m, k)
+        omega h in (0, pi] for each plant, ascending.
+    response : array, shape (m, k)
+        Response of each plant at its angles.
+    """
+
+    h: float
+    plants: tuple[Plant, ...]
+    slopes: tuple[float, float]
+    angles: Array = field(repr=False)
+    response: Complex = field(repr=False)
+
+    @property
+    def z(self) -> Complex:
+        """e^(j omega h) at the angles."""
+        return np.asarray(np.exp(1j * self.angles))
+
+
+def plant_set(
+    identified: Plant,
+    h: float,
+    slopes: tuple[float, float],
+    *,
+    errors: Sequence[tuple[float, float, float]] = (),
+    delay_error: float = 0.0,
+    unseen: Unseen | None = None,
+    computing: float = 1.0,
+) -> PlantSet:
+    """Build the set.
+
+    Parameters
+    ----------
+    identified : Plant
+        Without the time for computing.
+    h : float
+        Step of the controller (s).
+    slopes : (float, float)
+        Sector of local slopes of plant over inverse.
+    errors : sequence of (float, float, float)
+        Standard errors of f_n (Hz), zeta and share of each mode.
+    delay_error : float
+        Standard error of the delay (s).
+    unseen : Unseen, optional
+        A resonance beside the identified modes.
+    computing : float
+        Steps between a sample and its command.
+
+    Returns
+    -------
+    PlantSet
+    """
+    late = replace(identified, delay=identified.delay + computing * h)
+    plants = [late, *_differing(late, errors, delay_error, h)]
+    if unseen is not None:
+        for f, more in product(unseen.frequencies(h), (LATER[0], LATER[-1])):
+            share = (*(k * (1 - unseen.share) for k in late.share), unseen.share)
+            plants.append(
+                Plant(
+                    (*late.f_n, float(f)),
+                    (*late.zeta, unseen.zeta),
+                    share,
+                    late.delay + more * h,
+                    f"a resonance at {f:.3g} Hz that the record did not excite" + _later(more),
+                )
+            )
+    angles = np.array([_angles(p, h) for p in plants])
+    response = np.array([p.response(np.exp(1j * a), h) for p, a in zip(plants, angles, strict=True)])
+    return PlantSet(h, tuple(plants), slopes, angles, response)
+
+
+def _differing(p: Plant, errors: Sequence[tuple[float, float, float]], delay_error: float, h: float) -> Iterator[Plant]:
+    """Yield the plant with modes and delay at the ends of what is known of them."""
+    sides = (-1.0, 0.0, 1.0) if p.f_n else (0.0,)
+    for side, damping, more in product(sides, (1.0, LESS_DAMPED) if p.f_n else (1.0,), LATER):
+        if side == 0 and damping == 1 and more == 0:
+            continue
+        f_n, zeta = [], []
+        for (f, d, _), (f_se, d_se, _) in zip(zip(p.f_n, p.zeta, p.share, strict=True), errors, strict=True):
+            f_n.append(f + side * max(SIGMAS * f_se, LEAST_SPREAD * f))
+            zeta.append(min(damping * d, max(d - SIGMAS * d_se, 0.2 * d)) if damping != 1 else d)
+        told = f"modes {100 * (f_n[0] / p.f_n[0] - 1):+.1f} %" * bool(side) if f_n else ""
+        words = [w for w in (told, "less damped" * (damping != 1)) if w]
+        late = p.delay + more * h + (SIGMAS * delay_error if more else 0.0)
+        yield replace(p, f_n=tuple(f_n), zeta=tuple(zeta), delay=late, name=", ".join(words) + _later(more))
+
+
+def _later(more: float) -> str:
+    return f", {more:g} step later" if more else ""
+
+
+def _angles(p: Plant, h: float) -> Array:
+    """Return `POINTS` angles that resolve the resonances of a plant, also those above half the sampling rate."""
+    at, width = [], []
+    for f, zeta in zip(p.f_n, p.zeta, strict=True):
+        turn = 2 * np.pi * f * h
+        at.append(abs((turn + np.pi) % (2 * np.pi) - np.pi))  # a held command sees an alias
+        width.append(zeta * turn)
+    fine = np.concatenate([a + w * WIDTHS for a, w in zip(at, width, strict=True)]) if at else np.zeros(0)
+    fine = fine[(fine > 1e-6) & (fine <= np.pi)]
+    if len(fine) > POINTS // 2:
+        fine = fine[:: -(-len(fine) // (POINTS // 2))]
+    return np.sort(np.concatenate([fine, np.geomspace(1e-5, 1.0, POINTS - len(fine)) * np.pi]))

@@ -1,0 +1,298 @@
+"""A race of controller structures over one set of plants, each tuned under the same limits.
+
+For every structure the values beside the integral gain are searched; the gain is then the largest one whose loop keeps
+the limits.  What counts is the error that is left of what disturbs the loop (`Aim`): model error at the harmonics of
+the references, what the feed-forward misses, and noise.
+
+A loop keeps the limits if the identified plant has a peak of the sensitivity of at most `ms_db`, and every plant of the
+set, with every slope of the sector, one of at most `set_ms_db`.  Such a peak bounds all margins from below: gain
+margins Ms / (Ms -+ 1) and a phase margin of 2 asin(1 / (2 Ms)) (Skogestad & Postlethwaite, 2nd ed., section 2.4.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.base.arrays import Array
+from hystfmu.design.plants import Complex, PlantSet
+from hystfmu.design.structures import STRUCTURES, Design, Structure
+
+MS_DB, SET_MS_DB = 6.0, 12.0
+HALVINGS = 14
+LEAST, MOST = 1e-7, 2.0  # integral gain a step
+SLOWER = (1.0, 0.7, 0.5, 0.35, 0.2)  # shares of the largest gain that are tried: less noise
+DRAWS, STEPS = 32, 70  # of the search: points of a low-discrepancy sequence, then steps of the simplex
+EQUAL = 1.05  # a structure with more values must be better by this
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a loop must keep.
+
+    Attributes
+    ----------
+    ms_db, set_ms_db : float
+        Peaks of the sensitivity of the identified plant and of every plant of the set (dB).
+    bandwidth : float
+        Frequency up to which the sensitivity of the identified plant is below -3 dB (Hz), at least.
+    """
+
+    ms_db: float = MS_DB
+    set_ms_db: float = SET_MS_DB
+    bandwidth: float = 0.0
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What disturbs the loop, as powers in the unit of the output squared.
+
+    Attributes
+    ----------
+    f, power : array, shape (k,)
+        Frequencies (Hz) and power of the model error at the output.
+    reference : array, shape (k,)
+        Power of the references at the same frequencies; the feed-forward misses a part of it where a plant differs.
+    noise : float
+        RMS of the white noise of the sensor.
+    """
+
+    f: Array
+    power: Array
+    reference: Array
+    noise: float = 0.0
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A structure with its gains, and what its loop reaches.
+
+    Attributes
+    ----------
+    structure : Structure
+    design : Design
+    values : dict of str to float
+    Ki : float
+        Integral gain (1/s).
+    error : float
+        Expected RMS error, in the unit of the output, over the set.
+    ms_db, set_ms_db : float
+        Peaks of the sensitivity (dB).
+    worst : str
+        Plant of the set with the largest peak.
+    bandwidth : float
+        Frequency up to which the sensitivity is below -3 dB (Hz).
+    noise_gain : float
+        RMS of the output for white noise of RMS 1 at the sensor.
+    """
+
+    structure: Structure
+    design: Design
+    values: dict[str, float]
+    Ki: float
+    error: float
+    ms_db: float
+    set_ms_db: float
+    worst: str
+    bandwidth: float
+    noise_gain: float
+
+    @property
+    def Kp(self) -> float:
+        """Proportional gain."""
+        return self.Ki * self.values["T"] if self.structure.proportional else 0.0
+
+
+@dataclass(frozen=True)
+class Race:
+    """Outcome: the structures that keep the limits, best first, and why each other one does not."""
+
+    found: tuple[Tuned, ...]
+    refused: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def winner(self) -> Tuned | None:
+        """Return the best structure; None if no feedback keeps the limits."""
+        return self.found[0] if self.found else None
+
+
+def race(
+    plants: PlantSet,
+    design: Design,
+    aim: Aim,
+    limits: Limits = Limits(),
+    names: Sequence[str] = tuple(STRUCTURES),
+) -> Race:
+    """Tune structures and order them by their expected error.
+
+    Parameters
+    ----------
+    plants : PlantSet
+    design : Design
+        The identified plant, as the structures use it.
+    aim : Aim
+    limits : Limits
+    names : sequence of str
+        Structures that take part, from `STRUCTURES`.
+    """
+    found: list[Tuned] = []
+    refused: dict[str, str] = {}
+    for name in names:
+        structure = STRUCTURES[name]
+        if structure.resonant and not any(f * design.h < 0.4 for f in design.plant.f_n):
+            refused[name] = "no mode is known below 0.4 of the sampling rate"
+            continue
+        tuned = tune(structure, plants, design, aim, limits)
+        if tuned is None:
+            refused[name] = f"no gain keeps Ms below {limits.ms_db:g} dB, and {limits.set_ms_db:g} dB over the set"
+        elif tuned.bandwidth < limits.bandwidth:
+            refused[name] = f"reaches a bandwidth of {tuned.bandwidth:.3g} Hz within the limits of Ms"
+        else:
+            found.append(tuned)
+    # in the order of the table, simplest first: a later one must be clearly better
+    ordered: list[Tuned] = []
+    left = list(found)
+    while left:
+        least = min(t.error for t in left)
+        best = next(t for t in left if t.error <= EQUAL * least)
+        ordered.append(best)
+        left.remove(best)
+    return Race(tuple(ordered), refused)
+
+
+def tune(structure: Structure, plants: PlantSet, design: Design, aim: Aim, limits: Limits) -> Tuned | None:
+    """Tune one structure; None if no gain keeps the limits."""
+    # here, so that a process for a foreign FMU does not wait for it
+    from scipy.optimize import minimize
+    from scipy.stats import qmc
+
+    view = _View(plants, aim, limits)
+    bounds = structure.bounds(design)
+    names, ends = list(bounds), np.log(np.array(list(bounds.values())).reshape(-1, 2))
+
+    def tried(x: Array) -> tuple[float, float, dict[str, float]]:
+        x = np.clip(x, 0, 1)
+        values = {
+            n: float(f"{v:.4g}") for n, v in zip(names, np.exp(ends[:, 0] + x * np.ptp(ends, axis=1)), strict=True)
+        }
+        cost, Ki = view.best(structure, design, values)
+        return cost, Ki, values
+
+    if not names:
+        _, Ki, values = tried(np.zeros(0))
+        return view.judged(structure, design, values, Ki) if Ki else None
+    points = qmc.Sobol(len(names), scramble=False).random(DRAWS)[1:]
+    first = min(points, key=lambda x: tried(x)[0])
+    if not np.isfinite(tried(first)[0]):
+        return None
+    simplex = np.vstack([first, first + 0.15 * np.diag(np.where(first < 0.5, 1.0, -1.0))])
+    options: Any = {"maxfev": STEPS, "initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-4}
+
+    def cost(x: Array) -> float:
+        return float(np.log(tried(x)[0]))
+
+    outcome = minimize(cost, first, method="Nelder-Mead", options=options)
+    _, Ki, values = tried(np.asarray(outcome.x))
+    return view.judged(structure, design, values, Ki) if Ki else None
+
+
+class _View:
+    """A set of plants seen by the search: responses, and what disturbs the loop."""
+
+    def __init__(self, plants: PlantSet, aim: Aim, limits: Limits) -> None:
+        self.plants, self.aim, self.limits = plants, aim, limits
+        self.z, self.G = plants.z, plants.response
+        self.at = np.exp(2j * np.pi * aim.f * plants.h)
+        self.low = np.array([p.response(self.at, plants.h) for p in plants.plants])  # at the frequencies of the aim
+        self.missed = np.abs(1 - self.low / self.low[0]) ** 2 * aim.reference
+        self.wide = np.exp(1j * np.pi * (np.arange(200) + 0.5) / 200)
+        self.G_wide = plants.plants[0].response(self.wide, plants.h)
+
+    def best(self, structure: Structure, design: Design, values: Mapping[str, float]) -> tuple[float, float]:
+        """Return the expected error and the gain of these values; infinite and 0 if no gain keeps the limits."""
+        C = structure.response(design, values, self.z)
+        lowest, highest = LEAST / self.plants.h, MOST / self.plants.h
+        if not self.allowed(*C(lowest)):
+            return np.inf, 0.0
+        low, high = lowest, highest
+        for _ in range(HALVINGS):
+            middle = np.sqrt(low * high)
+            low, high = (middle, high) if self.allowed(*C(middle)) else (low, middle)
+        at, wide = (structure.response(design, values, z) for z in (self.at, self.wide))
+        gains = [_rounded_down(share * low) for share in SLOWER]
+        costs = [self.error(at(Ki)[0], wide(Ki)[0]) if Ki >= lowest else np.inf for Ki in gains]
+        k = int(np.argmin(costs))
+        return costs[k], gains[k]
+
+    def allowed(self, C: Complex, inner: Complex | None) -> bool:
+        """Whether the loops keep the limits, and the controller is stable."""
+        if inner is not None and not unencircled(inner[:1]).all():
+            return False
+        X = C * self.G
+        if np.abs(1 + X[0]).min() < 10 ** (-self.limits.ms_db / 20):
+            return False
+        if distances(X, self.plants.slopes).min() < 10 ** (-self.limits.set_ms_db / 20):
+            return False
+        return bool(unencircled(X).all())
+
+    def error(self, C: Complex, C_wide: Complex) -> float:
+        """Return the expected RMS error: mean over the set, the noise of the identified plant."""
+        S = 1 / np.abs(1 + C * self.low) ** 2
+        left = ((self.aim.power + self.missed) * S).sum(axis=1)
+        X = C_wide * self.G_wide
+        noise = self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)
+        return float(np.sqrt(left.mean() + noise))
+
+    def judged(self, structure: Structure, design: Design, values: dict[str, float], Ki: float) -> Tuned:
+        """Return the structure with the figures of its loop."""
+        X = structure.response(design, values, self.z)(Ki)[0] * self.G
+        at, wide = (structure.response(design, values, z)(Ki)[0] for z in (self.at, self.wide))
+        near = distances(X, self.plants.slopes).min(axis=1)
+        distance = np.abs(1 + X[0])
+        large = np.flatnonzero(distance < np.sqrt(2))
+        crossing = self.plants.angles[0][large[0]] if len(large) and large[0] else 0.0
+        noise = wide * self.G_wide
+        return Tuned(
+            structure,
+            design,
+            values,
+            Ki,
+            self.error(at, wide),
+            float(-20 * np.log10(distance.min())),
+            float(-20 * np.log10(near.min())),
+            self.plants.plants[int(near.argmin())].name,
+            float(crossing / (2 * np.pi * self.plants.h)),
+            float(np.sqrt(np.mean(np.abs(noise / (1 + noise)) ** 2))),
+        )
+
+
+def distances(X: Complex, slopes: tuple[float, float]) -> Array:
+    """Return the least distance of k X from -1 over all slopes k of a sector, same shape as X.
+
+    k X lies on a straight line from slopes[0] X to slopes[1] X: the nearest point of a segment is known in closed form.
+    """
+    size = np.maximum(np.abs(X) ** 2, 1e-300)
+    k = np.clip(-X.real / size, *slopes)
+    return np.asarray(np.abs(1 + k * X))
+
+
+def unencircled(X: Complex) -> NDArray[np.bool_]:
+    """Return whether each closed loop with slope 1 is stable, shape (m,): no encirclement of -1 (Nyquist).
+
+    The open loops have one integrator and else no unstable pole: along half the circle 1 + X turns back to the positive
+    real axis, where it began before the integrator.
+    """
+    f = 1 + X
+    turned = np.angle(f[:, 1:] / f[:, :-1]).sum(axis=1) + np.angle(f[:, 0])
+    return np.asarray(np.abs(turned) < np.pi / 2)
+
+
+def _rounded_down(x: float) -> float:
+    """Return a positive number with three digits that is not larger: what the search allowed allows no more."""
+    digits = int(np.floor(np.log10(x))) - 2
+    unit = 10.0**digits
+    return float(f"{np.floor(x / unit * (1 + 1e-12)) * unit:.3g}")

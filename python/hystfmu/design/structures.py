@@ -1,0 +1,279 @@
+"""Structures of controllers inside an inverse: each a graph of blocks, and its response as these blocks step.
+
+The error e = y_d - y passes filters and an integral (`pid`); a damping path may act beside it:
+
+    u = u_ff + Ki h z / (z - 1) (1 + T ...) F(z) e - D(z) e.
+
+All blocks are those of a scenario, so that what is tuned is what runs.  Sources: notch and integral, Abramovitch et al.
+2008; integral resonant control (IRC), Aphale, Fleming & Moheimani 2007, Smart Materials and Structures 16, 439-446;
+positive position feedback (PPF), Fanson & Caughey 1990, AIAA Journal 28, 717-724; internal model, Smith 1957.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from hystfmu.design.plants import Complex, Plant
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph.discretised import discretised
+
+Values = Mapping[str, float]
+Speed = Callable[[float], tuple[Complex, Complex | None]]
+ROLL_OFF = np.sqrt(0.5)  # damping of the second-order low-pass: Butterworth
+OPEN = 0.4  # of the sampling rate: a roll-off above is none
+
+
+@dataclass(frozen=True)
+class Design:
+    """What a structure knows: the identified plant and the step.
+
+    Attributes
+    ----------
+    plant : Plant
+        Without the time for computing.
+    h : float
+        Step (s).
+    computing : int
+        Steps between a sample and its command.
+    """
+
+    plant: Plant
+    h: float
+    computing: int = 1
+
+    @property
+    def known_steps(self) -> int:
+        """Steps of delay that a predictor undoes."""
+        return round(self.plant.delay / self.h) + self.computing
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A family of controllers: what is chosen beside the integral gain, and how it becomes blocks.
+
+    Attributes
+    ----------
+    name, text : str
+    bounds : function
+        Design -> name and range of each chosen value; all positive.
+    filters : function
+        Design, values -> blocks through which the error passes before the integral.
+    damping : function
+        Design, values -> block beside the integral, or None.
+    proportional : bool
+        The value ``T`` (s) adds Kp = Ki T.
+    predictor : bool
+        The error contains what the model says that the delay still hides.
+    resonant : bool
+        Needs an identified mode.
+    """
+
+    name: str
+    text: str
+    bounds: Callable[[Design], dict[str, tuple[float, float]]]
+    filters: Callable[[Design, Values], list[Node]]
+    damping: Callable[[Design, Values], Node | None] = lambda design, values: None
+    proportional: bool = False
+    predictor: bool = False
+    resonant: bool = False
+
+    def response(self, design: Design, values: Values, z: Complex) -> Speed:
+        """Return the function from Ki (1/s) to the response of the controller from e to u at z, and its inner loop.
+
+        The inner loop is that through the predictor, None without one; it must be stable, so that the controller is.
+        """
+        h = design.h
+        F = _product(self.filters(design, values), h, z)
+        integral = (h * z / (z - 1) + (values["T"] if self.proportional else 0.0)) * F
+        beside = self.damping(design, values)
+        D = _product([beside], h, z) if beside is not None else 0.0
+        if not self.predictor:
+            return lambda Ki: (np.asarray(Ki * integral + D), None)
+        known = _normed(design.plant).response(z, h)
+        hidden = known * (1 - z ** -float(design.known_steps))
+        return lambda Ki: (np.asarray(Ki * integral / (1 + Ki * integral * hidden)), Ki * integral * hidden)
+
+    def graph(self, design: Design, values: Values, Ki: float, limits: tuple[float, float] | None = None) -> Graph:
+        """Return the controller as a graph with inputs y_d, y, u_ff and output u.
+
+        Parameters
+        ----------
+        design : Design
+        values : mapping
+            Of all of `bounds`.
+        Ki : float
+            Integral gain (1/s).
+        limits : (float, float), optional
+            Of u: the integral stops there (anti-windup).
+
+        Returns
+        -------
+        Graph
+        """
+        Kp = Ki * values["T"] if self.proportional else 0.0
+        pid: dict[str, Any] = {"Kp": Kp, "Ki": Ki}
+        pid |= {} if limits is None else {"u_min": limits[0], "u_max": limits[1]}
+        chain = self.filters(design, values)
+        beside = self.damping(design, values)
+        signs = [1.0, -1.0] + [-1.0] * self.predictor
+        nodes = [Node("error", "sum", {"n": len(signs)}, {"k": signs}), *chain]
+        wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
+        ahead: tuple[str, ...] = ("pid.u_ff",)
+        if beside is not None:
+            nodes += [beside, Node("command", "sum", {"n": 2}, {"k": [1.0, 1.0]})]
+            wires += [("error.y", f"{beside.name}.u"), (f"{beside.name}.y", "command.u[2]"), ("command.y", "pid.u_ff")]
+            ahead = ("command.u[1]",)
+        wires.append((f"{(chain or nodes[:1])[-1].name}.y", "pid.y_d"))
+        nodes.append(Node("pid", "pid", {}, pid))
+        if self.predictor:
+            nodes, wires, ahead = _predicting(design, nodes, wires)
+        inputs = [
+            Input("y_d", ("error.u[1]",), text="wanted output"),
+            Input("y", ("error.u[2]",), text="measured output"),
+            Input("u_ff", ahead, text="feed-forward"),
+        ]
+        return Graph(nodes, wires, inputs, [Output("u", "pid.u", text="command")], sort=False, step=design.h)
+
+
+def _predicting(
+    design: Design, nodes: list[Node], wires: list[tuple[str, str]]
+) -> tuple[list[Node], list[tuple[str, str]], tuple[str, ...]]:
+    """Put the model of the plant around the controller: what it answers now, less what it answers after the delay.
+
+    The blocks of the model come first: their input is the one of the last step, as that of the plant.
+    """
+    own = [
+        Node("own", "sum", {"n": 2}, {"k": [1.0, -1.0]}),  # the controller's part of the last command, limits included
+        Node("late", "delay", {"n": design.known_steps}),
+        Node("hidden", "sum", {"n": 2}, {"k": [1.0, -1.0]}),
+    ]
+    model = _model(design.plant)
+    first = Node("ahead", "scaling", {"n": 1})
+    around = [
+        ("pid.u", "own.u[1]"),
+        ("ahead.y", "own.u[2]"),
+        ("own.y", "late.u"),
+        ("own.y", "hidden.u[1]"),
+        ("late.y", "hidden.u[2]"),
+        ("ahead.y", "pid.u_ff"),
+    ]
+    if model is None:
+        around.append(("hidden.y", "error.u[3]"))
+        return [*own, *nodes[:-1], first, nodes[-1]], [*wires, *around], ("ahead.u",)
+    around += [("hidden.y", "model.u"), ("model.y", "error.u[3]")]
+    return [*own, model, *nodes[:-1], first, nodes[-1]], [*wires, *around], ("ahead.u",)
+
+
+def _normed(plant: Plant) -> Plant:
+    """Return the modes of a plant, whose shares are scaled to a static gain of 1, without delay."""
+    total = sum(plant.share)
+    return Plant(plant.f_n, plant.zeta, tuple(k / total for k in plant.share))
+
+
+def _model(plant: Plant) -> Node | None:
+    """Return the modes of a plant as a block."""
+    if not plant.f_n:
+        return None
+    p = _normed(plant)
+    return Node("model", "modes", {"n": len(p.f_n)}, {"f_n": list(p.f_n), "zeta": list(p.zeta), "k": list(p.share)})
+
+
+def _product(nodes: list[Node], h: float, z: Complex) -> Complex:
+    found = np.ones_like(z)
+    for n in nodes:
+        b, a = discretised(n, h).fraction()
+        found = found * np.polyval(b, z) / np.polyval(a, z)
+    return found
+
+
+def _second_order(name: str, f: float, zeta: float, top: tuple[float, float, float]) -> Node:
+    """Return (top) / (s^2 / w^2 + 2 zeta s / w + 1), the numerator in s / w."""
+    w = 2 * np.pi * f
+    b2, b1, b0 = top
+    b = [b2 / w**2, b1 / w, b0] if b2 or b1 else [b0]
+    values: dict[str, Any] = {"b": b, "a": [1 / w**2, 2 * zeta / w, 1.0], "hold": "foh"}
+    return Node(name, "transfer_function", {"na": 2, "nb": len(b) - 1}, values)
+
+
+def _roll_off(design: Design, values: Values) -> list[Node]:
+    if values["roll_off"] * design.h >= OPEN:
+        return []
+    return [_second_order("roll_off", values["roll_off"], ROLL_OFF, (0.0, 0.0, 1.0))]
+
+
+def _notches(design: Design, values: Values) -> list[Node]:
+    """Return a notch for each mode below half the sampling rate; `width` is its damping, `depth` that of its zeros."""
+    found = []
+    for i, (f, zeta) in enumerate(zip(design.plant.f_n, design.plant.zeta, strict=True)):
+        if f * design.h < OPEN:
+            zero = max(zeta, values["depth"] * values["width"])
+            found.append(_second_order(f"notch_{i + 1}", f, values["width"], (1.0, 2 * zero, 1.0)))
+    return found
+
+
+def _filtered(design: Design, values: Values) -> list[Node]:
+    return [*_notches(design, values), *_roll_off(design, values)]
+
+
+def _irc(design: Design, values: Values) -> Node:
+    b, a = [-values["damping"]], [values["lag"], 1.0]
+    return Node("damping", "transfer_function", {"na": 1, "nb": 0}, {"b": b, "a": a, "hold": "foh"})
+
+
+def _ppf(design: Design, values: Values) -> Node:
+    return _second_order("damping", values["f_p"], values["zeta_p"], (0.0, 0.0, -values["damping"]))
+
+
+def _slowest(design: Design) -> float:
+    """Return the frequency around which values are sought (Hz)."""
+    return min((*design.plant.f_n, 0.25 / design.h))
+
+
+def _roll_off_bounds(design: Design) -> dict[str, tuple[float, float]]:
+    return {"roll_off": (0.02 * _slowest(design), 1 / design.h)}
+
+
+def _notch_bounds(design: Design) -> dict[str, tuple[float, float]]:
+    return {"width": (0.1, 1.5), "depth": (0.01, 0.7), **_roll_off_bounds(design)}
+
+
+def _irc_bounds(design: Design) -> dict[str, tuple[float, float]]:
+    lag = 1 / (2 * np.pi * _slowest(design))
+    return {"damping": (0.02, 3.0), "lag": (0.05 * lag, 5 * lag)}
+
+
+def _ppf_bounds(design: Design) -> dict[str, tuple[float, float]]:
+    f = _slowest(design)
+    return {"damping": (0.02, 2.0), "f_p": (0.5 * f, 3 * f), "zeta_p": (0.05, 1.0)}
+
+
+def _with_T(
+    bounds: Callable[[Design], dict[str, tuple[float, float]]],
+) -> Callable[..., dict[str, tuple[float, float]]]:
+    return lambda design: {"T": (0.02 * design.h, 2 / _slowest(design)), **bounds(design)}
+
+
+STRUCTURES: dict[str, Structure] = {
+    s.name: s
+    for s in (
+        Structure("integral", "integral alone", lambda d: {}, lambda d, v: []),
+        Structure("integral_roll_off", "integral with roll-off", _roll_off_bounds, _roll_off),
+        Structure("pi", "PI with roll-off", _with_T(_roll_off_bounds), _roll_off, proportional=True),
+        Structure("notch", "notches and integral", _notch_bounds, _filtered, resonant=True),
+        Structure("pi_notch", "notches and PI", _with_T(_notch_bounds), _filtered, proportional=True, resonant=True),
+        Structure("irc", "integral resonant control", _irc_bounds, lambda d, v: [], _irc, resonant=True),
+        Structure("ppf", "positive position feedback and integral", _ppf_bounds, lambda d, v: [], _ppf, resonant=True),
+        Structure(
+            "internal_model",
+            "internal model of modes and delay around notches and integral",
+            _notch_bounds,
+            _filtered,
+            predictor=True,
+        ),
+    )
+}

@@ -1,0 +1,117 @@
+"""A race of structures: closed forms of plants and controllers, and loops that hold over plants nobody tuned for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hystfmu.design.frequency import response_of
+from hystfmu.design.plants import Plant, Unseen, plant_set
+from hystfmu.design.race import Aim, Race, distances, race, unencircled
+from hystfmu.design.sampled import sampled
+from hystfmu.design.structures import STRUCTURES, Design
+
+H = 1e-4
+SLOPES = (0.68, 1.64)
+AIM = Aim(10.0 * np.arange(1, 30, 2), 1e-6 / np.arange(1, 30, 2) ** 2.0, 0.125 / np.arange(1, 30, 2) ** 4.0, noise=1e-4)
+STAGE = Plant((700.0,), (0.02,), (1.0,))
+
+
+def on_fine_steps(p: Plant, h: float, z: np.ndarray, fine: int = 4000) -> np.ndarray:
+    """Return the response from an impulse response that is summed in time: no pole, no partial fraction."""
+    n = 4000
+    t = np.arange(1, n + 1) * h - p.delay
+    step = np.zeros(n)
+    for f, zeta, k in zip(p.f_n, p.zeta, p.share, strict=True):
+        w, d = 2 * np.pi * f, np.sqrt(1 - zeta**2)
+        late = np.maximum(t, 0)
+        step += k * (1 - np.exp(-zeta * w * late) * (np.cos(w * d * late) + zeta / d * np.sin(w * d * late))) * (t > 0)
+    step += p.rest * (t > 1e-12)
+    pulse = np.diff(step, prepend=0.0)
+    return np.asarray((pulse[None] * z[:, None] ** -np.arange(1.0, n + 1)).sum(axis=1))
+
+
+@pytest.mark.parametrize(
+    "plant",
+    [
+        Plant((700.0, 1500.0), (0.05, 0.03), (0.9, 0.06), 2.37e-4),
+        Plant((300.0,), (0.7,), (1.0,)),
+        Plant((), (), (), 1.5e-4),
+        Plant((9000.0,), (0.05,), (1.0,), 1e-4),
+    ],
+)
+def test_a_plant_answers_as_its_step_response(plant: Plant) -> None:
+    z = np.exp(1j * np.linspace(0.01, 3.1, 60))
+    found = plant.response(z, H)
+    assert np.abs(found - on_fine_steps(plant, H, z)).max() < 1e-9 * np.abs(found).max()
+    assert np.abs(found - response_of(plant.state_space(H), z)[:, 0, 0]).max() < 1e-12 * np.abs(found).max()
+
+
+@pytest.mark.parametrize("name", list(STRUCTURES))
+def test_the_response_of_a_structure_is_that_of_its_blocks(name: str) -> None:
+    structure, design = STRUCTURES[name], Design(Plant((700.0, 1900.0), (0.02, 0.01), (0.9, 0.1), 1e-4), H)
+    values = {k: float(np.sqrt(a * b)) for k, (a, b) in structure.bounds(design).items()}
+    z = np.exp(1j * np.linspace(0.01, 3.1, 60))
+    C, _ = structure.response(design, values, z)(50.0)
+    from_y = response_of(sampled(structure.graph(design, values, 50.0), H), z)[:, 0, 1]
+    assert np.abs(from_y + C).max() < 1e-9 * np.abs(C).max()
+
+
+def closed(tuned: Race, p: Plant, slope: float) -> float:
+    """Return the largest pole of the loop of the winner and a plant, from state spaces."""
+    best = tuned.winner
+    assert best is not None
+    A, B, C, D = sampled(best.structure.graph(best.design, best.values, best.Ki), H)
+    F, G, K, _ = p.state_space(H)
+    B, D = B[:, 1:2] * slope, D[:, 1:2] * slope  # from y
+    top = np.hstack([A, B @ K])
+    return float(np.abs(np.linalg.eigvals(np.vstack([top, np.hstack([G @ C, F + G @ D @ K])]))).max())
+
+
+@pytest.fixture(scope="module")
+def seen() -> Race:
+    """Modes and delay known to a fraction of a percent, nothing above 1400 Hz."""
+    unseen = Unseen(1400.0, 0.05)
+    plants = plant_set(STAGE, H, SLOPES, errors=[(1.0, 0.002, 0.01)], delay_error=1e-5, unseen=unseen)
+    return race(plants, Design(STAGE, H), AIM)
+
+
+def test_structures_that_know_the_resonance_are_faster_than_an_integral(seen: Race) -> None:
+    bandwidth = {t.structure.name: t.bandwidth for t in seen.found}
+    assert seen.winner is not None
+    assert seen.winner.bandwidth > 3 * bandwidth["integral"]
+    assert all(t.ms_db <= 6 and t.set_ms_db <= 12 for t in seen.found)
+
+
+def test_the_winner_is_stable_on_plants_drawn_inside_the_set(seen: Race) -> None:
+    rng = np.random.default_rng()
+    for _ in range(60):
+        f, zeta = 700 * (1 + 0.0099 * rng.uniform(-1, 1)), 0.02 * rng.uniform(0.7, 1.1)
+        hidden = float(np.exp(rng.uniform(np.log(1400), np.log(15000))))
+        p = Plant((f, hidden), (zeta, 0.01), (0.95, 0.05), (1 + rng.uniform(0, 1)) * H)
+        for slope in (*SLOPES, 1.0):
+            assert closed(seen, p, slope) < 1, (p, slope)
+
+
+def test_an_unseen_resonance_leaves_a_slow_integrator_only() -> None:
+    """Nothing is known above 30 Hz: the crossover stays below a hundredth of it, and no drawn resonance diverges."""
+    slow = race(plant_set(Plant(), H, SLOPES, unseen=Unseen(30.0)), Design(Plant(), H), AIM, names=["integral"])
+    assert slow.winner is not None
+    assert slow.winner.Ki < 2 * np.pi * 30 / 100 * 1.05
+    fast = race(plant_set(Plant(), H, SLOPES), Design(Plant(), H), AIM, names=["integral"])
+    rng = np.random.default_rng()
+    for f in np.exp(rng.uniform(np.log(30), np.log(4000), 60)):
+        assert closed(slow, Plant((float(f),), (0.01,), (1.0,), H), 1.64) < 1
+    assert closed(fast, Plant((300.0,), (0.01,), (1.0,), H), 1.0) > 1, "without the set the same loop diverges"
+
+
+def test_the_nearest_slope_of_a_sector_is_found_in_closed_form() -> None:
+    rng = np.random.default_rng()
+    X = rng.normal(size=200) + 1j * rng.normal(size=200)
+    k = np.linspace(*SLOPES, 2001)
+    assert np.allclose(distances(X, SLOPES), np.abs(1 + k * X[:, None]).min(axis=1), atol=2e-3)
+    angles = np.geomspace(1e-5, np.pi, 3000)
+    z = np.exp(1j * angles)
+    stable, unstable = ((0.5 * k / (z - 1) / z**2)[None] for k in (0.9, 1.9))
+    assert unencircled(stable)[0]
+    assert not unencircled(unstable)[0]
