@@ -448,6 +448,31 @@ class Scenario:
         whole.ready()  # what is written can be read
         return save(spec, whole._attached, Path(folder))
 
+    @property
+    def table(self) -> dict[str, Any]:
+        """What a file of the scenario says, complete: a copy, with the keys of a scenario.toml."""
+        return copy.deepcopy(completed(self._spec, self._attached, self._origin))
+
+    def changed(self, table: Mapping[str, Any]) -> Scenario:
+        """Return a scenario that says something else of the same files.
+
+        Parameters
+        ----------
+        table : mapping
+            As `table` returns it, changed.
+
+        Raises
+        ------
+        InputError
+            A key that does not fit.
+        """
+        made = copy.copy(self)
+        made._edit()
+        made._attached = dict(made._attached)
+        check(dict(table), ScenarioSpec, made._origin)
+        made._spec = copy.deepcopy(dict(table))
+        return made
+
     def ready(self) -> Cases:
         """The complete cases, as `hystfmu.scenario` runs them.
 
@@ -468,6 +493,7 @@ class Scenario:
         """From now on it is no longer what its file says: no baseline, and its files are attached."""
         if self._folder is None:
             return
+        self._attached = dict(self._attached)
         for unit, key in files(self._spec):
             self._attached.setdefault(unit[key], inside(self._folder, unit[key], f"{self._origin}: {key}"))
         self._folder, self._origin = None, f"scenario {self.name!r}"
