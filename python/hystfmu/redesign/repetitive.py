@@ -55,6 +55,8 @@ class Repetitive:
         Of the reference (s).
     cutoff, gain : float
         Frequency above which nothing is learnt (Hz), and share of the error that is learnt in a period.
+    worst : (str, float)
+        Corner in which errors shrink least, and by what at the harmonics of the reference up to half the cutoff.
     before : dict of str to float
         Error of each case without learning, as its first metric counts it.
     results : Results
@@ -68,6 +70,7 @@ class Repetitive:
     period: float
     cutoff: float
     gain: float
+    worst: tuple[str, float]
     before: dict[str, float]
     results: Results
 
@@ -151,7 +154,7 @@ def repetitive(
     silent = run(made, engine="native", set={f"{UNIT}.l": [0.0] * len(taps.l)}, progress=lambda x: progress(0.75 + x / 4))
     before = {r.case: r.verdicts[0].value if r.verdicts else math.inf for r in silent}
     _hold(results, before, first)
-    return Repetitive(made, filters, tuple(c.name for c in found), n, n * h, cutoff, gain, before, results)
+    return Repetitive(made, filters, tuple(c.name for c in found), n, n * h, cutoff, gain, search.worst(filters, cutoff), before, results)
 
 
 def _named(table: dict[str, object], name: str | None) -> dict[str, object]:
@@ -274,6 +277,16 @@ class _Search:
                 if max(found.contraction) < 1:
                     return found, f, g
         raise InputError(self._refusal(cutoff, gain, top))
+
+    def worst(self, filters: RepetitiveFilters, cutoff: float) -> tuple[str, float]:
+        """Return the corner in which harmonics up to half the cutoff shrink least, and the factor in a period."""
+        top = max(math.floor(self._n * cutoff * self._h / 2), 1)
+        angles = 2 * np.pi * np.arange(1, top + 1) / self._n
+        z = np.exp(1j * angles)
+        Q, L = zero_phase_at(filters.q, z), taps_at(filters.l, z)
+        left = [float(np.abs(Q - L * c.learnt(angles)).max()) for c in self._found]
+        k = int(np.argmax(left))
+        return self._found[k].name, left[k]
 
     def _cutoffs(self, top: float) -> Array:
         """Return cutoffs to try, the largest first, down to the frequency of the reference."""
