@@ -62,7 +62,9 @@ def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: st
     made = copy.deepcopy(dict(table))
     for name in (UNIT, SUM):
         if any(name in t.get("units", {}) for t in (made, *made.get("case", ()))):
-            raise InputError(f"{made['name']}: units: The name {name} must be free for the repetitive part. Got a unit.")
+            raise InputError(
+                f"{made['name']}: units: The name {name} must be free for the repetitive part. Got a unit."
+            )
     made["units"][UNIT] = taps.unit(text)
     made["units"][SUM] = {
         "block": "sum",

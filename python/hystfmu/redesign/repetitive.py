@@ -129,7 +129,9 @@ def repetitive(
     for what, value, most in (("gain", gain, 1.0), ("off", off, 0.9)):
         if value is not None and not (0 <= value <= most and (value > 0 or what == "off")):
             left = "[" if what == "off" else "("
-            raise InputError(f"The '{what}' of repetitive() must be a float in {left}0, {most:g}]. Got {value} instead.")
+            raise InputError(
+                f"The '{what}' of repetitive() must be a float in {left}0, {most:g}]. Got {value} instead."
+            )
     loop = scenario if isinstance(scenario, Scenario) else Scenario.load(scenario)
     table = loop.table
     systems = {c.name: build(c) for c in loop.ready().cases}
@@ -138,7 +140,9 @@ def repetitive(
     n = _steps(systems[first], of, period)
     kept = _kept(systems, first, of)
     trial = Taps(n, [0.0], [0.0])
-    made = loop.changed(_named(with_repetitive(repeating(table, kept, of.sources, n, 1), of, trial, "not designed yet"), name))
+    made = loop.changed(
+        _named(with_repetitive(repeating(table, kept, of.sources, n, 1), of, trial, "not designed yet"), name)
+    )
     ready = made.ready()
     loops = {c.name: open_loop(build(c)) for c in ready.cases}
     found = corners({first: loops[first], **loops}, ready.spec.margins, off)
@@ -151,14 +155,31 @@ def repetitive(
     periods = max(LEAST_PERIODS, min(PERIODS, ROWS // (n * opened.system.case.ripple)))
     made = loop.changed(_named(with_repetitive(repeating(table, kept, of.sources, n, periods), of, taps, text), name))
     results = run(made, engine="native", progress=lambda x: progress(0.5 + 0.25 * x))
-    silent = run(made, engine="native", set={f"{UNIT}.l": [0.0] * len(taps.l)}, progress=lambda x: progress(0.75 + x / 4))
+    silent = run(
+        made, engine="native", set={f"{UNIT}.l": [0.0] * len(taps.l)}, progress=lambda x: progress(0.75 + x / 4)
+    )
     before = {r.case: r.verdicts[0].value if r.verdicts else math.inf for r in silent}
     _hold(results, before, first)
-    return Repetitive(made, filters, tuple(c.name for c in found), n, n * h, cutoff, gain, search.worst(filters, cutoff), before, results)
+    return Repetitive(
+        made,
+        filters,
+        tuple(c.name for c in found),
+        n,
+        n * h,
+        cutoff,
+        gain,
+        search.worst(filters, cutoff),
+        before,
+        results,
+    )
 
 
 def _named(table: dict[str, object], name: str | None) -> dict[str, object]:
-    return {**table, "name": name or f"{table['name']}_repetitive", "text": f"{table.get('text', '')} with a repetitive part".strip()}
+    return {
+        **table,
+        "name": name or f"{table['name']}_repetitive",
+        "text": f"{table.get('text', '')} with a repetitive part".strip(),
+    }
 
 
 def _first(systems: Mapping[str, System], nominal: str | None, period: float | None) -> tuple[str, OpenedLoop]:
@@ -212,7 +233,9 @@ def _steps(system: System, of: Roles, period: float | None) -> int:
     else:
         frequency, shape = _reference(system, of)
         if shape not in PERIODIC or not frequency > 0:
-            raise InputError(f"{where}: The reference must be a sine or triangle, or its period given. Got {shape or 'neither'}.")
+            raise InputError(
+                f"{where}: The reference must be a sine or triangle, or its period given. Got {shape or 'neither'}."
+            )
         n = round(1 / (frequency * h))
     if not 4 <= n <= 1_000_000:
         raise InputError(f"{where}: The period must be 4 to 1000000 steps of {h:g} s. Got {n}.")
@@ -301,7 +324,9 @@ class _Search:
         k = int(np.argmax(left))
         reachable = []
         if cutoff is not None:
-            lower = next((float(x) for x in self._cutoffs(min(f, HIGHEST / self._h)) if max(self.at(x, g).contraction) < 1), None)
+            lower = next(
+                (float(x) for x in self._cutoffs(min(f, HIGHEST / self._h)) if max(self.at(x, g).contraction) < 1), None
+            )
             reachable += [f"a cutoff of {lower:.4g} Hz"] if lower is not None else []
         lower = next((x for x in (g / 2, g / 4, g / 8) if max(self.at(f, x).contraction) < 1), None)
         reachable += [f"a gain of {lower:g}"] if lower is not None else []
