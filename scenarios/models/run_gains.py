@@ -44,12 +44,8 @@ def found(name: str) -> dict[str, Any]:
     limits = LoopLimits(study, objective.loop) if objective.loop else None
     excess = limits.excess(study.settings(rounded(best["values"]))) if limits else {}
     return {
-        "trials": len(trials),
-        "seed": study.seed,
-        "best": objective.score(chosen),
-        "best_trial": best["variation"] + 1,
-        "excess": excess,
-        "values": rounded(best["values"]),
+        "trials": len(trials), "seed": study.seed, "best": objective.score(chosen), "best_trial": best["variation"] + 1,
+        "excess": excess, "values": rounded(best["values"]),
     } | ({"first": objective.score(first)} if study.spec.start else {})
 
 

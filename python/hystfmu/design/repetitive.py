@@ -127,8 +127,8 @@ def learning_filters(
         before an integrator.
     floor : float
         Share of the mean square of the responses below the cutoff that is added to that at each frequency: what the
-        loop hardly responds to is not inverted.  Trap: without it a zero of T at one frequency, of an integrator or two,
-        adds a constant to all taps.
+        loop hardly responds to is not inverted.  Trap: without it a zero of T at one frequency, of an integrator or
+        two, adds a constant to all taps.
 
     Raises
     ------
