@@ -5,6 +5,7 @@
 >>> made.scenario.save("mine/repetitive")  # doctest: +SKIP
 """
 
+from hystfmu.redesign.controller import Controller, controller
 from hystfmu.redesign.repetitive import Repetitive, repetitive
 
-__all__ = ["Repetitive", "repetitive"]
+__all__ = ["Controller", "Repetitive", "controller", "repetitive"]

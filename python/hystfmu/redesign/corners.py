@@ -45,7 +45,9 @@ class Corner:
         return replace(self.opened, memories=()).stable(self.slope, self.delay)
 
 
-def corners(opened: Mapping[str, OpenedLoop], limits: MarginsSpec | None, off: float) -> list[Corner]:
+def corners(
+    opened: Mapping[str, OpenedLoop], limits: MarginsSpec | None, off: float, *, stable: bool = True
+) -> list[Corner]:
     """Return the corners of a scenario.
 
     Parameters
@@ -56,11 +58,13 @@ def corners(opened: Mapping[str, OpenedLoop], limits: MarginsSpec | None, off: f
         Of the scenario: they name its corners, with slopes and delays that the loop has to stand.
     off : float
         Share by which the natural frequencies of the plant may differ.
+    stable : bool
+        Refuse a loop that is unstable before anything is learnt.
 
     Raises
     ------
     InputError
-        The loop is unstable in one of them before anything is learnt.
+        Such a loop.
     """
     found: list[Corner] = []
     seen: set[tuple[object, ...]] = set()
@@ -80,7 +84,7 @@ def corners(opened: Mapping[str, OpenedLoop], limits: MarginsSpec | None, off: f
                     if key not in seen:
                         seen.add(key)
                         found.append(Corner(name, other, float(slope), delay))
-    for corner in found:
+    for corner in found if stable else ():
         if not corner.stable:
             raise InputError(
                 f"{corner.opened.system.case.scenario}: The loop must be stable before it learns. Got an unstable one "

@@ -55,8 +55,8 @@ def roles(opened: OpenedLoop) -> Roles:
     owner = {p.name: k for k, p in enumerate(system.parts)}
     plant, maker = owner[signal.partition(".")[0]], owner[against.partition(".")[0]]
     forward = [(owner[system.maker(n).name], n.to) for n in system.links]
-    led = _reached([e for e in forward if e[0] != plant], maker) | {maker}
-    back = _reached([(b, a) for a, b in forward], maker) | {maker}
+    led = reached([e for e in forward if e[0] != plant], maker) | {maker}
+    back = reached([(b, a) for a, b in forward], maker) | {maker}
     command = opened.command or opened.side.entry
     target = system.parts[command.to]
     return Roles(
@@ -71,7 +71,7 @@ def roles(opened: OpenedLoop) -> Roles:
 def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
     """Follow the tracked output through units that the reference does not reach, to the first that it does."""
     forward = [(_owner(system, n), n.to) for n in system.links]
-    acting = _reached([(b, a) for a, b in forward], plant)
+    acting = reached([(b, a) for a, b in forward], plant)
     while True:
         readers = {n.to for n in system.links if n.source == place and n.to in acting}
         if len(readers) != 1 or readers & led:
@@ -99,7 +99,7 @@ def _is_reference(system: System, k: int) -> bool:
     return [n.type for n in getattr(graph, "nodes", ())] == [REFERENCE]
 
 
-def _reached(edges: Iterable[tuple[int, int]], first: int) -> set[int]:
+def reached(edges: Iterable[tuple[int, int]], first: int) -> set[int]:
     """Return what lies behind a unit; the unit itself only if it acts on itself."""
     edges, found = list(edges), set[int]()
     while more := {b for a, b in edges if a in found | {first}} - found:

@@ -148,12 +148,9 @@ class OpenedLoop:
 
     def _resolved(self, slope: float, delay: float) -> tuple[Callable[[Array], Complex], Array, Complex]:
         """Return L as a function of angles, the grid with angles around each narrow resonance, and L there."""
-        late = self.held(delay)
 
         def L(angles: Array) -> Complex:
-            z = np.exp(1j * angles)
-            K, G = response_of(self.broken or self.controller, z), response_of(late, z)[:, 0, 0]
-            return self._broken(K, slope * G, angles)
+            return self.response_at(angles, slope, delay)
 
         angles, values = self._angles, self.response(slope, delay)
         more = np.setdiff1d(beside(self.poles(slope, delay), self._angles), angles)
@@ -172,6 +169,12 @@ class OpenedLoop:
         A, B, C, D = self._from_plant()
         F, G, H, _ = self.held(delay)
         return np.block([[A, B @ H], [slope * G @ C, F + slope * G @ D @ H]])
+
+    def response_at(self, angles: Array, slope: float = 1.0, delay: float = 0.0) -> Complex:
+        """Return L at angles omega h, shape (m,)."""
+        z = np.exp(1j * angles)
+        K, G = response_of(self.broken or self.controller, z), response_of(self.held(delay), z)[:, 0, 0]
+        return self._broken(K, slope * G, angles)
 
     def response(self, slope: float = 1.0, delay: float = 0.0) -> Complex:
         """Return L on the grid of `angles`, shape (m,)."""
