@@ -19,6 +19,16 @@ if TYPE_CHECKING:
     from hystfmu.face.result import Results
     from hystfmu.face.scenario import Scenario
 
+STRUCTURES = {  # as in hystfmu.design.structures, whose import would slow down --help
+    "integral": "integral alone",
+    "integral_roll_off": "integral with roll-off",
+    "pi": "PI with roll-off",
+    "notch": "notches and integral",
+    "pi_notch": "notches and PI",
+    "irc": "integral resonant control",
+    "ppf": "positive position feedback and integral",
+    "internal_model": "internal model of modes and delay around notches and integral",
+}
 POSITIVE = click.FloatRange(0, min_open=True)
 
 
@@ -85,7 +95,6 @@ def repetitive(
     """
     from hystfmu.redesign import repetitive as design_repetitive
     from hystfmu.report.progress import progress
-    from hystfmu.report.terminal import table
 
     if period is not None and frequency is not None:
         raise InputError("--period and --frequency state the same. Got both.")
@@ -110,22 +119,112 @@ def repetitive(
         "worst_factor": made.worst[1],
         "worst_corner": made.worst[0],
     }
-    passed = made.results.passed and not broken
+    lines = [
+        f"period: {made.steps} steps, {made.period:.6g} s, {1 / made.period:.6g} Hz",
+        f"learns {made.gain:g} of the error in a period, up to {made.cutoff:.4g} Hz",
+        f"slowest: at {made.worst[0]}, harmonics up to half of that shrink by {made.worst[1]:.3g} in a period",
+    ]
+    _tell(lines, facts, made.before, made.results, broken, into, as_json)
+
+
+def _structure(name: str, text: str) -> None:
+    """Add the command of a structure."""
+
+    @design.command(
+        name=name,
+        cls=Command,
+        short_help=f"Tune: {text}.",
+        help=f"""Replace the controllers of a loop by a tuned one: {text}.
+
+        SCENARIO is a folder with a loop.  Every unit on a way from the measured output to the command is taken out; one
+        unit with the same reference, measurement and feed-forward stands in their place, its gains in the file.  It has
+        the largest gain whose loop keeps the peak of the sensitivity, and twice that (in dB) in the loops of all cases,
+        for the slopes and delays in [margins] of the scenario and for modes that are off.
+
+        All cases run once; those that change the old controllers themselves are left out.  The exit status is 1 if a
+        limit of a case or of the loop is missed.
+
+        \b
+        Example: hystfmu design {name} mine/loop -o mine/{name}
+        """,
+    )
+    @click.argument("scenario")
+    @click.option("-o", "out", required=True, metavar="DIR", help="Folder of the new scenario.")
+    @click.option(
+        "--ms",
+        type=click.FloatRange(0.5, 20),
+        metavar="DB",
+        help="Largest peak of the sensitivity [default: that of the scenario, or 6].",
+    )
+    @click.option("--bandwidth", type=POSITIVE, metavar="HZ", help="Refuse a loop that is slower.")
+    @click.option(
+        "--off",
+        "percent",
+        type=click.FloatRange(0, 90),
+        default=5.0,
+        show_default=True,
+        metavar="PERCENT",
+        help="By which natural frequencies of the plant may differ, beside the cases of the scenario.",
+    )
+    @json_option
+    def command(
+        scenario: str, out: str, ms: float | None, bandwidth: float | None, percent: float, as_json: bool
+    ) -> None:
+        from hystfmu.redesign import controller
+        from hystfmu.report.progress import progress
+
+        (source,) = places.found([scenario])
+        into = _folder(out, source)
+        with progress("designing") as report:
+            made = controller(source, name, ms_db=ms, bandwidth=bandwidth or 0.0, off=percent / 100, progress=report)
+        broken = _write(made.scenario, into, made.results)
+        facts: dict[str, Any] = {
+            "structure": name,
+            "gains": made.gains,
+            "Ms_db": made.tuned.ms_db,
+            "Ms_worst_db": made.tuned.set_ms_db,
+            "worst_loop": made.tuned.worst,
+            "loops": made.loops,
+            "bandwidth_hz": made.tuned.bandwidth,
+            "margins": vars(made.margins),
+        }
+        lines = [
+            f"{text}: {', '.join(f'{k} = {v:g}' for k, v in made.gains.items())}",
+            f"Ms {made.tuned.ms_db:.3g} dB; of {made.loops} loops at most {made.tuned.set_ms_db:.3g} dB, at "
+            f"{made.tuned.worst}",
+            str(made.margins),
+        ]
+        _tell(lines, facts, made.before, made.results, broken, into, as_json)
+
+
+for _name, _text in STRUCTURES.items():
+    _structure(_name, _text)
+
+
+def _tell(
+    lines: list[str],
+    facts: dict[str, Any],
+    before: dict[str, float],
+    results: Results,
+    broken: list[str],
+    into: Path,
+    as_json: bool,
+) -> None:
+    """Print what was designed and how its cases run, and end with the verdict."""
+    from hystfmu.report.terminal import table
+
+    passed = results.passed and not broken
     if as_json:
-        cases = [_facts(r, made.before[r.case]) for r in made.results]
+        cases = [_facts(r, before[r.case]) for r in results]
         click.echo(json.dumps(facts | {"passed": passed, "cases": cases, "broken": broken, "path": str(into)}))
     else:
-        say(
-            f"period: {made.steps} steps, {made.period:.6g} s, {1 / made.period:.6g} Hz\n"
-            f"learns {made.gain:g} of the error in a period, up to {made.cutoff:.4g} Hz\n"
-            f"slowest: at {made.worst[0]}, harmonics up to half of that shrink by {made.worst[1]:.3g} in a period\n"
-        )
-        rows = [list(_facts(r, made.before[r.case]).values()) for r in made.results]
-        head = ["case", "metric", "without", "with it", "asked", "verdict"]
+        say("\n".join(lines) + "\n")
+        rows = [list(_facts(r, before[r.case]).values()) for r in results]
+        head = ["case", "metric", "before", "after", "asked", "verdict"]
         say(table(head, [[v if isinstance(v, str) else _number(v) for v in row] for row in rows]))
         for line in broken:
             say(line)
-        wrong([*(line for r in made.results for line in r.failures()), *broken])
+        wrong([*(line for r in results for line in r.failures()), *broken])
         say(f"wrote {into}: hystfmu run {into}; hystfmu margins {into}")
     sys.exit(0 if passed else FAILED)
 
@@ -164,8 +263,8 @@ def _facts(result: Any, before: float) -> dict[str, Any]:
     return {
         "case": result.case,
         "metric": first.metric if first else "stopped",
-        "without": before,
-        "with": first.value if first else math.inf,
+        "before": before,
+        "after": first.value if first else math.inf,
         "asked": first.limit if first else None,
         "verdict": "ok" if result.passed else "FAILED",
     }

@@ -18,7 +18,7 @@ from hystfmu.graph import Graph, Node
 from hystfmu.redesign.corners import Corner, corners
 from hystfmu.redesign.plants import aim, known, loop_plants, sector
 from hystfmu.redesign.replace import Controllers, controllers, depends, replaced
-from hystfmu.redesign.roles import Roles, roles
+from hystfmu.redesign.roles import roles
 from hystfmu.scenario import build
 from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
 from hystfmu.scenario.system.spec import ScenarioSpec
