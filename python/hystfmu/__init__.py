@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hystfmu import design as design
+    from hystfmu import redesign as redesign
     from hystfmu.base.errors import InputError as InputError
     from hystfmu.data import Dataset as Dataset
     from hystfmu.data import signals as signals
@@ -50,6 +51,7 @@ _HOME = {  # where each name lives; an empty name: the module itself
     "design": "design:",
     "fit": "face.verbs:fit",
     "read": "data.reader:read",
+    "redesign": "redesign:",
     "run": "face.running:run",
     "signals": "data.signals:",
     "study": "face.verbs:study",
@@ -70,6 +72,7 @@ __all__ = [
     "design",
     "fit",
     "read",
+    "redesign",
     "run",
     "signals",
     "study",

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.linalg import expm
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output, blocks
@@ -59,13 +60,17 @@ def test_sliding_mode_is_its_definition(tau: float) -> None:
     assert np.abs(y[:, 1] - s).max() <= 1e-12 * np.abs(s).max()
 
 
+SLIDING: dict[str, Any] = {"eta": 1e-3, "rho": 0.01}
+TWISTING: dict[str, Any] = {"k_1": 0.01, "k_2": 0.1}
+
+
 @pytest.mark.parametrize(
     ("name", "values", "in_metres"),
     [
-        ("sliding_mode", {}, {"eta": 1e3}),
-        ("sliding_mode", {"switching": "saturation", "k_i": 3000.0}, {"eta": 1e3}),
-        ("super_twisting", {}, {"k_1": 10.0}),
-        ("super_twisting", {"mu": 0.3}, {"k_1": 10.0, "mu": 300.0}),
+        ("sliding_mode", SLIDING, {"eta": 1e3}),
+        ("sliding_mode", {**SLIDING, "switching": "saturation", "k_i": 3000.0}, {"eta": 1e3}),
+        ("super_twisting", TWISTING, {"k_1": 10.0}),
+        ("super_twisting", {**TWISTING, "mu": 0.3}, {"k_1": 10.0, "mu": 300.0}),
     ],
 )
 def test_a_layer_without_a_width_does_not_depend_on_the_unit_of_measure(
@@ -94,14 +99,38 @@ def test_the_layer_follows_the_gains() -> None:
 @pytest.mark.parametrize(
     ("name", "values", "sentence"),
     [
-        ("sliding_mode", {"eta": 0.0}, "epsilon must be greater than 0 if eta is 0"),
-        *(("super_twisting", {k: 0.0}, "if lam, k_1 or k_2 is 0") for k in ("lam", "k_1", "k_2")),
+        ("sliding_mode", {**SLIDING, "eta": 0.0}, "epsilon must be greater than 0 if eta is 0"),
+        *(("super_twisting", {**TWISTING, k: 0.0}, "if lam, k_1 or k_2 is 0") for k in ("lam", "k_1", "k_2")),
     ],
 )
 def test_gains_without_a_scale_need_a_width(name: str, values: dict[str, float], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         Graph.single(Node("c", name, {}, values)).executor()
     Graph.single(Node("c", name, {}, {**values, "epsilon": 0.1})).executor()
+
+
+@pytest.mark.parametrize(
+    "name", ["pid", "lead_lag", "sliding_mode", "super_twisting", "iterative_learning", "repetitive"]
+)
+@pytest.mark.parametrize(("f_n", "zeta"), [(0.0, 1.0), (45.0, 0.1), (700.0, 0.02), (1000.0, 0.7)])
+def test_a_controller_without_gains_leaves_a_loop_stable(name: str, f_n: float, zeta: float) -> None:
+    """A plant of gain 1 with one or two steps of delay: what is not given adds nothing to the feed-forward."""
+    n, h = 2000, 1e-4
+    unit = Unit(Graph.single(Node("c", name, {"n": 50} if name in ("iterative_learning", "repetitive") else {}, {})))
+    ports = {v.name for v in Node("c", name, {}, {}).block.of("input")}
+    unit.initialize(0.0, **{k: 1.0 if k == "active" else 0.0 for k in ports})
+    w, x, late, y = 2 * np.pi * f_n, np.zeros(2), [0.0, 0.0], []
+    A = expm(np.array([[0, 1, 0], [-(w**2), -2 * zeta * w, w**2], [0, 0, 0]]) * h)
+    for k in range(n):
+        x = A[:2, :2] @ x + A[:2, 2] * late.pop(0)
+        y.append(x[0] if f_n else late[0])
+        r = np.sin(2 * np.pi * k / 50)
+        for port, value in (("y_d", r), ("y", y[-1]), ("u_ff", r)):
+            unit.set(port, value) if port in ports else None
+        unit.do_step(k * h, h)
+        late.append(unit.get("r" if name == "repetitive" else "u"))
+    peak = max(1 / (2 * zeta), 1.0) + 1
+    assert np.abs(y).max() <= 2 * peak
 
 
 CONTROLLERS = {

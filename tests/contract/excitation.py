@@ -84,10 +84,14 @@ def plain(flat: np.ndarray) -> Any:
 
 def perturbed(n: Node, names: set[str]) -> Node:
     """The node with all these parameters changed as far as they fit together."""
-    for v in n.block.parameters:
-        for value in candidates(v, n.value(v.name)) if v.name in names else []:
+    left = [v for v in n.block.parameters if v.name in names]
+    for v in (*left, *left):  # the first may need one that comes later
+        if v not in left:
+            continue
+        for value in candidates(v, n.value(v.name)):
             made = node(n.block, {**n.values, v.name: plain(value)})
             if made and made.dims == n.dims:
                 n = made
+                left.remove(v)
                 break
     return n

@@ -20,6 +20,7 @@ PUBLIC = (
     "hystfmu.identify",
     "hystfmu.inverse",
     "hystfmu.modelica",
+    "hystfmu.redesign",
     "hystfmu.scenario",
     "hystfmu.data.signals",
     "hystfmu.studies",

@@ -10,7 +10,7 @@ import click
 from hystfmu import __version__
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
-from hystfmu.cli import fit, fmus, models, predict, results, run, scenarios, study
+from hystfmu.cli import design, fit, fmus, models, predict, results, run, scenarios, study
 from hystfmu.cli.options import BAD_INPUT, INTERRUPTED, Command
 
 __all__ = ["main"]
@@ -76,6 +76,7 @@ for _command in (
     fmus.validate,
     run.run,
     scenarios.margins,
+    design.design,
     scenarios.compare,
     scenarios.ssp,
     study.study,

@@ -89,21 +89,63 @@ def repetitive_filters(
     InputError
         No loop, or a cutoff above half the sampling frequency.
     """
+    if not loops:
+        raise InputError("The loops must be at least one. Got none.")
+    z = np.exp(1j * filter_angles())
+    return learning_filters(np.array([_complementary(L, z) for L in loops]), float(loops[0].dt), cutoff, gain, n_q, n_l)
+
+
+def filter_angles() -> Array:
+    """Return the angles omega h at which `learning_filters` takes responses, shape (POINTS / 2 + 1,)."""
+    angles = 2 * np.pi * np.arange(POINTS // 2 + 1) / POINTS
+    angles[0] = 2 * np.pi * 1e-3 / POINTS  # beside the poles of integrators
+    return angles
+
+
+def learning_filters(
+    T: Array,
+    h: float,
+    cutoff: float,
+    gain: float = 0.3,
+    n_q: int = 9,
+    n_l: int = 40,
+    rest: float = 1.0,
+    floor: float = 0.0,
+) -> RepetitiveFilters:
+    """Design Q and L as `repetitive_filters` does, from responses.
+
+    Parameters
+    ----------
+    T : array, shape (loops, POINTS / 2 + 1)
+        Responses from a correction to what it takes off the error, at `filter_angles`.
+    h : float
+        Step (s).
+    cutoff, gain, n_q, n_l
+        As `repetitive_filters`.
+    rest : float
+        Q at frequency 0.  Below 1 the memory forgets what the loop does not respond to, such as a constant correction
+        before an integrator.
+    floor : float
+        Share of the mean square of the responses below the cutoff that is added to that at each frequency: what the
+        loop hardly responds to is not inverted.  Trap: without it a zero of T at one frequency, of an integrator or
+        two, adds a constant to all taps.
+
+    Raises
+    ------
+    InputError
+        A cutoff above half the sampling frequency.
+    """
     # here, so that a process for a foreign FMU does not wait for it
     from scipy.signal import firwin
     from scipy.signal.windows import tukey
 
-    if not loops:
-        raise InputError("The loops must be at least one. Got none.")
-    h = float(loops[0].dt)
     if not 0 < cutoff < 0.5 / h:
         raise InputError(f"The cutoff must be a float in (0, {0.5 / h:g}) Hz. Got {cutoff:g} instead.")
-    z = np.exp(2j * np.pi * np.arange(POINTS // 2 + 1) / POINTS)
-    z[0] = np.exp(2j * np.pi * 1e-3 / POINTS)  # beside the poles of integrators
-    taps = firwin(2 * n_q + 1, cutoff, fs=1 / h)[n_q:]
-    T = np.array([_complementary(L, z) for L in loops])
+    z = np.exp(1j * filter_angles())
+    taps = rest * firwin(2 * n_q + 1, cutoff, fs=1 / h)[n_q:]
     Q = zero_phase_at(taps, z)
-    ideal = gain * Q * T.conj().sum(0) / (np.abs(T) ** 2).sum(0)
+    power = (np.abs(T) ** 2).sum(0)
+    ideal = gain * Q * T.conj().sum(0) / (power + floor * power[filter_angles() < 2 * np.pi * cutoff * h].mean())
     ideal[[0, -1]] = ideal[[0, -1]].real
     past = np.fft.irfft(ideal, POINTS)  # tap i acts on the error i steps ago
     learning = past[-np.arange(-n_l, n_l + 1)] * tukey(2 * n_l + 3, EDGE)[1:-1]

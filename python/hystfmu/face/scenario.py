@@ -6,7 +6,7 @@ import copy
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from hystfmu.scenario import Scenario as Cases
 from hystfmu.scenario.system.case import NAME, split_end
 from hystfmu.scenario.system.inside import inside
 from hystfmu.scenario.system.spec import MetricKind, ScenarioSpec, Scheme, UnitSpec
+
+if TYPE_CHECKING:
+    from hystfmu.scenario.loop_margins import OpenedLoop
 
 __all__ = ["Scenario"]
 
@@ -452,6 +455,60 @@ class Scenario:
         whole.ready()  # what is written can be read
         return save(spec, whole._attached, Path(folder))
 
+    def open_loop(self, case: str | None = None, *, set: Mapping[str, Any] | None = None) -> OpenedLoop:
+        """Return the linearised loop of a case, opened at the input of its plant.
+
+        Parameters
+        ----------
+        case : str, optional
+            By default the first.
+        set : mapping, optional
+            ``{"unit.parameter": value}``; a string ``"*1.2"`` scales.
+
+        Raises
+        ------
+        InputError
+            An unknown case, or one without a loop that is linear at rest.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> hy.Scenario.load("scenarios/pid").open_loop("sine_10").margins().stable  # doctest: +SKIP
+        True
+        """
+        from hystfmu.scenario import build
+        from hystfmu.scenario.loop_margins import open_loop
+
+        cases = {c.name: c for c in self.ready().changed(dict(set or {}), None).cases}
+        if case is not None and case not in cases:
+            raise InputError(f"{self._origin}: The case must be one of {', '.join(cases)}. Got {case!r} instead.")
+        return open_loop(build(cases[case] if case is not None else next(iter(cases.values()))), (1.0, 1.0))
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """What a file of the scenario says, complete: a copy, with the keys of a scenario.toml."""
+        return copy.deepcopy(completed(self._spec, self._attached, self._origin))
+
+    def changed(self, table: Mapping[str, Any]) -> Scenario:
+        """Return a scenario that says something else of the same files.
+
+        Parameters
+        ----------
+        table : mapping
+            As `table` returns it, changed.
+
+        Raises
+        ------
+        InputError
+            A key that does not fit.
+        """
+        made = copy.copy(self)
+        made._edit()
+        made._attached = dict(made._attached)
+        check(dict(table), ScenarioSpec, made._origin)
+        made._spec = copy.deepcopy(dict(table))
+        return made
+
     def ready(self) -> Cases:
         """The complete cases, as `hystfmu.scenario` runs them.
 
@@ -472,6 +529,7 @@ class Scenario:
         """From now on it is no longer what its file says: no baseline, and its files are attached."""
         if self._folder is None:
             return
+        self._attached = dict(self._attached)
         for unit, key in files(self._spec):
             self._attached.setdefault(unit[key], inside(self._folder, unit[key], f"{self._origin}: {key}"))
         self._folder, self._origin = None, f"scenario {self.name!r}"

@@ -29,6 +29,7 @@ from hystfmu.scenario.loop.held import held
 from hystfmu.scenario.loop.plant import (
     PlantSide,
     as_gain,
+    command_of,
     dynamics,
     for_small_signals,
     has_memory,
@@ -82,6 +83,8 @@ class OpenedLoop:
         An inverse stands in the loop.
     ramp : float
         Time in which a new command reaches the dynamics of the plant (s).
+    command : Link, optional
+        Connection that brings the command: into the inverse, or without one into the plant.
     """
 
     system: System
@@ -97,6 +100,7 @@ class OpenedLoop:
     falling: bool = False
     inverted: bool = True
     ramp: float = 0.0
+    command: Link | None = None
 
     @functools.cached_property
     def nominal(self) -> float:
@@ -161,21 +165,18 @@ class OpenedLoop:
 
     def _resolved(self, slope: float, delay: float) -> tuple[Callable[[Array], Complex], Array, Complex]:
         """Return L as a function of angles, the grid with angles around each narrow resonance, and L there."""
-        late = self.held(delay)
 
         def L(angles: Array) -> Complex:
-            z = np.exp(1j * angles)
-            K, G = response_of(self.broken or self.controller, z), response_of(late, z)[:, 0, 0]
-            return self._broken(K, slope * G, angles)
+            return self.response_at(angles, slope, delay)
 
         angles, values = self._angles, self.response(slope, delay)
-        more = np.setdiff1d(beside(self._poles(slope, delay), self._angles), angles)
+        more = np.setdiff1d(beside(self.poles(slope, delay), self._angles), angles)
         if not len(more):
             return L, angles, values
         at = np.searchsorted(angles, more)
         return L, np.insert(angles, at, more), np.insert(values, at, L(more))
 
-    def _poles(self, slope: float, delay: float) -> Complex:
+    def poles(self, slope: float, delay: float) -> Complex:
         """Return the poles of the open and of the closed loop, without memories."""
         closed = self._closed_from_plant(slope, delay)
         systems = [(self.broken or self.controller)[0], self.held(delay)[0], closed]
@@ -185,6 +186,12 @@ class OpenedLoop:
         A, B, C, D = self._from_plant()
         F, G, H, _ = self.held(delay)
         return np.block([[A, B @ H], [slope * G @ C, F + slope * G @ D @ H]])
+
+    def response_at(self, angles: Array, slope: float = 1.0, delay: float = 0.0) -> Complex:
+        """Return L at angles omega h, shape (m,)."""
+        z = np.exp(1j * angles)
+        K, G = response_of(self.broken or self.controller, z), response_of(self.held(delay), z)[:, 0, 0]
+        return self._broken(K, slope * G, angles)
 
     def response(self, slope: float = 1.0, delay: float = 0.0) -> Complex:
         """Return L on the grid of `angles`, shape (m,)."""
@@ -247,8 +254,30 @@ class OpenedLoop:
 
     def _factor(self, slope: float, delay: float) -> Complex:
         K, G = on_grid(self.controller, self._period), slope * self._late(delay)
-        error = K[:, -1, -1] + K[:, -1, 0] * G * K[:, 0, -1] / (1 - K[:, 0, 0] * G)
-        return self.memories[0].factor(self._angles, error)
+        return self.memories[0].factor(self._angles, _error(K, G))
+
+    def learnt(self, angles: Array, slope: float | None = None, delay: float = 0.0) -> Complex:
+        """Return the response from a correction of the memory to what it takes off the error, shape (m,).
+
+        The memory itself is left out: it shrinks errors by abs(Q - L T) in a period, T this response.
+
+        Parameters
+        ----------
+        angles : array, shape (m,)
+            omega h.
+        slope, delay
+            As `margins`.
+
+        Raises
+        ------
+        InputError
+            The loop has no memory.
+        """
+        if not self.memories:
+            raise InputError(f"{self.system.case.title}: The loop must have a memory of a period. Got none.")
+        z = np.exp(1j * angles)
+        slope = self.nominal if slope is None else slope
+        return -_error(response_of(self.controller, z), slope * response_of(self.held(delay), z)[:, 0, 0])
 
     def worst_peak_db(self, delay: float = 0.0) -> float:
         """Return the largest peak of the sensitivity over the sector of slopes (dB); infinite if one is unstable."""
@@ -299,6 +328,11 @@ class OpenedLoop:
         """Return the controller from the output of the plant to its input, without memories."""
         A, B, C, D = self.controller
         return A, B[:, :1], C[:1], D[:1, :1]
+
+
+def _error(K: Complex, G: Complex) -> Complex:
+    """Return the response from the correction of a memory to its error, in the loop of K and G without it."""
+    return np.asarray(K[:, -1, -1] + K[:, -1, 0] * G * K[:, 0, -1] / (1 - K[:, 0, 0] * G))
 
 
 def _covariance(M: Array, N: Array) -> Array:
@@ -392,6 +426,7 @@ def open_loop(system: System, slopes: tuple[float, float] | None = None, at: str
         any(n.type in FALLING for n in controller.nodes),
         bool(between),
         ramp,
+        command_of(system, side, between),
     )
 
 

@@ -4,6 +4,7 @@
 
 writes scenarios/stage/irc_repetitive/repetitive.toml.  The correction is added to the command, behind the controller:
 what it acts on is P = z^-1 G / (1 + C G), for modes from -20 to +20 % and slopes of the actuator over its inverse.
+For a loop of your own: hystfmu design repetitive.
 """
 
 from __future__ import annotations
@@ -12,11 +13,8 @@ import sys
 from pathlib import Path
 
 import control
+import hystfmu as hy
 import numpy as np
-from hystfmu.design import RepetitiveFilters, repetitive_filters
-from hystfmu.scenario import Scenario, build
-from hystfmu.scenario.loop.held import held
-from hystfmu.scenario.loop_margins import open_loop
 
 STAGE = Path(__file__).parents[1]
 RATE = 10_000  # Hz
@@ -65,18 +63,17 @@ def loops(name: str) -> list[control.StateSpace]:
     """Return open loops whose complementary sensitivity is P."""
     found = []
     for factor in FACTORS:
-        (case,) = [c for c in Scenario(STAGE / name, {"plant.g0_f_n": f"*{factor}"}).cases if c.name == "scan_100"]
-        opened = open_loop(build(case), (1.0, 1.0))
-        late = control.ss(*held(opened.plant, opened.h, 1.0), opened.h)
+        opened = hy.Scenario.load(STAGE / name).open_loop("scan_100", set={"plant.g0_f_n": f"*{factor}"})
+        late = control.ss(*opened.held(1.0), opened.h)
         for slope in SLOPES:
             P = slope * late * control.feedback(control.ss([], [], [], [[1.0]], opened.h), opened.open_loop(slope, 0.0))
             found.append(control.feedback(P, 1, sign=1))
     return found
 
 
-def design(name: str) -> RepetitiveFilters:
+def design(name: str) -> hy.design.RepetitiveFilters:
     """Return the filters for a controller."""
-    return repetitive_filters(loops(name), CUTOFF, GAIN, N_Q, N_L)
+    return hy.design.repetitive_filters(loops(name), CUTOFF, GAIN, N_Q, N_L)
 
 
 def main(names: list[str]) -> None:

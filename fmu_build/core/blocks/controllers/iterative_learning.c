@@ -8,7 +8,7 @@
 
 #define DIMS(D) D(n, 20, 1, 1000000, "steps in a period of the reference")
 #define VARS(V)                                                                                       \
-  V(gain, PARAM, 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "learning gain of an error")               \
+  V(gain, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "learning gain of an error; 0: none")      \
   V(lead, PARAM, 1, "int", "1", 1.0, 0.0, 1000000.0, "steps from a command to its effect")            \
   V(smooth, PARAM, 1, "real", "1", 0.0, 0.0, 0.25, "weight of each neighbour in the filter; 0: none") \
   HYST_LIMIT_ROWS(V)                                                                                  \

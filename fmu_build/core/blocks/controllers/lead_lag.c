@@ -7,7 +7,7 @@
 
 #define DIMS(D) D(n, 1, 1, 1000, "number of sections")
 #define VARS(V)                                                                                    \
-  V(K, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "static gain")                             \
+  V(K, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "static gain")                             \
   V(T_z, PARAM, n, "real", "s", 1.0, 0.0, HYST_INF, "time constants of the zeros: lead above T_p") \
   V(T_p, PARAM, n, "real", "s", 0.1, HYST_POSITIVE, HYST_INF, "time constants of the poles")       \
   HYST_LIMIT_ROWS(V)                                                                               \

@@ -5,7 +5,7 @@
 
 #define DIMS(D)
 #define VARS(V)                                                                                        \
-  V(Kp, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "proportional gain")                          \
+  V(Kp, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "proportional gain")                          \
   V(Ki, PARAM, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "integral gain")                            \
   V(Kd, PARAM, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "derivative gain")                            \
   V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the derivative filter; 0: none") \

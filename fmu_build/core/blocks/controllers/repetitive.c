@@ -13,8 +13,8 @@
   D(n_q, 1, 0, 10000, "taps of Q on each side, below n") \
   D(n_l, 1, 0, 10000, "taps of L on each side, below n")
 #define VARS(V)                                                                                              \
-  V(q, PARAM, n_q + 1, "real", "1", 0.3, -HYST_INF, HYST_INF, "taps of Q: its middle, then one side")        \
-  V(l, PARAM, 2 * n_l + 1, "real", "1", 0.1, -HYST_INF, HYST_INF, "taps of L, from n_l steps back to ahead") \
+  V(q, PARAM, n_q + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "taps of Q: its middle, then one side")        \
+  V(l, PARAM, 2 * n_l + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "taps of L, from n_l steps back to ahead") \
   V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference")                                       \
   V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                      \
   V(active, INPUT, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "at most 0: the error is not learnt")           \

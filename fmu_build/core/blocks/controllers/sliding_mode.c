@@ -10,8 +10,8 @@
 #define DIMS(D)
 #define VARS(V)                                                                                               \
   V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                          \
-  V(eta, PARAM, 1, "real", "s", 1e-3, 0.0, HYST_INF, "linear gain of s")                                      \
-  V(rho, PARAM, 1, "real", "1", 0.01, 0.0, HYST_INF, "switching gain")                                        \
+  V(eta, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "linear gain of s")                                       \
+  V(rho, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "switching gain")                                         \
   V(epsilon, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "width of the boundary layer; 0: rho / (10 eta)")   \
   V(switching, FIXED, 1, "smooth|saturation", "1", 0.0, 0.0, 1.0, "s / (|s| + epsilon), or sat(s / epsilon)") \
   V(k_i, PARAM, 1, "real", "1/s2", 0.0, 0.0, HYST_INF, "integral gain; 0: the law of the paper")              \

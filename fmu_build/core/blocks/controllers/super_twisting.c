@@ -11,8 +11,8 @@
 #define DIMS(D)
 #define VARS(V)                                                                                        \
   V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                   \
-  V(k_1, PARAM, 1, "real", "1", 0.01, 0.0, HYST_INF, "gain of the square root of s, in s^(1/2)")       \
-  V(k_2, PARAM, 1, "real", "1/s", 0.1, 0.0, HYST_INF, "gain of the integrated switching")              \
+  V(k_1, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "gain of the square root of s, in s^(1/2)")        \
+  V(k_2, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "gain of the integrated switching")              \
   V(mu, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "weight of the linear terms, in s^(1/2); 0: none")  \
   V(epsilon, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "boundary layer; 0: (10 k_2 / (lam k_1))^2") \
   V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none")   \
@@ -34,7 +34,7 @@ static double phi_2(double s, double mu, double epsilon) {
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const double root = 10 * *k_2 / (*lam * *k_1);
-  *layer = *epsilon > 0 ? *epsilon : root * root;
+  *layer = *epsilon > 0 ? *epsilon : *k_1 == 0 && *k_2 == 0 ? 1 : root * root; /* without gains no switching */
   if (!(*layer > 0 && hyst_isfinite(*layer))) return "epsilon must be greater than 0 if lam, k_1 or k_2 is 0";
   return hyst_wrong_limits(*u_min, *u_max);
 }

@@ -3,7 +3,7 @@ within HystFMU.Control.BaseClasses;
 partial block LeadLag "Lead-lag controller with feed-forward and limits: parameters and ports"
   extends Icons.Block;
   parameter Integer n(min = 1) = 1 "Number of sections" annotation (Dialog(group = "Sizes"));
-  parameter Real K = 1 "Static gain" annotation (Dialog(group = "Gains"));
+  parameter Real K = 0 "Static gain" annotation (Dialog(group = "Gains"));
   parameter Types.Time T_z[n](each min = 0) = fill(1.0, n) "Time constants of the zeros: lead above T_p" annotation (Dialog(group = "Dynamics"));
   parameter Types.Time T_p[n](each min = 0) = fill(0.1, n) "Time constants of the poles; greater than 0" annotation (Dialog(group = "Dynamics"));
   parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));

@@ -2,7 +2,7 @@
 within HystFMU.Control.BaseClasses;
 partial block Pid "PID controller with feed-forward and anti-windup: parameters and ports"
   extends Icons.Block;
-  parameter Real Kp = 1 "Proportional gain" annotation (Dialog(group = "Gains"));
+  parameter Real Kp = 0 "Proportional gain" annotation (Dialog(group = "Gains"));
   parameter Real Ki(unit = "1/s") = 0 "Integral gain" annotation (Dialog(group = "Gains"));
   parameter Types.Time Kd = 0 "Derivative gain" annotation (Dialog(group = "Gains"));
   parameter Types.Time tau(min = 0) = 0 "Time constant of the derivative filter; 0: none" annotation (Dialog(group = "Filters"));

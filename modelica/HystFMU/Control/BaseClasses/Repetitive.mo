@@ -5,8 +5,8 @@ partial block Repetitive "Repetitive control: corrects the reference from the er
   parameter Integer n(min = 2) = 20 "Steps in a period" annotation (Dialog(group = "Sizes"));
   parameter Integer n_q(min = 0) = 1 "Taps of Q on each side, below n" annotation (Dialog(group = "Sizes"));
   parameter Integer n_l(min = 0) = 1 "Taps of L on each side, below n" annotation (Dialog(group = "Sizes"));
-  parameter Real q[n_q + 1] = fill(0.3, n_q + 1) "Taps of Q: its middle, then one side" annotation (Dialog(group = "Controller"));
-  parameter Real l[2*n_l + 1] = fill(0.1, 2*n_l + 1) "Taps of L, from n_l steps back to ahead" annotation (Dialog(group = "Controller"));
+  parameter Real q[n_q + 1] = fill(0.0, n_q + 1) "Taps of Q: its middle, then one side" annotation (Dialog(group = "Controller"));
+  parameter Real l[2*n_l + 1] = fill(0.0, 2*n_l + 1) "Taps of L, from n_l steps back to ahead" annotation (Dialog(group = "Controller"));
   Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
   Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput active "At most 0: the error is not learnt" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));

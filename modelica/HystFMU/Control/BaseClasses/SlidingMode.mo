@@ -3,8 +3,8 @@ within HystFMU.Control.BaseClasses;
 partial block SlidingMode "Sliding mode controller around a feed-forward, with integral action and anti-windup: parameters and ports"
   extends Icons.Block;
   parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line" annotation (Dialog(group = "Controller"));
-  parameter Types.Time eta(min = 0) = 0.001 "Linear gain of s" annotation (Dialog(group = "Gains"));
-  parameter Real rho(min = 0) = 0.01 "Switching gain" annotation (Dialog(group = "Gains"));
+  parameter Types.Time eta(min = 0) = 0 "Linear gain of s" annotation (Dialog(group = "Gains"));
+  parameter Real rho(min = 0) = 0 "Switching gain" annotation (Dialog(group = "Gains"));
   parameter Real epsilon(unit = "1/s", min = 0) = 0 "Width of the boundary layer; 0: rho / (10 eta)" annotation (Dialog(group = "Controller"));
   parameter Types.Switching switching = Types.Switching.smooth "S / (|s| + epsilon), or sat(s / epsilon)" annotation (Dialog(group = "Controller"));
   parameter Real k_i(unit = "1/s2", min = 0) = 0 "Integral gain; 0: the law of the paper" annotation (Dialog(group = "Gains"));

@@ -197,6 +197,11 @@ def _with_gain_one(system: StateSpace) -> StateSpace:
     return (A, B, C / gain, D / gain) if gain else system
 
 
+def command_of(system: System, side: PlantSide, between: Sequence[int]) -> Link:
+    """Return the connection that brings the command: into the first inverse, or without one into the plant side."""
+    return next((n for n in system.links if between and n.to == between[0] and n.input == 0), side.entry)
+
+
 def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[float, float]:
     """Run the case and return the sector of slopes of plant over inverse along its path.
 
@@ -205,7 +210,7 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
     InputError
         The case stops.
     """
-    first = next((n for n in system.links if between and n.to == between[0] and n.input == 0), side.entry)
+    first = command_of(system, side, between)
     column = next(name for name, place in system.columns.items() if place == first.source)
     try:
         v = Native(system, [column]).run()[column][:: system.case.ripple]

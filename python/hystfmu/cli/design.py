@@ -1,0 +1,274 @@
+"""Commands that design a controller for the loop of a scenario, and write a scenario with it."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hystfmu.base.errors import InputError
+from hystfmu.cli import places
+from hystfmu.cli.options import FAILED, Command, json_option
+from hystfmu.report.verbosity import say, wrong
+
+if TYPE_CHECKING:
+    from hystfmu.face.result import Results
+    from hystfmu.face.scenario import Scenario
+
+STRUCTURES = {  # as in hystfmu.design.structures, whose import would slow down --help
+    "integral": "integral alone",
+    "integral_roll_off": "integral with roll-off",
+    "pi": "PI with roll-off",
+    "notch": "notches and integral",
+    "pi_notch": "notches and PI",
+    "irc": "integral resonant control",
+    "ppf": "positive position feedback and integral",
+    "internal_model": "internal model of modes and delay around notches and integral",
+}
+POSITIVE = click.FloatRange(0, min_open=True)
+
+
+@click.group()
+def design() -> None:
+    """Design a controller for the loop of a scenario, and write a scenario with it.
+
+    \b
+    Example: hystfmu start data.csv -o mine
+             hystfmu design repetitive mine/loop -o mine/repetitive
+             hystfmu run mine/repetitive
+    """
+
+
+@design.command(cls=Command)
+@click.argument("scenario")
+@click.option("-o", "out", required=True, metavar="DIR", help="Folder of the new scenario.")
+@click.option("--period", type=POSITIVE, metavar="SECONDS", help="Of the reference [default: as it is].")
+@click.option("--frequency", type=POSITIVE, metavar="HZ", help="Of the reference, instead of --period.")
+@click.option(
+    "--cutoff",
+    type=POSITIVE,
+    metavar="HZ",
+    help="Frequency above which nothing is learnt [default: the largest that all corners carry].",
+)
+@click.option(
+    "--gain",
+    type=click.FloatRange(0, 1, min_open=True),
+    help="Share of the error that is learnt in a period [default: 0.3, less if no cutoff allows it].",
+)
+@click.option(
+    "--off",
+    "percent",
+    type=click.FloatRange(0, 90),
+    default=20.0,
+    show_default=True,
+    metavar="PERCENT",
+    help="By which natural frequencies of the plant may differ.",
+)
+@json_option
+def repetitive(
+    scenario: str,
+    out: str,
+    period: float | None,
+    frequency: float | None,
+    cutoff: float | None,
+    gain: float | None,
+    percent: float,
+    as_json: bool,
+) -> None:
+    """Add a repetitive part to a loop: it learns what repeats.
+
+    SCENARIO is a folder with a loop that is stable by itself, such as 'hystfmu start' writes.  The block stands in
+    series and adds its corrections to the command of the controllers.  Its taps are such that errors shrink from period
+    to period in every case with a periodic reference, for the slopes and delays in [margins] of the scenario, and for
+    modes that are off.  A cutoff or gain for which they do not is refused with what is reachable.
+
+    The new scenario has the cases whose references have this period; its file holds the taps.  All of them run once.
+    The exit status is 1 if a limit of a case or of the loop is missed.
+
+    \b
+    Example: hystfmu design repetitive mine/loop -o mine/repetitive
+             hystfmu design repetitive scenarios/stage/irc -o scan --frequency 100
+    """
+    from hystfmu.redesign import repetitive as design_repetitive
+    from hystfmu.report.progress import progress
+
+    if period is not None and frequency is not None:
+        raise InputError("--period and --frequency state the same. Got both.")
+    (source,) = places.found([scenario])
+    into = _folder(out, source)
+    with progress("designing") as report:
+        made = design_repetitive(
+            source,
+            period=1 / frequency if frequency is not None else period,
+            cutoff=cutoff,
+            gain=gain,
+            off=percent / 100,
+            progress=report,
+        )
+    broken = _write(made.scenario, into, made.results)
+    facts: dict[str, Any] = {
+        "period": made.period,
+        "steps": made.steps,
+        "cutoff": made.cutoff,
+        "gain": made.gain,
+        "taps": {"q": len(made.filters.q), "l": len(made.filters.l)},
+        "worst_factor": made.worst[1],
+        "worst_corner": made.worst[0],
+    }
+    lines = [
+        f"period: {made.steps} steps, {made.period:.6g} s, {1 / made.period:.6g} Hz",
+        f"learns {made.gain:g} of the error in a period, up to {made.cutoff:.4g} Hz",
+        f"slowest: at {made.worst[0]}, harmonics up to half of that shrink by {made.worst[1]:.3g} in a period",
+    ]
+    _tell(lines, facts, made.before, made.results, broken, into, as_json)
+
+
+def _structure(name: str, text: str) -> None:
+    """Add the command of a structure."""
+
+    @design.command(
+        name=name,
+        cls=Command,
+        short_help=f"Tune: {text}.",
+        help=f"""Replace the controllers of a loop by a tuned one: {text}.
+
+        SCENARIO is a folder with a loop.  Every unit on a way from the measured output to the command is taken out; one
+        unit with the same reference, measurement and feed-forward stands in their place, its gains in the file.  It has
+        the largest gain whose loop keeps the peak of the sensitivity, and twice that (in dB) in the loops of all cases,
+        for the slopes and delays in [margins] of the scenario and for modes that are off.
+
+        All cases run once; those that change the old controllers themselves are left out.  The exit status is 1 if a
+        limit of a case or of the loop is missed.
+
+        \b
+        Example: hystfmu design {name} mine/loop -o mine/{name}
+        """,
+    )
+    @click.argument("scenario")
+    @click.option("-o", "out", required=True, metavar="DIR", help="Folder of the new scenario.")
+    @click.option(
+        "--ms",
+        type=click.FloatRange(0.5, 20),
+        metavar="DB",
+        help="Largest peak of the sensitivity [default: that of the scenario, or 6].",
+    )
+    @click.option("--bandwidth", type=POSITIVE, metavar="HZ", help="Refuse a loop that is slower.")
+    @click.option(
+        "--off",
+        "percent",
+        type=click.FloatRange(0, 90),
+        default=5.0,
+        show_default=True,
+        metavar="PERCENT",
+        help="By which natural frequencies of the plant may differ, beside the cases of the scenario.",
+    )
+    @json_option
+    def command(
+        scenario: str, out: str, ms: float | None, bandwidth: float | None, percent: float, as_json: bool
+    ) -> None:
+        from hystfmu.redesign import controller
+        from hystfmu.report.progress import progress
+
+        (source,) = places.found([scenario])
+        into = _folder(out, source)
+        with progress("designing") as report:
+            made = controller(source, name, ms_db=ms, bandwidth=bandwidth or 0.0, off=percent / 100, progress=report)
+        broken = _write(made.scenario, into, made.results)
+        facts: dict[str, Any] = {
+            "structure": name,
+            "gains": made.gains,
+            "Ms_db": made.tuned.ms_db,
+            "Ms_worst_db": made.tuned.set_ms_db,
+            "worst_loop": made.tuned.worst,
+            "loops": made.loops,
+            "bandwidth_hz": made.tuned.bandwidth,
+            "margins": vars(made.margins),
+        }
+        lines = [
+            f"{text}: {', '.join(f'{k} = {v:g}' for k, v in made.gains.items())}",
+            f"Ms {made.tuned.ms_db:.3g} dB; of {made.loops} loops at most {made.tuned.set_ms_db:.3g} dB, at "
+            f"{made.tuned.worst}",
+            str(made.margins),
+        ]
+        _tell(lines, facts, made.before, made.results, broken, into, as_json)
+
+
+for _name, _text in STRUCTURES.items():
+    _structure(_name, _text)
+
+
+def _tell(
+    lines: list[str],
+    facts: dict[str, Any],
+    before: dict[str, float],
+    results: Results,
+    broken: list[str],
+    into: Path,
+    as_json: bool,
+) -> None:
+    """Print what was designed and how its cases run, and end with the verdict."""
+    from hystfmu.report.terminal import table
+
+    passed = results.passed and not broken
+    if as_json:
+        cases = [_facts(r, before[r.case]) for r in results]
+        click.echo(json.dumps(facts | {"passed": passed, "cases": cases, "broken": broken, "path": str(into)}))
+    else:
+        say("\n".join(lines) + "\n")
+        rows = [list(_facts(r, before[r.case]).values()) for r in results]
+        head = ["case", "metric", "before", "after", "asked", "verdict"]
+        say(table(head, [[v if isinstance(v, str) else _number(v) for v in row] for row in rows]))
+        for line in broken:
+            say(line)
+        wrong([*(line for r in results for line in r.failures()), *broken])
+        say(f"wrote {into}: hystfmu run {into}; hystfmu margins {into}")
+    sys.exit(0 if passed else FAILED)
+
+
+def _folder(out: str, source: Path) -> Path:
+    """Return the folder to write into.
+
+    Raises
+    ------
+    InputError
+        It is that of the scenario, or a file.
+    """
+    into = Path(out)
+    if into.exists() and not into.is_dir():
+        raise InputError(f"{out}: The new scenario must be a folder. Got a file.")
+    home = source if source.is_dir() else source.parent
+    if into.resolve() == home.resolve():
+        raise InputError(f"{out}: The new scenario must have a folder of its own. Got that of {source}.")
+    return into
+
+
+def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
+    """Write a scenario, with its results as baseline if they are good, and return what its loop breaks."""
+    from hystfmu.face.running import run
+    from hystfmu.scenario.margin_table import margin_table
+
+    scenario.save(into)
+    if results.passed:
+        run(into, engine="native", record=True)
+    return margin_table([into]).broken()
+
+
+def _facts(result: Any, before: float) -> dict[str, Any]:
+    """Return a case as a row."""
+    first = result.verdicts[0] if result.verdicts else None
+    return {
+        "case": result.case,
+        "metric": first.metric if first else "stopped",
+        "before": before,
+        "after": first.value if first else math.inf,
+        "asked": first.limit if first else None,
+        "verdict": "ok" if result.passed else "FAILED",
+    }
+
+
+def _number(x: float | None) -> str:
+    return "" if x is None else f"{x:.3g}"

@@ -1,0 +1,11 @@
+"""Controllers for the loop of a scenario: each gives a new scenario with the values that were designed for it.
+
+>>> import hystfmu as hy
+>>> made = hy.redesign.repetitive(hy.Scenario.load("mine/loop"))  # doctest: +SKIP
+>>> made.scenario.save("mine/repetitive")  # doctest: +SKIP
+"""
+
+from hystfmu.redesign.controller import Controller, controller
+from hystfmu.redesign.repetitive import Repetitive, repetitive
+
+__all__ = ["Controller", "Repetitive", "controller", "repetitive"]

@@ -1,0 +1,103 @@
+"""The search for filters of a repetitive part: the largest cutoff and gain that every corner carries."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.design.frequency import Complex
+from hystfmu.design.repetitive import RepetitiveFilters, filter_angles, learning_filters, taps_at, zero_phase_at
+from hystfmu.redesign.corners import Corner, angles_of, fastest_mode
+from hystfmu.scenario.loop_margins import OpenedLoop
+
+GAINS = (0.3, 0.2, 0.1, 0.05)  # shares of the error learnt in a period, the first that some cutoff allows
+REST = 0.999  # Q at frequency 0: a constant correction before an integrator is forgotten
+FLOOR = 1e-3  # of the mean square of responses: what the loop does not respond to is not inverted
+ABOVE_MODE = 1.2  # cutoff over the fastest mode: Q is closed at twice that mode, above which a record shows little
+HARMONICS = 10  # of the reference that are learnt where the plant has no dynamics, and nothing else says more
+HIGHEST = 0.4  # cutoff over the sampling frequency
+STEP = 2**0.25  # between cutoffs that are tried
+SIDE_Q, SIDE_L = 2.6, 5.0  # taps on each side, in samples of the cutoff
+MOST = 1500  # taps on a side
+
+
+def highest(opened: OpenedLoop, n: int) -> float:
+    """Return the largest cutoff that is chosen without being asked for (Hz)."""
+    mode = fastest_mode(opened)
+    wanted = HARMONICS / (n * opened.h) if mode is None else ABOVE_MODE * mode
+    return min(wanted, HIGHEST / opened.h)
+
+
+class Search:
+    """Filters for cutoffs and gains, held against all corners."""
+
+    def __init__(self, found: Sequence[Corner], h: float, n: int) -> None:
+        self._found, self._h, self._n = found, h, n
+        angles = angles_of(list(found))
+        self._z: Complex = np.exp(1j * angles)
+        self._T = np.array([c.learnt(angles) for c in found])
+        self._design = np.array([c.learnt(filter_angles()) for c in found if c.delay == 0])
+
+    def at(self, cutoff: float, gain: float) -> RepetitiveFilters:
+        """Design filters, and say what they leave of an error in each corner."""
+        n_q, n_l = (min(math.ceil(k / (cutoff * self._h)), self._n - 1, MOST) for k in (SIDE_Q, SIDE_L))
+        made = learning_filters(self._design, self._h, cutoff, gain, n_q, n_l, REST, FLOOR)
+        Q, L = zero_phase_at(made.q, self._z), taps_at(made.l, self._z)
+        return RepetitiveFilters(made.q, made.l, tuple(np.abs(Q - L * self._T).max(axis=1).tolist()))
+
+    def best(self, cutoff: float | None, gain: float | None, top: float) -> tuple[RepetitiveFilters, float, float]:
+        """Return the filters of the largest cutoff, of the largest gain that has one.
+
+        Raises
+        ------
+        InputError
+            There are none.
+        """
+        if cutoff is not None and not 0 < cutoff < 0.5 / self._h:
+            raise InputError(f"The cutoff must be a float in (0, {0.5 / self._h:g}) Hz. Got {cutoff:g} instead.")
+        for g in GAINS if gain is None else (gain,):
+            for f in self._cutoffs(top) if cutoff is None else (cutoff,):
+                found = self.at(f, g)
+                if max(found.contraction) < 1:
+                    return found, f, g
+        raise InputError(self._refusal(cutoff, gain, top))
+
+    def worst(self, filters: RepetitiveFilters, cutoff: float) -> tuple[str, float]:
+        """Return the corner in which harmonics up to half the cutoff shrink least, and the factor in a period."""
+        top = max(math.floor(self._n * cutoff * self._h / 2), 1)
+        angles = 2 * np.pi * np.arange(1, top + 1) / self._n
+        z = np.exp(1j * angles)
+        Q, L = zero_phase_at(filters.q, z), taps_at(filters.l, z)
+        left = [float(np.abs(Q - L * c.learnt(angles)).max()) for c in self._found]
+        k = int(np.argmax(left))
+        return self._found[k].name, left[k]
+
+    def _cutoffs(self, top: float) -> Array:
+        """Return cutoffs to try, the largest first, down to the frequency of the reference."""
+        lowest = 1 / (self._n * self._h)
+        k = max(math.floor(math.log(max(top / lowest, 1.0), STEP)), 0)
+        return np.array([float(f"{top / STEP**i:.4g}") for i in range(k + 1)])
+
+    def _refusal(self, cutoff: float | None, gain: float | None, top: float) -> str:
+        """Say what grows where, and what is reachable."""
+        g, f = gain or GAINS[0], cutoff or top
+        left = self.at(f, g).contraction
+        k = int(np.argmax(left))
+        reachable = []
+        if cutoff is not None:
+            lower = next(
+                (float(x) for x in self._cutoffs(min(f, HIGHEST / self._h)) if max(self.at(x, g).contraction) < 1), None
+            )
+            reachable += [f"a cutoff of {lower:.4g} Hz"] if lower is not None else []
+        lower = next((x for x in (g / 2, g / 4, g / 8) if max(self.at(f, x).contraction) < 1), None)
+        reachable += [f"a gain of {lower:g}"] if lower is not None else []
+        what = f"reachable: {' or '.join(reachable)}" if reachable else "no cutoff and no gain is reachable"
+        case = self._found[k].opened.system.case
+        return (
+            f"{case.scenario}: Errors must shrink from period to period in every corner. Got a factor of {left[k]:.4g} "
+            f"at {self._found[k].name} with cutoff {f:.4g} Hz and gain {g:g}; {what}."
+        )

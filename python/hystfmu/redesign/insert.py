@@ -1,0 +1,125 @@
+"""A scenario with a repetitive part in series: it adds its corrections to the command of the controllers.
+
+command = what the controllers ask for + w, w from the errors one period ago; w is the output of the block less the
+reference that it adds w to.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hystfmu.base.errors import InputError
+from hystfmu.redesign.roles import Roles
+
+UNIT, SUM = "repetitive", "with_repetitive"
+COUNTED = 1  # periods at the end that count
+
+
+@dataclass(frozen=True)
+class Taps:
+    """What the block says.
+
+    Attributes
+    ----------
+    n : int
+        Steps in a period.
+    q, l : sequence of float
+        Taps of Q, its middle and one side, and of L.
+    """
+
+    n: int
+    q: Sequence[float]
+    l: Sequence[float]  # noqa: E741
+
+    def unit(self, text: str) -> dict[str, Any]:
+        """Return the unit as a scenario says it."""
+        dims = {"n": self.n, "n_q": len(self.q) - 1, "n_l": len(self.l) // 2}
+        values = {"q": [float(v) for v in self.q], "l": [float(v) for v in self.l]}
+        return {"block": "repetitive", "dims": dims, "inputs": {"active": 1.0}, "text": text, "values": values}
+
+
+def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: str) -> dict[str, Any]:
+    """Return the table of a scenario with the block and the sum that adds its corrections.
+
+    Parameters
+    ----------
+    table : mapping
+        Complete scenario.
+    roles : Roles
+        Of its signals.
+    taps : Taps
+    text : str
+        Of the unit.
+
+    Raises
+    ------
+    InputError
+        The scenario has a unit of one of these names.
+    """
+    made = copy.deepcopy(dict(table))
+    for name in (UNIT, SUM):
+        if any(name in t.get("units", {}) for t in (made, *made.get("case", ()))):
+            raise InputError(
+                f"{made['name']}: units: The name {name} must be free for the repetitive part. Got a unit."
+            )
+    made["units"][UNIT] = taps.unit(text)
+    made["units"][SUM] = {
+        "block": "sum",
+        "dims": {"n": 3},
+        "values": {"k": [1.0, 1.0, -1.0]},
+        "text": "command of the controllers, and what the repetitive part adds to the reference",
+    }
+    made["connections"] |= {
+        f"{UNIT}.y_d": roles.reference,
+        f"{UNIT}.y": roles.measured,
+        f"{SUM}.u_2": f"{UNIT}.r",
+        f"{SUM}.u_3": roles.reference,
+        f"{SUM}.u_1": roles.driver,
+        roles.command: f"{SUM}.y",
+    }
+    reader = roles.command.partition(".")[0]
+    for t in (made, *made.get("case", ())):
+        if "order" in t:
+            at = t["order"].index(reader)
+            t["order"] = [*t["order"][:at], UNIT, SUM, *t["order"][at:]]
+        if t is not made and roles.command in t.get("connections", {}):
+            t["connections"][f"{SUM}.u_1"] = t["connections"].pop(roles.command)
+    return made
+
+
+def repeating(
+    table: Mapping[str, Any], cases: Sequence[str], sources: Sequence[str], n: int, periods: int
+) -> dict[str, Any]:
+    """Return the table with some of its cases, whose references repeat after n steps; the last period counts.
+
+    Parameters
+    ----------
+    table : mapping
+        Complete scenario.
+    cases : sequence of str
+    sources : sequence of str
+        Units of the block `reference` that set the period.
+    n : int
+        Steps in a period.
+    periods : int
+        Number of them in a run.
+    """
+    made = copy.deepcopy(dict(table))
+    h = float(made["step"])
+    kept = [c for c in made.get("case", [{"name": "nominal"}]) if c["name"] in cases]
+    for c in kept:
+        c["stop"] = float(f"{periods * n * h:.12g}")
+        c["after"] = float(f"{(periods - COUNTED) * n * h:.12g}")
+        c["set"] = c.get("set", {}) | {f"{unit}.frequency": 1 / (n * h) for unit in sources}
+    made["case"] = kept
+    if "margins" in made:
+        made["margins"] = _limits(made["margins"], cases)
+    return made
+
+
+def _limits(margins: dict[str, Any], cases: Sequence[str]) -> dict[str, Any]:
+    """Return limits of the loop for the cases that are left."""
+    return {k: v for k, v in margins.items() if k != "case" or v in cases}

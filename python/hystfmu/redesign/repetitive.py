@@ -1,0 +1,262 @@
+"""A repetitive part for the loop of a scenario: filters that learn in all its corners, and a scenario with them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hystfmu.base.errors import InputError
+from hystfmu.design.repetitive import RepetitiveFilters
+from hystfmu.face.result import Results
+from hystfmu.face.running import run
+from hystfmu.face.scenario import Scenario
+from hystfmu.redesign.corners import corners
+from hystfmu.redesign.filters import Search, highest
+from hystfmu.redesign.insert import UNIT, Taps, repeating, with_repetitive
+from hystfmu.redesign.roles import Roles, roles
+from hystfmu.scenario import build
+from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.system.system import System
+
+PERIODS, LEAST_PERIODS, ROWS = 30, 10, 2_000_000  # of a run, and rows of it
+PERIODIC = ("sine", "triangle")
+WORSE = 2.0  # times the error without learning, which a run may not reach
+
+
+@dataclass(frozen=True)
+class Repetitive:
+    """A loop with a repetitive part, and what it reaches.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        The loop, with the taps in its unit `repetitive`.
+    filters : RepetitiveFilters
+        Taps; the contraction of each corner.
+    corners : tuple of str
+        Loops for which they hold, as the contractions of `filters`.
+    steps : int
+        In a period.
+    period : float
+        Of the reference (s).
+    cutoff, gain : float
+        Frequency above which nothing is learnt (Hz), and share of the error that is learnt in a period.
+    worst : (str, float)
+        Corner in which errors shrink least, and by what at the harmonics of the reference up to half the cutoff.
+    before : dict of str to float
+        Error of each case without learning, as its first metric counts it.
+    results : Results
+        Of the cases with learning.
+    """
+
+    scenario: Scenario
+    filters: RepetitiveFilters
+    corners: tuple[str, ...]
+    steps: int
+    period: float
+    cutoff: float
+    gain: float
+    worst: tuple[str, float]
+    before: dict[str, float]
+    results: Results
+
+
+def repetitive(
+    scenario: Scenario | str | Path,
+    *,
+    name: str | None = None,
+    period: float | None = None,
+    cutoff: float | None = None,
+    gain: float | None = None,
+    off: float = 0.2,
+    progress: Callable[[float], None] = lambda fraction: None,
+) -> Repetitive:
+    """Add a repetitive part to the loop of a scenario, stable in all its corners.
+
+    The block `repetitive` stands in series: it adds its corrections to the command of the controllers, inside the
+    inverse if there is one.  Its filters shrink errors from period to period in every case with a periodic reference,
+    for the slopes and delays that `[margins]` of the scenario state, and for natural frequencies that are off.
+
+    Parameters
+    ----------
+    scenario : Scenario or path
+        With a loop that is stable by itself.
+    name : str, optional
+        Of the new scenario; by default that of the old one and ``_repetitive``.
+    period : float, optional
+        Of the reference (s), a whole number of steps; by default that of the first case with a loop, rounded to one.
+    cutoff : float, optional
+        Frequency above which nothing is learnt (Hz).  By default the largest that all corners carry, at most 1.2
+        times the fastest mode of the plant, or without dynamics ten times the frequency of the reference.
+    gain : float, optional
+        Share of the error that is learnt in a period, in (0, 1]; by default 0.3, less if no cutoff allows that.
+    off : float
+        Share by which the natural frequencies of the plant may differ, in [0, 0.9].
+    progress : function, optional
+        Called with the fraction done, 0..1.
+
+    Returns
+    -------
+    Repetitive
+
+    Raises
+    ------
+    InputError
+        No loop, a loop that is not stable by itself, a memory that it has already, no periodic reference, or a cutoff
+        and gain that no corner may have; the sentence names what is reachable.
+
+    Examples
+    --------
+    >>> import hystfmu as hy
+    >>> made = hy.redesign.repetitive("scenarios/stage/irc", period=0.01)  # doctest: +SKIP
+    >>> made.scenario.save("mine").name  # doctest: +SKIP
+    'mine'
+    """
+    for what, value, most in (("gain", gain, 1.0), ("off", off, 0.9)):
+        if value is not None and not (0 <= value <= most and (value > 0 or what == "off")):
+            left = "[" if what == "off" else "("
+            raise InputError(
+                f"The '{what}' of repetitive() must be a float in {left}0, {most:g}]. Got {value} instead."
+            )
+    loop = scenario if isinstance(scenario, Scenario) else Scenario.load(scenario)
+    table = loop.table
+    systems = {c.name: build(c) for c in loop.ready().cases}
+    first, opened = _first(systems, (table.get("margins") or {}).get("case"), period)
+    of, h = roles(opened), opened.h
+    n = _steps(systems[first], of, period)
+    kept = _kept(systems, first, of)
+    trial = Taps(n, [0.0], [0.0])
+    made = loop.changed(
+        _named(with_repetitive(repeating(table, kept, of.sources, n, 1), of, trial, "not designed yet"), name)
+    )
+    ready = made.ready()
+    loops = {c.name: open_loop(build(c)) for c in ready.cases}
+    found = corners({first: loops[first], **loops}, ready.spec.margins, off)
+    progress(0.3)
+    search = Search(found, h, n)
+    filters, cutoff, gain = search.best(cutoff, gain, highest(opened, n))
+    progress(0.5)
+    text = f"learns {gain:g} of the error in a period of {n * h:g} s, up to {cutoff:.4g} Hz"
+    taps = Taps(n, filters.q.tolist(), filters.l.tolist())
+    periods = max(LEAST_PERIODS, min(PERIODS, ROWS // (n * opened.system.case.ripple)))
+    made = loop.changed(_named(with_repetitive(repeating(table, kept, of.sources, n, periods), of, taps, text), name))
+    results = run(made, engine="native", progress=lambda x: progress(0.5 + 0.25 * x))
+    silent = run(
+        made, engine="native", set={f"{UNIT}.l": [0.0] * len(taps.l)}, progress=lambda x: progress(0.75 + x / 4)
+    )
+    before = {r.case: r.verdicts[0].value if r.verdicts else math.inf for r in silent}
+    _hold(results, before, first)
+    return Repetitive(
+        made,
+        filters,
+        tuple(c.name for c in found),
+        n,
+        n * h,
+        cutoff,
+        gain,
+        search.worst(filters, cutoff),
+        before,
+        results,
+    )
+
+
+def _named(table: dict[str, object], name: str | None) -> dict[str, object]:
+    return {
+        **table,
+        "name": name or f"{table['name']}_repetitive",
+        "text": f"{table.get('text', '')} with a repetitive part".strip(),
+    }
+
+
+def _first(systems: Mapping[str, System], nominal: str | None, period: float | None) -> tuple[str, OpenedLoop]:
+    """Return the case that the period is taken from, and its loop.
+
+    It is the first with a loop and a reference of a given period, if there is one; else the nominal case of the
+    margins, or the first with a loop.
+    """
+    why: InputError | None = None
+    loops: dict[str, OpenedLoop] = {}
+    for name in [*([nominal] if nominal is not None else []), *systems]:
+        try:
+            loops.setdefault(name, open_loop(systems[name], (1.0, 1.0)))
+        except InputError as e:
+            why = why or e
+            continue
+        if period is None:
+            break
+        frequency, _ = _reference(systems[name], roles(loops[name]))
+        if abs(frequency * period - 1) < systems[name].case.step / period:
+            return name, loops[name]
+    if not loops:
+        assert why is not None
+        raise why
+    return next(iter(loops.items()))
+
+
+def _reference(system: System, of: Roles) -> tuple[float, str]:
+    """Return the frequency of the reference (Hz) and its shape; 0 and nothing without a unit of that block."""
+    for part in system.parts:
+        if part.name in of.sources:
+            (node,) = part.own.nodes
+            (shape,) = (v for v in node.block.parameters if v.name == "shape")
+            return float(node.value("frequency")[0]), shape.choices[int(node.value("shape")[0])]
+    return 0.0, ""
+
+
+def _steps(system: System, of: Roles, period: float | None) -> int:
+    """Return the steps in a period."""
+    h, where = system.case.step, system.case.title
+    if period is not None:
+        if not (np.isfinite(period) and period > 0):
+            raise InputError(f"The 'period' of repetitive() must be a float in (0, inf). Got {period} instead.")
+        n = max(round(period / h), 1)
+        if abs(period / h - n) > 1e-6 * n:
+            low, high = (max(f(period / h), 4) for f in (math.floor, math.ceil))
+            raise InputError(
+                f"{where}: The period must be a whole number of steps of {h:g} s. Got {period / h:.6g}; near are "
+                f"{1 / (high * h):.6g} and {1 / (low * h):.6g} Hz."
+            )
+    else:
+        frequency, shape = _reference(system, of)
+        if shape not in PERIODIC or not frequency > 0:
+            raise InputError(
+                f"{where}: The reference must be a sine or triangle, or its period given. Got {shape or 'neither'}."
+            )
+        n = round(1 / (frequency * h))
+    if not 4 <= n <= 1_000_000:
+        raise InputError(f"{where}: The period must be 4 to 1000000 steps of {h:g} s. Got {n}.")
+    return n
+
+
+def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
+    """Return the cases with this loop and a reference of this period; if of some a limit is asked, these alone."""
+    asked = {k for k, s in systems.items() if any(m.limit is not None for m in s.case.metrics.values())}
+    frequency, _ = _reference(systems[first], of)
+    kept = [first]
+    for name, system in systems.items():
+        own, shape = _reference(system, of)
+        same = not of.sources or (shape in PERIODIC and math.isclose(own, frequency))
+        if name == first or not same or (asked and name not in asked):
+            continue
+        try:
+            if roles(open_loop(system, (1.0, 1.0))) == of:
+                kept.append(name)
+        except InputError:  # a case without a loop that could learn
+            continue
+    return kept
+
+
+def _hold(results: Results, before: Mapping[str, float], first: str) -> None:
+    """Refuse a part that makes the nominal run worse and misses what is asked for; others are judged as they are."""
+    for r in (r for r in results if r.case == first):
+        value, asked = (r.verdicts[0].value, r.verdicts[0].limit) if r.verdicts else (math.inf, None)
+        if not value <= max(WORSE * before[r.case], asked or 0.0):
+            got = "one that stops" if not r.verdicts else f"{value:.3g} for {before[r.case]:.3g}"
+            raise InputError(
+                f"{r.system.case.title}: A run must not be worse with learning than without. Got {got}: ask for a "
+                "lower gain or cutoff."
+            )

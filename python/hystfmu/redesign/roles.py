@@ -1,0 +1,107 @@
+"""What the signals of a loop are for, read from its connections and not from the names of its units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from hystfmu.base.errors import InputError
+from hystfmu.scenario.loop_margins import OpenedLoop
+from hystfmu.scenario.system.system import Link, System
+
+REFERENCE = "reference"  # block whose signal may repeat
+
+
+@dataclass(frozen=True)
+class Roles:
+    """Signals of a loop, as a scenario names them.
+
+    Attributes
+    ----------
+    reference : str
+        Output that the tracked one is held against.
+    measured : str
+        Tracked output as the controllers read it, behind the sensor and its converter.
+    command : str
+        Input that the controllers drive: that of the inverse, or without one that of the plant side.
+    driver : str
+        Output that is connected to it.
+    sources : tuple of str
+        Units of the block `reference` from which the reference comes.
+    """
+
+    reference: str
+    measured: str
+    command: str
+    driver: str
+    sources: tuple[str, ...]
+
+
+def roles(opened: OpenedLoop) -> Roles:
+    """Find what the signals of an opened loop are for.
+
+    Parameters
+    ----------
+    opened : OpenedLoop
+
+    Raises
+    ------
+    InputError
+        The units between plant and controllers branch without a signal that all controllers read.
+    """
+    system = opened.system
+    signal, against = next((m.signal, m.against) for m in system.case.metrics.values() if m.against is not None)
+    assert against is not None
+    owner = {p.name: k for k, p in enumerate(system.parts)}
+    plant, maker = owner[signal.partition(".")[0]], owner[against.partition(".")[0]]
+    forward = [(owner[system.maker(n).name], n.to) for n in system.links]
+    led = reached([e for e in forward if e[0] != plant], maker) | {maker}
+    back = reached([(b, a) for a, b in forward], maker) | {maker}
+    command = opened.command or opened.side.entry
+    target = system.parts[command.to]
+    return Roles(
+        against,
+        _name(system, _measured(system, system.columns[signal], plant, led)),
+        f"{target.name}.{target.inputs[command.input]}",
+        _name(system, command.source),
+        tuple(system.parts[k].name for k in sorted(back) if _is_reference(system, k)),
+    )
+
+
+def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
+    """Follow the tracked output through units that the reference does not reach, to the first that it does."""
+    forward = [(_owner(system, n), n.to) for n in system.links]
+    acting = reached([(b, a) for a, b in forward], plant)
+    while True:
+        readers = {n.to for n in system.links if n.source == place and n.to in acting}
+        if len(readers) != 1 or readers & led:
+            return place
+        (unit,) = readers
+        outputs = {n.source for n in system.links if _owner(system, n) == unit and n.to in acting}
+        if len(outputs) != 1:
+            raise InputError(
+                f"{system.case.title}: One output of {system.parts[unit].name} must be the measured one. Got "
+                f"{len(outputs)} that act on the plant."
+            )
+        (place,) = outputs
+
+
+def _owner(system: System, link: Link) -> int:
+    return system.parts.index(system.maker(link))
+
+
+def _name(system: System, place: int) -> str:
+    return next(name for name, at in system.columns.items() if at == place)
+
+
+def _is_reference(system: System, k: int) -> bool:
+    graph = system.parts[k].graph
+    return [n.type for n in getattr(graph, "nodes", ())] == [REFERENCE]
+
+
+def reached(edges: Iterable[tuple[int, int]], first: int) -> set[int]:
+    """Return what lies behind a unit; the unit itself only if it acts on itself."""
+    edges, found = list(edges), set[int]()
+    while more := {b for a, b in edges if a in found | {first}} - found:
+        found |= more
+    return found

@@ -1,0 +1,134 @@
+"""Repetitive parts for loops of the user's own: through the command line, against numpy, and on devices that differ."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import Result
+from own_loop import F_N, KI, LATE, SLOPES, H, N, command, held_mode, loop
+
+import hystfmu as hy
+
+
+@pytest.fixture(scope="module")
+def designed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+    folder = tmp_path_factory.mktemp("loops")
+    loop().save(folder / "loop")
+    return folder, command("design", "repetitive", folder / "loop", "-o", folder / "learning", "--json")
+
+
+def test_the_written_scenario_runs_and_keeps_its_margins(designed: tuple[Path, Result]) -> None:
+    folder, made = designed
+    told = json.loads(made.stdout)
+    assert made.exit_code == 0, made.stderr
+    assert told["passed"]
+    assert told["steps"] == N
+    (case,) = told["cases"]
+    assert case["after"] < 0.2 * case["before"]
+    assert command("run", folder / "learning").exit_code == 0
+    assert command("margins", folder / "learning").exit_code == 0
+
+
+def test_taps_of_the_file_are_those_of_the_design_bit_for_bit(designed: tuple[Path, Result]) -> None:
+    folder, _ = designed
+    unit = tomllib.loads((folder / "learning" / "scenario.toml").read_text())["units"]["repetitive"]
+    found = hy.redesign.repetitive(folder / "loop")
+    assert unit["block"] == "repetitive"
+    assert unit["values"]["q"] == found.filters.q.tolist()
+    assert unit["values"]["l"] == found.filters.l.tolist()
+    assert unit["dims"] == {"n": N, "n_q": len(found.filters.q) - 1, "n_l": len(found.filters.l) // 2}
+
+
+@pytest.mark.parametrize("off", [0.8, 0.9, 1.0, 1.1, 1.2])
+@pytest.mark.parametrize("slope", [*SLOPES, 1.0])
+def test_errors_shrink_where_modes_slopes_and_delays_are_off(
+    designed: tuple[Path, Result], off: float, slope: float
+) -> None:
+    """T from the correction to the output, from the mode's step response and nothing of the project."""
+    folder, _ = designed
+    values = tomllib.loads((folder / "learning" / "scenario.toml").read_text())["units"]["repetitive"]["values"]
+    q, taps = (np.array(values[k]) for k in "ql")
+    z = np.exp(1j * np.concatenate([np.geomspace(1e-4, 0.1, 400), np.linspace(0.1, np.pi, 4000)]))
+    G = held_mode(F_N * off, z)
+    Q = q[0] + sum(v * (z**j + z**-j) for j, v in enumerate(q[1:], 1))
+    L = sum(v * z ** float(i - len(taps) // 2) for i, v in enumerate(taps))
+    for late in (LATE, LATE + 1) if off == 1 else (LATE,):
+        path = slope * G * z ** -float(late)
+        T = path / (1 + KI * H * z / (z - 1) * path)
+        assert np.abs(Q - L * T).max() < 1, (off, slope, late)
+
+
+@pytest.mark.parametrize("f", [0.8, 1.2])
+def test_a_device_with_its_mode_20_percent_off_stays_stable(designed: tuple[Path, Result], f: float) -> None:
+    """After 200 periods the error is below that without learning, and has not grown since the 50th."""
+    folder, _ = designed
+    made = hy.Scenario.load(folder / "learning")
+    table = made.table
+    table["units"]["device"] = loop(f).table["units"]["device"]
+    del table["case"]
+    errors = {}
+    for periods in (50, 200):
+        table["stop"] = periods * N * H
+        table["metrics"]["miss"]["after"] = (periods - 1) * N * H
+        errors[periods] = made.changed(table).run(engine="native").verdicts[0].value
+    table["units"]["repetitive"]["values"]["l"] = [0.0] * len(table["units"]["repetitive"]["values"]["l"])
+    without = made.changed(table).run(engine="native").verdicts[0].value
+    assert errors[200] <= 1.05 * errors[50]
+    assert errors[200] < 0.5 * without
+
+
+def test_what_cannot_be_stable_is_refused_with_what_is_reachable(designed: tuple[Path, Result]) -> None:
+    folder, _ = designed
+    asked = ["design", "repetitive", folder / "loop", "-o", folder / "fast"]
+    refused = command(*asked, "--cutoff", 4000)
+    assert refused.exit_code == 2
+    assert refused.stderr.count("\n") == 1
+    assert not (folder / "fast").exists()
+    reachable = refused.stderr.split("a cutoff of ")[1].split(" Hz")[0]
+    assert command(*asked, "--cutoff", reachable).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "rule"),
+    [
+        (["--frequency", 103], "whole number of steps"),
+        (["--frequency", 100, "--period", 0.01], "Got both"),
+        (["--gain", 1.5], "gain"),
+        (["--cutoff", 6000], "cutoff"),
+        (["--period", "nan"], "period"),
+    ],
+)
+def test_bad_words_are_refused_in_one_line(designed: tuple[Path, Result], words: list[object], rule: str) -> None:
+    folder, _ = designed
+    refused = command("design", "repetitive", folder / "loop", "-o", folder / "none", *words)
+    assert refused.exit_code == 2
+    assert rule in refused.stderr
+    assert refused.stderr.count("\n") == 1
+    assert not (folder / "none").exists()
+
+
+def test_a_second_memory_an_open_loop_and_its_own_folder_are_refused(designed: tuple[Path, Result]) -> None:
+    folder, _ = designed
+    for source, out, rule in (
+        (folder / "learning", folder / "none", "Got"),
+        ("scenarios/open_loop", folder / "none", "must have feedback"),
+        (folder / "loop", folder / "loop", "folder of its own"),
+    ):
+        refused = command("design", "repetitive", source, "-o", out)
+        assert refused.exit_code == 2
+        assert rule in refused.stderr
+        assert "Traceback" not in refused.stderr
+
+
+@pytest.mark.parametrize("name", ["irc", "ppf"])
+def test_shipped_loops_of_the_stage_learn_their_scan(name: str) -> None:
+    found = hy.redesign.repetitive(f"scenarios/stage/{name}", period=0.01)
+    after = {r.case: r.verdicts[0].value for r in found.results}
+    assert found.results.passed
+    assert set(after) == {"scan_100", "low_100", "high_100", "two_steps_100"}
+    assert all(after[k] < 0.5 * found.before[k] for k in after)
+    assert after["scan_100"] < 0.25
