@@ -1,22 +1,22 @@
-/* Bumpless transfer: a command that takes over from another one without a jump.  At the first step at which u_present is
- * given, the output is u_present.  The difference to the command u_c then fades out on a straight line within T, while
- * the output follows u_c, so that the feedback acts meanwhile.  The output stays between u_present and u_c, and so
- * within limits that both respect.  Without u_present it is u_c.
- * Astrom & Hagglund, PID Controllers, 2nd ed. 1995, chapter 3, set the state of the controller instead; that takes a
- * state that follows from a command, which an inverse with memory does not have. */
+/* Bumpless transfer: a command that takes over from another one without a jump.  At the first step at which u_present
+ * is given, the output is u_present.  The difference to the command u_c then fades out on a straight line within T,
+ * while the output follows u_c, so that the feedback acts meanwhile.  The output stays between u_present and u_c, and
+ * so within limits that both respect.  Without u_present it is u_c. Astrom & Hagglund, PID Controllers, 2nd ed. 1995,
+ * chapter 3, set the state of the controller instead; that takes a state that follows from a command, which an inverse
+ * with memory does not have. */
 #include "core/elementary/elementary.h"
 #include "core/elementary/limit.h"
 #include "core/hyst.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                             \
-  V(T, PARAM, 1, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time of the hand-over")                        \
-  V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command that takes over")                        \
-  V(u_present, INPUT, 1, "real", "1", HYST_NO_LIMIT, -HYST_INF, HYST_INF, "command so far (1e300: none)")   \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command")                                         \
-  V(share, STATE, 1, "real", "1", 0.0, 0.0, 1.0, "share of the difference that is left")                    \
-  V(from, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command at the begin of the hand-over")         \
-  V(difference, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "from - u_c at the begin of the hand-over") \
+#define VARS(V)                                                                                               \
+  V(T, PARAM, 1, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time of the hand-over")                          \
+  V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command that takes over")                          \
+  V(u_present, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command so far (1e300: none)")               \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command")                                           \
+  V(share, STATE, 1, "real", "1", 0.0, 0.0, 1.0, "share of the difference that is left")                      \
+  V(begin, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command at the begin of the hand-over")          \
+  V(difference, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "begin - u_c at the begin of the hand-over") \
   V(given, STATE, 1, "real", "1", 0.0, 0.0, 1.0, "whether u_present was given at the last step")
 
 /* what is left of the difference bounds the output on one side, u_c on the other */
@@ -29,17 +29,17 @@ HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
   double lo, hi;
   bounds(*u_c, *share * *difference, &lo, &hi);
-  *u = *share > 0 ? hyst_clamp(*from, lo, hi) : *u_c;
+  *u = *share > 0 ? hyst_clamp(*begin, lo, hi) : *u_c;
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   const int is_given = hyst_fabs(*u_present) < HYST_NO_LIMIT;
-  if (is_given && !*given) {
+  if (is_given && !(dt > 0 && *given > 0)) {
     *share = 1;
-    *from = *u_present;
+    *begin = *u_present;
     *difference = *u_present - *u_c;
   } else {
-    *share = dt < *share * *T ? *share - dt / *T : 0;
+    *share = dt > 0 && dt < *share * *T ? *share - dt / *T : 0;
   }
   *given = is_given && dt > 0; /* the first step begins anew: importers may set inputs after the initialisation */
 }
@@ -47,7 +47,7 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   double lo, hi;
   bounds(*u_c, *share * *difference, &lo, &hi);
-  const int beyond = *from < lo || *from > hi || (*from == lo && *s_u_c > 0) || (*from == hi && *s_u_c < 0);
+  const int beyond = *begin < lo || *begin > hi || (*begin == lo && *s_u_c > 0) || (*begin == hi && *s_u_c < 0);
   *t_u = beyond || !(*share > 0) ? *s_u_c : 0;
 }
 HYST_BLOCK(bumpless_transfer,
