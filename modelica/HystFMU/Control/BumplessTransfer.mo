@@ -4,20 +4,16 @@ block BumplessTransfer "Bumpless transfer: the output starts at another command 
   extends Interfaces.Sampled;
 protected
   discrete Real share(start = 0, fixed = true) "Share of the difference that is left";
-  discrete Real begin(start = 0, fixed = true) "Command at the begin of the hand-over";
-  discrete Real difference(start = 0, fixed = true) "begin - u_c at the begin of the hand-over";
+  discrete Real difference(start = 0, fixed = true) "u_present - u_c at the begin of the hand-over";
   discrete Real given(start = 0, fixed = true) "1 if u_present was given at the last step";
-  discrete Real left(start = 0, fixed = true) "Difference that is left";
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation
   when sample(0, Ts) then
     dt = if time < 0.5*Ts then 0 else Ts;
     share = if abs(u_present) < 1e300 and pre(given) < 0.5 then 1 elseif dt < pre(share)*T then pre(share) - dt/T else 0;
-    begin = if abs(u_present) < 1e300 and pre(given) < 0.5 then u_present else pre(begin);
     difference = if abs(u_present) < 1e300 and pre(given) < 0.5 then u_present - u_c else pre(difference);
     given = if abs(u_present) < 1e300 and dt > 0 then 1 else 0;
-    left = share*difference;
-    u = if share > 0 then min(max(begin, min(u_c, u_c + left)), max(u_c, u_c + left)) else u_c;
+    u = if share > 0 then u_c + share*difference else u_c;
   end when;
   annotation (Documentation(info = "<html>
 <p><b>Limitations:</b> the simulation must start at time 0.</p>

@@ -7,7 +7,7 @@ partial block BumplessTransfer "Bumpless transfer: the output starts at another 
   Interfaces.RealInput u_present "Command so far (1e300: none)" annotation (Placement(transformation(extent = {{-120, -50}, {-100, -30}})));
   Interfaces.RealOutput u "Command" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> u = u_c + (1 - t / T) (u_present - u_c(0)), between u_present and u_c.</p>
+<p><b>Equation:</b> u = u_c + (1 - t / T) (u_present - u_c)(0), 0 &lt;= t &lt;= T.</p>
 <p><b>Source:</b> Astrom &amp; Hagglund, PID Controllers, 2nd ed. 1995, chapter 3.</p>
 <p><b>Limitations:</b> those of the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.BumplessTransfer\">Validation.BumplessTransfer</a>.</p>

@@ -120,9 +120,7 @@ class _Sides:
             if len(drivers) != 1:
                 if acts:
                     listed = ", ".join(self.names[s] for s in drivers) or "none"
-                    raise InputError(
-                        f"{self.where}: One command must drive {self.system.parts[k].name}. Got {listed}."
-                    )
+                    raise InputError(f"{self.where}: One command must drive {self.system.parts[k].name}. Got {listed}.")
                 break
             if acts:
                 command, ends = drivers[0], len(way)

@@ -107,17 +107,14 @@ def _graph(system: System, side: ControlSide, step: float) -> tuple[Graph, dict[
             inputs.append(replace(port, text="constant in the scenario"))
     known = {s.name: s for s in sources.values()}
     first = [Input(name, tuple(taken[name]), s.unit, text=s.text) for name, s in known.items() if name in taken]
-    command = system.parts[next(k for k in side.units if names[side.command].startswith(f"{system.parts[k].name}."))]
-    unit = unit_of(system, names[side.command]) or _plant_unit(system, side) or "1"
-    graph = _with_handover(
-        Graph(fused.nodes, fused.wires, [*first, *inputs], fused.outputs, sort=False),
-        names[side.command].replace(".", "_", 1),
-        command.name,
-        unit,
-        HANDOVER_STEPS * step,
-    )
-    signals = {name: s.end for name, s in known.items() if name in taken} | {"u": names[side.command]}
-    return _shorter(graph, [system.parts[k] for k in side.units]), signals
+    command = names[side.command]
+    unit = unit_of(system, command) or _plant_unit(system, side)
+    parts = [system.parts[k] for k in side.units]
+    home = {f"{p.name}_{n.name}": p.name for p in parts for n in p.own.nodes}
+    whole = Graph(fused.nodes, fused.wires, [*first, *inputs], fused.outputs, sort=False)
+    graph = _with_handover(whole, command.replace(".", "_", 1), unit, HANDOVER_STEPS * step, home)
+    signals = {name: s.end for name, s in known.items() if name in taken} | {"u": command}
+    return _shorter(graph, parts), signals
 
 
 def _start(graph: Graph, end: str) -> float:
@@ -190,27 +187,36 @@ def _reference_text(name: str, lead: float, end: str) -> str:
     return f"{what.get(name, 'wanted output')}{when} ({end} of the scenario){hint}"
 
 
-def _with_handover(graph: Graph, output: str, unit: str, measure: str, seconds: float) -> Graph:
-    """Put the hand-over between the command and those who read it after it, the output of the controller first."""
-    end = next(o.source for o in graph.outputs if o.name == output)
+def _with_handover(graph: Graph, output: str, measure: str, seconds: float, home: dict[str, str]) -> Graph:
+    """Put the hand-over behind the command, or in front of a unit that only limits it; what reads it later follows.
+
+    `home` names the unit of each block.
+    """
+    command = next(o.source for o in graph.outputs if o.name == output)
+    end = _before_limits(graph, command, home)
     names = [n.name for n in graph.nodes]
-    last = max(i for i, name in enumerate(names) if name.startswith(f"{unit}_"))
-    node = Node("handover", "bumpless_transfer", {}, {"T": seconds})
-    later = set(names[last + 1 :])
-    wires = [("handover.u" if a == end and b.partition(".")[0] in later else a, b) for a, b in graph.wires]
-    ports = [
-        *graph.inputs,
-        Input(
-            "u_present",
-            ("handover.u_present",),
-            measure,
-            NOT_GIVEN,
-            "command that acts now, for a start without a jump; 1e300: not given",
-        ),
-    ]
+    last = max(i for i, name in enumerate(names) if home[name] == home[_block(end)])
+    node, later = Node("handover", "bumpless_transfer", {}, {"T": seconds}), set(names[last + 1 :])
+    wires = [("handover.u" if a == end and _block(b) in later else a, b) for a, b in graph.wires]
+    text = f"command that acts now, for a start without a jump; {NOT_GIVEN:g}: not given"
+    inputs = [*graph.inputs, Input("u_present", ("handover.u_present",), measure, NOT_GIVEN, text)]
+    outputs = [Output("u", "handover.u" if command == end else command, measure, "command")]
     nodes = [*graph.nodes[: last + 1], node, *graph.nodes[last + 1 :]]
-    result = [Output("u", "handover.u", measure, "command")]
-    return Graph(nodes, [*wires, (end, "handover.u_c")], ports, result, sort=False)
+    return Graph(nodes, [*wires, (end, "handover.u_c")], inputs, outputs, sort=False)
+
+
+def _block(end: str) -> str:
+    return end.partition(".")[0]
+
+
+def _before_limits(graph: Graph, command: str, home: dict[str, str]) -> str:
+    """Return the source of a unit that only limits the command, if it stands before it; else the command itself."""
+    node, order = graph.node(_block(command)), [n.name for n in graph.nodes]
+    alone = list(home.values()).count(home[node.name]) == 1 and node.type == "scaling" and node.sizes["u"] == 1
+    if not alone or (node.value("gain")[0], node.value("offset")[0]) != (1.0, 0.0):
+        return command
+    source = next((a for a, b in graph.wires if _block(b) == node.name), command)
+    return source if order.index(_block(source)) < order.index(node.name) else command
 
 
 def _shorter(graph: Graph, parts: list[Part]) -> Graph:
@@ -226,4 +232,3 @@ def _shorter(graph: Graph, parts: list[Part]) -> Graph:
     inputs = [replace(i, to=tuple(map(renamed, i.to))) for i in graph.inputs]
     outputs = [replace(o, source=renamed(o.source)) for o in graph.outputs]
     return Graph(nodes, wires, inputs, outputs, sort=False)
-

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from hystfmu.scenario.deploy.unit import Controller, controller
 from hystfmu.scenario.system.case import Case
+
+
+@dataclass(frozen=True)
+class Written:
+    """A controller that was written to `path`."""
+
+    path: Path
+    controller: Controller
 
 
 def write_controller(
@@ -16,7 +25,7 @@ def write_controller(
     name: str | None = None,
     platforms: Literal["host", "all"] = "host",
     source: bool = False,
-) -> Controller:
+) -> Written:
     """Write the controller of a case as an FMU, which an importer calls at each sample.
 
     Parameters
@@ -41,5 +50,4 @@ def write_controller(
     from hystfmu.fmu.write.export import export_fmu
 
     found = controller(case)
-    export_fmu(found.model, path, fmi, name, platforms, source)
-    return found
+    return Written(export_fmu(found.model, path, fmi, name, platforms, source, one_step=True), found)
