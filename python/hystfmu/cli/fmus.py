@@ -107,6 +107,8 @@ def export(
             raise InputError(f"--controller takes a scenario and -o X.fmu. Got {wrong[0]} as well.")
         _controller(model, out, version, case, name, platforms, source)
         return
+    if Path(model).is_dir() or Path(model).name == "scenario.toml":
+        raise InputError(f"{model}: A scenario must be exported with --controller, or by 'hystfmu ssp'. Got neither.")
     if case is not None:
         raise InputError("--case names a case of the scenario of --controller. Got a model or block.")
     if sheet and folder is None:

@@ -192,12 +192,14 @@ def _files_of_loop(folder: Path, name: str, loop: ClosedLoop, percent: float) ->
     file, back, into = folder / f"{name}.model.toml", folder / f"{name}_inverse.model.toml", folder / "loop"
     loop.inverse.save(back)
     made = loop.inverse.export(folder / f"{name}_inverse.fmu")
+    deployed = hy.Scenario.load(into).export_controller(folder / f"{name}_controller.fmu")
     study, drawn = folder / "devices.study.toml", folder / "devices"
     written = write_study(study, loop.device, percent, into.name, name)
     return {
         "inverse": (back, f"hystfmu inverse {file} -o {back}"),
         "FMU of the inverse": (made, f"hystfmu export {back} -o {made}"),
         "loop": (into, f"hystfmu run {into}; hystfmu margins {into}"),
+        "FMU of the controller": (deployed, f"hystfmu export {into} --controller -o {deployed}"),
         **({"study of drawn devices": (study, f"hystfmu study {study} -o {drawn}")} if written else {}),
     }
 

@@ -198,7 +198,8 @@ def is_noise(part: Part) -> bool:
 
 def acts_on_plant(part: Part) -> bool:
     """Whether a unit at the rate of the controller stands for hardware: converter, time of computing, amplifier."""
-    return isinstance(part.graph, Foreign) or bool(types(part)) and (types(part) <= LATE or "amplifier" in types(part))
+    found = types(part)
+    return bool(found) and (found <= LATE or "amplifier" in found)
 
 
 def controls(system: System, k: int) -> bool:

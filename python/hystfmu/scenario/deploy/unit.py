@@ -104,7 +104,7 @@ def _graph(system: System, side: ControlSide, step: float) -> tuple[Graph, dict[
         if at in by_input:
             taken.setdefault(sources[by_input[at]].name, []).extend(port.to)
         elif any(port.start != _start(fused, end) for end in port.to):  # a constant, other than where nothing is wired
-            inputs.append(replace(port, text="constant in the scenario"))
+            inputs.append(replace(port, text=f"{port.start:g} in the scenario"))
     known = {s.name: s for s in sources.values()}
     first = [Input(name, tuple(taken[name]), s.unit, text=s.text) for name, s in known.items() if name in taken]
     command = names[side.command]
@@ -149,7 +149,9 @@ def _sources(system: System, side: ControlSide, names: dict[int, str]) -> dict[i
             raise InputError(f"{system.case.where}: controller: It must not read noise. Got {end}.")
         own = end.partition(".")[2]
         if part is reference and (types(part) == {"reference"} or end == tracked.against):
-            lead = _lead(part, own) + (_step(system, side) if side.early else 0.0)
+            lead = _lead(part, own) + (
+                system.length(owner[side.measured]) if side.early and side.measured is not None else 0.0
+            )
             name = "r" if _lead(part, own) == 0 and own in ("r", "r_lead") else PORTS.get(own, "r")
             rate = "" if not measure else measure + _RATES.get(name, "")
             found[place] = _Source(name, rate, _reference_text(name, lead, end), end)
@@ -159,10 +161,6 @@ def _sources(system: System, side: ControlSide, names: dict[int, str]) -> dict[i
     order = ["r", "y", *PORTS.values()]
     ranked = sorted(found.items(), key=lambda item: order.index(item[1].name) if item[1].name in order else len(order))
     return dict(ranked)
-
-
-def _step(system: System, side: ControlSide) -> float:
-    return system.length(system.parts[side.units[0]])
 
 
 def _reference(system: System, against: str | None, read: list[Part]) -> Part | None:
@@ -198,7 +196,7 @@ def _with_handover(graph: Graph, output: str, measure: str, seconds: float, home
     last = max(i for i, name in enumerate(names) if home[name] == home[_block(end)])
     node, later = Node("handover", "bumpless_transfer", {}, {"T": seconds}), set(names[last + 1 :])
     wires = [("handover.u" if a == end and _block(b) in later else a, b) for a, b in graph.wires]
-    text = f"command that acts now, for a start without a jump; {NOT_GIVEN:g}: not given"
+    text = "command that acts now, for a start without a jump; 1e300: not given"
     inputs = [*graph.inputs, Input("u_present", ("handover.u_present",), measure, NOT_GIVEN, text)]
     outputs = [Output("u", "handover.u" if command == end else command, measure, "command")]
     nodes = [*graph.nodes[: last + 1], node, *graph.nodes[last + 1 :]]
