@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 )
 @click.option("--controller", is_flag=True, help="Export the controller of SCENARIO, without the plant.")
 @click.option("--case", metavar="NAME", help="Case of SCENARIO [default: the first].")
+@click.option("--c", "target", metavar="DIR", help="Folder to write the controller into as C, without FMI.")
 def export(
     model: str,
     out: str | None,
@@ -70,6 +71,7 @@ def export(
     in_range: bool,
     controller: bool,
     case: str | None,
+    target: str | None,
 ) -> None:
     """Export a model, a single block or the controller of a loop as an FMU, or a model as a Modelica package.
 
@@ -105,12 +107,12 @@ def export(
         }
         if wrong := [option for option, value in others.items() if value]:
             raise InputError(f"--controller takes a scenario and -o X.fmu. Got {wrong[0]} as well.")
-        _controller(model, out, version, case, name, platforms, source)
+        _controller(model, out, version, case, name, platforms, source, target)
         return
     if Path(model).is_dir() or Path(model).name == "scenario.toml":
         raise InputError(f"{model}: A scenario must be exported with --controller, or by 'hystfmu ssp'. Got neither.")
-    if case is not None:
-        raise InputError("--case names a case of the scenario of --controller. Got a model or block.")
+    if case is not None or target is not None:
+        raise InputError("--case and --c belong to the scenario of --controller. Got a model or block.")
     if sheet and folder is None:
         raise InputError("--sheet describes the actuator of --modelica DIR")
     if out is None and folder is None:
@@ -164,18 +166,24 @@ def _controller(
     name: str | None,
     platforms: Literal["host", "all"],
     source: bool,
+    target: str | None,
 ) -> None:
-    """Write the controller of a case and say what is in it."""
+    """Write the controller of a case, and say what is in it."""
     from hystfmu.cli import places
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Scenario
-    from hystfmu.scenario.deploy.write import write_controller
+    from hystfmu.scenario.deploy.write import write_controller, write_target
 
-    if out is None:
-        raise InputError("export --controller needs -o X.fmu")
-    written = write_controller(Scenario(places.found([scenario])[0]).named(case), out, fmi, name, platforms, source)
-    found = written.controller
-    _wrote(written.path, fmi, platforms)
+    if out is None and target is None:
+        raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
+    chosen = Scenario(places.found([scenario])[0]).named(case)
+    if target is not None:
+        files, found = write_target(chosen, target, name)
+        say(f"wrote {' and '.join(map(str, files))}: C99, {files[0].stem}_start and {files[0].stem}_step")
+    if out is not None:
+        written = write_controller(chosen, out, fmi, name, platforms, source)
+        found = written.controller
+        _wrote(written.path, fmi, platforms)
     say(f"in it: {', '.join(found.units)}; left out: {', '.join(found.left_out)}")
     ports = [p for p in found.model.graph.ports if p.kind in ("input", "output")]
     rows = [[p.name, p.kind, "" if p.unit == "1" else p.unit, p.text] for p in ports]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import fmpy
@@ -99,3 +99,31 @@ def same_bits(make: Callable[[], Called], columns: Mapping[str, Array], want: Ar
     called.close()
     off = np.flatnonzero(got != want)
     assert got.tobytes() == want.tobytes(), f"{len(off)} of {len(want)} differ, the first in row {off[:1]}"
+
+
+MAIN = """
+#include <stdio.h>
+#include "{name}.h"
+int main(void) {{
+  {name}_inputs in = {name}_INPUTS;
+  double u, row[{n}];
+  for (int k = 0; fread(row, sizeof *row, {n}, stdin) == {n}; k++) {{
+    {sets}
+    if (k ? {name}_step(&in, &u) : {name}_start(&in, &u)) return 1;
+    fwrite(&u, sizeof u, 1, stdout);
+  }}
+  return 0;
+}}
+"""
+
+
+def run_on_target(folder: Path, name: str, columns: Mapping[str, Array], compiler: Sequence[str]) -> Array:
+    """Commands of the C form in a program that has neither FMI nor an allocator."""
+    sets = " ".join(f"in.{port} = row[{k}];" for k, port in enumerate(columns))
+    (folder / "main.c").write_text(MAIN.format(name=name, n=len(columns), sets=sets))
+    sources = [str(folder / f"{name}.c"), str(folder / "main.c")]
+    command = [*compiler, "-O2", "-Wpedantic", *STRICT, *sources, "-o", str(folder / "program")]
+    subprocess.run(command, check=True, timeout=200)
+    rows = np.ascontiguousarray(np.column_stack(list(columns.values())))
+    done = subprocess.run([str(folder / "program")], input=rows.tobytes(), capture_output=True, check=True, timeout=200)
+    return np.frombuffer(done.stdout)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
-from called import Array, Called, built_from_source, same_bits
+from called import Array, Called, built_from_source, run_on_target, same_bits
 from click.testing import CliRunner
 
 import hystfmu as hy
@@ -88,6 +89,35 @@ def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: 
     assert done.exit_code == 0, done.output
     made = built_from_source(tmp_path / "c.fmu", tmp_path / "built")
     same_bits(lambda: Called(made, tmp_path / "called"), columns, want)
+
+
+COMPILERS = {"c": ["cc", "-std=c99"], "c++": ["g++", "-x", "c++", "-std=c++20"]}
+
+
+@pytest.mark.parametrize("language", COMPILERS)
+@pytest.mark.parametrize(("scenario", "case"), [("repetitive", "saturation_10"), ("stage/irc_repetitive", "staircase")])
+def test_commands_of_the_files_for_a_target(scenario: str, case: str, language: str, tmp_path: Path) -> None:
+    if not shutil.which(COMPILERS[language][0]):
+        pytest.skip("no compiler")
+    _, _, ends, command = next(row for row in SHIPPED if row[:2] == (scenario, case))
+    columns, want = recorded(scenario, case, ends, command)
+    words = ["export", str(ROOT / "scenarios" / scenario), "--controller", "--case", case, "--name", "loop"]
+    done = CliRunner().invoke(main, [*words, "--c", str(tmp_path / "target")])
+    assert done.exit_code == 0, done.output
+    got = run_on_target(tmp_path / "target", "loop", columns, COMPILERS[language])
+    assert got.tobytes() == want.tobytes()
+
+
+def test_files_for_a_target_need_no_allocator(tmp_path: Path) -> None:
+    if not shutil.which("cc"):
+        pytest.skip("no C compiler")
+    words = ["export", str(ROOT / "scenarios" / "adaptive_pid"), "--controller", "--c", str(tmp_path)]
+    assert CliRunner().invoke(main, words).exit_code == 0
+    made = ["cc", "-std=c99", "-O1", "-ffreestanding", "-c", "adaptive_pid.c", "-o", "made.o"]
+    subprocess.run(made, cwd=tmp_path, check=True, timeout=200)
+    listed = subprocess.run(["nm", "--undefined-only", "made.o"], cwd=tmp_path, capture_output=True, text=True)
+    needed = {line.split()[-1] for line in listed.stdout.splitlines()}
+    assert needed <= {"memcpy", "memset", "memcmp", "memmove", "memchr", "strlen", "strcmp", "_GLOBAL_OFFSET_TABLE_"}
 
 
 RICH = {"noise.sigma": 1e-4, "disturbance.amplitude": 0.02, "disturbance.frequency": 31.0}
