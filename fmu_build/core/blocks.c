@@ -11,6 +11,7 @@
   B(backlash_sum)               \
   B(bouc_wen)                   \
   B(bouc_wen_oscillator)        \
+  B(bumpless_transfer)          \
   B(constraint_factor)          \
   B(constraint_factor_inverse)  \
   B(creep)                      \

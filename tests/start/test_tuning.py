@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hystfmu.start.tuning import MS_DB, SLOPES, Gains, tune
 from scipy.linalg import expm
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Node
 from hystfmu.scenario.loop.held import held
 from hystfmu.start.device import faster
-from hystfmu.start.tuning import MS_DB, SLOPES, Gains, tune
 
 
 def node(f_n: float, zeta: float, gain: float = 1.0) -> Node:

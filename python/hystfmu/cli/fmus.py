@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command)
-@click.argument("model", metavar="M.model.toml|BLOCK")
+@click.argument("model", metavar="M.model.toml|BLOCK|SCENARIO")
 @click.option("-o", "out", type=OUTPUT_FILE, metavar="X.fmu", help="FMU to write.")
 @click.option(
     "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the FMI standard."
@@ -53,6 +53,9 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Add an output in_range: 1 if the input lies within that of the training rows, else 0.",
 )
+@click.option("--controller", is_flag=True, help="Export the controller of SCENARIO, without the plant.")
+@click.option("--case", metavar="NAME", help="Case of SCENARIO [default: the first].")
+@click.option("--c", "target", metavar="DIR", help="Folder to write the controller into as C, without FMI.")
 def export(
     model: str,
     out: str | None,
@@ -66,8 +69,11 @@ def export(
     settings: tuple[str, ...],
     step: float | None,
     in_range: bool,
+    controller: bool,
+    case: str | None,
+    target: str | None,
 ) -> None:
-    """Export a model or a single block as an FMU or Modelica package.
+    """Export a model, a single block or the controller of a loop as an FMU, or a model as a Modelica package.
 
     The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
 
@@ -76,14 +82,37 @@ def export(
     actuator between pins and flanges.  --sheet takes stroke (m), blocking_force (N), capacitance (F, small signal),
     capacitance_ratio (mean over small signal), resonance (Hz) and damping.
 
+    --controller makes one unit of all between reference r and measured output y on one side and command u on the other:
+    feed-forward, controller, inverse, known limits, anti-windup.  It is called once for each sample.  With u_present,
+    the command that acts before the start, it takes over without a jump.
+
     \b
     Example: hystfmu export piezo.model.toml --fmi 3 -o piezo.fmu
              hystfmu export piezo.model.toml --modelica .      writes ./Piezo
              hystfmu export piezo.model.toml --modelica . --sheet stroke=38e-6 --sheet blocking_force=900
              hystfmu export delay --set n=3 --step 1e-4 -o delay.fmu
+             hystfmu export scenarios/pid --controller -o c.fmu
     """
     import hystfmu as hy
 
+    version: Literal[2, 3] = 2 if fmi == "2" else 3
+    if controller:
+        others = {
+            "--modelica": folder,
+            "--set": settings,
+            "--step": step,
+            "--in-range": in_range,
+            "--explorer": explorer,
+            "--sheet": sheet,
+        }
+        if wrong := [option for option, value in others.items() if value]:
+            raise InputError(f"--controller takes a scenario and -o X.fmu. Got {wrong[0]} as well.")
+        _controller(model, out, version, case, name, platforms, source, target)
+        return
+    if Path(model).is_dir() or Path(model).name == "scenario.toml":
+        raise InputError(f"{model}: A scenario must be exported with --controller, or by 'hystfmu ssp'. Got neither.")
+    if case is not None or target is not None:
+        raise InputError("--case and --c belong to the scenario of --controller. Got a model or block.")
     if sheet and folder is None:
         raise InputError("--sheet describes the actuator of --modelica DIR")
     if out is None and folder is None:
@@ -115,15 +144,51 @@ def export(
         say(f"library path of HystFMU, which it uses: {shipped_library()}")
     if out is None:
         return
+    path = loaded.export(out, version, name, platforms, source, explorer)
+    _wrote(path, version, platforms)
+
+
+def _wrote(path: Path, fmi: int, platforms: str) -> None:
     from hystfmu.fmu.write.platforms import missing
 
-    version: Literal[2, 3] = 2 if fmi == "2" else 3
-    path = loaded.export(out, version, name, platforms, source, explorer)
     if platforms == "all" and (absent := missing()):
         click.echo(
             f"not packed: no binary is installed for {', '.join(absent)} ('make platforms' builds them)", err=True
         )
     say(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
+
+
+def _controller(
+    scenario: str,
+    out: str | None,
+    fmi: Literal[2, 3],
+    case: str | None,
+    name: str | None,
+    platforms: Literal["host", "all"],
+    source: bool,
+    target: str | None,
+) -> None:
+    """Write the controller of a case, and say what is in it."""
+    from hystfmu.cli import places
+    from hystfmu.report.terminal import table
+    from hystfmu.scenario import Scenario
+    from hystfmu.scenario.deploy.write import write_controller, write_target
+
+    if out is None and target is None:
+        raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
+    chosen = Scenario(places.found([scenario])[0]).named(case)
+    if target is not None:
+        files, found = write_target(chosen, target, name)
+        say(f"wrote {' and '.join(map(str, files))}: C99, {files[0].stem}_start and {files[0].stem}_step")
+    if out is not None:
+        written = write_controller(chosen, out, fmi, name, platforms, source)
+        found = written.controller
+        _wrote(written.path, fmi, platforms)
+    say(f"in it: {', '.join(found.units)}; left out: {', '.join(found.left_out)}")
+    ports = [p for p in found.model.graph.ports if p.kind in ("input", "output")]
+    rows = [[p.name, p.kind, "" if p.unit == "1" else p.unit, p.text] for p in ports]
+    say(table(["port", "", "measured in", "meaning"], rows))
+    say(f"one step for each sample, every {found.model.step:g} s")
 
 
 def _block(name: str, values: dict[str, Any]) -> Block:

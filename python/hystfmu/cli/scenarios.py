@@ -134,10 +134,7 @@ def ssp(
     from hystfmu.scenario import Scenario
     from hystfmu.scenario.ssp.write import write_loop, write_ssp
 
-    cases = {c.name: c for c in Scenario(places.found([scenario])[0]).cases}
-    if name is not None and name not in cases:
-        raise InputError(f"{scenario}: no case {name!r}; there are {', '.join(cases)}")
-    case = cases[name] if name is not None else next(iter(cases.values()))
+    case = Scenario(places.found([scenario])[0]).named(name)
     if out.endswith(".fmu"):
         path = write_loop(case, out, 3 if fmi == "3" else 2)
         say(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one, step {case.step:g} s")

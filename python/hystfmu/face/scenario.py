@@ -455,6 +455,61 @@ class Scenario:
         whole.ready()  # what is written can be read
         return save(spec, whole._attached, Path(folder))
 
+    def export_controller(
+        self,
+        path: str | Path,
+        fmi: Literal[2, 3] = 2,
+        case: str | None = None,
+        name: str | None = None,
+        platforms: Literal["host", "all"] = "host",
+        source: bool = False,
+    ) -> Path:
+        """Write the controller alone as an FMU: all units between reference, measured output and command.
+
+        Inputs are `r`, `y`, what the feed-forward reads ahead (`r_ahead`, `r_dot`, `r_ddot`) and `u_present`, output is
+        `u`; the FMU is called once for each sample.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, usually ``*.fmu``; written as a whole or not at all.
+        fmi : {2, 3}
+            Version of the standard.
+        case : str, optional
+            Case whose values it takes; by default the first.
+        name : str, optional
+            Model name and identifier; by default the name of the scenario.
+        platforms : {"host", "all"}
+            Pack the binary of this machine, or those of all platforms that are installed.
+        source : bool
+            Pack the C source too.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            There is no such case, the loop has no controller of one command and one measured output, its units have
+            different steps, one of them is a foreign FMU, or the file cannot be written.
+
+        Examples
+        --------
+        >>> import hystfmu as hy
+        >>> plant = hy.fit(hy.synthetic.piezo(60, 1000.0), "prandtl_ishlinskii")
+        >>> loop = hy.Scenario("tracking", step=1e-3).add("plant", plant).add("inverse", plant.inverse())
+        >>> loop = loop.connect("reference.r", "inverse.u").connect("inverse.y", "plant.u")
+        >>> loop = loop.metric("tracking", "rms_percent", "plant.y", against="reference.r")
+        >>> loop.export_controller("controller.fmu").name
+        'controller.fmu'
+        """
+        from hystfmu.scenario.deploy.write import write_controller
+
+        ready = self.ready().named(case)
+        return write_controller(ready, path, fmi, name, platforms, source).path
+
     def open_loop(self, case: str | None = None, *, set: Mapping[str, Any] | None = None) -> OpenedLoop:
         """Return the linearised loop of a case, opened at the input of its plant.
 

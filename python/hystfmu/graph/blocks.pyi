@@ -104,6 +104,11 @@ class BoucWenOscillator(Block):
         nu: float = 1.0,
     ) -> None: ...
 
+class BumplessTransfer(Block):
+    """Bumpless transfer: the output starts at another command and fades to its own."""
+
+    def __init__(self, *, T: float = 1.0) -> None: ...
+
 class ConstraintFactor(Block):
     """Constraint-factor operator (Ma): odd polynomial branch."""
 

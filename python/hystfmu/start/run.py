@@ -189,12 +189,14 @@ def _files_of_loop(folder: Path, name: str, model: Model, loop: ClosedLoop) -> d
     inverse = model.inverse()
     inverse.save(back)
     made = inverse.export(folder / f"{name}_inverse.fmu")
+    deployed = hy.Scenario.load(into).export_controller(folder / f"{name}_controller.fmu")
     study, drawn = folder / "devices.study.toml", folder / "devices"
     written = write_study(study, loop, into.name, name)
     return {
         "inverse": (back, f"hystfmu inverse {file} -o {back}"),
         "FMU of the inverse": (made, f"hystfmu export {back} -o {made}"),
         "loop": (into, f"hystfmu run {into}; hystfmu margins {into}"),
+        "FMU of the controller": (deployed, f"hystfmu export {into} --controller -o {deployed}"),
         **({"study of drawn devices": (study, f"hystfmu study {study} -o {drawn}")} if written else {}),
     }
 

@@ -213,10 +213,11 @@ def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
     return structure
 
 
-def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
+def _interfaces(graph: Graph, fmi: Fmi, name: str, fixed: float | None) -> list[ET.Element]:
     """Declare ModelExchange and CoSimulation with their capabilities.
 
-    A graph with sampled blocks but without a sample period has no Model Exchange.
+    A graph with sampled blocks but without a sample period has no Model Exchange.  `fixed` is the only communication
+    step (s), if there is one.
     """
     spelling = "state" if fmi == 2 else "State"
     common = {
@@ -235,7 +236,8 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
         else {"needsCompletedIntegratorStep": str(steps)}
     )
     exchange = {k: v.lower() for k, v in exchange.items()}
-    simulation = {"canHandleVariableCommunicationStepSize": "true"}
+    simulation = {"canHandleVariableCommunicationStepSize": str(fixed is None).lower()}
+    simulation |= {"fixedInternalStepSize": _without_dust(fixed)} if fixed is not None and fmi == 3 else {}
     simulation |= (
         {"canInterpolateInputs": "true"} if fmi == 2 else {"hasEventMode": "true", "providesIntermediateUpdate": "true"}
     )
@@ -261,6 +263,7 @@ def model_description(
     step: float | None = None,
     sources: Sequence[str] = (),
     known: Mapping[str, Facts] | None = None,
+    one_step: bool = False,
 ) -> bytes:
     """Write modelDescription.xml.
 
@@ -280,6 +283,8 @@ def model_description(
         Files of the sources directory, listed in FMI 2.0 only (FMI 3.0 has buildDescription.xml).
     known : mapping of str to Facts, optional
         What a fitted model knows of its ports.
+    one_step : bool
+        Whether communication steps other than `step` are excluded.
 
     Returns
     -------
@@ -294,7 +299,7 @@ def model_description(
     if fmi == 2:
         head["numberOfEventIndicators"] = "0"  # reversals need no event indicators, see fmu_build/README.md
     root = ET.Element("fmiModelDescription", head)
-    root.extend(_interfaces(graph, fmi, name))
+    root.extend(_interfaces(graph, fmi, name, step if one_step else None))
     for interface in root if fmi == 2 and sources else ():
         listed = ET.SubElement(interface, "SourceFiles")
         for file in sources:

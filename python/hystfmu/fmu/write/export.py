@@ -49,13 +49,14 @@ def _entries(
     source: bool,
     binaries: dict[str, Deflated],
     explorer: Explorer | None,
+    one_step: bool,
 ) -> dict[str, bytes | Deflated]:
     """Return the members of the archive by name."""
     reference = Reference.of(graph, model)
     files = [f"{name}.c"] if source else []
     known = facts_of(model, reference.y) if model else {}
     entries: dict[str, bytes | Deflated] = {
-        "modelDescription.xml": model_description(graph, fmi, name, text, reference.h, files, known)
+        "modelDescription.xml": model_description(graph, fmi, name, text, reference.h, files, known, one_step)
     }
     entries |= {f"binaries/{folder}": content for folder, content in binaries.items()}
     entries["resources/block.bin"] = graph.to_bytes()
@@ -82,6 +83,7 @@ def export_fmu(
     platforms: Literal["host", "all"] = "host",
     source: bool = False,
     explorer: Explorer | None = None,
+    one_step: bool = False,
 ) -> Path:
     """Write an FMU for Co-Simulation and Model Exchange.
 
@@ -102,6 +104,8 @@ def export_fmu(
         Also pack the source: one self-contained C file.
     explorer : Explorer, optional
         The model in the page of the documentation, which is then some 60 kB larger.
+    one_step : bool
+        Whether its description asks for communication steps of the sample time alone.
 
     Returns
     -------
@@ -123,7 +127,6 @@ def export_fmu(
         raise InputError(f"The FMU name must be a letter or _ followed by letters, digits or _. Got {name!r} instead.")
     text = whole.text if whole else single.block.text if single else ""
     packed = binaries(fmi, name, platforms)
-    write_bytes(
-        path, zip_file(_entries(whole, graph, fmi, name, text, source, packed, explorer), executable="binaries/")
-    )
+    entries = _entries(whole, graph, fmi, name, text, source, packed, explorer, one_step)
+    write_bytes(path, zip_file(entries, executable="binaries/"))
     return Path(path)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import re
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 
 from hystfmu.base.package_files import PACKAGE
 from hystfmu.fmu.archive.xml_file import xml_file
@@ -28,12 +29,42 @@ def _sections() -> dict[str, str]:
     return {"licence": first, **dict(zip(parts[::2], parts[1::2], strict=True))}
 
 
-def _wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
+def wanted(name: str, blocks: set[str], fmi: Fmi) -> bool:
+    """Whether a section belongs to the source of an FMU: blocks in use, functions of its standard."""
     folder, _, file = name.rpartition("/")
     if folder.startswith("core/blocks/") and file.endswith(".c"):
         return file.removesuffix(".c") in blocks
     other = "fmi3" if fmi == 2 else "fmi2"
     return not (folder == "fmi/standards" and file.startswith(other))
+
+
+def core_text(graph: Graph, name: str, comment: str, wanted: Callable[[str], bool]) -> str:
+    """Return the licence, a comment, the block file as a constant, and the sections of the core that are wanted.
+
+    Parameters
+    ----------
+    graph : Graph
+        Gives the block file and names the blocks.
+    name : str
+        Every public symbol begins with ``name_``.
+    comment : str
+        One line for a reader.
+    wanted : function of str
+        Whether a section belongs to the text, by its name.
+    """
+    content = graph.to_bytes()
+    lines = [",".join(map(str, content[k : k + _PER_LINE])) for k in range(0, len(content), _PER_LINE)]
+    sections = {k: v for k, v in _sections().items() if k == "licence" or wanted(k)}
+    head = [
+        sections.pop("licence"),
+        f"/* {comment} */\n",
+        # a graph does not use every function of a header
+        '#if defined(__clang__)\n#pragma clang diagnostic ignored "-Wunused-function"\n#endif\n',
+        f"#define HYST_PREFIX {name}_\n",
+        "#define HYST_BLOCKS(B) " + " ".join(f"B({b})" for b in sorted({n.type for n in graph.nodes})) + "\n",
+        f"static const unsigned char hyst_block_file[{len(content)}] = {{\n" + ",\n".join(lines) + "};\n",
+    ]
+    return "".join([*head, *(f"/* ==== {k} ==== */\n{v}" for k, v in sections.items())])
 
 
 def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:
@@ -43,19 +74,8 @@ def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:
     FMI2_FUNCTION_PREFIX (FMI3_FUNCTION_PREFIX) as ``name_``.
     """
     blocks = {n.type for n in graph.nodes}
-    content = graph.to_bytes()
-    lines = [",".join(map(str, content[k : k + _PER_LINE])) for k in range(0, len(content), _PER_LINE)]
-    sections = {k: v for k, v in _sections().items() if _wanted(k, blocks, fmi)}
-    head = [
-        sections.pop("licence"),
-        f"/* The FMU {name} for FMI {fmi}.0: build it with {OPTIONS}; it needs only the C library. */\n",
-        # a graph does not use every function of a header
-        '#if defined(__clang__)\n#pragma clang diagnostic ignored "-Wunused-function"\n#endif\n',
-        f"#define HYST_PREFIX {name}_\n",
-        "#define HYST_BLOCKS(B) " + " ".join(f"B({b})" for b in sorted(blocks)) + "\n",
-        f"static const unsigned char hyst_block_file[{len(content)}] = {{\n" + ",\n".join(lines) + "};\n",
-    ]
-    return "".join([*head, *(f"/* ==== {k} ==== */\n{v}" for k, v in sections.items())]).encode()
+    comment = f"The FMU {name} for FMI {fmi}.0: build it with {OPTIONS}; it needs only the C library."
+    return core_text(graph, name, comment, lambda section: wanted(section, blocks, fmi)).encode()
 
 
 def build_description(name: str) -> bytes:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.identify.evidence.lag import behind_delay, behind_mode, prepared
+from hystfmu.identify.evidence.lag import behind_delay, behind_mode
 from hystfmu.identify.evidence.spectra import Window
 
 STEP = 1e-4  # of ln f_n (times zeta), ln zeta and steps of delay in the Jacobian

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hystfmu.base.arrays import Array
 from hystfmu.identify.evidence.found import Mode
 from hystfmu.identify.evidence.modal_fit import LEAST_ZETA, MOST_ZETA, Fitted
-from hystfmu.identify.evidence.records import Seen, left_over, noise_of, powers
+from hystfmu.identify.evidence.records import Seen, noise_of, powers
 from hystfmu.identify.evidence.spectra import CELL, LOCAL, Response, noise_density, quiet_density
 
 KNOWN_F, KNOWN_ZETA, KNOWN_SHARE = 0.1, 0.5, 1 / 5  # largest relative standard errors of a mode

@@ -148,6 +148,19 @@ class Scenario:
         made._complete(spec, origin, attached, overrides, coupling)
         return made
 
+    def named(self, name: str | None) -> Case:
+        """Return the case called `name`; without a name the first.
+
+        Raises
+        ------
+        InputError
+            There is no such case.
+        """
+        found = self.cases[0] if name is None else next((c for c in self.cases if c.name == name), None)
+        if found is None:
+            raise InputError(f"{self.origin}: no case {name!r}; there are {', '.join(c.name for c in self.cases)}")
+        return found
+
     def changed(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> Scenario:
         """The same scenario with other `overrides` and `coupling`, as `Scenario` takes them."""
         return Scenario.of(self.spec, self.origin, self.attached, self.folder, overrides, coupling)

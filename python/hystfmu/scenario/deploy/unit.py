@@ -1,0 +1,232 @@
+"""The controller of a loop as one graph with the ports r, y and u.
+
+Inputs are the outputs of sources and the measured output that the controller reads: `r`, `r_ahead`, `r_dot`, `r_ddot`
+of the reference, `y`, and `unit_output` of any other source.  `u_present` starts a hand-over, see `bumpless_transfer`;
+as long as it is not given, the output has the bits of the command in the scenario.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from hystfmu.base.errors import InputError
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.model import Model
+from hystfmu.scenario.deploy.sides import ControlSide, boundary, control_side, is_noise, is_source, types
+from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.system.fused import fuse
+from hystfmu.scenario.system.measures import unit_of
+from hystfmu.scenario.system.system import Part, System, build
+
+NOT_GIVEN = 1e300  # of u_present: as limits without a bound
+HANDOVER_STEPS = 1000  # default length of a hand-over
+PORTS = {"r": "r", "r_lead": "r_ahead", "dr_lead": "r_dot", "ddr_lead": "r_ddot"}
+_RATES = {"r_dot": "/s", "r_ddot": "/s2"}
+
+
+@dataclass(frozen=True)
+class Controller:
+    """The controller of a case.
+
+    Attributes
+    ----------
+    model : Model
+        Its graph, with the step at which it is called.
+    case : Case
+    signals : dict of str to str
+        For each port the output of the scenario, `unit.output`, that it takes or gives.
+    units : tuple of str
+        Units of the scenario inside of it.
+    left_out : tuple of str
+        Units of the scenario outside of it.
+    """
+
+    model: Model
+    case: Case
+    signals: dict[str, str]
+    units: tuple[str, ...]
+    left_out: tuple[str, ...]
+
+
+def controller(case: Case) -> Controller:
+    """Cut the controller out of a case.
+
+    Raises
+    ------
+    InputError
+        As `control_side`; units that form an algebraic loop within one graph.
+    """
+    system = build(case)
+    side = control_side(system)
+    step = {system.length(system.parts[k]) for k in side.units}.pop()
+    graph, signals = _graph(system, side, step)
+    names = tuple(system.parts[k].name for k in side.units)
+    model = Model(case.scenario, graph, step, _text(system, side))
+    return Controller(model, case, signals, names, tuple(n for n in case.order if n not in names))
+
+
+def _text(system: System, side: ControlSide) -> str:
+    names = ", ".join(system.parts[k].name for k in side.units)
+    steps = _late(system, side)
+    acts = f"its design has u act {steps:g} step{'' if steps == 1 else 's'} after the sample" if steps else ""
+    return f"Controller of {system.case.title} ({names})" + (f"; {acts}" if acts else "")
+
+
+def _late(system: System, side: ControlSide) -> float:
+    """Return the steps between sample and action that stand in the scenario and not in the controller."""
+    step = system.parts[side.units[0]].period
+    late = sum(n.dims["n"] * p.period for p in _actuated(system, side) for n in p.own.nodes if n.type == "delay")
+    return late / step
+
+
+def _actuated(system: System, side: ControlSide) -> list[Part]:
+    return [p for p in (system.parts[k] for k in side.actuated) if p not in system.foreign]
+
+
+@dataclass(frozen=True)
+class _Source:
+    """An input of the controller: its name, unit of measure, text, and the output of the scenario behind it."""
+
+    name: str
+    unit: str
+    text: str
+    end: str
+
+
+def _graph(system: System, side: ControlSide, step: float) -> tuple[Graph, dict[str, str]]:
+    fused, outside = fuse(system, side.units)
+    by_input = {(n.to, n.input): n.source for n in boundary(system, side)}
+    names = {place: end for end, place in system.columns.items()}
+    sources = _sources(system, side, names)
+    inputs: list[Input] = []
+    taken: dict[str, list[str]] = {}
+    for at, port in zip(outside, fused.inputs, strict=True):
+        if at in by_input:
+            taken.setdefault(sources[by_input[at]].name, []).extend(port.to)
+        elif any(port.start != _start(fused, end) for end in port.to):  # a constant, other than where nothing is wired
+            inputs.append(replace(port, text=f"{port.start:g} in the scenario"))
+    known = {s.name: s for s in sources.values()}
+    first = [Input(name, tuple(taken[name]), s.unit, text=s.text) for name, s in known.items() if name in taken]
+    command = names[side.command]
+    unit = unit_of(system, command) or _plant_unit(system, side)
+    parts = [system.parts[k] for k in side.units]
+    home = {f"{p.name}_{n.name}": p.name for p in parts for n in p.own.nodes}
+    whole = Graph(fused.nodes, fused.wires, [*first, *inputs], fused.outputs, sort=False)
+    graph = _with_handover(whole, command.replace(".", "_", 1), unit, HANDOVER_STEPS * step, home)
+    signals = {name: s.end for name, s in known.items() if name in taken} | {"u": command}
+    return _shorter(graph, parts), signals
+
+
+def _start(graph: Graph, end: str) -> float:
+    """Return the value of an input of a block that nothing is connected to."""
+    block, _, variable = end.partition(".")
+    rows = {v.name: v for v in graph.node(block).block.of("input")}
+    return rows[variable.partition("[")[0]].start
+
+
+def _plant_unit(system: System, side: ControlSide) -> str:
+    """Return the unit of measure of the input of the plant, if it has one."""
+    last = system.parts[side.actuated[-1]]
+    link = next(n for n in system.links if n.to == side.actuated[-1] and n.source == side.command)
+    return unit_of(system, f"{last.name}.{last.inputs[link.input]}")
+
+
+def _sources(system: System, side: ControlSide, names: dict[int, str]) -> dict[int, _Source]:
+    """Return the inputs of the controller by the places of the values that they stand for, r and y first."""
+    read = sorted({n.source for n in boundary(system, side)})
+    owner = {p.first + i: p for p in system.parts for i in range(len(p.outputs))}
+    tracked = next(m for m in system.case.metrics.values() if m.against is not None)
+    measure = unit_of(system, names[side.measured]) if side.measured is not None else ""
+    measure = measure or unit_of(system, tracked.signal)
+    reference = _reference(system, tracked.against, [owner[p] for p in read if p != side.measured])
+    found: dict[int, _Source] = {}
+    for place in read:
+        part, end = owner[place], names[place]
+        if place == side.measured:
+            found[place] = _Source("y", measure, f"measured output ({end} of the scenario)", end)
+            continue
+        if is_noise(part):
+            raise InputError(f"{system.case.where}: controller: It must not read noise. Got {end}.")
+        own = end.partition(".")[2]
+        if part is reference and (types(part) == {"reference"} or end == tracked.against):
+            lead = _lead(part, own) + (
+                system.length(owner[side.measured]) if side.early and side.measured is not None else 0.0
+            )
+            name = "r" if _lead(part, own) == 0 and own in ("r", "r_lead") else PORTS.get(own, "r")
+            rate = "" if not measure else measure + _RATES.get(name, "")
+            found[place] = _Source(name, rate, _reference_text(name, lead, end), end)
+            continue
+        text = system.case.units[part.name].text or "source in the scenario"
+        found[place] = _Source(f"{part.name}_{own}", unit_of(system, end), f"{text} ({end} of the scenario)", end)
+    order = ["r", "y", *PORTS.values()]
+    ranked = sorted(found.items(), key=lambda item: order.index(item[1].name) if item[1].name in order else len(order))
+    return dict(ranked)
+
+
+def _reference(system: System, against: str | None, read: list[Part]) -> Part | None:
+    """Return the source of the reference: the unit that the metric names, or the first one behind a filter of it."""
+    named = next(p for p in system.parts if against is not None and against.startswith(f"{p.name}."))
+    if is_source(named):
+        return named
+    return next((p for p in read if "reference" in types(p)), None)
+
+
+def _lead(part: Part, output: str) -> float:
+    """Return how far an output of a reference block looks ahead (s)."""
+    if types(part) != {"reference"} or output == "r":
+        return 0.0
+    return float(part.own.nodes[0].value("lead")[0])
+
+
+def _reference_text(name: str, lead: float, end: str) -> str:
+    what = {"r_dot": "first derivative of the wanted output", "r_ddot": "second derivative of the wanted output"}
+    when = f" {lead:.6g} s ahead of the sample" if lead else ""
+    hint = "; give r where it is not known ahead" if name == "r_ahead" else ""
+    return f"{what.get(name, 'wanted output')}{when} ({end} of the scenario){hint}"
+
+
+def _with_handover(graph: Graph, output: str, measure: str, seconds: float, home: dict[str, str]) -> Graph:
+    """Put the hand-over behind the command, or in front of a unit that only limits it; what reads it later follows.
+
+    `home` names the unit of each block.
+    """
+    command = next(o.source for o in graph.outputs if o.name == output)
+    end = _before_limits(graph, command, home)
+    names = [n.name for n in graph.nodes]
+    last = max(i for i, name in enumerate(names) if home[name] == home[_block(end)])
+    node, later = Node("handover", "bumpless_transfer", {}, {"T": seconds}), set(names[last + 1 :])
+    wires = [("handover.u" if a == end and _block(b) in later else a, b) for a, b in graph.wires]
+    text = "command that acts now, for a start without a jump; 1e300: not given"
+    inputs = [*graph.inputs, Input("u_present", ("handover.u_present",), measure, NOT_GIVEN, text)]
+    outputs = [Output("u", "handover.u" if command == end else command, measure, "command")]
+    nodes = [*graph.nodes[: last + 1], node, *graph.nodes[last + 1 :]]
+    return Graph(nodes, [*wires, (end, "handover.u_c")], inputs, outputs, sort=False)
+
+
+def _block(end: str) -> str:
+    return end.partition(".")[0]
+
+
+def _before_limits(graph: Graph, command: str, home: dict[str, str]) -> str:
+    """Return the source of a unit that only limits the command, if it stands before it; else the command itself."""
+    node, order = graph.node(_block(command)), [n.name for n in graph.nodes]
+    alone = list(home.values()).count(home[node.name]) == 1 and node.type == "scaling" and node.sizes["u"] == 1
+    if not alone or (node.value("gain")[0], node.value("offset")[0]) != (1.0, 0.0):
+        return command
+    source = next((a for a, b in graph.wires if _block(b) == node.name), command)
+    return source if order.index(_block(source)) < order.index(node.name) else command
+
+
+def _shorter(graph: Graph, parts: list[Part]) -> Graph:
+    """Name the block of a unit of one block as the unit, so that its parameters are `unit_parameter`."""
+    new = {f"{p.name}_{p.own.nodes[0].name}": p.name for p in parts if len(p.own.nodes) == 1}
+
+    def renamed(end: str) -> str:
+        block, dot, rest = end.partition(".")
+        return new.get(block, block) + dot + rest
+
+    nodes = [Node(renamed(n.name), n.type, n.dims, n.values) for n in graph.nodes]
+    wires = [(renamed(a), renamed(b)) for a, b in graph.wires]
+    inputs = [replace(i, to=tuple(map(renamed, i.to))) for i in graph.inputs]
+    outputs = [replace(o, source=renamed(o.source)) for o in graph.outputs]
+    return Graph(nodes, wires, inputs, outputs, sort=False)
