@@ -36,6 +36,7 @@ from hystfmu.scenario.loop.plant import (
     lone_dynamics,
     plant_side,
     slopes_of,
+    without_limits,
 )
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.fused import fuse
@@ -489,7 +490,7 @@ class _Content:
 @functools.lru_cache(maxsize=64)
 def _tangent(controller: _Content, h: float) -> StateSpace:
     """Return the state space of a controller, once for all cases that have it."""
-    return sampled(controller.graph, h)
+    return sampled(without_limits(controller.graph), h)
 
 
 def _break(controller: Graph, graph: Graph, at: str, units: Sequence[str], where: str) -> Graph:

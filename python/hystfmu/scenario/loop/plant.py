@@ -24,6 +24,7 @@ from hystfmu.scenario.system.system import Link, Part, System
 
 MEMORY = ("operators", "inverses", "networks")  # families of the blocks that the slope stands for
 DELAY, LEVELS = "delay", "quantiser"
+LIMITS = ("u_min", "u_max", "lo", "hi")
 OFFSET = ("scaling", "sum")
 
 
@@ -148,6 +149,14 @@ def for_small_signals(graph: Graph) -> Graph:
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}))
         elif n.type in OFFSET and not any(np.isfinite(n.value(k)).any() for k in ("lo", "hi") if k in n.values):
             graph = graph.replace(replace(n, values={k: v for k, v in n.values.items() if k != "offset"}))
+    return graph
+
+
+def without_limits(graph: Graph) -> Graph:
+    """Remove the limits of controllers and scalings: rest may lie outside them, and a small motion reaches none."""
+    for n in graph.nodes:
+        if any(key in n.values for key in LIMITS):
+            graph = graph.replace(replace(n, values={k: v for k, v in n.values.items() if k not in LIMITS}))
     return graph
 
 
