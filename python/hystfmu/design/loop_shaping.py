@@ -68,15 +68,25 @@ def loop_shaping(G: Any, W: Any, ratio: float = 1.1) -> LoopShaping:
     h = float(shaped.dt)
     system = shaped.A, shaped.B, shaped.C, shaped.D
     try:
-        found, least = _robust(_to_continuous(system, h) if h else system, ratio)
+        found, least = robust_controller(_to_continuous(system, h) if h else system, ratio)
     except np.linalg.LinAlgError:
         raise InputError("The shaped plant must be stabilisable and detectable. Got one that is not.") from None
     robust = control.ss(*(_to_discrete(found, h) if h else found), h)
     return LoopShaping(control.ss(W) * robust, robust, 1 / least, 1 / (ratio * least))
 
 
-def _robust(system: StateSpace, ratio: float) -> tuple[StateSpace, float]:
-    """Return the controller for negative feedback and the least norm, Skogestad & Postlethwaite, eq. 9.69 to 9.73."""
+def robust_controller(system: StateSpace, ratio: float) -> tuple[StateSpace, float]:
+    """Return the controller for negative feedback of a shaped plant, and the least norm.
+
+    Skogestad & Postlethwaite, eq. 9.69 to 9.73.
+
+    Parameters
+    ----------
+    system : (A, B, C, D)
+        Continuous state space, one input and one output.
+    ratio : float
+        Margin given away against the optimum, above 1.
+    """
     # here, so that a process for a foreign FMU does not wait for it
     from scipy.linalg import solve_continuous_are
 

@@ -6,19 +6,21 @@ The error e = y_d - y passes filters and an integral (`pid`); a damping path may
 
 All blocks are those of a scenario, so that what is tuned is what runs.  Sources: notch and integral, Abramovitch et al.
 2008; integral resonant control (IRC), Aphale, Fleming & Moheimani 2007, Smart Materials and Structures 16, 439-446;
-positive position feedback (PPF), Fanson & Caughey 1990, AIAA Journal 28, 717-724; internal model, Smith 1957.
+positive position feedback (PPF), Fanson & Caughey 1990, AIAA Journal 28, 717-724; internal model, Smith 1957;
+H-infinity loop shaping, McFarlane & Glover 1992.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from hystfmu.design.plants import Complex, Plant
+from hystfmu.design.robust_filters import robust_filters
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.graph.discretised import discretised
 
@@ -229,6 +231,16 @@ def _ppf(design: Design, values: Values) -> Node:
     return _second_order("damping", values["f_p"], values["zeta_p"], (0.0, 0.0, -values["damping"]))
 
 
+def _robust(design: Design, values: Values) -> list[Node]:
+    late = replace(design.plant, delay=(design.known_steps + 0.0) * design.h)
+    return list(robust_filters(late, design.h, values["weight"], values["zero"]))
+
+
+def _robust_bounds(design: Design) -> dict[str, tuple[float, float]]:
+    f = _slowest(design)
+    return {"weight": (0.05 * f, 20 * f), "zero": (0.02 / f, 2 / f)}
+
+
 def _slowest(design: Design) -> float:
     """Return the frequency around which values are sought (Hz)."""
     return min((*design.plant.f_n, 0.25 / design.h))
@@ -275,5 +287,6 @@ STRUCTURES: dict[str, Structure] = {
             _filtered,
             predictor=True,
         ),
+        Structure("h_infinity", "H-infinity loop shaping", _robust_bounds, _robust),
     )
 }
