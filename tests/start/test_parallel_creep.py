@@ -13,6 +13,7 @@ from hystfmu import Graph, Input, Node, Output
 from hystfmu.scenario.margin_table import margin_table
 from hystfmu.start.closed_loop import close
 from hystfmu.start.device import reach
+from hystfmu.start.requirements import Requirements
 
 H, T, SLOW = 0.02, 1.5, -0.7
 
@@ -72,7 +73,8 @@ def test_a_device_that_contracts_has_a_loop(tmp_path: Path) -> None:
     graph = with_creep(0.0).graph.replace(Node("readout", "sum", {"n": 2}, {"k": [-1.0, 0.0], "offset": 3.0}))
     model = hy.Model("device", graph, provenance={"span_u": [-3.0, 3.0]}, step=H)
     data = hy.Dataset(H * np.arange(1200), u, model.predict(u))
-    made = close(model, data, tmp_path / "loop", "device", 1.0, None, str, lambda step: nullcontext(lambda done: None))
-    assert made.passed
+    quiet = str, lambda step: nullcontext(lambda done: None)
+    made = close(model, data, tmp_path / "loop", "device", Requirements(), *quiet)
+    assert made.approved
     errors = {r.case: r.verdicts[0].value for r in made.results}
-    assert errors["no_inverse"] < errors["neither"] < 50
+    assert errors["sine"] < errors["neither"] < 50

@@ -174,8 +174,9 @@ def start(
         ]
         if limits_of_loop:
             say("\n" + table(["limit of the loop", "value", "bound", "verdict", "at"], limits_of_loop))
-    for note in (*made.verdict["reasons"], *made.notes, *made.model.fit.get("warnings", ())):
-        click.echo(f"warning: {note}", err=True)
+    notes = [*made.verdict["reasons"], *made.notes, *made.model.fit.get("warnings", ())]
+    for note in notes:
+        click.echo(note if loop is None and note == notes[0] else f"warning: {note}", err=True)
     say("\n" + table(["written", "file", "the same alone"], [[k, str(p), c] for k, (p, c) in made.files.items()]))
     click.echo(sentence(made.verdict), err=not made.approved)
     sys.exit(0 if made.approved else FAILED)

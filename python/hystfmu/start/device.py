@@ -19,6 +19,7 @@ from hystfmu.data.reversals import turning_points
 from hystfmu.design.plants import SIGMAS, UNSEEN_SHARE, UNSEEN_ZETA, Plant, Unseen
 from hystfmu.design.preview import transfer_function
 from hystfmu.design.sector import static_gain
+from hystfmu.face.evidence import evidence_of
 from hystfmu.face.model import Model
 from hystfmu.graph import Graph, Input, Node
 from hystfmu.identify.evidence import Evidence
@@ -124,7 +125,8 @@ def device(model: Model, data: Dataset, resonance: tuple[float, float] | None = 
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
     static = at_rest(model)
-    evidence = Evidence.from_dict(model.fit["evidence"])
+    kept = model.fit.get("evidence")
+    evidence = evidence_of(model, data) if kept is None else Evidence.from_dict(kept)
     plant, errors, notes = _dynamics(model, evidence)
     unseen = _unseen(plant, evidence, data, resonance)
     frequency = reference_frequency(data)
