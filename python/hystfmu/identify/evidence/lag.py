@@ -1,12 +1,12 @@
 """A signal behind a mode and a delay, at the rows of a record: 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) e^(-s tau).
 
 Between rows the input is a ramp (``foh``), held at the new value (``zoh``), or smooth (``smooth``: limited to the band
-below half the sample rate).  Each has an exact filter of four taps over the two poles of the mode, for a delay that is no
-whole number of steps too: the state at a row, propagated over the rest of a step.
+below half the sample rate).  Each has an exact filter of four taps over the two poles of the mode, for a delay that is
+no whole number of steps too: the state at a row, propagated over the rest of a step.
 
-A smooth input is a ramp behind a correction: the spectrum of ramps falls by sinc^2 (f h), which 1 + D/12 + D^2/90 + ...
-undoes, D = 2 - 2 cos(2 pi f h) (the series of arcsin^2).  A chirp with seven rows in a period needs it: ramps alone lose
-6 % of it.
+A smooth input is a ramp behind a correction: the spectrum of ramps falls by sinc^2 (f h), which 1 + D/12 + D^2/90 +
+... undoes, D = 2 - 2 cos(2 pi f h) (the series of arcsin^2).  A chirp with seven rows in a period needs it: ramps alone
+lose 6 % of it.
 """
 
 from __future__ import annotations

@@ -1,19 +1,19 @@
 """Fit of modes and a delay to records: columns run over the records, compared with the output in weighted bins.
 
-The columns are the input behind each mode, slow parts, and the input behind the delay alone, which stands for modes above
-the band.  Their weights are linear and follow for every trial (variable projection: Golub & Pereyra 1973, SIAM J. Numer.
-Anal. 10(2) 413-432, in the form of Kaufman 1975); Levenberg-Marquardt finds frequencies, dampings and the delay.
+The columns are the input behind each mode, slow parts, and the input behind the delay alone, which stands for modes
+above the band.  Their weights are linear and follow for every trial (variable projection: Golub & Pereyra 1973, SIAM J.
+Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975); Levenberg-Marquardt finds frequencies, dampings and the delay.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.identify.evidence.lag import behind_delay, behind_mode, prepared
+from hystfmu.identify.evidence.lag import behind_delay, behind_mode
 from hystfmu.identify.evidence.spectra import Window
 
 STEP = 1e-4  # of ln f_n (times zeta), ln zeta and steps of delay in the Jacobian
@@ -48,7 +48,7 @@ class Problem:
         seen = np.concatenate(parts) * self.weight[:, None]
         return np.sqrt(2) * np.concatenate([seen.real, seen.imag])
 
-    def along(self, run) -> Array:  # type: ignore[no-untyped-def]
+    def along(self, run: Callable[[Array], Array]) -> Array:
         """Run a function along each record."""
         return np.concatenate([run(self.v[r]) for r in self.records])
 
@@ -65,9 +65,9 @@ class Structure:
 class Fitted:
     """A fit.
 
-    ``p`` holds ln f_n and ln zeta of each mode and the delay in steps; ``gain`` the weights of modes and rest; ``error``
-    the sum of squares over ``count`` rows; ``covariance`` that of p and gain, in this order; ``rest_se`` the standard
-    error of a rest that was left out.
+    ``p`` holds ln f_n and ln zeta of each mode and the delay in steps; ``gain`` the weights of modes and rest;
+    ``error`` the sum of squares over ``count`` rows; ``covariance`` that of p and gain, in this order; ``rest_se`` the
+    standard error of a rest that was left out.
     """
 
     structure: Structure
@@ -193,7 +193,7 @@ def _covariance(j: Array, e: Array) -> Array:
     """Return the covariance of the parameters.
 
     The larger, parameter by parameter, of two: that of white errors of the size that is left, and that of errors which
-    are correlated inside clusters of bins (a sandwich: Liang & Zeger 1986, Biometrika 73(1) 13-22), as model errors are.
+    are correlated inside clusters of bins, as model errors are (a sandwich: Liang & Zeger 1986, Biometrika 73(1) 13).
     """
     size = np.linalg.norm(j, axis=0)
     size[size == 0] = 1.0
