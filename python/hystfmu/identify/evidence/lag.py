@@ -69,6 +69,15 @@ def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold:
     return _shift(lfilter(np.convolve(taps, poles)[:4], poles, v - v[0]), whole) + v[0]
 
 
+def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
+    """Return a free decay (n,) of a mode from row 0; with itself one row later it spans all of them."""
+    w = 2 * np.pi * f_n * h
+    step = expm(np.array([[0.0, 1.0], [-w * w, -2 * zeta * w]]))
+    pulse = np.zeros(n)
+    pulse[0] = 1.0
+    return np.asarray(lfilter([1.0], [1.0, -np.trace(step), np.linalg.det(step)], pulse))
+
+
 def behind_delay(v: Array, delay: float, h: float, hold: str) -> Array:
     """Return the prepared signal behind a delay alone, by ramps between rows."""
     whole, rest = _parts(delay / h)
