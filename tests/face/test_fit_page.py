@@ -54,7 +54,7 @@ def test_the_page_of_a_fit(tmp_path):
     for text in ("&lt;b&gt;&amp;", "u (V)", "measured - model (um)", "spectrum of the error", "loops", "held-out rows"):
         assert text in page, text
     assert "<b>&" not in page
-    assert page.count("<svg") == 4
+    assert page.count("<svg") == 6
     assert re.search(r"within \+-[\d.]+ um with a probability of 95 % \(conformal over 20 blocks", page)
     assert "http" not in page.replace("http://www.w3.org", "")
     whole = data.with_train(None)

@@ -129,7 +129,7 @@ def test_without_an_inverse_the_model_stays(tmp_path: Path) -> None:
 def test_the_input_to_measure_next_ends_where_it_begins(rows: int) -> None:
     """Also for a slow record, whose speed would give too long a file."""
     u = 50 + 50 * np.sin(2 * np.pi * np.arange(2 * rows) / rows)
-    found = excitation(hy.Dataset(1e-3 * np.arange(len(u)), u, u), 1e3 / rows)
+    found, _ = excitation(hy.Dataset(1e-3 * np.arange(len(u)), u, u), 1e3 / rows)
     assert found[0] == found[-1] == u[0]
     assert len(found) <= MOST_ROWS
     assert u.min() <= found.min() <= found.max() <= u.max()

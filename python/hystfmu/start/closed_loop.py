@@ -33,6 +33,7 @@ from hystfmu.start.requirements import Requirements
 from hystfmu.start.step_response import StepResponse, step_response
 
 WORSE, NOISY = 2.0, 3.0  # times the error without feedback, and times that of the noise: a drawn device stays bounded
+SLOWER = (1.0, 2.0, 4.0, 8.0, 16.0)  # times that a jump is shaped more
 SLOW = 0.02  # of the band: a bandwidth below is a slow integrator
 
 
@@ -123,7 +124,7 @@ def close(
     """
     found = device(model, data, asked.resonance)
     tried = references(found, asked.reference)
-    missed = misfit(model, data, found.frequency, found.noise)
+    missed = misfit(model, data, found.frequency, found.noise, 0.5 * min(found.plant.f_n, default=np.inf))
     late = replace(found.plant, delay=found.plant.delay + asked.delay * found.h)
     ahead = preview(late, found.h)
     plants = plant_set(
@@ -148,25 +149,31 @@ def close(
     plan = _Plan(found, ahead, missed, tried, asked, name)
     if tuned is not None:
         told(f"loop: {_said(tuned)}")
+    margins = MarginTable([], [], [])
     with shown("running the loop") as progress:
-        results, into, unbounded = plan.run(tuned, folder, progress)
-        if unbounded and tuned is not None:
-            reasons.append(f"{STRUCTURES[tuned.structure.name].text} is left out: {unbounded}")
-            tuned = None
+        results, into, fault = plan.run(tuned, folder, progress)
+        if tuned is not None and not fault:
+            margins, fault = _margins(into)
+        if tuned is not None and fault:
+            reasons.insert(0, f"{tuned.structure.text} is left out: {fault}")
+            tuned, margins = None, MarginTable([], [], [])
             results, into, _ = plan.run(None, folder, progress)
     if tuned is None:
         reasons.insert(0, "no feedback: " + (reasons[0] if asked.controller != "none" else "none is asked for"))
         told(f"loop: feed-forward and inverse; {reasons[0]}")
-    with shown("margins") as progress:
-        try:
-            margins = margin_table([into], progress=progress) if tuned is not None else MarginTable([], [], [])
-        except InputError as e:
-            margins = MarginTable([], [str(e)], [])
-            faults.append(f"margins: {e}")
     said = promises(found, plants, aim, tuned, tried, results, data, model)
     steps = tuple(step_response(t, r) for t in tried if t.jumps for r in results if r.case == t.name)
     faults += _missed(said, steps, asked)
     return ClosedLoop(found, outcome, tuned, missed, said, steps, results, margins, tuple(reasons), tuple(faults))
+
+
+def _margins(into: Path) -> tuple[MarginTable, str]:
+    """Return the margins of a scenario, and the first that is missed; empty if all hold."""
+    try:
+        table = margin_table([into])
+    except InputError as e:  # such as a case that its command drives into saturation
+        return MarginTable([], [str(e)], []), str(e)
+    return table, next(iter(table.broken()), "")
 
 
 def _raced(found: Device, plants: PlantSet, aim: Aim, asked: Requirements) -> Race:
@@ -220,12 +227,22 @@ class _Plan:
         if self.asked.error is not None:
             first = self.tried[0].amplitude
             limits |= {t.name: self.asked.error * t.amplitude / first for t in self.tried if not t.jumps}
-        loop = self.scenario(tuned, limits)
+        loop = self.scenario(tuned, limits, self.shaped(tuned))
         into = loop.save(folder)
         results = hy.run(into, engine="native", record=True, progress=progress)
         names = {d.name for d in draws(self.found)}
         bad = [r for r in results if r.case in names and not r.passed]
         return results, into, f"case {bad[0].case}: {bad[0].failures()[0]}" if bad else ""
+
+    def shaped(self, tuned: Tuned | None) -> float:
+        """Return how much slower than usual a jump must be followed, so that it overshoots no more than is asked."""
+        jumps = [t for t in self.tried if t.jumps]
+        for slower in SLOWER if jumps else ():
+            loop = self.scenario(tuned, {}, slower)
+            steps = [step_response(t, loop.run(t.name, engine="native")) for t in jumps]
+            if all(s.overshoot <= self.asked.overshoot for s in steps):
+                return slower
+        return SLOWER[0]
 
     def bounds(self) -> dict[str, float]:
         """Return the largest error of each drawn device: feedback must not make it much worse."""
@@ -236,10 +253,10 @@ class _Plan:
             for d in draws(self.found)
         }
 
-    def scenario(self, tuned: Tuned | None, limits: dict[str, float]) -> Scenario:
-        """Build the scenario."""
+    def scenario(self, tuned: Tuned | None, limits: dict[str, float], slower: float = 1.0) -> Scenario:
+        """Build the scenario; a reference that jumps is shaped so much slower."""
         p = self
-        loop = loop_scenario(p.found, tuned, p.ahead, p.missed, p.tried, p.asked, p.name, limits)
+        loop = loop_scenario(p.found, tuned, p.ahead, p.missed, p.tried, p.asked, p.name, limits, slower)
         if tuned is None:
             return loop
         corners = [d.name for d in draws(p.found)]

@@ -85,6 +85,7 @@ def loop_scenario(
     asked: Requirements,
     name: str,
     limits: Mapping[str, float],
+    slower: float = 1.0,
 ) -> Scenario:
     """Build the scenario.
 
@@ -103,6 +104,8 @@ def loop_scenario(
         Of the scenario.
     limits : mapping
         Largest RMS error (percent of the stroke) of cases, by name.
+    slower : float
+        Times that a reference that jumps is shaped slower than usual.
 
     Returns
     -------
@@ -151,7 +154,7 @@ def loop_scenario(
     loop.metric("worst", "max_percent", **ends, text="percent of the stroke")
     command = "delay.y" if asked.delay else "limits.y"
     loop.record("reference.r", y, command).loop("reference.r", y)
-    _cases(loop, found, tried, lead, missed, asked, limits, stroke)
+    _cases(loop, found, tried, lead, missed, asked, limits, slower)
     return loop
 
 
@@ -163,7 +166,7 @@ def _cases(
     missed: Misfit,
     asked: Requirements,
     limits: Mapping[str, float],
-    stroke: float,
+    slower: float,
 ) -> None:
     """Add the references, the draws, and for comparison what the loop does without its parts."""
 
@@ -175,7 +178,7 @@ def _cases(
         units: dict[str, What] = {"reference": _leading(t.block, lead), "misfit": missed.tones(t.frequency, 1)}
         connections = {}
         if t.jumps:
-            units |= {"shaping": shaping(found), "shaping_lead": shaping(found)}
+            units |= {"shaping": shaping(found, slower), "shaping_lead": shaping(found, slower)}
             connections = {
                 "shaping.u": "reference.r",
                 "shaping_lead.u": "reference.r_lead",
@@ -215,11 +218,11 @@ def command_range(found: Device, asked: Requirements) -> tuple[float, float]:
     return low, high
 
 
-def shaping(found: Device) -> Node:
+def shaping(found: Device, slower: float = 1.0) -> Node:
     """Return the filter of a reference that jumps: critically damped, slower than what is known of the device."""
     known = [f / SHAPING for f in found.plant.f_n] + [found.band / SHAPING] * (found.band > 0 and not found.plant.f_n)
     f = min([*known, 1 / (FASTEST * found.h)])
-    f = max(f, 2 * found.frequency)
+    f = max(f, 2 * found.frequency) / slower
     w = 2 * np.pi * f
     values: dict[str, Any] = {"b": [1.0], "a": [1 / w**2, 2 / w, 1.0], "hold": "foh", "start": "steady"}
     return Node("shaping", "transfer_function", {"na": 2, "nb": 0}, values)

@@ -1,13 +1,14 @@
 """What a model misses, as tones that a loop can be run with: the promise of a loop contains them.
 
 The residual of a record has a spectrum.  Frequencies count relative to the rate of the cycles of the record: a
-hysteresis that is missed by some percent is missed at the same harmonics of a slower or a faster reference.  White noise
-of the sensor is taken off.
+hysteresis that is missed by some percent is missed at the same harmonics of a slower or a faster reference.  White
+noise of the sensor is taken off.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,7 @@ class Misfit:
         return blocks.Reference(m=len(f), shape="multisine", amplitude=1.0, **values)
 
 
-def misfit(model: Model, data: Dataset, cycle: float, noise: float) -> Misfit:
+def misfit(model: Model, data: Dataset, cycle: float, noise: float, below: float = np.inf) -> Misfit:
     """Compute the powers.
 
     Parameters
@@ -63,6 +64,8 @@ def misfit(model: Model, data: Dataset, cycle: float, noise: float) -> Misfit:
         Rate of the cycles of the record (Hz).
     noise : float
         RMS of the white noise of the sensor.
+    below : float
+        Highest frequency (Hz): above it, the residual is that of the dynamics, which a loop counts by itself.
     """
     e = data.y - free_run(model, data)
     ratio = float(model.fit.get("validation_percent", 0.0)) / max(float(model.fit.get("rms_percent", 1.0)), 1e-12)
@@ -78,8 +81,8 @@ def misfit(model: Model, data: Dataset, cycle: float, noise: float) -> Misfit:
         power.append((spectrum - 2 * noise**2 / n) * n / len(e))
     frequencies, powers = np.concatenate(f or [np.zeros(0)]), np.concatenate(power or [np.zeros(0)])
     found = []
-    for low, high in zip(EDGES[:-1], EDGES[1:], strict=True):
-        inside = (frequencies >= low * cycle) & (frequencies < high * cycle)
+    for low, high in pairwise(EDGES):
+        inside = (frequencies >= low * cycle) & (frequencies < min(high * cycle, below))
         found.append(max(float(powers[inside].sum()), 0.0))
     scale = max(ratio, 1.0) ** 2  # the residual of training rows is smaller than that of others
     return Misfit(np.sqrt(EDGES[:-1] * EDGES[1:]), scale * np.array(found))

@@ -1,8 +1,8 @@
 """The error that a loop has on the device itself: what it is expected to be, or that it is not known.
 
-A run of the scenario contains the model error of the record and the noise of its sensor.  What the record leaves open of
-modes and delay comes beside it: the feed-forward misses a part of every tone of the reference, and the feedback leaves
-a part of that.  A record that shows one kind of signal only says nothing about others.
+A run of the scenario contains the model error of the record and the noise of its sensor.  What the record leaves open
+of modes and delay comes beside it: the feed-forward misses a part of every tone of the reference, and the feedback
+leaves a part of that.  A record that shows one kind of signal only says nothing about others.
 """
 
 from __future__ import annotations

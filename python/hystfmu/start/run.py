@@ -24,6 +24,7 @@ from hystfmu.start.page import write_page
 from hystfmu.start.requirements import Requirements
 from hystfmu.start.verdict import verdict, write_verdict
 
+NOTHING = Requirements()
 _OPTION = re.compile(r"(\w+)=(\S+)")
 
 
@@ -64,7 +65,7 @@ def _unseen(step: str) -> AbstractContextManager[Callable[[float], None]]:
 def start(
     data: Dataset,
     folder: Path,
-    asked: Requirements = Requirements(),
+    asked: Requirements = NOTHING,
     key: str = "auto",
     seed: int = 0,
     source: Sequence[str] = ("DATA",),

@@ -1,12 +1,12 @@
 """A signal behind a mode and a delay, at the rows of a record: 1/(1 + 2 zeta s/omega_n + s^2/omega_n^2) e^(-s tau).
 
 Between rows the input is a ramp (``foh``), held at the new value (``zoh``), or smooth (``smooth``: limited to the band
-below half the sample rate).  Each has an exact filter of four taps over the two poles of the mode, for a delay that is no
-whole number of steps too: the state at a row, propagated over the rest of a step.
+below half the sample rate).  Each has an exact filter of four taps over the two poles of the mode, for a delay that is
+no whole number of steps too: the state at a row, propagated over the rest of a step.
 
-A smooth input is a ramp behind a correction: the spectrum of ramps falls by sinc^2 (f h), which 1 + D/12 + D^2/90 + ...
-undoes, D = 2 - 2 cos(2 pi f h) (the series of arcsin^2).  A chirp with seven rows in a period needs it: ramps alone lose
-6 % of it.
+A smooth input is a ramp behind a correction: the spectrum of ramps falls by sinc^2 (f h), which 1 + D/12 + D^2/90 +
+... undoes, D = 2 - 2 cos(2 pi f h) (the series of arcsin^2).  A chirp with seven rows in a period needs it: ramps alone
+lose 6 % of it.
 """
 
 from __future__ import annotations
@@ -67,6 +67,15 @@ def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold:
         taps[k] = (part[0] @ x + part[1] * v0 + part[2] * (v1 - v0))[0]
         x = step[0] @ x + step[1] * v0 + step[2] * (v1 - v0)
     return _shift(lfilter(np.convolve(taps, poles)[:4], poles, v - v[0]), whole) + v[0]
+
+
+def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
+    """Return a free decay (n,) of a mode from row 0; with itself one row later it spans all of them."""
+    w = 2 * np.pi * f_n * h
+    step = expm(np.array([[0.0, 1.0], [-w * w, -2 * zeta * w]]))
+    pulse = np.zeros(n)
+    pulse[0] = 1.0
+    return np.asarray(lfilter([1.0], [1.0, -np.trace(step), np.linalg.det(step)], pulse))
 
 
 def behind_delay(v: Array, delay: float, h: float, hold: str) -> Array:

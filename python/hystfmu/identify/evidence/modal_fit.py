@@ -1,26 +1,27 @@
 """Fit of modes and a delay to records: columns run over the records, compared with the output in weighted bins.
 
-The columns are the input behind each mode, slow parts, and the input behind the delay alone, which stands for modes above
-the band.  Their weights are linear and follow for every trial (variable projection: Golub & Pereyra 1973, SIAM J. Numer.
-Anal. 10(2) 413-432, in the form of Kaufman 1975); Levenberg-Marquardt finds frequencies, dampings and the delay.
+The columns are the input behind each mode, slow parts, and the input behind the delay alone, which stands for modes
+above the band.  Their weights are linear and follow for every trial (variable projection: Golub & Pereyra 1973, SIAM J.
+Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975); Levenberg-Marquardt finds frequencies, dampings and the delay.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.identify.evidence.lag import behind_delay, behind_mode
+from hystfmu.identify.evidence.lag import behind_delay, behind_mode, free_decay
 from hystfmu.identify.evidence.spectra import Window
 
 STEP = 1e-4  # of ln f_n (times zeta), ln zeta and steps of delay in the Jacobian
 MOST_STEPS = 25
 CLUSTERS = 60  # of neighbouring bins, whose errors may be of one sign
 LEAST_ZETA, MOST_ZETA = 1e-3, 3.0
-MOST_PARABOLAS = 8
+MOST_PARABOLAS, MOST_DECAYS = 8, 3  # records, beyond which their columns are left out
+DEPENDENT = 1e-9  # size of a column without its part along the columns before
 MOST_DELAY = 10.0  # steps
 
 
@@ -48,7 +49,7 @@ class Problem:
         seen = np.concatenate(parts) * self.weight[:, None]
         return np.sqrt(2) * np.concatenate([seen.real, seen.imag])
 
-    def along(self, run) -> Array:  # type: ignore[no-untyped-def]
+    def along(self, run: Callable[[Array], Array]) -> Array:
         """Run a function along each record."""
         return np.concatenate([run(self.v[r]) for r in self.records])
 
@@ -65,9 +66,9 @@ class Structure:
 class Fitted:
     """A fit.
 
-    ``p`` holds ln f_n and ln zeta of each mode and the delay in steps; ``gain`` the weights of modes and rest; ``error``
-    the sum of squares over ``count`` rows; ``covariance`` that of p and gain, in this order; ``rest_se`` the standard
-    error of a rest that was left out.
+    ``p`` holds ln f_n and ln zeta of each mode and the delay in steps; ``gain`` the weights of modes and rest;
+    ``error`` the sum of squares over ``count`` rows; ``covariance`` that of p and gain, in this order; ``rest_se`` the
+    standard error of a rest that was left out.  ``decay`` holds the weights of the free decays.
     """
 
     structure: Structure
@@ -76,12 +77,18 @@ class Fitted:
     error: float
     count: int
     covariance: Array
+    decay: Array
     rest_se: float = 0.0
 
     @property
     def misfit(self) -> float:
         """Mean square of the weighted errors over the rows without parameters: 1 where only noise is left."""
-        return self.error / max(self.count - len(self.p) - len(self.gain), 1)
+        return self.error / max(self.count - len(self.p) - len(self.gain) - len(self.decay), 1)
+
+    def output(self, problem: Problem) -> Array:
+        """Return the output (n,) of the fit without the slow parts."""
+        made = columns(problem, self.structure, self.p) @ self.gain
+        return np.asarray(made + decays(problem, self.structure, self.p) @ self.decay)
 
 
 def columns(problem: Problem, structure: Structure, p: Array) -> Array:
@@ -93,6 +100,21 @@ def columns(problem: Problem, structure: Structure, p: Array) -> Array:
         return np.column_stack([*made, *([behind_delay(v, delay, h, hold)] if structure.rest else [])])
 
     return problem.along(run)
+
+
+def decays(problem: Problem, structure: Structure, p: Array) -> Array:
+    """Return the free decays (n, 2 modes of each record): a record may begin while the device moves."""
+    parts = [_decays(problem, p, k) for k in range(structure.modes)]
+    return np.hstack(parts) if parts else np.zeros((len(problem.v), 0))
+
+
+def _decays(problem: Problem, p: Array, k: int) -> Array:
+    some = problem.records if len(problem.records) <= MOST_DECAYS else ()
+    out = np.zeros((len(problem.v), 2 * len(some)))
+    for i, r in enumerate(some):
+        made = free_decay(r.stop - r.start, float(np.exp(p[2 * k])), float(np.exp(p[2 * k + 1])), problem.h)
+        out[r, 2 * i], out[r.start + 1 : r.stop, 2 * i + 1] = made, made[:-1]
+    return out
 
 
 def _mode(v: Array, p: Array, k: int, h: float, hold: str) -> Array:
@@ -123,11 +145,21 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
     def free(rows: Array) -> Array:
         return rows - base @ (base.T @ rows)
 
+    n = structure.modes + structure.rest
+
+    def linear(p: Array) -> Array:
+        return free(problem.rows(np.hstack([columns(problem, structure, p), decays(problem, structure, p)])))
+
     def at(p: Array) -> tuple[float, Array, Array, Array]:
-        c = free(problem.rows(columns(problem, structure, p)))
-        q, r = np.linalg.qr(c)
-        along = q.T @ target
-        gain = np.linalg.lstsq(r, along, rcond=1e-12)[0]
+        c = linear(p)
+        size = np.linalg.norm(c, axis=0)
+        size[size == 0] = 1.0
+        q, r = np.linalg.qr(c / size)
+        # a decay may be over before the first row that counts, or be as another one
+        used = np.abs(np.diag(r)) > DEPENDENT
+        q, r = q[:, used], r[np.ix_(used, used)]
+        gain, along = np.zeros(len(used)), q.T @ target
+        gain[used] = np.linalg.solve(r, along) / size[used]
         e = target - q @ along
         return float(e @ e), gain, q, e
 
@@ -138,10 +170,14 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
             for j, d in ((0, STEP * min(1.0, np.exp(p[2 * k + 1]))), (1, STEP)):
                 moved = p.copy()
                 moved[2 * k + j] += d
-                made.append((_column(problem, moved, k) - here[:, k]) * (gain[k] / d))
+                change = (_column(problem, moved, k) - here[:, k]) * gain[k]
+                mine = gain[n:].reshape(max(structure.modes, 1), -1)[k]
+                if mine.any():
+                    change = change + (_decays(problem, moved, k) - _decays(problem, p, k)) @ mine
+                made.append(change / d)
         moved = p.copy()
         moved[-1] += STEP
-        made.append((columns(problem, structure, moved) - here) @ gain / STEP)
+        made.append((columns(problem, structure, moved) - here) @ gain[:n] / STEP)
         return free(problem.rows(np.column_stack(made)))
 
     lo, hi = _bounds(problem, structure)
@@ -174,8 +210,9 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
         damping = max(damping / 8, 1e-9)
         if gone < 1e-7 * error or moved < 1:
             break
-    whole = np.hstack([slopes(p, gain), free(problem.rows(columns(problem, structure, p)))])
-    return Fitted(structure, p, gain, error, len(e), _covariance(whole, e))
+    told = len(p) + n
+    covariance = _covariance(np.hstack([slopes(p, gain), linear(p)]), e)[:told, :told]
+    return Fitted(structure, p, gain[:n], error, len(e), covariance, gain[n:])
 
 
 def _column(problem: Problem, p: Array, k: int) -> Array:
@@ -193,7 +230,7 @@ def _covariance(j: Array, e: Array) -> Array:
     """Return the covariance of the parameters.
 
     The larger, parameter by parameter, of two: that of white errors of the size that is left, and that of errors which
-    are correlated inside clusters of bins (a sandwich: Liang & Zeger 1986, Biometrika 73(1) 13-22), as model errors are.
+    are correlated inside clusters of bins, as model errors are (a sandwich: Liang & Zeger 1986, Biometrika 73(1) 13).
     """
     size = np.linalg.norm(j, axis=0)
     size[size == 0] = 1.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.identify.evidence.lag import prepared
-from hystfmu.identify.evidence.modal_fit import Fitted, Problem, columns
+from hystfmu.identify.evidence.modal_fit import Fitted, Problem
 from hystfmu.identify.evidence.spectra import CELL, Cells, Response, Window, smooth
 
 INEXACT = 0.01  # of the output in a cell: error of the model of the hysteresis and of the input between rows
@@ -58,7 +58,7 @@ def weight_of(seen: Seen, problem: Problem, noise: Array) -> Array:
 def left_over(seen: Seen, hold: str, found: Fitted) -> Array:
     """Return the output (n,) without that of a fit."""
     problem = Problem(seen.h, hold, held_input(seen, hold), seen.y, seen.records, (), (), np.zeros(0), ())
-    return np.asarray(seen.y - columns(problem, found.structure, found.p) @ found.gain)
+    return np.asarray(seen.y - found.output(problem))
 
 
 def powers(seen: Seen, e: Array) -> Array:

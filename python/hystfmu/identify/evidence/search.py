@@ -8,7 +8,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.identify.evidence.lag import HOLDS
-from hystfmu.identify.evidence.modal_fit import Fitted, Problem, Structure, fit
+from hystfmu.identify.evidence.modal_fit import MOST_ZETA, Fitted, Problem, Structure, fit
 from hystfmu.identify.evidence.records import Seen, held_input, left_over, noise_of, problem_of, weight_of
 from hystfmu.identify.evidence.scan import Pooled, mode_response, scan
 from hystfmu.identify.evidence.spectra import Complex, Response
@@ -18,6 +18,7 @@ MOST_MODES = 3
 PAYS = 60.0  # drop of the weighted sum of squares, over the misfit, that a mode must give
 PAYS_SHARE = 0.15  # and of all of it, because errors of the model of the hysteresis are no white noise
 DOUBTFUL, WRONG = 2.0, 16.0  # misfit that asks for other starts, and that no fit has
+FITS_BETTER = 0.7  # misfit over that of a fit with as many known modes
 DELAYS = (np.arange(-0.5, 6.01, 0.25), np.arange(-0.5, 1.51, 0.25), np.arange(1.5, 3.51, 0.25))  # steps, of starts
 REST_PAYS, HOLD_PAYS = 9.0, 50.0  # the same for a rest, and for held values against a smooth input
 BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, as fractions of the lowest mode
@@ -38,7 +39,7 @@ def modes(seen: Seen) -> tuple[str, Fitted] | None:
         branch = _branch(seen, hold, highest, problem, none, delays)
         for trial, found in branch:
             count = int(np.sum(known_modes(found, seen)))
-            if (count, -found.misfit) > (known, -fitted.misfit) and count:
+            if count > known or (count == known > 0 and found.misfit < FITS_BETTER * fitted.misfit):
                 best, fitted, known = trial, found, count
         if not branch or fitted.misfit < DOUBTFUL:
             break  # other delays are other local minima, for a fit that is none
@@ -61,6 +62,8 @@ def _branch(
         gone = before.error - fitted.error
         if gone < PAYS * max(fitted.misfit, 1.0) or gone < PAYS_SHARE * before.error:
             break
+        if np.exp(fitted.p[1:-1:2].max()) > 0.95 * MOST_ZETA:
+            break  # creep, or nothing
         noise = noise_of(seen, left_over(seen, hold, fitted))
         trial = replace(trial, weight=weight_of(seen, trial, noise))
         last = fit(trial, fitted.structure, fitted.p)
@@ -81,8 +84,8 @@ def _highest(r: Response) -> float:
 def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
     """Decide how the input behaves between rows, and whether the rest is needed.
 
-    A hold changes the response by a factor 1 - (omega h)^2/12 or /24, which looks like a rest; held values differ from a
-    smooth input by half a step of delay too.  So a hold is known only where it alone needs no rest.
+    A hold changes the response by a factor 1 - (omega h)^2/12 or /24, which looks like a rest; held values differ from
+    a smooth input by half a step of delay too.  So a hold is known only where it alone needs no rest.
     """
     modes = best.structure.modes
     tried = {}
@@ -100,7 +103,7 @@ def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
 
 
 def _half(found: Fitted) -> Fitted:
-    """Let the delay of a smooth input stand for that of held values as well: a quarter of a step less, and more or less."""
+    """Let the delay of a smooth input stand for that of held values too: a quarter of a step less, and more or less."""
     p, covariance = found.p.copy(), found.covariance.copy()
     at = len(p) - 1
     p[at] -= 0.25

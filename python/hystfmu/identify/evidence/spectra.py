@@ -1,8 +1,8 @@
 """Spectra of records, cell by cell: what the output follows of the input, and the noise that is left.
 
-A cell is eight neighbouring bins of the Fourier transform of a whole record.  In it Y = (g_0 + g_1 f) V + E is fitted (a
-local polynomial: Pintelon & Schoukens, System Identification, 2nd ed. 2012, section 7.2): E is noise, or what no linear
-response explains.  Whole records have no windows that hide a short chirp, and the finest bins for light damping.
+A cell is eight neighbouring bins of the Fourier transform of a whole record.  In it Y = (g_0 + g_1 f) V + E is fitted
+(a local polynomial: Pintelon & Schoukens, System Identification, 2nd ed. 2012, section 7.2): E is noise, or what no
+linear response explains.  Whole records have no windows that hide a short chirp, and the finest bins for light damping.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _cells(window: Window, h: float, v: Array, y: Array) -> Cells:
     size = np.sqrt(np.sum(np.abs(seen) ** 2, axis=1, keepdims=True))
     size[size == 0] = 1.0
     columns = np.stack([seen / size, seen / size * x], axis=2)
-    q, r = np.linalg.qr(columns)
+    q = np.linalg.qr(columns)[0]
     along = np.einsum("kij,ki->kj", q.conj(), out)
     total = np.sum(np.abs(out) ** 2, axis=1)
     left = np.sum(np.abs(out - np.einsum("kij,kj->ki", q, along)) ** 2, axis=1)

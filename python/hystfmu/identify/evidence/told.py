@@ -18,8 +18,8 @@ OVERDAMPED = 0.5  # damping ratio from which a part below the modes is creep, an
 REST_SHAPE = 0.5  # share of a rest that may be the rise of its mode towards its resonance
 BENT = 0.5  # error of f_n over the half width of the resonance, for an error of the response there
 LEAST_F, LEAST_ZETA_SE, LEAST_SHARE, LEAST_DELAY = 1e-4, 3e-3, 2e-3, 0.05
-"""Least standard errors: relative of f_n and zeta, of a share, and of the delay in steps.  Drawn devices with modes above
-the band and inputs that are no ramps between rows have errors of this size where the noise allows smaller ones."""
+"""Least standard errors: relative of f_n and zeta, of a share, and of the delay in steps.  Drawn devices with modes
+above the band and inputs that are no ramps between rows have such errors where the noise allows smaller ones."""
 
 
 def known_modes(found: Fitted, seen: Seen) -> NDArray[np.bool_]:
@@ -43,7 +43,7 @@ def known_modes(found: Fitted, seen: Seen) -> NDArray[np.bool_]:
 
 
 def density_of(seen: Seen, e: Array) -> float:
-    """Return the density of the noise in spans of y: the least of what local responses, the fit, or quiet rows leave."""
+    """Return the density of the noise in spans of y: the least of what local responses, a fit, or quiet rows leave."""
     left = seen.cells.left / (CELL - LOCAL)
     return min(
         noise_density(left, 2 * (CELL - LOCAL), seen.cells.f, seen.h),
@@ -53,6 +53,7 @@ def density_of(seen: Seen, e: Array) -> float:
 
 
 def static_gain(r: Response, found: Fitted | None) -> float:
+    """Return the static gain: of all parts of a fit, or of the lowest third of what is seen."""
     if found is not None and found.structure.modes:
         return abs(float(found.gain.sum())) or 1.0
     seen = np.flatnonzero(r.seen)
@@ -105,7 +106,12 @@ def told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[tu
             continue
         out.append(Mode(float(f_n[k]), float(zeta[k]), share, f_se, zeta_se, share_se))
     delay = max(float(found.p[m - 1]) * h, 0.0)
-    delay_se = float(np.hypot(sd[m - 1], LEAST_DELAY)) * h
+    late = [sd[m - 1], LEAST_DELAY]
+    if known.any():  # an error of the response around the first mode is one of the phase
+        first = int(np.argmin(np.where(known, f_n, np.inf)))
+        error = _model_error(seen, noise, density, float(f_n[first]), float(zeta[first]))
+        late.append(BENT * error / (2 * np.pi * float(f_n[first]) * h))
+    delay_se = float(np.sqrt(np.sum(np.square(late)))) * h
     return tuple(sorted(out, key=lambda mode: mode.f_n)), delay, delay_se
 
 
