@@ -21,7 +21,7 @@ SETTLED = 2  # periods of a reference before metrics count
 RINGS = 7.0  # time constants until a mode that the start excites is gone: to a thousandth
 LEARNT = 50  # of a periodic one that the user asks for: a repetitive part learns
 LEVELS = (-1.0, 0.0, 1.0, 0.5, -0.5)  # of a staircase, of the amplitude
-STEP = 0.5  # of the amplitude
+STEP = 0.25  # of the amplitude, on both sides of the middle
 LEAST_SAMPLES = SAMPLES // 5  # steps in a period of a reference that the user asks for
 MOST_TONES, MOST_ROWS = 40, 100_000
 DEFAULT = tuple(Wanted(shape) for shape in ("sine", "nested", "triangle", "step"))
@@ -94,14 +94,14 @@ def _tried(found: Device, wanted: Wanted) -> Tried:
     if wanted.shape == "file":
         return _from_file(found, wanted.file)
     if wanted.shape in ("step", "staircase"):
-        up = STEP * amplitude if found.rest < offset else -STEP * amplitude
-        stairs = [offset + amplitude * v for v in LEVELS]
-        levels = [found.rest, *([found.rest + up] if wanted.shape == "step" else stairs)]
-        block = blocks.Reference(m=len(levels), shape="steps", amplitude=1.0, levels=levels, T=_rows(1 / f, h) * h)
-        size = abs(up) / 2 if wanted.shape == "step" else amplitude
-        middle = (levels[0] + levels[1]) / 2 if wanted.shape == "step" else offset
-        stop = len(levels) * _rows(1 / f, h) * h
-        return Tried(wanted.shape, wanted.shape, f, size, middle, block, stop, _rows(1 / f, h) * h, jumps=True)
+        # the first level leads from rest, maybe at an end of the range, into the middle of it
+        ends = (-STEP, STEP) if wanted.shape == "step" else LEVELS
+        levels = [offset + amplitude * v for v in ends]
+        T = _rows(1 / f, h) * h
+        block = blocks.Reference(m=len(levels) + 1, shape="steps", amplitude=1.0, levels=[found.rest, *levels], T=T)
+        size, middle = (max(levels) - min(levels)) / 2, (max(levels) + min(levels)) / 2
+        stop, after = (len(levels) + 1) * T, 2 * T
+        return Tried(wanted.shape, wanted.shape, f, size, middle, block, stop, after, jumps=True)
     if f * h * LEAST_SAMPLES > 1:
         raise InputError(
             f"The reference must have at least {LEAST_SAMPLES} steps of {h:g} s in a period. "

@@ -46,6 +46,7 @@ def step_response(tried: Tried, result: Result) -> StepResponse:
         return StepResponse(tried.name, np.inf, np.inf)
     r, y = trace["reference.r"], trace[result.system.case.metrics["tracking"].signal]
     at = np.flatnonzero(np.diff(r)) + 1
+    at = at[trace.t[at] > tried.after - 0.5 * result.system.case.step]  # not the way from rest
     overshoot, settling = 0.0, 0.0
     for first, end in zip(at, [*at[1:], len(r)], strict=True):
         size = r[first] - r[first - 1]
