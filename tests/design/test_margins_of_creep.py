@@ -1,4 +1,4 @@
-"""Margins of scenario loops whose plant answers at once: creep beside a gain, integrators, delays of parts of a step."""
+"""Margins of scenario loops whose plant answers at once: creep beside a gain, integrators, parts of a step of delay."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def creeping(w: np.ndarray, T: np.ndarray) -> hy.Model:
 
 
 def ends_of(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: float, Kp: float, Ki: float, late: float) -> np.ndarray:
-    """Poles of the sampled loop, stepped in twentieths: what reaches the plant comes late, a sample sees what has come."""
+    """Poles of the sampled loop, stepped in twentieths: commands come late, and a sample sees what has come."""
     n, steps = len(A), int(np.ceil(late)) + 2
     M = expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * H / FINE)
     shift = round(late * FINE)
@@ -162,7 +162,7 @@ def test_a_loop_that_is_unstable_on_its_own_path_fails(tmp_path: Path) -> None:
     assert named.output.split()[-1] == "expected"
 
 
-@pytest.mark.parametrize(("name", "why"), [("nominal", "is stable, or has none"), ("nobody", "does not exist")])
+@pytest.mark.parametrize(("name", "why"), [("nominal", "is stable, or has none"), ("missing", "does not exist")])
 def test_a_case_that_is_expected_to_be_unstable_must_be(tmp_path: Path, name: str, why: str) -> None:
     run = margins(loop(GAIN, 0.5, 1.0).margins(expected_unstable=[name]), tmp_path / "loop")
     assert run.exit_code == 2

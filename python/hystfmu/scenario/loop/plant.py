@@ -136,7 +136,7 @@ def as_gain(part: Part, lone: Collection[str] = ()) -> Graph:
 
 def _gain_undone(node: Node) -> float:
     """Return the static gain of the dynamics that a block inverts."""
-    return gain_of(Node(node.name, node.block.inverts, node.dims, node.values))
+    return gain_of(Node(node.name, str(node.block.inverts), node.dims, node.values))
 
 
 def for_small_signals(graph: Graph) -> Graph:
