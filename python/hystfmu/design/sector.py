@@ -19,7 +19,7 @@ from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
 MOVED = 1e-3  # of the largest step of the path: smaller ones say nothing about a slope
-COMPARED = 2000  # rows at most at which a path with creep is compared with one that stands
+COMPARED = 20_000  # rows at most at which a path with creep is compared with one that stands
 CONTINUOUS = "continuous"  # rate of the blocks that count with their static gain
 
 
