@@ -1,4 +1,4 @@
-"""Margins of scenario loops whose plant answers at once: creep beside a gain, integrators, delays of parts of a step."""
+"""Margins of scenario loops whose plant answers at once: creep beside a gain, integrators, parts of a step of delay."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def creeping(w: np.ndarray, T: np.ndarray) -> hy.Model:
 
 
 def ends_of(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: float, Kp: float, Ki: float, late: float) -> np.ndarray:
-    """Poles of the sampled loop, stepped in twentieths: what reaches the plant comes late, a sample sees what has come."""
+    """Poles of the sampled loop, stepped in twentieths: commands come late, and a sample sees what has come."""
     n, steps = len(A), int(np.ceil(late)) + 2
     M = expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * H / FINE)
     shift = round(late * FINE)
@@ -146,6 +146,42 @@ def test_creep_that_only_the_inverse_has_stays_in_the_loop(tmp_path: Path) -> No
     assert row["margins"]["Ms_db"] == pytest.approx(float(-20 * np.log10(np.abs(1 + (1 + w) * L).min())), abs=1e-4)
 
 
+def test_behind_creep_a_command_at_its_limit_has_no_slope(tmp_path: Path) -> None:
+    """A device of 0.8 of the gain asks for more than the range: 0 while the command stands at its limit, else 0.8.
+
+    Creep moves the output meanwhile; differences of the output alone had slopes of either sign.
+    """
+    seed, rng = drawn()
+    w, T = rng.uniform(0.05, 0.3, 2), 10 ** rng.uniform(-1.5, 0.5, 2)
+    model = creeping(w, T)
+    less = hy.Node("less", "scaling", {"n": 1}, {"gain": 0.8})
+    limit = hy.Node("limit", "scaling", {"n": 1}, {"lo": -2.5, "hi": 2.5})
+    graph = hy.Graph(
+        [limit, *model.graph.nodes, less],
+        [("limit.y", "hysteresis.u"), *model.graph.wires, ("creep.y", "less.u")],
+        [hy.Input("u", ("limit.u",))],
+        [hy.Output("y", "less.y")],
+    )
+    made = hy.Scenario("creeping", step=H, stop=4.0)
+    made.add("plant", hy.Model("actuator", graph, provenance=SPAN, step=H))
+    made.add("reference", hy.blocks.Reference(amplitude=4.0, frequency=0.5))
+    made.add("pid", hy.blocks.Pid(Kp=0.1, Ki=12.0))
+    made.add("inverse", model.inverse())
+    for ends in (
+        ("reference.r", "pid.y_d"),
+        ("reference.r", "pid.u_ff"),
+        ("plant.y", "pid.y"),
+        ("pid.u", "inverse.u"),
+        ("inverse.y", "plant.u"),
+    ):
+        made.connect(*ends)
+    made.metric("tracking", "rms", "plant.y", "reference.r")
+    run = margins(made, tmp_path / "loop", "--json")
+    assert run.exit_code == 0, run.output
+    (row,) = json.loads(run.output)["loops"]
+    assert row["slopes"] == pytest.approx([0.0, 0.8], abs=1e-6), seed
+
+
 GAIN = hy.blocks.TransferFunction(na=1, nb=0, b=[2.0], a=[0.05, 1.0])
 
 
@@ -162,7 +198,7 @@ def test_a_loop_that_is_unstable_on_its_own_path_fails(tmp_path: Path) -> None:
     assert named.output.split()[-1] == "expected"
 
 
-@pytest.mark.parametrize(("name", "why"), [("nominal", "is stable, or has none"), ("nobody", "does not exist")])
+@pytest.mark.parametrize(("name", "why"), [("nominal", "is stable, or has none"), ("missing", "does not exist")])
 def test_a_case_that_is_expected_to_be_unstable_must_be(tmp_path: Path, name: str, why: str) -> None:
     run = margins(loop(GAIN, 0.5, 1.0).margins(expected_unstable=[name]), tmp_path / "loop")
     assert run.exit_code == 2

@@ -75,9 +75,9 @@ ALLOWED: dict[str, dict[str, str]] = {
     },
     "design/linear.py": {
         **dict.fromkeys(
-            ("delay", "pid", "lead_lag", "sliding_mode", "super_twisting", "repetitive"), "_SAMPLED: its function of z"
+            ("delay", "pid", "lead_lag", "sliding_mode", "super_twisting", "repetitive"), "_SAMPLED: its state space"
         ),
-        "iterative_learning": "LIFTED: has no function of z",
+        "iterative_learning": "LIFTED: has no state space",
         "transfer_function": "to_control(): the block is a transfer function already",
     },
     "design/period_memory.py": {
@@ -156,9 +156,9 @@ ALLOWED: dict[str, dict[str, str]] = {
     ),
     "scenario/loop/plant.py": {
         "delay": "plant_side(): its steps count",
-        "quantiser": "without_levels(): a gain for signals of many levels",
-        "scaling": "a gain in the place of levels, of dynamics, of nothing",
-        "sum": "as_gain(): a gain in the place of a hysteresis",
+        "quantiser": "for_small_signals(): a gain for signals of many levels",
+        "scaling": "a gain in the place of levels, of dynamics, of nothing; its offset is constant",
+        "sum": "as_gain(): a gain in the place of a hysteresis; its offset is constant",
     },
     "scenario/loop/simulated.py": {"delay": "_delayed(): a further delay"},
     "scenario/loop_margins.py": {

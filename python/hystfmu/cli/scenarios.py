@@ -37,7 +37,8 @@ def margins(
     exact tangent, the plant by its dynamics, hysteresis and inverse by the sector of slopes along the path of the case.
     Margins hold for slope 1, or without an inverse for the largest slope of a plant that never has slope 1. Stability
     is checked over the sector with 0, 1/2, 1 and 2 further steps of delay.
-    Exits with 1 if a limit in [margins] of a scenario is broken.
+    Exits with 1 if a limit in [margins] of a scenario is broken, or if a loop is unstable for a slope of its own path
+    and [margins] does not name its case in expected_unstable.
 
     \b
     Example: hystfmu margins scenarios/pid scenarios/pid_observer

@@ -21,6 +21,8 @@ from hystfmu.design.linear import feedthrough, python_control, to_control
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
+CONTROLLERS, HOLD = "controllers", "hold"  # family of blocks, and their parameter
+
 
 @dataclass(frozen=True)
 class Margins:
@@ -123,11 +125,13 @@ def _behind_hold(plant: Node | Graph | Model, h: float) -> Any:
         raise InputError(
             f"The plant of a loop must have one input and one output. Got {G.ninputs} and {G.noutputs} instead."
         )
-    if isinstance(plant, Node) and plant.type == "transfer_function" and plant.value("hold")[0]:
-        return G * step  # it ramps up to a command that has come
-    if isinstance(plant, Node) and plant.type not in ("transfer_function", "delay"):
-        return G
-    at_once = feedthrough(Graph.single(plant) if isinstance(plant, Node) else plant)
+    if isinstance(plant, Node):
+        if plant.block.family == CONTROLLERS:
+            return G
+        if any(v.name == HOLD for v in plant.block.parameters) and plant.value(HOLD)[0]:
+            return G * step  # it ramps up to a command that has come
+        plant = Graph.single(plant)
+    at_once = feedthrough(plant)
     if not any(m.any() for m in at_once[1:]):
         return G
     if len(at_once[0]):
@@ -185,7 +189,8 @@ def margins_of(
     Margins
     """
     if not stable(1.0):
-        return Margins(False, *[np.nan] * 5, 0.0, np.nan, np.nan)
+        nan = np.nan
+        return Margins(False, nan, nan, nan, nan, nan, 0.0, nan, nan)
     crossing = roots(lambda a: np.abs(L(a)) - 1, angles, np.abs(values) - 1)
     # phase margin at each crossover: as the delay grows, the crossover with the least phase / frequency is lost first
     phases = np.mod(np.angle(L(crossing)) + np.pi, 2 * np.pi) if len(crossing) else crossing

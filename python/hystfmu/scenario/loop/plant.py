@@ -136,7 +136,7 @@ def as_gain(part: Part, lone: Collection[str] = ()) -> Graph:
 
 def _gain_undone(node: Node) -> float:
     """Return the static gain of the dynamics that a block inverts."""
-    return gain_of(Node(node.name, node.block.inverts, node.dims, node.values))
+    return gain_of(Node(node.name, str(node.block.inverts), node.dims, node.values))
 
 
 def for_small_signals(graph: Graph) -> Graph:
@@ -147,7 +147,7 @@ def for_small_signals(graph: Graph) -> Graph:
     for n in graph.nodes:
         if n.type == LEVELS:
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}))
-        elif n.type in OFFSET and not any(np.isfinite(n.value(k)).any() for k in ("lo", "hi") if k in n.values):
+        elif n.type in OFFSET:
             graph = graph.replace(replace(n, values={k: v for k, v in n.values.items() if k != "offset"}))
     return graph
 
