@@ -23,8 +23,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(library, "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import numpy as np
@@ -131,8 +131,9 @@ def counts(kind: str, rows: Rows) -> list[str]:
 
 
 HEAD = [
-    "record", "n", "full", "slow", "forward only", "no loop", "approved", "approved but unstable", "refused and unstable",
-    "references", f"within {FACTOR:g}x", "under bound", "bound / error", "not known", "most CPU s",
+    "record", "n", "full", "slow", "forward only", "no loop", "approved", "approved but unstable",
+    "refused and unstable", "references", f"within {FACTOR:g}x", "under bound", "bound / error", "not known",
+    "most CPU s",
 ]  # fmt: skip
 
 
