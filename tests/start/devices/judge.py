@@ -19,6 +19,7 @@ NOISES = 5.0  # standard deviations of the sensor's noise: RMS at a constant ref
 LEAST = 0.1  # percent of the span of the reference, for both
 DECAYS, SHORTEST = 8.0, 2000  # time constants of the modes, and steps, until the rest counts as oscillation
 WINDOW = 2000  # steps
+DRIFT = 3  # degree of the polynomial of what a slow integrator and creep still do in the window
 LONGEST = 900  # s, of `hystfmu start`
 
 
@@ -166,7 +167,7 @@ def _oscillations(
     if len(run.held):
         e = run.held[-WINDOW:]
         k = np.arange(len(e))
-        rest = 100 * float(np.std(e - np.polyval(np.polyfit(k, e, 1), k))) / span
+        rest = 100 * float(np.std(e - np.polyval(np.polyfit(k / WINDOW, e, DRIFT), k / WINDOW))) / span
         if rest > max(NOISES * noise, LEAST):
             found.append(f"{name}: {rest:.3g} % at a constant reference, noise {noise:.3g} %")
     return found
