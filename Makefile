@@ -17,7 +17,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check generate modelica modelica-strict platforms bench choice docs wheel release use importers clean torture
+.PHONY: demo test contract stress mutants dev core check generate modelica modelica-strict platforms bench choice devices docs wheel release use importers clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -91,6 +91,11 @@ bench: dev
 # the choice of the kind of model against all kinds, forty minutes; an interrupted run goes on from build/choice.jsonl
 choice: dev
 	$(BIN)/python tests/benchmarks/choice_grid.py --work build/choice.jsonl -o python/docs/choice.md
+
+# 50 devices drawn anew, four records each: does what `hystfmu start` approves hold on the device itself?  Two hours; an
+# interrupted run goes on from build/devices.jsonl, which belongs to one draw and one state of the code
+devices: dev
+	$(BIN)/python tests/benchmarks/devices.py --jobs $(WORKERS) --work build/devices.jsonl
 
 # every kind of model and every shipped loop in importers that are not ours; writes python/docs/importers.md
 importers: dev

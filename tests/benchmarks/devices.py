@@ -23,8 +23,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(library, "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import numpy as np
@@ -35,7 +35,7 @@ from hystfmu.report.terminal import table
 
 WITH_FEEDBACK, WITHIN_FACTOR, UNDER_BOUND, PESSIMISM, SECONDS = 0.9, 0.9, 0.95, 3.0, 60.0
 FACTOR = 2.0
-SHORT = ("sine", "triangle", "nested")  # shapes whose error a record with a chirp must tell
+SMOOTH = ("sine", "triangle", "nested")  # inside the band; the error of a jump is that of its shaping, on any device
 SHOWN = 5  # devices named for each requirement
 Rows = list[dict[str, Any]]
 
@@ -70,8 +70,8 @@ def line(row: dict[str, Any]) -> str:
 
 
 def runs(rows: Rows) -> Rows:
-    """Every reference that ran on a device, of approved loops."""
-    return [{**r, "row": row} for row in rows if row["approved"] for r in row.get("runs", ())]
+    """Every smooth reference that ran on a device, of approved loops."""
+    return [{**r, "row": row} for row in rows if row["approved"] for r in row.get("runs", ()) if r["shape"] in SMOOTH]
 
 
 def stated(found: Rows) -> Rows:
@@ -131,8 +131,9 @@ def counts(kind: str, rows: Rows) -> list[str]:
 
 
 HEAD = [
-    "record", "n", "full", "slow", "forward only", "no loop", "approved", "approved but unstable", "refused and unstable",
-    "references", f"within {FACTOR:g}x", "under bound", "bound / error", "not known", "most CPU s",
+    "record", "n", "full", "slow", "forward only", "no loop", "approved", "approved but unstable",
+    "refused and unstable", "references", f"within {FACTOR:g}x", "under bound", "bound / error", "not known",
+    "most CPU s",
 ]  # fmt: skip
 
 
@@ -159,7 +160,7 @@ def missed(rows: Rows) -> list[str]:
     without = [r for r in chirp if not (r["approved"] and r["feedback"] in ("full", "slow") and "runs" in r)]
     text = f"{percent(1 - len(without) / max(len(chirp), 1))} of records with chirp are approved with feedback"
     demand(f"{text}, not {percent(WITH_FEEDBACK)}", without, len(without) <= (1 - WITH_FEEDBACK) * len(chirp))
-    asked = [r for r in runs(chirp) if r["rms_percent"] is not None or r["shape"] in SHORT]
+    asked = runs(chirp)
     far = [r for r in asked if r["rms_percent"] is None or not close(r)]
     text = f"{percent(1 - len(far) / max(len(asked), 1))} of errors with chirp lie within a factor of {FACTOR:g}"
     demand(f"{text}, not {percent(WITHIN_FACTOR)}", _rows(far), len(far) <= (1 - WITHIN_FACTOR) * len(asked))

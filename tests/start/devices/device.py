@@ -108,7 +108,8 @@ class Device:
     def text(self) -> str:
         """One line for a table."""
         modes = ", ".join(f"{f:.0f} Hz zeta {z:.3f} ({100 * p:.0f} %)" for f, z, p in self.modes)
-        return f"{modes}; delay {self.delay:.2f} steps; noise {100 * self.noise:.3f} %; creep {100 * sum(self.share):.1f} %"
+        percent = f"noise {100 * self.noise:.3f} %; creep {100 * sum(self.share):.1f} %"
+        return f"{modes}; delay {self.delay:.2f} steps; {percent}"
 
     @property
     def slowest_decay(self) -> float:

@@ -22,6 +22,8 @@ from hystfmu.scenario.system.system import build
 WITHOUT_FEEDBACK = "inverse_only"  # the case of `start` that has none
 SHAPES = {"nested": "random_reversals", "staircase": "steps", "step": "steps"}  # of verdict.json, in the block
 MOST_STEPS = 100_000
+SENSOR = "sensor"  # adds the noise of a scenario; the simulated device has its own
+SIGNALS = ("reference", "misfit")  # units that differ between references
 
 
 def cases_of(folder: Path) -> dict[str, Case]:
@@ -45,12 +47,12 @@ def case_of(cases: Mapping[str, Case], wanted: Mapping[str, Any]) -> Case | None
 
 
 def without_feedback(cases: Mapping[str, Case], case: Case) -> Case | None:
-    """Return the case with the reference of another one and no feedback, where the scenario has such a case."""
+    """Return the case with what the case without feedback has in its place, where the scenario has such a case."""
     if WITHOUT_FEEDBACK not in cases:
         return None
-    base, name = cases[WITHOUT_FEEDBACK], _unit(case)
-    units = {**base.units, name: case.units[name]}
-    return replace(base, units=units, stop=case.stop, metrics=case.metrics)
+    first, base = next(iter(cases.values())), cases[WITHOUT_FEEDBACK]
+    changed = {n: u for n, u in base.units.items() if n not in SIGNALS and u != first.units.get(n)}
+    return replace(case, units={**case.units, **changed})
 
 
 def _with_reference(case: Case, values: Mapping[str, Any]) -> Case:
@@ -101,21 +103,24 @@ class Controller:
         wanted, measured = _ends(case)
         names = [p.name for p in system.parts]
         plant = names.index(measured.partition(".")[0])
+        seen = names.index(SENSOR) if SENSOR in names else plant  # whose output the controller reads
         owner = {p.first + i: k for k, p in enumerate(system.parts) for i in range(len(p.outputs))}
-        needed, more = {names.index(wanted.partition(".")[0])}, {plant}
-        while more:  # what leads to the command; what only models the device behind the plant stays out
-            more = {owner[n.source] for n in system.links if n.to in more} - needed - {plant}
+        source = {(n.to, n.input): n.source for n in system.links}
+        (command,) = (n.source for n in system.links if n.to == plant and owner[n.source] != _named(names, "misfit"))
+        needed = {names.index(wanted.partition(".")[0]), owner[command]}
+        more = set(needed)
+        while more:  # what leads to the command; what only models the device stays out
+            more = {owner[n.source] for n in system.links if n.to in more} - needed - {plant, seen}
             needed |= more
         parts = tuple(sorted(needed))
-        periods = {system.parts[k].period for k in parts}
-        assert periods == {case.ripple}, f"units of the controller step at different rates: {periods}"
+        for k in parts:  # a source may run at the step of the loop: its values are those of its time
+            part = system.parts[k]
+            assert part.period == case.ripple or not part.inputs, f"{part.name} steps at a rate of its own"
         graph, outside = fuse(system, parts)
         self.unit, self.case = hy.Unit(graph), case
-        source = {(n.to, n.input): n.source for n in system.links}
         self._measured = [
-            f"{names[k]}_{system.parts[k].inputs[i]}" for k, i in outside if owner.get(source.get((k, i), -1)) == plant
+            f"{names[k]}_{system.parts[k].inputs[i]}" for k, i in outside if owner.get(source.get((k, i), -1)) == seen
         ]
-        (command,) = (n.source for n in system.links if n.to == plant)
         self._command, self._wanted = (
             _output(system.parts[owner[at]], at) for at in (command, system.column(wanted, "the reference"))
         )
@@ -133,7 +138,7 @@ class Controller:
         noise = (device.noise_um * rng.normal(size=2 * n + hold + 1)).tolist()
         rows: list[tuple[float, float, float]] = []
         unit.reset()
-        unit.initialize(0.0, **{name: plant.y + noise[0] for name in measured})
+        unit.initialize(0.0, **dict.fromkeys(measured, plant.y + noise[0]))
         middle = hold and self._middle()
         end = stopped = None
         k = 0
@@ -170,6 +175,10 @@ class Controller:
 
 def _crosses(rows: list[tuple[float, float, float]], middle: float) -> bool:
     return (rows[-1][0] - middle) * (rows[-2][0] - middle) <= 0
+
+
+def _named(names: list[str], name: str) -> int:
+    return names.index(name) if name in names else -1
 
 
 def _output(part: Any, at: int) -> str:

@@ -1,0 +1,132 @@
+"""Small records of devices of many kinds: plays, rubber, battery, friction; equations in numpy, stepped row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+Record = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def reversals(n: int, seed: int, turns: int = 36) -> np.ndarray:
+    """The whole range [-1, 1] once, then random levels above and below each other in turn, on straight lines."""
+    rng = np.random.default_rng(seed)
+    levels = [0.0, 1.0, -1.0]
+    for k in range(turns):
+        levels.append(rng.uniform(levels[-1], 1) if k % 2 == 0 else rng.uniform(-1, levels[-1]))
+    return np.interp(np.linspace(0, len(levels) - 1, n), np.arange(len(levels)), levels)
+
+
+def plays(x: np.ndarray, r: Iterable[float] = (0.1, 0.25, 0.5), w: Iterable[float] = (0.25, 0.2, 0.15)) -> np.ndarray:
+    """Half of x and a sum of plays."""
+    y = 0.5 * x
+    for radius, weight in zip(r, w, strict=True):
+        z = np.clip(0.0, x[0] - radius, x[0] + radius)
+        for k, v in enumerate(x):
+            z = min(max(z, v - radius), v + radius)
+            y[k] += weight * z
+    return y
+
+
+def lag(x: np.ndarray, h: float, tau: float) -> np.ndarray:
+    """First-order lag of static gain 1, at rest under x[0], for a held input."""
+    y, keep, s = np.empty(len(x)), np.exp(-h / tau), x[0]
+    for k, v in enumerate(x):
+        y[k] = s
+        s = v + keep * (s - v)
+    return y
+
+
+def mode(x: np.ndarray, h: float, f: float, zeta: float) -> np.ndarray:
+    """Resonance of static gain 1 by steps of h / 40 (semi-implicit Euler), at rest under x[0]."""
+    w, dt, y, p, v = 2 * np.pi * f, h / 40, np.empty(len(x)), x[0], 0.0
+    for k, u in enumerate(x):
+        y[k] = p
+        for _ in range(40):
+            v += dt * (w * w * (u - p) - 2 * zeta * w * v)
+            p += dt * v
+    return y
+
+
+def bouc_wen(x: np.ndarray) -> np.ndarray:
+    """Force law A dx - beta |dx| z - gamma dx |z|, by steps of a tenth of a row."""
+    y, z = np.empty(len(x)), 0.0
+    before = x[0]
+    for k, u in enumerate(x):
+        dx = (u - before) / 10
+        for _ in range(10):
+            z += 1.2 * dx - 1.5 * abs(dx) * z - 0.7 * dx * abs(z)
+        before = u
+        y[k] = 0.8 * u - 0.4 * z
+    return y
+
+
+def _noisy(y: np.ndarray, share: float, seed: int) -> np.ndarray:
+    return y + share * np.ptp(y) * np.random.default_rng(seed).normal(size=len(y))
+
+
+def _static(y_of: Callable[[np.ndarray], np.ndarray], n: int = 900, noise: float = 3e-4, h: float = 1e-3) -> Record:
+    x = reversals(n, 3)
+    return h * np.arange(n), 60 + 60 * x, _noisy(y_of(x), noise, 4)
+
+
+def _elastomer() -> Record:
+    """Force over the square of the voltage, rubber with two relaxations, mass: 45 Hz, damping .05."""
+    n, h = 1500, 2e-3
+    x = reversals(n, 5)
+    force = (0.6 + 0.4 * x) ** 2
+    y = 0.8 * mode(force, h, 45, 0.05) + 0.12 * lag(force, h, 0.1) + 0.08 * lag(force, h, 1.0)
+    return h * np.arange(n), 3 + 2 * x, 0.4 * _noisy(y, 5e-4, 6)
+
+
+def _creep_alone() -> Record:
+    """All of the output comes late: no part answers at once."""
+    n, h = 500, 0.1
+    x = reversals(n, 7, 20)
+    y = plays(x)
+    return h * np.arange(n), 50 + 50 * x, 10 * _noisy(0.6 * lag(y, h, 0.3) + 0.4 * lag(y, h, 3.0), 3e-4, 8)
+
+
+def _battery() -> Record:
+    """Voltage over current: resistance and two relaxations of minutes, a row a second."""
+    n = 500
+    x = reversals(n, 9, 10)
+    y = 3.7 + 0.05 * x + 0.02 * lag(x, 1.0, 20) + 0.03 * lag(x, 1.0, 200)
+    return 1.0 * np.arange(n), 2 * x, _noisy(y, 3e-4, 10)
+
+
+def _stage(chirp: bool) -> Record:
+    """Plays in front of 150 Hz, damping .03, at 4 kHz; with a chirp to 400 Hz or without."""
+    n, h = 4000, 2.5e-4
+    x = reversals(n, 11)
+    if chirp:
+        k = np.arange(n // 2)
+        x = np.concatenate([reversals(n // 2, 11), 0.05 * np.sin(2 * np.pi * h * (5 * k + 395 * k**2 / n))])
+        x[: n // 2] -= np.linspace(0, x[n // 2 - 1], n // 2)
+    y = mode(plays(np.clip(x, -1, 1)), h, 150, 0.03)
+    return h * np.arange(n), 60 + 60 * np.clip(x, -1, 1), 20 * _noisy(y, 2e-4, 12)
+
+
+def _decaying() -> Record:
+    k = np.arange(600)
+    x = np.exp(-0.004 * k) * np.sin(2 * np.pi * k / 75)
+    return 1e-3 * k, 50 + 50 * x, 10 * _noisy(plays(x), 3e-4, 13)
+
+
+RECORDS: dict[str, Callable[[], Record]] = {
+    "static_plays": lambda: _static(plays),
+    "falling_plays": lambda: _static(lambda x: -12 * plays(x)),
+    "short": lambda: _static(plays, n=220),
+    "bouc_wen": lambda: _static(bouc_wen),
+    "bent": lambda: _static(lambda x: np.tanh(plays(x)) * 30),
+    "straight": lambda: _static(lambda x: 2 * x + 1),
+    "noisy": lambda: _static(plays, noise=0.02),
+    "butterfly": lambda: _static(lambda x: plays(x) ** 2),
+    "creep_alone": _creep_alone,
+    "elastomer": _elastomer,
+    "battery": _battery,
+    "decaying_sine": _decaying,
+    "stage_reversals": lambda: _stage(False),
+    "stage_chirp": lambda: _stage(True),
+}

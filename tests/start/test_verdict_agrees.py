@@ -1,0 +1,135 @@
+"""One verdict: terminal, page, JSON, verdict.json and exit status of `start` say it, and so do the commands after it.
+
+The records are of devices of many kinds.  Which verdict is right is the matter of tests/benchmarks/devices.py.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+from start.devices.records import write
+from start.devices.small import RECORDS
+
+from hystfmu.cli import main
+
+SENTENCE = re.compile(r"verdict: (approved|not approved), (feedback|slow feedback|no feedback)")
+FEEDBACK = {"feedback": "full", "slow feedback": "slow", "no feedback": "none"}
+STUDIES = ("static_plays", "stage_chirp")  # 200 draws take long: the others are stress tests
+MODELS = {  # records whose kind is known: only the others wait for a choice
+    "static_plays": "prandtl_ishlinskii",
+    "noisy": "prandtl_ishlinskii",
+    "stage_chirp": "g0_prandtl_ishlinskii",
+    "stage_reversals": "prandtl_ishlinskii",
+}
+
+
+def call(*words: object) -> tuple[int, str]:
+    found = CliRunner().invoke(main, [str(w) for w in words], catch_exceptions=False)
+    return found.exit_code, found.output
+
+
+@dataclass(frozen=True)
+class Made:
+    """What `start` wrote and said, first on a terminal, then as JSON."""
+
+    folder: Path
+    status: int
+    terminal: str
+    status_json: int
+    told: dict[str, Any]
+    verdict: dict[str, Any]
+
+    @property
+    def loop(self) -> Path:
+        return self.folder / "loop"
+
+
+@pytest.fixture(scope="module")
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    name = request.param
+    folder = tmp_path_factory.mktemp(name)
+    write(folder / f"{name}.csv", *RECORDS[name]())
+    model = ("--model", MODELS[name]) if name in MODELS else ()
+    words = ("start", folder / f"{name}.csv", "-o", folder / "mine", *model)
+    status, terminal = call(*words)
+    status_json, told = call(*words, "--json")
+    verdict = json.loads((folder / "mine" / "verdict.json").read_text())
+    return Made(folder / "mine", status, terminal, status_json, json.loads(told[told.index("{") :]), verdict)
+
+
+every_record = pytest.mark.parametrize("made", RECORDS, indirect=True, scope="module")
+
+
+@every_record
+def test_exit_status_json_and_file_are_one_verdict(made: Made) -> None:
+    assert made.status == made.status_json == (0 if made.verdict["approved"] else 1), made.verdict["reasons"]
+    assert made.told["verdict"] == made.verdict
+    assert made.verdict["approved"] or made.verdict["reasons"]
+    assert (made.verdict["feedback"] == "none") == (made.verdict["controller"] == "none")
+    assert made.loop.exists() == (made.verdict["step"] is not None)
+
+
+@every_record
+def test_terminal_and_page_say_the_verdict(made: Made) -> None:
+    page = html.unescape((made.folder / "report.html").read_text())
+    for text in (made.terminal, page):
+        said = {(word == "approved", FEEDBACK[feedback]) for word, feedback in SENTENCE.findall(text)}
+        assert said == {(made.verdict["approved"], made.verdict["feedback"])}
+        for reason in made.verdict["reasons"]:
+            assert reason in text
+
+
+@every_record
+def test_terminal_and_page_state_the_errors(made: Made) -> None:
+    """A number that is not known is nowhere a number."""
+    page = re.sub(r"<[^>]*>", " ", html.unescape((made.folder / "report.html").read_text()))
+    for r in made.verdict["references"]:
+        shown = [_shown(r[key]) for key in ("rms_percent", "bound_percent", "model_percent")]
+        row = rf"(?m)\b{r['name']} +[0-9.e+-]+ +" + r"\s+".join(map(re.escape, shown))
+        assert re.search(row, made.terminal), row
+        assert re.search(row.replace(" +", r"\s+"), page), row
+
+
+def _shown(value: float | None) -> str:
+    return "not known" if value is None else "< 0.001" if value < 0.001 else f"{value:.3g}"
+
+
+@every_record
+def test_run_and_margins_end_as_start_did(made: Made) -> None:
+    if not made.loop.exists():
+        pytest.skip("no loop")
+    status, text = call("run", made.loop)
+    assert status == made.status, text
+    status, text = call("margins", made.loop)
+    assert status == made.status, text
+
+
+def _study(made: Made, out: Path) -> None:
+    file = made.folder / "devices.study.toml"
+    if not file.exists():
+        pytest.skip("no study")
+    status, text = call("study", file, "-o", out)
+    assert status == made.status, text
+
+
+@pytest.mark.parametrize("made", STUDIES, indirect=True, scope="module")
+def test_a_study_ends_as_start_did(made: Made, tmp_path: Path) -> None:
+    _study(made, tmp_path / "devices")
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("made", [n for n in RECORDS if n not in STUDIES], indirect=True, scope="module")
+def test_every_study_ends_as_start_did(made: Made, tmp_path: Path) -> None:
+    _study(made, tmp_path / "devices")
+
+
+def test_there_are_records_of_many_kinds() -> None:
+    assert len(RECORDS) >= 12
+    assert {"creep_alone", "elastomer", "battery", "falling_plays", "short"} <= set(RECORDS)
