@@ -1,4 +1,4 @@
-"""A race of structures: closed forms of plants and controllers, and loops that hold over plants nobody tuned for."""
+"""A race of structures: closed forms of plants and controllers, and loops that hold over plants drawn anew."""
 
 from __future__ import annotations
 

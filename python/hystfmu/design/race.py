@@ -184,7 +184,7 @@ def tune(structure: Structure, plants: PlantSet, design: Design, aim: Aim, limit
 
     if not names:
         _, Ki, values = tried(np.zeros(0))
-        return view.judged(structure, design, values, Ki) if Ki else None
+        return view.figures(structure, design, values, Ki) if Ki else None
     points = qmc.Sobol(len(names), scramble=False).random(DRAWS)[1:]
     first = min(points, key=lambda x: tried(x)[0])
     if not np.isfinite(tried(first)[0]):
@@ -197,7 +197,7 @@ def tune(structure: Structure, plants: PlantSet, design: Design, aim: Aim, limit
 
     outcome = minimize(cost, first, method="Nelder-Mead", options=options)
     _, Ki, values = tried(np.asarray(outcome.x))
-    return view.judged(structure, design, values, Ki) if Ki else None
+    return view.figures(structure, design, values, Ki) if Ki else None
 
 
 class _View:
@@ -245,7 +245,7 @@ class _View:
         X = C_wide * self.G_wide
         return float(np.sqrt(left + self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)))
 
-    def judged(self, structure: Structure, design: Design, values: dict[str, float], Ki: float) -> Tuned:
+    def figures(self, structure: Structure, design: Design, values: dict[str, float], Ki: float) -> Tuned:
         """Return the structure with the figures of its loop."""
         X = structure.response(design, values, self.z)(Ki)[0] * self.G
         at, wide = (structure.response(design, values, z)(Ki)[0] for z in (self.at, self.wide))

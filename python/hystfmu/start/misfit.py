@@ -29,7 +29,7 @@ class Misfit:
     Attributes
     ----------
     harmonics, power : array, shape (k,)
-        Frequencies relative to that of the cycles, and powers in the unit of y squared.
+        Frequencies relative to that of the cycles, and powers in the unit of measure of y squared.
     """
 
     harmonics: Array

@@ -35,7 +35,7 @@ class Promise:
     ----------
     name, shape : str
     frequency, amplitude, offset : float
-        Of the reference, Hz and the unit of y.
+        Of the reference, Hz and the unit of measure of y.
     model_percent : float
         RMS error of the run, in percent of peak to peak of the reference: the identified device with its model error.
     rms_percent, bound_percent : float or None

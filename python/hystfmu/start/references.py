@@ -35,7 +35,7 @@ class Tried:
     ----------
     name, shape : str
     frequency, amplitude, offset : float
-        Hz, and the unit of y.
+        Hz, and the unit of measure of y.
     block : Reference
     stop, after : float
         End of the run, and first time that counts (s).

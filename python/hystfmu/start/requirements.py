@@ -57,7 +57,7 @@ class Amplifier:
     Attributes
     ----------
     slew : float
-        Largest rate (unit of u / s).
+        Largest rate (unit of measure of u / s).
     low, high : float
         Least and largest command.
     """

@@ -34,8 +34,8 @@ SCHEMA: dict[str, Any] = {
                     "name": {"type": "string"},
                     "shape": {"enum": ["sine", "nested", "triangle", "step", "staircase", "file"]},
                     "frequency": {"type": "number", "description": "Hz; of steps the rate of the levels"},
-                    "amplitude": {"type": "number", "description": "half of peak to peak, in the unit of y"},
-                    "offset": {"type": "number", "description": "middle, in the unit of y"},
+                    "amplitude": {"type": "number", "description": "half of peak to peak, in the unit of measure of y"},
+                    "offset": {"type": "number", "description": "middle, in the unit of measure of y"},
                     "rms_percent": {
                         "type": ["number", "null"],
                         "description": "RMS error expected on the device, percent of peak to peak; null: not known",
