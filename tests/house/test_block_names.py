@@ -88,6 +88,17 @@ ALLOWED: dict[str, dict[str, str]] = {
     "design/sector.py": {"scaling": "without_dynamics(): a gain in the place of dynamics"},
     "design/sliding_bound.py": dict.fromkeys(("transfer_function", "sliding_mode", "sum"), "simulated(): its loop"),
     "data/synthetic.py": {"bouc_wen_oscillator": "oscillator(): the plant of the benchmark"},
+    "scenario/deploy/sides.py": {
+        **dict.fromkeys(("delay", "quantiser"), "LATE: computing time and converters"),
+        **dict.fromkeys(("noise", "disturbance"), "NOISE: sources that a sensor or a plant reads"),
+        "amplifier": "acts_on_plant(): the block of this hardware",
+    },
+    "scenario/deploy/unit.py": {
+        "reference": "_lead(): the source that looks ahead",
+        "delay": "_late(): steps of computing time",
+        "bumpless_transfer": "_with_handover(): the block that it inserts",
+        "scaling": "_before_limits(): the block that limits",
+    },
     "scenario/system/measures.py": dict.fromkeys(
         ("delay", "quantiser", "sum"), "PASSED_ON: the output has the unit of measure of the inputs"
     ),

@@ -73,7 +73,9 @@ def export(
     case: str | None,
     target: str | None,
 ) -> None:
-    """Export a model, a single block or the controller of a loop as an FMU, or a model as a Modelica package.
+    """Export a model, a block, or the controller of a loop.
+
+    A model becomes an FMU or a Modelica package, a block or a controller an FMU.
 
     The FMU supports Co-Simulation and Model Exchange.  No compiler is needed.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -94,8 +95,10 @@ def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: 
 COMPILERS = {"c": ["cc", "-std=c99"], "c++": ["g++", "-x", "c++", "-std=c++20"]}
 
 
-@pytest.mark.parametrize("language", COMPILERS)
-@pytest.mark.parametrize(("scenario", "case"), [("repetitive", "saturation_10"), ("stage/irc_repetitive", "staircase")])
+@pytest.mark.parametrize(
+    ("scenario", "case", "language"),
+    [("repetitive", "saturation_10", "c"), ("stage/irc_repetitive", "staircase", "c"), ("pid", "sine_10", "c++")],
+)
 def test_commands_of_the_files_for_a_target(scenario: str, case: str, language: str, tmp_path: Path) -> None:
     if not shutil.which(COMPILERS[language][0]):
         pytest.skip("no compiler")
@@ -106,6 +109,19 @@ def test_commands_of_the_files_for_a_target(scenario: str, case: str, language: 
     assert done.exit_code == 0, done.output
     got = run_on_target(tmp_path / "target", "loop", columns, COMPILERS[language])
     assert got.tobytes() == want.tobytes()
+
+
+def test_program_of_the_page_compiles(tmp_path: Path) -> None:
+    if not shutil.which("cc"):
+        pytest.skip("no C compiler")
+    page = (ROOT / "python" / "docs" / "howto" / "deploy.md").read_text()
+    (program,) = re.findall(r"^```c\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    words = ["export", str(ROOT / "scenarios" / "pid"), "--controller", "--c", str(tmp_path)]
+    assert CliRunner().invoke(main, words).exit_code == 0
+    (tmp_path / "control.c").write_text(program + "int tuned(void) { return pid_tune(pid_pid_Ki, 3000); }\n")
+    command = ["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "control.c"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
 
 
 def test_files_for_a_target_need_no_allocator(tmp_path: Path) -> None:

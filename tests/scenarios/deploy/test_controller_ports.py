@@ -197,6 +197,23 @@ def test_foreign_units(tmp_path: Path) -> None:
         loop.export_controller(tmp_path / "no.fmu")
 
 
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_in_the_place_of_its_units(fmi: int, tmp_path: Path) -> None:
+    """The scenario with the FMU instead of the units that are in it has the same bits."""
+    want = small().record("plant.y", "gain.y").run().trace
+    fmu = small().export_controller(tmp_path / "c.fmu", fmi)  # type: ignore[arg-type]
+    loop = hy.Scenario("small", step=H, stop=0.2).add("plant", hy.blocks.TransferFunction(b=[1.0], a=[0.02, 1.0]))
+    loop.add("reference", hy.blocks.Reference(frequency=7.0, lead=2 * H)).add("controller", fmu)
+    for port, end in (("r", "reference.r"), ("r_ahead", "reference.r_lead"), ("y", "plant.y")):
+        loop.connect(end, f"controller.{port}")
+    loop.connect("controller.u", "plant.u").metric("tracking", "rms_percent", "plant.y", against="reference.r")
+    got = loop.record("plant.y", "controller.u").run().trace
+    assert want is not None
+    assert got is not None
+    assert got["plant.y"].tobytes() == want["plant.y"].tobytes()
+    assert got["controller.u"].tobytes() == want["gain.y"].tobytes()
+
+
 def test_units_of_different_rates(tmp_path: Path) -> None:
     loop = small(wires={"slow.u": "gain.y", "plant.u": "slow.y"}).add("slow", hy.blocks.Scaling(), every=3)
     with pytest.raises(hy.InputError, match=r"must have one step\. Got pid 0\.001 s, gain 0\.001 s, slow 0\.003 s"):

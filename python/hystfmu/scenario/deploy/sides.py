@@ -86,8 +86,8 @@ class _Sides:
     def found(self) -> ControlSide:
         command, actuated = self._command()
         sensed = self._sensed()
-        units, bounds = self._control(command, sensed)
-        self._check_rates(units)
+        inside, bounds = self._control(command, sensed)
+        self._check_rates(inside)
         read = sorted({n.source for n in bounds if self.owner[n.source] in sensed})
         if len(read) > 1:
             listed = ", ".join(self.names[place] for place in read)
@@ -98,8 +98,9 @@ class _Sides:
                 f"{self.where}: All units that read {self.names[read[0]]} must stand after the plant in the order, or "
                 "all before it. Got both."
             )
-        units = tuple(sorted(units))
-        return ControlSide(units, command, actuated, read[0] if read else None, sensed, fresh == {False})
+        return ControlSide(
+            tuple(sorted(inside)), command, actuated, read[0] if read else None, sensed, fresh == {False}
+        )
 
     def _fine(self, k: int) -> bool:
         return self.system.parts[k].period < self.system.case.ripple
@@ -142,10 +143,10 @@ class _Sides:
         return frozenset(found)
 
     def _measures(self, k: int, sensed: set[int], noise: set[int]) -> bool:
-        read = {self.owner[n.source] for n in self.into[k]}
-        if not read & sensed or read - sensed - noise:
+        read, fine = {self.owner[n.source] for n in self.into[k]}, self._fine(k)
+        if not read & sensed or read - sensed - (self.sources if fine else noise):
             return False
-        return self._fine(k) or bool(read & noise) or types(self.system.parts[k]) <= LATE
+        return fine or bool(read & noise) or types(self.system.parts[k]) <= LATE
 
     def _control(self, command: int, sensed: frozenset[int]) -> tuple[set[int], list[Link]]:
         """Return all units upstream of the command, and the connections that bring measured outputs and sources."""

@@ -73,14 +73,11 @@ def _text(system: System, side: ControlSide) -> str:
 
 
 def _late(system: System, side: ControlSide) -> float:
-    """Return the steps between sample and action that stand in the scenario and not in the controller."""
-    step = system.parts[side.units[0]].period
-    late = sum(n.dims["n"] * p.period for p in _actuated(system, side) for n in p.own.nodes if n.type == "delay")
-    return late / step
-
-
-def _actuated(system: System, side: ControlSide) -> list[Part]:
-    return [p for p in (system.parts[k] for k in side.actuated) if p not in system.foreign]
+    """Return the steps of the delays between command and plant, which are no part of the controller."""
+    between = [system.parts[k] for k in side.actuated[1:]]
+    graphs = [(p.graph, p.period) for p in between]
+    late = sum(n.dims["n"] * t for g, t in graphs if isinstance(g, Graph) for n in g.nodes if n.type == "delay")
+    return late / system.parts[side.units[0]].period
 
 
 @dataclass(frozen=True)
@@ -139,25 +136,23 @@ def _sources(system: System, side: ControlSide, names: dict[int, str]) -> dict[i
     measure = unit_of(system, names[side.measured]) if side.measured is not None else ""
     measure = measure or unit_of(system, tracked.signal)
     reference = _reference(system, tracked.against, [owner[p] for p in read if p != side.measured])
+    ahead = system.length(owner[side.measured]) if side.early and side.measured is not None else 0.0
     found: dict[int, _Source] = {}
     for place in read:
         part, end = owner[place], names[place]
-        if place == side.measured:
-            found[place] = _Source("y", measure, f"measured output ({end} of the scenario)", end)
-            continue
+        own = end.partition(".")[2]
         if is_noise(part):
             raise InputError(f"{system.case.where}: controller: It must not read noise. Got {end}.")
-        own = end.partition(".")[2]
-        if part is reference and (types(part) == {"reference"} or end == tracked.against):
-            lead = _lead(part, own) + (
-                system.length(owner[side.measured]) if side.early and side.measured is not None else 0.0
-            )
-            name = "r" if _lead(part, own) == 0 and own in ("r", "r_lead") else PORTS.get(own, "r")
-            rate = "" if not measure else measure + _RATES.get(name, "")
-            found[place] = _Source(name, rate, _reference_text(name, lead, end), end)
-            continue
-        text = system.case.units[part.name].text or "source in the scenario"
-        found[place] = _Source(f"{part.name}_{own}", unit_of(system, end), f"{text} ({end} of the scenario)", end)
+        if place == side.measured:
+            found[place] = _Source("y", measure, f"measured output ({end} of the scenario)", end)
+        elif part is reference and (types(part) == {"reference"} or end == tracked.against):
+            lead = _lead(part, own)
+            name = "r" if own == "r_lead" and lead == 0 else PORTS.get(own, "r")
+            rate = measure and measure + _RATES.get(name, "")
+            found[place] = _Source(name, rate, _reference_text(name, lead + ahead, end), end)
+        else:
+            text = f"{system.case.units[part.name].text} ({end} of the scenario)".removeprefix(" ")
+            found[place] = _Source(f"{part.name}_{own}", unit_of(system, end), text, end)
     order = ["r", "y", *PORTS.values()]
     ranked = sorted(found.items(), key=lambda item: order.index(item[1].name) if item[1].name in order else len(order))
     return dict(ranked)
