@@ -154,6 +154,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         ),
         STATIC,
     ),
+    "redesign/__init__.py": {"repetitive": "a function of this name, not a block"},
     "redesign/controller.py": {"pid": "controller(): a gain of 1 in the place of the controllers"},
     "redesign/insert.py": {
         "repetitive": "the block that is added",

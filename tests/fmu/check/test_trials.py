@@ -15,7 +15,7 @@ from fmu_master import BLOCKS, loop, mixed, single, unpack
 from hystfmu.fmu import check_fmu, export_fmu
 from hystfmu.fmu.check.exchange_trials import exchange_dependencies
 from hystfmu.fmu.check.foreign_library import ForeignFmu, tangent_differs
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Graph
 
 E = 1e-6
 RAW = np.random.default_rng(0).normal(size=3)
@@ -57,7 +57,7 @@ def forget(xml: str, unknown: int) -> str:
         (mixed, 3, ["h depends on u"]),
         (mixed, 4, ["der(dyn_v_1) depends on dyn_v_2"]),
         (mixed, 5, ["der(dyn_v_2) depends on u", "der(dyn_v_2) depends on dyn_v_1", "der(dyn_v_2) depends on dyn_v_2"]),
-        (lambda: Graph.single(Node("c", "pid", {}, {"Kp": 1.0})), 0, ["u depends on y_d", "u depends on y", "u depends on u_ff"]),  # at a sample
+        (lambda: single("pid"), 0, ["u depends on y_d", "u depends on y", "u depends on u_ff"]),  # at a sample
         (lambda: single("mlp"), 0, ["y depends on u_1", "y depends on u_2"]),
     ],
 )
