@@ -178,3 +178,28 @@ def test_an_error_names_scenario_unit_and_key(plant: hy.Model, wrong, words: str
     assert "scenario 'tracking'" in str(e.value)
     assert "scenario.toml" not in str(e.value)
     assert "\n" not in str(e.value)
+
+
+def test_a_controller_that_is_wired_in_part_takes_the_rest_of_its_roles():
+    """As if all wires were given: reference, measured output, no feed-forward, learning always."""
+
+    def loop(**wires: str) -> hy.Scenario:
+        made = hy.Scenario("part", step=1e-4, stop=0.05)
+        made.add("plant", hy.blocks.Scaling()).add("late", hy.blocks.Delay(n=1))
+        made.add("reference", hy.blocks.Reference(frequency=100.0)).add(
+            "learns", hy.blocks.Repetitive(n=100, n_l=0, l=[0.1])
+        )
+        made.add("law", hy.blocks.Pid(Ki=50.0))
+        for source, target in (("law.u", "late.u"), ("late.y", "plant.u"), ("learns.r", "law.y_d")):
+            made.connect(source, target)
+        for target, source in wires.items():
+            made.connect(source, target.replace("__", "."))
+        return made.metric("tracking", "rms_percent", "plant.y", against="reference.r")
+
+    whole = loop(law__y="plant.y", learns__y="plant.y", learns__y_d="reference.r")
+    whole.add("always", hy.blocks.Scaling(offset=1.0), inputs={"u": 0.0}).connect("always.y", "learns.active")
+    whole.add("none", hy.blocks.Scaling(), inputs={"u": 0.0}).connect("none.y", "law.u_ff")
+    whole.order("always", "none", "plant", "late", "reference", "learns", "law")
+    part = loop().run(engine="native").trace
+    assert part["plant.y"].tobytes() == whole.run(engine="native").trace["plant.y"].tobytes()
+    assert loop().table["units"]["law"]["inputs"] == {"u_ff": 0.0}

@@ -29,6 +29,12 @@ _LIVE: dict[str, dict[str, Any]] = {
     "disturbance": {"step": 1.0, "t_step": 0.05, "amplitude": 0.3, "frequency": 20.0},
     "dead_zones": {"w0": 1.0},
     "noise": {"sigma": 0.5},
+    "pid": {"Kp": 1.0},
+    "lead_lag": {"K": 1.0},
+    "sliding_mode": {"eta": 1e-3, "rho": 0.01},
+    "super_twisting": {"k_1": 0.01, "k_2": 0.1},
+    "iterative_learning": {"gain": 0.5},
+    "repetitive": {"q": [0.3, 0.3], "l": [0.1, 0.1, 0.1]},
 }
 _DIMS = {"mlp": {"n_in": 2}, "scaling": {"n": 3}}
 

@@ -165,6 +165,15 @@ ALLOWED: dict[str, dict[str, str]] = {
         ),
         STATIC,
     ),
+    "redesign/__init__.py": {"repetitive": "a function of this name, not a block"},
+    "redesign/controller.py": {"pid": "controller(): a gain of 1 in the place of the controllers"},
+    "redesign/insert.py": {
+        "repetitive": "the block that is added",
+        **dict.fromkeys(("in_range", "delay"), "_within(): whether the last commands kept their limits"),
+        "sum": "with_repetitive(): adds its corrections to the command",
+    },
+    "redesign/plants.py": {"noise": "aim(): noise of the sensor"},
+    "redesign/roles.py": {"reference": "the block whose signal repeats"},
     "scenario/loop/plant.py": {
         "delay": "plant_side(): its steps count",
         "quantiser": "for_small_signals(): a gain for signals of many levels",

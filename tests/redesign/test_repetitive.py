@@ -132,3 +132,12 @@ def test_shipped_loops_of_the_stage_learn_their_scan(name: str) -> None:
     assert set(after) == {"scan_100", "low_100", "high_100", "two_steps_100"}
     assert all(after[k] < 0.5 * found.before[k] for k in after)
     assert after["scan_100"] < 0.25
+
+
+def test_nothing_winds_up_while_a_command_is_limited() -> None:
+    """The shipped case holds the command at 0.95 of its range: a reference that no command reaches is not learnt."""
+    found = hy.redesign.repetitive("scenarios/pid", gain=0.2)
+    after = {r.case: r.verdicts[0].value for r in found.results}
+    assert found.results.passed
+    assert after["saturation_10"] < 1.05 * found.before["saturation_10"]
+    assert after["up_400_10"] < 0.8 * found.before["up_400_10"]

@@ -28,6 +28,7 @@ STRUCTURES = {  # as in hystfmu.design.structures, whose import would slow down 
     "irc": "integral resonant control",
     "ppf": "positive position feedback and integral",
     "internal_model": "internal model of modes and delay around notches and integral",
+    "h_infinity": "H-infinity loop shaping",
 }
 POSITIVE = click.FloatRange(0, min_open=True)
 

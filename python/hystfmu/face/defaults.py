@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.errors import InputError
-from hystfmu.face.wiring import wired
+from hystfmu.face.wiring import at_rest, wired
 from hystfmu.model import Model
 
 NAME = "reference"
@@ -53,6 +53,7 @@ def completed(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], ori
     order = list(spec.get("order", units))
     if wires := wired(spec, attached):
         spec = {**spec, "connections": wires}
+        units = at_rest(units, wires)
     if NAME not in units and _asks_for_reference(spec):
         units = {NAME: _reference(spec, attached, origin), **units}
         order = [NAME, *order]

@@ -4,7 +4,8 @@ inverse     ``inverse.u`` as a source is the input that it finds, whatever its o
             source takes ``reference.r_lead``, the reference as far ahead as its step acts late.
 controller  one that has no connection at all stands in the path to the plant: what was connected to the input of the
             plant becomes its feed-forward u_ff, its u drives the plant, and it compares ``reference.r`` with the signal
-            of the metric.
+            of the metric.  One that drives something keeps its wires and takes the rest of these roles, y_d and y; a
+            feed-forward u_ff that is not connected is 0.
 
 The saved scenario.toml states all of them.
 """
@@ -53,7 +54,32 @@ def wired(spec: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Wire
         (name,) = alone
         wires |= {f"{name}.u_ff": wires[plant], f"{name}.y_d": "reference.r", f"{name}.y": measured}
         wires[plant] = f"{name}.u"
+    for name, unit in units.items():
+        drives = any(source.startswith(f"{name}.") for source in wires.values())
+        if drives and (ports := _loop_ports(unit)):
+            fixed = unit.get("inputs", {})
+            for port, source in (("y_d", "reference.r"), ("y", measured)):
+                if port in ports and port not in fixed:
+                    wires.setdefault(f"{name}.{port}", source)
     return wires
+
+
+def at_rest(units: Mapping[str, Any], wires: Mapping[str, str]) -> dict[str, Any]:
+    """The units, with a feed-forward of 0 for controllers that drive something and have none.
+
+    Parameters
+    ----------
+    units : mapping
+        Tables of the units.
+    wires : mapping
+        Connections, complete.
+    """
+    made = dict(units)
+    for name, unit in units.items():
+        drives = any(source == f"{name}.u" for source in wires.values())
+        if _is_controller(unit) and drives and f"{name}.u_ff" not in wires:
+            made[name] = {**unit, "inputs": {"u_ff": 0.0} | unit.get("inputs", {})}
+    return made
 
 
 def _inverse(unit: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Model | None:
@@ -75,6 +101,13 @@ def _measured(spec: Mapping[str, Any]) -> str | None:
 def _is_controller(unit: Mapping[str, Any]) -> bool:
     block = block_types().get(unit.get("block", ""))
     return block is not None and block.family == "controllers" and {v.name for v in block.of("input")} == CONTROLLER
+
+
+def _loop_ports(unit: Mapping[str, Any]) -> set[str]:
+    """The inputs of a controller that compares a reference with a measurement; else none."""
+    block = block_types().get(unit.get("block", ""))
+    ports = {v.name for v in block.of("input")} if block is not None and block.family == "controllers" else set()
+    return ports if {"y_d", "y"} <= ports else set()
 
 
 def _touched(name: str, wires: Wires) -> bool:

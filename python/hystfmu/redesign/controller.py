@@ -83,7 +83,7 @@ def controller(
     scenario : Scenario or path
         With a loop.
     structure : str
-        integral, integral_roll_off, pi, notch, pi_notch, irc, ppf or internal_model.
+        integral, integral_roll_off, pi, notch, pi_notch, irc, ppf, internal_model or h_infinity.
     name : str, optional
         Of the new scenario; by default that of the old one and the structure.
     ms_db : float, optional

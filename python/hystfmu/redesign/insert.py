@@ -1,7 +1,8 @@
 """A scenario with a repetitive part in series: it adds its corrections to the command of the controllers.
 
 command = what the controllers ask for + w, w from the errors one period ago; w is the output of the block less the
-reference that it adds w to.
+reference that it adds w to.  While a command is beyond a limit on its way to the plant, nothing is learnt: what an
+amplifier cannot give would wind up from period to period.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from hystfmu.base.errors import InputError
-from hystfmu.redesign.roles import Roles
+from hystfmu.redesign.roles import Limit, Roles
 
-UNIT, SUM = "repetitive", "with_repetitive"
+UNIT, SUM, WITHIN = "repetitive", "with_repetitive", "within"
 COUNTED = 1  # periods at the end that count
 
 
@@ -34,11 +35,12 @@ class Taps:
     q: Sequence[float]
     l: Sequence[float]  # noqa: E741
 
-    def unit(self, text: str) -> dict[str, Any]:
-        """Return the unit as a scenario says it."""
+    def unit(self, text: str, always: bool) -> dict[str, Any]:
+        """Return the unit as a scenario says it; it learns always, or as a connection says."""
         dims = {"n": self.n, "n_q": len(self.q) - 1, "n_l": len(self.l) // 2}
         values = {"q": [float(v) for v in self.q], "l": [float(v) for v in self.l]}
-        return {"block": "repetitive", "dims": dims, "inputs": {"active": 1.0}, "text": text, "values": values}
+        inputs = {"inputs": {"active": 1.0}} if always else {}
+        return {"block": "repetitive", "dims": dims, "values": values, "text": text, **inputs}
 
 
 def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: str) -> dict[str, Any]:
@@ -60,12 +62,13 @@ def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: st
         The scenario has a unit of one of these names.
     """
     made = copy.deepcopy(dict(table))
-    for name in (UNIT, SUM):
+    for name in (UNIT, SUM, WITHIN):
         if any(name in t.get("units", {}) for t in (made, *made.get("case", ()))):
             raise InputError(
                 f"{made['name']}: units: The name {name} must be free for the repetitive part. Got a unit."
             )
-    made["units"][UNIT] = taps.unit(text)
+    limits = roles.limits
+    made["units"][UNIT] = taps.unit(text, not limits)
     made["units"][SUM] = {
         "block": "sum",
         "dims": {"n": 3},
@@ -80,14 +83,49 @@ def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: st
         f"{SUM}.u_1": roles.driver,
         roles.command: f"{SUM}.y",
     }
+    if limits:
+        made["units"][WITHIN] = _within(limits)
+        made["connections"][f"{UNIT}.active"] = f"{WITHIN}.y"
+        for k, limit in enumerate(limits, 1):
+            made["connections"][f"{WITHIN}.u_{k}"] = limit.signal or f"{SUM}.y"
     reader = roles.command.partition(".")[0]
     for t in (made, *made.get("case", ())):
         if "order" in t:
             at = t["order"].index(reader)
-            t["order"] = [*t["order"][:at], UNIT, SUM, *t["order"][at:]]
+            t["order"] = [*t["order"][:at], *([WITHIN] if limits else []), UNIT, SUM, *t["order"][at:]]
+        if limits and t is not made:
+            t["set"] = t.get("set", {}) | _changed(limits, t.get("set", {}))
         if t is not made and roles.command in t.get("connections", {}):
             t["connections"][f"{SUM}.u_1"] = t["connections"].pop(roles.command)
     return made
+
+
+def _within(limits: Sequence[Limit]) -> dict[str, Any]:
+    """Return the unit that says whether all commands are within their limits."""
+    ends = [v.ends({}) for v in limits]
+    values = {"lo": [low for low, _ in ends], "hi": [high for _, high in ends]}
+    places = [f"range.u[{k + 1}]" if len(limits) > 1 else "range.u" for k in range(len(limits))]
+    graph = {
+        "blocks": [
+            *({"name": f"last_{k + 1}", "type": "delay", "dims": {"n": 1}} for k in range(len(limits))),
+            {"name": "range", "type": "in_range", "dims": {"n": len(limits)}, "values": values},
+        ],
+        "wires": [[f"last_{k + 1}.y", place] for k, place in enumerate(places)],
+        "inputs": [{"name": f"u_{k + 1}", "to": [f"last_{k + 1}.u"]} for k in range(len(limits))],
+        "outputs": [{"name": "y", "source": "range.y"}],
+    }
+    return {
+        "graph": graph,
+        "text": "whether the last commands kept their limits: what no command reaches is not learnt",
+    }
+
+
+def _changed(limits: Sequence[Limit], said: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the limits of a case that sets other ones."""
+    if not any(key in said for v in limits for key in v.keys):
+        return {}
+    ends = [v.ends(said) for v in limits]
+    return {f"{WITHIN}.range_lo": [low for low, _ in ends], f"{WITHIN}.range_hi": [high for _, high in ends]}
 
 
 def repeating(

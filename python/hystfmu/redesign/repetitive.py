@@ -34,7 +34,11 @@ class Repetitive:
     Attributes
     ----------
     scenario : Scenario
+<<<<<<< HEAD
         The loop, with the taps in its unit of measure `repetitive`.
+=======
+        The loop, with its taps in the block `repetitive`.
+>>>>>>> w-verbs
     filters : RepetitiveFilters
         Taps; the contraction of each corner.
     corners : tuple of str
@@ -251,7 +255,11 @@ def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
 
 
 def _hold(results: Results, before: Mapping[str, float], first: str) -> None:
+<<<<<<< HEAD
     """Refuse a part that makes the nominal run worse and misses what is asked for; others are measured as they are."""
+=======
+    """Refuse a part that makes the nominal run worse and misses what is asked for; others have their own verdicts."""
+>>>>>>> w-verbs
     for r in (r for r in results if r.case == first):
         value, asked = (r.verdicts[0].value, r.verdicts[0].limit) if r.verdicts else (math.inf, None)
         if not value <= max(WORSE * before[r.case], asked or 0.0):

@@ -2,14 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from hystfmu.base.errors import InputError
+from hystfmu.graph import Node
 from hystfmu.scenario.loop_margins import OpenedLoop
 from hystfmu.scenario.system.system import Link, System
 
 REFERENCE = "reference"  # block whose signal may repeat
+COMMAND, RANGE = ("u_min", "u_max"), ("lo", "hi")  # limits of controllers, and of units behind them
+NONE, INSIDE = 1e300, 1e-6
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of the command on its way to the plant.
+
+    Attributes
+    ----------
+    signal : str
+        Output that is limited; empty: the command itself.
+    low, high : float
+        Limits; -1e300 and 1e300 stand for none.
+    keys : (str, str)
+        Their names in `set` of a case.
+    clipped : bool
+        The signal does not leave the limits: it has reached one within a millionth of the range.
+    """
+
+    signal: str
+    low: float
+    high: float
+    keys: tuple[str, str]
+    clipped: bool = False
+
+    def ends(self, said: Mapping[str, Any]) -> tuple[float, float]:
+        """Return what the signal must lie between, with what `set` of a case says."""
+        low, high = (float(said.get(k, v)) for k, v in zip(self.keys, (self.low, self.high), strict=True))
+        inside = INSIDE * (high - low) if self.clipped and high - low < NONE else 0.0
+        return low + inside, high - inside
 
 
 @dataclass(frozen=True)
@@ -28,6 +61,8 @@ class Roles:
         Output that is connected to it.
     sources : tuple of str
         Units of the block `reference` from which the reference comes.
+    limits : tuple of Limit
+        Of the command.
     """
 
     reference: str
@@ -35,6 +70,7 @@ class Roles:
     command: str
     driver: str
     sources: tuple[str, ...]
+    limits: tuple[Limit, ...] = field(default=(), compare=False)
 
 
 def roles(opened: OpenedLoop) -> Roles:
@@ -65,6 +101,7 @@ def roles(opened: OpenedLoop) -> Roles:
         f"{target.name}.{target.inputs[command.input]}",
         _name(system, command.source),
         tuple(system.parts[k].name for k in sorted(back) if _is_reference(system, k)),
+        tuple(_limits(system, command, opened.side.entry)),
     )
 
 
@@ -84,6 +121,30 @@ def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
                 f"{len(outputs)} that act on the plant."
             )
         (place,) = outputs
+
+
+def _limits(system: System, command: Link, entry: Link) -> Iterator[Limit]:
+    """Yield the limits of the controllers' command, and those of units between it and the plant."""
+    last = system.maker(command)
+    for n in getattr(last.graph, "nodes", ()):
+        if set(COMMAND) <= {v.name for v in n.block.parameters}:
+            low, high = (float(n.value(k)[0]) for k in COMMAND)
+            inner = "" if len(last.own.nodes) == 1 else f"{n.name}_"
+            keys = (f"{last.name}.{inner}u_min", f"{last.name}.{inner}u_max")
+            for signal in ("", _name(system, command.source)):
+                yield Limit(signal, max(low, -NONE), min(high, NONE), keys, clipped=bool(signal))
+    link = entry
+    while link.source != command.source and _owner(system, link) != command.to:
+        part = system.maker(link)
+        into = [n for n in system.links if n.to == system.parts.index(part)]
+        if len(into) != 1:
+            return
+        nodes: list[Node] = list(getattr(part.graph, "nodes", ()))
+        if len(nodes) == 1 and set(RANGE) <= {v.name for v in nodes[0].block.parameters}:
+            low, high = (float(nodes[0].value(k)[0]) for k in RANGE)
+            if low > -NONE or high < NONE:
+                yield Limit(_name(system, into[0].source), low, high, (f"{part.name}.lo", f"{part.name}.hi"))
+        (link,) = into
 
 
 def _owner(system: System, link: Link) -> int:

@@ -259,8 +259,11 @@ def build(case: Case) -> System:
         columns.update({f"{name}.{o}": first + i for i, o in enumerate(outputs)})
         constants = {k: float(v) for k, v in spec.inputs.items()}
         runs_as = spec.runs_as
+        driven = {split_end(to, where)[1] for to in case.connections if to.startswith(f"{name}.")}
+        if spec.block is not None and not isinstance(graph, Foreign):  # a default that the table states is one
+            said = zip(inputs, start_values(graph, "input"), strict=True)
+            constants = {k: v for k, v in said if v != 0 and k not in driven} | constants
         if isinstance(graph, Foreign):  # an unconnected input keeps its start value
-            driven = {split_end(to, where)[1] for to in case.connections if to.startswith(f"{name}.")}
             starts = zip(inputs, start_values(graph, "input"), strict=True)
             constants = {k: v for k, v in starts if k not in driven} | constants
             runs_as = "fmu2" if graph.fmi == 2 else "fmu3"
