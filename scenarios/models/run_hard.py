@@ -4,12 +4,13 @@
 
 For example `run_hard.py pid stage/irc`; without a name all loops that have a `hard.toml`.  The record keeps the seeds of
 the draws, which are new in each run.  A range comes from the linearised loop (`stable_range.py`); 1000 draws in it are
-simulated and linearised, and the range is drawn in until none is unstable.  What is stated, here and in the file
+simulated and linearised, its corners simulated, and the range is drawn in until none is unstable.  What is stated, here and in the file
 `stable.study.toml` of the loop, are these ranges shrunk by a tenth.
 """
 
 from __future__ import annotations
 
+import itertools
 import sys
 import tempfile
 import tomllib
@@ -24,12 +25,14 @@ from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop_margins import open_loop
 from hystfmu.scenario.outcome.metrics import measure
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.studies import Outcome, run_study
+from hystfmu.studies import Outcome, Study, run_study
 from stable_range import SCENARIOS, Box, Loop, shrunk
 
 RECORD, STAGE_RECORD = SCENARIOS / "loops" / "hard.record.toml", SCENARIOS / "stage" / "hard.record.toml"
 BAND = 0.02  # of a step
 LOST = 25.0  # RMS error of an output at rest, % of the stroke
+RESTLESS = 1.0  # deviation of the error after a step, % of the stroke, from which a loop does not come to rest
+LEAST = 1e-4  # relative width of a range that is one value
 CLOSER = 0.9  # by which a range with an unstable draw is drawn in
 STEPS = {"step": ("nominal", "tracking"), "staircase": ("scan_100", "lines")}
 STUDY = """# Inside of these ranges no draw is unstable.  Written by models/run_hard.py.
@@ -37,9 +40,9 @@ STUDY = """# Inside of these ranges no draw is unstable.  Written by models/run_
 extends = "{base}/stable_draws.toml"
 {cases}
 [parameters]
-"plant.g0_zeta_1" = {{ range = [{damping[0]:.4g}, {damping[1]:.4g}], log = true }}
-"plant.g0_k_2" = {{ range = [{second_mode[0]:.4g}, {second_mode[1]:.4g}] }}
-{gain_of} = [{gain[0]:.4g}, {gain[1]:.4g}] }}
+"plant.g0_zeta_1" = {{ range = {damping}, log = true }}
+"plant.g0_k_2" = {{ range = {second_mode} }}
+{gain_of} = {gain} }}
 """
 
 
@@ -76,7 +79,7 @@ def steps(name: str, case: str) -> tuple[float, float]:
     t, y, r = run.t, run["plant.y"], run["reference.r"]
     starts = np.append(np.flatnonzero(np.diff(r)) + 1, len(t))
     settling = overshoot = 0.0
-    for a, b in zip(starts[:-1], starts[1:], strict=True):
+    for a, b in itertools.pairwise(starts):
         e = (y[a:b] - r[a]) / (r[a] - r[a - 1])
         outside = np.flatnonzero(np.abs(e) > BAND)
         last = outside[-1] + 1 if len(outside) else 0
@@ -125,9 +128,10 @@ def study_text(loop: Loop, box: Box) -> str:
     more = ""
     if loop.name == "iterative_learning":
         more = 'cases = ["nominal"]\n'
-    text = STUDY.format(name=loop.name, base=base, cases=more, gain_of=gain, **box)
-    if loop.name == "iterative_learning":  # its lead is for the delay that it knows of, or more
-        text += '"delay.n" = { values = [1, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2] }\n'
+    spans = {k: f"[{lo:.6g}, {max(hi, lo * (1 + LEAST), LEAST**2):.6g}]" for k, (lo, hi) in box.items()}  # a range must rise
+    text = STUDY.format(name=loop.name, base=base, cases=more, gain_of=gain, **spans)
+    if loop.learns:
+        text += '"delay.n" = { values = [1] }\n'
     return text
 
 
@@ -147,14 +151,38 @@ def unstable(loop: Loop, file: Path) -> tuple[int, int]:
     return len(lost), outcome.seed
 
 
+def lost_corners(loop: Loop, file: Path) -> int:
+    """Return at how many ends of all ranges of a study the simulated loop is lost, or does not come to rest."""
+    study = Study(file)
+    ends = [sorted({p.at(0.0), p.at(1.0)}) for p in study.parameters.values()]
+    lost = 0
+    for values in itertools.product(*ends):
+        settings = study.settings(dict(zip(study.parameters, values, strict=True)))
+        cases = Scenario(loop.folder / "hard.toml", settings).cases
+        lost += any(_moves(build(c)) for c in cases if c.name in study.spec.cases)
+    return lost
+
+
+def _moves(system: Any) -> bool:
+    """Whether a run is lost, or its error still moves when a step should be over."""
+    metric = next(system.case.metrics[k] for k in ("tracking", "lines") if k in system.case.metrics)
+    try:
+        run = Native(system, ["plant.y", "reference.r"]).run()
+    except Stopped:
+        return True
+    e = (run["plant.y"] - run["reference.r"])[run.t >= metric.after]
+    rest = 100 * float(np.std(e)) / metric.stroke
+    return not measure(metric, run) < LOST or (system.case.name == "step" and not rest < RESTLESS)
+
+
 def ranges(loop: Loop) -> dict[str, Any]:
     """Find the ranges, confirm them by 1000 draws, and write the study with what is stated."""
     box, file = loop.widest(), loop.folder / "stable.study.toml"
     while True:
         write_text(file, study_text(loop, box))
-        count, seed = unstable(loop, file)
-        print(f"{loop.name}: {count} of 1000 draws unstable in {box}", flush=True)
-        if count == 0:
+        (count, seed), corners = unstable(loop, file), lost_corners(loop, file)
+        print(f"{loop.name}: {count} of 1000 draws unstable, {corners} corners, in {box}", flush=True)
+        if count + corners == 0:
             break
         box = {name: tuple(loop.axes[name].towards(end, CLOSER) for end in ends) for name, ends in box.items()}  # type: ignore[misc]
     stated = {k: tuple(float(f"{end:.4g}") for end in ends) for k, ends in shrunk(loop.axes, box).items()}
