@@ -31,6 +31,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "mlp": "fit_readout(): the network",
         "sum": "fit_readout(): the linear readout",
     },
+    "identify/evidence/found.py": dict.fromkeys(("modes", "noise"), "Evidence: fields of these names, no blocks"),
     "identify/race.py": dict.fromkeys(("play_bank", "scaling"), "_unseen(): plays that stand for a memory"),
     "identify/streaming.py": dict.fromkeys(
         ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"

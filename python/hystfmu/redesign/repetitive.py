@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,15 +15,17 @@ from hystfmu.design.repetitive import RepetitiveFilters
 from hystfmu.face.result import Results
 from hystfmu.face.running import run
 from hystfmu.face.scenario import Scenario
-from hystfmu.redesign.corners import corners
+from hystfmu.redesign.corners import Corner, corners
 from hystfmu.redesign.filters import Search, highest
 from hystfmu.redesign.insert import UNIT, Taps, repeating, with_repetitive
 from hystfmu.redesign.roles import Roles, roles
 from hystfmu.scenario import build
 from hystfmu.scenario.loop_margins import OpenedLoop, open_loop
+from hystfmu.scenario.system.spec import MarginsSpec
 from hystfmu.scenario.system.system import System
 
 PERIODS, LEAST_PERIODS, ROWS = 30, 10, 2_000_000  # of a run, and rows of it
+OFF = (0.2, 0.1, 0.05, 0.02, 0.0)  # shares by which modes may be off, the first that the loop stands
 PERIODIC = ("sine", "triangle")
 WORSE = 2.0  # times the error without learning, which a run may not reach
 
@@ -34,11 +37,7 @@ class Repetitive:
     Attributes
     ----------
     scenario : Scenario
-<<<<<<< HEAD
-        The loop, with the taps in its unit of measure `repetitive`.
-=======
         The loop, with its taps in the block `repetitive`.
->>>>>>> w-verbs
     filters : RepetitiveFilters
         Taps; the contraction of each corner.
     corners : tuple of str
@@ -49,6 +48,8 @@ class Repetitive:
         Of the reference (s).
     cutoff, gain : float
         Frequency above which nothing is learnt (Hz), and share of the error that is learnt in a period.
+    off : float
+        Share by which natural frequencies of the plant may differ.
     worst : (str, float)
         Corner in which errors shrink least, and by what at the harmonics of the reference up to half the cutoff.
     before : dict of str to float
@@ -64,6 +65,7 @@ class Repetitive:
     period: float
     cutoff: float
     gain: float
+    off: float
     worst: tuple[str, float]
     before: dict[str, float]
     results: Results
@@ -76,7 +78,7 @@ def repetitive(
     period: float | None = None,
     cutoff: float | None = None,
     gain: float | None = None,
-    off: float = 0.2,
+    off: float | None = None,
     progress: Callable[[float], None] = lambda fraction: None,
 ) -> Repetitive:
     """Add a repetitive part to the loop of a scenario, stable in all its corners.
@@ -98,8 +100,9 @@ def repetitive(
         times the fastest mode of the plant, or without dynamics ten times the frequency of the reference.
     gain : float, optional
         Share of the error that is learnt in a period, in (0, 1]; by default 0.3, less if no cutoff allows that.
-    off : float
-        Share by which the natural frequencies of the plant may differ, in [0, 0.9].
+    off : float, optional
+        Share by which the natural frequencies of the plant may differ, in [0, 0.9]; by default the largest of 0.2, 0.1,
+        0.05, 0.02 and 0 for which the loop is stable before it learns.
     progress : function, optional
         Called with the fraction done, 0..1.
 
@@ -139,7 +142,7 @@ def repetitive(
     )
     ready = made.ready()
     loops = {c.name: open_loop(build(c)) for c in ready.cases}
-    found = corners({first: loops[first], **loops}, ready.spec.margins, off)
+    found, off = _stable_corners({first: loops[first], **loops}, ready.spec.margins, OFF if off is None else (off,))
     progress(0.3)
     search = Search(found, h, n)
     filters, cutoff, gain = search.best(cutoff, gain, highest(opened, n))
@@ -162,10 +165,21 @@ def repetitive(
         n * h,
         cutoff,
         gain,
+        off,
         search.worst(filters, cutoff),
         before,
         results,
     )
+
+
+def _stable_corners(
+    loops: Mapping[str, OpenedLoop], limits: MarginsSpec | None, shares: Sequence[float]
+) -> tuple[list[Corner], float]:
+    """Return the corners for the first share by which modes may be off and the loop is stable, and this share."""
+    for share in shares[:-1]:
+        with suppress(InputError):
+            return corners(loops, limits, share), share
+    return corners(loops, limits, shares[-1]), shares[-1]
 
 
 def _named(table: dict[str, object], name: str | None) -> dict[str, object]:
@@ -255,11 +269,7 @@ def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
 
 
 def _hold(results: Results, before: Mapping[str, float], first: str) -> None:
-<<<<<<< HEAD
-    """Refuse a part that makes the nominal run worse and misses what is asked for; others are measured as they are."""
-=======
     """Refuse a part that makes the nominal run worse and misses what is asked for; others have their own verdicts."""
->>>>>>> w-verbs
     for r in (r for r in results if r.case == first):
         value, asked = (r.verdicts[0].value, r.verdicts[0].limit) if r.verdicts else (math.inf, None)
         if not value <= max(WORSE * before[r.case], asked or 0.0):
