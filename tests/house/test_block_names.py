@@ -32,6 +32,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "sum": "fit_readout(): the linear readout",
     },
     "identify/evidence/found.py": dict.fromkeys(("modes", "noise"), "Evidence: fields of these names, no blocks"),
+    "identify/evidence/spectra.py": {"noise": "noise_density(): the word, no block"},
     "identify/race.py": dict.fromkeys(("play_bank", "scaling"), "_unseen(): plays that stand for a memory"),
     "identify/streaming.py": dict.fromkeys(
         ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"
@@ -86,6 +87,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         "repetitive": "LAWS: its memory has no state space",
         "sum": "cut_memories(): corrections and errors",
     },
+    "design/preview.py": {"transfer_function": "transfer_function(): the modes of a plant as one block"},
+    "design/structures.py": {EVERY: "Structure.graph(): a controller names the blocks of its graph"},
+    "design/robust_filters.py": {"transfer_function": "robust_filters(): sections of the controller"},
     "design/sector.py": {"scaling": "without_dynamics(): a gain in the place of dynamics"},
     "design/sliding_bound.py": dict.fromkeys(("transfer_function", "sliding_mode", "sum"), "simulated(): its loop"),
     "data/synthetic.py": {"bouc_wen_oscillator": "oscillator(): the plant of the benchmark"},
@@ -103,17 +107,15 @@ ALLOWED: dict[str, dict[str, str]] = {
     "scenario/system/measures.py": dict.fromkeys(
         ("delay", "quantiser", "sum"), "PASSED_ON: the output has the unit of measure of the inputs"
     ),
-    "start/loop.py": dict.fromkeys(("delay", "feedforward", "pid", "reference"), "loop_scenario(): names of its units"),
+    "start/loop.py": {EVERY: "loop_scenario(): a scenario names its units and their blocks"},
     "start/drawn.py": {"scaling": "drawn(): the gain of a model without second-order dynamics"},
     "start/device.py": {
-        "transfer_function": "device(): the block of the dynamics",
-        "delay": "_at_rest(): whole steps behind the hysteresis",
+        "transfer_function": "at_rest(): the block of the dynamics",
+        "delay": "plant_model(): the command that comes late",
         "creep": "unsuited(): the inverse knows its lags",
-        "scaling": "_at_rest(), corners(): gains in the place of dynamics, and behind the device",
-        "polynomial_narx": "_filter(): weights of the last samples",
+        "scaling": "at_rest(), plant_model(): gains in the place of dynamics, and behind the device",
+        "sum": "plant_model(): what the model misses",
     },
-    "start/run.py": {"prandtl_ishlinskii": MODEL},
-    "start/tuning.py": {"scaling": "in_series(): a gain in front of the dynamics"},
     "demo/run.py": dict.fromkeys(("prandtl_ishlinskii", "bouc_wen"), MODEL),
     "face/defaults.py": {"reference": "the reference signal of a new scenario"},
     "fmu/write/reference.py": {"reference": "name of an experiment, not of a block"},

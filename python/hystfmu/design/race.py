@@ -27,6 +27,8 @@ HALVINGS = 14
 LEAST, MOST = 1e-7, 2.0  # integral gain a step
 SLOWER = (1.0, 0.7, 0.5, 0.35, 0.2)  # shares of the largest gain that are tried: less noise
 DRAWS, STEPS = 32, 70  # of the search: points of a low-discrepancy sequence, then steps of the simplex
+GRIDDED = 0.05  # dB that a peak between two angles of the grid may be higher
+TOO_SLOW = 1e3  # times the error of a loop whose bandwidth is below the limit
 EQUAL = 1.05  # a structure with more values must be better by this
 
 
@@ -39,7 +41,8 @@ class Limits:
     ms_db, set_ms_db : float
         Peaks of the sensitivity of the identified plant and of every plant of the set (dB).
     bandwidth : float
-        Frequency up to which the sensitivity of the identified plant is below -3 dB (Hz), at least.
+        Frequency up to which the sensitivity of the identified plant is below -3 dB (Hz), at least; the widest loop
+        comes first if none reaches it.
     """
 
     ms_db: float = MS_DB
@@ -149,16 +152,17 @@ def race(
         tuned = tune(structure, plants, design, aim, limits)
         if tuned is None:
             refused[name] = f"no gain keeps Ms below {limits.ms_db:g} dB, and {limits.set_ms_db:g} dB over the set"
-        elif tuned.bandwidth < limits.bandwidth:
-            refused[name] = f"reaches a bandwidth of {tuned.bandwidth:.3g} Hz within the limits of Ms"
         else:
             found.append(tuned)
     # in the order of the table, simplest first: a later one must be clearly better
     ordered: list[Tuned] = []
     left = list(found)
     while left:
-        least = min(t.error for t in left)
-        best = next(t for t in left if t.error <= EQUAL * least)
+        wide = [t for t in left if t.bandwidth >= limits.bandwidth]
+        least = min(t.error for t in wide or left)
+        best = next(t for t in wide or left if t.error <= EQUAL * least)
+        if not wide:
+            best = max(left, key=lambda t: t.bandwidth)
         ordered.append(best)
         left.remove(best)
     return Race(tuple(ordered), refused)
@@ -225,6 +229,8 @@ class _View:
         at, wide = (structure.response(design, values, z) for z in (self.at, self.wide))
         gains = [_rounded_down(share * low) for share in SLOWER]
         costs = [self.error(at(Ki)[0], wide(Ki)[0]) if Ki >= lowest else np.inf for Ki in gains]
+        if self.limits.bandwidth:
+            costs = [c * self.narrow(C(Ki)[0]) for c, Ki in zip(costs, gains, strict=True)]
         k = int(np.argmin(costs))
         return costs[k], gains[k]
 
@@ -233,11 +239,21 @@ class _View:
         if inner is not None and not unencircled(inner[:1]).all():
             return False
         X = C * self.G
-        if np.abs(1 + X[0]).min() < 10 ** (-self.limits.ms_db / 20):
+        if np.abs(1 + X[0]).min() < 10 ** ((GRIDDED - self.limits.ms_db) / 20):
             return False
         if distances(X, self.plants.slopes).min() < 10 ** (-self.limits.set_ms_db / 20):
             return False
         return bool(unencircled(X).all())
+
+    def narrow(self, C: Complex) -> float:
+        """Return by how much the error counts more because the bandwidth is below the limit; 1 if it is not."""
+        missing = self.limits.bandwidth / max(self.bandwidth(C[0] * self.G[0]), 1e-9)
+        return 1.0 if missing <= 1 else TOO_SLOW * missing**4
+
+    def bandwidth(self, X: Complex) -> float:
+        """Return the frequency up to which the sensitivity of the identified plant is below -3 dB (Hz)."""
+        large = np.flatnonzero(np.abs(1 + X) < np.sqrt(2))
+        return float(self.plants.angles[0][large[0]] / (2 * np.pi * self.plants.h)) if len(large) and large[0] else 0.0
 
     def error(self, C: Complex, C_wide: Complex) -> float:
         """Return the expected RMS error of the identified plant: what is left of model error and doubt, and noise."""
@@ -251,8 +267,6 @@ class _View:
         at, wide = (structure.response(design, values, z)(Ki)[0] for z in (self.at, self.wide))
         near = distances(X, self.plants.slopes).min(axis=1)
         distance = np.abs(1 + X[0])
-        large = np.flatnonzero(distance < np.sqrt(2))
-        crossing = self.plants.angles[0][large[0]] if len(large) and large[0] else 0.0
         noise = wide * self.G_wide
         return Tuned(
             structure,
@@ -263,7 +277,7 @@ class _View:
             float(-20 * np.log10(distance.min())),
             float(-20 * np.log10(near.min())),
             self.plants.plants[int(near.argmin())].name,
-            float(crossing / (2 * np.pi * self.plants.h)),
+            self.bandwidth(X[0]),
             float(np.sqrt(np.mean(np.abs(noise / (1 + noise)) ** 2))),
         )
 

@@ -14,7 +14,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import blocks
 from hystfmu.start.device import PERIODS, SAMPLES, Device
-from hystfmu.start.requirements import TURN, Wanted
+from hystfmu.start.requirements import JUMPS, TURN, Wanted
 
 STROKE = 0.8  # share of the range of the output that references use
 SETTLED = 2  # periods of a reference before metrics count
@@ -93,7 +93,7 @@ def _tried(found: Device, wanted: Wanted) -> Tried:
     amplitude, offset = STROKE * (found.high - found.low) / 2, (found.high + found.low) / 2
     if wanted.shape == "file":
         return _from_file(found, wanted.file)
-    if wanted.shape in ("step", "staircase"):
+    if wanted.shape in JUMPS:
         # the first level leads from rest, maybe at an end of the range, into the middle of it
         ends = (-STEP, STEP) if wanted.shape == "step" else LEVELS
         levels = [offset + amplitude * v for v in ends]

@@ -13,6 +13,8 @@ from hystfmu.design.race import MS_DB
 from hystfmu.design.structures import STRUCTURES
 
 SHAPES = ("sine", "nested", "triangle", "step", "staircase")
+OVERSHOOT = 10.0  # percent of a step, where nothing is asked for
+JUMPS = ("step", "staircase")
 TURN = 0.1  # share of a triangle in its turn-arounds
 
 
@@ -116,8 +118,8 @@ class Requirements:
         Largest peak of the sensitivity of the identified plant (dB).
     settling : float or None
         Longest time until a step stays within 2 % (s).
-    overshoot : float
-        Largest overshoot of a step in percent.
+    overshoot : float or None
+        Largest overshoot of a step in percent; a jump is shaped for `OVERSHOOT` without it.
     reference : tuple of Wanted
         Empty: sine, nested reversals, triangle and a step at the rate of the record.
     delay : int
@@ -132,7 +134,7 @@ class Requirements:
     bandwidth: float | None = None
     ms: float = MS_DB
     settling: float | None = None
-    overshoot: float = 10.0
+    overshoot: float | None = None
     reference: tuple[Wanted, ...] = ()
     delay: int = 1
     resonance: tuple[float, float] | None = None

@@ -76,7 +76,7 @@ def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
         "feedback": loop.feedback,
         "controller": loop.tuned.structure.name if loop.tuned else "none",
         "step": loop.device.h,
-        "reasons": [*loop.faults, *failed, *loop.margins.broken(), *loop.reasons],
+        "reasons": [*failed, *loop.margins.broken(), *loop.reasons],
         "references": [
             {
                 "name": p.name,

@@ -19,6 +19,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.discretised import discretised
+from hystfmu.identify.evidence import Mode, evidence
 from hystfmu.identify.features.identifiable import standard_errors
 from hystfmu.identify.options import Option
 from hystfmu.model import Model
@@ -130,11 +131,22 @@ def search(
             e = error(p)
             trials.append((float(e @ e), p))
         progress(0.3 * (i + 1) / len(grid))
+    for mode, late in _modes(data):  # a light resonance lies between two frequencies of the grid
+        p = inside([np.log(mode.f_n), np.log(mode.zeta), late])
+        e = error(p)
+        trials.append((float(e @ e), p))
     found = []
     for i, (_, p) in enumerate(sorted(trials, key=lambda t: t[0])[:2]):
         found.append(refine(p))
         progress(0.3 + 0.35 * (i + 1))
     return Dynamics.at(min(found, key=lambda f: f.cost).x, h)
+
+
+def _modes(data: Dataset) -> list[tuple[Mode, float]]:
+    """Return the modes that the record shows behind its input, with the delay in samples."""
+    shown = evidence(data)
+    late = shown.delay / data.h if np.isfinite(shown.delay_se) else 0.0
+    return [(m, late) for m in shown.modes]
 
 
 def _jacobian(error: Callable[[Array], Array], p: Array, hi: Array) -> Array:
