@@ -24,6 +24,13 @@ ALLOWED: dict[str, dict[str, str]] = {
         "transfer_function": "nodes(): G0 with the rest of the delay",
         "delay": "nodes(): the whole samples of the delay",
     },
+    "identify/evidence/found.py": {
+        "modes": "to_dict(): the field of what a record shows",
+        "noise": "from_dict(): the field of what a record shows",
+    },
+    "identify/evidence/spectra.py": {"noise": "cells_of(): the field of a cell"},
+    "face/evidence.py": {"creep": "static_output(): lags that pass the input at once, so that they count as static"},
+    "face/evidence_section.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression"},
     "identify/features/smooth_density.py": {"preisach": "node(): the block of the density and of its columns"},
     "identify/network/readout.py": {

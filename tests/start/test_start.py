@@ -12,8 +12,9 @@ import pytest
 from click.testing import CliRunner
 
 import hystfmu as hy
+from hystfmu.base.errors import InputError
 from hystfmu.cli import main
-from hystfmu.start.excitation import MOST_ROWS, excitation
+from hystfmu.start.excitation import MOST_ROWS, excitation, write_excitation
 
 
 def call(*words: object) -> tuple[int, str, str]:
@@ -133,3 +134,19 @@ def test_the_input_to_measure_next_ends_where_it_begins(rows: int) -> None:
     assert found[0] == found[-1] == u[0]
     assert len(found) <= MOST_ROWS
     assert u.min() <= found.min() <= found.max() <= u.max()
+
+
+def test_a_sweep_that_the_record_cannot_carry_is_written_at_a_higher_rate(tmp_path: Path) -> None:
+    u = 50 + 50 * np.sin(2 * np.pi * np.arange(4000) / 500)
+    data = hy.Dataset(1e-3 * np.arange(len(u)), u, u)
+    line = write_excitation(tmp_path / "next.csv", data, 2.0, up_to=1400.0)
+    t, v = np.loadtxt(tmp_path / "next.csv", delimiter=",", skiprows=1).T
+    assert 1 / (t[1] - t[0]) == pytest.approx(7000)
+    assert "7000 Hz: the record has 1000 Hz" in line
+    assert v[0] == v[-1] == u[0]
+    power = np.abs(np.fft.rfft(v - v.mean())) ** 2
+    f = np.fft.rfftfreq(len(v), t[1] - t[0])
+    assert power[(f > 700) & (f < 1300)].mean() > 100 * power[f > 1800].mean()
+    with pytest.raises(InputError, match="'up_to' of an excitation must be"):
+        write_excitation(tmp_path / "none.csv", data, 2.0, up_to=-1.0)
+    assert not (tmp_path / "none.csv").exists()

@@ -142,8 +142,6 @@ def fit(
         say(f"rate dependence: {f['rate']}\n")
     if "lag" in f and not any("lags" in w for w in f.get("warnings", ())):
         say(f"lag: {f['lag']}; the model follows it")
-    for line in evidence_lines(model):
-        say(line)
     for warning in f.get("warnings", ()):
         click.echo(f"warning: {warning}", err=True)
     row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
@@ -159,6 +157,8 @@ def fit(
         say("\n" + table(shown.head, shown.rows))
     if new is not None:
         say(interval_text(new, which, measured.unit_y))
+    for line in evidence_lines(model):
+        say(line)
     detail(f"\n{model}\n")
     say(f"wrote {out}" + ("" if page is None else f" and {page}"))
 

@@ -1,4 +1,4 @@
-"""What a record shows of linear dynamics, against devices of a simulator that is twelve times finer than their records."""
+"""What a record shows of linear dynamics, against devices of a simulator twelve times finer than their records."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def slow_sine(rows=3000, h=1e-3, modes=((700.0, 0.02, 1.0),)):
 
 def test_modes_delay_and_noise_of_drawn_devices_with_a_chirp():
     seed = int(np.random.SeedSequence().generate_state(1)[0])
-    rng = np.random.default_rng(seed)
+    rng, unknown = np.random.default_rng(seed), 0
     for k in range(6):
         f_n, zeta = np.exp(rng.uniform(np.log([100, 0.01]), np.log([2000, 0.1])))
         share = float(rng.choice([0.0, 0.05, 0.15]))
@@ -73,9 +73,10 @@ def test_modes_delay_and_noise_of_drawn_devices_with_a_chirp():
         u = 0.1 * chirp(t, f_n / 50, min(2 * f_n, 0.45 / h))
         data, v, sigma = record(u, h, modes, late, 10 ** rng.uniform(-4, -3), rng, 0.05, 0.02)
         found = evidence(data, v)
-        where = (
-            f"seed {seed}, device {k}: {modes}, delay {late / FINER:g} steps, found {found.modes}, {found.delay / h}"
-        )
+        where = f"seed {seed}, device {k}: {modes}, {late / FINER:g} steps, found {found.modes}, {found.delay / h}"
+        if not found.modes:  # a short record of a light mode may leave it unknown, never wrong
+            unknown += 1
+            continue
         first = found.modes[0]
         assert abs(first.f_n - f_n) < 5 * first.f_n_se, where
         assert abs(first.zeta - zeta) < 5 * first.zeta_se, where
@@ -85,6 +86,7 @@ def test_modes_delay_and_noise_of_drawn_devices_with_a_chirp():
         assert abs(found.delay - late * h / FINER) < 4 * found.delay_se, where
         assert abs(found.noise / sigma - 1) < 0.2, where
         assert found.band[1] > 1.2 * f_n, where
+    assert unknown < 2, seed
 
 
 def test_a_chirp_in_the_last_second_of_a_slow_record_shows_both_modes():

@@ -45,7 +45,7 @@ class Evidence:
     delay, delay_se : float
         Delay (s) beyond the modes; infinite `delay_se`: not known.
     noise, noise_density : float
-        Noise of the sensor: RMS (unit of measure of y) if white, and one-sided density (unit of measure of y per sqrt(Hz)).
+        Noise of the sensor: RMS (unit of measure of y) if white, and one-sided density (the same per sqrt(Hz)).
     """
 
     h: float

@@ -66,7 +66,7 @@ def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold:
         v0, v1 = u[k], u[k + 1] if hold != "zoh" else u[k]
         taps[k] = (part[0] @ x + part[1] * v0 + part[2] * (v1 - v0))[0]
         x = step[0] @ x + step[1] * v0 + step[2] * (v1 - v0)
-    return _shift(lfilter(np.convolve(taps, poles)[:4], poles, v - v[0]), whole) + v[0]
+    return np.asarray(_shift(lfilter(np.convolve(taps, poles)[:4], poles, v - v[0]), whole) + v[0])
 
 
 def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
@@ -85,7 +85,7 @@ def behind_delay(v: Array, delay: float, h: float, hold: str) -> Array:
     before = np.concatenate([[0.0], x[:-1]])
     # a held input in front of fast modes: the sensor sees the old value
     moved = before if hold == "zoh" else rest * x + (1 - rest) * before
-    return _shift(moved, whole) + v[0]
+    return np.asarray(_shift(moved, whole) + v[0])
 
 
 def _parts(steps: float) -> tuple[int, float]:

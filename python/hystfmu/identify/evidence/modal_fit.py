@@ -17,7 +17,7 @@ from hystfmu.identify.evidence.lag import behind_delay, behind_mode, free_decay
 from hystfmu.identify.evidence.spectra import Window
 
 STEP = 1e-4  # of ln f_n (times zeta), ln zeta and steps of delay in the Jacobian
-MOST_STEPS = 25
+MOST_STEPS = 12
 CLUSTERS = 60  # of neighbouring bins, whose errors may be of one sign
 LEAST_ZETA, MOST_ZETA = 1e-3, 3.0
 MOST_PARABOLAS, MOST_DECAYS = 8, 3  # records, beyond which their columns are left out
@@ -47,7 +47,7 @@ class Problem:
         """Return the weighted bins of columns (n, m), real and imaginary parts as rows."""
         parts = [w.transform(columns)[b] for w, b in zip(self.windows, self.bins, strict=True)]
         seen = np.concatenate(parts) * self.weight[:, None]
-        return np.sqrt(2) * np.concatenate([seen.real, seen.imag])
+        return np.asarray(np.sqrt(2) * np.concatenate([seen.real, seen.imag]))
 
     def along(self, run: Callable[[Array], Array]) -> Array:
         """Run a function along each record."""
@@ -125,10 +125,10 @@ def slow_rows(problem: Problem) -> Array:
     """Return the rows of the slow parts: lags of the input, and a parabola over each record."""
     from scipy.signal import lfilter
 
-    made = []
-    for T in problem.slow:
-        a = np.exp(-problem.h / T)
-        made.append(problem.along(lambda v, a=a: lfilter([1 - a], [1.0, -a], v - v[0])))
+    def lag(pole: float) -> Array:
+        return problem.along(lambda v: np.asarray(lfilter([1 - pole], [1.0, -pole], v - v[0])))
+
+    made = [lag(float(np.exp(-problem.h / T))) for T in problem.slow]
     for r in problem.records if len(problem.records) <= MOST_PARABOLAS else ():
         t = np.zeros(len(problem.v))
         t[r] = np.linspace(-1.0, 1.0, r.stop - r.start) ** 2
@@ -190,7 +190,7 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
         size = np.linalg.norm(j, axis=0)
         size[size == 0] = 1.0
         better = False
-        for _ in range(6):
+        for _ in range(5):
             stacked = np.vstack([j / size, np.sqrt(damping) * np.eye(len(p))])
             step = np.linalg.lstsq(stacked, np.concatenate([e, np.zeros(len(p))]), rcond=None)[0] / size
             step = np.clip(step, -0.5, 0.5)
@@ -208,7 +208,7 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
         )
         p, (error, gain, q, e) = trial, new
         damping = max(damping / 8, 1e-9)
-        if gone < 1e-7 * error or moved < 1:
+        if gone < 3e-6 * error or moved < 1:
             break
     told = len(p) + n
     covariance = _covariance(np.hstack([slopes(p, gain), linear(p)]), e)[:told, :told]
@@ -233,7 +233,7 @@ def _covariance(j: Array, e: Array) -> Array:
     are correlated inside clusters of bins, as model errors are (a sandwich: Liang & Zeger 1986, Biometrika 73(1) 13).
     """
     size = np.linalg.norm(j, axis=0)
-    size[size == 0] = 1.0
+    size[size < 1e-100] = 1.0
     _, s, vt = np.linalg.svd(j / size, full_matrices=False)
     s = np.maximum(s, 1e-12 * s.max(initial=1e-300))
     inverse = (vt.T / s**2) @ vt
@@ -250,4 +250,4 @@ def _covariance(j: Array, e: Array) -> Array:
     used = len(np.unique(place))
     sandwich = inverse @ (both.T @ both) @ inverse * (used / max(used - m, 1))
     larger = np.sqrt(np.maximum(1.0, np.diag(sandwich) / np.diag(white)))
-    return white * np.outer(larger, larger) / np.outer(size, size)
+    return np.asarray(white * np.outer(larger, larger) / np.outer(size, size))

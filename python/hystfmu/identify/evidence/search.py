@@ -17,9 +17,11 @@ from hystfmu.identify.evidence.told import known_modes
 MOST_MODES = 3
 PAYS = 60.0  # drop of the weighted sum of squares, over the misfit, that a mode must give
 PAYS_SHARE = 0.15  # and of all of it, because errors of the model of the hysteresis are no white noise
-DOUBTFUL, WRONG = 2.0, 16.0  # misfit that asks for other starts, and that no fit has
+DOUBTFUL, WRONG = 2.0, 6.0  # misfit that asks for other starts, and that no fit has
 FITS_BETTER = 0.7  # misfit over that of a fit with as many known modes
-DELAYS = (np.arange(-0.5, 6.01, 0.25), np.arange(-0.5, 1.51, 0.25), np.arange(1.5, 3.51, 0.25))  # steps, of starts
+WIDE, SHORT, LONG = np.arange(-0.5, 6.01, 0.25), np.arange(-0.5, 1.51, 0.25), np.arange(1.5, 3.51, 0.25)
+STARTS = ((WIDE, True), (WIDE, False), (SHORT, False), (LONG, False))
+"""Delays (steps) of starts, and whether the first mode stands for the whole response, without a rest."""
 REST_PAYS, HOLD_PAYS = 9.0, 50.0  # the same for a rest, and for held values against a smooth input
 BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, as fractions of the lowest mode
 
@@ -34,27 +36,28 @@ def modes(seen: Seen) -> tuple[str, Fitted] | None:
     hold = "smooth"
     problem = problem_of(seen, hold, noise, seen.response.f[0], highest, ())
     none = fit(problem, Structure(0, True), np.array([0.0]))
-    best, fitted, known = problem, none, 0
-    for delays in DELAYS:
-        branch = _branch(seen, hold, highest, problem, none, delays)
+    best, fitted, known, least = problem, none, 0, none.misfit
+    for start in STARTS:
+        branch = _branch(seen, hold, highest, none, start)
         for trial, found in branch:
             count = int(np.sum(known_modes(found, seen)))
             if count > known or (count == known > 0 and found.misfit < FITS_BETTER * fitted.misfit):
                 best, fitted, known = trial, found, count
-        if not branch or fitted.misfit < DOUBTFUL:
-            break  # other delays are other local minima, for a fit that is none
+            least = min(least, found.misfit)
+        if least < DOUBTFUL or not (branch or start[1]):
+            break  # other starts lead to other local minima, for a fit that is none
     if not known or fitted.misfit > WRONG:
         return hold, none
     return _held(seen, best, fitted)
 
 
 def _branch(
-    seen: Seen, hold: str, highest: float, problem: Problem, none: Fitted, delays: Array
+    seen: Seen, hold: str, highest: float, none: Fitted, start: tuple[Array, bool]
 ) -> list[tuple[Problem, Fitted]]:
-    """Add modes while they pay, from a start with one of the delays."""
+    """Add modes while they pay, from one of the starts."""
     last, noise, found = none, seen.cells.noise, []
-    for count in range(1, MOST_MODES + 1):
-        grown = _grown(seen, hold, noise, highest, last, count, delays)
+    for _ in range(MOST_MODES):
+        grown = _grown(seen, hold, noise, highest, last, start)
         if grown is None:
             break
         trial, fitted = grown
@@ -112,7 +115,7 @@ def _half(found: Fitted) -> Fitted:
 
 
 def _grown(
-    seen: Seen, hold: str, noise: Array, highest: float, best: Fitted, count: int, delays: Array
+    seen: Seen, hold: str, noise: Array, highest: float, best: Fitted, start: tuple[Array, bool]
 ) -> tuple[Problem, Fitted] | None:
     """Add a mode to a fit."""
     r, h = seen.response, seen.h
@@ -122,8 +125,8 @@ def _grown(
     top = min(highest, 0.45 / h)  # a mode above `HIGHEST` is fitted, not told
     if top <= 1.5 * lowest:
         return None
-    start = min(f_0, default=lowest)
-    problem = problem_of(seen, hold, noise, max(start / BELOW, float(r.f[0])), highest, ())
+    (delays, alone), count = start, len(f_0) + 1
+    problem = problem_of(seen, hold, noise, max(min(f_0, default=lowest) / BELOW, float(r.f[0])), highest, ())
     f, v, y = [], [], []
     for w, b in zip(seen.windows, problem.bins, strict=True):
         f.append(w.frequencies(h)[b])
@@ -133,7 +136,7 @@ def _grown(
     # ramps through the corrected rows are the smooth input: their loss and the correction cancel
     v_all = np.concatenate(v) * np.sinc(f_all * h) ** 2
     pooled = Pooled.of(f_all, v_all, np.concatenate(y), problem.weight)
-    known: list[Complex] = [np.ones(len(pooled.f), dtype=np.complex128)]
+    known: list[Complex] = [] if alone and count == 1 else [np.ones(len(pooled.f), dtype=np.complex128)]
     for k in range(best.structure.modes):
         known.append(mode_response(pooled.f, f_0[k], float(np.exp(best.p[2 * k + 1]))))
     f_n, zeta, delay = scan(pooled, known, lowest, top, h, delays)

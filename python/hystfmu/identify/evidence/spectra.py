@@ -44,7 +44,7 @@ class Window:
     @property
     def n(self) -> int:
         """Number of rows."""
-        return self.rows.stop - self.rows.start
+        return int(self.rows.stop - self.rows.start)
 
     @property
     def cells(self) -> int:
@@ -111,7 +111,7 @@ def smooth(x: Array) -> Array:
     wide = np.maximum(2, (0.04 * k).astype(int))
     total = np.concatenate([[0.0], np.cumsum(x)])
     lo, hi = np.maximum(k - wide, 0), np.minimum(k + wide + 1, len(x))
-    return np.maximum((total[hi] - total[lo]) / (hi - lo), 1e-300)
+    return np.asarray(np.maximum((total[hi] - total[lo]) / (hi - lo), 1e-300))
 
 
 @dataclass(frozen=True)
@@ -161,10 +161,8 @@ def response(cells: Cells) -> Response:
     edge = np.geomspace(lowest, highest * (1 + 1e-9), POINTS + 1)
     place = np.clip(np.searchsorted(edge, cells.f, "right") - 1, 0, POINTS - 1)
 
-    def pooled(x: NDArray[np.inexact]) -> NDArray[np.inexact]:
-        if np.iscomplexobj(x):
-            return np.bincount(place, x.real, POINTS) + 1j * np.bincount(place, x.imag, POINTS)
-        return np.bincount(place, x, POINTS)
+    def pooled(x: Array) -> Array:
+        return np.asarray(np.bincount(place, x, POINTS), dtype=np.float64)
 
     count = np.bincount(place, minlength=POINTS)
     some = count > 0
@@ -176,7 +174,9 @@ def response(cells: Cells) -> Response:
     coherence = np.where(total > 0, 1 - left / np.maximum(total, 1e-300), 0.0)
     return Response(
         np.asarray(pooled(cells.f * weight)[some] / share, dtype=np.float64),
-        np.asarray(pooled(cells.g * weight)[some] / share, dtype=np.complex128),
+        np.asarray(
+            (pooled(cells.g.real * weight) + 1j * pooled(cells.g.imag * weight))[some] / share, dtype=np.complex128
+        ),
         np.asarray(coherence, dtype=np.float64),
         np.asarray(level, dtype=np.float64),
         np.asarray(coherence > betaincinv(LOCAL * count, (CELL - LOCAL) * count, 1 - SURE)),
