@@ -38,8 +38,6 @@ ALLOWED: dict[str, dict[str, str]] = {
         "mlp": "fit_readout(): the network",
         "sum": "fit_readout(): the linear readout",
     },
-    "identify/evidence/found.py": dict.fromkeys(("modes", "noise"), "Evidence: fields of these names, no blocks"),
-    "identify/evidence/spectra.py": {"noise": "noise_density(): the word, no block"},
     "identify/race.py": dict.fromkeys(("play_bank", "scaling"), "_unseen(): plays that stand for a memory"),
     "identify/streaming.py": dict.fromkeys(
         ("scaling", "zhao_tan", "polynomial_narx"), "Stream: the chain that a polynomial_narx model consists of"
@@ -114,6 +112,8 @@ ALLOWED: dict[str, dict[str, str]] = {
     "scenario/system/measures.py": dict.fromkeys(
         ("delay", "quantiser", "sum"), "PASSED_ON: the output has the unit of measure of the inputs"
     ),
+    "start/page.py": {"reference": "reference_table(): head of a column"},
+    "start/requirements.py": dict.fromkeys(("reference", "amplifier"), "Requirements: names of what is asked"),
     "start/loop.py": {EVERY: "loop_scenario(): a scenario names its units and their blocks"},
     "start/drawn.py": {"scaling": "drawn(): the gain of a model without second-order dynamics"},
     "start/device.py": {

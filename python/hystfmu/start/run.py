@@ -24,6 +24,8 @@ from hystfmu.start.page import write_page
 from hystfmu.start.requirements import Requirements
 from hystfmu.start.verdict import verdict, write_verdict
 
+CARRIED = 0.2  # of the sampling rate: a sine with five rows in a period
+FASTER = 10.0  # times the bandwidth that is asked for: where a resonance matters
 NOTHING = Requirements()
 _OPTION = re.compile(r"(\w+)=(\S+)")
 
@@ -123,14 +125,20 @@ def start(
     if isinstance(loop, ClosedLoop):
         files |= _files_of_loop(folder, name, model, loop)
         report = f"hystfmu run {folder / 'loop'} --report DIR"
-    if model.fit.get("warnings"):
-        write_excitation(folder / "measure_next.csv", data, reference_frequency(data))
-        files["next measurement"] = (folder / "measure_next.csv", "written because of the warnings")
+    if model.fit.get("warnings") or (isinstance(loop, ClosedLoop) and loop.feedback != "full"):
+        notes = [*notes, _measure_next(folder / "measure_next.csv", data, asked)]
+        files["next measurement"] = (folder / "measure_next.csv", "written for what the record does not show")
     said = verdict(loop)
     with shown("report"):
         files["report"] = (write_page(folder, name, model, data, loop, said, notes), report)
     files["verdict"] = (write_verdict(folder, said), "written by hystfmu start alone")
     return Started(model, loop, said, files, notes)
+
+
+def _measure_next(path: Path, data: Dataset, asked: Requirements) -> str:
+    """Write the input that would end the doubt, up to the frequency that the rate of the record carries or more."""
+    up_to = max(CARRIED / data.h, FASTER * (asked.bandwidth or 0.0))
+    return f"measure next: {write_excitation(path, data, reference_frequency(data), up_to)}"
 
 
 def _model(data: Dataset, key: str, seed: int, progress: Callable[[float], None]) -> tuple[Model, str, list[str]]:
