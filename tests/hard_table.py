@@ -56,6 +56,8 @@ def number(name: str, value: float) -> str:
 def between(name: str, ends: list[float]) -> str:
     """A range as text, rounded inwards, so that the text says no more than the record."""
     lo, hi = (100 * v if name == "second_mode" else v for v in ends)
+    if lo == hi:
+        return _rounded(lo, up=True) if lo else "none"
     return f"{_rounded(lo, up=True)} to {_rounded(hi, up=False)}"
 
 
@@ -104,7 +106,7 @@ def breaks(found: dict[str, float]) -> str:
 def ranges(family: str, names: dict[str, str]) -> str:
     """Where loops break, the ranges without an unstable draw, and the share of hard draws that is stable."""
     found = recorded(family)
-    head = ["loop", "breaks at", *(f"stable: {text}" for text in RANGES.values()), "hard draws that are stable, %"]
+    head = ["loop", "breaks at", *(f"stable: {text}" for text in RANGES.values()), "hard draws not lost, %"]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     for name, text in names.items():
         if name in found:

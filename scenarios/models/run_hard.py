@@ -67,9 +67,16 @@ def error(name: str, case: str, metric: str) -> float:
         return value
     try:
         opened = open_loop(system)
-        return value if opened.stable(opened.nominal, 0.0) else np.inf
+        return value if opened.stable(slope(name, case), 0.0) else np.inf
     except InputError:
         return value
+
+
+def slope(name: str, case: str) -> float:
+    """Return the slope of plant over inverse for small signals: static gain of a hard case over the known one."""
+    if case == "second_mode":
+        return 1.1 if name.startswith("stage/") else 1.05
+    return 0.35 if case == "gain_35" else 1.0
 
 
 def steps(name: str, case: str) -> tuple[float, float]:
