@@ -64,10 +64,8 @@ def design() -> None:
     "--off",
     "percent",
     type=click.FloatRange(0, 90),
-    default=20.0,
-    show_default=True,
     metavar="PERCENT",
-    help="By which natural frequencies of the plant may differ.",
+    help="By which natural frequencies of the plant may differ [default: 20, less if the loop does not stand it].",
 )
 @json_option
 def repetitive(
@@ -77,7 +75,7 @@ def repetitive(
     frequency: float | None,
     cutoff: float | None,
     gain: float | None,
-    percent: float,
+    percent: float | None,
     as_json: bool,
 ) -> None:
     """Add a repetitive part to a loop: it learns what repeats.
@@ -107,11 +105,12 @@ def repetitive(
             period=1 / frequency if frequency is not None else period,
             cutoff=cutoff,
             gain=gain,
-            off=percent / 100,
+            off=percent / 100 if percent is not None else None,
             progress=report,
         )
     broken = _write(made.scenario, into, made.results)
     facts: dict[str, Any] = {
+        "off": made.off,
         "period": made.period,
         "steps": made.steps,
         "cutoff": made.cutoff,
@@ -122,7 +121,8 @@ def repetitive(
     }
     lines = [
         f"period: {made.steps} steps, {made.period:.6g} s, {1 / made.period:.6g} Hz",
-        f"learns {made.gain:g} of the error in a period, up to {made.cutoff:.4g} Hz",
+        f"learns {made.gain:g} of the error in a period, up to {made.cutoff:.4g} Hz, for modes up to "
+        f"{100 * made.off:g} % off",
         f"slowest: at {made.worst[0]}, harmonics up to half of that shrink by {made.worst[1]:.3g} in a period",
     ]
     _tell(lines, facts, made.before, made.results, broken, into, as_json)
