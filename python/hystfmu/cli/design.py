@@ -33,7 +33,7 @@ STRUCTURES = {  # as in hystfmu.design.structures, whose import would slow down 
 POSITIVE = click.FloatRange(0, min_open=True)
 
 
-@click.group()
+@click.group(short_help="Design a controller for the loop of a scenario.")
 def design() -> None:
     """Design a controller for the loop of a scenario, and write a scenario with it.
 
@@ -44,7 +44,7 @@ def design() -> None:
     """
 
 
-@design.command(cls=Command)
+@design.command(cls=Command, short_help="Add a repetitive part: it learns what repeats.")
 @click.argument("scenario")
 @click.option("-o", "out", required=True, metavar="DIR", help="Folder of the new scenario.")
 @click.option("--period", type=POSITIVE, metavar="SECONDS", help="Of the reference [default: as it is].")
@@ -134,13 +134,12 @@ def _structure(name: str, text: str) -> None:
     @design.command(
         name=name,
         cls=Command,
-        short_help=f"Tune: {text}.",
+        short_help=f"{text[0].upper()}{text[1:]}.",
         help=f"""Replace the controllers of a loop by a tuned one: {text}.
 
         SCENARIO is a folder with a loop.  Every unit on a way from the measured output to the command is taken out; one
         unit with the same reference, measurement and feed-forward stands in their place, its gains in the file.  It has
-        the largest gain whose loop keeps the peak of the sensitivity, and twice that (in dB) in the loops of all cases,
-        for the slopes and delays in [margins] of the scenario and for modes that are off.
+        the largest gain whose loop keeps the peak of the sensitivity, and 12 dB in the loops of all cases, for the slopes and delays in [margins] of the scenario and for modes that are off.
 
         All cases run once; those that change the old controllers themselves are left out.  The exit status is 1 if a
         limit of a case or of the loop is missed.
