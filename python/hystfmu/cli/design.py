@@ -139,7 +139,8 @@ def _structure(name: str, text: str) -> None:
 
         SCENARIO is a folder with a loop.  Every unit on a way from the measured output to the command is taken out; one
         unit with the same reference, measurement and feed-forward stands in their place, its gains in the file.  It has
-        the largest gain whose loop keeps the peak of the sensitivity, and 12 dB in the loops of all cases, for the slopes and delays in [margins] of the scenario and for modes that are off.
+        the largest gain whose loop keeps the peak of the sensitivity, and 12 dB in the loops of all cases,
+        for the slopes and delays in [margins] of the scenario and for modes that are off.
 
         All cases run once; those that change the old controllers themselves are left out.  The exit status is 1 if a
         limit of a case or of the loop is missed.
