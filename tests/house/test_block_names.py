@@ -179,7 +179,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     "redesign/controller.py": {"pid": "controller(): a gain of 1 in the place of the controllers"},
     "redesign/insert.py": {
         "repetitive": "the block that is added",
-        **dict.fromkeys(("in_range", "delay"), "_within(): whether the last commands kept their limits"),
+        **dict.fromkeys(("in_range", "delay", "transfer_function"), "_within(): whether commands kept their limits"),
         "sum": "with_repetitive(): adds its corrections to the command",
     },
     "redesign/plants.py": {"noise": "aim(): noise of the sensor"},

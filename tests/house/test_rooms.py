@@ -114,3 +114,17 @@ def test_no_folder_is_a_heap(top: str):
     for folder in [ROOT / top, *folders]:
         files = [n for n in listed(folder) if n.endswith((".py", ".pyi", ".c", ".h"))]
         assert len(files) <= MOST_IN_FOLDER, f"{folder.relative_to(ROOT)} has {len(files)} files: make rooms"
+
+
+def test_scripts_of_scenarios_import_no_private_name():
+    """What they write, a user can write: with the names that the package shows."""
+    scripts = sorted((ROOT / "scenarios").rglob("*.py"))
+    assert len(scripts) >= 4
+    for path in scripts:
+        for n in ast.walk(ast.parse(path.read_text())):
+            names = [a.name for a in n.names] if isinstance(n, (ast.Import, ast.ImportFrom)) else []
+            names += [n.module or ""] if isinstance(n, ast.ImportFrom) else []
+            private = [
+                part for name in names for part in name.split(".") if part.startswith("_") and part != "__future__"
+            ]
+            assert not private, f"{path.relative_to(ROOT)} imports {private}"

@@ -141,3 +141,21 @@ def test_nothing_winds_up_while_a_command_is_limited() -> None:
     assert found.results.passed
     assert after["saturation_10"] < 1.05 * found.before["saturation_10"]
     assert after["up_400_10"] < 0.8 * found.before["up_400_10"]
+
+
+def test_a_range_that_the_reference_leaves_winds_nothing_up(tmp_path: Path) -> None:
+    """Commands beyond the range of an amplifier behind the inverse: after 150 periods the error is that without."""
+    table = loop().table
+    table["units"]["clamp"] = {"block": "scaling", "values": {"lo": [-0.75], "hi": [0.75]}}
+    table["connections"] |= {"clamp.u": "undo.volts", "computing.u": "clamp.y"}
+    table["order"].insert(table["order"].index("computing"), "clamp")
+    table["case"] = [{"name": "half", "set": {"wanted.amplitude": 0.4}}, {"name": "full"}]
+    loop().changed(table).save(tmp_path / "loop")
+    made = hy.redesign.repetitive(tmp_path / "loop")
+    (half, full) = (r.verdicts[0].value for r in made.results)
+    assert half < 0.2 * made.before["half"]
+    assert full == pytest.approx(made.before["full"], rel=0.02)
+    long = made.scenario.table
+    for case in long["case"]:
+        case["stop"], case["after"] = 150 * N * H, 149 * N * H
+    assert made.scenario.changed(long).run("full", engine="native").verdicts[0].value < 1.05 * made.before["full"]

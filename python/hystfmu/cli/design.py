@@ -33,7 +33,7 @@ STRUCTURES = {  # as in hystfmu.design.structures, whose import would slow down 
 POSITIVE = click.FloatRange(0, min_open=True)
 
 
-@click.group()
+@click.group(short_help="Design a controller for the loop of a scenario.")
 def design() -> None:
     """Design a controller for the loop of a scenario, and write a scenario with it.
 
@@ -44,7 +44,7 @@ def design() -> None:
     """
 
 
-@design.command(cls=Command)
+@design.command(cls=Command, short_help="Add a repetitive part: it learns what repeats.")
 @click.argument("scenario")
 @click.option("-o", "out", required=True, metavar="DIR", help="Folder of the new scenario.")
 @click.option("--period", type=POSITIVE, metavar="SECONDS", help="Of the reference [default: as it is].")
@@ -64,10 +64,8 @@ def design() -> None:
     "--off",
     "percent",
     type=click.FloatRange(0, 90),
-    default=20.0,
-    show_default=True,
     metavar="PERCENT",
-    help="By which natural frequencies of the plant may differ.",
+    help="By which natural frequencies of the plant may differ [default: 20, less if the loop does not stand it].",
 )
 @json_option
 def repetitive(
@@ -77,7 +75,7 @@ def repetitive(
     frequency: float | None,
     cutoff: float | None,
     gain: float | None,
-    percent: float,
+    percent: float | None,
     as_json: bool,
 ) -> None:
     """Add a repetitive part to a loop: it learns what repeats.
@@ -107,11 +105,12 @@ def repetitive(
             period=1 / frequency if frequency is not None else period,
             cutoff=cutoff,
             gain=gain,
-            off=percent / 100,
+            off=percent / 100 if percent is not None else None,
             progress=report,
         )
     broken = _write(made.scenario, into, made.results)
     facts: dict[str, Any] = {
+        "off": made.off,
         "period": made.period,
         "steps": made.steps,
         "cutoff": made.cutoff,
@@ -122,7 +121,8 @@ def repetitive(
     }
     lines = [
         f"period: {made.steps} steps, {made.period:.6g} s, {1 / made.period:.6g} Hz",
-        f"learns {made.gain:g} of the error in a period, up to {made.cutoff:.4g} Hz",
+        f"learns {made.gain:g} of the error in a period, up to {made.cutoff:.4g} Hz, for modes up to "
+        f"{100 * made.off:g} % off",
         f"slowest: at {made.worst[0]}, harmonics up to half of that shrink by {made.worst[1]:.3g} in a period",
     ]
     _tell(lines, facts, made.before, made.results, broken, into, as_json)
@@ -134,12 +134,12 @@ def _structure(name: str, text: str) -> None:
     @design.command(
         name=name,
         cls=Command,
-        short_help=f"Tune: {text}.",
+        short_help=f"{text[0].upper()}{text[1:]}.",
         help=f"""Replace the controllers of a loop by a tuned one: {text}.
 
         SCENARIO is a folder with a loop.  Every unit on a way from the measured output to the command is taken out; one
         unit with the same reference, measurement and feed-forward stands in their place, its gains in the file.  It has
-        the largest gain whose loop keeps the peak of the sensitivity, and twice that (in dB) in the loops of all cases,
+        the largest gain whose loop keeps the peak of the sensitivity, and 12 dB in the loops of all cases,
         for the slopes and delays in [margins] of the scenario and for modes that are off.
 
         All cases run once; those that change the old controllers themselves are left out.  The exit status is 1 if a

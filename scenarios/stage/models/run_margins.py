@@ -9,12 +9,11 @@ import sys
 import tomllib
 from pathlib import Path
 
+import hystfmu as hy
 import numpy as np
-from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_toml
 from hystfmu.scenario import Scenario, build
 from hystfmu.scenario.engine.native import Native
-from hystfmu.scenario.loop_margins import open_loop
 
 STAGE = Path(__file__).parents[1]
 RECORD = STAGE / "loops.record.toml"
@@ -23,10 +22,10 @@ BAND = 0.02  # of a step
 
 def margins(name: str) -> dict[str, float]:
     """Return Ms (dB; infinite: unstable) and bandwidth (Hz) of the nominal loop, and Ms with modes 20 % off."""
-    cases = {c.name: c for c in Scenario(STAGE / name).cases}
+    loop = hy.Scenario.load(STAGE / name)
     try:
-        found = {case: open_loop(build(cases[case])).margins() for case in ("scan_100", "low_100", "high_100")}
-    except InputError:  # no feedback
+        found = {case: loop.open_loop(case).margins() for case in ("scan_100", "low_100", "high_100")}
+    except hy.InputError:  # no feedback
         return {}
     Ms = {case: float(m.Ms_db) if m.stable else np.inf for case, m in found.items()}
     nominal = {"Ms_db": Ms["scan_100"], "bandwidth_hz": float(found["scan_100"].bandwidth_hz)}
