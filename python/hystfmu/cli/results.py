@@ -164,7 +164,7 @@ def start(
     detail(f"\n{made.model}")
     if loop is not None:
         if loop.race.found:
-            say("\n" + table(*race_table(loop)))
+            say("\n" + table(*race_table(loop, values=False)))
         say("\n" + table(*reference_table(made.verdict)))
         head = ["case", "RMS % of stroke", "max %", "asked RMS %", "verdict", "what"]
         detail("\n" + table(head, [[*c.values()] for c in cases]))

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
+from hystfmu.design.loop import Margins, margins_of
 from hystfmu.design.plants import Complex, PlantSet
 from hystfmu.design.structures import STRUCTURES, Design, Structure
 
@@ -91,6 +92,8 @@ class Tuned:
         Frequency up to which the sensitivity is below -3 dB (Hz).
     noise_gain : float
         RMS of the output for white noise of RMS 1 at the sensor.
+    margins : Margins
+        Of the identified plant.
     """
 
     structure: Structure
@@ -103,6 +106,7 @@ class Tuned:
     worst: str
     bandwidth: float
     noise_gain: float
+    margins: Margins
 
     @property
     def Kp(self) -> float:
@@ -279,7 +283,20 @@ class _View:
             self.plants.plants[int(near.argmin())].name,
             self.bandwidth(X[0]),
             float(np.sqrt(np.mean(np.abs(noise / (1 + noise)) ** 2))),
+            self.margins(structure, design, values, Ki, X[0]),
         )
+
+    def margins(
+        self, structure: Structure, design: Design, values: Mapping[str, float], Ki: float, X: Complex
+    ) -> Margins:
+        """Return the margins of the identified plant."""
+        plant, h = self.plants.plants[0], self.plants.h
+
+        def L(angles: Array) -> Complex:
+            z = np.exp(1j * angles)
+            return np.asarray(structure.response(design, values, z)(Ki)[0] * plant.response(z, h))
+
+        return margins_of(L, self.plants.angles[0], X, h, lambda gain: bool(unencircled(gain * X[None])[0]))
 
 
 def distances(X: Complex, slopes: tuple[float, float]) -> Array:

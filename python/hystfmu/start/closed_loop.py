@@ -25,10 +25,11 @@ from hystfmu.face.model import Model
 from hystfmu.face.result import Result, Results
 from hystfmu.face.scenario import Scenario
 from hystfmu.scenario.margin_table import MarginTable, margin_table
+from hystfmu.start.contender import Contender
 from hystfmu.start.device import SLOPES, Device, device
 from hystfmu.start.loop import draws, loop_scenario
 from hystfmu.start.misfit import Misfit, misfit
-from hystfmu.start.promise import Promise, promises
+from hystfmu.start.promise import Promise, expected_percent, promises
 from hystfmu.start.references import Tried, references
 from hystfmu.start.requirements import JUMPS, OVERSHOOT, Requirements
 from hystfmu.start.step_response import StepResponse, step_response
@@ -47,6 +48,8 @@ class ClosedLoop:
     device : Device
     race : Race
         Structures with their figures, best first; empty if no feedback is allowed.
+    contenders : tuple of Contender
+        The same structures with what a user compares.
     tuned : Tuned or None
         Controller of the loop; None: feed-forward alone.
     misfit : Misfit
@@ -63,6 +66,7 @@ class ClosedLoop:
 
     device: Device
     race: Race
+    contenders: tuple[Contender, ...]
     tuned: Tuned | None
     misfit: Misfit
     promises: tuple[Promise, ...]
@@ -167,7 +171,8 @@ def close(
     if faults:  # a loop that does not do what is asked for is none: all outputs say so
         shutil.rmtree(into)
         raise InputError("; ".join(faults))
-    return ClosedLoop(found, outcome, tuned, missed, said, steps, results, margins, tuple(reasons))
+    table = plan.contenders(outcome, plants, aim)
+    return ClosedLoop(found, outcome, table, tuned, missed, said, steps, results, margins, tuple(reasons))
 
 
 def _margins(into: Path) -> tuple[MarginTable, str]:
@@ -233,6 +238,23 @@ class _Plan:
         names = {d.name for d in draws(self.found)}
         bad = [r for r in results if r.case in names and not r.passed]
         return results, into, f"case {bad[0].case}: {bad[0].failures()[0]}" if bad else ""
+
+    def contenders(self, outcome: Race, plants: PlantSet, aim: Aim) -> tuple[Contender, ...]:
+        """Return the structures with errors by reference and a simulated jump."""
+        rows = []
+        jump = next((t for t in self.tried if t.jumps), None)
+        for tuned in outcome.found:
+            errors = {
+                t.name: expected_percent(self.found, plants, aim, self.missed, tuned, t)
+                for t in self.tried
+                if not t.jumps
+            }
+            step = None
+            if jump is not None:
+                run = self.scenario(tuned, {}).run(jump.name, engine="native")
+                step = step_response(jump, run)
+            rows.append(Contender(tuned, errors, step))
+        return tuple(rows)
 
     def shaped(self, tuned: Tuned | None) -> float:
         """Return how much slower than usual a jump must be followed, so that it overshoots no more than is asked."""

@@ -80,25 +80,41 @@ def reference_table(told: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
-def race_table(loop: ClosedLoop) -> tuple[list[str], list[list[str]]]:
-    """Return head and rows of the structures, best first, then those that keep no limits."""
-    head = ["structure", "expected RMS %", "bandwidth, Hz", "Ms, dB", "Ms over the set, dB", "noise, %", "values"]
+def race_table(loop: ClosedLoop, values: bool = True) -> tuple[list[str], list[list[str]]]:
+    """Return head and rows of the structures, best first, then those that keep no limits.
+
+    Parameters
+    ----------
+    loop : ClosedLoop
+    values : bool
+        With the chosen values of each structure.
+    """
+    names = list(loop.contenders[0].errors) if loop.contenders else []
+    head = ["structure", *(f"{n}, RMS %" for n in names), "bandwidth, Hz", "Ms, dB", "Ms of all, dB"]
+    head += ["gain margins, dB", "phase, deg", "delay, steps", "noise, %", "overshoot, %", "settling, s"]
+    head += ["values"] * values
     size = 100 / (2 * loop.promises[0].amplitude)
     rows = []
-    for t in loop.race.found:
-        values = {"Ki": t.Ki, **t.values}
+    for c in loop.contenders:
+        t, m = c.tuned, c.tuned.margins
+        step = ["", ""] if c.step is None else [f"{max(c.step.overshoot, 0.0):.3g}", f"{c.step.settling:.3g}"]
         rows.append(
             [
                 t.structure.name,
-                percent(size * t.error),
+                *(percent(e) for e in c.errors.values()),
                 f"{t.bandwidth:.3g}",
                 f"{t.ms_db:.1f}",
                 f"{t.set_ms_db:.1f}",
+                f"{m.gain_low_db:.3g}; {m.gain_db:.3g}",
+                f"{m.phase_deg:.3g}",
+                f"{m.delay_steps:.3g}",
                 percent(size * t.noise_gain * loop.device.noise),
-                ", ".join(f"{k} {v:.4g}" for k, v in values.items()),
+                *step,
+                *([", ".join(f"{k} {v:.4g}" for k, v in {"Ki": t.Ki, **t.values}.items())] * values),
             ]
         )
-    rows += [[name, "left out", "", "", "", "", why] for name, why in loop.race.refused.items()]
+    empty = [""] * (len(head) - 2)
+    rows += [[name, f"left out: {why}", *empty] for name, why in loop.race.refused.items()]
     return head, rows
 
 

@@ -19,6 +19,7 @@ from hystfmu.design.race import Aim, Tuned
 from hystfmu.face.model import Model
 from hystfmu.face.result import Results
 from hystfmu.start.device import Device
+from hystfmu.start.misfit import Misfit
 from hystfmu.start.references import Tried
 
 LEAST_REVERSALS = 20  # of a record that shows the memory
@@ -72,13 +73,18 @@ def promises(
         in_percent = 100 / (2 * t.amplitude)
         run = values.get(t.name, float("inf")) * tried[0].amplitude / t.amplitude
         why = unknown(found, t, data, model)
-        expected = None
-        if not why:
-            left = np.sqrt(_left(found, plants, aim, tuned, t)) * in_percent
-            expected = float(np.hypot(run, left))
+        expected = None if why else float(np.hypot(run, np.sqrt(_left(found, plants, aim, tuned, t)) * in_percent))
         bound = None if expected is None else BOUND * expected
         made.append(Promise(t.name, t.shape, t.frequency, t.amplitude, t.offset, run, expected, bound, why))
     return tuple(made)
+
+
+def expected_percent(found: Device, plants: PlantSet, aim: Aim, missed: Misfit, tuned: Tuned, t: Tried) -> float:
+    """Return the error of a structure without a run: what its loop leaves of misfit, doubt and noise."""
+    f = t.frequency * missed.harmonics
+    power = missed.power * _sensitivity(found, plants, tuned, f) ** 2 * (f < 0.5 / found.h)
+    noise = (tuned.noise_gain * found.noise) ** 2
+    return float(100 * np.sqrt(power.sum() + noise + _left(found, plants, aim, tuned, t)) / (2 * t.amplitude))
 
 
 def unknown(found: Device, t: Tried, data: Dataset, model: Model) -> str:
@@ -97,8 +103,14 @@ def unknown(found: Device, t: Tried, data: Dataset, model: Model) -> str:
 def _left(found: Device, plants: PlantSet, aim: Aim, tuned: Tuned | None, t: Tried) -> float:
     """Return the power of the error that comes from what is not known of modes and delay."""
     z = np.exp(2j * np.pi * aim.f * found.h)
-    S: Array = np.ones(len(z))
-    if tuned is not None:
-        C, _ = tuned.structure.response(tuned.design, tuned.values, z)(tuned.Ki)
-        S = np.abs(1 / (1 + C * plants.plants[0].response(z, found.h)))
+    S = _sensitivity(found, plants, tuned, aim.f)
     return float((t.powers(aim.f) * plants.missed(z) * S**2).sum())
+
+
+def _sensitivity(found: Device, plants: PlantSet, tuned: Tuned | None, f: Array) -> Array:
+    """Return abs(S) of the identified plant at frequencies (Hz)."""
+    if tuned is None:
+        return np.ones(len(f))
+    z = np.exp(2j * np.pi * f * found.h)
+    C, _ = tuned.structure.response(tuned.design, tuned.values, z)(tuned.Ki)
+    return np.asarray(np.abs(1 / (1 + C * plants.plants[0].response(z, found.h))))
