@@ -112,7 +112,8 @@ def ranges(family: str, names: dict[str, str]) -> str:
         if name in found:
             of, hard = found[name]["range"], found[name]["hard"]
             share = f"{100 * hard['stable'] / hard['draws']:.1f}"
-            cells = [breaks(found[name]["breaks"]), *(between(k, of[k]) for k in RANGES), share]
+            stable = [between(k, of[k]) if k in of else "none" for k in RANGES]
+            cells = [breaks(found[name]["breaks"]), *stable, share]
             lines.append(f"| {' | '.join([text, *cells])} |")
     return "\n".join(lines)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 import secrets
 import sys
 from dataclasses import replace
@@ -25,8 +26,13 @@ from hystfmu.studies.spec import Study
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 LOOPS = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.glob("**/hard.study.toml"))
 QUICK = ("internal_model", "pid", "stage/irc", "stage/ppf")
-SOME = [pytest.param(n, marks=() if n in QUICK else pytest.mark.stress) for n in LOOPS]
 DRAWS = 30
+STABLE = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.glob("**/stable.study.toml"))
+
+
+def some(names: list[str]) -> list[Any]:
+    """The others are stress tests."""
+    return [pytest.param(n, marks=() if n in QUICK else pytest.mark.stress) for n in names]
 
 
 def recorded(name: str) -> dict[str, Any]:
@@ -67,15 +73,15 @@ def error(name: str, case: str, settings: dict[str, Any], stop: float | None = N
 
 def stable(name: str, case: str, settings: dict[str, Any]) -> bool:
     """The poles of the loop of a device, for small signals: the gain of its modes over the one that is known."""
-    delay = settings.get("delay.n", 1)
-    opened = open_loop(system(name, case, {**settings, "delay.n": 0}), (1.0, 1.0))
+    late, whole = math.modf(settings.get("delay.n", 1))
+    opened = open_loop(system(name, case, {**settings, "delay.n": int(whole)}), (1.0, 1.0))
     (static,) = [settings[k] for k in ("plant.static_gain", "plant.bend_theta") if k in settings] or [1.0]
     gain = float(str(static).removeprefix("*"))
     first = 0.9 if name.startswith("stage/") else 1.0
-    return opened.stable(gain * (first + settings.get("plant.g0_k_2", 1 - first)), float(delay))
+    return opened.stable(gain * (first + settings.get("plant.g0_k_2", 1 - first)), late)
 
 
-@pytest.mark.parametrize("name", SOME)
+@pytest.mark.parametrize("name", some(STABLE))
 def test_draws_of_today_inside_the_stated_ranges_are_stable(name: str) -> None:
     study = Study(SCENARIOS / name / "stable.study.toml")
     study.seed = secrets.randbelow(2**31)
@@ -87,7 +93,7 @@ def test_draws_of_today_inside_the_stated_ranges_are_stable(name: str) -> None:
         assert stable(name, study.cases[0].name, settings), (study.seed, row)
 
 
-@pytest.mark.parametrize("name", SOME)
+@pytest.mark.parametrize("name", some(LOOPS))
 def test_devices_beyond_are_unstable(name: str) -> None:
     """One quantity two to four times beyond the value at which the loop breaks, drawn now, by poles and simulated."""
     breaks = recorded(name)["breaks"]
@@ -140,18 +146,25 @@ def test_a_slow_sensor_and_jitter_do_what_they_say() -> None:
         open_loop(system("pid", "jitter", {}))
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.stress) for n in LOOPS])
+@pytest.mark.parametrize("name", some(LOOPS))
 def test_recorded_errors_are_those_of_the_scenarios(name: str) -> None:
     again = script("run_hard").cases(name)
     assert again == pytest.approx(recorded(name)["cases"], rel=1e-6)
 
 
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("name", STABLE)
 def test_the_study_of_a_range_states_what_is_recorded(name: str) -> None:
     found, study = recorded(name)["range"], Study(SCENARIOS / name / "stable.study.toml")
     gain = "plant.bend_theta" if name.startswith("stage/") else "plant.static_gain"
     for key, what in (("plant.g0_zeta_1", "damping"), ("plant.g0_k_2", "second_mode"), (gain, "gain")):
-        assert study.parameters[key].bounds == pytest.approx(found[what], rel=1e-3)
+        assert study.parameters[key].bounds == pytest.approx(found[what], rel=1e-3, abs=1e-6)
         (lo, hi), (a, b) = found[what], found[f"drawn_{what}"]
         assert a <= lo <= hi <= b
     assert (found["draws"], found["unstable"]) == (1000, 0)
+
+
+def test_every_loop_has_its_record_and_a_range_or_an_unstable_draw() -> None:
+    for name in LOOPS:
+        assert (name in STABLE) == (recorded(name)["range"]["unstable"] == 0), name
+    of = {family: set(hard_table.recorded(family)) for family in hard_table.RECORDS}
+    assert of["loops"] | {f"stage/{n}" for n in of["stage"]} == set(LOOPS)
