@@ -26,8 +26,8 @@ from hystfmu.face.result import Result, Results
 from hystfmu.face.scenario import Scenario
 from hystfmu.scenario.margin_table import MarginTable, margin_table
 from hystfmu.start.contender import Contender
-from hystfmu.start.device import SLOPES, Device, device
-from hystfmu.start.loop import draws, loop_scenario
+from hystfmu.start.device import FINE, SLOPES, Device, device
+from hystfmu.start.loop import command_of, draws, loop_scenario
 from hystfmu.start.misfit import Misfit, misfit
 from hystfmu.start.promise import Promise, expected_percent, promises
 from hystfmu.start.references import Tried, references
@@ -152,22 +152,24 @@ def close(
     plan = _Plan(found, ahead, missed, tried, asked, name)
     if tuned is not None:
         told(f"loop: {_said(tuned)}")
-    margins = MarginTable([], [], [])
+    margins, lost = MarginTable([], [], []), ""
     with shown("running the loop") as progress:
         results, into, fault = plan.run(tuned, folder, progress)
         if tuned is not None and not fault:
             margins, fault = _margins(into)
         if tuned is not None and fault:
-            reasons.insert(0, f"{tuned.structure.text} is left out: {fault}")
+            lost = f"{tuned.structure.text} is left out: {fault}"
             faults += [f"controller {asked.controller}: {fault}"] * (asked.controller is not None)
             tuned, margins = None, MarginTable([], [], [])
             results, into, _ = plan.run(None, folder, progress)
     if tuned is None:
-        reasons.insert(0, "no feedback: " + (reasons[0] if asked.controller != "none" else "none is asked for"))
+        lost = "none is asked for" if asked.controller == "none" else lost or reasons.pop(0)
+        reasons.insert(0, f"no feedback: {lost}")
         told(f"loop: feed-forward and inverse; {reasons[0]}")
     said = promises(found, plants, aim, tuned, tried, results, data, model)
     steps = tuple(step_response(t, r) for t in tried if t.jumps for r in results if r.case == t.name)
     faults += _missed(said, steps, asked)
+    faults += [line for t in tried for r in results if r.case == t.name and (line := plan.too_fast(t, r))]
     if faults:  # a loop that does not do what is asked for is none: all outputs say so
         shutil.rmtree(into)
         raise InputError("; ".join(faults))
@@ -261,10 +263,23 @@ class _Plan:
         jumps = [t for t in self.tried if t.jumps]
         for slower in SLOWER if jumps else ():
             loop = self.scenario(tuned, {}, slower)
-            steps = [step_response(t, loop.run(t.name, engine="native")) for t in jumps]
-            if all(s.overshoot <= (self.asked.overshoot or OVERSHOOT) for s in steps):
+            runs = [loop.run(t.name, engine="native") for t in jumps]
+            steps = [step_response(t, r) for t, r in zip(jumps, runs, strict=True)]
+            slow = not any(self.too_fast(t, r) for t, r in zip(jumps, runs, strict=True))
+            if slow and all(s.overshoot <= (self.asked.overshoot or OVERSHOOT) for s in steps):
                 return slower
         return SLOWER[0]
+
+    def too_fast(self, t: Tried, result: Result) -> str:
+        """Say that a reference needs a faster amplifier than the user has; empty if it does not."""
+        amplifier, trace = self.asked.amplifier, result.trace
+        if amplifier is None or trace is None:
+            return ""
+        u = trace[command_of(self.asked)][trace.t >= t.after][::FINE]
+        needs = float(np.abs(np.diff(u)).max(initial=0.0)) / self.found.h
+        if needs <= amplifier.slew:
+            return ""
+        return f"{t.name}: needs a slew rate of {needs:.3g}; the amplifier has {amplifier.slew:.3g}"
 
     def bounds(self) -> dict[str, float]:
         """Return the largest error of each drawn device: feedback must not make it much worse."""

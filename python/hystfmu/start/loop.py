@@ -133,6 +133,8 @@ def loop_scenario(
     loop.add("limits", blocks.Scaling(lo=low, hi=high), text="range of the input in the record")
     if asked.delay:
         loop.add("delay", _late(found, asked.delay), text="time for computing")
+        loop.connect("limits.y", "delay.u")
+    command = command_of(asked)
     y = f"plant.{found.output}"
     for source, target in (
         ("misfit.r", "plant.d"),
@@ -144,15 +146,13 @@ def loop_scenario(
         ("sensor.y", "controller.y"),
         ("controller.u", f"inverse.{found.inverse.graph.inputs[0].name}"),
         (f"inverse.{found.inverse.graph.outputs[0].name}", "limits.u"),
-        *((("limits.y", "delay.u"), ("delay.y", f"plant.{found.input}")) if asked.delay else ()),
-        *((("limits.y", f"plant.{found.input}"),) if not asked.delay else ()),
+        (command, f"plant.{found.input}"),
     ):
         loop.connect(source, target)
     stroke = float(f"{2 * first.amplitude:.6g}")
-    ends: dict[str, Any] = {"signal": y, "against": "reference.r", "stroke": stroke, "after": first.after}
-    loop.metric("tracking", "rms_percent", **ends, text="percent of the stroke")
-    loop.metric("worst", "max_percent", **ends, text="percent of the stroke")
-    command = "delay.y" if asked.delay else "limits.y"
+    counted: dict[str, Any] = {"signal": y, "against": "reference.r", "stroke": stroke, "after": first.after}
+    loop.metric("tracking", "rms_percent", **counted, text="percent of the stroke")
+    loop.metric("worst", "max_percent", **counted, text="percent of the stroke")
     loop.record("reference.r", y, command).loop("reference.r", y)
     _cases(loop, found, tried, lead, missed, asked, limits, slower)
     return loop
@@ -207,6 +207,11 @@ def controller(found: Device, tuned: Tuned | None) -> Graph:
     ends = {"y_d": "wanted output", "y": "measured output", "u_ff": "feed-forward"}
     inputs = [Input(name, (f"pid.{name}",), text=text) for name, text in ends.items()]
     return Graph([pid], [], inputs, [Output("u", "pid.u", text="command")])
+
+
+def command_of(asked: Requirements) -> str:
+    """Return the signal that the device gets."""
+    return "delay.y" if asked.delay else "limits.y"
 
 
 def command_range(found: Device, asked: Requirements) -> tuple[float, float]:
