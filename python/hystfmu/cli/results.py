@@ -15,6 +15,7 @@ from hystfmu.report.verbosity import detail, say, wrong
 
 if TYPE_CHECKING:
     from hystfmu.face.result import Result
+    from hystfmu.start.contender import Contender
 
 _BEGUN = "finished steps are kept; to go on with the others:"
 
@@ -159,6 +160,7 @@ def start(
         told = {name: {"path": str(path), "command": command} for name, (path, command) in made.files.items()}
         limits = [] if loop is None else [vars(v) | {"within": v.within} for v in loop.margins.verdicts]
         facts: dict[str, Any] = {"model": made.model.key, "fit": made.model.fit, "verdict": made.verdict}
+        facts["race"] = [] if loop is None else [_contender(c) for c in loop.contenders]
         click.echo(json.dumps(facts | {"cases": cases, "limits": limits, "files": told, "notes": made.notes}))
         sys.exit(0 if made.approved else FAILED)
     detail(f"\n{made.model}")
@@ -180,6 +182,22 @@ def start(
     say("\n" + table(["written", "file", "the same alone"], [[k, str(p), c] for k, (p, c) in made.files.items()]))
     click.echo(sentence(made.verdict), err=not made.approved)
     sys.exit(0 if made.approved else FAILED)
+
+
+def _contender(c: Contender) -> dict[str, Any]:
+    """Return a structure of the race as numbers."""
+    t = c.tuned
+    return {
+        "structure": t.structure.name,
+        "Ki": t.Ki,
+        "values": t.values,
+        "errors_percent": c.errors,
+        "bandwidth": t.bandwidth,
+        "Ms_db": t.ms_db,
+        "Ms_of_all_db": t.set_ms_db,
+        "overshoot_percent": None if c.step is None else c.step.overshoot,
+        "settling": None if c.step is None else c.step.settling,
+    }
 
 
 def _case(result: Result) -> dict[str, str]:
