@@ -69,6 +69,8 @@ held = {name: model.predict(u) for name, u in hy.signals.held_out().items()}
 gains = hy.design.gains(hy.blocks.Pid(Kp=1.0).node)
 reference = hy.blocks.Reference(shape="triangle", levels=[1.0, 2.0], seed=3)
 chain = reference(made.u, h=0.1)
+learnt = hy.redesign.repetitive(loop, period=0.01)
+learnt.scenario.save("repetitive")
 '''
 WRONG = """
 import hystfmu as hy

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from hystfmu.cli import main
 
-REPEATABLE = {"--case", "--set", "--covariate", "--sheet"}
+REPEATABLE = {"--case", "--set", "--covariate", "--sheet", "--reference"}
 ONCE = [
     pytest.param(name, option, id=f"{name} {option.opts[-1]}")
     for name, command in main.commands.items()

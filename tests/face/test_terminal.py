@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner, Result
 
@@ -117,9 +118,13 @@ def test_v_and_q_contradict_each_other(loop: Path) -> None:
     assert done.stderr == "hystfmu: -v prints more and -q less. Got both.\n"
 
 
-@pytest.mark.parametrize("name", [n for n, c in main.commands.items() if n != "blocks"])
+ALONE = [n for n, c in main.commands.items() if n != "blocks" and not isinstance(c, click.Group)]
+WITHIN = [f"design {n}" for n in main.commands["design"].commands]  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", [*ALONE, *WITHIN])
 def test_every_command_has_an_example_and_both_options(name: str) -> None:
-    shown = CliRunner().invoke(main, [name, "--help"]).stdout
+    shown = CliRunner().invoke(main, [*name.split(), "--help"]).stdout
     assert f"Example: hystfmu {name}" in shown
     assert "-v, --verbose" in shown
     assert "-q, --quiet" in shown

@@ -110,9 +110,11 @@ MADE = {
     ),
     "controllers": lambda: chain(
         Node("hysteresis", "backlash_sum", {"n": 2}, {"w0": 0.5}), Node("feed", "feedforward", {}, {"f_n": 5.0}),
-        Node("pid", "pid"), Node("smc", "sliding_mode", {}, {"switching": "saturation"}),
-        Node("sta", "super_twisting", {}, {"mu": 0.2}), Node("leads", "lead_lag", {"n": 2}, {"T_p": [0.2, 0.5]}),
-        Node("ilc", "iterative_learning", {"n": 7}, {"lead": 2}), Node("observer", "disturbance_observer"),
+        Node("pid", "pid", {}, {"Kp": 1.0}),
+        Node("smc", "sliding_mode", {}, {"switching": "saturation", "eta": 1e-3, "rho": 0.01}),
+        Node("sta", "super_twisting", {}, {"mu": 0.2, "k_1": 0.01, "k_2": 0.1}),
+        Node("leads", "lead_lag", {"n": 2}, {"T_p": [0.2, 0.5], "K": 1.0}),
+        Node("ilc", "iterative_learning", {"n": 7}, {"lead": 2, "gain": 0.5}), Node("observer", "disturbance_observer"),
     ),
     "dynamics": lambda: chain(
         Node("g0", "transfer_function", {}, {"a": [1, 75, OMEGA**2], "b": [0.01, OMEGA**2], "start": "steady"}),
