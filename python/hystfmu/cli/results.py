@@ -132,7 +132,8 @@ def start(
     the command that makes it alone.  Where the record allows no feedback, the loop is feed-forward and inverse, and
     measure_next.csv holds the input that would end the doubt.
 
-    The exit status is 0 exactly where the loop is approved; otherwise 1, and all files are written all the same.
+    The exit status is 0 exactly where the loop is approved; otherwise 1, and model, FMU, report and verdict are written
+    all the same.
 
     \b
     Example: hystfmu start data.csv -o mine
