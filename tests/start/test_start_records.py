@@ -46,7 +46,7 @@ def test_ends_with_a_loop_and_a_whole_report(record: str, tmp_path: Path) -> Non
     told = json.loads(found.stdout)
     assert all(Path(f["path"]).exists() for f in told["files"].values())
     page = (tmp_path / "mine" / "report.html").read_text()
-    assert page.index('<p class="answer">The RMS error of the loop is') < page.index("before: a gain alone")
+    assert page.index('<p class="answer">verdict: ') < page.index("before: a gain alone")
     assert all(f">{title}</h2>" in page for title in ("Errors", "Model", "Controller"))
     if record == "poor":
         assert any("informative" in w for w in told["fit"]["warnings"])

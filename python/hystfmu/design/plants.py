@@ -234,7 +234,7 @@ def plant_set(
                     (*late.f_n, float(f)),
                     (*late.zeta, unseen.zeta),
                     share,
-                    late.delay + more * h,
+                    late.delay + more * h + (SIGMAS * delay_error if more else 0.0),
                     f"a resonance at {f:.3g} Hz that the record did not excite" + _later(more),
                 )
             )

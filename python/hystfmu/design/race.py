@@ -26,7 +26,7 @@ from hystfmu.design.structures import STRUCTURES, Design, Structure
 MS_DB, SET_MS_DB = 6.0, 12.0
 HALVINGS = 14
 LEAST, MOST = 1e-7, 2.0  # integral gain a step
-SLOWER = (1.0, 0.7, 0.5, 0.35, 0.2)  # shares of the largest gain that are tried: less noise
+SLOWER = (1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.05)  # shares of the largest gain that are tried: less noise
 DRAWS, STEPS = 32, 70  # of the search: points of a low-discrepancy sequence, then steps of the simplex
 GRIDDED = 0.05  # dB that a peak between two angles of the grid may be higher
 TOO_SLOW = 1e3  # times the error of a loop whose bandwidth is below the limit

@@ -31,7 +31,7 @@ from hystfmu.start.loop import command_of, draws, loop_scenario
 from hystfmu.start.misfit import Misfit, misfit
 from hystfmu.start.promise import Promise, expected_percent, promises
 from hystfmu.start.references import Tried, references
-from hystfmu.start.requirements import JUMPS, OVERSHOOT, Requirements
+from hystfmu.start.requirements import JUMPS, OVERSHOOT, Amplifier, Requirements
 from hystfmu.start.step_response import StepResponse, step_response
 
 WORSE, NOISY = 2.0, 3.0  # times the error without feedback, and times that of the noise: a drawn device stays bounded
@@ -124,8 +124,9 @@ def close(
     InputError
         The model does not fit into a loop, a reference is not possible, or what is asked for is not reached.
     """
-    found = device(model, data, asked.resonance)
-    tried = references(found, asked.reference)
+    amplifier = asked.amplifier or Amplifier()
+    found = device(model, data, asked.resonance, (amplifier.low, amplifier.high))
+    tried = references(found, asked.wanted)
     missed = misfit(model, data, found.frequency, found.noise, 0.5 * min(found.plant.f_n, default=np.inf))
     late = replace(found.plant, delay=found.plant.delay + asked.delay * found.h)
     ahead = preview(late, found.h)
@@ -150,8 +151,6 @@ def close(
         reached = max((t.bandwidth for t in outcome.found), default=0.0)
         faults.append(f"a bandwidth of {asked.bandwidth:g} Hz is asked for; {reached:.3g} Hz is reachable")
     plan = _Plan(found, ahead, missed, tried, asked, name)
-    if tuned is not None:
-        told(f"loop: {_said(tuned)}")
     margins, lost = MarginTable([], [], []), ""
     with shown("running the loop") as progress:
         results, into, fault = plan.run(tuned, folder, progress)
@@ -165,7 +164,6 @@ def close(
     if tuned is None:
         lost = "none is asked for" if asked.controller == "none" else lost or reasons.pop(0)
         reasons.insert(0, f"no feedback: {lost}")
-        told(f"loop: feed-forward and inverse; {reasons[0]}")
     said = promises(found, plants, aim, tuned, tried, results, data, model)
     steps = tuple(step_response(t, r) for t in tried if t.jumps for r in results if r.case == t.name)
     faults += _missed(said, steps, asked)
@@ -173,6 +171,7 @@ def close(
     if faults:  # a loop that does not do what is asked for is none: all outputs say so
         shutil.rmtree(into)
         raise InputError("; ".join(faults))
+    told(f"loop: {_said(tuned)}" if tuned else f"loop: feed-forward and inverse; {reasons[0]}")
     table = plan.contenders(outcome, plants, aim)
     return ClosedLoop(found, outcome, table, tuned, missed, said, steps, results, margins, tuple(reasons))
 

@@ -105,7 +105,12 @@ class Device:
         return self.model.graph.outputs[0].name
 
 
-def device(model: Model, data: Dataset, resonance: tuple[float, float] | None = None) -> Device:
+def device(
+    model: Model,
+    data: Dataset,
+    resonance: tuple[float, float] | None = None,
+    commands: tuple[float, float] = (-math.inf, math.inf),
+) -> Device:
     """Cut a model into what a loop needs.
 
     Parameters
@@ -116,6 +121,8 @@ def device(model: Model, data: Dataset, resonance: tuple[float, float] | None = 
         Its input states how fast references may be.
     resonance : (float, float), optional
         Frequency (Hz) and damping ratio of a mode that the user knows.
+    commands : (float, float)
+        Range of the amplifier, in place of that of the record where it is finite.
 
     Raises
     ------
@@ -124,10 +131,11 @@ def device(model: Model, data: Dataset, resonance: tuple[float, float] | None = 
     """
     if fault := unsuited(model):
         raise InputError(f"{data.path or data.name}: {fault}")
-    static = at_rest(model)
+    static = _within(at_rest(model), commands)
     kept = model.fit.get("evidence")
     evidence = evidence_of(model, data) if kept is None else Evidence.from_dict(kept)
     plant, errors, notes = _dynamics(model, evidence)
+    late = evidence.delay_se if np.isfinite(evidence.delay_se) else max(UNKNOWN_DELAY * data.h, plant.delay) / SIGMAS
     unseen = _unseen(plant, evidence, data, resonance)
     frequency = reference_frequency(data)
     low, high, falling = reach(static, math.ceil(PERIODS / (frequency * data.h)))
@@ -140,7 +148,7 @@ def device(model: Model, data: Dataset, resonance: tuple[float, float] | None = 
         static.inverse(),
         plant,
         errors,
-        evidence.delay_se if np.isfinite(evidence.delay_se) else UNKNOWN_DELAY * data.h / SIGMAS,
+        late,
         unseen,
         data.h,
         frequency,
@@ -162,21 +170,35 @@ def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str
         tuple(m.f_n for m in modes),
         tuple(m.zeta for m in modes),
         tuple(m.share for m in modes),
-        max(_behind_hold(evidence), 0.0) if modes else 0.0,
+        max(_behind_hold(model, evidence), 0.0),
     )
     errors = tuple((m.f_n_se, m.zeta_se, m.share_se) for m in modes)
     if modes:
-        return plant, errors, [f"nothing is known of the device above {top:.3g} Hz"]
+        return plant, errors, [f"nothing is known of the device above {top:.4g} Hz"]
     seen = "the record does not show at any frequency how fast the device answers"
     if top:
-        seen = f"the record shows no resonance up to {top:.3g} Hz, and nothing above"
+        seen = f"the record shows no resonance up to {top:.4g} Hz, and nothing above"
     fitted = [n for n in (split(model) or Parts(model, ())).tail if n.type == DYNAMICS]
     return plant, errors, [seen, *(["the record does not confirm the dynamics of the fit"] * bool(fitted))]
 
 
-def _behind_hold(evidence: Evidence) -> float:
-    """Return the delay behind a held command (s): a hold is half a step late itself."""
+def _behind_hold(model: Model, evidence: Evidence) -> float:
+    """Return the delay behind a held command (s): a hold is half a step late itself.
+
+    What the record does not show is that of the fit.
+    """
+    if not np.isfinite(evidence.delay_se):
+        return float(model.fit.get("delay", 0.0))
     return evidence.delay - (0.0 if evidence.hold == "zoh" else evidence.h / 2)
+
+
+def _within(model: Model, commands: tuple[float, float]) -> Model:
+    """Return the model for another range of its input."""
+    lo, hi = input_range(model, "A loop must have the input range of its model")
+    low, high = (b if math.isfinite(b) else a for a, b in zip((lo, hi), commands, strict=True))
+    if not low < high:
+        raise InputError(f"The range of the amplifier must overlap that of the record, {lo:g} to {hi:g}. Got none.")
+    return Model.of(replace(model, provenance={**model.provenance, "span_u": [low, high]}))
 
 
 def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[float, float] | None) -> Unseen | None:

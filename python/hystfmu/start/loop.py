@@ -120,7 +120,7 @@ def loop_scenario(
     loop.add("reference", _leading(first.block, lead), fine=True, text="wanted output, and the same some steps ahead")
     loop.add(
         "misfit",
-        missed.tones(first.frequency, 1),
+        missed.tones(first.frequency, 1, first.strength),
         fine=True,
         text=f"tones of the residual of the record, {missed.rms:.3g} RMS",
     )
@@ -129,8 +129,8 @@ def loop_scenario(
     loop.add("feedforward", _feedforward(ahead, found.rest), text="inverse of the dynamics, a few steps ahead")
     loop.add(CONTROLLER, controller(found, tuned), text=title)
     loop.add("inverse", found.inverse)
-    low, high = command_range(found, asked)
-    loop.add("limits", blocks.Scaling(lo=low, hi=high), text="range of the input in the record")
+    low, high = found.commands
+    loop.add("limits", blocks.Scaling(lo=low, hi=high), text="range of the input")
     if asked.delay:
         loop.add("delay", _late(found, asked.delay), text="time for computing")
         loop.connect("limits.y", "delay.u")
@@ -175,7 +175,10 @@ def _cases(
 
     for t in tried:
         text = f"{t.shape} of {t.frequency:.4g} Hz" if not t.jumps else f"{t.shape}, {1 / t.frequency:.3g} s a level"
-        units: dict[str, What] = {"reference": _leading(t.block, lead), "misfit": missed.tones(t.frequency, 1)}
+        units: dict[str, What] = {
+            "reference": _leading(t.block, lead),
+            "misfit": missed.tones(t.frequency, 1, t.strength),
+        }
         connections = {}
         if t.jumps:
             units |= {"shaping": shaping(found, slower), "shaping_lead": shaping(found, slower)}
@@ -212,15 +215,6 @@ def controller(found: Device, tuned: Tuned | None) -> Graph:
 def command_of(asked: Requirements) -> str:
     """Return the signal that the device gets."""
     return "delay.y" if asked.delay else "limits.y"
-
-
-def command_range(found: Device, asked: Requirements) -> tuple[float, float]:
-    """Return the limits of the command: those of the amplifier where the user states them, else of the record."""
-    low, high = found.commands
-    if asked.amplifier is not None:
-        low = asked.amplifier.low if np.isfinite(asked.amplifier.low) else low
-        high = asked.amplifier.high if np.isfinite(asked.amplifier.high) else high
-    return low, high
 
 
 def shaping(found: Device, slower: float = 1.0) -> Node:

@@ -40,10 +40,13 @@ class Misfit:
         """RMS of the tones together."""
         return float(np.sqrt(self.power.sum()))
 
-    def tones(self, frequency: float, seed: int) -> blocks.Reference:
-        """Return a source with these tones for references of a frequency (Hz); phases are drawn."""
+    def tones(self, frequency: float, seed: int, strength: float = 1.0) -> blocks.Reference:
+        """Return a source with these tones for references of a frequency (Hz); phases are drawn.
+
+        A hysteresis is missed in proportion to its strokes: `strength` is their size relative to those of the record.
+        """
         keep = self.power > 0
-        f, a = frequency * self.harmonics[keep], np.sqrt(2 * self.power[keep])
+        f, a = frequency * self.harmonics[keep], strength * np.sqrt(2 * self.power[keep])
         if not len(f):
             f, a = np.zeros(1), np.zeros(1)
         phases = np.random.default_rng(seed).uniform(-np.pi, np.pi, len(f))

@@ -144,9 +144,9 @@ def _controller(loop: ClosedLoop, notes: list[str]) -> Section:
     text = "No feedback: feed-forward and inverse."
     if loop.tuned is not None:
         text = (
-            f"{loop.tuned.structure.text} inside the inverse. Each structure has its largest gain with Ms of at most "
-            "the limit for the identified device and of at most 12 dB for every device that the record leaves "
-            "possible; the best expected error wins."
+            f"{loop.tuned.structure.text} inside the inverse. Each structure is tuned for the least expected error "
+            "among the gains with Ms of at most the limit for the identified device, and of at most 12 dB for every "
+            "device that the record leaves possible. The simplest structure within 5 % of the least error wins."
         )
     steps = [[s.name, percent(s.overshoot), f"{s.settling:.3g}"] for s in loop.steps]
     tables = [Table(*race_table(loop))] if loop.race.found or loop.race.refused else []

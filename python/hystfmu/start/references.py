@@ -12,7 +12,7 @@ import numpy as np
 import hystfmu as hy
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.graph import blocks
+from hystfmu.graph import Graph, blocks
 from hystfmu.start.device import PERIODS, SAMPLES, Device
 from hystfmu.start.requirements import JUMPS, TURN, Wanted
 
@@ -41,6 +41,8 @@ class Tried:
         End of the run, and first time that counts (s).
     jumps : bool
         It jumps: the loop shapes it.
+    strength : float
+        Size of its strokes relative to a sine of the same amplitude.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Tried:
     stop: float
     after: float
     jumps: bool = False
+    strength: float = 1.0
 
     @property
     def periodic(self) -> bool:
@@ -121,7 +124,14 @@ def _tried(found: Device, wanted: Wanted) -> Tried:
     rings = RINGS / min(decays, default=math.inf)
     first = max(periods[0], math.ceil(rings * f))  # the start excites the modes
     after, stop = (_rows(n / f, h) * h for n in (first, first + periods[1] - periods[0]))
-    return Tried(wanted.shape, wanted.shape, f, amplitude, offset, block, stop, after)
+    strength = _strength(block, amplitude, stop, h) if wanted.shape == "nested" else 1.0
+    return Tried(wanted.shape, wanted.shape, f, amplitude, offset, block, stop, after, strength=strength)
+
+
+def _strength(block: blocks.Reference, amplitude: float, stop: float, h: float) -> float:
+    """Return the size of the strokes of nested reversals relative to a sine of the same amplitude."""
+    r = Graph.single(block.node).run(np.zeros((_rows(stop, h), 0)), h)[:, 0]
+    return min(float(np.std(r)) / (amplitude / math.sqrt(2)), 1.0)
 
 
 def _rows(seconds: float, h: float) -> int:

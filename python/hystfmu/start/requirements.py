@@ -111,7 +111,7 @@ class Requirements:
     error : float or None
         Largest RMS error in percent of peak to peak of a reference.
     controller : str or None
-        Structure, a key of `hystfmu.design.structures.STRUCTURES`, "repetitive" or "none".
+        Structure, a key of `hystfmu.design.structures.STRUCTURES`, or "none".
     bandwidth : float or None
         Least frequency at which the sensitivity reaches -3 dB (Hz).
     ms : float
@@ -140,8 +140,28 @@ class Requirements:
     resonance: tuple[float, float] | None = None
     amplifier: Amplifier | None = None
 
+    @property
+    def wanted(self) -> tuple[Wanted, ...]:
+        """References, with one of the kind that what is asked for needs."""
+        kinds = {w.shape in JUMPS for w in self.reference}
+        missing = []
+        if self.reference and (self.settling or self.overshoot) and True not in kinds:
+            missing.append(Wanted("step"))
+        if self.reference and self.error and False not in kinds:
+            missing.append(Wanted("sine"))
+        return (*self.reference, *missing)
+
     def __post_init__(self) -> None:
         """Refuse what no loop can mean."""
+        for key in (f.name for f in fields(self)):
+            value = getattr(self, key)
+            number = key in ("error", "bandwidth", "ms", "settling", "overshoot")
+            whole = key == "delay"
+            if value is not None and (number or whole):
+                good = isinstance(value, int) or (number and isinstance(value, float))
+                if isinstance(value, bool) or not good:
+                    kind = "an int" if whole else "a number"
+                    raise InputError(f"The '{key}' must be {kind}. Got {value!r} instead.")
         for name, least, most in (
             ("error", 0.0, 100.0),
             ("bandwidth", 0.0, math.inf),
@@ -185,6 +205,10 @@ class Requirements:
 
 
 def _references(given: str | Sequence[str]) -> tuple[Wanted, ...]:
+    if not isinstance(given, (str, list, tuple)) or not all(isinstance(text, str) for text in given):
+        raise InputError(
+            f"The 'reference' must be SHAPE, SHAPE:HZ or a file, or a list of these. Got {given!r} instead."
+        )
     return tuple(Wanted.of(text) for text in ([given] if isinstance(given, str) else given))
 
 

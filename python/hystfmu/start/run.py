@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import shutil
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ from hystfmu.start.requirements import Requirements
 from hystfmu.start.verdict import verdict, write_verdict
 
 CARRIED = 0.2  # of the sampling rate: a sine with five rows in a period
+SEEN = 2.0  # times what the record shows
 FASTER = 10.0  # times the bandwidth that is asked for: where a resonance matters
 NOTHING = Requirements()
 _OPTION = re.compile(r"(\w+)=(\S+)")
@@ -115,6 +117,8 @@ def start(
     told(_fitted(model) + (", from the run before" if steps.kept else ""))
     words = [*source, *_fit_words(model, key, seed, "model" if why else "inverse")]
     files = _files_of_model(folder, name, model, words)
+    for old in _of_a_loop(folder, name):  # of a run before; they would stand beside another verdict
+        shutil.rmtree(old) if old.is_dir() else old.unlink(missing_ok=True)
     loop: ClosedLoop | str = why
     if not why:
         try:
@@ -125,8 +129,12 @@ def start(
     if isinstance(loop, ClosedLoop):
         files |= _files_of_loop(folder, name, model, loop)
         report = f"hystfmu run {folder / 'loop'} --report DIR"
-    if model.fit.get("warnings") or (isinstance(loop, ClosedLoop) and loop.feedback != "full"):
-        notes = [*notes, _measure_next(folder / "measure_next.csv", data, asked)]
+    doubt = isinstance(loop, ClosedLoop) and loop.feedback != "full" and asked.controller != "none"
+    if model.fit.get("warnings") or doubt:
+        notes = [
+            *notes,
+            _measure_next(folder / "measure_next.csv", data, asked, float(model.fit["evidence"]["band"][1])),
+        ]
         files["next measurement"] = (folder / "measure_next.csv", "written for what the record does not show")
     said = verdict(loop)
     with shown("report"):
@@ -135,9 +143,15 @@ def start(
     return Started(model, loop, said, files, notes)
 
 
-def _measure_next(path: Path, data: Dataset, asked: Requirements) -> str:
+def _of_a_loop(folder: Path, name: str) -> list[Path]:
+    """Return what this command writes for a loop."""
+    inverse = [f"{name}_inverse.model.toml", f"{name}_inverse.fmu", f"{name}_controller.fmu"]
+    return [folder / n for n in ("loop", "devices.study.toml", "report.json", "measure_next.csv", *inverse)]
+
+
+def _measure_next(path: Path, data: Dataset, asked: Requirements, top: float) -> str:
     """Write the input that would end the doubt, up to the frequency that the rate of the record carries or more."""
-    up_to = max(CARRIED / data.h, FASTER * (asked.bandwidth or 0.0))
+    up_to = max(CARRIED / data.h, FASTER * (asked.bandwidth or 0.0), SEEN * top)
     return f"measure next: {write_excitation(path, data, reference_frequency(data), up_to)}"
 
 
