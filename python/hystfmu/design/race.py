@@ -28,7 +28,7 @@ HALVINGS = 14
 LEAST, MOST = 1e-7, 2.0  # integral gain a step
 SLOWER = (1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.05)  # shares of the largest gain that are tried: less noise
 DRAWS, STEPS = 32, 70  # of the search: points of a low-discrepancy sequence, then steps of the simplex
-GRIDDED = 0.05  # dB that a peak between two angles of the grid may be higher
+GRIDDED = 0.1  # dB that a peak between two angles of the grid may be higher
 TOO_SLOW = 1e3  # times the error of a loop whose bandwidth is below the limit
 EQUAL = 1.05  # a structure with more values must be better by this
 
@@ -58,7 +58,7 @@ class Aim:
     Attributes
     ----------
     f, power : array, shape (k,)
-        Frequencies (Hz) and power of the model error at the output.
+        Frequencies (Hz) and power of the model error in front of the dynamics.
     reference : array, shape (k,)
         Power of the references at the same frequencies; the feed-forward misses a part of it where a device differs.
     noise : float
@@ -216,7 +216,7 @@ class _View:
         self.z, self.G = plants.z, plants.response
         self.at = np.exp(2j * np.pi * aim.f * plants.h)
         self.low = plants.plants[0].response(self.at, plants.h)  # at the frequencies of the aim
-        self.power = aim.power + plants.missed(self.at) * aim.reference
+        self.power = aim.power * np.abs(self.low) ** 2 + plants.missed(self.at) * aim.reference
         self.wide = np.exp(1j * np.pi * (np.arange(200) + 0.5) / 200)
         self.G_wide = plants.plants[0].response(self.wide, plants.h)
 

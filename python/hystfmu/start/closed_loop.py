@@ -36,6 +36,7 @@ from hystfmu.start.step_response import StepResponse, step_response
 
 WORSE, NOISY = 2.0, 3.0  # times the error without feedback, and times that of the noise: a drawn device stays bounded
 SLOWER = (1.0, 2.0, 4.0, 8.0, 16.0)  # times that a jump is shaped more
+TRIED = 3  # structures, best first, that run before the loop is left without feedback
 SLOW = 0.02  # of the band: a bandwidth below is a slow integrator
 
 
@@ -153,14 +154,18 @@ def close(
     plan = _Plan(found, ahead, missed, tried, asked, name)
     margins, lost = MarginTable([], [], []), ""
     with shown("running the loop") as progress:
-        results, into, fault = plan.run(tuned, folder, progress)
-        if tuned is not None and not fault:
-            margins, fault = _margins(into)
-        if tuned is not None and fault:
-            lost = f"{tuned.structure.text} is left out: {fault}"
-            faults += [f"controller {asked.controller}: {fault}"] * (asked.controller is not None)
-            tuned, margins = None, MarginTable([], [], [])
-            results, into, _ = plan.run(None, folder, progress)
+        for tuned in (*outcome.found[:TRIED], None):
+            results, into, fault = plan.run(tuned, folder, progress)
+            margins = MarginTable([], [], [])
+            if tuned is None:
+                break
+            if not fault:
+                margins, fault = _margins(into)
+            if not fault:
+                break
+            lost = lost or f"{tuned.structure.text} is left out: {fault}"
+        if asked.controller not in (None, "none") and tuned is None and lost:
+            faults.append(f"controller {asked.controller}: {lost}")
     if tuned is None:
         lost = "none is asked for" if asked.controller == "none" else lost or reasons.pop(0)
         reasons.insert(0, f"no feedback: {lost}")

@@ -215,7 +215,8 @@ def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[fl
 def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) -> Model:
     """Return the model of a device that runs `FINE` times in a step of the controller.
 
-    Delay, hysteresis, dynamics and an additive input ``d``: what the model misses.
+    Delay, hysteresis, an additive input ``d``, dynamics.  What the model misses comes before the dynamics: a light mode
+    amplifies a missed harmonic that meets it.
 
     Parameters
     ----------
@@ -235,6 +236,9 @@ def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) ->
         nodes.insert(0, Node("late", "delay", {"n": late}, {"y0": float(source.start)}))
         wires += [("late.y", target) for target in into]
         into = ("late.u",)
+    nodes.append(Node("missed", "sum", {"n": 2}, {"k": [1.0, 1.0]}))
+    wires.append((end, "missed.u[1]"))
+    end = "missed.y"
     if plant.f_n:
         nodes.append(transfer_function(plant, DYNAMICS_NAME))
         wires.append((end, f"{DYNAMICS_NAME}.u"))
@@ -243,10 +247,8 @@ def plant_model(found: Device, plant: Plant | None = None, gain: float = 1.0) ->
         nodes.append(Node("corner", "scaling", {"n": 1}, {"gain": gain, "offset": (1 - gain) * found.rest}))
         wires.append((end, "corner.u"))
         end = "corner.y"
-    nodes.append(Node("measured", "sum", {"n": 2}, {"k": [1.0, 1.0]}))
-    wires.append((end, "measured.u[1]"))
-    inputs = [replace(source, to=into), Input("d", ("measured.u[2]",), sink.unit, 0.0, "what the model misses")]
-    graph = Graph(nodes, wires, inputs, [replace(sink, source="measured.y")], sort=False, step=fine if late else 0.0)
+    inputs = [replace(source, to=into), Input("d", ("missed.u[2]",), sink.unit, 0.0, "what the model misses")]
+    graph = Graph(nodes, wires, inputs, [replace(sink, source=end)], sort=False, step=fine if late else 0.0)
     text = f"{found.model.key} as a device: {plant.name}" + (f", {gain:g} times the gain" if gain != 1 else "")
     return Model.of(replace(found.model, graph=graph, step=fine if late else None, text=text, fit={}))
 

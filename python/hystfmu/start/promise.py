@@ -82,7 +82,8 @@ def promises(
 def expected_percent(found: Device, plants: PlantSet, aim: Aim, missed: Misfit, tuned: Tuned, t: Tried) -> float:
     """Return the error of a structure without a run: what its loop leaves of misfit, doubt and noise."""
     f = t.frequency * missed.harmonics
-    power = t.strength**2 * missed.power * _sensitivity(found, plants, tuned, f) ** 2 * (f < 0.5 / found.h)
+    G = np.abs(plants.plants[0].response(np.exp(2j * np.pi * f * found.h), found.h))
+    power = (t.strength * G * _sensitivity(found, plants, tuned, f)) ** 2 * missed.power * (f < 0.5 / found.h)
     noise = (tuned.noise_gain * found.noise) ** 2
     return float(100 * np.sqrt(power.sum() + noise + _left(found, plants, aim, tuned, t)) / (2 * t.amplitude))
 
