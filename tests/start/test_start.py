@@ -103,7 +103,8 @@ def test_a_poor_record_says_what_to_measure_next(tmp_path: Path) -> None:
     assert (tmp_path / "mine" / "report.html").exists()
     found = np.genfromtxt(tmp_path / "mine" / "measure_next.csv", delimiter=",", skip_header=1)
     t, v = found[:, 0], found[:, 1]
-    assert np.allclose(np.diff(t), 1e-3)
+    assert np.allclose(np.diff(t), t[1] - t[0])
+    assert 1e-3 / (t[1] - t[0]) == pytest.approx(round(1e-3 / (t[1] - t[0]))), "a whole multiple of the rate"
     assert v[0] == v[-1] == pytest.approx(u[0])
     assert u.min() - 1e-9 <= v.min() <= v.max() <= u.max() + 1e-9
     measured = hy.Dataset(t, v, play.predict(v))

@@ -22,6 +22,7 @@ from hystfmu.cli import main
 SENTENCE = re.compile(r"verdict: (approved|not approved), (feedback|slow feedback|no feedback)")
 FEEDBACK = {"feedback": "full", "slow feedback": "slow", "no feedback": "none"}
 STUDIES = ("static_plays", "stage_chirp")  # 200 draws take long: the others are stress tests
+LONG = ("battery", "straight")  # twelve others run always
 MODELS = {  # records whose kind is known: only the others wait for a choice
     "static_plays": "prandtl_ishlinskii",
     "noisy": "prandtl_ishlinskii",
@@ -64,7 +65,8 @@ def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return Made(folder / "mine", status, terminal, status_json, json.loads(told[told.index("{") :]), verdict)
 
 
-every_record = pytest.mark.parametrize("made", RECORDS, indirect=True, scope="module")
+PARAMETERS = [pytest.param(n, marks=pytest.mark.stress) if n in LONG else n for n in RECORDS]
+every_record = pytest.mark.parametrize("made", PARAMETERS, indirect=True, scope="module")
 
 
 @every_record

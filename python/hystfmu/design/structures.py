@@ -164,9 +164,6 @@ def _predicting(
         ("late.y", "hidden.u[2]"),
         ("ahead.y", "pid.u_ff"),
     ]
-    if model is None:
-        around.append(("hidden.y", "error.u[3]"))
-        return [*own, *nodes[:-1], first, nodes[-1]], [*wires, *around], ("ahead.u",)
     around += [("hidden.y", "model.u"), ("model.y", "error.u[3]")]
     return [*own, model, *nodes[:-1], first, nodes[-1]], [*wires, *around], ("ahead.u",)
 
@@ -177,10 +174,8 @@ def _normed(plant: Plant) -> Plant:
     return Plant(plant.f_n, plant.zeta, tuple(k / total for k in plant.share))
 
 
-def _model(plant: Plant) -> Node | None:
+def _model(plant: Plant) -> Node:
     """Return the modes of a plant as a block."""
-    if not plant.f_n:
-        return None
     p = _normed(plant)
     return Node("model", "modes", {"n": len(p.f_n)}, {"f_n": list(p.f_n), "zeta": list(p.zeta), "k": list(p.share)})
 
@@ -286,6 +281,7 @@ STRUCTURES: dict[str, Structure] = {
             _notch_bounds,
             _filtered,
             predictor=True,
+            resonant=True,
         ),
         Structure("h_infinity", "H-infinity loop shaping", _robust_bounds, _robust),
     )

@@ -6,7 +6,6 @@ in simulation.  Otherwise the loop is feed-forward and inverse, and says so.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
@@ -174,7 +173,6 @@ def close(
     faults += _missed(said, steps, asked)
     faults += [line for t in tried for r in results if r.case == t.name and (line := plan.too_fast(t, r))]
     if faults:  # a loop that does not do what is asked for is none: all outputs say so
-        shutil.rmtree(into)
         raise InputError("; ".join(faults))
     told(f"loop: {_said(tuned)}" if tuned else f"loop: feed-forward and inverse; {reasons[0]}")
     table = plan.contenders(outcome, plants, aim)

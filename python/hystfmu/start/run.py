@@ -124,6 +124,7 @@ def start(
         try:
             loop = close(model, data, folder / "loop", name, asked, told, shown)
         except InputError as e:  # the model stays: it was waited for
+            shutil.rmtree(folder / "loop", ignore_errors=True)
             loop = str(e)
     report = f"{files['model'][1]} --report {folder}"
     if isinstance(loop, ClosedLoop):

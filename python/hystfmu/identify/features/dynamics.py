@@ -24,6 +24,7 @@ from hystfmu.identify.features.identifiable import standard_errors
 from hystfmu.identify.options import Option
 from hystfmu.model import Model
 
+MOST_ROWS = 60_000  # of a record whose modes are sought before the fit
 TRIALS = 11  # initial values of f_n, over at most four decades
 MOST_EVALUATIONS = 40  # limit on evaluations of residuals and Jacobian per start
 DIFFERENCE = 1e-5  # step of the Jacobian in ln f_n, ln zeta and samples of delay
@@ -143,7 +144,9 @@ def search(
 
 
 def _modes(data: Dataset) -> list[tuple[Mode, float]]:
-    """Return the modes that the record shows behind its input, with the delay in samples."""
+    """Return the modes that the record shows behind its input, with the delay in samples; none of a long record."""
+    if len(data.u) > MOST_ROWS:
+        return []
     shown = evidence(data)
     late = shown.delay / data.h if np.isfinite(shown.delay_se) else 0.0
     return [(m, late) for m in shown.modes]
