@@ -32,6 +32,9 @@ SAMPLES = 100  # steps of the loop in a period of the references, at least
 LONGEST = 20_000  # and at most
 DYNAMICS = "transfer_function"
 DYNAMICS_NAME = "dynamics"  # of the block behind the hysteresis; a fit has names of its own
+CLEAR = 0.8  # coherence of a point of the response that is looked at
+FLAT, DESCRIBED = 0.22, 0.7  # abs(ln) of the response over that of a plant without and with modes: a quarter, twice
+RATE = 1e-3  # of a step: the response of the plant without its hold
 SLOPES = (0.68, 1.64)  # of plant over inverse: gain 20 % off and thresholds 10 %
 LARGE = 0.2  # of the range of the input: a reversal of a stroke
 FINE = 5  # steps of the plant in one of the controller
@@ -152,7 +155,7 @@ def device(
         unseen,
         data.h,
         frequency,
-        evidence.band[1],
+        described_to(evidence, plant),
         evidence.noise if np.isfinite(evidence.noise) else 0.0,
         low,
         high,
@@ -163,9 +166,27 @@ def device(
     )
 
 
+def described_to(evidence: Evidence, plant: Plant) -> float:
+    """Return the frequency up to which a plant describes the response of the record (Hz), within its coherent band.
+
+    A resonance that the record shows and no mode describes, because it is not determined, ends what is known.
+    """
+    lowest, highest = evidence.band
+    ratio = evidence.gain / np.abs(
+        plant.response(np.exp(2j * np.pi * evidence.f * RATE * evidence.h), RATE * evidence.h)
+    )
+    clear = (evidence.coherence > np.maximum(evidence.significant, CLEAR)) & (evidence.f >= lowest)
+    f, off = evidence.f[clear], np.abs(np.log(np.maximum(ratio[clear], 1e-12)))
+    if len(f) < 3:
+        return highest
+    smooth = np.median(np.stack([off[:-2], off[1:-1], off[2:]]), axis=0)  # one point may be off by chance
+    far = np.flatnonzero(smooth > (DESCRIBED if plant.f_n else FLAT))
+    return highest if not len(far) else min(highest, float(f[far[0]]))
+
+
 def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str]]:
     """Return the dynamics that the record shows, and a line for what it does not."""
-    modes, top = evidence.modes, evidence.band[1]
+    modes = evidence.modes
     plant = Plant(
         tuple(m.f_n for m in modes),
         tuple(m.zeta for m in modes),
@@ -173,11 +194,14 @@ def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str
         max(_behind_hold(model, evidence), 0.0),
     )
     errors = tuple((m.f_n_se, m.zeta_se, m.share_se) for m in modes)
+    top = described_to(evidence, plant)
     if modes:
         return plant, errors, [f"nothing is known of the device above {top:.4g} Hz"]
     seen = "the record does not show at any frequency how fast the device answers"
     if top:
         seen = f"the record shows no resonance up to {top:.4g} Hz, and nothing above"
+        if top < evidence.band[1]:
+            seen = f"above {top:.4g} Hz no mode that the record determines describes its response"
     fitted = [n for n in (split(model) or Parts(model, ())).tail if n.type == DYNAMICS]
     return plant, errors, [seen, *(["the record does not confirm the dynamics of the fit"] * bool(fitted))]
 
@@ -207,7 +231,7 @@ def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[fl
     if resonance is not None:
         f, zeta = resonance
         return Unseen((1 - KNOWN_RESONANCE) * f, share, zeta, (1 + KNOWN_RESONANCE) * f)
-    above = evidence.band[1] or 1 / (len(data.u) * data.h)
+    above = described_to(evidence, plant) or 1 / (len(data.u) * data.h)
     above = max(above, 1.2 * max(plant.f_n, default=0.0))  # a known mode is no other one
     return Unseen(above, share, UNSEEN_ZETA)
 
