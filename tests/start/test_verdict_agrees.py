@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import html
 import json
+import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
+from compiled import alone
 from start.devices.records import write
 from start.devices.small import RECORDS
 
@@ -54,15 +56,22 @@ class Made:
 
 @pytest.fixture(scope="module")
 def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """Start from a record once for all processes of the run."""
     name = request.param
-    folder = tmp_path_factory.mktemp(name)
-    write(folder / f"{name}.csv", *RECORDS[name]())
-    model = ("--model", MODELS[name]) if name in MODELS else ()
-    words = ("start", folder / f"{name}.csv", "-o", folder / "mine", *model)
-    status, terminal = call(*words)
-    status_json, told = call(*words, "--json")
+    base = tmp_path_factory.getbasetemp()  # of a process of the run, within that of the run
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / f"verdict_{name}"
+    folder.mkdir(exist_ok=True)
+    kept = folder / "said.json"
+    with alone(folder):
+        if not kept.exists():
+            write(folder / f"{name}.csv", *RECORDS[name]())
+            model = ("--model", MODELS[name]) if name in MODELS else ()
+            words = ("start", folder / f"{name}.csv", "-o", folder / "mine", *model)
+            status, terminal = call(*words)
+            status_json, told = call(*words, "--json")
+            kept.write_text(json.dumps([status, terminal, status_json, json.loads(told[told.index("{") :])]))
     verdict = json.loads((folder / "mine" / "verdict.json").read_text())
-    return Made(folder / "mine", status, terminal, status_json, json.loads(told[told.index("{") :]), verdict)
+    return Made(folder / "mine", *json.loads(kept.read_text()), verdict)
 
 
 PARAMETERS = [pytest.param(n, marks=pytest.mark.stress) if n in LONG else n for n in RECORDS]
