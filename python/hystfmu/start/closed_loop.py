@@ -127,7 +127,7 @@ def close(
     amplifier = asked.amplifier or Amplifier()
     found = device(model, data, asked.resonance, (amplifier.low, amplifier.high))
     tried = references(found, asked.wanted)
-    missed = misfit(model, data, found.frequency, found.noise, 0.5 * min(found.plant.f_n, default=np.inf))
+    missed = misfit(model, data, found.frequency, found.noise, found.plant)
     late = replace(found.plant, delay=found.plant.delay + asked.delay * found.h)
     ahead = preview(late, found.h)
     plants = plant_set(

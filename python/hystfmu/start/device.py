@@ -22,7 +22,7 @@ from hystfmu.design.sector import static_gain
 from hystfmu.face.evidence import evidence_of
 from hystfmu.face.model import Model
 from hystfmu.graph import Graph, Input, Node
-from hystfmu.identify.evidence import Evidence
+from hystfmu.identify.evidence import Evidence, Mode
 from hystfmu.inverse.dynamic import Parts, split
 from hystfmu.inverse.input_range import at_start, input_range, over_range
 from hystfmu.model.inputs import beside
@@ -32,6 +32,8 @@ SAMPLES = 100  # steps of the loop in a period of the references, at least
 LONGEST = 20_000  # and at most
 DYNAMICS = "transfer_function"
 DYNAMICS_NAME = "dynamics"  # of the block behind the hysteresis; a fit has names of its own
+SHARE_KNOWN, FREQUENCY_KNOWN = 0.1, 0.05  # standard errors of a mode that a loop relies on, of 1 and of f_n
+SHARES = (0.6, 1.2)  # static gain of all modes over that of the device
 CLEAR = 0.8  # coherence of a point of the response that is looked at
 FLAT, DESCRIBED = 0.22, 0.7  # abs(ln) of the response over that of a plant without and with modes: a quarter, twice
 RATE = 1e-3  # of a step: the response of the plant without its hold
@@ -166,6 +168,15 @@ def device(
     )
 
 
+def _determined(evidence: Evidence) -> tuple[Mode, ...]:
+    """Return the modes of a record; none if together they are no plant of static gain 1.
+
+    A mode above half the sampling rate of the record appears as a broad one below it, with a share that is no share.
+    """
+    modes = tuple(m for m in evidence.modes if m.share_se < SHARE_KNOWN and m.f_n_se < FREQUENCY_KNOWN * m.f_n)
+    return modes if SHARES[0] < sum(m.share for m in modes) < SHARES[1] else ()
+
+
 def described_to(evidence: Evidence, plant: Plant) -> float:
     """Return the frequency up to which a plant describes the response of the record (Hz), within its coherent band.
 
@@ -186,7 +197,7 @@ def described_to(evidence: Evidence, plant: Plant) -> float:
 
 def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str]]:
     """Return the dynamics that the record shows, and a line for what it does not."""
-    modes = evidence.modes
+    modes = _determined(evidence)
     plant = Plant(
         tuple(m.f_n for m in modes),
         tuple(m.zeta for m in modes),

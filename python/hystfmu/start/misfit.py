@@ -15,10 +15,12 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
+from hystfmu.design.plants import Plant
 from hystfmu.face.model import Model
 from hystfmu.face.rows import free_run
 from hystfmu.graph import blocks
 
+PASSED = 0.5  # response of the dynamics, below which the residual says nothing about what stands in front
 EDGES = np.array([0.05, 0.7, 1.5, 2.5, 3.5, 5.5, 8.5, 13.5, 21.5, 34.5, 55.5])  # of the harmonics in a tone
 
 
@@ -54,7 +56,7 @@ class Misfit:
         return blocks.Reference(m=len(f), shape="multisine", amplitude=1.0, **values)
 
 
-def misfit(model: Model, data: Dataset, cycle: float, noise: float, below: float = np.inf) -> Misfit:
+def misfit(model: Model, data: Dataset, cycle: float, noise: float, plant: Plant) -> Misfit:
     """Compute the powers.
 
     Parameters
@@ -67,8 +69,8 @@ def misfit(model: Model, data: Dataset, cycle: float, noise: float, below: float
         Rate of the cycles of the record (Hz).
     noise : float
         RMS of the white noise of the sensor.
-    below : float
-        Highest frequency (Hz): above it, the residual is that of the dynamics, which a loop counts by itself.
+    plant : Plant
+        Dynamics: the misfit is what stands in front of them.
     """
     e = data.y - free_run(model, data)
     ratio = float(model.fit.get("validation_percent", 0.0)) / max(float(model.fit.get("rms_percent", 1.0)), 1e-12)
@@ -83,9 +85,11 @@ def misfit(model: Model, data: Dataset, cycle: float, noise: float, below: float
         f.append(np.fft.rfftfreq(n, data.h))
         power.append((spectrum - 2 * noise**2 / n) * n / len(e))
     frequencies, powers = np.concatenate(f or [np.zeros(0)]), np.concatenate(power or [np.zeros(0)])
+    G = np.abs(plant.response(np.exp(2j * np.pi * frequencies * data.h), data.h)) if plant.f_n else 1.0
+    powers = np.where(G > PASSED, powers / np.maximum(G, PASSED) ** 2, 0.0)
     found = []
     for low, high in pairwise(EDGES):
-        inside = (frequencies >= low * cycle) & (frequencies < min(high * cycle, below))
+        inside = (frequencies >= low * cycle) & (frequencies < high * cycle)
         found.append(max(float(powers[inside].sum()), 0.0))
     scale = max(ratio, 1.0) ** 2  # the residual of training rows is smaller than that of others
     return Misfit(np.sqrt(EDGES[:-1] * EDGES[1:]), scale * np.array(found))
