@@ -1,7 +1,7 @@
 """The controller that `hystfmu start` wrote, in a loop around a simulated device.
 
 The units of the scenario run as they are, all but the plant: what a deployed controller would be.  The device answers
-in the place of the plant; its own delay comes on top of the step of computing that the scenario has.
+in the place of the plant; its own delay adds to the step of computing that the scenario has.
 """
 
 from __future__ import annotations
