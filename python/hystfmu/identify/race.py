@@ -64,6 +64,9 @@ class Trial:
         Number of folds run.
     by_block : list of float
         RMS error in each validation block so far (unit of measure of y).
+    whole : float
+        RMS error over the whole training part.  Rows of the fit can only flatter: what is missed there is missed, also
+        where no block has been held out yet, such as in a sweep at the end.
     """
 
     name: str
@@ -75,6 +78,12 @@ class Trial:
     others: list[Array] = field(default_factory=list)
     folds: int = 1
     by_block: list[float] = field(default_factory=list)
+    whole: float = 0.0
+
+    @property
+    def square(self) -> float:
+        """Mean square of the errors: on the validation rows so far, or where it is larger on the whole record."""
+        return max(float(np.mean(self.errors**2)), self.whole**2)
 
     @property
     def parameters(self) -> int:
@@ -136,25 +145,26 @@ class Race:
 
     def fitted(
         self, fold: int, key: str, options: Mapping[str, Any], progress: Callable[[float], None]
-    ) -> tuple[Model, Array, list[float]]:
-        """Fit without the blocks of a fold; return the model, its errors in them, and the RMS of each block."""
+    ) -> tuple[Model, Array, list[float], float]:
+        """Fit without a fold; return the model, its errors in it, the RMS of each block and of the whole record."""
         part, rows, block = self.held(fold)
         model = fit_one(part, key, self.seed, progress, {**remembered(key, self.rest, part), **options})
-        errors = run_along(model.graph, self.data)[rows] - self.data.y[rows]
-        return model, errors, [rms(errors[block == k]) for k in np.unique(block)]
+        every = run_along(model.graph, self.data) - self.data.y
+        errors = every[rows]
+        return model, errors, [rms(errors[block == k]) for k in np.unique(block)], rms(every[self.data.counted])
 
     def trial(
         self, name: str, key: str, candidate: Candidate, options: Mapping[str, Any], progress: Callable[[float], None]
     ) -> Trial:
         """Fit a candidate without the first fold."""
-        model, errors, blocks = self.fitted(FOLDS[0], key, options, progress)
+        model, errors, blocks, whole = self.fitted(FOLDS[0], key, options, progress)
         network = 1 - float(model.fit.get("coverage_percent", 100.0)) / 100
         outside = self.unseen if candidate.local else network
-        return Trial(name, key, candidate, model, errors, outside, by_block=blocks)
+        return Trial(name, key, candidate, model, errors, outside, by_block=blocks, whole=whole)
 
     def excess(self, trial: Trial) -> float:
         """Return the error beside the noise and that of states that were left out, in % of the span."""
-        square = float(np.mean(trial.errors**2)) - self.floor()
+        square = trial.square - self.floor()
         return 100 * float(np.sqrt(max(square, 0.0) / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
 
     def risk(self, trial: Trial) -> float:
@@ -231,7 +241,7 @@ class Race:
         """Let candidates run on their next fold."""
         for t in trials:
             try:
-                model, more, blocks = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, lambda done: None)
+                model, more, blocks, _ = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, lambda done: None)
                 t.others += [self._other(m) for m in ([model] if t.others else [t.model, model])]
             except InputError:
                 more, blocks = np.full(1, np.inf), []
@@ -250,7 +260,7 @@ class Race:
             return True
         if trial.outside > best.outside or len(trial.errors) != len(best.errors):
             return False
-        worse = float(np.mean(trial.errors**2) - np.mean(best.errors**2)) + trial.spread**2 - best.spread**2
+        worse = trial.square - best.square + trial.spread**2 - best.spread**2
         by_noise = 2 * self.sigma * float(np.sqrt(np.mean((trial.errors - best.errors) ** 2) / len(best.errors)))
         return worse <= SURE * by_noise
 

@@ -35,7 +35,7 @@ def chosen(monkeypatch):
             size = errors[race.FOLDS.index(fold)]
             graph = SimpleNamespace(name=key, inputs=[0], run=lambda u, h: np.zeros(len(u)))
             model = SimpleNamespace(fit={"parameters": parameters}, graph=graph)
-            return model, np.full(50, size / 100 * SPAN), [size / 100 * SPAN]
+            return model, np.full(50, size / 100 * SPAN), [size / 100 * SPAN], 0.0
 
         monkeypatch.setattr(race.Race, "fitted", fitted)
         monkeypatch.setattr(race, "noise", lambda y: 0.0)

@@ -207,7 +207,7 @@ def test_the_next_fold_adds_its_errors_and_outputs(race, monkeypatch):
         asked.append((fold, key, dict(options)))
         if key == "key of broken":
             raise InputError("no")
-        return SimpleNamespace(name=f"fold {fold}"), np.full(5, 2.0), [0.5]
+        return SimpleNamespace(name=f"fold {fold}"), np.full(5, 2.0), [0.5], 0.0
 
     monkeypatch.setattr(race, "fitted", fitted)
     monkeypatch.setattr(race, "_other", lambda model: np.zeros(3))
@@ -220,3 +220,14 @@ def test_the_next_fold_adds_its_errors_and_outputs(race, monkeypatch):
     race.again([a])
     assert asked[2][0] == 2
     assert (a.folds, len(a.others), len(a.errors)) == (3, 3, 110)
+
+
+def test_what_is_missed_outside_the_blocks_counts(race):
+    """No block of the first fold holds the sweep at the end of a record: a static kind misses it all the same."""
+    good, flattered = trial("good", 0.4), trial("flattered", 0.3)
+    race.trials = {t.name: t for t in (good, flattered)}
+    assert race.best() is flattered
+    flattered.whole = 1.5
+    assert race.best() is good
+    assert race.excess(flattered) == pytest.approx(150.0 / race.data.span, rel=0.01)
+    assert not race.as_good(flattered, good)
