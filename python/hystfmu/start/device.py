@@ -238,7 +238,7 @@ def _within(model: Model, commands: tuple[float, float]) -> Model:
 
 def _unseen(plant: Plant, evidence: Evidence, data: Dataset, resonance: tuple[float, float] | None) -> Unseen | None:
     """Return the resonance that the record did not excite, or the one that the user states."""
-    share = UNSEEN_SHARE if plant.f_n else 1.0
+    share = max(UNSEEN_SHARE, plant.rest) if plant.f_n else 1.0  # a rest is a mode above the band
     if resonance is not None:
         f, zeta = resonance
         return Unseen((1 - KNOWN_RESONANCE) * f, share, zeta, (1 + KNOWN_RESONANCE) * f)

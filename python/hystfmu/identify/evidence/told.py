@@ -78,7 +78,7 @@ def told(found: Fitted | None, seen: Seen, e: Array, density: float) -> tuple[tu
     m, known = len(found.p), known_modes(found, seen)
     f_n, zeta = np.exp(found.p[: m - 1 : 2]), np.exp(found.p[1 : m - 1 : 2])
     # creep is no part of the static gain of the dynamics
-    slow = ~known & (zeta > OVERDAMPED) & (f_n < np.min(f_n[known], initial=0.0))
+    slow = ~known & (zeta > OVERDAMPED) & (f_n < np.min(f_n[known], initial=np.inf))
     counted = np.append(~slow, found.structure.rest)[: len(found.gain)].astype(bool)
     total = float(found.gain[counted].sum()) or 1.0
     # a rest is a mode above the band, which is larger there than at rest, and so is a mode that is not known
