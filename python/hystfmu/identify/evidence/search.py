@@ -22,7 +22,7 @@ FITS_BETTER = 0.7  # misfit over that of a fit with as many known modes
 WIDE, SHORT, LONG = np.arange(-0.5, 6.01, 0.25), np.arange(-0.5, 1.51, 0.25), np.arange(1.5, 3.51, 0.25)
 STARTS = ((WIDE, True), (WIDE, False), (SHORT, False), (LONG, False))
 """Delays (steps) of starts, and whether the first mode stands for the whole response, without a rest."""
-REST_PAYS, HOLD_PAYS = 9.0, 50.0  # the same for a rest, and for held values against a smooth input
+REST_PAYS, HOLD_PAYS = 25.0, 50.0  # the same for a rest, and for held values against a smooth input
 BELOW, SLOW = 100.0, 20.0  # lowest frequency of the fit and of the slow parts, as fractions of the lowest mode
 
 
@@ -88,7 +88,8 @@ def _held(seen: Seen, problem: Problem, best: Fitted) -> tuple[str, Fitted]:
     """Decide how the input behaves between rows, and whether the rest is needed.
 
     A hold changes the response by a factor 1 - (omega h)^2/12 or /24, which looks like a rest; held values differ from
-    a smooth input by half a step of delay too.  So a hold is known only where it alone needs no rest.
+    a smooth input by half a step of delay too.  So a hold is known only where it alone needs no rest.  That a true rest
+    looks like a hold to within five standard errors is a rare coincidence; a needless one of three is not.
     """
     modes = best.structure.modes
     tried = {}
