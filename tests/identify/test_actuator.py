@@ -153,3 +153,23 @@ def whole(u, h=1e-4, finer=10):
     w = 2 * np.pi * 500
     b, a, _ = signal.cont2discrete(([w * w], [1, 0.08 * w, w * w]), h / finer, "foh")
     return signal.lfilter(b.ravel(), a, c - c[0])[::finer] + c[0]
+
+
+def test_a_second_mode_that_the_record_shows_stands_beside_the_first() -> None:
+    """One mode alone leaves the other in the residuals, wherever the sweep excites it."""
+    h, modes = 5e-4, ((200.0, 0.05, 0.92), (520.0, 0.02, 0.08))
+    t = np.arange(2000) * h
+    sweep = 0.05 * np.sin(2 * np.pi * (5 * t + 645 / (2 * t[-1]) * t**2))
+    u = np.concatenate([signals.training(40, 5), sweep])
+    v, fine = bent(u), 20
+    held = np.repeat(v, fine)  # a converter holds each value
+    w = [(2 * np.pi * f, zeta, share) for f, zeta, share in modes]
+    times = np.arange(len(held)) * h / fine
+    y = sum(signal.lsim(([k * p * p], [1, 2 * zeta * p, p * p]), held, times, interp=False)[1] for p, zeta, k in w)
+    y = np.asarray(y)[::fine] + 2e-4 * np.random.default_rng(3).normal(size=len(v))
+    m = fit(Dataset.from_signal(u, y, h), "actuator", creep="no", hold="zoh")
+    (further,) = m.fit["modes"]
+    assert (m.fit["f_n"], m.fit["zeta"]) == pytest.approx(modes[0][:2], rel=0.02)
+    assert further == pytest.approx(modes[1], rel=0.05)
+    assert "2 modes" in m.fit["parts"]
+    assert m.fit["rms_percent"] < 0.06

@@ -1,5 +1,8 @@
 """Search for linear dynamics after a hysteresis: G0(s) = 1 / (s^2/omega_n^2 + 2 zeta s/omega_n + 1) with a delay.
 
+Where the response of the record shows further modes, they stand beside that one with their shares of the static gain,
+as the response has them, if the residuals are smaller so.
+
 The delay is a whole number of samples in a delay block; its rest is a Pade approximant of e^(-s tau) of order 2 inside
 the transfer function, with a phase error of (omega tau)^5/720, 5e-9 rad at a fiftieth of the sample rate.
 """
@@ -12,14 +15,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import OptimizeResult, least_squares
+from scipy.optimize import least_squares
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.discretised import discretised
-from hystfmu.identify.evidence import Mode, evidence
+from hystfmu.identify.evidence import evidence
 from hystfmu.identify.features.identifiable import standard_errors
 from hystfmu.identify.options import Option
 from hystfmu.model import Model
@@ -31,6 +34,8 @@ DIFFERENCE = 1e-5  # step of the Jacobian in ln f_n, ln zeta and samples of dela
 LEAST_REST = 1e-6  # a shorter fractional delay, in samples, is dropped
 KNOWN, KNOWN_PHASE = 0.02, 0.05  # limits: standard error of ln f_n and ln zeta; of the delay, as phase at f_n (rad)
 
+Beside = tuple[tuple[float, float, float], ...]
+
 DYNAMICS_OPTIONS = (
     Option("hold", "foh", choices=("foh", "zoh"), text="input between rows: a ramp, or held (at the new value)"),
     Option("delay_max", 10.0, 0.0, 1e5, text="longest delay tried, in samples"),
@@ -40,17 +45,42 @@ DYNAMICS_OPTIONS = (
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Parameters of G0 and the delay: natural frequency (Hz), damping ratio, delay (s)."""
+    """Parameters of G0 and the delay.
+
+    Attributes
+    ----------
+    f_n, zeta, delay : float
+        Natural frequency (Hz), damping ratio, delay (s).
+    beside : tuple of (float, float, float)
+        Natural frequency (Hz), damping ratio and share of the static gain of further modes.
+    """
 
     f_n: float
     zeta: float
     delay: float
+    beside: Beside = ()
 
     @classmethod
-    def at(cls, p: Sequence[float] | Array, h: float) -> Dynamics:
-        """Make the dynamics at the point p = (ln f_n, ln zeta, delay in samples) of a search, for the step h (s)."""
+    def at(cls, p: Sequence[float] | Array, h: float, beside: Beside = ()) -> Dynamics:
+        """Make the dynamics at the point p = (ln f_n, ln zeta, delay in samples) of a search, for the step h (s).
+
+        Further values of p are the shares of the modes `beside`.
+        """
         samples = float(p[2])
-        return cls(float(np.exp(p[0])), float(np.exp(p[1])), samples * h if samples > LEAST_REST else 0.0)
+        if beside and len(p) > 3:
+            beside = tuple((f, zeta, float(k)) for (f, zeta, _), k in zip(beside, p[3:], strict=True))
+        return cls(float(np.exp(p[0])), float(np.exp(p[1])), samples * h if samples > LEAST_REST else 0.0, beside)
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """Entries of `Model.fit`; ``modes`` are further ones: natural frequency (Hz), damping ratio and share."""
+        further = {"modes": [list(mode) for mode in self.beside]} if self.beside else {}
+        return {"f_n": self.f_n, "zeta": self.zeta, "delay": self.delay, **further}
+
+    @property
+    def parameters(self) -> int:
+        """Number of parameters."""
+        return 3 + 3 * len(self.beside)
 
     def point(self, h: float) -> Array:
         """Return the point of a search for the step h (s), the inverse of `at`."""
@@ -75,8 +105,14 @@ class Dynamics:
 
 def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
     """Return numerator and denominator of G0(s) times Pade(2, 2) of e^(-s rest), highest power of s first."""
-    w = 2 * np.pi * g.f_n
-    b, a = np.array([w * w]), np.array([1.0, 2 * g.zeta * w, w * w])
+    modes = [(g.f_n, g.zeta, 1 - sum(share for *_, share in g.beside)), *g.beside]
+    dens = [np.array([1.0, 2 * zeta * 2 * np.pi * f, (2 * np.pi * f) ** 2]) for f, zeta, _ in modes]
+    b, a = np.zeros(1), np.ones(1)
+    for (f, _, share), den in zip(modes, dens, strict=True):
+        b = np.convolve(b, den)
+        b[-len(a) :] += share * (2 * np.pi * f) ** 2 * a
+        a = np.convolve(a, den)
+    b = b[np.flatnonzero(b)[0] :]
     if rest == 0:
         return b, a
     pade = np.array([1.0, 6 / rest, 12 / rest**2])
@@ -106,50 +142,62 @@ def search(
 
     scale = data.span * np.sqrt(data.train.stop - data.train.start)
 
-    last: tuple[bytes, Array] = b"", np.zeros(0)
+    last: tuple[Any, Array] = None, np.zeros(0)
 
-    def error(p: Array) -> Array:  # a step and the derivatives at its end ask for the same point
+    def error(p: Array, beside: Beside) -> Array:  # a step and the derivatives at its end ask for the same point
         nonlocal last
-        if last[0] != (key := p.tobytes()):
-            last = key, np.asarray(residuals(Dynamics.at(p, h)) / scale)
+        if last[0] != (key := (p.tobytes(), beside)):
+            last = key, np.asarray(residuals(Dynamics.at(p, h, beside)) / scale)
         return last[1]
 
-    def jacobian(p: Array) -> Array:
-        return _jacobian(error, p, hi)
+    def refine(p: Array, beside: Beside) -> tuple[float, Dynamics]:
+        p = np.append(p, [share for *_, share in beside])
+        most = np.append(hi, np.ones(len(beside)))
+        least = np.append(lo, -np.ones(len(beside)))
 
-    def refine(p: Array) -> OptimizeResult:
-        return least_squares(
-            error, p, jacobian, (lo, hi), x_scale=np.ones(3), ftol=1e-10, xtol=1e-9, max_nfev=MOST_EVALUATIONS
-        )
+        def of(x: Array) -> Array:
+            return error(x, beside)
+
+        def jacobian(x: Array) -> Array:
+            return _jacobian(of, x, most)
+
+        limits, ones = (least, most), np.ones(len(p))
+        found = least_squares(of, p, jacobian, limits, x_scale=ones, ftol=1e-10, xtol=1e-9, max_nfev=MOST_EVALUATIONS)
+        return float(found.cost), Dynamics.at(found.x, h, beside)
 
     if near is not None:
-        return Dynamics.at(refine(inside(near.point(h))).x, h)
+        return refine(inside(near.point(h)), near.beside)[1]
     grid = np.linspace(hi[0], max(lo[0], hi[0] + np.log(1e-4)), TRIALS)
-    trials = []
+    trials: list[tuple[float, Array, Beside]] = []
     for i, ln_f in enumerate(grid):
         for delay in (0.0, 2.0):
             p = inside([ln_f, np.log(0.7), delay])
-            e = error(p)
-            trials.append((float(e @ e), p))
+            e = error(p, ())
+            trials.append((float(e @ e), p, ()))
         progress(0.3 * (i + 1) / len(grid))
-    for mode, late in _modes(data):  # a light resonance lies between two frequencies of the grid
-        p = inside([np.log(mode.f_n), np.log(mode.zeta), late])
-        e = error(p)
-        trials.append((float(e @ e), p))
+    for mode in _modes(data):  # a light resonance lies between two frequencies of the grid
+        p = inside(mode.point(h))
+        e = error(p, mode.beside)
+        trials.append((float(e @ e), p, mode.beside))
     found = []
-    for i, (_, p) in enumerate(sorted(trials, key=lambda t: t[0])[:2]):
-        found.append(refine(p))
+    for i, (_, p, beside) in enumerate(sorted(trials, key=lambda t: t[0])[:2]):
+        found.append(refine(p, beside))
         progress(0.3 + 0.35 * (i + 1))
-    return Dynamics.at(min(found, key=lambda f: f.cost).x, h)
+    return min(found, key=lambda f: f[0])[1]
 
 
-def _modes(data: Dataset) -> list[tuple[Mode, float]]:
-    """Return the modes that the record shows behind its input, with the delay in samples; none of a long record."""
+def _modes(data: Dataset) -> list[Dynamics]:
+    """Return the modes that the record shows behind its input, alone and beside the others; none of a long record."""
     if len(data.u) > MOST_ROWS:
         return []
     shown = evidence(data)
-    late = shown.delay / data.h if np.isfinite(shown.delay_se) else 0.0
-    return [(m, late) for m in shown.modes]
+    late = shown.delay if np.isfinite(shown.delay_se) else 0.0
+    found = [Dynamics(m.f_n, m.zeta, late) for m in shown.modes]
+    if len(shown.modes) > 1:
+        total = sum(m.share for m in shown.modes)
+        first, *others = sorted(shown.modes, key=lambda m: -m.share)
+        found.append(Dynamics(first.f_n, first.zeta, late, tuple((m.f_n, m.zeta, m.share / total) for m in others)))
+    return found
 
 
 def _jacobian(error: Callable[[Array], Array], p: Array, hi: Array) -> Array:
@@ -165,7 +213,7 @@ def uncertainty(
     lo, hi = bounds(data, options)
     p = g.point(data.h)
     free = (p > lo + 1e-6 * (hi - lo)) & (p < hi - 1e-6 * (hi - lo))
-    jacobian = _jacobian(lambda p: residuals(Dynamics.at(p, data.h)), np.clip(p, lo, hi), hi)
+    jacobian = _jacobian(lambda p: residuals(Dynamics.at(p, data.h, g.beside)), np.clip(p, lo, hi), hi)
     return standard_errors(residuals(g), jacobian, free)
 
 

@@ -193,9 +193,9 @@ def build(
     if parts.g:
         residuals = f.residuals(replace(best, fit=fitted), f.all)
         warned += unknown(parts.g, uncertainty(residuals, parts.g, data, options), data, options)
-        told |= vars(parts.g)
+        told |= parts.g.told
     told |= {"warnings": warned} if warned else {}
-    count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (3 if parts.g else 0)
+    count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (parts.g.parameters if parts.g else 0)
     count += Following(f.theta, parts.levels).parameters(parts.degree + 1)
     return _graph(f, parts, fitted), count, told
 
@@ -264,7 +264,8 @@ def _named(parts: Parts, data: Dataset) -> str:
     for name, level in zip(data.covariates.names, parts.levels, strict=True):
         words += [] if level == "none" else [f"{level} that follows {name}"]
     words += [f"creep with {len(parts.T)} lags"] if parts.T else []
-    return ", ".join([*words, *(["G0(s) with delay"] if parts.g else [])])
+    modes = f" of {1 + len(parts.g.beside)} modes" if parts.g and parts.g.beside else ""
+    return ", ".join([*words, *([f"G0(s){modes} with delay"] if parts.g else [])])
 
 
 def _graph(f: _Fitting, parts: Parts, s: BentSum) -> Graph:

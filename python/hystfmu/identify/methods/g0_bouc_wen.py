@@ -141,7 +141,7 @@ def build(
     coefficients = project(responses(p[3:]), g, 1)[1]
     warned = unknown(g, spread[:3], data, options)  # the standard errors are those with the delay searched
     values = operator(x[:2], p[3:])[0]
-    told = {**vars(g), "bounded": searched(p[3:], lo[3:], hi[3:]), **({"warnings": warned} if warned else {})}
+    told = {**g.told, "bounded": searched(p[3:], lo[3:], hi[3:]), **({"warnings": warned} if warned else {})}
     return _graph(g, values, coefficients, (middle, half), hold, data), parameters, told
 
 

@@ -85,7 +85,7 @@ def build(
         progress(0.5 + 0.5 * (i + 1) / ROUNDS)
     _, w, offset = project(g, columns)
     warned = unknown(g, uncertainty(lambda g: project(g, columns)[0], g, data, options), data, options)
-    told = {**vars(g), **({"warnings": warned} if warned else {})}
+    told = {**g.told, **({"warnings": warned} if warned else {})}
     return graph(g, w, r, x0, (middle, half, offset), hold, data), len(r) + 5, told
 
 
