@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import IO
 
 from hystfmu.base.confine import Box, unconfined
+from hystfmu.base.environment import known
 from hystfmu.base.package_files import PACKAGE
 
 MOST_LOG = 1 << 16
@@ -73,12 +74,13 @@ class Child:
     *arguments : str
         Of Python.
     box : Box, optional
-        Confines the child as far as this system can.
+        Confines the child as far as this system can, and keeps most variables of the environment from it.
     """
 
     def __init__(self, *arguments: str, box: Box | None = None) -> None:
         package = str(PACKAGE.parent)
         path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
+        variables = dict(os.environ) if box is None else known(os.environ)
         command = ["-P", *arguments]  # the current folder is no place for modules
         if box is not None:
             tell_unconfined()
@@ -89,7 +91,7 @@ class Child:
         self._dropped = b""
         self._process = subprocess.Popen(
             [sys.executable, *command],
-            env={**os.environ, "PYTHONPATH": path},
+            env=variables | {"PYTHONPATH": path},
             stdin=subprocess.DEVNULL,
             stdout=self._output,
             stderr=subprocess.STDOUT,
