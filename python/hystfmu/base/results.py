@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import os
 import stat
+from io import BufferedReader
 from pathlib import Path
-from typing import IO
 
 from hystfmu.base.errors import InputError
 
 _FLAGS = [getattr(os, f"O_{name}", 0) for name in ("NOFOLLOW", "NONBLOCK", "BINARY")]
 
 
-def open_result(path: str | Path) -> IO[bytes]:
+def open_result(path: str | Path) -> BufferedReader:
     """Open a result: a regular file with one name, not behind a link.  What is checked is what is read.
 
     Raises
