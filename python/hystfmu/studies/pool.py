@@ -9,7 +9,7 @@ worker twice, or exceeds the time limit, becomes a row with the reason.  A worke
 Workers of studies that run in the C core alone are forks: they start at once, with everything that the parent has
 imported, and use only what is safe in a fork of a process with threads.  All other workers (FMUs, foreign code,
 platforms without a safe fork) are new processes.  One that runs foreign code is confined, has a supervisor on Linux
-(`ForeignProcess`), and is not believed: its answers are JSON, as nothing that it sends may be unpickled here.
+(`PipedChild`), and is not believed: its answers are JSON, as nothing that it sends may be unpickled here.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ from typing import Any
 from hystfmu.base.child import late, limit_memory, tell_unconfined
 from hystfmu.base.confine import Box, confine
 from hystfmu.base.errors import InputError
+from hystfmu.base.piped_child import PipedChild
 from hystfmu.scenario.engine.isolated import box_of, one_line
 from hystfmu.scenario.engine.master import Engine
 from hystfmu.scenario.system.system import System
-from hystfmu.studies.foreign_process import ForeignProcess
 from hystfmu.studies.task import Runner, Task, row_of
 
 MOMENT = 0.01  # s: a worker reports its finished tasks after this time; a message costs as much as a short run
@@ -104,7 +104,7 @@ class _Worker:
         self._supervised, self._names = _supervised(systems), [s.case.name for s in systems]
         words = (self._folder, systems, engine, memory)
         if self._supervised:
-            self.process: Any = ForeignProcess(_work, self._folder, (*words, None), box)
+            self.process: Any = PipedChild(_work, self._folder, (*words, None), box)
             self.pipe, self._begun = self.process.pipe, self.process.count
         else:
             self._start(words, box, "fork" if _forked(systems, engine) else "spawn")

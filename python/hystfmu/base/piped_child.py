@@ -1,7 +1,7 @@
-"""A worker process of a study that runs foreign code on Linux: a supervised child, which is told its work in a file.
+"""A child process for foreign native code that is talked to through a pipe; not on Windows.
 
-It has nothing else of this process: not its environment, its terminal, its main module nor the helpers of
-`multiprocessing`, which remove shared memory for whoever asks them.
+It has less of this process than one of `multiprocessing`: neither its terminal and its main module, nor the helper that
+removes shared memory for whoever asks it.  It finds its work in a file.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Count:
         os.pwrite(self._handle, number.to_bytes(8, "little"), 0)
 
 
-class ForeignProcess:
+class PipedChild:
     """A process with the methods of `multiprocessing.Process` that a pool uses.
 
     Parameters
@@ -58,7 +58,7 @@ class ForeignProcess:
         self._file = tempfile.TemporaryFile()  # noqa: SIM115
         self.count = Count(self._file.fileno())
         keep = (theirs.fileno(), self._file.fileno())
-        self._child = Child("-m", "hystfmu.studies.foreign_process", *map(str, keep), folder, box=box, keep=keep)
+        self._child = Child("-m", "hystfmu.base.piped_child", *map(str, keep), folder, box=box, keep=keep)
         theirs.close()
         self.said: list[str] | None = None
         """The lines of its output, at its end."""
