@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 
 USERS = ("root", "user")
+IS_ROOT = hasattr(os, "getuid") and os.getuid() == 0
 _NOBODY = "65534"
 _VIEW = """
 hidden=$1 view=$2 roots=$3
@@ -40,11 +41,13 @@ class User:
 
     def __init__(self, name: str) -> None:
         self.root = name == "root"
-        if self.root and os.getuid():
+        if self.root and not IS_ROOT:
             pytest.skip("needs root")
+        if not self.root and IS_ROOT and not (shutil.which("unshare") and shutil.which("setpriv")):
+            pytest.skip("needs unshare and setpriv to become another user")
         self.folder = Path(tempfile.mkdtemp(prefix="hystfmu-user-"))
         self._view = Path(tempfile.mkdtemp(prefix="hystfmu-view-"))
-        self._changes = not self.root and os.getuid() == 0
+        self._changes = not self.root and IS_ROOT
         if self._changes:
             os.chown(self.folder, int(_NOBODY), int(_NOBODY))
             if (tried := self.python("-c", "import hystfmu")).returncode:

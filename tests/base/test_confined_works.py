@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from bad_fmu import bad_fmu
-from users import User, user  # noqa: F401
+from users import User
 
 from hystfmu.base.confine import unconfined
 
@@ -101,7 +102,13 @@ static void all(void) {
 """
 
 
-def test_an_fmu_works(user: User) -> None:  # noqa: F811
+@pytest.mark.parametrize("name", [pytest.param("root", marks=pytest.mark.stress), "user"])
+def test_an_fmu_works(name: str) -> None:
+    with closing(User(name)) as user:
+        works(user)
+
+
+def works(user: User) -> None:
     defect = "{ static int n; if (!n++) all(); y = did; return fmi2OK; }"
     bad_fmu(user.folder / "x.fmu", defect, -1.0, WORK, "-pthread", "-D_GNU_SOURCE")
     user.give(user.folder)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from users import User, user  # noqa: F401
+from users import IS_ROOT, User, user  # noqa: F401
 
 from hystfmu.base.confine import unconfined
 
@@ -179,7 +179,7 @@ def said(user: User, code: str, confined: bool = True, **variables: str) -> dict
 @pytest.fixture
 def victim(user: User) -> Iterator[int]:  # noqa: F811
     """A process of the user."""
-    options = {} if user.root or os.getuid() else {"user": 65534, "group": 65534, "extra_groups": []}
+    options = {} if user.root or not IS_ROOT else {"user": 65534, "group": 65534, "extra_groups": []}
     with subprocess.Popen(["sleep", "600"], **options) as other:  # type: ignore[call-overload]
         yield other.pid
         other.kill()

@@ -7,6 +7,7 @@ import shutil
 import time
 import zipfile
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import pytest
 import tomli_w
 from bad_fmu import DESCRIPTION, bad_fmu
 from click.testing import CliRunner
-from users import User, user  # noqa: F401
+from users import User
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
@@ -159,7 +160,13 @@ def test_a_cache_that_cannot_be_a_folder(cache: Path, tmp_path: Path, monkeypatc
     assert files(unpacks(fmu)) == packed(fmu)
 
 
-def test_a_cache_that_cannot_be_written(user: User) -> None:  # noqa: F811
+@pytest.mark.parametrize("name", [pytest.param("root", marks=pytest.mark.stress), "user"])
+def test_a_cache_that_cannot_be_written(name: str) -> None:
+    with closing(User(name)) as user:
+        runs_without(user)
+
+
+def runs_without(user: User) -> None:
     """The run leaves nothing behind.  Root writes everywhere: its cache lies where no folder can be made."""
     bad_fmu(user.folder / "x.fmu")
     user.give(user.folder)
