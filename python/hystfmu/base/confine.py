@@ -87,7 +87,7 @@ def unconfined() -> str:
 def confine(box: Box) -> None:
     """Confine this process, which has one thread, as far as the system can.
 
-    Its own folder becomes the current and the temporary one.
+    Its own folder becomes the current and the temporary one.  It loses capabilities and unknown variables.
 
     Raises
     ------
