@@ -209,7 +209,7 @@ def test_what_a_system_cannot_keep_from_is_told_once(
 
 def test_a_system_without_either_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hystfmu.base.confine.sys.platform", "darwin")
-    assert unconfined() == "read and write your files and use the network"
+    assert unconfined() == "read and write your files and use the network and act on your other processes"
 
 
 def test_an_old_landlock_says_what_it_lacks(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,13 +9,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import IO
 
 from hystfmu.base.confine import Box, unconfined
+from hystfmu.base.environment import known
 from hystfmu.base.package_files import PACKAGE
 
 MOST_LOG = 1 << 16
@@ -73,12 +74,15 @@ class Child:
     *arguments : str
         Of Python.
     box : Box, optional
-        Confines the child as far as this system can.
+        Confines the child as far as this system can, and keeps most variables of the environment from it.
+    keep : collection of int
+        Descriptors that stay open in it; not on Windows.
     """
 
-    def __init__(self, *arguments: str, box: Box | None = None) -> None:
+    def __init__(self, *arguments: str, box: Box | None = None, keep: Collection[int] = ()) -> None:
         package = str(PACKAGE.parent)
         path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
+        variables = dict(os.environ) if box is None else known(os.environ)
         command = ["-P", *arguments]  # the current folder is no place for modules
         if box is not None:
             tell_unconfined()
@@ -89,11 +93,12 @@ class Child:
         self._dropped = b""
         self._process = subprocess.Popen(
             [sys.executable, *command],
-            env={**os.environ, "PYTHONPATH": path},
+            env=variables | {"PYTHONPATH": path},
             stdin=subprocess.DEVNULL,
             stdout=self._output,
             stderr=subprocess.STDOUT,
             start_new_session=True,
+            pass_fds=tuple(keep),
         )
 
     @property
@@ -126,8 +131,7 @@ class Child:
         end = time.monotonic() + seconds
         try:
             while self._process.poll() is None and (left := end - time.monotonic()) > 0:
-                with suppress(subprocess.TimeoutExpired):
-                    self._process.wait(min(left, _LOOK))
+                self.wait(min(left, _LOOK))
                 self._drop_output()
                 look()
             in_time = self._process.poll() is not None
@@ -135,6 +139,20 @@ class Child:
             self._end()
         with self._output:
             return self._last_output().decode(errors="replace").strip().splitlines(), in_time
+
+    def poll(self) -> int | None:
+        """Return the status if it has ended, else None.  What it has put out too much is dropped."""
+        self._drop_output()
+        return self._process.poll()
+
+    def wait(self, seconds: float | None = None) -> None:
+        """Wait for its end, at most so long (s)."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(seconds)
+
+    def terminate(self) -> None:
+        """Begin to end it and, on Linux, all that it has started."""
+        self._process.terminate()
 
     def _last_output(self) -> bytes:
         handle = self._output.fileno()
@@ -156,9 +174,8 @@ class Child:
 
     def _end(self) -> None:
         if self._process.poll() is None and sys.platform == "linux":
-            self._process.terminate()
-            with suppress(subprocess.TimeoutExpired):
-                self._process.wait(_END)
+            self.terminate()
+            self.wait(_END)
         if hasattr(os, "killpg") and not (sys.platform == "linux" and self._process.poll() is not None):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)

@@ -107,9 +107,16 @@ def main() -> None:
         try:
             confine(Box(**box))
         except OSError as e:
-            print(f"this process cannot be confined: {e}", flush=True)
-            os._exit(CANNOT)
-    os.execv(sys.executable, [sys.executable, *arguments])
+            _refuse(f"this process cannot be confined: {e}")
+    try:
+        os.execv(sys.executable, [sys.executable, *arguments])
+    except OSError as e:  # root enters no folder of another user without its capabilities
+        _refuse(f"this process cannot run {sys.executable}: {e.strerror}")
+
+
+def _refuse(why: str) -> NoReturn:
+    print(why, flush=True)
+    os._exit(CANNOT)
 
 
 if __name__ == "__main__":

@@ -8,8 +8,8 @@ worker twice, or exceeds the time limit, becomes a row with the reason.  A worke
 
 Workers of studies that run in the C core alone are forks: they start at once, with everything that the parent has
 imported, and use only what is safe in a fork of a process with threads.  All other workers (FMUs, foreign code,
-platforms without a safe fork) are new processes.  One that runs foreign code is confined, has a supervisor on Linux,
-and is not believed: its answers are JSON, as nothing that it sends may be unpickled here.
+platforms without a safe fork) are new processes.  One that runs foreign code is confined, has a supervisor on Linux
+(`PipedChild`), and is not believed: its answers are JSON, as nothing that it sends may be unpickled here.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ from typing import Any
 from hystfmu.base.child import late, limit_memory, tell_unconfined
 from hystfmu.base.confine import Box, confine
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.engine.isolated import box_of
+from hystfmu.base.piped_child import PipedChild
+from hystfmu.scenario.engine.isolated import box_of, one_line
 from hystfmu.scenario.engine.master import Engine
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.task import Runner, Task, row_of
@@ -56,11 +57,6 @@ def _work(
     box: Box | None,
 ) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles the interrupt
-    if _supervised(systems):
-        from hystfmu.base.supervisor import supervise  # of Linux
-
-        supervise(parent)  # the rest is a fork, with one thread, which `confine` needs
-        parent = os.getppid()
     if box is not None:
         confine(box)
     tempfile.tempdir = folder  # the parent removes this folder: a killed process cannot
@@ -103,23 +99,30 @@ def _forked(systems: list[System], engine: Engine) -> bool:
 
 class _Worker:
     def __init__(self, systems: list[System], engine: Engine, memory: float, confined: bool) -> None:
-        context: Any = mp.get_context("fork" if _forked(systems, engine) else "spawn")
-        self.pipe, theirs = context.Pipe()
-        self._begun = context.RawValue("q", 0)
         self._folder = tempfile.mkdtemp(prefix="hystfmu-study-")
         box = box_of(systems, self._folder) if confined and any(s.foreign for s in systems) else None
-        words = (theirs, self._begun, os.getpid(), self._folder, systems, engine, memory, box)
         self._supervised, self._names = _supervised(systems), [s.case.name for s in systems]
-        self.process = context.Process(target=_work, args=words, daemon=True)
-        with warnings.catch_warnings():  # Python warns of threads in the parent; this fork needs none of their locks
-            warnings.simplefilter("ignore", DeprecationWarning)
-            self.process.start()
-        theirs.close()
+        words = (self._folder, systems, engine, memory)
+        if self._supervised:
+            self.process: Any = PipedChild(_work, self._folder, (*words, None), box)
+            self.pipe, self._begun = self.process.pipe, self.process.count
+        else:
+            self._start(words, box, "fork" if _forked(systems, engine) else "spawn")
         self.tasks: deque[Task] = deque()
         self.answered = 0
         self.since = time.monotonic()
         self.ready = False
         self.share = 1
+
+    def _start(self, words: tuple[Any, ...], box: Box | None, method: str) -> None:
+        context: Any = mp.get_context(method)
+        self.pipe, theirs = context.Pipe()
+        self._begun = context.RawValue("q", 0)
+        self.process = context.Process(target=_work, args=(theirs, self._begun, os.getpid(), *words, box), daemon=True)
+        with warnings.catch_warnings():  # Python warns of threads in the parent; this fork needs none of their locks
+            warnings.simplefilter("ignore", DeprecationWarning)
+            self.process.start()
+        theirs.close()
 
     def give(self, tasks: list[Task]) -> None:
         """Send tasks to the worker."""
@@ -173,6 +176,13 @@ class _Worker:
         self.process.kill()
         self.process.join()
         shutil.rmtree(self._folder, ignore_errors=True)
+
+    @property
+    def advice(self) -> str:
+        """What helps if it ends before it begins."""
+        if self._supervised:
+            return one_line("".join((self.process.said or ["it said nothing"])[-1:]))
+        return "a script that runs a study must be a file with its main part under if __name__ == '__main__'"
 
     def kill(self) -> None:
         """Begin to end it, with all that foreign code in it has started."""
@@ -292,10 +302,7 @@ class Pool:
         status = w.process.exitcode
         self._unborn = 0 if w.ready else self._unborn + 1
         if self._unborn > 2 * self._n:  # no task is at fault
-            raise InputError(
-                f"the workers of the study exit with status {status} before they begin; a script that runs a study "
-                "must be a file with its main part under if __name__ == '__main__'"
-            )
+            raise InputError(f"the workers of the study exit with status {status} before they begin; {w.advice}")
         if task.index in self._died:
             yield row_of(task, self._names[task.case], "killed", f"ended its process twice, with status {status}")
         else:

@@ -127,17 +127,6 @@ def test_a_worker_ends_with_its_parent(working):
     assert working(waited, 0.1)[0] == 1  # its parent lives: it waits on
 
 
-@pytest.mark.skipif(os.name == "nt", reason="the supervisor is one of Linux")
-@pytest.mark.parametrize("foreign", [False, True])
-def test_a_worker_of_foreign_code_is_supervised(working, monkeypatch, foreign):
-    asked = []
-    monkeypatch.setattr("hystfmu.base.supervisor.supervise", asked.append)
-    pipe = Pipe([[task(0)]], polls=[False, True])
-    begun, _ = working(pipe, 0.1, parent=-7 if foreign else None, foreign=foreign)
-    assert asked == [-7] * foreign
-    assert begun == 1  # its parent is the supervisor now, and lives
-
-
 @pytest.mark.parametrize(("foreign", "confined", "said"), [(True, True, 1), (True, False, 0), (False, True, 0)])
 def test_a_system_that_cannot_confine_says_so(monkeypatch, foreign, confined, said):
     told = []

@@ -1,21 +1,29 @@
 """Cache of unpacked FMUs and SSPs, keyed by the hash of the archive: all runs and processes share one copy.
 
-A folder gets its name by an atomic rename, so that two processes that unpack the same archive never see a partial copy.
-The cache may be deleted between runs.
+An entry is checked whenever it is used; a damaged one is unpacked anew.  It gets its name by an atomic rename, so that
+two processes that unpack the same archive never see a partial copy.  The cache may be deleted between runs.  A process
+that cannot write it has one in a temporary folder, for as long as it runs.
 """
 
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 import shutil
 import tempfile
 import zipfile
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes
+from hystfmu.fmu.archive.entry import CONTENT, is_intact, write_hashes
+from hystfmu.fmu.archive.prune import PARTIAL, prune
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED, XML, archive_problems, unpack, xml_problems
+
+_NEW = "new"
 
 
 def cache_folder() -> Path:
@@ -25,6 +33,12 @@ def cache_folder() -> Path:
     if os.name == "nt":
         return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "hystfmu" / "cache"
     return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hystfmu"
+
+
+@cache
+def _temporary() -> tempfile.TemporaryDirectory[str]:
+    """Make the cache of a process that cannot write the one of the user; it goes at the end of the process."""
+    return tempfile.TemporaryDirectory(prefix="hystfmu-cache-")
 
 
 def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
@@ -49,27 +63,47 @@ def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
     InputError
         If the file is not an archive, is unsafe or too large, or cannot be unpacked.
     """
-    digest = hashlib.sha256(read_bytes(path, MOST_UNPACKED)).hexdigest()
-    folder = cache_folder().absolute() / digest
-    if folder.is_dir():
-        return folder, digest
+    content = read_bytes(path, MOST_UNPACKED)
+    digest = hashlib.sha256(content).hexdigest()
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        made = Path(tempfile.mkdtemp(prefix=".unpack-", dir=folder.parent))
-        try:
-            with zipfile.ZipFile(path) as archive:
-                problems = archive_problems(archive, needs) or unpack(archive, made) or xml_problems(made)
-            if problems:
-                raise InputError(f"{path}: {problems[0]}")
-            try:
-                os.rename(made, folder)
-            except OSError:  # another process was faster
-                if not folder.is_dir():
-                    raise
-        finally:
-            shutil.rmtree(made, ignore_errors=True)
+        with suppress(OSError):
+            return _copy(cache_folder().absolute(), digest, path, content, needs), digest
+        return _copy(Path(_temporary().name), digest, path, content, needs), digest
     except zipfile.BadZipFile as e:
         raise InputError(f"{path}: not a ZIP archive, or truncated ({e})") from None
     except OSError as e:
         raise InputError(f"{path}: cannot be unpacked: {e.strerror or e}") from None
-    return folder, digest
+
+
+def _copy(within: Path, digest: str, path: str | Path, content: bytes, needs: str) -> Path:
+    """Return the folder of an unpacked archive in a cache."""
+    entry = within / digest
+    with suppress(OSError):
+        os.utime(entry)  # first: what is used is not pruned
+    if is_intact(entry):
+        return entry / CONTENT
+    within.mkdir(parents=True, exist_ok=True)
+    made = Path(tempfile.mkdtemp(prefix=PARTIAL, dir=within))
+    try:
+        unpacks = made / _NEW / CONTENT
+        unpacks.mkdir(parents=True)
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            problems = archive_problems(archive, needs) or unpack(archive, unpacks) or xml_problems(unpacks)
+        if problems:
+            raise InputError(f"{path}: {problems[0]}")
+        write_hashes(made / _NEW)
+        _put(made, entry)
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+    prune(within)
+    return entry / CONTENT
+
+
+def _put(made: Path, entry: Path) -> None:
+    """Give an entry its name; a damaged one that has it goes, another process may have been faster."""
+    try:
+        os.rename(made / _NEW, entry)
+    except OSError:
+        if not is_intact(entry):
+            os.rename(entry, made / "old")
+            os.rename(made / _NEW, entry)

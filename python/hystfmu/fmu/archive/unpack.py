@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import posixpath
 import shutil
 import stat
@@ -14,6 +15,7 @@ MOST_ENTRIES = 10_000
 MOST_UNPACKED = 512 * 2**20
 MOST_XML = 64 * 2**20
 XML = "modelDescription.xml"
+_OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO)
 _SHOWN = 80  # characters of a name in a message
 _PARSED = (".xml", ".ssd", ".ssv")
 _OPAQUE = ("resources/", "documentation/", "extra/")
@@ -66,6 +68,11 @@ def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
 
     Entries are copied in pieces to bound memory.  An entry yields at most its declared size, and its checksum is
     verified.
+
+    Raises
+    ------
+    OSError
+        The folder takes no more files: its disk is full, read-only or broken.
     """
     problems = []
     for entry in archive.infolist():
@@ -80,6 +87,8 @@ def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as e:
             problems.append(f"{_shown(entry.filename)} cannot be unpacked: {e}")
         except OSError as e:
+            if e.errno in _OF_THE_DISK:
+                raise
             problems.append(f"{_shown(entry.filename)} cannot be unpacked: {e.strerror or e}")
     return problems
 

@@ -15,7 +15,8 @@ from pathlib import Path
 from hystfmu.base.child import Child
 from hystfmu.base.confine import Box
 from hystfmu.base.errors import InputError
-from hystfmu.base.files import check_source, read_bytes
+from hystfmu.base.files import check_source
+from hystfmu.base.results import read_result
 from hystfmu.fmu.archive.unpack import archive_problems, unpack, xml_problems
 from hystfmu.fmu.check.findings import Check, Findings, checks_of
 
@@ -28,7 +29,7 @@ def _run_problems(process: Child, result: Path, seconds: float, progress: Progre
     """Return the findings of the child process, including the trial in which it crashed or hung."""
     lines, in_time = process.finish(seconds, lambda: _tell(result, progress))
     try:
-        notes = json.loads(read_bytes(result, MOST_NOTES))  # the FMU may have written it
+        notes = json.loads(read_result(result, MOST_NOTES))  # the FMU may have written it
         problems = [" ".join(str(p).split()) for p in notes["problems"]]
         doing, finished, checks = str(notes["doing"]), bool(notes["done"]), checks_of(notes["checks"])
     except (ValueError, KeyError, TypeError, RecursionError):
@@ -50,7 +51,7 @@ def _run_problems(process: Child, result: Path, seconds: float, progress: Progre
 def _tell(result: Path, progress: Progress) -> None:
     """Report the share of the trials that is done, as far as the child has written it down."""
     with suppress(ValueError, KeyError, TypeError, RecursionError):
-        done = checks_of(json.loads(read_bytes(result, MOST_NOTES))["checks"])
+        done = checks_of(json.loads(read_result(result, MOST_NOTES))["checks"])
         progress(min(len(done) / ABOUT, 1.0))
 
 

@@ -17,12 +17,12 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.child import Child, late, limit_memory
-from hystfmu.base.confine import CANNOT, Box
-from hystfmu.base.files import check_source, read_bytes
+from hystfmu.base.confine import Box
+from hystfmu.base.results import open_result, read_result
 from hystfmu.fmu.foreign.finding import Ended, Finding
 from hystfmu.fmu.foreign.instance import REAL
 from hystfmu.fmu.foreign.simulated import Simulated
-from hystfmu.scenario.engine.isolated import MOST_ENDED, one_line
+from hystfmu.scenario.engine.isolated import MOST_ENDED, one_line, without_result
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.foreign import Foreign, ForeignPort
 
@@ -70,17 +70,16 @@ def run_alone(task: Task, seconds: float, confined: bool = True) -> tuple[Array,
             raise Stopped(late(seconds), "timeout")
         width = sum(p.size for p in task.foreign.ports if p.kind == "output")
         try:
-            ended = json.loads(read_bytes(Path(folder) / _ENDED, MOST_ENDED))
+            ended = json.loads(read_result(Path(folder) / _ENDED, MOST_ENDED))
             if ended["stopped"] is not None:
                 raise Stopped(one_line(ended["stopped"]))
             rows = min(max(int(ended["rows"]), 0), task.n_steps + 1)
-            check_source(Path(folder) / _VALUES)
-            values = np.fromfile(Path(folder) / _VALUES, count=rows * width).reshape(rows, width)
+            with open_result(Path(folder) / _VALUES) as f:
+                values = np.fromfile(f, count=rows * width).reshape(rows, width)
             t = np.asarray(task.start + np.arange(rows) * task.step, dtype=np.float64)
             return t, values, one_line(ended["note"])
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
-            why = f" ({lines[-1]})" if process.status == CANNOT and lines else ""
-            raise Stopped(f"the process that ran the FMU {process.ending}{why}", "killed") from None
+            raise without_result("the FMU", process, lines) from None
 
 
 def _inputs(task: Task, times: Array) -> Array:

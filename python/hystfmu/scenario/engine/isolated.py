@@ -17,7 +17,7 @@ import numpy as np
 
 from hystfmu.base.child import Child, late, limit_memory
 from hystfmu.base.confine import CANNOT, Box
-from hystfmu.base.files import check_source, read_bytes
+from hystfmu.base.results import open_result, read_result
 from hystfmu.scenario.engine.master import Engine, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.system.foreign import Foreign
@@ -38,6 +38,13 @@ def box_of(systems: Sequence[System], folder: str) -> Box:
     return Box.of(folder, *(p.graph.folder for s in systems for p in s.foreign if isinstance(p.graph, Foreign)))
 
 
+def without_result(foreign: str, child: Child, lines: list[str]) -> Stopped:
+    """Return what stopped a child process that left no valid result; `lines` is its output."""
+    why = f" ({lines[-1]})" if child.status == CANNOT and lines else ""
+    lacks = " without a result of its own" if child.status == 0 else ""
+    return Stopped(f"the process that ran {foreign} {child.ending}{lacks}{why}", "killed")
+
+
 def chunks_isolated(
     system: System, engine: Engine, seconds: float, gigabytes: float = GIGABYTES, confined: bool = True
 ) -> Iterator[Trace]:
@@ -56,11 +63,10 @@ def chunks_isolated(
         if not in_time:
             raise Stopped(late(seconds), "timeout")
         try:
-            ended = json.loads(read_bytes(Path(folder) / ENDED, MOST_ENDED))
+            ended = json.loads(read_result(Path(folder) / ENDED, MOST_ENDED))
             if ended["stopped"] is not None:
                 raise Stopped(one_line(ended["stopped"]), str(ended["status"])[:20])
-            check_source(Path(folder) / VALUES)
-            with (Path(folder) / VALUES).open("rb") as f:
+            with open_result(Path(folder) / VALUES) as f:
                 for first, end in system.chunks():
                     shape = (end - first, system.n_values)
                     values = np.fromfile(f, count=shape[0] * shape[1]).reshape(shape)
@@ -68,9 +74,7 @@ def chunks_isolated(
                     sweeps = Sweeps(*map(int, ended["sweeps"])) if end > system.n_steps else Sweeps()
                     yield Trace(times, values, system.columns, system.case.ripple, first=first, sweeps=sweeps)
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
-            foreign = ", ".join(p.name for p in system.foreign)
-            why = f" ({lines[-1]})" if child.status == CANNOT and lines else ""
-            raise Stopped(f"the process that ran {foreign} {child.ending}{why}", "killed") from None
+            raise without_result(", ".join(p.name for p in system.foreign), child, lines) from None
 
 
 def main(folder: Path) -> None:

@@ -1,0 +1,138 @@
+"""Refuse system calls of this process and of all that it starts: seccomp(2), linux/filter.h, linux/seccomp.h.
+
+This module imports the standard library alone: it runs before anything else is loaded.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import os
+import platform
+import struct
+import sys
+
+from hystfmu.base.kernel import call, libc
+
+_GET_SECCOMP, _SET_SECCOMP, _FILTER = 21, 22, 2
+_X32 = 0x40000000
+_AUDIT = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
+# numbers on x86_64 and aarch64
+_REFUSED = {
+    # a socket to a local service would undo all other limits; io_uring makes sockets without their call
+    "socket": (41, 198),
+    "io_uring_setup": (425, 425),
+    # keys of the user, and memory and queues that other processes share
+    "add_key": (248, 217),
+    "request_key": (249, 218),
+    "keyctl": (250, 219),
+    "shmget": (29, 194),
+    "semget": (64, 190),
+    "msgget": (68, 186),
+    "mq_open": (240, 180),
+    # memory, files and counters of another process
+    "ptrace": (101, 117),
+    "pidfd_getfd": (438, 438),
+    "kcmp": (312, 272),
+    "process_madvise": (440, 440),
+    "process_mrelease": (448, 448),
+    "perf_event_open": (298, 241),
+}
+# the process is their first argument; 0 is the caller
+_OF_A_PROCESS = {
+    "prlimit64": (302, 261),
+    "sched_setparam": (142, 118),
+    "sched_setscheduler": (144, 119),
+    "sched_setaffinity": (203, 122),
+    "sched_setattr": (314, 274),
+    "migrate_pages": (256, 238),
+    "move_pages": (279, 239),
+    "process_vm_readv": (310, 270),
+    "process_vm_writev": (311, 271),
+}
+# the process is their second argument, if the first one says so: not a group or a user
+_OF_A_KIND = {"setpriority": (0, 141, 140), "ioprio_set": (1, 251, 30)}
+# for a Landlock that does not refuse them to processes outside
+_SIGNALS = {
+    "kill": (62, 129),
+    "tkill": (200, 130),
+    "tgkill": (234, 131),
+    "rt_sigqueueinfo": (129, 138),
+    "rt_tgsigqueueinfo": (297, 240),
+}
+_PIDFD_SEND_SIGNAL, _FCNTL, _IOCTL = (424, 424), (72, 25), (16, 29)
+_OWNERS = (8, 15)  # F_SETOWN, F_SETOWN_EX: who gets the signals of a file
+# TIOCSTI and TIOCLINUX type on the terminal of the user; FIOSETOWN, SIOCSPGRP as F_SETOWN
+_CONTROLS = (0x5412, 0x541C, 0x8901, 0x8902)
+
+_LOAD, _JUMP, _EQUAL, _LEAST, _END = 0x20, 0x05, 0x15, 0x35, 0x06
+_ALLOW, _REFUSE, _KILL = 0x7FFF0000, 0x00050000 | 13, 0x80000000  # 13: EACCES
+_Line = tuple[int, int, int, int]  # of a filter: code, lines to skip if true, if false, value
+
+
+def can_refuse() -> bool:
+    """Whether the running system has filters of calls."""
+    if sys.platform != "linux" or platform.machine() not in _AUDIT or sys.maxsize < 2**32:
+        return False
+    return int(libc().prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0
+
+
+def refuse_calls(signals: bool) -> None:
+    """Refuse what reaches services and other processes of the user.
+
+    A process may act on itself.  A filter sees numbers and no threads: another thread is another process to it.  A
+    program of another architecture has other numbers of calls: it ends.
+
+    Parameters
+    ----------
+    signals : bool
+        Whether signals to all processes but this one are refused, also to those that it starts.
+
+    Raises
+    ------
+    OSError
+        The system refuses the filter.
+    """
+    machine = list(_AUDIT).index(platform.machine())
+    me = os.getpid()
+    rules = [_rule(numbers[machine]) for numbers in _REFUSED.values()]
+    rules += [_rule(numbers[machine], _among(0, 0, me)) for numbers in _OF_A_PROCESS.values()]
+    for kind, *numbers in _OF_A_KIND.values():
+        rules.append(_rule(numbers[machine], _among(0, kind), _among(1, 0, me)))
+    rules.append(_rule(_IOCTL[machine], _not_among(1, *_CONTROLS)))
+    if signals:
+        rules += [_rule(numbers[machine], _among(0, me)) for numbers in _SIGNALS.values()]
+        rules += [_rule(_PIDFD_SEND_SIGNAL[machine]), _rule(_FCNTL[machine], _not_among(1, *_OWNERS))]
+    program = [
+        (_LOAD, 0, 0, 4),  # the architecture of the caller
+        (_EQUAL, 1, 0, _AUDIT[platform.machine()]),
+        (_END, 0, 0, _KILL),
+        (_LOAD, 0, 0, 0),  # the number of the call
+        (_LEAST, 0, 1, _X32),
+        (_END, 0, 0, _REFUSE),
+        *[line for rule in rules for line in rule],
+        (_END, 0, 0, _ALLOW),
+    ]
+    code = C.create_string_buffer(b"".join(struct.pack("=HBBI", *line) for line in program))
+    filter_ = C.create_string_buffer(struct.pack("@HP", len(program), C.addressof(code)))
+    call("prctl", _SET_SECCOMP, _FILTER, filter_, 0, 0)
+
+
+def _rule(number: int, *tests: list[_Line]) -> list[_Line]:
+    """Return the lines of a call, which is refused unless there are tests and all are passed."""
+    lines = [line for test in tests for line in test]
+    lines.append((_END, 0, 0, _ALLOW if tests else _REFUSE))
+    return [(_EQUAL, 0, len(lines), number), *lines]
+
+
+def _among(argument: int, *values: int) -> list[_Line]:
+    return [*_compared(argument, values), (_END, 0, 0, _REFUSE)]
+
+
+def _not_among(argument: int, *values: int) -> list[_Line]:
+    return [*_compared(argument, values), (_JUMP, 0, 0, 1), (_END, 0, 0, _REFUSE)]
+
+
+def _compared(argument: int, values: tuple[int, ...]) -> list[_Line]:
+    """Return lines that skip one more line if the lower half of an argument, all that the system takes, is a value."""
+    lines = [(_EQUAL, len(values) - k, 0, value) for k, value in enumerate(values)]
+    return [(_LOAD, 0, 0, 16 + 8 * argument), *lines]
