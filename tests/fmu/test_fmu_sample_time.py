@@ -58,10 +58,12 @@ def held(graph: Graph, n: list[int]) -> tuple[Array, Array]:
     return u, y[np.cumsum(n) - 1]
 
 
-# ---- steps that are served --------------------------------------------------------------------------------------------
+# ---- steps that are served ------------------------------------------------------------------------------------------
 @each
 @every_graph
-def test_a_step_of_n_sample_times_has_the_bits_of_n_steps(make: Make, interface: str, graph: Callable[[], Graph]) -> None:
+def test_a_step_of_n_sample_times_has_the_bits_of_n_steps(
+    make: Make, interface: str, graph: Callable[[], Graph]
+) -> None:
     """Whatever the order of lengths; an event that nobody asked for and without new inputs changes nothing."""
     g = graph()
     n = [1, 1, 2, 3, 5, 1, 40, 2, 8, 8]
@@ -147,7 +149,9 @@ def test_rounding_of_an_importer_is_no_other_step(make: Make, off: float) -> Non
 def test_derivatives_of_inputs_reach_every_sample(make: Make) -> None:
     graph = mixed()
     slope, n = 30.0, 4
-    want = graph.executor().run(np.array([[0.0], *[[0.1 + slope * k * H] for k in range(1, n + 1)]]), graph.n_outputs, H)
+    want = graph.executor().run(
+        np.array([[0.0], *[[0.1 + slope * k * H] for k in range(1, n + 1)]]), graph.n_outputs, H
+    )
     m = make(graph)
     m.initialize()
     assert m.set("u", 0.1) == OK
