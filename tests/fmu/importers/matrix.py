@@ -403,8 +403,9 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         wrapped(
             f"""Nested reversals over the range of the data, {N} rows of 1 ms. "uneven": half, long and short steps,
             or twice and three times the sample time of a model that has one, and the rounding residue of a clock
-            (5.7e-15 s), against the Python unit, each after a refused step of 0. ME: Euler's method with events; kinds with continuous states by CVode with a held input (fmpy changes inputs
-            only between the steps of CVode). libcosim counts nanoseconds, ecos adds up its steps, so both hand over
+            (5.7e-15 s), against the Python unit, each after a refused step of 0. ME: Euler's method with events; kinds
+            with continuous states by CVode with a held input (fmpy changes inputs only between the steps of CVode).
+            libcosim counts nanoseconds, ecos adds up its steps, so both hand over
             steps that differ from 1 ms by rounding. Containers are those of fmu-manipulation-toolbox; "fmutool" is its
             checker. Bounds: {ROUNDED:g}; ME {SOLVED:g}, an oscillator in CVode against Newmark's method."""
         ),
