@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import zipfile
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -34,13 +35,14 @@ from hystfmu.graph.sample_time import sample_time
 from hystfmu.inverse import inverse
 from hystfmu.scenario import Scenario
 from hystfmu.scenario.engine.simulation import simulate
-from hystfmu.scenario.ssp.write import write_loop
+from hystfmu.scenario.ssp.write import write_loop, write_ssp
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.system import build
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 SHIPPED = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.rglob("scenario.toml"))
 FEW = ("pid", "cascade_static", "stage/irc")
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 H = 1e-3
 Fmi = Literal[2, 3]
 
@@ -184,11 +186,15 @@ def promise(fmu: Path) -> float:
 
 
 def kept(case: Case, fmu: Path, t: Array, got: Array) -> None:
-    """Require that the rows at the times t are those of the scenario within the promise of the description."""
+    """Require that the rows at the times t, to the end, are those of the scenario within the promised difference."""
+    assert t[-1] >= 0.99 * case.stop
+    same(case, fmu, t, got)
+
+
+def same(case: Case, fmu: Path, t: Array, got: Array) -> None:
     trace, most = simulate(build(case), "native"), promise(fmu)
     rows = np.rint(t / case.step).astype(int)
     np.testing.assert_allclose(t, rows * case.step, rtol=1e-9, atol=1e-9 * case.step)
-    assert rows[-1] >= 0.99 * case.stop / case.step
     for name, y in zip(names_of(case), got.T, strict=True):
         own = trace[name][:: case.ripple]
         span = float(np.ptp(own)) or float(np.abs(own).max()) or 1.0
@@ -212,6 +218,23 @@ def test_a_shipped_loop_in_fmpy(name: str, tmp_path: Path) -> None:
     case, fmi = Scenario(SCENARIOS / name).cases[0], (2, 3)[SHIPPED.index(name) % 2]
     fmu = loop_of(case, tmp_path / "loop.fmu", fmi)  # type: ignore[arg-type]
     kept(case, fmu, *by_fmpy(fmu, [n.replace(".", "_") for n in names_of(case)]))
+
+
+@pytest.mark.parametrize("name", [marked(n, FEW[::2]) for n in SHIPPED])
+def test_the_reference_inside_is_the_beginning_of_the_scenario(name: str, tmp_path: Path) -> None:
+    """Also of the units of an SSP archive: their own default experiment has the step and the end of the scenario."""
+    case = Scenario(SCENARIOS / name).cases[0]
+    fmu = loop_of(case, tmp_path / "loop.fmu", 2)
+    with zipfile.ZipFile(fmu) as archive:
+        if f"{FOLDER}/input.csv" in archive.namelist():
+            pytest.skip("a free input moves in the reference experiment")
+        lines = archive.read(f"{FOLDER}/result.csv").decode().splitlines()
+    head, rows = lines[0].split(","), np.array([line.split(",") for line in lines[1:]], dtype=float)
+    places = [head.index(name.replace(".", "_")) for name in names_of(case)]
+    same(case, fmu, rows[:, 0], rows[:, places])
+    with zipfile.ZipFile(write_ssp(case, tmp_path / "loop.ssp").path) as archive:
+        units = [archive.extract(n, tmp_path) for n in archive.namelist() if n.endswith(".fmu")]
+    assert {defaults(Path(unit)) for unit in units} == {(case.step, round(case.stop / case.step))}
 
 
 @pytest.mark.stress
