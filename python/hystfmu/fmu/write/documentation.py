@@ -146,8 +146,8 @@ def _step_sizes(graph: Graph) -> str:
     if sample is None:
         return "Linear parts are discretised exactly for the current step size."
     return (
-        f"The model is made for its sample time, {sample:g} s: a communication step of n sample times has the values of "
-        "n steps with the same input, and one that is no multiple of the sample time is an error."
+        f"The model is made for its sample time, {sample:g} s: a communication step of n sample times has the values "
+        "of n steps with the same input, and one that is no multiple of the sample time is an error."
     )
 
 
