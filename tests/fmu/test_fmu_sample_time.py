@@ -64,7 +64,7 @@ def held(graph: Graph, n: list[int]) -> tuple[Array, Array]:
 def test_a_step_of_n_sample_times_has_the_bits_of_n_steps(
     make: Make, interface: str, graph: Callable[[], Graph]
 ) -> None:
-    """Whatever the order of lengths; an event that nobody asked for and without new inputs changes nothing."""
+    """Whatever the order of lengths; an event of the importer without new inputs changes nothing."""
     g = graph()
     n = [1, 1, 2, 3, 5, 1, 40, 2, 8, 8]
     u, want = held(g, n)
