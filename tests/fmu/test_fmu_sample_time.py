@@ -128,6 +128,12 @@ def test_without_a_sample_time_each_step_is_a_sample(make: Make) -> None:
     assert got == graph.executor().run(np.array([[0.0], [1.0], [2.0], [3.0]]), 1, 1.0)[1:, 0].tolist()
 
 
+def test_without_a_sample_time_an_importer_is_asked_for_equal_steps(fmi: int, tmp_path: Path) -> None:
+    can = read_model_description(str(export_fmu(single("delay").with_step(0.0), tmp_path / "m.fmu", fmi))).coSimulation  # type: ignore[arg-type]
+    assert not can.canHandleVariableCommunicationStepSize
+    assert can.fixedInternalStepSize is None
+
+
 @pytest.mark.parametrize("off", [1e-4, -1e-4])
 def test_rounding_of_an_importer_is_no_other_step(make: Make, off: float) -> None:
     """An importer that counts nanoseconds: the model advances by its own step."""

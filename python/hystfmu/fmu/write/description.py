@@ -18,7 +18,7 @@ from hystfmu.fmu.write.measures import rate_unit, unit_definitions
 from hystfmu.fmu.write.trained import Facts
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.dependencies import Knowns, dependencies
-from hystfmu.graph.rate_classes import is_hysteretic, is_sampled
+from hystfmu.graph.rate_classes import is_hysteretic, is_sampled, needs_step
 from hystfmu.graph.sample_time import sample_time, suitable_step
 
 Fmi = Literal[2, 3]
@@ -237,7 +237,7 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
     )
     exchange = {k: v.lower() for k, v in exchange.items()}
     fixed = sample_time(graph)
-    simulation = {"canHandleVariableCommunicationStepSize": str(fixed is None).lower()}
+    simulation = {"canHandleVariableCommunicationStepSize": str(not needs_step(graph)).lower()}
     simulation |= {"fixedInternalStepSize": _without_dust(fixed)} if fixed is not None and fmi == 3 else {}
     simulation |= (
         {"canInterpolateInputs": "true"} if fmi == 2 else {"hasEventMode": "true", "providesIntermediateUpdate": "true"}
