@@ -343,6 +343,7 @@ def test_a_model_in_other_steps_is_itself_or_refuses(
         assert got is not None
         want = model.predict(fine)[::many] if part >= 1 else model.predict(v)
         y = got[:, 0] if part >= 1 else got[::many, 0]
-        assert np.abs(y - want).max() <= 1e-3 * np.ptp(want)
+        integrated = ramps(model.graph)  # an oscillator by Newmark's method, whose error its page states
+        assert np.abs(y - want).max() <= (3e-2 if integrated else 1e-3) * np.ptp(want)
         if sample_time(model.graph):
             assert y.tobytes() == want.tobytes()

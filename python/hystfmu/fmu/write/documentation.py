@@ -144,6 +144,11 @@ def _dependencies(graph: Graph) -> str:
 def _step_sizes(graph: Graph) -> str:
     sample = sample_time(graph)
     if sample is None:
+        if any(n.block.tolerance == "integration" and n.block.rate == "continuous" for n in graph.nodes):
+            return (
+                "An oscillator is integrated in parts of at most half a radian of its oscillation. Its error grows with "
+                "the square of their length, to 3 % of the span."
+            )
         return "Linear parts are discretised exactly for the current step size."
     return (
         f"The model is made for its sample time, {sample:g} s: a communication step of n sample times has the values "
