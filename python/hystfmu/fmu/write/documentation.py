@@ -146,8 +146,8 @@ def _step_sizes(graph: Graph) -> str:
     if sample is None:
         if any(n.block.tolerance == "integration" and n.block.rate == "continuous" for n in graph.nodes):
             return (
-                "An oscillator is integrated in parts of at most half a radian of its oscillation. Its error grows with "
-                "the square of their length, to 3 % of the span."
+                "An oscillator is integrated in parts of at most half a radian of its oscillation. Its error grows "
+                "with the square of their length; it was at most 3 % of the span in tests."
             )
         return "Linear parts are discretised exactly for the current step size."
     return (
