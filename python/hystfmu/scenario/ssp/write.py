@@ -24,7 +24,7 @@ from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
 from hystfmu.model import Model
 from hystfmu.scenario.engine.simulation import simulate
-from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp.container import container_fmu
 from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
 from hystfmu.scenario.ssp.joined import joined
@@ -117,11 +117,9 @@ def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
 
     Raises
     ------
-    Stopped
-        The case does not run.
     InputError
-        Of a graph: units of different rates, an algebraic loop.  Of a container: a version other than FMI 2.0, a unit
-        or a coupling that it does not step.  A file that cannot be written.
+        Of a graph: units of different rates, an algebraic loop, a case that does not reach its end.  Of a container: a
+        version other than FMI 2.0, a unit or a coupling that it does not step.  A file that cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
 
@@ -134,7 +132,10 @@ def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
     coupling = case.coupling.model_copy(update={"scheme": "gauss_seidel", "events": "grid"})
     system = build(replace(case, ripple=1, coupling=coupling))
     graph = to_graph(system)
-    found = differences(case, {n: n for n in system.columns}, simulate(system, "native"))
+    try:
+        found = differences(case, {n: n for n in system.columns}, simulate(system, "native"))
+    except Stopped as e:
+        raise InputError(f"{case.where}: no FMU of a loop that does not reach its end: {e}") from None
     worst = max(found.values())
     near = f"are within {1.06 * worst:.1e} % of their span in" if worst else "have the bits of"
     listed = ", ".join(name.replace(".", "_") for name in case.record) or "all outputs"
