@@ -30,27 +30,36 @@ static double at_end(double u, const double *slopes, double h) {
   return u + sum;
 }
 
-static fmi_status move_inputs(instance *i, double h) {
-  for (int write = 0; write < 2; write++) /* checks all before the first moves */
+fmi_status fmi_look_ahead(instance *i, double h, double n) {
+  for (int write = 0; i->run.moving && write < 2; write++) /* checks all before the first changes */
     for (int k = 0; k < i->graph->n_ports; k++) {
       const hyst_port *p = i->graph->ports + k;
       for (int64_t e = 0; p->kind == HYST_INPUT && p->type == REAL && e < p->size; e++) {
         double *slopes = slopes_of(i, p, e);
-        const double u = p->value[e], v = at_end(u, slopes, h);
-        if (write) slopes[0] = u, p->value[e] = v;
-        else if (!fmi_is_finite(v) || hyst_check(p->row, v)) {
+        if (write) slopes[0] = p->value[e];
+        for (double m = 1; m <= n && !write; m++) {
+          const double v = at_end(p->value[e], slopes, m * h);
           char a[32];
-          return fmi_refuse(i, "The derivatives of '%s' lead to %s at the end of the step, out of its range.", p->name,
-                            hyst_number(a, sizeof a, v));
+          if (!fmi_is_finite(v) || hyst_check(p->row, v))
+            return fmi_refuse(i, "The derivatives of '%s' lead to %s at the end of the step, out of its range.",
+                              p->name, hyst_number(a, sizeof a, v));
         }
       }
     }
   return FMI_OK;
 }
 
+static void move_inputs(instance *i, double h) {
+  for (int k = 0; k < i->graph->n_ports; k++) {
+    const hyst_port *p = i->graph->ports + k;
+    for (int64_t e = 0; p->kind == HYST_INPUT && p->type == REAL && e < p->size; e++)
+      p->value[e] = at_end(slopes_of(i, p, e)[0], slopes_of(i, p, e), h);
+  }
+}
+
 fmi_status fmi_go_ahead(instance *i, double t_end, double h) {
-  if (i->run.moving) return move_inputs(i, h);
-  if (!i->ask) return FMI_OK;
+  if (i->run.moving) move_inputs(i, h);
+  if (i->run.moving || !i->ask) return FMI_OK;
   i->run.phase = INTERMEDIATE;
   i->ask(i, t_end);
   i->run.phase = STEPPING;

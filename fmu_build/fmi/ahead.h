@@ -11,7 +11,9 @@ enum { FMI_ORDERS = 3, FMI_SLOPES = FMI_ORDERS + 1 }; /* per input; the first is
 
 /* Checks, or with `write` sets, the derivative of an input for the next step. */
 fmi_status fmi_set_slope(instance *i, const fmi_call *call, uint32_t reference, int order, double value, int write);
-/* Moves the inputs to the end of a step of h to t_end; on failure nothing has changed.  fmi_arrive() after the step. */
+/* Begins a step of n samples of h each, or of one step of h; on failure nothing has changed. */
+fmi_status fmi_look_ahead(instance *i, double h, double n);
+/* Moves the inputs to t_end, h after the beginning of the step.  fmi_arrive() ends the step. */
 fmi_status fmi_go_ahead(instance *i, double t_end, double h);
 void fmi_arrive(instance *i, int completed); /* otherwise the inputs go back */
 static inline int64_t fmi_n_slopes(const instance *i) { return i->slopes ? FMI_SLOPES * i->graph->n_external : 0; }

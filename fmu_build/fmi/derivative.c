@@ -98,7 +98,7 @@ static fmi_status between_steps(instance *i, const space *s) {
 static fmi_status respond(instance *i, const space *s) {
   const fmi_status status = fmi_fresh(i);
   if (status) return status;
-  if (i->run.phase == INITIALIZATION || i->tried) return by_difference(i, s);
+  if (i->run.phase == INITIALIZATION || (i->tried && !i->begin)) return by_difference(i, s);
   return between_steps(i, s);
 }
 

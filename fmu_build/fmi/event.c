@@ -1,9 +1,10 @@
 /* event.c - Event Mode and Continuous-Time Mode of both standards, around core/graph/continuous.h.
  *
- * Hysteretic memories take their inputs at accepted steps (completed_step) and at events.  Sampled blocks advance at
- * events: in Model Exchange every hyst_graph.step seconds from the start time, in Co-Simulation at every communication
- * point.  In Event Mode an importer may set inputs and read outputs in turn until they are consistent.  So each trial
- * of the event starts from the same memory, and only update_discrete makes it effective. */
+ * Hysteretic memories take their inputs at accepted steps (completed_step) and at events.  Sampled blocks advance in
+ * Model Exchange at events, every hyst_graph.step seconds from the start time, in Co-Simulation in steps.  An event in
+ * Co-Simulation repeats the step that ended at it, from the same memory: without new inputs it changes nothing, with
+ * them no block is late by a step.  In Event Mode an importer may set inputs and read outputs in turn until they are
+ * consistent.  So each trial of the event starts from the same memory, and only update_discrete makes it effective. */
 #include "fmi/event.h"
 
 #include <string.h>
@@ -17,21 +18,27 @@
 double fmi_slack(double t, double h) { return 1e-3 * h + 16 * 2.220446049250313e-16 * (t < 0 ? -t : t); }
 
 /* ---- Event Mode ------------------------------------------------------------------------------------------------- */
-static size_t memory_size(const instance *i) { /* the inputs keep their values */
-  return (size_t)(i->graph->n_state - i->graph->n_external) * sizeof(double);
-}
+static size_t memory_size(const instance *i) { return (size_t)fmi_n_memory(i) * sizeof(double); }
 
-/* sample periods since the last sample; an importer that skips some of them gets one long sample */
+/* Model Exchange: sample periods since the last sample, more than one for an importer that skips some */
 static double periods_due(const instance *i) {
   const double h = i->graph->step, t = i->run.t - i->run.start;
   const double n = (t + fmi_slack(i->run.t, h)) / h - i->run.samples;
   return n < 1 ? 0 : n < 4503599627370496.0 ? (double)(int64_t)n : n;
 }
 
-/* the time by which sampled blocks advance in this event; 0 if they hold */
-static double sample_length(const instance *i) {
-  if (!i->before) return 0;
-  return i->run.interface == MODEL_EXCHANGE ? periods_due(i) * i->graph->step : i->run.pending;
+static hyst_status repeat_step(instance *i) {
+  if (i->run.redo == 0) return hyst_graph_start(i->graph, i->run.t);
+  memcpy(i->graph->state, i->begin, memory_size(i));
+  return hyst_graph_step(i->graph, i->run.t, i->run.redo);
+}
+
+static hyst_status take_samples(instance *i, double n) {
+  hyst_graph *g = i->graph;
+  hyst_status s = HYST_E_OK;
+  for (double k = 1; k <= n && !s; k++)
+    s = hyst_graph_sample(g, k < n ? i->run.start + (i->run.samples + k) * g->step : i->run.t, g->step);
+  return s;
 }
 
 void fmi_undo_event(instance *i) {
@@ -43,14 +50,17 @@ void fmi_undo_event(instance *i) {
 
 fmi_status fmi_try_event(instance *i) {
   hyst_graph *g = i->graph;
-  const double dt = sample_length(i);
-  if (dt == 0) return fmi_evaluate(i);
-  if (!(dt <= FMI_MOST_STEP)) return fmi_refuse(i, "The time jumped by more than 1e9 s over the last sample.");
+  const double n = i->before && !i->begin ? periods_due(i) : 0;
+  if (n == 0 && !i->begin) return fmi_evaluate(i);
+  if (n > FMI_MOST_SAMPLES) return fmi_refuse(i, "The time passed over more than 1e6 samples of the model.");
   fmi_undo_event(i);
   if (fmi_prepare(i)) return FMI_ERROR;
   memcpy(i->before, g->state, memory_size(i));
-  if (hyst_graph_sample(g, i->run.t, dt)) return fmi_refuse_graph(i, hyst_graph_error(g));
   i->tried = 1;
+  if (i->begin ? repeat_step(i) : take_samples(i, n)) {
+    fmi_undo_event(i);
+    return fmi_refuse_graph(i, hyst_graph_error(g));
+  }
   i->run.stale = 0;
   return FMI_OK;
 }
@@ -67,10 +77,9 @@ fmi_status fmi_update_discrete(instance *i) {
   if (s) return s;
   if (i->tried) {
     i->tried = 0;
-    i->run.pending = 0;
-    if (i->run.interface == MODEL_EXCHANGE) i->run.samples += periods_due(i);
+    if (!i->begin) i->run.samples += periods_due(i);
   }
-  hyst_graph_commit(i->graph, i->run.t);
+  if (!i->begin) hyst_graph_commit(i->graph, i->run.t); /* a step that is repeated has passed its inputs on */
   return FMI_OK;
 }
 

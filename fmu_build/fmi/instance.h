@@ -35,7 +35,8 @@ typedef struct {
   unsigned interfaces, phases;
 } fmi_call;
 
-#define FMI_MOST_STEP 1e9 /* seconds */
+#define FMI_MOST_STEP 1e9    /* seconds */
+#define FMI_MOST_SAMPLES 1e6 /* of a step */
 static inline int fmi_is_finite(double v) { return v - v == 0; }
 
 /* passes a message to the importer in the form of its standard */
@@ -58,7 +59,7 @@ typedef struct {
   double clock;   /* of the importer: t with the rounding of its additions, see hyst_graph_end_of_step */
   double start;   /* of the first step of the model; Model Exchange: time of the first sample */
   double samples; /* periods from there to the last sample */
-  double pending; /* Co-Simulation with Event Mode: time since the last sample */
+  double redo;    /* Co-Simulation with Event Mode: length of the last step, which an event repeats; 0: the start */
 } fmi_run;
 
 typedef struct fmi_saved fmi_saved; /* a saved state; stays in the list of the instance until it is freed */
@@ -80,7 +81,9 @@ struct instance {
   int64_t n_continuous;
   hyst_port *continuous; /* the states, then the derivatives, as readable variables */
   double *derivatives;
+  double period;         /* sample time (s), of which every step is a multiple; 0: none */
   double *before;        /* memory of the graph before an event that is being tried; NULL if no trial is needed */
+  double *begin;         /* Co-Simulation with Event Mode: that before the last step; NULL if no step is repeated */
   double *work;          /* of derivatives */
   int tried;             /* the graph holds the result of the trial, `before` the memory before it */
   void *memory;          /* of the graph */
@@ -93,4 +96,6 @@ struct instance {
   void (*ask)(instance *, double t);
   void (*update)(void);
 };
+/* numbers of the memory that a step changes: the inputs, at the end of the state, keep their values */
+static inline int64_t fmi_n_memory(const instance *i) { return i->graph->n_state - i->graph->n_external; }
 #endif

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/block_file/graph_open.h"
+#include "core/elementary/elementary.h"
 #include "core/graph/continuous.h"
 #include "core/graph/message.h"
 #include "core/graph/run.h"
@@ -23,6 +24,7 @@ static void fresh_run(instance *i) {
   i->run.changed = i->graph->changed;
   i->run.dt = i->graph->dt;
   i->tried = 0;
+  if (i->begin) memset(i->begin, 0, (size_t)fmi_n_memory(i) * sizeof(double));
   memset(i->broken, 0, (size_t)i->graph->n_external);
   i->n_broken = 0;
   if (i->slopes) memset(i->slopes, 0, (size_t)fmi_n_slopes(i) * sizeof(double));
@@ -53,15 +55,18 @@ static int open_graph(instance *i, const char *token, const unsigned char *file,
 static int open_continuous(instance *i) {
   hyst_graph *g = i->graph;
   const int64_t n = i->n_continuous = hyst_graph_n_continuous(g);
-  const int has_events = i->kind.interface == MODEL_EXCHANGE || i->kind.event_mode;
-  if (hyst_graph_is_sampled(g) && i->kind.interface == MODEL_EXCHANGE && g->step == 0)
+  const int sampled = hyst_graph_is_sampled(g), repeats = i->kind.event_mode && hyst_graph_needs_step(g);
+  if (sampled && i->kind.interface == MODEL_EXCHANGE && g->step == 0)
     return fmi_refuse(i, "Model Exchange needs the sample period of the model: export it with a step."), 0;
   i->continuous = (hyst_port *)calloc((size_t)n + 1, 2 * sizeof *i->continuous);
   i->derivatives = (double *)calloc((size_t)n + 1, sizeof *i->derivatives);
   i->work = (double *)calloc(fmi_derivative_work(g), sizeof *i->work);
-  if (hyst_graph_is_sampled(g) && has_events && !(i->before = (double *)malloc((size_t)g->n_state * sizeof(double))))
-    return fmi_refuse(i, "out of memory"), 0;
-  if (!i->continuous || !i->derivatives || !i->work) return fmi_refuse(i, "out of memory"), 0;
+  const int tries = repeats || (sampled && i->kind.interface == MODEL_EXCHANGE);
+  if (hyst_graph_needs_step(g)) i->period = g->step;
+  if (tries) i->before = (double *)malloc((size_t)g->n_state * sizeof(double));
+  if (repeats) i->begin = (double *)malloc((size_t)g->n_state * sizeof(double));
+  const int have = (i->before || !tries) && (i->begin || !repeats);
+  if (!i->continuous || !i->derivatives || !i->work || !have) return fmi_refuse(i, "out of memory"), 0;
   for (int64_t k = 0; k < n; k++) {
     const hyst_node *node;
     const hyst_var *row = hyst_graph_continuous_row(g, k, &node);
@@ -110,6 +115,7 @@ void fmi_free(instance *i) {
   free(i->continuous);
   free(i->derivatives);
   free(i->before);
+  free(i->begin);
   free(i->work);
   free(i->name);
   free(i);
@@ -153,11 +159,45 @@ fmi_status fmi_terminate(instance *i) {
 }
 
 /* An importer that adds up its steps asks at the end for the rest to the stop time, which is rounding of its clock: a
- * few units in the last place of the times, or more after many steps.  Such a step is complete before it begins. */
+ * few units in the last place of the times, or more after many steps.  Such a step is complete before it begins.  A
+ * model with a sample time takes a thousandth of it for rounding as well. */
 static double rounding(const instance *i, double t) {
   const double stop = i->run.stop < 0 ? -i->run.stop : i->run.stop;
-  const double least = fmi_slack(t, 0) < fmi_slack(stop, 0) ? fmi_slack(stop, 0) : fmi_slack(t, 0);
-  return least < 1e-12 ? 1e-12 : least;
+  double least = fmi_slack(t, 0) < fmi_slack(stop, 0) ? fmi_slack(stop, 0) : fmi_slack(t, 0);
+  if (least < 1e-12) least = 1e-12;
+  return least < 1e-3 * i->period ? 1e-3 * i->period : least;
+}
+
+/* A model with a sample time has a clock of its own, whatever the steps of the importer: a step is n samples of *length
+ * each.  Without a sample time it is one.  0 after a message. */
+static double samples_of(const instance *i, double t_end, double h, double *length) {
+  char a[32], b[32];
+  *length = h;
+  if (!(i->period > 0)) return 1;
+  const double most = FMI_MOST_SAMPLES + 0.5, n = h / i->period < most ? (double)(int64_t)(h / i->period + 0.5) : 0;
+  const double off = hyst_fabs(h - n * i->period);
+  *length = i->period;
+  if (n >= 1 && off <= fmi_slack(t_end, i->period) && off < 0.5 * i->period) return n;
+  fmi_refuse(i, "The step must be a multiple (1 to 1000000) of the sample time %s s of the model. Got %s s instead.",
+             hyst_number(a, sizeof a, i->period), hyst_number(b, sizeof b, h));
+  return 0;
+}
+
+/* one step of the graph from t to t + h, `length` without the rounding of the times */
+static fmi_status advance(instance *i, double t, double h, double length) {
+  hyst_graph *g = i->graph;
+  const double reached = hyst_graph_end_of_step(g, i->run.start, t, h);
+  if (i->begin) {
+    /* refuses parameters before the memory of the last step is lost */
+    if ((g->changed || g->dt != length) && hyst_graph_prepare(g, length))
+      return fmi_refuse_graph(i, hyst_graph_error(g));
+    memcpy(i->begin, g->state, (size_t)fmi_n_memory(i) * sizeof(double));
+    i->run.redo = length;
+  }
+  if (hyst_graph_step(g, reached, length)) return fmi_refuse_graph(i, hyst_graph_error(g));
+  i->run.t = reached;
+  i->run.clock = t + h;
+  return FMI_OK;
 }
 
 fmi_status fmi_step(instance *i, double t, double h) {
@@ -173,16 +213,19 @@ fmi_status fmi_step(instance *i, double t, double h) {
   if (i->run.stop_defined && t_end - i->run.stop > fmi_slack(t_end, h))
     return fmi_refuse(i, "The step ends at t = %s s, after the stop time %s s.", hyst_number(a, sizeof a, t_end),
                       hyst_number(b, sizeof b, i->run.stop));
+  double length;
+  const double n = samples_of(i, t_end, h, &length);
+  if (n == 0) return FMI_ERROR;
   if (i->n_broken) return FMI_DISCARD; /* the message was sent when the value was set */
-  const double reached = hyst_graph_end_of_step(i->graph, i->run.start, t, h);
   const int ahead = i->run.moving || i->ask;
-  const fmi_status s = ahead ? fmi_go_ahead(i, t_end, h) : FMI_OK;
+  fmi_status s = ahead ? fmi_look_ahead(i, length, n) : FMI_OK;
   if (s) return s;
-  const int failed = (i->before ? hyst_graph_hold(i->graph, reached, h) : hyst_graph_step(i->graph, reached, h)) != 0;
-  if (ahead) fmi_arrive(i, !failed);
-  if (failed) return fmi_refuse_graph(i, hyst_graph_error(i->graph));
-  if (i->before) i->run.pending += h; /* the sample waits for Event Mode */
-  i->run.t = reached;
-  i->run.clock = t_end;
-  return FMI_OK;
+  for (double k = 0; k < n && !s; k++) {
+    const double begin = t + k * length, rest = k + 1 < n ? length : h - k * length;
+    if (ahead) s = fmi_go_ahead(i, k + 1 < n ? begin + rest : t_end, k * length + rest);
+    if (!s) s = advance(i, begin, rest, length);
+  }
+  if (ahead) fmi_arrive(i, !s);
+  if (!s) i->run.clock = t_end;
+  return s;
 }

@@ -1,8 +1,9 @@
 /* state.c - saved states: a list of valid states per instance, and a byte form that other processes can read.
  *
  * Bytes: magic, version, length, checksum of all that follows, token of the block file, fmi_run, derivatives of inputs
- * (ahead.h), parameters, state of the graph; little-endian.  A pointer is looked up in the list before it is followed,
- * so that a pointer that was freed or belongs to another instance is refused. */
+ * (ahead.h), parameters, state of the graph, its memory before the last step (Event Mode); little-endian.  A pointer is
+ * looked up in the list before it is followed, so that a pointer that was freed or belongs to another instance is
+ * refused. */
 #include "fmi/state.h"
 
 #include <stdlib.h>
@@ -13,7 +14,7 @@
 #include "fmi/event.h"
 
 static const char MAGIC[8] = {'H', 'Y', 'S', 'T', 'S', 'T', 'A', 'T'};
-enum { VERSION = 5 };
+enum { VERSION = 6 };
 
 typedef struct {
   char magic[8];
@@ -25,10 +26,14 @@ typedef struct {
 struct fmi_saved {
   fmi_saved *next;
   fmi_run run;
-  double *values; /* this struct is followed by derivatives, parameters with derived values, state of the graph */
+  double *values; /* this struct is followed by what the bytes end with, see above */
 };
 
-static size_t n_values(const instance *i) { return (size_t)(fmi_n_slopes(i) + i->graph->n_p + i->graph->n_state); }
+static size_t n_begin(const instance *i) { return i->begin ? (size_t)fmi_n_memory(i) : 0; }
+static size_t n_before_begin(const instance *i) {
+  return (size_t)(fmi_n_slopes(i) + i->graph->n_p + i->graph->n_state);
+}
+static size_t n_values(const instance *i) { return n_before_begin(i) + n_begin(i); }
 static size_t byte_size(const instance *i) { return sizeof(header) + sizeof(fmi_run) + n_values(i) * sizeof(double); }
 
 /* the state if it belongs to this instance; NULL after a message */
@@ -61,6 +66,7 @@ fmi_status fmi_save(instance *i, void **state) {
   if (n) memcpy(s->values, i->slopes, (size_t)n * sizeof(double));
   memcpy(s->values + n, g->p, (size_t)g->n_p * sizeof(double));
   memcpy(s->values + n + g->n_p, g->state, (size_t)g->n_state * sizeof(double));
+  if (i->begin) memcpy(s->values + n_before_begin(i), i->begin, n_begin(i) * sizeof(double));
   *state = s;
   return FMI_OK;
 }
@@ -77,6 +83,7 @@ fmi_status fmi_restore(instance *i, void *state) {
   if (n) memcpy(i->slopes, s->values, (size_t)n * sizeof(double));
   memcpy(g->p, s->values + n, (size_t)g->n_p * sizeof(double));
   memcpy(g->state, s->values + n + g->n_p, (size_t)g->n_state * sizeof(double));
+  if (i->begin) memcpy(i->begin, s->values + n_before_begin(i), n_begin(i) * sizeof(double));
   memset(i->broken, 0, (size_t)g->n_external); /* the inputs of the state are finite */
   i->n_broken = 0;
   return FMI_OK;
@@ -135,10 +142,10 @@ static const char *wrong_header(const instance *i, const unsigned char *bytes, s
 }
 
 static int legal_run(const fmi_run *r) {
-  const double values[] = {r->t, r->clock, r->stop, r->dt, r->start, r->samples, r->pending};
+  const double values[] = {r->t, r->clock, r->stop, r->dt, r->start, r->samples, r->redo};
   for (size_t k = 0; k < sizeof values / sizeof *values; k++)
     if (!fmi_is_finite(values[k])) return 0;
-  if (!(r->dt >= 0 && r->dt <= FMI_MOST_STEP && r->pending >= 0)) return 0;
+  if (!(r->dt >= 0 && r->dt <= FMI_MOST_STEP && r->redo >= 0 && r->redo <= FMI_MOST_STEP)) return 0;
   switch (r->phase) {
     case EVENT: return r->interface == MODEL_EXCHANGE || r->event_mode;
     case STEPPING: return r->interface == CO_SIMULATION;

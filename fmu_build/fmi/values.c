@@ -60,6 +60,8 @@ fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double 
   if (phase == INTERMEDIATE && p->kind != HYST_INPUT)
     return fmi_refuse(i, "'%s' is not an input: only inputs are set in an intermediate update.", p->name);
   if (p->kind == HYST_OUTPUT) return fmi_refuse(i, "'%s' is an output and cannot be set.", p->name);
+  /* OpenModelica before August 2026 sets the parameters once more after the initialisation */
+  if (p->kind != HYST_INPUT && value == p->value[element]) return FMI_OK;
   if (p->kind == HYST_FIXED && phase != INSTANTIATED && phase != INITIALIZATION)
     return fmi_refuse(i, "'%s' is a fixed parameter: set it before the initialisation ends.", p->name);
   if (p->kind == HYST_PARAM && phase == CONTINUOUS)

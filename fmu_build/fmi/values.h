@@ -36,10 +36,11 @@ enum { FMI_HELD, FMI_JUMPED, FMI_KNOWN };
 static inline void fmi_set(instance *i, const hyst_port *p, int64_t element, double value) {
   if (i->run.phase == CONTINUOUS && p->kind == HYST_INPUT && i->run.jump == FMI_HELD && p->value[element] != value)
     i->run.jump = FMI_JUMPED;
+  const int same = p->value[element] == value;
   p->value[element] = value;
   i->run.stale = 1;
   if (p->kind == HYST_PARAM || p->kind == HYST_FIXED) {
-    i->graph->changed = 1;
+    i->graph->changed |= !same;
   } else if (p->kind == HYST_INPUT && i->n_broken) {
     const int64_t at = p->value - i->graph->external + element;
     i->n_broken -= i->broken[at];

@@ -59,7 +59,6 @@ static void continuous(hyst_graph *g, int extreme) {
     hyst_graph_tangent(g, seeds, seeds + g->n_external, dy, dx);
     hyst_graph_commit(g, i);
     if (hyst_graph_is_sampled(g)) (void)hyst_graph_sample(g, i, g->step > 0 ? g->step : 1);
-    if (draw() % 4 == 0) (void)hyst_graph_hold(g, i, draw() % 2 ? 0.01 : 0.02);
   }
   free(dx);
   free(seeds);

@@ -48,34 +48,6 @@ def test_what_is_no_output_is_left_out_of_the_row_of_outputs() -> None:
     assert Executor(input_between_outputs()[0]).run(u, 2, 0.1).tolist() == [[2.0, 3.0], [-4.0, -6.0]]
 
 
-def test_an_implicit_inverse_is_solved_between_samples_too() -> None:
-    """FMI 3.0 Event Mode steps without samples: h(u) = y has to hold there as in a plain step."""
-    nodes = [
-        Node("inverse", "implicit_inverse", {}, {"lo": -5.0, "hi": 5.0}),
-        Node("model", "prandtl_ishlinskii", {"n": 2}, {"w0": 1.5, "r": [0.1, 0.4], "w": [0.5, 0.3]}),
-        Node("rate", "differentiator"),
-    ]
-    wires = [("inverse.u", "model.u"), ("model.y", "inverse.h")]
-    inputs = [Input("y", ("inverse.y",)), Input("x", ("rate.u",))]
-    graph = Graph(nodes, wires, inputs, [Output("u", "inverse.u"), Output("dx", "rate.du")], step=0.1)
-    hold = function("hyst_graph_hold", C.c_void_p, C.c_double, C.c_double)
-    stepped, held = Executor(graph.to_bytes()), Executor(graph.to_bytes())
-    places = {p.name: p.reference for p in graph.ports}
-    for e in (stepped, held):
-        e.start(0.0)
-    seen = set()
-    for k, y in enumerate((0.7, 1.9, 0.2, -0.9, 1.1), start=1):
-        for e in (stepped, held):
-            e.set(places["y"], y)
-            e.set(places["x"], float(k))
-        stepped.step(0.1 * k, 0.1)
-        assert hold(held.handle, 0.1 * k, 0.1) == 0
-        assert held.get(places["u"]) == stepped.get(places["u"])
-        assert held.get(places["dx"]) == 0.0  # no sample was taken
-        seen.add(held.get(places["u"]))
-    assert len(seen) == 5
-
-
 def test_blocks_that_together_ask_for_too_much_memory_are_refused() -> None:
     deep = [Node(f"z{k}", "zhao_tan", {"depth": 100000}) for k in range(90)]
     wires = [(f"z{k}.h", f"z{k + 1}.x") for k in range(89)]

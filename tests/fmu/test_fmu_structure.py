@@ -96,7 +96,7 @@ def test_capabilities(tmp_path: Path, fmi: int) -> None:
         description = described(single(name), tmp_path / "x.fmu", fmi)
         assert description.modelExchange.needsCompletedIntegratorStep == steps
         assert description.modelExchange.canGetAndSetFMUstate
-        assert description.coSimulation.canHandleVariableCommunicationStepSize
+        assert description.coSimulation.canHandleVariableCommunicationStepSize == (name != "pid")
         if fmi == 3:
             assert description.coSimulation.hasEventMode
     assert described(single("delay").with_step(0), tmp_path / "x.fmu", fmi).modelExchange is None

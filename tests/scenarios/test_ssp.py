@@ -246,6 +246,20 @@ def test_the_loop_as_one_fmu(loop: Any, write: Any, tmp_path: Path, fmi: str) ->
     assert np.abs(trace["plant_y"] - ours).max() < 1e-13  # fmpy adds up its times in another way
 
 
+def test_a_loop_that_does_not_reach_its_end_has_no_fmu(loop: Any, write: Any, tmp_path: Path) -> None:
+    """No FMU runs away with status OK, where its own scenario does not end."""
+    values = {"b": [1.0], "a": [1e-5, -1.0]}
+    loop["units"]["runaway"] = {"block": "transfer_function", "dims": {"na": 1, "nb": 0}, "values": values}
+    loop["order"].append("runaway")
+    loop["connections"]["runaway.u"] = "pid.u"
+    folder, out = write(loop), tmp_path / "loop.fmu"
+    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(out)])
+    assert result.exit_code == 2
+    (line,) = result.output.splitlines()
+    assert "no FMU of a loop that does not reach its end: " in line
+    assert not out.exists()
+
+
 def test_units_of_different_rates_have_no_ssp(loop: Any, write: Any, tmp_path: Path) -> None:
     loop["units"]["pid"]["every"] = 2
     with pytest.raises(InputError, match="pid runs once in several steps: SSP has one step"):

@@ -88,7 +88,7 @@ static void quiet3(fmi3InstanceEnvironment e, fmi3Status s, fmi3String category,
   if (s > fmi3Warning) fprintf(stderr, "%s\n", text);
 }
 
-static const double STEP = 1e-3;
+static const double STEP = 0.05; /* sample time of the models, see excitation.py */
 static const fmi2CallbackFunctions CALLBACKS = {quiet2, NULL, NULL, NULL, NULL};
 
 static void *start(const binary *b, const model *m, int fmi) {

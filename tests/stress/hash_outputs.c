@@ -77,8 +77,6 @@ static const char *run(const embedded_file *file, int64_t steps) {
     hyst_graph_commit(g, (double)i * h);
     if (hyst_graph_is_sampled(g) && hyst_graph_sample(g, (double)i * h, g->step)) return "sample";
     feed_outputs(g);
-    if (hyst_graph_hold(g, (double)i * h, i % 16 < 8 ? h : 0.5 * h)) return "hold"; /* Event Mode */
-    feed_outputs(g);
   }
   free(memory);
   free(room);

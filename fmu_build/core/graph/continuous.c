@@ -37,6 +37,18 @@ int hyst_graph_is_sampled(const hyst_graph *g) {
   return 0;
 }
 
+int hyst_graph_needs_step(const hyst_graph *g) {
+  int stepwise = 0, memory = 0;
+  for (int i = 0; i < g->n_nodes; i++) {
+    const hyst_node *n = g->nodes + i;
+    memory |= n->block->rate != HYST_FUNCTION;
+    stepwise |= n->time >= 0;
+    for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
+      stepwise |= w->source >= i && !hyst_closes_implicit(n, w);
+  }
+  return hyst_graph_is_sampled(g) || (memory && stepwise);
+}
+
 void hyst_graph_evaluate(hyst_graph *g, double t) {
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + g->order[i];
@@ -93,17 +105,5 @@ hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt) {
   }
   hyst_graph_evaluate(g, t); /* blocks that precede a sampled one in the file */
   hyst_look_behind(g);
-  return HYST_E_OK;
-}
-
-hyst_status hyst_graph_hold(hyst_graph *g, double t_end, double dt) {
-  dt = hyst_same_step(dt, g->state[0], t_end);
-  const hyst_status s = dt != g->dt || g->changed ? hyst_graph_prepare(g, dt) : HYST_E_OK;
-  if (s) return s;
-  g->state[0] = dt;
-  for (int i = 0; i < g->n_nodes; i++) {
-    const hyst_node *n = g->nodes + i;
-    if (n->block->rate != HYST_SAMPLED) hyst_advance_node(g, n, t_end, dt);
-  }
   return HYST_E_OK;
 }

@@ -19,7 +19,10 @@ int64_t hyst_graph_n_continuous(const hyst_graph *g);
  * Python. */
 double *hyst_graph_continuous(hyst_graph *g, int64_t k);
 const hyst_var *hyst_graph_continuous_row(const hyst_graph *g, int64_t k, const hyst_node **node);
-int hyst_graph_is_sampled(const hyst_graph *g); /* whether the graph needs a sample period */
+int hyst_graph_is_sampled(const hyst_graph *g); /* whether Model Exchange needs a sample period */
+/* Whether steps of another length are another model: of a sampled block, and of a memory that sees its source at the
+ * steps only, since the graph follows the time or reads, in a loop, outputs of the last step. */
+int hyst_graph_needs_step(const hyst_graph *g);
 /* outputs at time t for the current inputs and continuous states, in topological order; the memory stays unchanged */
 void hyst_graph_evaluate(hyst_graph *g, double t);
 void hyst_graph_derivatives(hyst_graph *g, double *dx); /* after evaluate, at the same time */
@@ -27,6 +30,4 @@ void hyst_graph_commit(hyst_graph *g, double t);        /* evaluate, then pass t
 /* Evaluates, advances sampled blocks by dt in the order of the file, and updates all outputs.  dt = graph->step,
  * whatever the actual time since the last sample; hyst_graph_start() is the sample at the start time. */
 hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt);
-/* hyst_graph_step() without samples: sampled blocks hold, and hyst_graph_sample() can follow at t_end. */
-hyst_status hyst_graph_hold(hyst_graph *g, double t_end, double dt);
 #endif

@@ -234,7 +234,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
   BEGIN(DoStep)
   (void)no_set_state;
   const fmi_status s = fmi_step(i, t, h);
-  if (event) *event = s == FMI_OK && i->run.pending > 0; /* sampled blocks wait for Event Mode */
+  if (event) *event = fmi3False; /* no output is discrete */
   if (terminate) *terminate = fmi3False;
   if (early_return) *early_return = fmi3False;
   if (last_time) *last_time = i->run.clock;

@@ -13,3 +13,14 @@ def is_hysteretic(graph: Graph) -> bool:
 def is_sampled(graph: Graph) -> bool:
     """Return whether a block advances at sample times only."""
     return any(n.block.rate == "sampled" for n in graph.nodes)
+
+
+def needs_step(graph: Graph) -> bool:
+    """Return whether steps of another length are another model.
+
+    They are for a sampled block, and for a memory that sees its source at the steps only, since the graph follows the
+    time or reads, in a loop, outputs of the last step.
+    """
+    timed = any(n.block.of("time") for n in graph.nodes)
+    looped = any(source >= to and place != graph.nodes[to].block.trial - 1 for to, place, source, *_ in graph.links)
+    return is_sampled(graph) or ((timed or looped) and any(n.block.rate != "function" for n in graph.nodes))

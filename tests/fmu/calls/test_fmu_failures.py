@@ -25,8 +25,9 @@ def modes() -> Graph:
     return Graph.single(Node("m", "modes", {"n": 1}, {"f_n": [1e3], "zeta": [0.1]})).with_step(H)
 
 
-def observer() -> Graph:
-    return Graph.single(Node("o", "disturbance_observer", {}, {"f_n": 1e3})).with_step(H)
+def observer(step: float = 0.0) -> Graph:
+    """Return a sampled block; without a sample time, each step of an importer is a sample."""
+    return Graph.single(Node("o", "disturbance_observer", {}, {"f_n": 1e3})).with_step(step)
 
 
 def pair() -> Graph:
@@ -71,9 +72,10 @@ def test_a_step_that_is_refused_puts_moving_inputs_back(make: Make) -> None:
 
 
 def test_a_sample_that_a_block_refuses_is_an_error(make: Make) -> None:
-    m: Events = make(observer(), "me")
+    m: Events = make(observer(H), "me")
+    assert m.set("f_n", 1e14) == OK
     m.begin(np.zeros(2))
-    assert m.set_time(1e8) == OK
+    assert m.set_time(H) == OK
     assert m.call("EnterEventMode") == OK
     for call in (m.update, lambda: m._access("Get", "u", None)[0]):
         m.messages.clear()

@@ -35,6 +35,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
+from hystfmu.graph.sample_time import sample_time
 from hystfmu.identify import METHODS
 from hystfmu.scenario import Scenario
 from hystfmu.scenario.shipped import shipped_scenarios
@@ -66,9 +67,10 @@ def signal(model: Model) -> Array:
     return u[:N, None]
 
 
-def uneven(n: int) -> list[float]:
-    """Step sizes: even, halves, long and short ones, and the rounding residue of a clock."""
-    pattern = [H, H / 2, H / 2, 1.7 * H, 0.3 * H, 5.7e-15, H * (1 + 1e-12)]
+def uneven(n: int, whole: bool) -> list[float]:
+    """Step sizes: even, halves, long and short ones, the rounding residue of a clock; `whole`: multiples of H."""
+    parts = [H, 2 * H, 3 * H, H] if whole else [H, H / 2, H / 2, 1.7 * H, 0.3 * H]
+    pattern = [*parts, 5.7e-15, H * (1 + 1e-12)]
     return [pattern[k % len(pattern)] for k in range(n)]
 
 
@@ -96,7 +98,8 @@ def run_uneven(fmu: Path, folder: Path, graph: Graph, u: Array) -> tuple[Array, 
     (y_name,) = (p.name for p in graph.ports if p.kind == "output")
     references = {v.name: v.valueReference for v in description.modelVariables}
     t, rows = 0.0, []
-    for value, h in zip(u[:, 0], uneven(len(u)), strict=True):
+    whole = sample_time(graph) is not None
+    for value, h in zip(u[:, 0], uneven(len(u), whole), strict=True):
         slave.setReal([references[u_name]], [float(value)])
         unit.set(u_name, float(value))
         try:
@@ -108,7 +111,8 @@ def run_uneven(fmu: Path, folder: Path, graph: Graph, u: Array) -> tuple[Array, 
             pass
         slave.doStep(t, h)
         if h > RESIDUE:  # a rest that is rounding is complete before it begins
-            unit.do_step(t, h)
+            for k in range(round(h / H) if whole else 1):
+                unit.do_step(t + k * H, H if whole else h)
             t += h
         rows.append((slave.getReal([references[y_name]])[0], unit.get(y_name)))
     slave.terminate()
@@ -397,10 +401,11 @@ def page(kinds: str, loops: str, told: list[str]) -> str:
         ),
         "## Kinds of model",
         wrapped(
-            f"""Nested reversals over the range of the data, {N} rows of 1 ms. "uneven": half, long and short steps and
-            the rounding residue of a clock (5.7e-15 s), against the Python unit, each after a refused step of 0. ME:
-            Euler's method with events; kinds with continuous states by CVode with a held input (fmpy changes inputs
-            only between the steps of CVode). libcosim counts nanoseconds, ecos adds up its steps, so both hand over
+            f"""Nested reversals over the range of the data, {N} rows of 1 ms. "uneven": half, long and short steps,
+            or twice and three times the sample time of a model that has one, and the rounding residue of a clock
+            (5.7e-15 s), against the Python unit, each after a refused step of 0. ME: Euler's method with events; kinds
+            with continuous states by CVode with a held input (fmpy changes inputs only between the steps of CVode).
+            libcosim counts nanoseconds, ecos adds up its steps, so both hand over
             steps that differ from 1 ms by rounding. Containers are those of fmu-manipulation-toolbox; "fmutool" is its
             checker. Bounds: {ROUNDED:g}; ME {SOLVED:g}, an oscillator in CVode against Newmark's method."""
         ),

@@ -18,7 +18,8 @@ from hystfmu.fmu.write.measures import rate_unit, unit_definitions
 from hystfmu.fmu.write.trained import Facts
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.dependencies import Knowns, dependencies
-from hystfmu.graph.rate_classes import is_hysteretic, is_sampled
+from hystfmu.graph.rate_classes import is_hysteretic, is_sampled, needs_step
+from hystfmu.graph.sample_time import sample_time, suitable_step
 
 Fmi = Literal[2, 3]
 
@@ -213,11 +214,10 @@ def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
     return structure
 
 
-def _interfaces(graph: Graph, fmi: Fmi, name: str, fixed: float | None) -> list[ET.Element]:
+def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
     """Declare ModelExchange and CoSimulation with their capabilities.
 
-    A graph with sampled blocks but without a sample period has no Model Exchange.  `fixed` is the only communication
-    step (s), if there is one.
+    A graph with sampled blocks but without a sample time has no Model Exchange.
     """
     spelling = "state" if fmi == 2 else "State"
     common = {
@@ -236,7 +236,8 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str, fixed: float | None) -> list[
         else {"needsCompletedIntegratorStep": str(steps)}
     )
     exchange = {k: v.lower() for k, v in exchange.items()}
-    simulation = {"canHandleVariableCommunicationStepSize": str(fixed is None).lower()}
+    fixed = sample_time(graph)
+    simulation = {"canHandleVariableCommunicationStepSize": str(not needs_step(graph)).lower()}
     simulation |= {"fixedInternalStepSize": _without_dust(fixed)} if fixed is not None and fmi == 3 else {}
     simulation |= (
         {"canInterpolateInputs": "true"} if fmi == 2 else {"hasEventMode": "true", "providesIntermediateUpdate": "true"}
@@ -260,10 +261,9 @@ def model_description(
     fmi: Fmi,
     name: str,
     text: str = "",
-    step: float | None = None,
+    stop: float | None = None,
     sources: Sequence[str] = (),
     known: Mapping[str, Facts] | None = None,
-    one_step: bool = False,
 ) -> bytes:
     """Write modelDescription.xml.
 
@@ -277,14 +277,12 @@ def model_description(
         Model name and model identifier: a letter or _ followed by letters, digits or _.
     text : str
         Description.
-    step : float or None
-        Step (s) of the default experiment; None for no default experiment.
+    stop : float, optional
+        End (s) of the default experiment; by default 1000 steps.
     sources : sequence of str
         Files of the sources directory, listed in FMI 2.0 only (FMI 3.0 has buildDescription.xml).
     known : mapping of str to Facts, optional
         What a fitted model knows of its ports.
-    one_step : bool
-        Whether communication steps other than `step` are excluded.
 
     Returns
     -------
@@ -299,7 +297,7 @@ def model_description(
     if fmi == 2:
         head["numberOfEventIndicators"] = "0"  # reversals need no event indicators, see fmu_build/README.md
     root = ET.Element("fmiModelDescription", head)
-    root.extend(_interfaces(graph, fmi, name, step if one_step else None))
+    root.extend(_interfaces(graph, fmi, name))
     for interface in root if fmi == 2 and sources else ():
         listed = ET.SubElement(interface, "SourceFiles")
         for file in sources:
@@ -307,9 +305,9 @@ def model_description(
     for part in (unit_definitions(graph), _types(graph, fmi), _log_categories()):
         if part is not None:
             root.append(part)
-    if step is not None:
-        stop, size = _without_dust(1000 * step), _without_dust(step)
-        ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=stop, stepSize=size)
+    step = suitable_step(graph)
+    end, size = _without_dust(1000 * step if stop is None else stop), _without_dust(step)
+    ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=end, stepSize=size)
     root.append(_variables2(graph, known or {}) if fmi == 2 else _variables3(graph, known or {}))
     root.append(_structure(graph, fmi))
     return xml_file(root)

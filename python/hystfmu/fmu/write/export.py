@@ -49,14 +49,14 @@ def _entries(
     source: bool,
     binaries: dict[str, Deflated],
     explorer: Explorer | None,
-    one_step: bool,
+    stop: float | None,
 ) -> dict[str, bytes | Deflated]:
     """Return the members of the archive by name."""
     reference = Reference.of(graph, model)
     files = [f"{name}.c"] if source else []
     known = facts_of(model, reference.y) if model else {}
     entries: dict[str, bytes | Deflated] = {
-        "modelDescription.xml": model_description(graph, fmi, name, text, reference.h, files, known, one_step)
+        "modelDescription.xml": model_description(graph, fmi, name, text, stop, files, known)
     }
     entries |= {f"binaries/{folder}": content for folder, content in binaries.items()}
     entries["resources/block.bin"] = graph.to_bytes()
@@ -83,15 +83,15 @@ def export_fmu(
     platforms: Literal["host", "all"] = "host",
     source: bool = False,
     explorer: Explorer | None = None,
-    one_step: bool = False,
+    stop: float | None = None,
 ) -> Path:
     """Write an FMU for Co-Simulation and Model Exchange.
 
     Parameters
     ----------
     model : Model or Graph
-        Content of the FMU.  A model also gives the step of the default experiment, the description, and fit and data
-        range for the documentation.
+        Content of the FMU.  A model also gives the description, and fit and data range for the documentation.  With
+        sampled blocks, its step is their sample time: the FMU refuses communication steps that are no multiple of it.
     path : str or Path
         FMU to write, usually ``*.fmu``; written atomically.
     fmi : {2, 3}
@@ -104,8 +104,8 @@ def export_fmu(
         Also pack the source: one self-contained C file.
     explorer : Explorer, optional
         The model in the page of the documentation, which is then some 60 kB larger.
-    one_step : bool
-        Whether its description asks for communication steps of the sample time alone.
+    stop : float, optional
+        End (s) of the default experiment; by default 1000 steps.
 
     Returns
     -------
@@ -127,6 +127,6 @@ def export_fmu(
         raise InputError(f"The FMU name must be a letter or _ followed by letters, digits or _. Got {name!r} instead.")
     text = whole.text if whole else single.block.text if single else ""
     packed = binaries(fmi, name, platforms)
-    entries = _entries(whole, graph, fmi, name, text, source, packed, explorer, one_step)
+    entries = _entries(whole, graph, fmi, name, text, source, packed, explorer, stop)
     write_bytes(path, zip_file(entries, executable="binaries/"))
     return Path(path)

@@ -20,6 +20,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.fmu.archive.xml_file import xml_file
 from hystfmu.fmu.write.description import Fmi
 from hystfmu.graph import Graph, Port
+from hystfmu.graph.sample_time import suitable_step
 from hystfmu.model import Model
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -28,7 +29,6 @@ _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 _PEAKS = (0.0, 1.0, -1.0, 1.0, -0.5, 0.5, -0.25, 0.75, -1.0)
 _ROWS = 25  # per ramp
 _NUMBERS = 1500  # in result.csv, about; a model with many outputs records the first ramps only
-DEFAULT_STEP = 1e-3  # s, for graphs without the sample time of an identification
 
 
 def _path() -> Array:
@@ -61,11 +61,11 @@ class Reference:
 
     @classmethod
     def of(cls, graph: Graph, model: Model | None = None) -> Reference:
-        """Simulate the response of a graph to the stimulus; `model` gives the step and the range of the data.
+        """Simulate the response of a graph to the stimulus, in its step; `model` gives the range of the data.
 
         Covariates drift over the range of the data, from its lower to its upper end.
         """
-        h = model.step if model and model.step else DEFAULT_STEP
+        h = suitable_step(graph)
         columns = []
         drifting = model.provenance.get("span_covariates", {}) if model else {}
         rows = len(_path())

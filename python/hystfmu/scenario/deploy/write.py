@@ -53,7 +53,7 @@ def write_controller(
     from hystfmu.fmu.write.export import export_fmu
 
     found = controller(case)
-    return Written(export_fmu(found.model, path, fmi, name, platforms, source, one_step=True), found)
+    return Written(export_fmu(found.model, path, fmi, name, platforms, source), found)
 
 
 def write_target(case: Case, folder: str | Path, name: str | None = None) -> tuple[list[Path], Controller]:

@@ -35,7 +35,11 @@ class FmuStore:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def get(self, graph: Graph, fmi: Literal[2, 3]) -> tuple[Path, Any]:
-        """Folder and model description of the graph as an FMU; exported on first use."""
+        """Folder and model description of the graph as an FMU; exported on first use.
+
+        It has no sample time: the scenario decides on its steps, and cuts them at discontinuities.
+        """
+        graph = graph.with_step(0.0)
         key = (graph.token, fmi)
         if key not in self._known:
             import fmpy

@@ -109,7 +109,7 @@ def _unit(system: System, k: int, places: dict[str, int], files: dict[str, bytes
             for n, value in part.graph.settings.items()
         ]
     else:
-        root, fmi, token, library = _own(part, files)
+        root, fmi, token, library = _own(part, system.length(part) / part.substeps, files)
         reference = {n: p.reference + i for p in part.own.ports for i, n in enumerate(p.scalar_names)}
         told = []
     source = {part.inputs[n.input]: places[outputs[n.source]] for n in system.links if n.to == k}
@@ -165,13 +165,14 @@ def _foreign(system: System, part: Part, files: dict[str, bytes]) -> tuple[str, 
     return f"units/{root}/resources/", fmi, str(foreign.description.guid), place
 
 
-def _own(part: Part, files: dict[str, bytes]) -> tuple[str, int, str, str]:
+def _own(part: Part, step: float, files: dict[str, bytes]) -> tuple[str, int, str, str]:
     """A graph as an FMU of its version of the standard; all of ours share one binary."""
+    graph = part.own.with_step(step)
     ((path, binary),) = binaries(2, "hystfmu", "host").items()
     library = f"own/{path.rpartition('/')[2]}"
     files[library] = binary.content
-    files[f"{part.name}/resources/block.bin"] = part.own.to_bytes()
-    return f"units/{part.name}/resources/", 2, part.own.token, f"units/{library}"
+    files[f"{part.name}/resources/block.bin"] = graph.to_bytes()
+    return f"units/{part.name}/resources/", 2, graph.token, f"units/{library}"
 
 
 def _told(system: System, part: Part, kind: str | None, reference: int, value: object) -> str:

@@ -22,7 +22,9 @@ from hystfmu.fmu.archive.unpack import MOST_UNPACKED
 from hystfmu.fmu.archive.xml_file import xml_file
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
-from hystfmu.scenario.outcome.trace import Trace
+from hystfmu.model import Model
+from hystfmu.scenario.engine.simulation import simulate
+from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp.container import container_fmu
 from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
 from hystfmu.scenario.ssp.joined import joined
@@ -93,7 +95,7 @@ def write_ssp(
     trace = run_as_readers(system)
     found = differences(case, names, trace)
     handed = _handed(system, trace)
-    entries = {p.name: _fmu(p, handed, fmi, case.step) for p in system.parts}
+    entries = {p.name: _fmu(p, handed, fmi, case) for p in system.parts}
     sets = {p.name: values for p in system.parts if (values := _changes(p))}
     files = {"SystemStructure.ssd": _structure(system, sets, version, system_connectors)}
     files |= {f"resources/{name}.fmu": content for name, content in entries.items()}
@@ -110,13 +112,14 @@ def write_ssp(
 def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
     """Write a case as one FMU that steps its units in the scenario's order.
 
-    Without foreign FMUs it is one graph, with Model Exchange and saved states.  With them it is a container of FMUs.
+    Without foreign FMUs it is one graph, with Model Exchange and saved states; its description states the largest
+    difference to the case, which has finer steps and events inside them.  With foreign FMUs it is a container of FMUs.
 
     Raises
     ------
     InputError
-        Of a graph: units of different rates, an algebraic loop.  Of a container: a version other than FMI 2.0, a unit
-        or a coupling that it does not step.  A file that cannot be written.
+        Of a graph: units of different rates, an algebraic loop, a case that does not reach its end.  Of a container: a
+        version other than FMI 2.0, a unit or a coupling that it does not step.  A file that cannot be written.
     """
     from hystfmu.fmu.write.export import export_fmu
 
@@ -126,18 +129,28 @@ def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
             raise InputError(f"{case.where}: a loop with foreign FMUs becomes an FMU 2.0; its units may be FMI 3.0")
         write_bytes(path, container_fmu(system, case.scenario))
         return Path(path)
-    graph = to_graph(build(replace(case, ripple=1))).with_step(case.step)
-    return export_fmu(graph, path, fmi=fmi, name=case.scenario)
+    coupling = case.coupling.model_copy(update={"scheme": "gauss_seidel", "events": "grid"})
+    system = build(replace(case, ripple=1, coupling=coupling))
+    graph = to_graph(system)
+    try:
+        found = differences(case, {n: n for n in system.columns}, simulate(system, "native"))
+    except Stopped as e:
+        raise InputError(f"{case.where}: no FMU of a loop that does not reach its end: {e}") from None
+    worst = max(found.values())
+    near = f"are within {1.06 * worst:.1e} % of their span in" if worst else "have the bits of"
+    listed = ", ".join(name.replace(".", "_") for name in case.record) or "all outputs"
+    text = f"Scenario {case.scenario}, case {case.name}: {listed} {near} the scenario's own run"
+    return export_fmu(Model(case.scenario, graph, case.step, text), path, fmi, case.scenario, stop=case.stop)
 
 
-def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], h: float) -> bytes:
+def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], case: Case) -> bytes:
     if isinstance(part.graph, Foreign):
         return read_bytes(part.graph.path, MOST_UNPACKED)
     from hystfmu.fmu.write.export import export_fmu
 
     with tempfile.TemporaryDirectory(prefix="hystfmu-ssp-") as folder:
-        archive = export_fmu(_with_starts(part, handed, h), Path(folder, "unit.fmu"), fmi=fmi, name=part.name)
-        return archive.read_bytes()
+        graph = _with_starts(part, handed, case.step)
+        return export_fmu(graph, Path(folder, "unit.fmu"), fmi, part.name, stop=case.stop).read_bytes()
 
 
 def _handed(system: System, trace: Trace) -> dict[tuple[str, str], float]:

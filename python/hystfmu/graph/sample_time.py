@@ -1,0 +1,46 @@
+"""Steps of a graph: the sample time that its memory is made for, and a step that suits its dynamics."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hystfmu.core.continuous import ContinuousExecutor
+from hystfmu.graph.graph import Graph
+from hystfmu.graph.rate_classes import needs_step
+
+DEFAULT = 1e-3  # s, without a step of the graph and dynamics
+_PER_PERIOD = 20  # steps per period or, for a real pole, per 2 pi time constants
+
+
+def sample_time(graph: Graph) -> float | None:
+    """Return the sample time (s), of which every communication step is a multiple; None if any step is right.
+
+    A sampled block in a graph without a step takes a sample at each communication point.
+    """
+    return graph.step if graph.step > 0 and needs_step(graph) else None
+
+
+def suitable_step(graph: Graph) -> float:
+    """Return the step (s) of the default experiment: that of the graph, else one that its fastest pole asks for."""
+    if graph.step > 0:
+        return graph.step
+    pole = _fastest_pole(graph)
+    if not (pole > 0 and math.isfinite(pole)):
+        return DEFAULT
+    step = 2 * math.pi / pole / _PER_PERIOD
+    decade = 10.0 ** math.floor(math.log10(step))
+    return float(f"{max(m for m in (1, 2, 5) if m * decade <= step * (1 + 1e-9)) * decade:.0e}")
+
+
+def _fastest_pole(graph: Graph) -> float:
+    """Return the largest modulus (1/s) of the poles at the start of the graph; 0 without continuous states."""
+    n = len(graph.continuous_states)
+    if not n:
+        return 0.0
+    executor = ContinuousExecutor(graph.to_bytes())
+    executor.start(0.0)
+    executor.evaluate(0.0)
+    columns = [executor.tangent(np.zeros(graph.n_inputs), seed, graph.n_outputs)[1] for seed in np.eye(n)]
+    return float(np.abs(np.linalg.eigvals(np.column_stack(columns))).max())

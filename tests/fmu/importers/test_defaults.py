@@ -1,0 +1,354 @@
+"""An FMU in an importer with its defaults: the trajectory that its description promises, or an error.
+
+The loops of the shipped scenarios and twelve kinds of models run in fmpy, in `fmpy simulate`, in libcosim, in ecos, and
+in a master that follows the standard to the letter: it sets continuous inputs between the steps, and enters Event Mode
+where the unit asks for it only.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+from fmu_master import ERROR, Array
+from matrix import by_ecos
+from ssp_readers import absent
+from test_keys import fitted_model, plant, ramps
+
+from hystfmu import Dataset, Model, fit
+from hystfmu.base.errors import InputError
+from hystfmu.data import signals
+from hystfmu.fmu import export_fmu
+from hystfmu.graph.sample_time import sample_time
+from hystfmu.inverse import inverse
+from hystfmu.scenario import Scenario
+from hystfmu.scenario.engine.simulation import simulate
+from hystfmu.scenario.ssp.write import write_loop, write_ssp
+from hystfmu.scenario.system.case import Case
+from hystfmu.scenario.system.system import build
+
+SCENARIOS = Path(__file__).parents[3] / "scenarios"
+SHIPPED = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.rglob("scenario.toml"))
+FEW = ("pid", "cascade_static", "stage/irc")
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+H = 1e-3
+Fmi = Literal[2, 3]
+
+
+# ---- masters --------------------------------------------------------------------------------------------------------
+def by_command(fmu: Path, outputs: list[str]) -> tuple[Array, Array]:
+    out = fmu.with_suffix(".csv")
+    words = [sys.executable, "-m", "fmpy", "simulate", str(fmu), "--output-file", str(out)]
+    subprocess.run([*words, "--output-variables", *outputs], check=True, capture_output=True, timeout=120)
+    table = np.genfromtxt(out, delimiter=",", names=True)
+    return table["time"], np.column_stack([table[n] for n in outputs])
+
+
+def by_fmpy(fmu: Path, outputs: list[str], **more: Any) -> tuple[Array, Array]:
+    table = fmpy.simulate_fmu(str(fmu), output=outputs, **more)
+    return table["time"], np.column_stack([table[n] for n in outputs])
+
+
+def by_libcosim(fmu: Path, outputs: list[str]) -> tuple[Array, Array]:
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    h, n = defaults(fmu)
+    execution, observer = CosimExecution.from_step_size(round(h * 1e9)), CosimObserver.create_last_value()
+    slave = execution.add_local_slave(CosimLocalSlave(fmu_path=str(fmu), instance_name="i"))
+    execution.add_observer(observer)
+    known = {v.name.decode(): v.reference for v in execution.slave_variables(slave)}
+    rows = []
+    for _ in range(n):
+        assert execution.step()
+        rows.append(list(observer.last_real_values(slave, [known[name] for name in outputs])))
+    return h * np.arange(1, n + 1), np.array(rows)
+
+
+def by_ecos_defaults(fmu: Path, outputs: list[str]) -> tuple[Array, Array]:
+    h, n = defaults(fmu)
+    return h * np.arange(1, n + 1), by_ecos(fmu, [], outputs, h, np.zeros((n, 0)))
+
+
+MASTERS: dict[str, Callable[[Path, list[str]], tuple[Array, Array]]] = {
+    "fmpy": by_fmpy,
+    "fmpy simulate": by_command,
+    "libcosim": by_libcosim,
+    "ecos": by_ecos_defaults,
+}
+
+
+def defaults(fmu: Path) -> tuple[float, int]:
+    """Return step and number of steps of the default experiment."""
+    experiment = fmpy.read_model_description(str(fmu), validate=False).defaultExperiment
+    return float(experiment.stepSize), round(float(experiment.stopTime) / float(experiment.stepSize))
+
+
+class Letter:
+    """A master of FMI 3.0 with Event Mode, or of FMI 2.0, that follows the standard to the letter."""
+
+    def __init__(self, fmu: Path, folder: Path) -> None:
+        d = fmpy.read_model_description(str(fmu), validate=False)
+        self.fmi3 = d.fmiVersion.startswith("3")
+        self.unit = (FMU3Slave if self.fmi3 else FMU2Slave)(
+            guid=d.guid,
+            unzipDirectory=fmpy.extract(str(fmu), str(folder)),
+            modelIdentifier=d.coSimulation.modelIdentifier,
+            instanceName="i",
+        )
+        self.inputs, self.outputs = (
+            {v.name: v.valueReference for v in d.modelVariables if v.causality == kind} for kind in ("input", "output")
+        )
+        self.unit.instantiate(**({"eventModeUsed": True} if self.fmi3 else {}))
+
+    def run(self, u: Array, h: float) -> Array | None:
+        """Return outputs after the initialisation and after each step; None if the unit refuses a step with Error.
+
+        Row k of u is set before the step to it; u has no columns to leave the inputs as they are.
+        """
+        unit, times = self.unit, {"startTime": 0.0, "stopTime": None}
+        unit.reset()
+        unit.enterInitializationMode(**times) if self.fmi3 else unit.setupExperiment(**times)
+        if not self.fmi3:
+            unit.enterInitializationMode()
+        self._set(u[0])
+        unit.exitInitializationMode()
+        if self.fmi3:
+            assert unit.updateDiscreteStates()[:2] == (False, False)
+            unit.enterStepMode()
+        got = [self._get()]
+        for k in range(1, len(u)):
+            self._set(u[k])
+            try:
+                flags = unit.doStep((k - 1) * h, h)
+            except FMICallException as e:
+                if e.status == ERROR:
+                    return None
+                raise
+            if flags and flags[0]:
+                unit.enterEventMode()
+                assert unit.updateDiscreteStates()[:2] == (False, False)
+                unit.enterStepMode()
+            got.append(self._get())
+        return np.array(got)
+
+    def _set(self, row: Array) -> None:
+        if len(row):
+            (self.unit.setFloat64 if self.fmi3 else self.unit.setReal)(list(self.inputs.values()), row.tolist())
+
+    def _get(self) -> list[float]:
+        references = list(self.outputs.values())
+        return list((self.unit.getFloat64 if self.fmi3 else self.unit.getReal)(references))
+
+    def free(self) -> None:
+        self.unit.freeInstance()
+
+
+@pytest.fixture
+def letter(tmp_path: Path) -> Iterator[Callable[[Path], Letter]]:
+    """Load FMUs; their instances are freed at the end of the test."""
+    made: list[Letter] = []
+
+    def load(fmu: Path) -> Letter:
+        made.append(Letter(fmu, tmp_path / f"unpacked{len(made)}"))
+        return made[-1]
+
+    yield load
+    for one in made:
+        one.free()
+
+
+# ---- loops ----------------------------------------------------------------------------------------------------------
+def names_of(case: Case) -> list[str]:
+    return list(case.record) or list(build(case).columns)
+
+
+def promise(fmu: Path) -> float:
+    """Return the largest difference that the description promises, as a share of the span."""
+    text = fmpy.read_model_description(str(fmu), validate=False).description
+    if text.endswith("have the bits of the scenario's own run"):
+        return 0.0
+    (found,) = re.findall(r" are within (\S+) % of their span in the scenario's own run$", text)
+    return float(found) / 100
+
+
+def kept(case: Case, fmu: Path, t: Array, got: Array) -> None:
+    """Require that the rows at the times t, to the end, are those of the scenario within the promised difference."""
+    assert t[-1] >= 0.99 * case.stop
+    same(case, fmu, t, got)
+
+
+def same(case: Case, fmu: Path, t: Array, got: Array) -> None:
+    trace, most = simulate(build(case), "native"), promise(fmu)
+    rows = np.rint(t / case.step).astype(int)
+    np.testing.assert_allclose(t, rows * case.step, rtol=1e-9, atol=1e-9 * case.step)
+    for name, y in zip(names_of(case), got.T, strict=True):
+        own = trace[name][:: case.ripple]
+        span = float(np.ptp(own)) or float(np.abs(own).max()) or 1.0
+        # np.genfromtxt reads what `fmpy simulate` writes with 16 digits
+        assert np.abs(y - own[rows]).max() <= max(most, 1e-15) * span, name
+
+
+def loop_of(case: Case, path: Path, fmi: Fmi) -> Path:
+    try:
+        return write_loop(case, path, fmi)
+    except InputError as e:
+        pytest.skip(str(e))
+
+
+def marked(name: str, few: tuple[str, ...]) -> Any:
+    return pytest.param(name, marks=[] if name in few else pytest.mark.stress, id=name)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_loop_in_fmpy(name: str, tmp_path: Path) -> None:
+    case, fmi = Scenario(SCENARIOS / name).cases[0], (2, 3)[SHIPPED.index(name) % 2]
+    fmu = loop_of(case, tmp_path / "loop.fmu", fmi)  # type: ignore[arg-type]
+    kept(case, fmu, *by_fmpy(fmu, [n.replace(".", "_") for n in names_of(case)]))
+
+
+@pytest.mark.parametrize("name", [marked(n, FEW[::2]) for n in SHIPPED])
+def test_the_reference_inside_is_the_beginning_of_the_scenario(name: str, tmp_path: Path) -> None:
+    """Also of the units of an SSP archive: their own default experiment has the step and the end of the scenario."""
+    case = Scenario(SCENARIOS / name).cases[0]
+    fmu = loop_of(case, tmp_path / "loop.fmu", 2)
+    with zipfile.ZipFile(fmu) as archive:
+        if f"{FOLDER}/input.csv" in archive.namelist():
+            pytest.skip("a free input moves in the reference experiment")
+        lines = archive.read(f"{FOLDER}/result.csv").decode().splitlines()
+    head, rows = lines[0].split(","), np.array([line.split(",") for line in lines[1:]], dtype=float)
+    places = [head.index(name.replace(".", "_")) for name in names_of(case)]
+    same(case, fmu, rows[:, 0], rows[:, places])
+    with zipfile.ZipFile(write_ssp(case, tmp_path / "loop.ssp").path) as archive:
+        units = [archive.extract(n, tmp_path) for n in archive.namelist() if n.endswith(".fmu")]
+    assert {defaults(Path(unit)) for unit in units} == {(case.step, round(case.stop / case.step))}
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("name", SHIPPED)
+def test_all_cases_of_a_shipped_loop(name: str, fmi: Fmi, tmp_path: Path) -> None:
+    for case in Scenario(SCENARIOS / name).cases:
+        fmu = loop_of(case, tmp_path / "loop.fmu", fmi)
+        kept(case, fmu, *by_fmpy(fmu, [n.replace(".", "_") for n in names_of(case)]))
+
+
+@pytest.mark.parametrize("name", [marked(n, FEW) for n in SHIPPED])
+def test_a_shipped_loop_to_the_letter(name: str, letter: Callable[[Path], Letter], tmp_path: Path) -> None:
+    """In its own steps and in steps of three: all variables have the same bits."""
+    case = Scenario(SCENARIOS / name).cases[0]
+    fmu = loop_of(case, tmp_path / "loop.fmu", 3)
+    master, n = letter(fmu), round(case.stop / case.step)
+    got, coarse = (master.run(np.zeros((n // m + 1, 0)), m * case.step) for m in (1, 3))
+    assert got is not None
+    assert coarse is not None
+    places = [list(master.outputs).index(name.replace(".", "_")) for name in names_of(case)]
+    kept(case, fmu, case.step * np.arange(n + 1), got[:, places])
+    assert coarse.tobytes() == got[::3].tobytes()
+
+
+@pytest.mark.parametrize("master", ["fmpy simulate", "libcosim", "ecos"])
+@pytest.mark.parametrize("name", [marked(n, FEW[:1]) for n in SHIPPED])
+def test_a_shipped_loop_in_other_importers(name: str, master: str, tmp_path: Path) -> None:
+    if master in ("libcosim", "ecos") and absent(master):
+        pytest.skip(f"{master} is not installed")
+    case = Scenario(SCENARIOS / name).cases[0]
+    fmu = loop_of(case, tmp_path / "loop.fmu", 2)
+    kept(case, fmu, *MASTERS[master](fmu, [n.replace(".", "_") for n in names_of(case)]))
+
+
+# ---- kinds of models ------------------------------------------------------------------------------------------------
+def creeping(fitted: dict[str, Model], way: str = "") -> Model:
+    """Return an actuator with creep, or its inverse; what `fitted_model` finds has none."""
+    key = f"creeping {way}"
+    if way and key not in fitted:
+        fitted[key] = inverse(creeping(fitted), way)
+    if key in fitted:
+        return fitted[key]
+    u = signals.training(14, 3)[::2]
+    y, lag = plant(u), 0.0
+    for k, v in enumerate(y.copy()):
+        lag += (1 - np.exp(-H / 0.05)) * (v - lag)
+        y[k] += 0.3 * lag
+    data = Dataset.from_signal(u, y, H, "creeping")
+    fitted[key] = fit(data, "actuator", seed=1, N=10, dynamics="no", creep="yes")
+    return fitted[key]
+
+
+KINDS: dict[str, Callable[[dict[str, Model]], Model]] = {
+    **{
+        key: partial(fitted_model, key)
+        for key in ("narx_network", "polynomial_narx", "rate_mlp", "bouc_wen_oscillator")
+    },
+    **{
+        key: partial(fitted_model, key)
+        for key in ("prandtl_ishlinskii", "preisach", "zhao_tan_mlp", "bouc_wen", "duhem")
+    },
+    "actuator": creeping,
+    "inverse of actuator": partial(creeping, way="exact"),
+    "implicit inverse of actuator": partial(creeping, way="implicit"),
+}
+OFTEN = ("narx_network", "inverse of actuator")
+
+
+def stimulus(model: Model, n: int) -> Array:
+    lo, hi = model.provenance.get("span_u", (-1.0, 1.0))
+    return np.resize((lo + hi) / 2 + (hi - lo) / 2 * signals.nested_reversals(12, 5, step=0.02), n)
+
+
+every_kind = pytest.mark.parametrize("name", [marked(n, OFTEN) for n in KINDS])
+
+
+@every_kind
+def test_a_model_in_fmpy(name: str, fitted: dict[str, Model], fmi: Fmi, tmp_path: Path) -> None:
+    """The default experiment with a table of inputs: an importer that knows them one step late has these bits.
+
+    Also with events: after one that a unit asks for in each step, fmpy would not set the continuous input any more.
+    """
+    model = KINDS[name](fitted)
+    fmu = export_fmu(model, tmp_path / "m.fmu", fmi, "m")
+    h, n = defaults(fmu)
+    assert (h, n) == (H, 1000)
+    u = stimulus(model, n + 1)
+    table = np.rec.fromarrays([h * np.arange(n + 1), u], names=("time", *(i.name for i in model.graph.inputs)))
+    want = model.predict(np.concatenate([u[:1], u[:-1]]))
+    for events in (False, True)[: fmi - 1]:
+        t, got = by_fmpy(fmu, [o.name for o in model.graph.outputs], input=table, use_event_mode=events)
+        np.testing.assert_allclose(t, table["time"], rtol=1e-12)
+        assert got[:, 0].tobytes() == want.tobytes()
+
+
+@every_kind
+def test_a_model_in_other_steps_is_itself_or_refuses(
+    name: str, letter: Callable[[Path], Letter], fitted: dict[str, Model], fmi: Fmi, tmp_path: Path
+) -> None:
+    """Against its own steps with the same input, which is held over the longer of both steps, or is a ramp in it."""
+    model = KINDS[name](fitted)
+    master, v = letter(export_fmu(model, tmp_path / "m.fmu", fmi, "m")), stimulus(model, 81)
+    for part in (0.25, 0.5, 1.0, 2.0, 3.0, 5.0):
+        many = round(max(part, 1 / part))
+        ramp = np.interp(np.arange(80 * many + 1) / many, np.arange(81), v)
+        fine = ramp if ramps(model.graph) else np.concatenate([v[:1], np.repeat(v[1:], many)])
+        got = master.run((v if part >= 1 else fine)[:, None], part * H)
+        if part < 1 and sample_time(model.graph):
+            assert got is None
+            continue
+        assert got is not None
+        want = model.predict(fine)[::many] if part >= 1 else model.predict(v)
+        y = got[:, 0] if part >= 1 else got[::many, 0]
+        integrated = ramps(model.graph)  # an oscillator by Newmark's method, whose error its page states
+        assert np.abs(y - want).max() <= (3e-2 if integrated else 1e-3) * np.ptp(want)
+        if sample_time(model.graph):
+            assert y.tobytes() == want.tobytes()
