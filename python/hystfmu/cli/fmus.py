@@ -204,7 +204,7 @@ def _block(name: str, values: dict[str, Any]) -> Block:
 
 @click.command(cls=Command)
 @click.argument("fmu")
-@click.option("--seconds", default=60.0, show_default=True, help="Time limit of the check (s).")
+@click.option("--seconds", default=60.0, show_default=True, help="Time limit of each check (s).")
 @unconfined_option
 @json_option
 def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:
