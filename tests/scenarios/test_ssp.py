@@ -85,6 +85,25 @@ def test_separate_components_state_what_their_coupling_costs(
     assert run.trace["plant.y"].tobytes() == late.tobytes()
 
 
+@pytest.mark.parametrize("tolerance", [None, "50"])
+def test_an_archive_that_does_not_reproduce_the_scenario_is_no_success(
+    loop: Any, write: Any, tmp_path: Path, tolerance: str | None
+) -> None:
+    out = tmp_path / "loop.ssp"
+    command = ["ssp", str(write(loop)), "-o", str(out), "--separate", "-q"]
+    done = CliRunner().invoke(main, [*command, *(["--tolerance", tolerance] if tolerance else [])])
+    assert out.exists()
+    if tolerance:
+        assert (done.exit_code, done.output) == (0, "")
+        return
+    cost = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "again.ssp", separate=True).differences["plant.y"]
+    assert done.exit_code == 1
+    assert done.output == (
+        f"{out}: does not reproduce the scenario within 0.1 % of the span: plant.y differs by {cost:.2g} %; the file is"
+        " kept, for a master that couples better\n"
+    )
+
+
 def test_the_values_of_the_case_stand_in_the_fmus(archive: Path, tmp_path: Path) -> None:
     """Several readers take no parameter sets of components; constant inputs are no connectors, so that none sets 0."""
     with zipfile.ZipFile(archive) as files:
