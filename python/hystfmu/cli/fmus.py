@@ -36,7 +36,11 @@ if TYPE_CHECKING:
     show_default=True,
     help="Platforms whose binaries are packed.",
 )
-@click.option("--source", is_flag=True, help="Also pack the C source as one file that contains the data.")
+@click.option(
+    "--source",
+    is_flag=True,
+    help="Also pack the C source: one file that contains the data, and needs FMI headers.",
+)
 @click.option(
     "--explorer",
     is_flag=True,
@@ -147,17 +151,13 @@ def export(
     if out is None:
         return
     path = loaded.export(out, version, name, platforms, source, explorer)
-    _wrote(path, version, platforms)
+    _wrote(path, version, source)
 
 
-def _wrote(path: Path, fmi: int, platforms: str) -> None:
-    from hystfmu.fmu.write.platforms import missing
-
-    if platforms == "all" and (absent := missing()):
-        click.echo(
-            f"not packed: no binary is installed for {', '.join(absent)} ('make platforms' builds them)", err=True
-        )
+def _wrote(path: Path, fmi: int, source: bool) -> None:
     say(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
+    if source:
+        say(f"its source is one C99 file; it needs fmi{fmi}Functions.h of the FMI standard and the C library")
 
 
 def _controller(
@@ -185,7 +185,7 @@ def _controller(
     if out is not None:
         written = write_controller(chosen, out, fmi, name, platforms, source)
         found = written.controller
-        _wrote(written.path, fmi, platforms)
+        _wrote(written.path, fmi, source)
     say(f"in it: {', '.join(found.units)}; left out: {', '.join(found.left_out)}")
     ports = [p for p in found.model.graph.ports if p.kind in ("input", "output")]
     rows = [[p.name, p.kind, "" if p.unit == "1" else p.unit, p.text] for p in ports]

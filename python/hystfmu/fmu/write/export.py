@@ -99,9 +99,9 @@ def export_fmu(
     name : str, optional
         Model name and identifier; by default the key of the model or the name of its only block.
     platforms : {"host", "all"}
-        Pack the binary of this machine, or the installed binaries of all platforms.
+        Pack the binary of this machine, or those of all platforms.
     source : bool
-        Also pack the source: one self-contained C file.
+        Also pack the source: one C file, which needs the headers of the FMI standard and the C library.
     explorer : Explorer, optional
         The model in the page of the documentation, which is then some 60 kB larger.
     one_step : bool
@@ -115,7 +115,8 @@ def export_fmu(
     Raises
     ------
     InputError
-        If the version or the name is invalid, FMI defines no folder for this platform, or the file cannot be written.
+        If the version or the name is invalid, FMI defines no folder for this platform, a binary of all platforms is not
+        installed, or the file cannot be written.
     """
     if fmi not in (2, 3):
         raise InputError(f"The FMI version must be 2 or 3. Got {fmi} instead.")
