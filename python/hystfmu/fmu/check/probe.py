@@ -111,7 +111,8 @@ def _try(fmu: ForeignFmu, trial: Trial, notes: Notes) -> None:
             notes.add(trial.find(fmu))
             notes.failed.discard(trial.name)
         except Finding as e:
-            notes.add(iter([f"{e} (while {trial.name})"]))
+            # without an instance the same is wrong for every interface: one problem
+            notes.add(iter([f"{e} (while {trial.name})" if trial.needs else str(e)]))
         except Exception as e:  # any failure of a foreign FMU is a finding
             notes.add(iter([f"{trial.name}: {type(e).__name__}: {e}"]))
 
