@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.option(
     "--name",
     metavar="NAME",
-    help="Name of the FMU or the Modelica package [default: FMU, the key of the model; package, the file name].",
+    help="Name of the FMU or the Modelica package [default: that of the model file].",
 )
 @click.option(
     "--platforms",
@@ -131,13 +131,14 @@ def export(
         loaded = hy.Model.of_block(_block(model, assignments(settings)), step)
     if in_range:
         loaded = loaded.with_in_range()
+    own = Path(model).name.removesuffix(".toml").removesuffix(".model") if Path(model).suffix else None
     if folder is not None:
         from hystfmu.modelica.package import package_name
         from hystfmu.modelica.realisation import left_out
         from hystfmu.modelica.shipped import shipped_library
 
         file = Path(model).name
-        package = name or package_name(file.removesuffix(".toml").removesuffix(".model"))
+        package = name or package_name(own or file)
         try:
             written = loaded.export_modelica(Path(folder) / package, file, assignments(sheet) if sheet else None)
         except InputError as e:
@@ -150,7 +151,7 @@ def export(
         say(f"library path of HystFMU, which it uses: {shipped_library()}")
     if out is None:
         return
-    path = loaded.export(out, version, name, platforms, source, explorer)
+    path = loaded.export(out, version, name or own, platforms, source, explorer)
     _wrote(path, version, source)
 
 

@@ -213,7 +213,7 @@ def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
     return structure
 
 
-def _interfaces(graph: Graph, fmi: Fmi, name: str, fixed: float | None) -> list[ET.Element]:
+def _interfaces(graph: Graph, fmi: Fmi, identifier: str, fixed: float | None) -> list[ET.Element]:
     """Declare ModelExchange and CoSimulation with their capabilities.
 
     A graph with sampled blocks but without a sample period has no Model Exchange.  `fixed` is the only communication
@@ -221,7 +221,7 @@ def _interfaces(graph: Graph, fmi: Fmi, name: str, fixed: float | None) -> list[
     """
     spelling = "state" if fmi == 2 else "State"
     common = {
-        "modelIdentifier": name,
+        "modelIdentifier": identifier,
         "canBeInstantiatedOnlyOncePerProcess": "false",
         f"canGetAndSetFMU{spelling}": "true",
         f"canSerializeFMU{spelling}": "true",
@@ -259,6 +259,7 @@ def model_description(
     graph: Graph,
     fmi: Fmi,
     name: str,
+    identifier: str,
     text: str = "",
     step: float | None = None,
     sources: Sequence[str] = (),
@@ -274,7 +275,9 @@ def model_description(
     fmi : {2, 3}
         Version of the standard.
     name : str
-        Model name and model identifier: a letter or _ followed by letters, digits or _.
+        Model name, for a reader.
+    identifier : str
+        Model identifier: a letter or _ followed by letters, digits or _.
     text : str
         Description.
     step : float or None
@@ -299,7 +302,7 @@ def model_description(
     if fmi == 2:
         head["numberOfEventIndicators"] = "0"  # reversals need no event indicators, see fmu_build/README.md
     root = ET.Element("fmiModelDescription", head)
-    root.extend(_interfaces(graph, fmi, name, step if one_step else None))
+    root.extend(_interfaces(graph, fmi, identifier, step if one_step else None))
     for interface in root if fmi == 2 and sources else ():
         listed = ET.SubElement(interface, "SourceFiles")
         for file in sources:
