@@ -46,9 +46,8 @@ def description_of(model: Model) -> str:
     ]
     listed = ", ".join(filter(None, known))
     of = "inverse of a model that was " if inverse else ""
-    return "; ".join(
-        filter(None, [model.text, f"{of}fitted to the record {_short(record['data'])}: {listed}".rstrip(": ")])
-    )
+    origin = f"{of}fitted to the record {_short(record['data'])}"
+    return "; ".join(filter(None, [model.text, f"{origin}: {listed}" if listed else origin]))
 
 
 def _short(text: str) -> str:

@@ -86,6 +86,7 @@ def export_fmu(
     source: bool = False,
     explorer: Explorer | None = None,
     one_step: bool = False,
+    text: str | None = None,
 ) -> Path:
     """Write an FMU for Co-Simulation and Model Exchange.
 
@@ -109,6 +110,8 @@ def export_fmu(
         The model in the page of the documentation, which is then some 60 kB larger.
     one_step : bool
         Whether its description asks for communication steps of the sample time alone.
+    text : str, optional
+        Description; by default what the model and its record, or the only block, say.
 
     Returns
     -------
@@ -129,7 +132,8 @@ def export_fmu(
         name = name_of(whole) if whole else single.name if single else "graph"
     if not name.isprintable() or not name.strip():
         raise InputError(f"The FMU name must be printable text. Got {name!r} instead.")
-    text = description_of(whole) if whole else single.block.text if single else ""
+    if text is None:
+        text = description_of(whole) if whole else single.block.text if single else ""
     identifier = _identifier(name)
     packed = binaries(fmi, identifier, platforms)
     entries = _entries(whole, graph, fmi, name, identifier, text, source, packed, explorer, one_step)

@@ -93,7 +93,7 @@ def write_ssp(
     trace = run_as_readers(system)
     found = differences(case, names, trace)
     handed = _handed(system, trace)
-    entries = {p.name: _fmu(p, handed, fmi, case.step) for p in system.parts}
+    entries = {p.name: _fmu(p, handed, fmi, case) for p in system.parts}
     sets = {p.name: values for p in system.parts if (values := _changes(p))}
     files = {"SystemStructure.ssd": _structure(system, sets, version, system_connectors)}
     files |= {f"resources/{name}.fmu": content for name, content in entries.items()}
@@ -127,16 +127,17 @@ def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
         write_bytes(path, container_fmu(system, case.scenario))
         return Path(path)
     graph = to_graph(build(replace(case, ripple=1))).with_step(case.step)
-    return export_fmu(graph, path, fmi=fmi, name=case.scenario)
+    return export_fmu(graph, path, fmi=fmi, name=case.scenario, text=f"loop of the {case.description}")
 
 
-def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], h: float) -> bytes:
+def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], case: Case) -> bytes:
     if isinstance(part.graph, Foreign):
         return read_bytes(part.graph.path, MOST_UNPACKED)
     from hystfmu.fmu.write.export import export_fmu
 
     with tempfile.TemporaryDirectory(prefix="hystfmu-ssp-") as folder:
-        archive = export_fmu(_with_starts(part, handed, h), Path(folder, "unit.fmu"), fmi=fmi, name=part.name)
+        graph, text = _with_starts(part, handed, case.step), f"{part.name} of the {case.description}"
+        archive = export_fmu(graph, Path(folder, "unit.fmu"), fmi=fmi, name=part.name, text=text)
         return archive.read_bytes()
 
 
@@ -183,7 +184,8 @@ def _tag(space: str, name: str) -> str:
 
 def _structure(system: System, sets: dict[str, dict[str, float]], version: Version, connectors: bool) -> bytes:
     case = system.case
-    root = ET.Element(_tag(SSD, "SystemStructureDescription"), name=case.scenario, version=version)
+    head = {"name": case.scenario, "version": version, "description": case.description}
+    root = ET.Element(_tag(SSD, "SystemStructureDescription"), head)
     top = ET.SubElement(root, _tag(SSD, "System"), name=case.scenario)
     ports = _ports(system)
     outside = {end: end.replace(".", "_") for end in case.record} if connectors else {}
