@@ -150,10 +150,12 @@ def reset(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def _reset_parameters(fmu: ForeignFmu) -> Iterator[str]:
-    """Reset restores the start values of parameters and inputs."""
+    """Reset restores the start values of parameters and inputs: those of a new instance."""
+    kept = [v for v in fmu.variables if v.type in REAL and v.causality in ("parameter", "input") and v.start]
+    with fmu.readable() as made:
+        starts = [made.get(v) for v in kept]
     made = Instance(fmu.folder, fmu.description, "CoSimulation")
     try:
-        kept = [v for v in fmu.variables if v.type in REAL and v.causality in ("parameter", "input") and v.start]
         for v in kept:
             low, high = (None if b is None else float(b) for b in (v.min, v.max))
             other = [x / 2 + 0.125 for x in fmu.start(v)]
@@ -163,8 +165,8 @@ def _reset_parameters(fmu: ForeignFmu) -> Iterator[str]:
                 made.set(v, other)
         made.call("reset", "reset")
         made.initialize(fmu.t0)
-        for v in kept:
-            if made.get(v) != (start := _stored(v, fmu.start(v))):
+        for v, start in zip(kept, starts, strict=True):
+            if made.get(v) != start:
                 yield f"after reset {v.name} is {made.get(v)[0]!r} instead of its start value {start[0]!r}"
     finally:
         made.free()
