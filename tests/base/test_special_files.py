@@ -180,7 +180,7 @@ def test_results_that_a_foreign_fmu_replaced_are_not_waited_for(
     """It runs once more when its process ends, after the results are written."""
     monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)
     extra = "#include <sys/stat.h>\n__attribute__((destructor)) static void replace(void) {\n"
-    for name in ("ended.json", "result.json"):
+    for name in ("ended.json", "result0.json"):
         extra += f'  if (!unlink("{name}") && {kind.replace("FILE", f"{name!r}").replace(chr(39), chr(34))}) return;\n'
     bad_fmu(folder / "bad.fmu", "", 0.5, extra + "}\n", "-Wl,-z,nodelete")
     scenario = GOOD | {

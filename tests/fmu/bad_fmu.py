@@ -41,7 +41,13 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
   y = u;
   return fmi2OK;
 }
-void fmi2FreeInstance(fmi2Component c) { (void)c; }
+#ifndef FREE
+#define FREE
+#endif
+void fmi2FreeInstance(fmi2Component c) {
+  (void)c;
+  FREE
+}
 #define STUB(name, ...) fmi2Status name(__VA_ARGS__) { return fmi2OK; }
 STUB(fmi2SetupExperiment, fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real d, fmi2Boolean e, fmi2Real f)
 STUB(fmi2EnterInitializationMode, fmi2Component c)
@@ -90,7 +96,14 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def bad_fmu(path: Path, defect: str = "", limit: float = 0.5, extra: str = "", *options: str) -> None:
+def bad_fmu(
+    path: Path,
+    defect: str = "",
+    limit: float = 0.5,
+    extra: str = "",
+    *options: str,
+    description: str = DESCRIPTION,
+) -> None:
     """Compile an FMU that does something terrible after 4 ms when its input is above the limit; else y = u.
 
     Parameters
@@ -103,7 +116,9 @@ def bad_fmu(path: Path, defect: str = "", limit: float = 0.5, extra: str = "", *
     extra : str
         Declarations and functions in C.
     *options : str
-        Of the compiler.
+        Of the compiler.  `-DFREE=...` gives statements in C that freeing an instance executes.
+    description : str
+        The model description.
     """
     if fmpy.platform not in ("linux64", "darwin64"):
         pytest.skip("builds a shared library for Linux or macOS")
@@ -116,5 +131,5 @@ def bad_fmu(path: Path, defect: str = "", limit: float = 0.5, extra: str = "", *
     flags = ["-shared", "-fPIC", f"-DDEFECT={defect}", f"-DLIMIT={limit}", f"-I{include}", *options]
     subprocess.run([compiler, *flags, str(source), "-o", str(library)], check=True)
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION)
+        archive.writestr("modelDescription.xml", description)
         archive.write(library, f"binaries/{fmpy.platform}/bad.so")

@@ -1,4 +1,4 @@
-"""Source FMUs: one self-contained file that compiles without a warning and gives the same bits."""
+"""Source FMUs: one file that compiles without a warning and gives the same bits."""
 
 from __future__ import annotations
 
@@ -7,15 +7,18 @@ import re
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
+import zipfile
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from fmpy.build import build_platform_binary
 from fmu_master import BLOCKS, Master, loop, rows, single, unpack
 from lxml import etree
 
+from hystfmu.cli import main
 from hystfmu.fmu import check_fmu, export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
 
@@ -203,3 +206,14 @@ def test_two_of_them_in_one_program(tmp_path: Path) -> None:
     for name in ("a", "b"):
         assert hasattr(loaded, f"{name}2_fmi2DoStep")
         assert hasattr(loaded, f"{name}3_fmi3DoStep")
+
+
+def test_export_says_which_headers_the_source_needs(tmp_path: Path, fmi: int) -> None:
+    out = tmp_path / "m.fmu"
+    done = CliRunner().invoke(main, ["export", "creep", "--source", "--fmi", str(fmi), "-o", str(out)])
+    assert done.exit_code == 0, done.output
+    with zipfile.ZipFile(out) as archive:
+        text = archive.read("sources/creep.c").decode()
+    (needed,) = set(re.findall(r'#\s*include "(.*)"', text))
+    assert f"it needs {needed} of the FMI standard" in done.output
+    assert f"it needs {needed} " in text

@@ -75,7 +75,10 @@ def test_ranges_sizes_and_texts(model: Model, tmp_path: Path, fmi: int) -> None:
     assert float(u.nominal) == pytest.approx(hi, rel=0.05)
     assert float(y.nominal) == pytest.approx(0.4 * hi, rel=0.1)  # the play follows its input
     assert (y.min, y.max) == (None, None)  # a model may leave the range on its way
-    assert y.description.startswith("output of the model prandtl_ishlinskii, fitted to the record stack 7")
+    assert (u.description, y.description) == (
+        "input of the record stack 7, in V",
+        "output of the record stack 7, in um",
+    )
     assert (u.unit, y.unit) == ("V", "um")
     threshold, weight = (next(v for n, v in found.items() if n.startswith(f"hysteresis_{k}")) for k in "rw")
     assert (threshold.unit, weight.unit) == ("V", "1")

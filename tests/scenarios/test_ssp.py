@@ -25,7 +25,7 @@ from hystfmu.scenario.engine.master import chunks_here
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.ssp.read import read_ssp
 from hystfmu.scenario.ssp.run import run_ssp
-from hystfmu.scenario.ssp.write import REFERENCE, write_ssp
+from hystfmu.scenario.ssp.write import REFERENCE, write_loop, write_ssp
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema"
 
@@ -83,6 +83,46 @@ def test_separate_components_state_what_their_coupling_costs(
     assert run.lines == ()
     assert run.compared == ("reference.r", "plant.y")
     assert run.trace["plant.y"].tobytes() == late.tobytes()
+
+
+@pytest.mark.parametrize("tolerance", [None, "50"])
+def test_an_archive_that_does_not_reproduce_the_scenario_is_no_success(
+    loop: Any, write: Any, tmp_path: Path, tolerance: str | None
+) -> None:
+    out = tmp_path / "loop.ssp"
+    command = ["ssp", str(write(loop)), "-o", str(out), "--separate", "-q"]
+    done = CliRunner().invoke(main, [*command, *(["--tolerance", tolerance] if tolerance else [])])
+    assert out.exists()
+    if tolerance:
+        assert (done.exit_code, done.output) == (0, "")
+        return
+    cost = write_ssp(Scenario(write(loop)).cases[0], tmp_path / "again.ssp", separate=True).differences["plant.y"]
+    assert done.exit_code == 1
+    assert done.output == (
+        f"{out}: does not reproduce the scenario within 0.1 % of the span: plant.y differs by {cost:.2g} %; the file is"
+        " kept, for a master that couples better\n"
+    )
+
+
+def test_archive_and_fmus_say_of_which_scenario_they_are(loop: Any, write: Any, tmp_path: Path) -> None:
+    """And an output that no record names is not described by the block that it leaves."""
+    loop["text"] = "stage 7 on the bench"
+    loop["units"]["plant"]["graph"]["outputs"][0]["unit"] = "um"
+    case = Scenario(write(loop)).cases[0]
+    path = write_ssp(case, tmp_path / "loop.ssp").path
+    with zipfile.ZipFile(path) as archive:
+        structure = etree.fromstring(archive.read("SystemStructure.ssd"))
+        (tmp_path / "part.fmu").write_bytes(archive.read("resources/loop.fmu"))
+    whole = write_loop(case, tmp_path / "loop.fmu")
+    for told in (
+        structure.get("description"),
+        fmpy.read_model_description(str(tmp_path / "part.fmu")).description,
+        fmpy.read_model_description(str(whole)).description,
+    ):
+        assert f"scenario {case.title}" in told
+        assert "stage 7 on the bench" in told
+    ports = {v.name: v.description for v in fmpy.read_model_description(str(whole)).modelVariables}
+    assert ports["plant_y"] == "y of plant, in um"
 
 
 def test_the_values_of_the_case_stand_in_the_fmus(archive: Path, tmp_path: Path) -> None:

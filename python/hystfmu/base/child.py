@@ -111,7 +111,7 @@ class Child:
         """How it ended, in words: "crashed (SIGSEGV)" or "ended with status 1"."""
         return f"crashed ({_signal_name(-self.status)})" if self.status < 0 else f"ended with status {self.status}"
 
-    def finish(self, seconds: float, look: Callable[[], None] = lambda: None) -> tuple[list[str], bool]:
+    def finish(self, seconds: float, look: Callable[[], bool] = lambda: False) -> tuple[list[str], bool]:
         """Wait at most `seconds`, then end the child and all that it has started.
 
         Parameters
@@ -119,7 +119,7 @@ class Child:
         seconds : float
             Time limit (s).
         look : function
-            Called again and again while it runs.
+            Called again and again while it runs.  The time begins anew when it returns true.
 
         Returns
         -------
@@ -133,7 +133,8 @@ class Child:
             while self._process.poll() is None and (left := end - time.monotonic()) > 0:
                 self.wait(min(left, _LOOK))
                 self._drop_output()
-                look()
+                if look():
+                    end = time.monotonic() + seconds
             in_time = self._process.poll() is not None
         finally:
             self._end()

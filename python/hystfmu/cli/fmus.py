@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.option(
     "--name",
     metavar="NAME",
-    help="Name of the FMU or the Modelica package [default: FMU, the key of the model; package, the file name].",
+    help="Name of the FMU or the Modelica package [default: that of the model file].",
 )
 @click.option(
     "--platforms",
@@ -36,7 +36,11 @@ if TYPE_CHECKING:
     show_default=True,
     help="Platforms whose binaries are packed.",
 )
-@click.option("--source", is_flag=True, help="Also pack the C source as one file that contains the data.")
+@click.option(
+    "--source",
+    is_flag=True,
+    help="Also pack the C source: one file that contains the data, and needs FMI headers.",
+)
 @click.option(
     "--explorer",
     is_flag=True,
@@ -127,13 +131,14 @@ def export(
         loaded = hy.Model.of_block(_block(model, assignments(settings)), step)
     if in_range:
         loaded = loaded.with_in_range()
+    own = Path(model).name.removesuffix(".toml").removesuffix(".model") if Path(model).suffix else None
     if folder is not None:
         from hystfmu.modelica.package import package_name
         from hystfmu.modelica.realisation import left_out
         from hystfmu.modelica.shipped import shipped_library
 
         file = Path(model).name
-        package = name or package_name(file.removesuffix(".toml").removesuffix(".model"))
+        package = name or package_name(own or file)
         try:
             written = loaded.export_modelica(Path(folder) / package, file, assignments(sheet) if sheet else None)
         except InputError as e:
@@ -146,18 +151,14 @@ def export(
         say(f"library path of HystFMU, which it uses: {shipped_library()}")
     if out is None:
         return
-    path = loaded.export(out, version, name, platforms, source, explorer)
-    _wrote(path, version, platforms)
+    path = loaded.export(out, version, name or own, platforms, source, explorer)
+    _wrote(path, version, source)
 
 
-def _wrote(path: Path, fmi: int, platforms: str) -> None:
-    from hystfmu.fmu.write.platforms import missing
-
-    if platforms == "all" and (absent := missing()):
-        click.echo(
-            f"not packed: no binary is installed for {', '.join(absent)} ('make platforms' builds them)", err=True
-        )
+def _wrote(path: Path, fmi: int, source: bool) -> None:
     say(f"wrote {path}: FMI {fmi}.0, {path.stat().st_size // 1024} kB")
+    if source:
+        say(f"its source is one C99 file; it needs fmi{fmi}Functions.h of the FMI standard and the C library")
 
 
 def _controller(
@@ -185,7 +186,7 @@ def _controller(
     if out is not None:
         written = write_controller(chosen, out, fmi, name, platforms, source)
         found = written.controller
-        _wrote(written.path, fmi, platforms)
+        _wrote(written.path, fmi, source)
     say(f"in it: {', '.join(found.units)}; left out: {', '.join(found.left_out)}")
     ports = [p for p in found.model.graph.ports if p.kind in ("input", "output")]
     rows = [[p.name, p.kind, "" if p.unit == "1" else p.unit, p.text] for p in ports]
@@ -204,7 +205,7 @@ def _block(name: str, values: dict[str, Any]) -> Block:
 
 @click.command(cls=Command)
 @click.argument("fmu")
-@click.option("--seconds", default=60.0, show_default=True, help="Time limit of the check (s).")
+@click.option("--seconds", default=60.0, show_default=True, help="Time limit of each check (s).")
 @unconfined_option
 @json_option
 def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:

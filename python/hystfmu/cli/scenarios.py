@@ -110,6 +110,14 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
 )
 @click.option("--connectors", is_flag=True, help="Add system outputs for the recorded signals; libcosim rejects them.")
 @click.option("--separate", is_flag=True, help="Make every unit a component [default: neighbours are one component].")
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(min=0),
+    default=0.1,
+    show_default=True,
+    metavar="PERCENT",
+    help="Largest difference to the scenario that its coupling may cost, of the span of a recorded output.",
+)
 def ssp(
     scenario: str,
     out: str,
@@ -118,6 +126,7 @@ def ssp(
     fmi: str,
     connectors: bool,
     separate: bool,
+    tolerance: float,
 ) -> None:
     """Export a scenario as an SSP archive or one FMU.
 
@@ -125,7 +134,8 @@ def ssp(
 
     They step all components at once, each with the values of the last step.  So neighbours that can step as one graph
     become one component, in which the order of the scenario holds.  The last lines say what the coupling still costs:
-    the largest difference to the scenario itself, by recorded output.
+    the largest difference to the scenario itself, by recorded output.  Exits with 1 if one is above --tolerance; the
+    archive is written nevertheless.
 
     With -o X.fmu the whole loop becomes one FMU that steps its units, ours and foreign, in the order of the scenario.
 
@@ -148,3 +158,9 @@ def ssp(
     if max(written.differences.values()) > 1e-6:
         late = "values reach other components one step late; " if written.components > 1 else ""
         say(f"its reason: {late}readers know no events inside a step and no finer steps")
+    if worse := [f"{name} differs by {x:.2g} %" for name, x in written.differences.items() if not x <= tolerance]:
+        click.echo(
+            f"{out}: does not reproduce the scenario within {tolerance:g} % of the span: {', '.join(worse)};"
+            " the file is kept, for a master that couples better"
+        )
+        sys.exit(FAILED)

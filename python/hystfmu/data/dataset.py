@@ -67,6 +67,8 @@ class Dataset:
     ----------
     read_as : str
         What was assumed about the file of origin, one line; empty for generated data.
+    titles : tuple of str
+        What the file of origin calls input and output, without units of measure; empty for generated data.
     held : array of bool, shape (n,), or None
         Rows among the training rows whose residuals do not count, see `with_held`; default none.
 
@@ -96,6 +98,7 @@ class Dataset:
     starts: tuple[int, ...]
     covariates: Covariates
     read_as: str = field(init=False, repr=False)
+    titles: tuple[str, str] = field(init=False, repr=False)
     held: NDArray[np.bool_] | None = field(init=False, repr=False)
     _lines: Sequence[int] | None = field(init=False, repr=False)
 
@@ -151,6 +154,7 @@ class Dataset:
         check_one_step(self.t, self.records, where)
         object.__setattr__(self, "train", train_rows(train, len(self.t), where))
         object.__setattr__(self, "read_as", "")
+        object.__setattr__(self, "titles", ("", ""))
         object.__setattr__(self, "held", None)
         object.__setattr__(self, "_lines", None)
 
@@ -269,8 +273,9 @@ class Dataset:
 
     @property
     def identity(self) -> list[str | int]:
-        """All that a fit reads: hash of the values, name, units of measure, training rows."""
-        return [self.sha256, self.name, self.path, self.unit_u, self.unit_y, self.train.start, self.train.stop]
+        """All that a fit reads: hash of the values, name, titles, units of measure, training rows."""
+        texts = [self.name, self.path, *self.titles, self.unit_u, self.unit_y]
+        return [self.sha256, *texts, self.train.start, self.train.stop]
 
     @property
     def span(self) -> float:
@@ -327,7 +332,7 @@ class Dataset:
             return first if train is None else first.with_train(train)
         covariates = Covariates.joined([part.covariates for part in records])
         made = cls(t, u, y, name, "", train, first.unit_u, first.unit_y, starts, covariates)
-        return made.from_file("; ".join(part.read_as for part in records if part.read_as), None)
+        return made.from_file("; ".join(part.read_as for part in records if part.read_as), None, first.titles)
 
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
@@ -365,7 +370,9 @@ class Dataset:
                 f"{where}: The data to resample must be one record. Got {len(self.starts)} records instead."
             )
         t, u, y, rows = resample_rows(self.t, self.u, self.y, self.train, rate, where, partial(row_of, where))
-        return replace(self, t=t, u=u, y=y, train=rows, covariates=self.covariates.at(t, self.t))
+        made = replace(self, t=t, u=u, y=y, train=rows, covariates=self.covariates.at(t, self.t))
+        object.__setattr__(made, "titles", self.titles)
+        return made
 
     def aligned(self, lag: int) -> Dataset:
         """Return the same run with the output of a late sensor moved back.
@@ -413,10 +420,11 @@ class Dataset:
     def _of_same_rows(self, other: Dataset) -> Dataset:
         object.__setattr__(other, "_lines", self._lines)
         object.__setattr__(other, "read_as", self.read_as)
+        object.__setattr__(other, "titles", self.titles)
         object.__setattr__(other, "held", self.held)
         return other
 
-    def from_file(self, read_as: str, lines: Sequence[int] | None) -> Dataset:
+    def from_file(self, read_as: str, lines: Sequence[int] | None, titles: tuple[str, str]) -> Dataset:
         """Note that the data come from a file.
 
         Parameters
@@ -425,7 +433,10 @@ class Dataset:
             What was assumed, one line.
         lines : sequence of int, optional
             The line of each row as an editor counts it; None if rows are no lines.
+        titles : tuple of str
+            What the file calls input and output.
         """
+        object.__setattr__(self, "titles", titles)
         object.__setattr__(self, "_lines", lines)
         object.__setattr__(self, "read_as", read_as)
         return self

@@ -365,11 +365,12 @@ class Model(Record):
         fmi : {2, 3}
             Version of the standard.
         name : str, optional
-            Model name and identifier; by default the key of the model.
+            Model name, any text; by default the record and the key of the model.  The model identifier is its
+            first 60 characters, with _ for all that is no letter of ASCII and no digit.
         platforms : {"host", "all"}
-            Pack the binary of this machine, or those of all platforms that are installed.
+            Pack the binary of this machine, or those of all platforms; one that is not installed is an error.
         source : bool
-            Pack the C source too.
+            Pack the C source too: one C99 file, which needs the headers of the FMI standard and the C library.
         explorer : bool
             Put the explorer into the documentation: the model runs in the page; some 60 kB more.
 

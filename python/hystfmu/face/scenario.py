@@ -480,7 +480,7 @@ class Scenario:
         name : str, optional
             Model name and identifier; by default the name of the scenario.
         platforms : {"host", "all"}
-            Pack the binary of this machine, or those of all platforms that are installed.
+            Pack the binary of this machine, or those of all platforms; one that is not installed is an error.
         source : bool
             Pack the C source too.
 

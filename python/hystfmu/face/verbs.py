@@ -148,7 +148,7 @@ def validate(
     path : str or Path
         The FMU.  Its native code is executed, in a child process.
     seconds : float
-        Time limit.
+        Time limit of each check (s).
     confined : bool
         Whether the FMU runs without network and writes into a folder of its own only, where the system can.
     progress : function, optional

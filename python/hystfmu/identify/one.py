@@ -24,6 +24,7 @@ from hystfmu.identify.catalogue import AUTO, METHODS, method, takes_covariates, 
 from hystfmu.identify.excitation import drift
 from hystfmu.identify.features import dead_band
 from hystfmu.identify.options import resolve
+from hystfmu.identify.port_texts import with_texts
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors, rms
 from hystfmu.model.coverage import coverage
@@ -62,7 +63,7 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
         behind = dead_band.behind(data, band)
         graph, parameters, *more = module.build(behind, chosen, seed, progress)
     found = dict(more[0]) if more else {}
-    graph = dead_band.in_front(graph, band)
+    graph = with_texts(dead_band.in_front(graph, band), data)
     seconds = time.perf_counter() - started
     y = run_along(graph, data)
     _check_run(key, y, data)

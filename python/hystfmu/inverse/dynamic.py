@@ -32,6 +32,7 @@ from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node
 from hystfmu.graph.discretised import discretised
 from hystfmu.inverse.input_range import at_start, over_range
+from hystfmu.inverse.port_texts import wanted_text
 from hystfmu.model import Model
 from hystfmu.model.inputs import with_starts
 
@@ -133,7 +134,7 @@ def dynamic_inverse(model: Model, parts: Parts, inverted: Callable[[Model], Mode
     graph = Graph(
         [Node(name, "polynomial_narx", dims, {"theta": theta}), *g.nodes],
         [*g.wires, *((f"{name}.y", end) for end in g.inputs[0].to)],
-        [Input("u", (f"{name}.u",), sink.unit, at_start(model), "wanted output"), *g.inputs[1:]],
+        [Input("u", (f"{name}.u",), sink.unit, at_start(model), wanted_text(sink)), *g.inputs[1:]],
         g.outputs,
     )
     steps = ahead + parts.delay

@@ -13,6 +13,7 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.beside import driven_beside, inverted_beside, takes_beside
 from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.inverse.input_range import at_start
+from hystfmu.inverse.port_texts import given_text, wanted_text
 from hystfmu.model import Model
 
 
@@ -44,8 +45,8 @@ def exact_inverse(model: Model) -> Model:
     graph = Graph(
         [*(n for n in g.nodes if n.name in alone), *nodes],
         wires,
-        [Input("u", (reads[0],), sink.unit, at_start(model), "wanted output"), *g.inputs[1:]],
-        [Output("y", gives[-1], source.unit, "input that gives it")],
+        [Input("u", (reads[0],), sink.unit, at_start(model), wanted_text(sink)), *g.inputs[1:]],
+        [Output("y", gives[-1], source.unit, given_text(source))],
     )
     graph.executor()  # the core refuses values that have no inverse
     key = model.key.removesuffix("_inverse") if model.key.endswith("_inverse") else f"{model.key}_inverse"

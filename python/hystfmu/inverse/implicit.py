@@ -6,6 +6,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.creep_states import known_states
 from hystfmu.inverse.input_range import at_start, input_range
+from hystfmu.inverse.port_texts import given_text, wanted_text
 from hystfmu.model import Model
 from hystfmu.model.inputs import with_starts
 
@@ -46,8 +47,8 @@ def implicit_inverse(model: Model, lo: float | None = None, hi: float | None = N
             *(n for n in g.nodes if n.name not in first),
         ],
         [*g.wires, *((f"{name}.u", end) for end in source.to), (sink.source, f"{name}.h")],
-        [Input("u", (f"{name}.y",), sink.unit, at_start(model), "wanted output"), *g.inputs[1:]],
-        [Output("y", f"{name}.u", source.unit, "input that gives it")],
+        [Input("u", (f"{name}.y",), sink.unit, at_start(model), wanted_text(sink)), *g.inputs[1:]],
+        [Output("y", f"{name}.u", source.unit, given_text(source))],
     )
     graph.executor()  # the core refuses dynamics and names the block
     _refuse_flat(model, lo, hi)

@@ -29,6 +29,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.exact import exact_inverse
 from hystfmu.inverse.input_range import over_range
+from hystfmu.inverse.port_texts import given_text, wanted_text
 from hystfmu.model import Model
 
 REVERSALS = 200  # of the training signal
@@ -70,8 +71,8 @@ def learned_inverse(
     graph = Graph(
         g.nodes,
         g.wires,
-        [Input("u", g.inputs[0].to, sink.unit, g.inputs[0].start, "wanted output")],
-        [Output("y", g.outputs[0].source, source.unit, "input that gives it")],
+        [Input("u", g.inputs[0].to, sink.unit, g.inputs[0].start, wanted_text(sink))],
+        [Output("y", g.outputs[0].source, source.unit, given_text(source))],
     )
     provenance = {"inverse": "learned", **learned.provenance, "of": model.provenance}
     warned = [*learned.fit.get("warnings", ()), *_falls(u, y)]

@@ -251,5 +251,5 @@ def test_check_finds_defects_of_model_exchange(tmp_path: Path, function: str, pa
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_a_million_steps_leak_nothing(tmp_path: Path, fmi: int) -> None:
     folder = unpack(export_fmu(loop(), tmp_path / "x.fmu", fmi), tmp_path / "x")  # type: ignore[arg-type]
-    foreign = ForeignFmu(folder, fmpy.read_model_description(str(folder), validate=False))
-    assert list(leaks(foreign, 1_000_000, 600.0)) == []
+    foreign = ForeignFmu(folder, fmpy.read_model_description(str(folder), validate=False), 600.0)
+    assert list(leaks(foreign, 1_000_000)) == []

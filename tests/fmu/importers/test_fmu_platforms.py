@@ -82,10 +82,13 @@ def test_a_prepared_stream_is_used_only_for_its_binary(package: Path, tmp_path: 
         assert (entry.compress_size == len(stream)) is not stale
 
 
-def test_missing_platforms_are_reported_in_one_line(package: Path, tmp_path: Path) -> None:
+def test_all_platforms_are_packed_or_nothing_is_written(package: Path, tmp_path: Path) -> None:
     (package / "_platforms" / "x86_64-windows.dll").unlink()
+    (package / "_platforms" / "x86-windows.dll").unlink()
     Model("sum", single("sum")).save(tmp_path / "m.model.toml")
     command = ["export", str(tmp_path / "m.model.toml"), "-o", str(tmp_path / "x.fmu"), "--platforms", "all"]
     done = CliRunner().invoke(main, command)
-    assert done.exit_code == 0, done.output
-    assert "not packed: no binary is installed for x86_64-windows ('make platforms' builds them)\n" in done.output
+    assert done.exit_code == 2
+    (line,) = done.output.splitlines()
+    assert "no binary is installed for x86_64-windows, x86-windows" in line
+    assert not (tmp_path / "x.fmu").exists()

@@ -26,6 +26,7 @@ from hystfmu.data.resampling import resample_rows
 from hystfmu.data.time_grid import check_time
 
 MOST_BYTES = 256 * 2**20
+MOST_TITLE = 80  # characters of a heading that a model keeps
 ZIP = b"PK\x03\x04"
 
 
@@ -177,7 +178,13 @@ def _dataset(
     unit_y = "" if roles.output is None else table.columns[roles.output].unit
     made = Dataset(t, u, y, _stem(table.path), table.path, rows, unit_u, unit_y, covariates=beside)
     lines = None if table.lines is None or resample is not None else table.lines[piece.rows]
-    return made.from_file(_line(table, roles, rate, lag), lines).aligned(lag)
+    titles = (_title(table, roles.input), "" if roles.output is None else _title(table, roles.output))
+    return made.from_file(_line(table, roles, rate, lag), lines, titles).aligned(lag)
+
+
+def _title(table: Table, k: int) -> str:
+    """Return the name of a column as one printable line."""
+    return "".join(c for c in " ".join(table.columns[k].name.split()) if c.isprintable())[:MOST_TITLE]
 
 
 def _covariates(piece: _Piece) -> Covariates:

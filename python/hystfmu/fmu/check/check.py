@@ -10,7 +10,9 @@ import time
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from hystfmu.base.child import Child
 from hystfmu.base.confine import Box
@@ -18,22 +20,49 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import check_source
 from hystfmu.base.results import read_result
 from hystfmu.fmu.archive.unpack import archive_problems, unpack, xml_problems
-from hystfmu.fmu.check.findings import Check, Findings, checks_of
+from hystfmu.fmu.check.findings import MOST_CHECKS, Check, Findings, Place, checks_of
+from hystfmu.fmu.check.foreign_library import STEPS
 
 MOST_NOTES = 2**24  # bytes of the findings
-ABOUT = 20  # checks of an FMU with both interfaces, for the progress
+MOST_START = 60.0  # s: until a child begins to check; no code of the FMU runs before
+ABOUT = 24  # checks of an FMU with both interfaces, for the progress
 Progress = Callable[[float], None]
 
 
-def _run_problems(process: Child, result: Path, seconds: float, progress: Progress) -> Findings:
-    """Return the findings of the child process, including the trial in which it crashed or hung."""
-    lines, in_time = process.finish(seconds, lambda: _tell(result, progress))
+class _Watch:
+    """Reads what a child writes down while it runs: the time of a check begins with it."""
+
+    def __init__(self, result: Path, progress: Progress) -> None:
+        self.result, self.progress = result, progress
+        self.number, self.begin = -1, time.monotonic()
+
+    def notes(self) -> dict[str, Any]:
+        """Return what is written down; the FMU may have written it."""
+        notes: dict[str, Any] = json.loads(read_result(self.result, MOST_NOTES))
+        return notes
+
+    def look(self) -> bool:
+        """Whether another check has begun since the last look, or none yet."""
+        with suppress(ValueError, KeyError, TypeError, RecursionError):
+            if not self.result.exists():
+                return time.monotonic() - self.begin < MOST_START
+            number = min(Place.of(self.notes()["place"]).first, MOST_CHECKS)
+            self.progress(min(number / ABOUT, 1.0))
+            number, self.number = self.number, max(self.number, number)
+            return self.number > number
+        return False
+
+
+def _part(process: Child, watch: _Watch, seconds: float) -> tuple[Findings, Place | None]:
+    """Return the findings of one child, and where the next has to begin if it did not survive a check."""
+    lines, in_time = process.finish(seconds, watch.look)
     try:
-        notes = json.loads(read_result(result, MOST_NOTES))  # the FMU may have written it
+        notes = watch.notes()
         problems = [" ".join(str(p).split()) for p in notes["problems"]]
         doing, finished, checks = str(notes["doing"]), bool(notes["done"]), checks_of(notes["checks"])
+        place = Place.of(notes["place"])
     except (ValueError, KeyError, TypeError, RecursionError):
-        return Findings([f"the check failed: {lines[-1] if lines else process.status}"])
+        return Findings([f"the check failed: {lines[-1] if lines else process.status}"]), None
     known = len(problems)
     if not in_time:
         problems.append(f"the FMU did not finish within {seconds:g} s while {doing}")
@@ -45,14 +74,21 @@ def _run_problems(process: Child, result: Path, seconds: float, progress: Progre
         problems[0] += f" ({lines[-1]})"  # append the log message of the FMU
     if len(problems) > known:
         checks.append(Check(doing, "not finished", len(problems) - known, 0.0))
-    return Findings(problems, checks)
+    return Findings(problems, checks), None if finished else place
 
 
-def _tell(result: Path, progress: Progress) -> None:
-    """Report the share of the trials that is done, as far as the child has written it down."""
-    with suppress(ValueError, KeyError, TypeError, RecursionError):
-        done = checks_of(json.loads(read_result(result, MOST_NOTES))["checks"])
-        progress(min(len(done) / ABOUT, 1.0))
+def _run_problems(folder: Path, box: Box | None, seconds: float, progress: Progress) -> Findings:
+    """Return the findings of as many child processes as it takes: each begins behind the check that ended the last."""
+    found, place = Findings(), Place(0, STEPS, [])
+    while True:
+        result = folder / f"result{place.first}.json"
+        arguments = str(folder / "fmu"), str(result), str(seconds), json.dumps(asdict(place))
+        process = Child("-m", "hystfmu.fmu.check.probe", *arguments, box=box)
+        part, further = _part(process, _Watch(result, progress), seconds)
+        found = Findings([*found, *(p for p in part if p not in found)], [*found.checks, *part.checks])
+        if further is None or not place.first < further.first <= MOST_CHECKS:
+            return found
+        place = further
 
 
 def _fmutool_problems(process: Child | None, seconds: float) -> Findings:
@@ -80,14 +116,16 @@ def check_fmu(
     events, the order of states, effects of rejected steps, dependencies and directional derivatives.  Those of
     `hystfmu.fmu.check.scheduled_trials` activate the partitions of Scheduled Execution.  An FMU may end its simulation
     by itself: a run is then as long as the FMU allows.  All but the inspection of the archive runs in child processes
-    with limits of time and memory, without network, and writes into a folder of its own only.
+    with limits of time and memory, without network, and writes into a folder of its own only.  No problem ends the
+    list: behind a crash the next check begins in another process, and what a check needs to tell anything, such as an
+    instance, is said where it is missing.
 
     Parameters
     ----------
     path : str or Path
         The FMU.  Its native code is executed in a child process.
     seconds : float
-        Time limit of the checks (s).
+        Time limit of each check (s).
     confined : bool
         Whether the FMU runs without network and writes into a folder of its own only, where the system can.
     progress : function
@@ -125,13 +163,11 @@ def check_fmu(
 
 def _content_problems(path: Path, folder: Path, seconds: float, confined: bool, progress: Progress) -> Findings:
     first = re.search(rb"""fmiVersion\s*=\s*["']1\.""", (folder / "fmu" / "modelDescription.xml").read_bytes())
-    result = folder / "result.json"
     box = Box.of(folder, path) if confined else None
-    probe = Child("-m", "hystfmu.fmu.check.probe", str(folder / "fmu"), str(result), box=box)
     fmutool = None
     if importlib.util.find_spec("fmu_manipulation_toolbox") and not first:  # it knows FMI 2.0 and 3.0
         start = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
         fmutool = Child("-c", start, "-input", str(path.absolute()), "-check", box=box)
-    run = _run_problems(probe, result, seconds, progress)
+    run = _run_problems(folder, box, seconds, progress)
     static = _fmutool_problems(fmutool, seconds)
     return Findings([*run, *static], [*run.checks, *static.checks])

@@ -1,27 +1,57 @@
-"""Contradictions in a model description that its schema and fmpy accept."""
+"""What is wrong with a model description: by its schema, by the rules of fmpy, and contradictions that both accept."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from hystfmu.fmu.foreign.instance import CARRIED, interface_of
+from hystfmu.fmu.foreign.instance import CARRIED
 
-_INTERFACES = ("CoSimulation", "ModelExchange", "ScheduledExecution")
+_RULES = "the rules of fmpy cannot be applied: {}: {}"
 
 
-def description_problems(description: Any, binaries: Path) -> Iterator[str]:
+def rule_problems(folder: Path, description: Any) -> Iterator[str]:
+    """Yield what the schema and the rules of fmpy find wrong, a sentence each.
+
+    Parameters
+    ----------
+    folder : Path
+        The unpacked FMU.
+    description : ModelDescription or None
+        Read by fmpy without its rules; None if that fails.
+    """
+    from fmpy import read_model_description
+    from fmpy.model_description import ValidationError
+    from fmpy.validation import validate_model_description
+
+    try:
+        read_model_description(str(folder), validate=True)
+    except ValidationError as e:
+        yield from map(str, e.problems)
+    except Exception as e:
+        yield str(e) if description is None else _RULES.format(type(e).__name__, e)
+    if description is None:
+        return
+    # the schema ends what fmpy does above, before its rules; each of the two calls repeats the common ones
+    for more in ({"validate_variable_names": True}, {"validate_model_structure": True}):
+        try:
+            found = validate_model_description(description, **more)
+        except Exception as e:  # the rules of fmpy rely on the schema
+            found = [_RULES.format(type(e).__name__, e)]
+        yield from (re.sub(r'(for naming convention "structured"\.).*', r"\1", str(p), flags=re.DOTALL) for p in found)
+
+
+def description_problems(description: Any) -> Iterator[str]:
     """Yield a sentence for each contradiction.
 
     Parameters
     ----------
     description : ModelDescription
         Read by fmpy.
-    binaries : Path
-        Folder of the binary for this platform.
     """
     for v in description.modelVariables:
         if v.type in CARRIED and v.type != "Boolean":
@@ -41,10 +71,6 @@ def description_problems(description: Any, binaries: Path) -> Iterator[str]:
         for name, n in Counter(u.variable.name for u in unknowns).items():
             if n > 1:
                 yield f"ModelStructure/{title} lists {name} {n} times"
-    for interface in _INTERFACES:
-        found = interface_of(description, interface)  # type: ignore[arg-type]
-        if found is not None and not any(p.stem == found.modelIdentifier for p in binaries.iterdir()):
-            yield f"{interface}: no binary is named after the modelIdentifier {found.modelIdentifier!r}"
 
 
 def _numbers(text: Any) -> list[float]:

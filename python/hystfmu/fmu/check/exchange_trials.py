@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from hystfmu.fmu.check.foreign_library import ForeignFmu, tangent_differs
+from hystfmu.fmu.check.trial import MADE, Trial, making
 from hystfmu.fmu.foreign.continuous import Continuous
 from hystfmu.fmu.foreign.finding import Finding
 from hystfmu.fmu.foreign.instance import Instance, Values, count
@@ -124,8 +125,8 @@ def model_exchange(fmu: ForeignFmu) -> Iterator[str]:
 def state_order(fmu: ForeignFmu) -> Iterator[str]:
     """States and derivatives have the order and the values of the variables that the model structure names."""
     listed = [u.variable for u in fmu.description.derivatives]
-    if not listed or fmu.version == 1:
-        return
+    if not listed or fmu.version == 1 or not all(v.derivative for v in listed):
+        return  # a derivative of no state is a problem of the description
     with fmu.instance("ModelExchange") as made:
         unit = _Unit(fmu, made)
         if sum(count(v) for v in listed) != unit.n:
@@ -152,7 +153,8 @@ class _Point:
         self.unit, self.fmu = unit, unit.fmu
         self.t = self.fmu.t0 + _STEPS * self.fmu.h
         listed = [u.variable for u in self.fmu.description.derivatives]
-        self.rates = listed if len(listed) == unit.n else []  # states that are arrays are not checked
+        # states that are arrays are not checked; a derivative of no state is a problem of the description
+        self.rates = listed if len(listed) == unit.n and all(v.derivative for v in listed) else []
         self.states = [v.derivative for v in self.rates]
         self.knowns = [*self.fmu.continuous, *self.states]
         self.unknowns = [v for v in self.fmu.outputs if v.type in ("Real", "Float64")] + self.rates
@@ -241,9 +243,12 @@ def exchange_derivatives(fmu: ForeignFmu) -> Iterator[str]:
     yield from found
 
 
-EXCHANGE_TRIALS: dict[str, Callable[[ForeignFmu], Iterator[str]]] = {
-    "running Model Exchange": model_exchange,
-    "comparing states with their variables": state_order,
-    "checking the dependencies in Model Exchange": exchange_dependencies,
-    "comparing directional derivatives with differences in Model Exchange": exchange_derivatives,
-}
+_MADE = MADE["ModelExchange"]
+_RUN = "running Model Exchange"
+EXCHANGE_TRIALS = (
+    making("ModelExchange"),
+    Trial(_RUN, model_exchange, _MADE),
+    Trial("comparing states with their variables", state_order, _MADE),
+    Trial("checking the dependencies in Model Exchange", exchange_dependencies, _RUN),
+    Trial("comparing directional derivatives with differences in Model Exchange", exchange_derivatives, _RUN),
+)

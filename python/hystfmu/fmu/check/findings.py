@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-MOST_CHECKS, MOST_WORDS = 200, 200
+MOST_CHECKS, MOST_WORDS = 40, 200
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,37 @@ class Check:
     tried: str
     problems: int
     seconds: float
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a child process begins, after another did not survive a check.
+
+    Attributes
+    ----------
+    first : int
+        Number of the check.
+    steps : int
+        Number of steps that the FMU makes.
+    failed : sequence of str
+        Names of the checks that could not be made to their end: others may need them.
+    """
+
+    first: int
+    steps: int
+    failed: Sequence[str]
+
+    @classmethod
+    def of(cls, notes: Any) -> Place:
+        """Return the place that a child process wrote down, which the FMU may have overwritten.
+
+        Raises
+        ------
+        TypeError, ValueError, KeyError
+            Something else is written there.
+        """
+        failed = [str(name)[:MOST_WORDS] for name in notes["failed"][:MOST_CHECKS]]
+        return cls(int(notes["first"]), int(notes["steps"]), failed)
 
 
 class Findings(list[str]):

@@ -53,16 +53,19 @@ class ForeignFmu:
         Folder of the unpacked FMU.
     description : ModelDescription
         Model description read by fmpy.
+    seconds : float, optional
+        Time for a trial that repeats something as often as it can (s).
 
     Attributes
     ----------
     with_derivatives : set of str
         Interfaces that provide directional derivatives: "CoSimulation", "ModelExchange".
     steps : int
-        Number of steps in a run: fewer than `STEPS` if the FMU ends the simulation by design.
+        Number of steps in a run: fewer than `STEPS` if the FMU ends the simulation by design or cannot go on.
     """
 
-    def __init__(self, folder: Path, description: Any) -> None:
+    def __init__(self, folder: Path, description: Any, seconds: float = 10.0) -> None:
+        self.seconds = seconds
         self.folder, self.description, self.version = folder, description, version(description)
         self.variables = [v for v in description.modelVariables if v.type in CARRIED]
         self.outputs = [v for v in self.variables if v.causality == "output" and not getattr(v, "clocks", None)]
@@ -79,6 +82,10 @@ class ForeignFmu:
         self.t0 = float(experiment.startTime or 0) if experiment else 0.0
         fixed = getattr(description.coSimulation, "fixedInternalStepSize", None)
         self.h = float((experiment and experiment.stepSize) or fixed or 1e-3)
+
+    def reach(self, steps: int) -> None:
+        """Take note that so many steps can be made."""
+        self.steps = steps
 
     @contextmanager
     def instance(self, interface: Interface = "CoSimulation") -> Iterator[Instance]:
@@ -104,8 +111,8 @@ class ForeignFmu:
             yield made
 
     def start(self, v: Any) -> Values:
-        """Return the start value in the model description, one number per element."""
-        values = numbers(v.start)
+        """Return the start value in the model description, one number per element; 0 where it wrongly has none."""
+        values = numbers(v.start or 0)
         return values * count(v) if len(values) == 1 else values
 
     def excitation(self, v: Any, k: int, off: float = 0.0) -> Values:

@@ -1,6 +1,7 @@
-"""The child process of `check_fmu`: run the static checks of fmpy and all trials, and write the findings as JSON.
+"""The child process of `check_fmu`: make the checks of an unpacked FMU and write the findings as JSON.
 
-It records every trial before it begins, so that the parent can name the trial in which the FMU crashed or hung.
+It records every check before it begins, so that the parent can name the check that the FMU did not survive, and let
+another child begin with the next one.
 """
 
 from __future__ import annotations
@@ -10,41 +11,56 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from hystfmu.base.child import limit_memory
-from hystfmu.fmu.check.description_problems import description_problems
+from hystfmu.fmu.check.description_problems import description_problems, rule_problems
 from hystfmu.fmu.check.exchange_trials import EXCHANGE_TRIALS
+from hystfmu.fmu.check.findings import Place
 from hystfmu.fmu.check.foreign_library import ForeignFmu
 from hystfmu.fmu.check.scheduled_trials import SCHEDULED_TRIALS
-from hystfmu.fmu.check.trials import TRIALS, Trial
+from hystfmu.fmu.check.trial import MADE, Trial
+from hystfmu.fmu.check.trials import STEPPED, TRIALS
 from hystfmu.fmu.foreign.finding import Finding
-from hystfmu.fmu.foreign.instance import TALLY, version
+from hystfmu.fmu.foreign.instance import TALLY, interface_of, version
 
 MOST_GIGABYTES = 4.0
 ODD_FOLDER = "Größe 1 %41"
-FIRST = list(TRIALS)[:2]
+MOST_SECONDS = 10.0  # for a trial that repeats something as often as it can
+_TABLES = {"CoSimulation": TRIALS, "ModelExchange": EXCHANGE_TRIALS, "ScheduledExecution": SCHEDULED_TRIALS}
 
 
 class Notes:
     """Findings and current activity, always up to date on disk: any call may end the process."""
 
-    def __init__(self, path: Path) -> None:
-        self.path, self.doing = path, "reading modelDescription.xml"
+    def __init__(self, path: Path, place: Place) -> None:
+        self.path, self.doing, self.place = path, "starting", place
+        self.number, self.steps, self.failed = -1, place.steps, set(place.failed)
         self.problems: list[str] = []
         self.checks: list[dict[str, Any]] = []
         self.save(False)
 
     def save(self, done: bool) -> None:
         """Write the file atomically."""
+        place = Place(self.number + 1, self.steps, sorted(self.failed))
+        content = {"doing": self.doing, "problems": self.problems, "checks": self.checks, "place": asdict(place)}
         part = self.path.with_suffix(".part")
-        part.write_text(json.dumps(self._content | {"done": done}))
+        part.write_text(json.dumps(content | {"done": done}))
         part.replace(self.path)
 
-    @property
-    def _content(self) -> dict[str, Any]:
-        return {"doing": self.doing, "problems": self.problems, "checks": self.checks}
+    def due(self) -> bool:
+        """Go on to the next check; whether it is to be made, because no process before this one has."""
+        self.number += 1
+        return self.number >= self.place.first
+
+    def add(self, problems: Iterator[str]) -> int:
+        """Add problems, each once and as one line; return how many there were."""
+        lines = [" ".join(p.split()) for p in problems]
+        self.problems += [p for p in dict.fromkeys(lines) if p not in self.problems]
+        return len(lines)
 
     @contextmanager
     def check(self, doing: str, tried: str = "") -> Iterator[None]:
@@ -57,6 +73,25 @@ class Notes:
         found = {"name": doing, "tried": tried or done, "problems": len(self.problems) - known}
         self.checks.append(found | {"seconds": time.monotonic() - begin})
 
+    def reach(self, steps: int) -> None:
+        """Record how many steps an FMU makes, so that the other trials make no more after a crash."""
+        self.steps = steps
+        if steps:
+            self.failed.discard(STEPPED)
+        self.save(False)
+
+
+class _NotedFmu(ForeignFmu):
+    """An FMU whose steps are noted."""
+
+    def __init__(self, folder: Path, description: Any, seconds: float, notes: Notes) -> None:
+        super().__init__(folder, description, seconds)
+        self.notes, self.steps = notes, notes.steps
+
+    def reach(self, steps: int) -> None:
+        super().reach(steps)
+        self.notes.reach(steps)
+
 
 def _counted(n: int, what: str) -> str:
     """Return a number of things, whose word has the plural at the end of its first part."""
@@ -64,77 +99,98 @@ def _counted(n: int, what: str) -> str:
     return " ".join([f"{n}", first if n > 1 else first[:-1], *others])
 
 
-def _try(fmu: ForeignFmu, trials: dict[str, Trial], notes: Notes) -> None:
-    """Run all trials.  A finding that ends one trial does not end the others."""
-    for title, trial in trials.items():
-        with notes.check(title):
-            try:
-                found = list(trial(fmu))
-            except Finding as e:
-                found = [f"{e} (while {title})"]
-            except Exception as e:  # any failure of a foreign FMU is a finding
-                found = [f"{title}: {type(e).__name__}: {e}"]
-            lines = [" ".join(p.split()) for p in found]
-            notes.problems += [p for p in lines if p not in notes.problems]
-        if found and title in FIRST:
-            return  # the FMU does not run: further trials would repeat the finding
-
-
-def _try_odd_folder(folder: Path, description: Any, notes: Notes) -> None:
-    """Run from a folder with a space and non-ASCII letters, as some importers do."""
-    with notes.check("loading from a folder with a space and non-ASCII letters"):
-        odd = folder.parent / ODD_FOLDER
-        folder.rename(odd)
-        fmu = ForeignFmu(odd, description)
+def _try(fmu: ForeignFmu, trial: Trial, notes: Notes) -> None:
+    """Make a trial.  A finding that ends it does not end the others, except for those that need it."""
+    missing = "a binary" if trial.name in notes.failed else repr(trial.needs) if trial.needs in notes.failed else ""
+    notes.failed.add(trial.name)  # until it ends
+    if missing:
+        with notes.check(trial.name, f"not tried: needs {missing}"):
+            return
+    with notes.check(trial.name):
         try:
-            if description.coSimulation:
-                with fmu.running() as made:
-                    fmu.run(made, range(3))
-            else:
-                with fmu.instance("ModelExchange" if description.modelExchange else "ScheduledExecution"):
-                    pass
+            notes.add(trial.find(fmu))
+            notes.failed.discard(trial.name)
         except Finding as e:
-            notes.problems.append(f"in a folder with a space and non-ASCII letters: {e}")
+            # without an instance the same is wrong for every interface: one problem
+            notes.add(iter([f"{e} (while {trial.name})" if trial.needs else str(e)]))
+        except Exception as e:  # any failure of a foreign FMU is a finding
+            notes.add(iter([f"{trial.name}: {type(e).__name__}: {e}"]))
 
 
-def probe(folder: Path, notes: Notes) -> None:
-    """Check the FMU unpacked in `folder` and add the findings to `notes`."""
-    from fmpy import platform, platform_tuple, read_model_description
-    from fmpy.validation import validate_fmu
+def _odd_folder(fmu: ForeignFmu) -> Iterator[str]:
+    """Run from a folder with a space and non-ASCII letters, as some importers do."""
+    odd = fmu.folder.parent / ODD_FOLDER
+    fmu.folder.rename(odd)
+    there = ForeignFmu(odd, fmu.description)
+    try:
+        if fmu.description.coSimulation:
+            with there.running() as made:
+                there.run(made, range(min(fmu.steps, 3)))
+        else:
+            with there.instance("ModelExchange" if fmu.description.modelExchange else "ScheduledExecution"):
+                pass
+    except Finding as e:
+        yield f"in a folder with a space and non-ASCII letters: {e}"
 
-    with notes.check("reading modelDescription.xml", "schema and rules of fmpy"):
-        notes.problems += [" ".join(str(p).split()) for p in validate_fmu(str(folder))]
-    if notes.problems:
-        return
-    description = read_model_description(str(folder), validate=False)
+
+def _binary_problems(folder: Path, description: Any, notes: Notes) -> Iterator[str]:
+    """Look for the binary of each interface; without it no instance can be made."""
+    from fmpy import platform, platform_tuple
+
     host = platform_tuple if version(description) == 3 else platform
-    if not (folder / "binaries" / host).is_dir():
-        notes.problems.append(f"the FMU has no binary for this platform ({host}): it was not run")
+    there = folder / "binaries" / host
+    names = {p.stem for p in there.iterdir()} if there.is_dir() else None
+    if names is None:
+        yield f"the FMU has no binary for this platform ({host}): it was not run"
+    for interface in MADE:
+        found = interface_of(description, interface)
+        if found is None or (names is not None and found.modelIdentifier in names):
+            continue
+        notes.failed.add(MADE[interface])
+        if names is not None:
+            yield f"{interface}: no binary is named after the modelIdentifier {found.modelIdentifier!r}"
+
+
+def probe(folder: Path, seconds: float, notes: Notes) -> None:
+    """Check the FMU unpacked in `folder` and add the findings to `notes`."""
+    from fmpy import read_model_description
+
+    try:
+        description = read_model_description(str(folder), validate=False)
+    except Exception:  # what is wrong with it is found below
+        description = None
+    if notes.due():
+        with notes.check("reading modelDescription.xml", "schema and rules of fmpy"):
+            notes.add(rule_problems(folder, description))
+    if description is None:
         return
-    with notes.check("looking for contradictions in it", f"{len(description.modelVariables)} variables"):
-        notes.problems += description_problems(description, folder / "binaries" / host)
-    if notes.problems:
-        return
-    fmu = ForeignFmu(folder, description)
-    if description.coSimulation:
-        _try(fmu, TRIALS, notes)
-    if description.modelExchange and not notes.problems:
-        _try(fmu, EXCHANGE_TRIALS, notes)
-    if description.scheduledExecution and not notes.problems:
-        _try(fmu, SCHEDULED_TRIALS, notes)
-    if not notes.problems:
-        _try_odd_folder(folder, description, notes)
+    if notes.due():
+        with notes.check("looking for contradictions in it", f"{len(description.modelVariables)} variables"):
+            notes.add(description_problems(description))
+    if notes.due():
+        with notes.check("looking for the binary", "of this platform"):
+            notes.add(_binary_problems(folder, description, notes))
+    interfaces = [i for i in MADE if interface_of(description, i) is not None]
+    trials = [trial for i in interfaces for trial in _TABLES[i]]
+    for i in interfaces[:1]:
+        trials.append(Trial("loading from a folder with a space and non-ASCII letters", _odd_folder, MADE[i]))
+    fmu = _NotedFmu(folder, description, min(MOST_SECONDS, seconds / 2), notes)
+    for trial in trials:
+        if notes.due():
+            _try(fmu, trial, notes)
 
 
 def main() -> None:
-    """Run ``python -m hystfmu.fmu.check.probe FOLDER RESULT``."""
-    folder, result = map(Path, sys.argv[1:])
+    """Run ``python -m hystfmu.fmu.check.probe FOLDER RESULT SECONDS PLACE``."""
+    import_module("fmpy.validation")  # takes longer than some checks and belongs to none of them
+    folder, result = map(Path, sys.argv[1:3])
     limit_memory(MOST_GIGABYTES)
-    notes = Notes(result)
+    notes = Notes(result, Place.of(json.loads(sys.argv[4])))
     try:
-        probe(folder, notes)
+        probe(folder, float(sys.argv[3]), notes)
     except Exception as e:
-        notes.problems.append(f"{notes.doing}: {' '.join(str(e).split())}")
+        notes.add(iter([f"{notes.doing}: {e}"]))
+    notes.doing = "ending"
     notes.save(True)
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ctypes as C
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 from hystfmu.fmu.check.foreign_library import ForeignFmu
+from hystfmu.fmu.check.trial import MADE, Trial, making
 from hystfmu.fmu.foreign.instance import Instance, Values
 
 _TICKS = 20
@@ -67,6 +68,7 @@ def scheduled_execution(fmu: ForeignFmu) -> Iterator[str]:
         made.call("terminating", "terminate")
 
 
-SCHEDULED_TRIALS: dict[str, Callable[[ForeignFmu], Iterator[str]]] = {
-    "activating the model partitions": scheduled_execution,
-}
+SCHEDULED_TRIALS = (
+    making("ScheduledExecution"),
+    Trial("activating the model partitions", scheduled_execution, MADE["ScheduledExecution"]),
+)

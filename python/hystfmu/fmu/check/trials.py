@@ -12,20 +12,20 @@ import gc
 import math
 import struct
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from hystfmu.fmu.check.foreign_library import STEPS, ForeignFmu, tangent_differs
+from hystfmu.fmu.check.trial import MADE, Trial, making
 from hystfmu.fmu.foreign.finding import Finding
 from hystfmu.fmu.foreign.instance import REAL, Instance, Values, count
 
 _SMALL = 1e-4  # fraction of a step: the effect of direct feed-through stays, that of a state vanishes
 _LEAK, _LEAST_GROWTH = 32, 1 << 20  # bytes per step; total bytes above the noise of the allocator
 _MOST_PAIRS = 64
-
-Trial = Callable[[ForeignFmu], Iterator[str]]
+STEPPED = f"making {STEPS} steps"
 
 
 def start_values(fmu: ForeignFmu) -> Iterator[str]:
@@ -53,20 +53,36 @@ def _stored(v: Any, values: Values) -> Values:
 
 
 def steps(fmu: ForeignFmu) -> Iterator[str]:
-    """Outputs are finite and the run ends with `terminate`.  An FMU that ends the simulation earlier runs as long."""
+    """Outputs are finite and the run ends with `terminate`.
+
+    An FMU that ends the simulation earlier, refuses a step or crashes in one is run in all other trials as long as it
+    went.
+    """
+    names = [v.name for v in fmu.outputs for _ in range(count(v))]
+    finite = True
     with fmu.running() as made:
-        run = fmu.run(made, range(STEPS))
-        names = [v.name for v in fmu.outputs for _ in range(count(v))]
-        if len(run) == STEPS:
-            made.call("terminating", "terminate")
-    fmu.steps = len(run)
-    if not run:
-        yield "the FMU ends the simulation in its first step"
-    for k, row in enumerate(run):
-        for name, x in zip(names, row, strict=True):
-            if not math.isfinite(x):
-                yield f"{name} is {x} after step {k + 1}"
+        for k in range(STEPS):
+            fmu.reach(k)
+            try:
+                row = fmu.step(made, k)
+            except Finding as e:
+                if k == 0:
+                    raise
+                yield f"{e} (while {STEPPED})"
                 return
+            if row is None:
+                if k == 0:
+                    raise Finding("the FMU ends the simulation in its first step")
+                return
+            for name, x in zip(names, row, strict=True):
+                if finite and not math.isfinite(x):
+                    finite = False
+                    yield f"{name} is {x} after step {k + 1}"
+        fmu.reach(STEPS)
+        try:
+            made.call("terminating", "terminate")
+        except Finding as e:
+            yield f"{e} (while {STEPPED})"
 
 
 def two_instances(fmu: ForeignFmu) -> Iterator[str]:
@@ -134,10 +150,12 @@ def reset(fmu: ForeignFmu) -> Iterator[str]:
 
 
 def _reset_parameters(fmu: ForeignFmu) -> Iterator[str]:
-    """Reset restores the start values of parameters and inputs."""
+    """Reset restores the start values of parameters and inputs: those of a new instance."""
+    kept = [v for v in fmu.variables if v.type in REAL and v.causality in ("parameter", "input") and v.start]
+    with fmu.readable() as made:
+        starts = [made.get(v) for v in kept]
     made = Instance(fmu.folder, fmu.description, "CoSimulation")
     try:
-        kept = [v for v in fmu.variables if v.type in REAL and v.causality in ("parameter", "input") and v.start]
         for v in kept:
             low, high = (None if b is None else float(b) for b in (v.min, v.max))
             other = [x / 2 + 0.125 for x in fmu.start(v)]
@@ -147,8 +165,8 @@ def _reset_parameters(fmu: ForeignFmu) -> Iterator[str]:
                 made.set(v, other)
         made.call("reset", "reset")
         made.initialize(fmu.t0)
-        for v in kept:
-            if made.get(v) != (start := _stored(v, fmu.start(v))):
+        for v, start in zip(kept, starts, strict=True):
+            if made.get(v) != start:
                 yield f"after reset {v.name} is {made.get(v)[0]!r} instead of its start value {start[0]!r}"
     finally:
         made.free()
@@ -290,9 +308,9 @@ def _resident() -> int:
     return int(statm.read_text().split()[1]) * 4096 if statm.exists() else 0
 
 
-def leaks(fmu: ForeignFmu, most: int = 20_000, seconds: float = 10.0) -> Iterator[str]:
+def leaks(fmu: ForeignFmu, most: int = 20_000) -> Iterator[str]:
     """Memory does not grow with the number of steps."""
-    end, done, warm, before = time.monotonic() + seconds, 0, most // 10, 0
+    end, done, warm, before = time.monotonic() + fmu.seconds, 0, most // 10, 0
     once = most if fmu.steps == STEPS else max(fmu.steps, 1)
     with fmu.running() as made:
         while done < most and time.monotonic() < end:
@@ -316,7 +334,7 @@ def loading(fmu: ForeignFmu) -> Iterator[str]:
     runs, before = [], 0
     for cycle in range(20):
         with fmu.running() as made:
-            runs.append(fmu.run(made, range(5)))
+            runs.append(fmu.run(made, range(min(fmu.steps, 5))))
         if cycle == 4:
             before = _resident()
     for cycle, run in enumerate(runs):
@@ -328,18 +346,20 @@ def loading(fmu: ForeignFmu) -> Iterator[str]:
         yield f"memory grows by {growth // 15} bytes with every load and unload"
 
 
-TRIALS: dict[str, Trial] = {
-    "reading the start values": start_values,
-    "making 100 steps": steps,
-    "running a second instance": two_instances,
-    "reading outputs between the steps": reading,
-    "setting inputs between the steps": setting,
-    "resetting": reset,
-    "saving and restoring the state": saved_states,
-    "freeing NULL": null_pointers,
-    "making steps of different lengths": step_lengths,
-    "checking the dependencies": dependencies,
-    "comparing directional derivatives with differences": derivatives,
-    "making many steps": leaks,
-    "loading and unloading": loading,
-}
+_MADE = MADE["CoSimulation"]
+TRIALS = (
+    making("CoSimulation"),
+    Trial("reading the start values", start_values, _MADE),
+    Trial(STEPPED, steps, _MADE),
+    Trial("running a second instance", two_instances, STEPPED),
+    Trial("reading outputs between the steps", reading, STEPPED),
+    Trial("setting inputs between the steps", setting, STEPPED),
+    Trial("resetting", reset, STEPPED),
+    Trial("saving and restoring the state", saved_states, STEPPED),
+    Trial("freeing NULL", null_pointers, _MADE),
+    Trial("making steps of different lengths", step_lengths, STEPPED),
+    Trial("checking the dependencies", dependencies, STEPPED),
+    Trial("comparing directional derivatives with differences", derivatives, _MADE),
+    Trial("making many steps", leaks, STEPPED),
+    Trial("loading and unloading", loading, STEPPED),
+)

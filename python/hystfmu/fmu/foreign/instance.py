@@ -51,8 +51,8 @@ def _kind(fmi: int, interface: Interface) -> Any:
     return getattr(module, f"FMU{fmi}{names[interface]}")
 
 
-TALLY: Counter[str] = Counter()
-"""What instances in this process have done so far."""
+TALLY: Counter[str] = Counter(dict.fromkeys(["instances", "values read", "values set", "steps", "derivatives"], 0))
+"""What instances in this process have done so far, in the order in which it is told."""
 
 
 class Instance:

@@ -214,14 +214,14 @@ def _structure(graph: Graph, fmi: Fmi) -> ET.Element:
     return structure
 
 
-def _interfaces(graph: Graph, fmi: Fmi, name: str) -> list[ET.Element]:
+def _interfaces(graph: Graph, fmi: Fmi, identifier: str) -> list[ET.Element]:
     """Declare ModelExchange and CoSimulation with their capabilities.
 
     A graph with sampled blocks but without a sample time has no Model Exchange.
     """
     spelling = "state" if fmi == 2 else "State"
     common = {
-        "modelIdentifier": name,
+        "modelIdentifier": identifier,
         "canBeInstantiatedOnlyOncePerProcess": "false",
         f"canGetAndSetFMU{spelling}": "true",
         f"canSerializeFMU{spelling}": "true",
@@ -260,6 +260,7 @@ def model_description(
     graph: Graph,
     fmi: Fmi,
     name: str,
+    identifier: str,
     text: str = "",
     stop: float | None = None,
     sources: Sequence[str] = (),
@@ -274,7 +275,9 @@ def model_description(
     fmi : {2, 3}
         Version of the standard.
     name : str
-        Model name and model identifier: a letter or _ followed by letters, digits or _.
+        Model name, for a reader.
+    identifier : str
+        Model identifier: a letter or _ followed by letters, digits or _.
     text : str
         Description.
     stop : float, optional
@@ -297,7 +300,7 @@ def model_description(
     if fmi == 2:
         head["numberOfEventIndicators"] = "0"  # reversals need no event indicators, see fmu_build/README.md
     root = ET.Element("fmiModelDescription", head)
-    root.extend(_interfaces(graph, fmi, name))
+    root.extend(_interfaces(graph, fmi, identifier))
     for interface in root if fmi == 2 and sources else ():
         listed = ET.SubElement(interface, "SourceFiles")
         for file in sources:

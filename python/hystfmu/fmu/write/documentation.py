@@ -215,7 +215,8 @@ the rounding of the time.</li>
 <li><code>resources/block.bin</code>: blocks, wiring, values; the binary is the same for all models.</li>{sources}</ul>
 <h2>Licence</h2>
 <p>The binary and the sources are HystFMU, BSD-3-Clause: <a href="licenses/license.txt">licenses/license.txt</a>. They
-need only the C library. The values of the model belong to its author.</p>
+need only the C library; the sources also need the headers of the FMI standard. The values of the model belong to its
+author.</p>
 """
     if explorer is not None:
         return page(name, [body]).encode()

@@ -11,6 +11,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_bytes
 from hystfmu.base.package_files import PACKAGE
 from hystfmu.fmu.archive.zip_file import Deflated, zip_file
+from hystfmu.fmu.write.about import description_of, name_of
 from hystfmu.fmu.write.description import Fmi, model_description
 from hystfmu.fmu.write.documentation import documentation
 from hystfmu.fmu.write.icon import png, svg
@@ -24,6 +25,7 @@ from hystfmu.model import Model
 from hystfmu.report.explorer import Explorer
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+_MOST = 60  # characters of an identifier, which is the name of files
 
 
 @functools.cache
@@ -36,7 +38,7 @@ def _licence() -> bytes:
 
 def _identifier(text: str) -> str:
     """Turn a name into a model identifier."""
-    cleaned = re.sub(r"[^A-Za-z0-9_]", "_", text)
+    cleaned = re.sub(r"[^A-Za-z0-9_]", "_", text)[:_MOST]
     return cleaned if _IDENTIFIER.match(cleaned) else f"_{cleaned}"
 
 
@@ -45,6 +47,7 @@ def _entries(
     graph: Graph,
     fmi: Fmi,
     name: str,
+    identifier: str,
     text: str,
     source: bool,
     binaries: dict[str, Deflated],
@@ -53,11 +56,10 @@ def _entries(
 ) -> dict[str, bytes | Deflated]:
     """Return the members of the archive by name."""
     reference = Reference.of(graph, model)
-    files = [f"{name}.c"] if source else []
+    files = [f"{identifier}.c"] if source else []
     known = facts_of(model, reference.y) if model else {}
-    entries: dict[str, bytes | Deflated] = {
-        "modelDescription.xml": model_description(graph, fmi, name, text, stop, files, known)
-    }
+    described = model_description(graph, fmi, name, identifier, text, stop, files, known)
+    entries: dict[str, bytes | Deflated] = {"modelDescription.xml": described}
     entries |= {f"binaries/{folder}": content for folder, content in binaries.items()}
     entries["resources/block.bin"] = graph.to_bytes()
     if fmi == 2:
@@ -67,9 +69,9 @@ def _entries(
         entries["terminalsAndIcons/icon.png"] = png(reference.curve)
         entries["terminalsAndIcons/icon.svg"] = svg(reference.curve)
     if source:
-        entries[f"sources/{name}.c"] = source_file(graph, fmi, name)
+        entries[f"sources/{identifier}.c"] = source_file(graph, fmi, identifier)
         if fmi == 3:
-            entries["sources/buildDescription.xml"] = build_description(name)
+            entries["sources/buildDescription.xml"] = build_description(identifier)
     entries["documentation/index.html"] = documentation(graph, fmi, name, text, reference, model, source, explorer)
     entries["documentation/licenses/license.txt"] = _licence()
     return entries | reference.files(fmi)
@@ -84,6 +86,7 @@ def export_fmu(
     source: bool = False,
     explorer: Explorer | None = None,
     stop: float | None = None,
+    text: str | None = None,
 ) -> Path:
     """Write an FMU for Co-Simulation and Model Exchange.
 
@@ -97,15 +100,18 @@ def export_fmu(
     fmi : {2, 3}
         Version of the standard.
     name : str, optional
-        Model name and identifier; by default the key of the model or the name of its only block.
+        Model name, any text; by default the record and the key of the model, or the name of its only block.  The model
+        identifier is its first 60 characters, with _ for all that is no letter of ASCII and no digit.
     platforms : {"host", "all"}
-        Pack the binary of this machine, or the installed binaries of all platforms.
+        Pack the binary of this machine, or those of all platforms.
     source : bool
-        Also pack the source: one self-contained C file.
+        Also pack the source: one C file, which needs the headers of the FMI standard and the C library.
     explorer : Explorer, optional
         The model in the page of the documentation, which is then some 60 kB larger.
     stop : float, optional
         End (s) of the default experiment; by default 1000 steps.
+    text : str, optional
+        Description; by default what the model and its record, or the only block, say.
 
     Returns
     -------
@@ -115,18 +121,21 @@ def export_fmu(
     Raises
     ------
     InputError
-        If the version or the name is invalid, FMI defines no folder for this platform, or the file cannot be written.
+        If the version or the name is invalid, FMI defines no folder for this platform, a binary of all platforms is not
+        installed, or the file cannot be written.
     """
     if fmi not in (2, 3):
         raise InputError(f"The FMI version must be 2 or 3. Got {fmi} instead.")
     whole, graph = (model, model.graph) if isinstance(model, Model) else (None, model)
     single = graph.nodes[0] if len(graph.nodes) == 1 else None
     if name is None:
-        name = _identifier(whole.key if whole else single.name if single else "graph")
-    if not _IDENTIFIER.match(name):
-        raise InputError(f"The FMU name must be a letter or _ followed by letters, digits or _. Got {name!r} instead.")
-    text = whole.text if whole else single.block.text if single else ""
-    packed = binaries(fmi, name, platforms)
-    entries = _entries(whole, graph, fmi, name, text, source, packed, explorer, stop)
+        name = name_of(whole) if whole else single.name if single else "graph"
+    if not name.isprintable() or not name.strip():
+        raise InputError(f"The FMU name must be printable text. Got {name!r} instead.")
+    if text is None:
+        text = description_of(whole) if whole else single.block.text if single else ""
+    identifier = _identifier(name)
+    packed = binaries(fmi, identifier, platforms)
+    entries = _entries(whole, graph, fmi, name, identifier, text, source, packed, explorer, stop)
     write_bytes(path, zip_file(entries, executable="binaries/"))
     return Path(path)

@@ -104,9 +104,16 @@ def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, De
     ------
     ImportError
         If the binary of this machine is not installed.
+    InputError
+        If all platforms are wanted and the binary of one is not installed.
     """
     if _path(host(), which) is None:
         raise ImportError("the compiled FMU binary is missing: install the package with 'pip install .'")
+    if which == "all" and (absent := missing()):
+        raise InputError(
+            f"an FMU for all platforms cannot be written: no binary is installed for {', '.join(absent)}."
+            " 'make platforms' in the sources of HystFMU builds them; --platforms host packs that of this machine."
+        )
     found = {}
     for p in PLATFORMS.values() if which == "all" else [host()]:
         path = _path(p, which)

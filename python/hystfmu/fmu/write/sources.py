@@ -74,7 +74,9 @@ def source_file(graph: Graph, fmi: Fmi, name: str) -> bytes:
     FMI2_FUNCTION_PREFIX (FMI3_FUNCTION_PREFIX) as ``name_``.
     """
     blocks = {n.type for n in graph.nodes}
-    comment = f"The FMU {name} for FMI {fmi}.0: build it with {OPTIONS}; it needs only the C library."
+    comment = (
+        f"The FMU {name} for FMI {fmi}.0: build it with {OPTIONS}; it needs fmi{fmi}Functions.h and the C library."
+    )
     return core_text(graph, name, comment, lambda section: wanted(section, blocks, fmi)).encode()
 
 

@@ -62,10 +62,6 @@ def facts_of(model: Model, y: Array) -> Mapping[str, Facts]:
     spans = {**model.provenance.get(COVARIATES, {})}
     if model.graph.inputs and KEY in model.provenance:
         spans[model.graph.inputs[0].name] = model.provenance[KEY]
-    record = model.provenance.get("data")
-    what = f"output of the model {model.key}" + (f", fitted to the record {record}" if record else "")
-    if model.text:
-        what += f" ({model.text})"
     at = 0
     for p in model.graph.ports:
         if p.kind == "input" and p.var.type == "real":
@@ -76,5 +72,6 @@ def facts_of(model: Model, y: Array) -> Mapping[str, Facts]:
             if p.var.type == "real":
                 sizes = np.abs(columns[np.isfinite(columns)])
                 own = next((o.text for o in model.graph.outputs if o.name == p.name), "")
+                what = f"output of the model {model.key}" + (f", in {p.unit}" if p.unit else "")
                 found[p.name] = Facts(nominal=_size(float(sizes.max(initial=0.0))), text="" if own else what)
     return found

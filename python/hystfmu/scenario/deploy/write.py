@@ -41,7 +41,7 @@ def write_controller(
     name : str, optional
         Name of the FMU; by default that of the scenario.
     platforms : {"host", "all"}
-        Pack the binary of this machine, or those of all platforms that are installed.
+        Pack the binary of this machine, or those of all platforms; one that is not installed is an error.
     source : bool
         Pack the C source too.
 

@@ -196,7 +196,8 @@ def _system(system: System, places: dict[str, int], units: list[str]) -> str:
 
 def _description(system: System, places: dict[str, int], name: str, token: str) -> bytes:
     head = {"fmiVersion": "2.0", "modelName": name, "guid": token, "variableNamingConvention": "flat"}
-    words = f"{len(system.parts)} units, stepped in the order {', '.join(p.name for p in system.parts)}"
+    order = ", ".join(p.name for p in system.parts)
+    words = f"loop of the {system.case.description}; {len(system.parts)} units, stepped in the order {order}"
     root = ET.Element(
         "fmiModelDescription", head | {"description": words, "generationTool": f"HystFMU {hystfmu.__version__}"}
     )

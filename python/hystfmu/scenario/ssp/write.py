@@ -22,7 +22,6 @@ from hystfmu.fmu.archive.unpack import MOST_UNPACKED
 from hystfmu.fmu.archive.xml_file import xml_file
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
-from hystfmu.model import Model
 from hystfmu.scenario.engine.simulation import simulate
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp.container import container_fmu
@@ -139,8 +138,8 @@ def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
     worst = max(found.values())
     near = f"are within {1.06 * worst:.1e} % of their span in" if worst else "have the bits of"
     listed = ", ".join(name.replace(".", "_") for name in case.record) or "all outputs"
-    text = f"Scenario {case.scenario}, case {case.name}: {listed} {near} the scenario's own run"
-    return export_fmu(Model(case.scenario, graph, case.step, text), path, fmi, case.scenario, stop=case.stop)
+    text = f"loop of the {case.description}: {listed} {near} the scenario's own run"
+    return export_fmu(graph.with_step(case.step), path, fmi, case.scenario, stop=case.stop, text=text)
 
 
 def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], case: Case) -> bytes:
@@ -149,8 +148,9 @@ def _fmu(part: Part, handed: dict[tuple[str, str], float], fmi: Literal[2, 3], c
     from hystfmu.fmu.write.export import export_fmu
 
     with tempfile.TemporaryDirectory(prefix="hystfmu-ssp-") as folder:
-        graph = _with_starts(part, handed, case.step)
-        return export_fmu(graph, Path(folder, "unit.fmu"), fmi, part.name, stop=case.stop).read_bytes()
+        graph, text = _with_starts(part, handed, case.step), f"{part.name} of the {case.description}"
+        archive = export_fmu(graph, Path(folder, "unit.fmu"), fmi, part.name, stop=case.stop, text=text)
+        return archive.read_bytes()
 
 
 def _handed(system: System, trace: Trace) -> dict[tuple[str, str], float]:
@@ -196,7 +196,8 @@ def _tag(space: str, name: str) -> str:
 
 def _structure(system: System, sets: dict[str, dict[str, float]], version: Version, connectors: bool) -> bytes:
     case = system.case
-    root = ET.Element(_tag(SSD, "SystemStructureDescription"), name=case.scenario, version=version)
+    head = {"name": case.scenario, "version": version, "description": case.description}
+    root = ET.Element(_tag(SSD, "SystemStructureDescription"), head)
     top = ET.SubElement(root, _tag(SSD, "System"), name=case.scenario)
     ports = _ports(system)
     outside = {end: end.replace(".", "_") for end in case.record} if connectors else {}

@@ -62,6 +62,11 @@ class Case:
         return f"{self.scenario}/{self.name}"
 
     @property
+    def description(self) -> str:
+        """What tells it from the cases of other scenarios, one line."""
+        return f"scenario {self.title}" + (f": {self.about}" if self.about else "")
+
+    @property
     def where(self) -> str:
         """What errors begin with: file or scenario, and the case."""
         return f"{self.origin}: case {self.name}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output, Port
 from hystfmu.scenario.system.foreign import Foreign
-from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.system import Part, System
 
 
 def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Graph, list[tuple[int, int]]]:
@@ -33,7 +33,7 @@ def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Gra
         nodes += [Node(f"{name}_{n.name}", n.type, n.dims, n.values) for n in g.nodes]
         wires += [(f"{name}_{a}", f"{name}_{b}") for a, b in g.wires]
         for i, (_, end, port) in enumerate(_scalars(g)):
-            outputs.append(Output(f"{name}_{part.outputs[i]}", f"{name}_{end}", port.unit, port.text))
+            outputs.append(Output(f"{name}_{part.outputs[i]}", f"{name}_{end}", port.unit, _text(part, i, port)))
         for i, ends in enumerate(_input_ends(g)):
             ends = [f"{name}_{e}" for e in ends]
             at = source.get((k, i))
@@ -46,6 +46,12 @@ def fuse(system: System, parts: tuple[int, ...], own: bool = False) -> tuple[Gra
                 inputs.append(Input(f"{name}_{part.inputs[i]}", tuple(ends), start=start))
                 outside.append((k, i))
     return Graph(nodes, wires, inputs, outputs, sort=False), outside
+
+
+def _text(part: Part, i: int, port: Port) -> str:
+    """Describe an output by its own text; that of the block which it leaves says nothing of the unit."""
+    own = next(o.text for o in part.own.outputs if o.name == port.name)
+    return own or f"{part.outputs[i]} of {part.name}" + (f", in {port.unit}" if port.unit else "")
 
 
 def segments(system: System, cut: bool) -> list[tuple[int, ...]]:
