@@ -74,13 +74,15 @@ class Child:
         Of Python.
     box : Box, optional
         Confines the child as far as this system can.
+    told : bool
+        Whether to say, once, what this system cannot keep it from.
     """
 
-    def __init__(self, *arguments: str, box: Box | None = None) -> None:
+    def __init__(self, *arguments: str, box: Box | None = None, told: bool = True) -> None:
         package = str(PACKAGE.parent)
         path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
         command = ["-P", *arguments]  # the current folder is no place for modules
-        if box is not None:
+        if box is not None and told:
             tell_unconfined()
         if sys.platform == "linux":
             inside = json.dumps(None if box is None else asdict(box))
