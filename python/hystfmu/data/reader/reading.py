@@ -48,8 +48,8 @@ def read(
 
     Text in UTF-8, UTF-16 or cp1252, with commas, semicolons, tabs or blanks between the columns, a decimal point or a
     decimal comma, quotes, lines above the names, comments and a line of units of measure; the same packed by gzip; MAT
-    files of version 5; HDF5 files and MAT files of version 7.3 (need h5py).  `Dataset.read_as` says in one line what was assumed.  What could be
-    read in two ways is refused.
+    files of version 5; HDF5 files and MAT files of version 7.3 (need h5py).  `Dataset.read_as` says in one line what
+    was assumed.  What could be read in two ways is refused.
 
     Parameters
     ----------
