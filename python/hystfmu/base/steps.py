@@ -72,7 +72,8 @@ class Steps:
         else:  # interrupted: it did not come to `made`
             own(self._folder)
         self._known[_FOLDER] = {"of": key}
-        write_text(record, json.dumps(self._known, indent=1))
+        if record.exists():  # else the first step writes it: a command that ends before has made nothing
+            write_text(record, json.dumps(self._known, indent=1))
 
     def made(self, paths: Sequence[Path]) -> None:
         """Note that these files, and all in these folders, are what was made of the inputs of `claim`."""
