@@ -8,26 +8,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hystfmu.identify.catalogue import options
+from hystfmu.identify.candidate import Memory
+from hystfmu.identify.catalogue import AUTO, method, options
 
 SHARE = 0.5  # of the memory: the system and other programs have the rest
 LEAST = 400.0  # bytes per row of any fit
-
-# peak of a fit with the default options (bytes per row), the option that it grows with, to which power
-_PER_ROW = {
-    "actuator": (1500.0, "N", 1),
-    "duhem": (1700.0, "q", 1),
-    "fitted_operator_mlp": (1800.0, "N", 1),
-    "g0_bouc_wen": (1000.0, "", 1),
-    "g0_prandtl_ishlinskii": (5200.0, "N", 1),
-    "krasnoselskii_pokrovskii": (2200.0, "levels", 2),
-    "narx_network": (2000.0, "", 1),
-    "play_bank_mlp": (700.0, "N", 1),
-    "polynomial_narx": (4600.0, "", 1),
-    "prandtl_ishlinskii": (800.0, "N", 1),
-    "preisach": (9800.0, "n", 2),
-    "rate_mlp": (1000.0, "N", 1),
-}
 
 
 def too_large(rows: int, key: str, given: Mapping[str, Any]) -> str:
@@ -45,10 +30,9 @@ def too_large(rows: int, key: str, given: Mapping[str, Any]) -> str:
     have = _memory()
     if have is None:
         return ""
-    per_row, option, power = _PER_ROW.get(key, (LEAST, "", 1))
-    default = {o.name: o.default for o in options(key)}.get(option)
-    grown = given[option] / default if option in given and default else 1.0
-    need = rows * max(per_row * grown**power, LEAST)
+    taken = Memory(LEAST) if key == AUTO else getattr(method(key), "MEMORY", Memory(LEAST))
+    default = next((float(o.default or 1.0) for o in options(key) if o.name == taken.option), 1.0)
+    need = rows * max(taken.grown(given, default), LEAST)
     if need <= SHARE * have:
         return ""
     return (

@@ -15,12 +15,13 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import CLOSES, Candidate
+from hystfmu.identify.candidate import CLOSES, Candidate, Memory
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "Krasnosel'skii-Pokrovskii kernels, weights >= 0"
+MEMORY = Memory(2200.0, "levels", 2)
 RECORDS = True
 CANDIDATES = (Candidate(CLOSES, 0.02, 0.03, local=True),)
 OPTIONS = (

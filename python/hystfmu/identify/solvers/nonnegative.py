@@ -75,7 +75,7 @@ def _reduced(A: Array, F: Array, b: Array) -> Array:
     R = np.zeros((0, A.shape[1] + F.shape[1] + 1))
     for k in range(0, len(b), MANY):
         rows = slice(k, k + MANY)
-        R = np.linalg.qr(np.vstack([R, np.column_stack([A[rows], F[rows], b[rows]])]), mode="r")
+        R = _factor(np.vstack([R, np.column_stack([A[rows], F[rows], b[rows]])]))
     return R
 
 
@@ -141,5 +141,10 @@ def _direct(A: Array, b: Array) -> Array:
 
 
 def _triangle(A: Array, b: Array) -> tuple[Array, Array]:
-    R: Array = np.linalg.qr(np.column_stack([A, b]), mode="r")  # type: ignore[assignment]
+    R = _factor(np.column_stack([A, b]))
     return R[:, :-1], R[:, -1]
+
+
+def _factor(A: Array) -> Array:
+    R: Array = np.linalg.qr(A, mode="r")  # type: ignore[assignment]
+    return R
