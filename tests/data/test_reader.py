@@ -3,6 +3,7 @@
 import gzip
 import io
 import re
+import subprocess
 import sys
 import zipfile
 
@@ -58,12 +59,23 @@ def mat(**arrays):
     return out.getvalue()
 
 
-def hdf5(fill):
+def changed(content, at, byte):
+    return content[:at] + bytes([byte]) + content[at + 1 :]
+
+
+def hdf5(fill, **options):
     h5py = pytest.importorskip("h5py")
     out = io.BytesIO()
-    with h5py.File(out, "w") as file:
+    with h5py.File(out, "w", **options) as file:
         fill(file)
     return out.getvalue()
+
+
+def mat_7_3():
+    """As MATLAB writes it: a block with the header of a MAT file, then HDF5; columns first."""
+    content = hdf5(as_matlab_7_3, userblock_size=512)
+    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
+    return head + content[len(head) :]
 
 
 def in_group(file):
@@ -152,7 +164,7 @@ VARIANTS = {
     }),
     "MAT, float32": ("a.mat", mat(t=T.astype(np.float32), u_V=U, y_um=Y), {}),
     "HDF5 with units": ("a.h5", lambda: hdf5(in_group), {}),
-    "MAT 7.3": ("a.mat", lambda: hdf5(as_matlab_7_3), {}),
+    "MAT 7.3": ("a.mat", mat_7_3, {}),
 }  # fmt: skip
 WITHOUT_UNITS = {"no names", "MAT, one matrix", "MAT 7.3"}
 
@@ -264,6 +276,7 @@ REFUSED = {
         text(["t;u"], [f"{k};1;{k}" for k in range(9)]), {}, ["line 2", "2 cells, as line 1", "Got 3"],
     ),
     "a workbook": (b"PK\x03\x04" + bytes(50), {}, ["zip archive", "as CSV"]),
+    "a MAT file with values of no type": (changed(mat(t=T, u=U, y=Y), 176, 148), {}, ["of type 148"]),
     "a MAT file that breaks off": (mat(t=T, u=U, y=Y)[:400], {}, ["whole MAT file"]),
     "a MAT file with a structure": (mat(run={"t": T, "u": U}), {}, ["'run' of class struct", "-struct"]),
     "gzip that breaks off": (gzip.compress(text(GERMAN, lines()))[:60], {}, ["whole gzip archive"]),
@@ -293,6 +306,17 @@ def test_a_packed_mat_file_is_unpacked_within_the_limit(tmp_path):
     path.write_bytes(mat(t=np.zeros(10**6), compressed=True))
     with pytest.raises(InputError, match="at most 100000 bytes when unpacked"):
         read(path, most=10**5)
+
+
+def test_no_parser_of_others_runs_in_this_process(tmp_path):
+    """An untrusted file could crash it: byte 176 above does that to scipy."""
+    (tmp_path / "a.mat").write_bytes(mat(t=T, u=U, y=Y))
+    (tmp_path / "b.mat").write_bytes(mat_7_3())
+    script = (
+        "import sys, hystfmu as hy; hy.read('a.mat'), hy.read('b.mat'); print({'h5py', 'scipy.io'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout == "set()\n", done.stderr
 
 
 def test_hdf5_without_h5py_names_the_command(tmp_path, monkeypatch):

@@ -86,15 +86,19 @@ def test_fit_and_predict_print_the_errors_of_every_part(tmp_path, monkeypatch):
     assert done.exit_code == 0, done.output
     assert done.stdout.count("held-out rows  ") == 2
     assert "conformal over 20 blocks" in done.stdout
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.csv", "a.html", "a.model.toml"]
-    done = CliRunner().invoke(main, ["predict", "a.model.toml", "a.csv", "-o", "p.csv"])
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        "a.csv",
+        *(f"a.prandtl_ishlinskii.{end}" for end in ("html", "model.toml")),
+    ]
+    model = "a.prandtl_ishlinskii.model.toml"
+    done = CliRunner().invoke(main, ["predict", model, "a.csv", "-o", "p.csv"])
     assert "all rows" in done.stdout
-    as_json = json.loads(CliRunner().invoke(main, ["predict", "a.model.toml", "a.csv", "-o", "p.csv", "--json"]).stdout)
+    as_json = json.loads(CliRunner().invoke(main, ["predict", model, "a.csv", "-o", "p.csv", "--json"]).stdout)
     (found,) = as_json["errors"]
     assert found["rows"] == [0, len(data.t)]
     assert f"{found['rms_percent']:.4g}" in done.stdout
     (tmp_path / "u.csv").write_text("t,u\n" + "".join(f"{k * 1e-3!r},{v!r}\n" for k, v in enumerate(data.u.tolist())))
-    without = CliRunner().invoke(main, ["predict", "a.model.toml", "u.csv", "-o", "q.csv"])
+    without = CliRunner().invoke(main, ["predict", model, "u.csv", "-o", "q.csv"])
     assert without.exit_code == 0, without.output
     assert "no output" in without.stdout
     assert "all rows" not in without.stdout

@@ -12,6 +12,7 @@ import sys
 import time
 import zipfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import FrameType
 
@@ -150,10 +151,20 @@ def german_file(folder: Path) -> Path:
     return folder / "data.txt"
 
 
-def matlab_file(folder: Path) -> Path:
+def matlab_file(folder: Path, packed: bool = False) -> Path:
     t = np.arange(60) * 0.01
     columns = {"t": t, "u": np.sin(9 * t), "y": np.cos(7 * t)}
-    savemat(folder / "data.mat", {**columns, "run": {"t": t}, "label": "stack"}, do_compression=False)
+    savemat(folder / "data.mat", {**columns, "run": {"t": t}, "label": "stack"}, do_compression=packed)
+    return folder / "data.mat"
+
+
+def matlab_7_3_file(folder: Path) -> Path:
+    t = np.arange(60) * 0.01
+    with h5py.File(folder / "data.mat", "w", userblock_size=512) as file:
+        for name, column in (("t", t), ("u", np.sin(9 * t)), ("y", np.cos(7 * t))):
+            file.create_dataset(name, data=column[None]).attrs["MATLAB_class"] = np.bytes_("double")
+    with open(folder / "data.mat", "r+b") as head:
+        head.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
     return folder / "data.mat"
 
 
@@ -212,6 +223,8 @@ READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
     "german": (german_file, read),
     "gzip": (gzip_file, read),
     "matlab": (matlab_file, read),
+    "packed matlab": (partial(matlab_file, packed=True), read),
+    "matlab 7.3": (matlab_7_3_file, read),
     "hdf5": (hdf5_file, read),
     "model": (model_file, Model.load),
     "scenario": (scenario_file, read_scenario),
@@ -293,12 +306,14 @@ def run(name: str, folder: Path, times: int, monkeypatch: pytest.MonkeyPatch) ->
     return refused, longest, grown
 
 
+IN_A_PROCESS = ("hdf5", "matlab 7.3")  # each file takes a process
 SOME = [pytest.param(name, marks=pytest.mark.stress) if name == "ssp" else name for name in READERS]
 
 
 @pytest.mark.parametrize("name", SOME)
 def test_some_mutated_files(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert run(name, tmp_path, 12 if name == "ssp" else 40, monkeypatch)[0] > 1
+    times = 8 if name in IN_A_PROCESS else 12 if name == "ssp" else 40
+    assert run(name, tmp_path, times, monkeypatch)[0] > 1
 
 
 @pytest.mark.stress
@@ -306,7 +321,7 @@ def test_some_mutated_files(name: str, tmp_path: Path, monkeypatch: pytest.Monke
 def test_many_mutated_files(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    times = 1000 if name in ("fmu", "fmu3", "ssp") else 5000
+    times = 1000 if name in ("fmu", "fmu3", "ssp", *IN_A_PROCESS) else 5000
     refused, longest, grown = run(name, tmp_path, times, monkeypatch)
     with capsys.disabled():
         print(

@@ -77,14 +77,16 @@ class Child:
         Confines the child as far as this system can, and keeps most variables of the environment from it.
     keep : collection of int
         Descriptors that stay open in it; not on Windows.
+    told : bool
+        Whether to say, once, what this system cannot keep it from.
     """
 
-    def __init__(self, *arguments: str, box: Box | None = None, keep: Collection[int] = ()) -> None:
+    def __init__(self, *arguments: str, box: Box | None = None, keep: Collection[int] = (), told: bool = True) -> None:
         package = str(PACKAGE.parent)
         path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
         variables = dict(os.environ) if box is None else known(os.environ)
         command = ["-P", *arguments]  # the current folder is no place for modules
-        if box is not None:
+        if box is not None and told:
             tell_unconfined()
         if sys.platform == "linux":
             inside = json.dumps(None if box is None else asdict(box))

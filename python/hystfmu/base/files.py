@@ -17,6 +17,7 @@ import tomli_w
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.near import meant_file
+from hystfmu.base.replacing import place
 
 MOST_BYTES = 256 * 2**20
 _LINE = re.compile(r"at line (\d+)")  # in a message of tomllib
@@ -64,15 +65,22 @@ def check_source(path: str | Path) -> os.stat_result:
 
 
 @contextmanager
-def written(path: str | Path) -> Iterator[IO[bytes]]:
+def written(path: str | Path, apart: re.Pattern[bytes] | None = None) -> Iterator[IO[bytes]]:
     """Open a file for an atomic write: write a temporary file in the same folder, then rename it.
 
     A link stays: the file behind it is written.  A file keeps its mode; a new one follows the umask.
 
+    Parameters
+    ----------
+    path : str or Path
+    apart : pattern, optional
+        What does not make the content another one, see `hystfmu.base.replacing`.
+
     Raises
     ------
     InputError
-        The file cannot be written; it is read-only, a device, a pipe or a socket.
+        The file cannot be written; it is read-only, a device, a pipe or a socket; in a command: it exists with other
+        content.
     """
     target = Path(os.path.realpath(path))
     try:
@@ -85,7 +93,7 @@ def written(path: str | Path) -> Iterator[IO[bytes]]:
                 yield f
             if mode is not None:
                 os.chmod(new, mode)
-            os.replace(new, target)
+            place(new, target, path, apart)
         except BaseException:
             new.unlink(missing_ok=True)
             raise
@@ -125,9 +133,9 @@ def check_target(path: str | Path, folder: bool = False) -> int | None:
     return stat.S_IMODE(found.st_mode)
 
 
-def write_bytes(path: str | Path, content: bytes) -> None:
-    """Write a file atomically."""
-    with written(path) as f:
+def write_bytes(path: str | Path, content: bytes, apart: re.Pattern[bytes] | None = None) -> None:
+    """Write a file atomically; `apart` as for `written`."""
+    with written(path, apart) as f:
         f.write(content)
 
 
@@ -239,7 +247,9 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
         raise InputError(f"{path}: {key}: {first['msg']}{value}{more}") from None
 
 
-def write_toml(path: str | Path, data: dict[str, Any], heading: str = "") -> None:
-    """Write a dictionary as TOML, atomically; floats round-trip exactly."""
+def write_toml(
+    path: str | Path, data: dict[str, Any], heading: str = "", apart: re.Pattern[bytes] | None = None
+) -> None:
+    """Write a dictionary as TOML, atomically; floats round-trip exactly; `apart` as for `written`."""
     lines = "".join(f"# {line}\n" for line in heading.splitlines())
-    write_text(path, lines + tomli_w.dumps(data))
+    write_bytes(path, (lines + tomli_w.dumps(data)).encode(), apart)

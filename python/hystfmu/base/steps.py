@@ -17,8 +17,10 @@ from typing import Any
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_text
 from hystfmu.base.package_files import PACKAGE
+from hystfmu.base.replacing import may_replace, own, refuse_existing
 
 RECORD = "steps.json"
+_FOLDER = "folder"  # in the record, beside the steps
 
 
 class Steps:
@@ -38,6 +40,46 @@ class Steps:
     def __init__(self, folder: Path) -> None:
         self._folder, self._known = folder, _read(folder / RECORD)
         self.kept: list[str] = []
+
+    def claim(self, *of: Any, removed: Sequence[Path] = ()) -> None:
+        """Take the folder for what is made of these inputs; a command may then replace what it made of them before.
+
+        Parameters
+        ----------
+        *of : Any
+            What the folder belongs to, as JSON can write it.
+        removed : sequence of Path
+            Files and folders that go before they are made anew.
+
+        Raises
+        ------
+        InputError
+            In a command without --force: the folder holds what was made of other inputs, a file in it has changed
+            since, or one would go that was not made by it.
+        """
+        record, known = self._folder / RECORD, self._known.get(_FOLDER)
+        key = hashlib.sha256(json.dumps(of).encode()).hexdigest()
+        mine = isinstance(known, dict) and known.get("of") == key
+        if not mine and not may_replace(record):
+            raise InputError(
+                f"{self._folder}: holds what was made of another record or by other options. Name another folder, or "
+                "replace it with --force."
+            )
+        made = known.get("made") if mine and isinstance(known, dict) else {}
+        if isinstance(made, dict):
+            own(record, *(f for f, at in ((self._folder / n, v) for n, v in made.items()) if _hashes([f]) == [at]))
+            refuse_existing(*(self._folder / n for n in made), *_files(removed))
+        else:  # interrupted: it did not come to `made`
+            own(self._folder)
+        self._known[_FOLDER] = {"of": key}
+        if record.exists():  # else the first step writes it: a command that ends before has made nothing
+            write_text(record, json.dumps(self._known, indent=1))
+
+    def made(self, paths: Sequence[Path]) -> None:
+        """Note that these files, and all in these folders, are what was made of the inputs of `claim`."""
+        names = [file.relative_to(self._folder).as_posix() for file in _files(paths)]
+        self._known[_FOLDER]["made"] = dict(zip(names, _hashes(_files(paths)), strict=True))
+        write_text(self._folder / RECORD, json.dumps(self._known, indent=1))
 
     def run(self, name: str, inputs: Sequence[Any], files: Sequence[Path], make: Callable[[], Any]) -> Any:
         """Return the value of a step, and run it unless it is finished and its files are as it wrote them.
@@ -70,6 +112,12 @@ def _read(path: Path) -> dict[str, Any]:
     except (InputError, ValueError, RecursionError):
         return {}
     return found if isinstance(found, dict) else {}
+
+
+def _files(paths: Sequence[Path]) -> list[Path]:
+    """Return the files among the paths, and those in the folders."""
+    inside = (sorted(p.rglob("*")) if p.is_dir() else [p] for p in paths)
+    return [file for files in inside for file in files if file.is_file()]
 
 
 def _hashes(files: Sequence[Path]) -> list[str]:

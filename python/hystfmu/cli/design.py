@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 import math
 import sys
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.replacing import together
 from hystfmu.cli import places
-from hystfmu.cli.options import FAILED, Command, json_option
+from hystfmu.cli.options import FAILED, OUTPUT_FOLDER, Command, json_option
 from hystfmu.report.verbosity import say, wrong
 
 if TYPE_CHECKING:
@@ -46,7 +48,7 @@ def design() -> None:
 
 @design.command(cls=Command, short_help="Add a repetitive part: it learns what repeats.")
 @click.argument("scenario")
-@click.option("-o", "out", required=True, metavar="DIR", help="Folder of the new scenario.")
+@click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
 @click.option("--period", type=POSITIVE, metavar="SECONDS", help="Of the reference [default: as it is].")
 @click.option("--frequency", type=POSITIVE, metavar="HZ", help="Of the reference, instead of --period.")
 @click.option(
@@ -150,7 +152,7 @@ def _structure(name: str, text: str) -> None:
         """,
     )
     @click.argument("scenario")
-    @click.option("-o", "out", required=True, metavar="DIR", help="Folder of the new scenario.")
+    @click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
     @click.option(
         "--ms",
         type=click.FloatRange(0.5, 20),
@@ -248,14 +250,24 @@ def _folder(out: str, source: Path) -> Path:
 
 
 def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
-    """Write a scenario, with its results as baseline if they are good, and return what its loop breaks."""
+    """Write a scenario, with its results as baseline if they are good, and return what its loop breaks.
+
+    It is made in a folder of its own, so that nothing stands in the other where one of its files may not be replaced.
+    """
+    from hystfmu.base.files import read_bytes, write_bytes
     from hystfmu.face.running import run
     from hystfmu.scenario.margin_table import margin_table
 
-    scenario.save(into)
-    if results.passed:
-        run(into, engine="native", record=True)
-    return margin_table([into]).broken()
+    with tempfile.TemporaryDirectory(prefix="hystfmu-design-") as folder:
+        made = Path(folder, into.resolve().name)
+        scenario.save(made)
+        if results.passed:
+            run(made, engine="native", record=True)
+        broken = margin_table([made]).broken()
+        with together():
+            for file in sorted(made.iterdir()):
+                write_bytes(into / file.name, read_bytes(file))
+    return broken
 
 
 def _facts(result: Any, before: float) -> dict[str, Any]:

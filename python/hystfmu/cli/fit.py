@@ -5,13 +5,18 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from hystfmu.base.errors import InputError
+from hystfmu.base.replacing import may_replace, refusal, together
 from hystfmu.cli.columns import Columns, data_options
-from hystfmu.cli.options import OUTPUT_FILE, Command, assignments, json_option
+from hystfmu.cli.options import OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option
 from hystfmu.report.verbosity import detail, say
+
+if TYPE_CHECKING:
+    from hystfmu.data import Dataset
 
 
 def _list_models(context: click.Context, option: click.Parameter, asked: bool) -> None:
@@ -64,7 +69,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     "out",
     type=OUTPUT_FILE,
     metavar="M.model.toml",
-    help="Model file to write; by default named after DATA, in the current folder.",
+    help="Model file to write; by default DATA.KIND.model.toml in the current folder.",
 )
 @data_options
 @click.option("--train", metavar="A:B", help="Rows to fit, first:end.  The model runs from row 0 in any case.")
@@ -73,7 +78,11 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 )
 @click.option("--seed", default=0, show_default=True, help="Seed of the random starts.")
 @click.option(
-    "--report", "folder", metavar="DIR", help="Write a page about the fit; without -o also into the current folder."
+    "--report",
+    "folder",
+    type=OUTPUT_FOLDER,
+    metavar="DIR",
+    help="Write a page about the fit; without -o also into the current folder.",
 )
 @json_option
 def fit(
@@ -113,13 +122,16 @@ def fit(
     measured = columns.read(data, train)
     if not as_json:
         say(measured.read_as)
+    if out is not None or key != "auto":
+        _refuse_other(out or f"{measured.stem}.{key}.model.toml", measured, key, seed)
     with progress(f"fitting {key}") as report:
         model = hy.fit(measured, key, seed=seed, progress=report, purpose=purpose, **options)
-    name = measured.name.partition(" ")[0]
+    name = f"{measured.stem}.{model.key}"
     if out is None:
         out, folder = f"{name}.model.toml", folder or "."
-    model.save(out)
-    page = None if folder is None else model.report(measured, Path(folder) / f"{name}.html")
+    with together():
+        model.save(out)
+        page = None if folder is None else model.report(measured, Path(folder) / f"{name}.html")
     f = model.fit
     y = free_run(model, measured)
     found, (new, which) = parts(y, measured, True), interval_of(model, y, measured, False)
@@ -161,6 +173,22 @@ def fit(
         say(line)
     detail(f"\n{model}\n")
     say(f"wrote {out}" + ("" if page is None else f" and {page}"))
+
+
+def _refuse_other(path: str, data: Dataset, key: str, seed: int) -> None:
+    """Refuse, before a fit that takes long, an existing file that holds no model of these rows and this kind."""
+    from hystfmu.base.files import load_toml
+
+    if may_replace(path):
+        return
+    try:
+        found = load_toml(path)
+    except InputError:
+        raise refusal(path) from None
+    stated = found.get("provenance")
+    of = {"sha256": data.sha256, "train": f"{data.train.start}:{data.train.stop}", "seed": seed}
+    if not (isinstance(stated, dict) and of.items() <= stated.items() and key in ("auto", found.get("key"))):
+        raise refusal(path)
 
 
 def _range(errors: Sequence[float]) -> str:

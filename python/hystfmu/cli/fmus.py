@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
+from hystfmu.cli.options import FAILED, OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option, unconfined_option
 from hystfmu.report.verbosity import VERBOSE, level, say
 
 if TYPE_CHECKING:
@@ -46,7 +46,9 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Put the explorer into the documentation: the model runs in the page, some 60 kB more.",
 )
-@click.option("--modelica", "folder", metavar="DIR", help="Folder to write a Modelica package into.")
+@click.option(
+    "--modelica", "folder", type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write a Modelica package into."
+)
 @click.option(
     "--sheet", multiple=True, metavar="NAME=VALUE", help="Data sheet of the actuator in SI units (repeatable)."
 )
@@ -59,7 +61,9 @@ if TYPE_CHECKING:
 )
 @click.option("--controller", is_flag=True, help="Export the controller of SCENARIO, without the plant.")
 @click.option("--case", metavar="NAME", help="Case of SCENARIO [default: the first].")
-@click.option("--c", "target", metavar="DIR", help="Folder to write the controller into as C, without FMI.")
+@click.option(
+    "--c", "target", type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write the controller into as C, without FMI."
+)
 def export(
     model: str,
     out: str | None,

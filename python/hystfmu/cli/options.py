@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.replacing import keeping
 from hystfmu.report.verbosity import NORMAL, QUIET, VERBOSE, level, set_level
 
 FAILED, BAD_INPUT = 1, 2
@@ -30,16 +31,22 @@ def _level(context: click.Context, option: click.Parameter, asked: bool) -> None
     set_level(context, VERBOSE if option.name == "verbose" else QUIET)
 
 
+_FORCE = "hystfmu.force"  # of the command that runs, in its context
 _HOW_MUCH = (
     (("-v", "--verbose"), "Print also what the tables summarise, and how long each step takes."),
     (("-q", "--quiet"), "Print only what is wrong; the exit status tells the outcome."),
 )
 
 
+def _force(context: click.Context, option: click.Parameter, asked: bool) -> None:
+    context.meta[_FORCE] = asked
+
+
 class Command(click.Command):
     """A command that takes -v and -q, and says what an interrupt leaves.
 
-    It refuses an option of one value given twice, of which click would silently take the last.
+    It refuses an option of one value given twice, of which click would silently take the last.  One that writes takes
+    --force, and without it replaces no file of other content.
 
     Parameters
     ----------
@@ -52,6 +59,14 @@ class Command(click.Command):
         self.interrupted = interrupted
         for names, text in _HOW_MUCH:
             self.params.append(click.Option(names, is_flag=True, expose_value=False, callback=_level, help=text))
+        if any(isinstance(p.type, (OutputFile, OutputFolder)) for p in self.params):
+            text = "Replace existing files of other content, which are refused otherwise."
+            self.params.append(click.Option(["--force"], is_flag=True, expose_value=False, callback=_force, help=text))
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        with keeping(ctx.meta.get(_FORCE, False)):
+            return super().invoke(ctx)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the words of the command line.
@@ -67,6 +82,12 @@ class Command(click.Command):
             if once and given.count(option) > 1:
                 raise InputError(f"{option.opts[-1]} takes one value. Got it {given.count(option)} times.")
         return super().parse_args(ctx, args)
+
+
+class OutputFolder(click.ParamType[str]):
+    """A folder to write into."""
+
+    name = "folder"
 
 
 class OutputFile(click.ParamType[str]):
@@ -88,7 +109,7 @@ class OutputFile(click.ParamType[str]):
         return value
 
 
-OUTPUT_FILE = OutputFile()
+OUTPUT_FILE, OUTPUT_FOLDER = OutputFile(), OutputFolder()
 
 
 def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hystfmu.base.replacing import refuse_existing
 from hystfmu.cli.columns import Columns, data_options
-from hystfmu.cli.options import FAILED, Command, json_option
+from hystfmu.cli.options import FAILED, OUTPUT_FOLDER, Command, json_option
 from hystfmu.report.verbosity import detail, say, wrong
 
 if TYPE_CHECKING:
@@ -29,7 +30,11 @@ _BEGUN = "finished steps are kept; to go on with the others:"
     help="Run every variant of a paper: shen_ma_2017 takes 12 minutes (1 to 100 hidden neurons).",
 )
 @click.option(
-    "--report", "folder", metavar="DIR", help="Write a page per paper: tables, and its figures from our data."
+    "--report",
+    "folder",
+    type=OUTPUT_FOLDER,
+    metavar="DIR",
+    help="Write a page per paper: tables, and its figures from our data.",
 )
 @json_option
 def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str | None, as_json: bool) -> None:
@@ -57,6 +62,8 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     able = [name for name in names or PAPERS if name not in lacking]
     if not able:
         raise InputError("; ".join(lacking.values()))
+    if folder is not None:
+        refuse_existing(*(Path(folder) / f"{name}.html" for name in able))  # they state times
     for name, why in lacking.items():
         click.echo(f"skipped {name}: {why}", err=True)
     reports = []
@@ -76,7 +83,9 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
 
 
 @click.command(cls=Command, interrupted=_BEGUN)
-@click.option("-o", "out", default="demo", show_default=True, metavar="DIR", help="Folder to write into.")
+@click.option(
+    "-o", "out", default="demo", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
+)
 def demo(out: str) -> None:
     """Run the whole workflow on built-in data.
 
@@ -92,7 +101,9 @@ def demo(out: str) -> None:
 
 @click.command(cls=Command, interrupted=_BEGUN)
 @click.argument("data", nargs=-1, required=True)
-@click.option("-o", "out", default="start", show_default=True, metavar="DIR", help="Folder to write into.")
+@click.option(
+    "-o", "out", default="start", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
+)
 @click.option("--model", "key", default="auto", show_default=True, metavar="KEY", help="Kind of model.")
 @data_options
 @click.option("--train", metavar="A:B", help="Rows to fit, first:end.")

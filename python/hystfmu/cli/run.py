@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import sys
+from pathlib import Path
 from typing import Literal
 
 import click
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.replacing import refuse_existing
 from hystfmu.cli import places
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
+from hystfmu.cli.options import FAILED, OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option, unconfined_option
 from hystfmu.report.verbosity import detail, say, wrong
 
 
@@ -66,7 +68,13 @@ from hystfmu.report.verbosity import detail, say, wrong
 )
 @click.option("--yes", is_flag=True, help="With --record: do not ask.")
 @click.option("--junit", type=OUTPUT_FILE, metavar="FILE", help="JUnit XML file to write the verdicts to.")
-@click.option("--report", "report_dir", metavar="DIR", help="Folder to write report.html and report.json into.")
+@click.option(
+    "--report",
+    "report_dir",
+    type=OUTPUT_FOLDER,
+    metavar="DIR",
+    help="Folder to write report.html and report.json into.",
+)
 @json_option
 @click.pass_context
 def run(
@@ -139,6 +147,8 @@ def run(
     paths = places.everything() if everything else places.found(scenarios)
     if record:
         places.refuse_shipped(paths)
+    pages = () if report_dir is None else (Path(report_dir, name) for name in ("report.html", "report.json"))
+    refuse_existing(*pages, *([junit] if junit is not None else []))  # they state times
 
     def agreed(found: list[Change]) -> bool:
         click.echo(changes(found), err=as_json)

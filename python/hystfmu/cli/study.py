@@ -8,7 +8,7 @@ from typing import Literal
 import click
 
 from hystfmu.cli import places
-from hystfmu.cli.options import Command, json_option, unconfined_option
+from hystfmu.cli.options import OUTPUT_FOLDER, Command, json_option, unconfined_option
 from hystfmu.report.verbosity import VERBOSE, level, say
 
 
@@ -19,6 +19,7 @@ from hystfmu.report.verbosity import VERBOSE, level, say
     "--out",
     "folder",
     required=True,
+    type=OUTPUT_FOLDER,
     metavar="DIR",
     help="Folder for the table and the report; an existing study resumes.",
 )

@@ -32,6 +32,7 @@ from hystfmu.data.time_grid import check_time
 if TYPE_CHECKING:
     from hystfmu.report.plot import Plot
 
+MOST_STEM = 120  # bytes
 Rows = slice | NDArray[np.intp]
 """Index of rows."""
 
@@ -270,6 +271,11 @@ class Dataset:
         for label, values in zip(self.covariates.labels, self.covariates.values.T, strict=True):
             content += [label.encode(), np.ascontiguousarray(values).tobytes()]
         return hashlib.sha256(b"".join(content)).hexdigest()
+
+    @property
+    def stem(self) -> str:
+        """Name for files: that of the record, or those of several, as far as a file system takes it."""
+        return self.name.encode()[:MOST_STEM].decode(errors="ignore")
 
     @property
     def identity(self) -> list[str | int]:

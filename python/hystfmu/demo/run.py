@@ -65,12 +65,13 @@ def demo(out: Path) -> bool:
         description(key)
     scenarios = sorted(p.parent for p in shipped_scenarios().glob("*/scenario.toml"))
     train, other = piezo(seed=0), piezo(seed=1000)
+    steps = Steps(out)
+    steps.claim("demo")
     train.to_csv(out / "piezo.csv")
     other.to_csv(out / "piezo_held_out.csv")
     say(f"Synthetic piezo stack: {len(train.t)} rows at {1 / train.h:g} Hz, 0..100 V, {train.span:.1f} um.")
     say(loop(train.u, train.y, "displacement (um) over voltage (V)"))
 
-    steps = Steps(out)
     models = [_fit(steps, out, train, key) for key in KEYS]
     rows = [_row(m, train) for m in models]
     say("\nErrors on held-out signals, in percent of the span of the training data: nested reversals, and the worst of")
@@ -84,6 +85,7 @@ def demo(out: Path) -> bool:
     say("\n" + verdicts(results))
     wrong([line for r in results for line in r.failures()])
     page = write_report(results, out, _sections(models, rows, other), "HystFMU demo")
+    steps.made([*(out / name for name in ("piezo.csv", "piezo_held_out.csv", "models", "fmus", "report.json")), page])
     say(f"\nwrote {page}, report.json, {n_fmus // 2} models and {n_fmus} FMUs to {out}/")
     return not problems and all(r.passed for r in results)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check_newest, load_toml, read_bytes, write_text
+from hystfmu.base.replacing import own
 from hystfmu.base.toml_keys import Rename, renamed, renamed_text
 from hystfmu.model.model import FORMAT as MODEL
 from hystfmu.scenario.system.older import renamed_in_baseline, renamed_in_scenario
@@ -67,6 +68,7 @@ def migrate(path: str | Path) -> list[str]:
         same = False
     if not same:
         raise InputError(f"{path}: The old keys must stand in lines of their own. Change by hand: {', '.join(told)}.")
+    own(path)
     write_text(path, changed)
     return told
 

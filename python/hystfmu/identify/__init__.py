@@ -6,12 +6,14 @@ import time
 from dataclasses import replace
 from typing import Any
 
+from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify import auto, guards
 from hystfmu.identify.catalogue import AUTO, METHODS, description, options
 from hystfmu.identify.excitation import closed_loop, sensor_lag
 from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.excitation.rest import places_memory, remembered, rest
+from hystfmu.identify.memory import too_large
 from hystfmu.identify.one import Progress, check, fit_one
 from hystfmu.identify.options import resolve
 from hystfmu.model import Model
@@ -60,11 +62,14 @@ def fit(
     Raises
     ------
     InputError
-        Unknown method or option, value out of range, data without output or without variation.
+        Unknown method or option, value out of range, data without output or without variation, a record that takes more
+        than half of the memory.
     """
     report = progress or (lambda fraction: None)
     resolve(key, options(key), given)
     check(data)
+    if why := too_large(len(data.t), key, given):
+        raise InputError(f"{data.path or data.name}: {why}.")
     if key != AUTO:
         placed = "u0" in given or "start" in given or not places_memory(key)
         memory = {} if placed else remembered(key, rest(data), data)

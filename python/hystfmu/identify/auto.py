@@ -37,6 +37,7 @@ from hystfmu.identify.candidate import CLOSES, LAGS, OPENS, Candidate
 from hystfmu.identify.catalogue import candidates, takes_covariates, takes_records
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered
+from hystfmu.identify.memory import too_large
 from hystfmu.identify.options import Option
 from hystfmu.identify.race import Race, Trial
 from hystfmu.model import Model
@@ -122,6 +123,7 @@ def choose(
         race.reasons |= {n: "it takes one record only" for n, (key, _) in found.items() if not takes_records(key)}
     if data.covariates:
         race.reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not takes_covariates(key)}
+    race.reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}
     entered = {n: kc for n, kc in found.items() if n not in race.reasons}
     costs = {n: c.cost(rows) for n, (_, c) in entered.items()}
     order = sorted(entered, key=lambda n: costs[n])

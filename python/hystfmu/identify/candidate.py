@@ -44,3 +44,27 @@ class Candidate:
     def named(self, key: str) -> str:
         """Return the kind with its options, e.g. ``zhao_tan_mlp memory=last``."""
         return " ".join([key, *(f"{k}={v}" for k, v in self.options.items())])
+
+
+@dataclass(frozen=True)
+class Memory:
+    """How much memory a fit takes, as measured; a kind whose module states no ``MEMORY`` takes the least.
+
+    Parameters
+    ----------
+    per_row : float
+        Peak of a fit with the default options (bytes per row of a long record).
+    option : str
+        Option that it grows with; empty: none.
+    power : int
+        With which power of it.
+    """
+
+    per_row: float
+    option: str = ""
+    power: int = 1
+
+    def grown(self, given: Mapping[str, Any], default: float) -> float:
+        """Return the bytes per row for these options, by the `default` of the one that counts."""
+        size = float(given.get(self.option, default))
+        return float(self.per_row * (size / default) ** self.power)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +20,7 @@ from hystfmu.model.inputs import input_rows
 
 FORMAT = 1
 """Version of the keys of a model file; a reader refuses newer ones and states what to do with older ones."""
+_TIME = re.compile(rb"^seconds = .*\n", re.MULTILINE)  # of a fit: no two take the same
 
 
 class _File(GraphTable):
@@ -99,7 +101,7 @@ class Model:
         if self.step is not None:
             data["step"] = float(self.step)
         data.update(fit=self.fit, provenance=self.provenance, **graph_tables(self.graph))
-        write_toml(path, data, f"HystFMU model '{self.key}': blocks in evaluation order.")
+        write_toml(path, data, f"HystFMU model '{self.key}': blocks in evaluation order.", _TIME)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

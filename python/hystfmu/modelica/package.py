@@ -10,6 +10,7 @@ from pathlib import Path
 from hystfmu import __version__
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes
+from hystfmu.base.replacing import may_replace, own, refusal
 from hystfmu.fmu.write.documentation import history
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit
@@ -140,6 +141,10 @@ def _write(folder: Path, name: str, files: dict[str, str]) -> Path:
     target = folder / name
     try:
         _refuse_foreign(target)
+        if not may_replace(target):
+            if {file.name: read_bytes(file) for file in target.iterdir()} != {f: t.encode() for f, t in files.items()}:
+                raise refusal(target)
+            return target
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{name}.", dir=folder) as temporary:
             new, old = Path(temporary) / "new", Path(temporary) / "old"
@@ -156,6 +161,7 @@ def _write(folder: Path, name: str, files: dict[str, str]) -> Path:
                 raise
     except OSError as e:
         raise InputError(f"{target}: cannot be written: {e.strerror or e}") from None
+    own(target)
     return target
 
 

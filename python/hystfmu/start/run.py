@@ -102,9 +102,10 @@ def start(
     InputError
         No kind of model follows the data, the named kind is unknown, or the folder cannot be written.
     """
-    name = re.sub(r"\W", "_", data.name.partition(" ")[0])
+    name = re.sub(r"\W", "_", data.stem)
     name = name if name[:1].isalpha() else f"device_{name}"
     file, steps = folder / f"{name}.model.toml", Steps(folder)
+    steps.claim(data.sha256, data.name, data.train.start, data.train.stop, key, seed, removed=_of_a_loop(folder, name))
 
     def fitted() -> tuple[str, list[str]]:
         with shown("fitting") as progress:
@@ -141,6 +142,7 @@ def start(
     with shown("report"):
         files["report"] = (write_page(folder, name, model, data, loop, said, notes), report)
     files["verdict"] = (write_verdict(folder, said), "written by hystfmu start alone")
+    steps.made([*dict.fromkeys([*(path for path, _ in files.values()), *_of_a_loop(folder, name)])])
     return Started(model, loop, said, files, notes)
 
 

@@ -129,7 +129,7 @@ def run_study(
             raise InputError(f"{study.file}: parameters: no case has a unit with the parameter {name!r}")
     marks = [fingerprint(s) for s in systems]
     metrics = [*systems[0].case.metrics, *(LOOP_METRICS if study.spec.margins else ())]
-    store = Store(Path(folder), list(study.parameters), metrics)
+    store = Store(Path(folder), list(study.parameters), metrics, f"{study.spec.name} of {study.cases[0].scenario}")
     if study.spec.seed == "run":
         study.seed = store.seed()
     begin, order, ran = time.monotonic(), dict[str, int](), 0

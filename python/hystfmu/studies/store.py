@@ -25,6 +25,7 @@ from typing import Any
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
 from hystfmu.base.files import check_target, read_bytes, write_bytes
+from hystfmu.base.replacing import own, refuse_existing
 from hystfmu.studies.folder_lock import close_locked, open_locked
 
 PART_ROWS = 20_000
@@ -72,6 +73,9 @@ def _sync(path: Path) -> None:
         os.close(handle)
 
 
+_MADE = ("results.parquet", "report.html", "report.json")  # at the end of a study
+
+
 class Store:
     """Rows of a study in a folder.
 
@@ -81,6 +85,8 @@ class Store:
         Folder of the study; created if it is missing.
     parameters, metrics : sequence of str
         Columns in addition to the fixed ones.
+    study : str
+        What the rows belong to; a folder keeps to it.
 
     Raises
     ------
@@ -89,10 +95,13 @@ class Store:
         the extra 'study' is not installed.
     """
 
-    def __init__(self, folder: Path, parameters: Sequence[str], metrics: Sequence[str]) -> None:
+    def __init__(self, folder: Path, parameters: Sequence[str], metrics: Sequence[str], study: str = "") -> None:
         with extras("a study"):
             import pyarrow  # noqa: F401
         self.folder, self._parameters, self._metrics = folder, list(parameters), list(metrics)
+        if not (folder / "columns.json").exists():
+            refuse_existing(*(folder / name for name in _MADE))
+        own(folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._journal = open_locked(folder / "journal.jsonl")
@@ -100,6 +109,8 @@ class Store:
                 mine = {"parameters": self._parameters, "metrics": self._metrics}
                 if self._kept("columns", lambda: mine) != mine:
                     raise InputError(f"{folder}: holds the table of a study with other parameters or metrics")
+                if (known := self._kept("study", lambda: study)) != study:
+                    raise InputError(f"{folder}: holds the table of the study {known}")
                 self._mend()
             except BaseException:
                 self.close()

@@ -1,13 +1,17 @@
-"""HDF5 files, and MAT files of version 7.3, by h5py: arrays of numbers that the file itself holds."""
+"""HDF5 files, and MAT files of version 7.3: arrays of numbers in the file itself, parsed in a confined process."""
 
 from __future__ import annotations
 
-import io
+import importlib.util
+import json
+import tempfile
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
+from hystfmu.base.child import Child
+from hystfmu.base.confine import Box
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
 from hystfmu.data.reader.arrays import Named, table_of
@@ -15,7 +19,13 @@ from hystfmu.data.reader.measures import spelling
 from hystfmu.data.reader.table import Table
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-MOST_ARRAYS, MOST_DEPTH = 1000, 8
+PARSER = Path(__file__).with_name("hdf5_parser.py")
+SECONDS = 120.0  # time limit of the parser
+MOST_TOLD = 2**24  # bytes of names, units of measure and headings in its result
+
+
+class _Damaged(ValueError):
+    """What the parser says, or that it said nothing."""
 
 
 def is_hdf5(content: bytes) -> bool:
@@ -34,55 +44,74 @@ def hdf5(content: bytes, path: str | Path, most: int) -> Table:
         h5py is not installed.
     """
     with extras(f"{path}: an HDF5 file"):
-        import h5py
-
+        if importlib.util.find_spec("h5py") is None:
+            raise ModuleNotFoundError(name="h5py")
     try:
-        file = h5py.File(io.BytesIO(content), "r")
-        found: dict[str, Any] = {}
-        _collect(h5py, file, "", found, 0)
-        turn = -1 if content[512:520] == SIGNATURE else 1  # MATLAB stores columns first
-        arrays = [
-            Named(name, tuple(array.shape)[::turn], _unit(array))
-            for name, array in found.items()
-            if array.dtype.kind in "biuf" and array.attrs.get("MATLAB_class") != b"char"
-        ]
-    except InputError:
-        raise
-    except Exception as e:  # any class: the parser is not ours, and the file is untrusted
-        raise _damaged(path, e) from None
+        arrays, values = _parsed(content, most)
+    except _Damaged as e:
+        raise _refused(path, e) from None
 
     def read(name: str) -> np.ndarray:
         try:
-            values = np.asarray(found[name][()])
-            return values.T if turn < 0 else values
-        except Exception as e:  # as above
-            raise _damaged(path, e) from None
+            if name not in values:  # all together are too large
+                values.update(_parsed(content, most, name)[1])
+            found = values[name]
+            if isinstance(found, str):
+                raise _Damaged(found)
+        except (_Damaged, KeyError) as e:
+            raise _refused(path, e) from None
+        return found
 
     return table_of(path, "HDF5", arrays, read, most)
 
 
-def _collect(h5py: Any, group: Any, prefix: str, found: dict[str, Any], depth: int) -> None:
-    """Collect arrays by name; skip arrays that lie in other files."""
-    for key in group:
-        if len(found) >= MOST_ARRAYS or depth > MOST_DEPTH:
-            return
-        if key.startswith("#") or not isinstance(group.get(key, getlink=True), h5py.HardLink):
-            continue
-        item = group[key]
-        if isinstance(item, h5py.Group):
-            _collect(h5py, item, f"{prefix}{key}/", found, depth + 1)
-        elif isinstance(item, h5py.Dataset) and not item.is_virtual and not item.external:
-            found[prefix + key] = item
+def _parsed(content: bytes, most: int, asked: str = "") -> tuple[list[Named], dict[str, np.ndarray | str]]:
+    """Return all arrays, and the values of all or of the one that is asked for; a text says why there are none.
+
+    Raises
+    ------
+    _Damaged
+        The parser refuses the file, crashes or does not end, or its result is none.
+    """
+    with tempfile.TemporaryDirectory(prefix="hystfmu-read-") as folder:
+        source, result = Path(folder, "source"), Path(folder, "result")
+        source.write_bytes(content)
+        with result.open("x+b") as out:  # read through this handle: whatever the parser puts in its place is not
+            parser = Child(str(PARSER), str(source), str(result), str(most), asked, box=Box.of(folder), told=False)
+            lines, in_time = parser.finish(SECONDS)
+            if not in_time:
+                raise _Damaged(f"one that the parser does not finish within {SECONDS:g} s")
+            if parser.status < 0:
+                raise _Damaged(f"one at which the parser {parser.ending}")
+            if parser.status:
+                raise _Damaged(f"{lines[-1][:100] if lines else parser.ending}")
+            if out.seek(0, 2) > most + MOST_TOLD:
+                raise _Damaged("more values than the limit")
+            out.seek(0)
+            return _result(out)
 
 
-def _unit(array: Any) -> str:
-    for key in ("units", "unit", "Units", "Unit"):
-        if key in array.attrs:
-            value = array.attrs[key]
-            return spelling(value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value))
-    return ""
+def _result(out: IO[bytes]) -> tuple[list[Named], dict[str, np.ndarray | str]]:
+    """Read what the parser wrote; a crash may have cut it, and a file may have taken it over."""
+    try:
+        told = json.loads(out.readline(MOST_TOLD))
+        if "error" in told:
+            raise _Damaged(str(told["error"])[:100])
+        arrays = [Named(str(n), tuple(int(k) for k in shape), spelling(str(u))) for n, shape, u in told["arrays"]]
+        shapes = {a.name: a.shape for a in arrays}
+        values: dict[str, np.ndarray | str] = {}
+        while line := out.readline(MOST_TOLD):
+            item: dict[str, Any] = json.loads(line)
+            found = str(item["error"])[:100] if "error" in item else np.load(out, allow_pickle=False)
+            if isinstance(found, np.ndarray) and found.shape != shapes[item["name"]]:
+                raise _Damaged("values in another shape")
+            values[item["name"]] = found
+        return arrays, values
+    except _Damaged:
+        raise
+    except (ValueError, KeyError, TypeError, MemoryError, RecursionError, EOFError, OSError):
+        raise _Damaged("one at which the parser fails") from None
 
 
-def _damaged(path: str | Path, e: Exception) -> InputError:
-    text = " ".join(str(e).split())[:100] or type(e).__name__
-    return InputError(f"{path}: The file must be a whole HDF5 file. Got: {text}.")
+def _refused(path: str | Path, e: Exception) -> InputError:
+    return InputError(f"{path}: The file must be a whole HDF5 file. Got: {e}.")

@@ -49,8 +49,8 @@ def read(
 
     Text in UTF-8, UTF-16 or cp1252, with commas, semicolons, tabs or blanks between the columns, a decimal point or a
     decimal comma, quotes, lines above the names, comments and a line of units of measure; the same packed by gzip; MAT
-    files of version 5; HDF5 files (needs h5py).  `Dataset.read_as` says in one line what was assumed.  What could be
-    read in two ways is refused.
+    files of version 5; HDF5 files and MAT files of version 7.3 (need h5py).  `Dataset.read_as` says in one line what
+    was assumed.  What could be read in two ways is refused.
 
     Parameters
     ----------
@@ -210,10 +210,10 @@ def table_in(path: str | Path, decimal: str | None, most: int) -> Table:
         One line with file, line, rule and value.
     """
     content, packed = content_of(path, most)
+    if is_hdf5(content):  # first: a MAT file of version 7.3 is one behind a header of MATLAB
+        return hdf5(content, path, most)
     if is_matlab(content):
         return matlab(content, path, most)
-    if is_hdf5(content):
-        return hdf5(content, path, most)
     if content.startswith(ZIP):
         raise InputError(f"{path}: The file must be text, MAT or HDF5. Got a zip archive: save a workbook as CSV.")
     return delimited(content, path, decimal, packed)

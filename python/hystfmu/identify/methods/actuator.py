@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import ANY, Candidate
+from hystfmu.identify.candidate import ANY, Candidate, Memory
 from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Problem
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
@@ -43,6 +43,7 @@ from hystfmu.identify.features.validation_blocks import validation_rows, without
 from hystfmu.identify.options import Option
 
 TEXT = "plays, bend, creep, G0(s) with delay: the parts that validation blocks support"
+MEMORY = Memory(1500.0, "N")
 COVARIATES = True
 MOST_ROWS = 6000  # more rows are thinned evenly, after filtering at the full rate
 FIRST = 3  # the first search of the dynamics uses every third of these rows

@@ -22,11 +22,12 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import OPENS, Candidate
+from hystfmu.identify.candidate import OPENS, Candidate, Memory
 from hystfmu.identify.features import dead_band
 from hystfmu.identify.options import Option
 
 TEXT = "polynomial slopes for rising and falling input, least squares, refined on the free run"
+MEMORY = Memory(1700.0, "q")
 EVALUATIONS = (60, 30)  # limit on evaluations of residuals and Jacobian: for k and c, on the free run
 STARTS = (0.0, 0.5, 1.0)  # of k, relative to the slope of the straight line
 PIECE = 5.0  # length of a piece of the path in dead bands: the noise at its ends is an eighth of it

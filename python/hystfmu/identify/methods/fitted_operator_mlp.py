@@ -14,7 +14,7 @@ import numpy as np
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.candidate import CLOSES, Candidate
+from hystfmu.identify.candidate import CLOSES, Candidate, Memory
 from hystfmu.identify.features import output_bend
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
@@ -24,6 +24,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "fitted weighted plays and a network on (x, their sum)"
+MEMORY = Memory(1800.0, "N")
 COVARIATES = True
 CANDIDATES = (Candidate(CLOSES, 1.0, 0.05, quick={"starts": 1, "iterations": 30}),)
 OPTIONS = (

@@ -24,12 +24,14 @@ from scipy.optimize import least_squares
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import Memory
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, bounds, search, unknown
 from hystfmu.identify.features.identifiable import correlation_time, standard_errors
 from hystfmu.identify.methods.bouc_wen import operator, searched
 from hystfmu.identify.options import Option
 
 TEXT = "Bouc-Wen hysteresis, then G0(s) with delay, variable projection"
+MEMORY = Memory(1000.0)
 MOST_ROWS = 5000  # more rows are thinned evenly for the starts, after filtering at the full rate
 BANK = tuple((z_max, share, n) for z_max in (0.1, 0.3, 1.0, 3.0) for share in (0.0, 0.5) for n in (1.0, 2.0))
 STARTS = ((0.5, 0.5, 1.5), (0.15, 0.2, 1.2), (2.0, 0.5, 1.5))  # z_max, gamma share, n

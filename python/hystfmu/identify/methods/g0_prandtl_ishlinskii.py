@@ -25,7 +25,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import LAGS, Candidate
+from hystfmu.identify.candidate import LAGS, Candidate, Memory
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, search, uncertainty, unknown
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
@@ -33,6 +33,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "weighted plays, then G0(s) with delay, variable projection"
+MEMORY = Memory(5200.0, "N")
 MOST_ROWS = 5000  # more rows are thinned evenly, after filtering at the full rate
 FINER, ROUNDS = 8, 2  # thresholds are selected from FINER N even ones, in ROUNDS rounds
 

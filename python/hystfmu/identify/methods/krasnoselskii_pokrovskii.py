@@ -15,18 +15,20 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import CLOSES, Candidate
+from hystfmu.identify.candidate import CLOSES, Candidate, Memory
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "Krasnosel'skii-Pokrovskii kernels, weights >= 0"
+MEMORY = Memory(2200.0, "levels", 2)
 RECORDS = True
 CANDIDATES = (Candidate(CLOSES, 0.02, 0.03, local=True),)
 OPTIONS = (
     Option("levels", 20, 1, 200, text="points of the grid; levels (levels + 1) / 2 kernels"),
     u0_option("demagnetised"),
 )
+CHUNK = 4096  # rows
 
 
 def grid(lo: float, hi: float, levels: int) -> tuple[float, Array, Array]:
@@ -48,10 +50,11 @@ def ridge(x: Array, a: float) -> Array:
 
 def kernels(u: Array, a: float, p1: Array, p2: Array, k0: Array) -> Array:
     """Run all kernels over an input (rows,) from k0 (n,); shape (rows, n).  A kernel stays between its two ramps."""
-    low, high = ridge(u[:, None] - p2, a), ridge(u[:, None] - p1, a)
-    out, k = np.empty_like(low), k0
-    for row in range(len(u)):
-        k = out[row] = np.minimum(np.maximum(k, low[row]), high[row])
+    out, k = np.empty((len(u), len(p1))), k0
+    for first in range(0, len(u), CHUNK):  # ramps of all rows would take four times the memory of the result
+        part = u[first : first + CHUNK, None]
+        for row, (low, high) in enumerate(zip(ridge(part - p2, a), ridge(part - p1, a), strict=True), first):
+            k = out[row] = np.minimum(np.maximum(k, low), high)
     return out
 
 

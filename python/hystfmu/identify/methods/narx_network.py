@@ -19,11 +19,13 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
+from hystfmu.identify.candidate import Memory
 from hystfmu.identify.network.training import train
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.levenberg_marquardt import minimise
 
 TEXT = "network of lagged inputs and outputs, trained in simulation"
+MEMORY = Memory(2000.0)
 RIDGE = 1e-5  # on the parameters, relative to the scaled output
 LIMIT = 10.0  # of the scaled output in a free run
 STARTS = 3  # at most, of the initial weights

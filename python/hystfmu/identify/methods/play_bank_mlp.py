@@ -12,7 +12,7 @@ from typing import Any
 
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.candidate import CLOSES, Candidate
+from hystfmu.identify.candidate import CLOSES, Candidate, Memory
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import thresholds
 from hystfmu.identify.network import readout
@@ -20,6 +20,7 @@ from hystfmu.identify.network.readout import Features, fit_readout
 from hystfmu.identify.options import Option
 
 TEXT = "bank of plays and a network on them"
+MEMORY = Memory(700.0, "N")
 RECORDS = True
 COVARIATES = True
 LEAST_DECAY = 1e-7

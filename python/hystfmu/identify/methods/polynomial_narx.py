@@ -24,7 +24,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import ANY, Candidate
+from hystfmu.identify.candidate import ANY, Candidate, Memory
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.monomials import basis, count, lagged
@@ -32,6 +32,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.recursive import Recursive
 
 TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"
+MEMORY = Memory(4600.0)
 COVARIATES = True
 RANGES = (1.0, 2.0, 4.0)  # trial ranges of x in the operator
 QUICK_LAGS = 3  # lags in the trials

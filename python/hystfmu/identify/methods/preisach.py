@@ -22,13 +22,14 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import ANY, Candidate
+from hystfmu.identify.candidate import ANY, Candidate, Memory
 from hystfmu.identify.features.dead_zones_and_lags import dead_zones, knots, lag
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.penalised import Penalised, best_strengths
 
 TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the Everett function"
+MEMORY = Memory(9800.0, "n", 2)
 RECORDS = True
 LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))  # of ridge, penalty over the mean, over the width
 LAGS, DEAD_ZONES = 6, 6

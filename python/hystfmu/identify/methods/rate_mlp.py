@@ -18,7 +18,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.candidate import LAGS, Candidate
+from hystfmu.identify.candidate import LAGS, Candidate, Memory
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.network import readout
@@ -27,6 +27,7 @@ from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 TEXT = "network on the input, its rate and a bank of plays"
+MEMORY = Memory(1000.0, "N")
 COVARIATES = True
 SAMPLES = {"none": 0, "plays": 5}  # tau in samples; with fewer, the second derivative is noise
 FINER = 3  # plays in the differentiated fit, relative to those in the bank

@@ -28,6 +28,7 @@ DIRECT = 1200  # limit on columns solved at once if most weights are positive bu
 DENSE = 3000  # limit on columns whose row space is factored, which takes 4 n^3 operations
 OPTIMAL = 1e-13  # gradient of a unit column, relative to |b|, that counts as 0
 GAP = 1e-2  # allowed distance of |r|^2 from its minimum, relative to |r|^2: a small r needs a smaller gradient
+MANY = 2**17  # rows
 MEAN = 16 * np.finfo(float).eps  # rounding of a column that is a mean of two others, relative to the largest entry
 
 
@@ -50,6 +51,9 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
     v : array, shape (q,)
         Weights of F.
     """
+    if len(b) > MANY:  # a triangle has the same solution; further copies of so many rows would not fit
+        R = _reduced(A, F, b)
+        A, F, b = R[:, : A.shape[1]], R[:, A.shape[1] : -1], R[:, -1]
     U, s, Vt = np.linalg.svd(F, full_matrices=False)
     keep = s > 1e-12 * s.max(initial=0.0)
     U = U[:, keep]
@@ -64,6 +68,15 @@ def nonnegative(A: Array, b: Array, F: Array) -> tuple[Array, Array]:
     x[chosen[alive]] = _solved(left[:, alive] / size[alive], rest) / size[alive]
     v = Vt[keep].T @ ((U.T @ (b - A @ x)) / s[keep])
     return x, v
+
+
+def _reduced(A: Array, F: Array, b: Array) -> Array:
+    """Return the triangle of the QR factors of [A F b], made of one part of the rows after the other."""
+    R = np.zeros((0, A.shape[1] + F.shape[1] + 1))
+    for k in range(0, len(b), MANY):
+        rows = slice(k, k + MANY)
+        R = _factor(np.vstack([R, np.column_stack([A[rows], F[rows], b[rows]])]))
+    return R
 
 
 def _extreme(A: Array) -> NDArray[np.intp]:
@@ -128,5 +141,10 @@ def _direct(A: Array, b: Array) -> Array:
 
 
 def _triangle(A: Array, b: Array) -> tuple[Array, Array]:
-    R: Array = np.linalg.qr(np.column_stack([A, b]), mode="r")  # type: ignore[assignment]
+    R = _factor(np.column_stack([A, b]))
     return R[:, :-1], R[:, -1]
+
+
+def _factor(A: Array) -> Array:
+    R: Array = np.linalg.qr(A, mode="r")  # type: ignore[assignment]
+    return R

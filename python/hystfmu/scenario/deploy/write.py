@@ -9,6 +9,7 @@ from typing import Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_bytes
+from hystfmu.base.replacing import together
 from hystfmu.scenario.deploy.unit import Controller, controller
 from hystfmu.scenario.system.case import Case
 
@@ -84,6 +85,7 @@ def write_target(case: Case, folder: str | Path, name: str | None = None) -> tup
         raise InputError(f"The name must be a letter followed by letters, digits or _. Got {name!r} instead.")
     assert found.model.step is not None
     files = target_files(found.model.graph, name, found.model.step, found.model.text)
-    for file, content in files.items():
-        write_bytes(Path(folder) / file, content)
+    with together():
+        for file, content in files.items():
+            write_bytes(Path(folder) / file, content)
     return [Path(folder) / file for file in files], found

@@ -17,6 +17,7 @@ import pydantic
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import MOST_BYTES, read_toml, write_text, write_toml
+from hystfmu.base.replacing import own
 from hystfmu.data.csv_file import read_header
 from hystfmu.scenario.outcome.excerpt import Excerpt
 from hystfmu.scenario.outcome.trace import Trace
@@ -137,6 +138,7 @@ def save_baseline(folder: Path, signals: tuple[str, ...], runs: dict[str, Record
     for name, r in runs.items():
         data["case"][name] = {"metrics": r.metrics} | ({"final_states": r.final_states} if r.final_states else {})
         lines += [",".join([name, *[repr(float(v)) for v in row]]) for row in r.rows]
+    own(folder / "baseline.csv", folder / "baseline.toml")
     write_text(folder / "baseline.csv", "\n".join(lines) + "\n")
     write_toml(folder / "baseline.toml", data, heading)
 
