@@ -42,9 +42,13 @@ class Variable:
     sized_by: int | None = None
 
     @property
-    def elements(self) -> tuple[str, ...]:
-        """Names of its elements."""
-        n = len(self.start)
+    def is_array(self) -> bool:
+        """Whether it has a dimension, of whatever size."""
+        return self.sized_by is not None or len(self.start) > 1
+
+    def elements(self, size: int | None = None) -> tuple[str, ...]:
+        """Names of its elements; `size` is that of the structural parameter, if it is not the one of the file."""
+        n = len(self.start) if size is None or self.sized_by is None else size
         return (self.name,) if n == 1 else tuple(f"{self.name}_{i + 1}" for i in range(n))
 
 

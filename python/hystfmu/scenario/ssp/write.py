@@ -13,13 +13,16 @@ import xml.etree.ElementTree as ET
 import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_bytes
 from hystfmu.data.csv_file import csv_text
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
 from hystfmu.fmu.archive.xml_file import xml_file
+from hystfmu.fmu.foreign.carried import carried
+from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.foreign.instance import REAL
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
 from hystfmu.scenario.outcome.trace import Trace
@@ -38,6 +41,8 @@ OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 OURS = "https://hystfmu.org/ssp"
 REFERENCE = "extra/org.hystfmu/reference.csv"
 Version = Literal["1.0", "2.0"]
+_Value = float | int | bool | str
+_WORDS = {float: "Real", int: "Integer", bool: "Boolean", str: "String"}
 
 # libcosim looks for these very prefixes
 for _prefix, _name in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV), ("osp", OSP), ("hyst", OURS)):
@@ -94,7 +99,7 @@ def write_ssp(
     found = differences(case, names, trace)
     handed = _handed(system, trace)
     entries = {p.name: _fmu(p, handed, fmi, case.step) for p in system.parts}
-    sets = {p.name: values for p in system.parts if (values := _changes(p))}
+    sets = {p.name: values for p in system.parts if (values := _changes(p, case.where))}
     files = {"SystemStructure.ssd": _structure(system, sets, version, system_connectors)}
     files |= {f"resources/{name}.fmu": content for name, content in entries.items()}
     files |= {f"resources/{name}.ssv": _values(name, values, version) for name, values in sets.items()}
@@ -162,26 +167,45 @@ def _with_starts(part: Part, handed: dict[tuple[str, str], float], h: float) -> 
     return Graph(g.nodes, g.wires, inputs, g.outputs, sort=False, step=h)
 
 
-def _changes(part: Part) -> dict[str, float]:
-    """Real parameters and constant inputs of a foreign FMU, whose start values are not ours to write."""
+def _changes(part: Part, where: str) -> dict[str, _Value]:
+    """Parameters and constant inputs of a foreign FMU, whose start values are not ours to write, as their types."""
     if not isinstance(part.graph, Foreign):
         return {}
-    starts = {n: x for p in part.graph.ports for n, x in zip(p.scalar_names, p.start, strict=True)}
-    constants = {n: v for n, v in part.constants.items() if v != starts.get(n)}
-    found: dict[str, float] = {}
-    for n, v in part.graph.settings.items():
-        if isinstance(v, list):
-            raise InputError(f"{part.name}.{n}: a parameter that is an array has no place in an SSP")
-        if not isinstance(v, str | bool):
-            found[n] = float(v)
-    return found | constants
+    variables = {v.name: v for v in part.graph.description.modelVariables}
+    found = {n: _typed(f"{where}: {part.name}", variables[n], v) for n, v in part.graph.settings.items()}
+    for p in part.graph.ports:
+        for n, start in zip(p.scalar_names, p.start, strict=True):
+            if float(part.constants.get(n, start)).hex() != float(start).hex():  # -0.0 is not 0.0
+                found[n] = _typed(f"{where}: {part.name}", p.variable, part.constants[n] if p.size == 1 else [])
+    return found
+
+
+def _typed(unit: str, v: Any, value: Any) -> _Value:
+    """A value as the type of its variable: a float, an int of 32 bits, a bool or a str."""
+    if isinstance(value, list):
+        raise InputError(f"{unit}.{v.name}: the value of an array has no place in an SSP")
+    if isinstance(value, str):
+        return value
+    try:
+        number = carried(v, value)
+    except Finding as e:
+        raise InputError(f"{unit}.{e}") from None
+    if v.type == "Boolean":
+        return bool(number)
+    if v.type in REAL or not -(2**31) <= number < 2**31:  # an Integer of SSP has 32 bits
+        if float(number) != number and number == number:
+            raise InputError(
+                f"{unit}.{v.name}: {number} has no place in an SSP: it takes 32 bits, or what a Real holds"
+            )
+        return float(number)
+    return int(number)
 
 
 def _tag(space: str, name: str) -> str:
     return f"{{{space}}}{name}"
 
 
-def _structure(system: System, sets: dict[str, dict[str, float]], version: Version, connectors: bool) -> bytes:
+def _structure(system: System, sets: dict[str, dict[str, _Value]], version: Version, connectors: bool) -> bytes:
     case = system.case
     root = ET.Element(_tag(SSD, "SystemStructureDescription"), name=case.scenario, version=version)
     top = ET.SubElement(root, _tag(SSD, "System"), name=case.scenario)
@@ -266,11 +290,12 @@ def _experiment(root: ET.Element, case: Case) -> None:
     ET.SubElement(note, _tag(OURS, "Coupling"), facts)
 
 
-def _values(name: str, values: dict[str, float], version: Version) -> bytes:
+def _values(name: str, values: dict[str, _Value], version: Version) -> bytes:
     root = ET.Element(_tag(SSV, "ParameterSet"), name=name, version=version)
     listed = ET.SubElement(root, _tag(SSV, "Parameters"))
     for key, value in values.items():
-        ET.SubElement(ET.SubElement(listed, _tag(SSV, "Parameter"), name=key), _tag(SSV, "Real"), value=repr(value))
+        kind, text = _WORDS[type(value)], str(value).lower() if isinstance(value, bool) else str(value)
+        ET.SubElement(ET.SubElement(listed, _tag(SSV, "Parameter"), name=key), _tag(SSV, kind), value=text)
     return xml_file(root)
 
 
