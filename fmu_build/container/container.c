@@ -14,7 +14,7 @@
 #include "fmi2Functions.h"
 #include "master/master.h"
 
-enum { MADE, INITIALIZING, STEPPING, ENDED };
+enum { MADE, INITIALIZING, STEPPING, ENDED, BROKEN }; /* BROKEN: a reset failed, there is no system */
 
 typedef struct {
   char *name, *location, *text; /* text: the file, which the strings of the system point into */
@@ -166,10 +166,10 @@ fmi2Status fmi2Terminate(fmi2Component component) {
 }
 
 fmi2Status fmi2Reset(fmi2Component component) {
-  ALLOW(Reset, 15)
+  ALLOW(Reset, 15 | 1 << BROKEN)
   shut(c);
-  c->phase = MADE;
-  return open_system(c, NULL) ? fmi2Error : fmi2OK;
+  c->phase = open_system(c, NULL) ? BROKEN : MADE;
+  return c->phase == BROKEN ? fmi2Error : fmi2OK;
 }
 
 /* the numbers of the master by the type of their variable */
