@@ -46,6 +46,13 @@ static struct {
 } box[INSTANCES];
 static long made, stepped;
 
+/* mostly: some calls find an instance that is not initialised */
+static void start(int i) {
+  if (!box[i].c || draw(8) == 0) return;
+  if (fmi2SetupExperiment(box[i].c, 0, 0, 0, 0, 0) == fmi2OK && fmi2EnterInitializationMode(box[i].c) == fmi2OK)
+    fmi2ExitInitializationMode(box[i].c);
+}
+
 static void open_box(int i, const char *location, const char *token) {
   const fmi2CallbackFunctions functions = {tell, NULL, NULL, NULL, &environment};
   damaged = draw(3) == 0;
@@ -53,9 +60,7 @@ static void open_box(int i, const char *location, const char *token) {
   box[i].c = fmi2Instantiate("a", draw(20) ? fmi2CoSimulation : fmi2ModelExchange, draw(9) ? token : "another",
                              draw(19) ? location : "file:///%", draw(9) ? &functions : NULL, 0, draw(2) == 0);
   made += box[i].c != NULL;
-  if (!box[i].c || draw(8) == 0) return;
-  if (fmi2SetupExperiment(box[i].c, 0, 0, 0, 0, 0) == fmi2OK && fmi2EnterInitializationMode(box[i].c) == fmi2OK)
-    fmi2ExitInitializationMode(box[i].c);
+  start(i);
 }
 
 static void check(int status) {
@@ -85,13 +90,15 @@ static void one_call(uint32_t outputs, const char *location, const char *token) 
     case 0: check(fmi2SetupExperiment(c, 0, 0, draw(4) ? 0 : 1, draw(4) == 0, 1)); break;
     case 1: check(fmi2EnterInitializationMode(c)); break;
     case 2: check(fmi2ExitInitializationMode(c)); break;
-    case 3: check(draw(5) ? 0 : fmi2Terminate(c)); break;
+    case 3: check(draw(20) ? 0 : fmi2Terminate(c)); break;
     case 4:
-      damaged = draw(3) == 0;
-      check(draw(5) ? 0 : fmi2Reset(c));
+      if (draw(8)) break;
+      damaged = draw(3) == 0, box[i].t = 0;
+      check(fmi2Reset(c));
+      start(i);
       break;
     case 5:
-      if (draw(4)) break;
+      if (draw(8)) break;
       fmi2FreeInstance(c);
       box[i].c = NULL;
       break;

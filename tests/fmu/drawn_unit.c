@@ -105,23 +105,29 @@ static void put(cell *c, char type, const char *text) {
 }
 
 static int size_of(const unit *u, const variable *v) {
-  return v->sized_by < 0 ? v->size : (int)u->v[v->sized_by].values[0].Q;
+  const uint64_t n = v->sized_by < 0 ? (uint64_t)v->size : u->v[v->sized_by].values[0].Q;
+  return n > ELEMENTS ? ELEMENTS : (int)n;
 }
 
+/* 1 if the token is damaged */
 static int read_token(unit *u, const char *token) {
   char *text = strdup(token), *after = NULL;
-  for (char *word = strtok_r(text, ";", &after); word && u->n < MOST; word = strtok_r(NULL, ";", &after)) {
+  int bad = 0;
+  for (char *word = strtok_r(text, ";", &after); word && !bad; word = strtok_r(NULL, ";", &after)) {
+    char *rest = NULL, *type = strtok_r(word, ",", &rest), *causality = strtok_r(NULL, ",", &rest);
+    const char *size = strtok_r(NULL, ",", &rest), *start;
+    bad = u->n == MOST || !type || !causality || !size;
+    if (bad) break;
     variable *v = u->v + u->n++;
-    char *rest = NULL, *field = strtok_r(word, ",", &rest);
-    v->type = field[0], v->causality = strtok_r(NULL, ",", &rest)[0];
-    field = strtok_r(NULL, ",", &rest);
-    v->sized_by = field[0] == '@' ? atoi(field + 1) : -1;
-    v->size = field[0] == '@' ? 0 : atoi(field);
-    for (int e = 0; e < ELEMENTS && (field = strtok_r(NULL, ",", &rest)); e++)
-      put(v->values + e, v->type, field[0] == '!' ? field + 1 : field); /* strings begin with '!': none is empty */
+    v->type = type[0], v->causality = causality[0];
+    v->sized_by = size[0] == '@' ? atoi(size + 1) : -1;
+    v->size = size[0] == '@' ? 0 : atoi(size);
+    bad = v->sized_by >= u->n || v->size < 0 || v->size > ELEMENTS;
+    for (int e = 0; e < ELEMENTS && (start = strtok_r(NULL, ",", &rest)); e++)
+      put(v->values + e, v->type, start[0] == '!' ? start + 1 : start); /* strings begin with '!': none is empty */
   }
   free(text);
-  return u->n == 0;
+  return bad || u->n == 0;
 }
 
 /* all that is set goes into the hash; then every output takes bits of it */
