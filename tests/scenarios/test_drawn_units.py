@@ -11,16 +11,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import fmpy
-import numpy as np
 import pytest
 from click.testing import CliRunner
 from drawn_unit import bounds, drawn, drawn_fmu, value
-from engines import ready
+from engines import boxed, ready
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
 
-from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.scenario.engine.master import ENGINES, chunks_here
@@ -96,29 +92,6 @@ class Draw:
         }
 
 
-def stepped(fmu: Path, folder: Path) -> dict[str, Array]:
-    """All outputs of a container, row by row."""
-    description = fmpy.read_model_description(str(fmu))
-    slave = FMU2Slave(
-        guid=description.guid,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        unzipDirectory=fmpy.extract(str(fmu), str(folder)),
-        instanceName="box",
-    )
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
-    rows = []
-    for k in range(STEPS + 1):
-        if k:
-            slave.doStep((k - 1) * H, H)
-        rows.append([float(getattr(slave, f"get{v.type}")([v.valueReference])[0]) for v in description.modelVariables])
-    slave.terminate()
-    slave.freeInstance()
-    return {v.description: x for v, x in zip(description.modelVariables, np.array(rows).T, strict=True)}
-
-
 def written(folder: Path, out: Path) -> str:
     """Write an archive by the command line; return "" or the line of a refusal."""
     result = CliRunner().invoke(main, ["ssp", str(folder), "--separate", "-o", str(out)])
@@ -185,11 +158,11 @@ def one_attempt(folder: Path, data: dict[str, Any], out: Path) -> str:
     if isinstance(ours, str):
         if not line:
             with pytest.raises(FMICallException):
-                stepped(out / "box.fmu", out / "box")
+                boxed(out / "box.fmu", out / "box", H, STEPS)
         return ours
     if line:
         return line
-    got = stepped(out / "box.fmu", out / "box")
+    got = boxed(out / "box.fmu", out / "box", H, STEPS)
     assert set(ours.columns) == set(got)
     for end in ours.columns:
         assert got[end].tobytes() == ours[end].tobytes(), end
