@@ -107,10 +107,11 @@ class FmuMember(SteppedMember):
         else:
             put = partial(dll["fmi3SetFloat64"], instance, *inputs, u, n_u)
             get = partial(dll["fmi3GetFloat64"], instance, *outputs, C.byref(y), n_y)
-            told = [C.c_bool(), C.c_bool(), C.c_bool(), C.c_double()]
-            do = partial(dll["fmi3DoStep"], instance, self._t, h, C.c_bool.from_param(forward), *map(C.byref, told))
+            event, end, early, reached = C.c_bool(), C.c_bool(), C.c_bool(), C.c_double()
+            told = [C.byref(event), C.byref(end), C.byref(early), C.byref(reached)]
+            do = partial(dll["fmi3DoStep"], instance, self._t, h, C.c_bool.from_param(forward), *told)
             if isinstance(part.graph, Foreign):
-                do = partial(_not_ended, do, told[1], told[2])
+                do = partial(_not_ended, do, end, early)
         self._derivative, self._tangent = f"fmi{fmi}GetDirectionalDerivative", None
         if system.newton and system.parts.index(part) in system.loops():
             du, dy = (C.c_double * len(self._u))(), (C.c_double * len(part.outputs))()

@@ -28,7 +28,7 @@ from hystfmu.fmu.foreign.finding import Finding
 from hystfmu.fmu.write.platforms import binaries, host
 from hystfmu.scenario.engine.stepped_member import slots
 from hystfmu.scenario.system.events import cuts
-from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.system.foreign import Foreign, ForeignPort
 from hystfmu.scenario.system.system import Part, System
 
 _PLAIN = frozenset(b"/._~-:{}abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789")
@@ -131,18 +131,18 @@ def _letter(described: Any, fmi: int) -> str | None:
 def _variables(part: Part, kind: str) -> list[_Variable]:
     fmi, found = _fmi(part), []
     for p in part.graph.ports:
-        described = getattr(p, "variable", None)
+        described = p.variable if isinstance(p, ForeignPort) else None
+        reference = int(p.variable.valueReference) if isinstance(p, ForeignPort) else p.reference
         letter = _letter(described, fmi)
         for k, (name, elements) in enumerate(slots(p, fmi) if p.kind == kind else ()):
             assert letter is not None, "ports of a foreign FMU are numbers and booleans"
-            reference = p.reference + k if described is None else int(described.valueReference)
-            found.append(_Variable(name, letter, reference, elements, described))
+            found.append(_Variable(name, letter, reference + k, elements, described))
     return found
 
 
 def _unit(system: System, k: int, files: dict[str, bytes]) -> list[str]:
     """The lines of a unit; its files are added to `files`."""
-    part, outputs = system.parts[k], {place: end for end, place in system.columns.items()}
+    part = system.parts[k]
     told: dict[bool, list[str]] = {True: [], False: []}
     if isinstance(part.graph, Foreign):
         root, token, library = _foreign(system, part, files)
@@ -161,17 +161,14 @@ def _unit(system: System, k: int, files: dict[str, bytes]) -> list[str]:
         for v in inputs
         if v not in linked
     ]
-    period = [_string(part.name), _fmi(part), _string(library), _string(root), _string(token)]
-    period += [part.period, part.substeps, _bits(system.length(part) / part.substeps), part.first]
+    words = [_string(part.name), str(_fmi(part)), _string(library), _string(root), _string(token)]
+    steps = [str(part.period), str(part.substeps), _bits(system.length(part) / part.substeps), str(part.first)]
     ends = [
         f"{_head(v)} {' '.join(f'{sources.get(n, -1)} {_bits(part.constants.get(n, 0.0))}' for n in v.elements)}"
         for v in linked
     ]
-    assert [outputs[part.first + i] for i in range(len(part.outputs))] == [
-        f"{part.name}.{n}" for v in made for n in v.elements
-    ]
     return [
-        f"unit {' '.join(map(str, period))}",
+        f"unit {' '.join([*words, *steps])}",
         f"structural {_list(told[True])}",
         f"parameters {_list(told[False])}",
         f"inputs {_list(fixed)}",
@@ -236,16 +233,9 @@ def _types(system: System) -> list[str]:
     return [_OUTSIDE.get(letter, _REAL) for letter in letters]
 
 
-def _start(letter: str, x: float) -> str:
-    """A value before its unit is initialised, as its type."""
-    if letter == _TRUTH:
-        return _bits(float(x >= 0.5))
-    return _bits(float(min(max(round(x), -(2**31)), 2**31 - 1)) if letter == _WHOLE else x)
-
-
 def _system(system: System, units: list[str]) -> str:
     case = system.case
-    starts = [f"{t} {_start(t, x)}" for t, x in zip(_types(system), system.starts().tolist(), strict=True)]
+    starts = [f"{t} {_bits(x)}" for t, x in zip(_types(system), system.starts().tolist(), strict=True)]
     head = [
         f"coupling {_SCHEMES[case.coupling.scheme]} {case.ripple} {_bits(case.step)} {_bits(system.h)}",
         f"values {_list(starts)}",

@@ -95,11 +95,11 @@ def write_ssp(
     if not separate:
         components, names = joined(system)
         system = build(components)
+    sets = {p.name: values for p in system.parts if (values := _changes(p, case.where))}
     trace = run_as_readers(system)
     found = differences(case, names, trace)
     handed = _handed(system, trace)
     entries = {p.name: _fmu(p, handed, fmi, case.step) for p in system.parts}
-    sets = {p.name: values for p in system.parts if (values := _changes(p, case.where))}
     files = {"SystemStructure.ssd": _structure(system, sets, version, system_connectors)}
     files |= {f"resources/{name}.fmu": content for name, content in entries.items()}
     files |= {f"resources/{name}.ssv": _values(name, values, version) for name, values in sets.items()}

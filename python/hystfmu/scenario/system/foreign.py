@@ -181,8 +181,11 @@ def _port(path: Path, v: Any, sizes: Mapping[str, Any]) -> ForeignPort:
         raise InputError(f"{path}: {v.name!r} has {size} elements; at most {MOST_PORTS} can be connected")
     try:
         start = list(numbers(v.start)) if v.start not in (None, "") else [0.0]
-    except ValueError:
-        raise InputError(f"{path}: {v.name}: the start value must be a number. Got {v.start!r} instead.") from None
+        if any(carried(v, x) != x for x in start if v.type not in REAL):
+            raise ValueError
+    except (ValueError, Finding):
+        kind = "number" if v.type in REAL else f"number of the type {v.type}"
+        raise InputError(f"{path}: {v.name}: the start value must be a {kind}. Got {v.start!r} instead.") from None
     if len(start) != size:
         start = start[:1] * size
     return ForeignPort(
