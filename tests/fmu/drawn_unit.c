@@ -6,6 +6,7 @@
  *   TYPE       letters of Python's `struct`: d f b B h H i I q Q, ? Boolean, s string
  *   CAUSALITY  u input, p parameter, c structural parameter, y output
  *   SIZE       a number, or @K: the value of variable K
+ * A word `end,N` among them: the FMU ends the simulation in step N.
  * Every bit of every input and parameter counts: outputs are drawn from a hash of all that was set since the start.
  * A set of a wrong type, size or phase is an error. */
 #include <stdarg.h>
@@ -45,7 +46,7 @@ typedef struct {
 } variable;
 
 typedef struct {
-  int n, phase;
+  int n, phase, steps, last; /* last: the step in which it ends the simulation */
   uint64_t hash;
   variable v[MOST];
   void *environment;
@@ -116,6 +117,10 @@ static int read_token(unit *u, const char *token) {
   for (char *word = strtok_r(text, ";", &after); word && !bad; word = strtok_r(NULL, ";", &after)) {
     char *rest = NULL, *type = strtok_r(word, ",", &rest), *causality = strtok_r(NULL, ",", &rest);
     const char *size = strtok_r(NULL, ",", &rest), *start;
+    if (type && causality && !strcmp(type, "end")) {
+      u->last = atoi(causality);
+      continue;
+    }
     bad = u->n == MOST || !type || !causality || !size;
     if (bad) break;
     variable *v = u->v + u->n++;
@@ -241,6 +246,10 @@ void *fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, fmi2Stri
   if (read_token(u, token)) return free(u), NULL;
   return u;
 }
+int fmi2GetBooleanStatus(unit *u, fmi2StatusKind kind, fmi2Boolean *value) {
+  *value = kind == fmi2Terminated && u->last && u->steps >= u->last;
+  return kind == fmi2Terminated ? fmi2OK : fmi2Discard;
+}
 int fmi2SetupExperiment(unit *u) { return u->phase == MADE ? 0 : refuse(u, "is set up late"); }
 #else
 const char *fmi3GetVersion(void) { return "3.0"; }
@@ -276,6 +285,13 @@ int fmi3DoStep(unit *u, double t, double h, fmi3Boolean forward, fmi3Boolean *ev
   *event = *end = *early = 0, *reached = t + h;
 #endif
   if (u->phase != STEPPING) return refuse(u, "does not run");
+  if (++u->steps == u->last) {
+#if FMI == 2
+    return fmi2Discard;
+#else
+    *end = 1;
+#endif
+  }
   calculate(u);
   return 0;
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import re
 import shutil
@@ -59,9 +60,10 @@ def bounds(kind: str) -> tuple[int, int]:
 
 
 def value(rng: random.Random, kind: str, exact: bool = True) -> Any:
-    """Draw a value of a type; without `exact` every number is one that a double holds."""
+    """Draw a value of a type; without `exact` every number is finite and one that a double holds."""
     if kind in ("Real", "Float64", "Float32"):
-        return rng.choice([0.0, -0.0, 0.1, -2.5, 1e-30, 3e38, rng.uniform(-10, 10)])
+        odd = [math.inf, -math.inf, math.nan] if exact and rng.random() < 0.1 else []
+        return rng.choice(odd or [0.0, -0.0, 0.1, -2.5, 1e-30, 3e38, rng.uniform(-10, 10)])
     if kind == "Boolean":
         return rng.random() < 0.5
     if kind == "String":
@@ -89,7 +91,7 @@ def drawn(rng: random.Random, fmi: int) -> list[Variable]:
                 size = rng.randint(2, 3)
                 if structural is not None and rng.random() < 0.5:
                     size, by = made[structural].start[0], structural
-            start = tuple(value(rng, kind, exact=causality != "input") for _ in range(size))
+            start = tuple(value(rng, kind, exact=False) for _ in range(size))
             made.append(Variable(f"{name}{k}", kind, causality, start, by))
     return made
 
@@ -98,8 +100,8 @@ def _text(kind: str, x: Any) -> str:
     return str(x).lower() if kind == "Boolean" else repr(x) if isinstance(x, float) else str(x)
 
 
-def _token(fmi: int, variables: Sequence[Variable]) -> str:
-    words = []
+def _token(fmi: int, variables: Sequence[Variable], last: int) -> str:
+    words = [f"end,{last}"] if last else []
     for v in variables:
         size = len(v.start) if v.sized_by is None else f"@{v.sized_by}"
         if v.type == "String":
@@ -116,8 +118,8 @@ def _variability(v: Variable) -> str:
     return "continuous" if v.type in ("Real", "Float64", "Float32") else "discrete"
 
 
-def _description(fmi: int, variables: Sequence[Variable]) -> bytes:
-    token = _token(fmi, variables)
+def _description(fmi: int, variables: Sequence[Variable], last: int) -> bytes:
+    token = _token(fmi, variables, last)
     root = ET.Element("fmiModelDescription", fmiVersion=f"{fmi}.0", modelName="drawn")
     root.set("guid" if fmi == 2 else "instantiationToken", token)
     able = "canGetAndSetFMUstate" if fmi == 2 else "canGetAndSetFMUState"
@@ -185,10 +187,10 @@ def library(fmi: int, *options: str) -> Path:
     return made
 
 
-def drawn_fmu(path: Path, fmi: int, variables: Sequence[Variable]) -> None:
-    """Write an FMU with these variables."""
+def drawn_fmu(path: Path, fmi: int, variables: Sequence[Variable], last: int = 0) -> None:
+    """Write an FMU with these variables; with `last` it ends the simulation in that step."""
     suffix = fmpy.sharedLibraryExtension
     own = fmpy.platform if fmi == 2 else fmpy.platform_tuple
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", _description(fmi, variables))
+        archive.writestr("modelDescription.xml", _description(fmi, variables, last))
         archive.write(library(fmi), f"binaries/{own}/drawn{suffix}")

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
-from drawn_unit import bounds, drawn, drawn_fmu, value
+from drawn_unit import Variable, bounds, drawn, drawn_fmu, value
 from engines import boxed, ready
 from fmpy.fmi1 import FMICallException
 
@@ -61,6 +61,8 @@ class Draw:
         ends: list[tuple[str, str]] = [("reference.r", "Real")]
         for name, (_, variables) in self.units.items():
             unit: dict[str, Any] = {"fmu": f"{name}.fmu", "set": {}, "inputs": {}}
+            if rng.random() < 0.1:
+                unit |= rng.choice([{"substeps": 2}, {"every": 2}])
             size = None
             for v in variables:
                 if v.causality == "structuralParameter" and rng.random() < 0.5:
@@ -120,7 +122,11 @@ def same(one: Trace | str, other: Trace | str) -> None:
 
 
 def without(data: dict[str, Any], line: str) -> None:
-    """Take what a line refuses out of a scenario; the line names the variable."""
+    """Take what a line refuses out of a scenario; the line names the unit, and the variable."""
+    if found := re.search(r"\b(x[0-9]+) (?:has substeps|runs once in several steps)", line):
+        for key in ("substeps", "every"):
+            data["units"][found[1]].pop(key, None)
+        return
     found = re.search(r"\b(x[0-9]+)(?:\.| refuses .*: | cannot be .*: )([puy][0-9][_0-9]*)\b", line)
     assert found, line
     unit, name = found.groups()
@@ -181,3 +187,28 @@ def test_drawn_units(write: Any, tmp_path: Path, seed: int) -> None:
     """Six units in a scenario: 300 in all."""
     for line in compared(Draw(random.Random(seed), 6), write, tmp_path):
         print(line)
+
+
+@pytest.mark.parametrize(("fmi", "kind"), [(2, "Boolean"), (3, "Float64"), (3, "Boolean")])
+def test_a_unit_that_ends_the_simulation(write: Any, tmp_path: Path, fmi: int, kind: str) -> None:
+    """Called directly or by types, in an engine or a container: it is not stepped on."""
+    folder = write(
+        {
+            "name": "ended",
+            "step": H,
+            "stop": 5 * H,
+            "order": ["x0"],
+            "units": {"x0": {"fmu": "x0.fmu"}},
+            "metrics": {"p": {"kind": "final", "signal": "x0.y0"}},
+        }
+    )
+    drawn_fmu(folder / "x0.fmu", fmi, [Variable("y0", kind, "output", (value(random.Random(1), kind),))], 3)
+    system = ready(folder)
+    for engine in ENGINES:
+        line = run(system, engine)
+        assert isinstance(line, str)
+        assert line.startswith("x0 refuses the step from t = 0.002 s: ")
+    assert not written(folder, tmp_path / "box.fmu")
+    with pytest.raises(FMICallException):
+        boxed(tmp_path / "box.fmu", tmp_path / "box", H, 3)
+    assert len(boxed(tmp_path / "box.fmu", tmp_path / "again", H, 2)["x0.y0"]) == 3

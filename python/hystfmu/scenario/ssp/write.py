@@ -8,6 +8,7 @@ reference result, `extra/org.hystfmu/reference.csv`.  Step and coupling travel a
 from __future__ import annotations
 
 import io
+import math
 import tempfile
 import xml.etree.ElementTree as ET
 import zipfile
@@ -193,10 +194,8 @@ def _typed(unit: str, v: Any, value: Any) -> _Value:
     if v.type == "Boolean":
         return bool(number)
     if v.type in REAL or not -(2**31) <= number < 2**31:  # an Integer of SSP has 32 bits
-        if float(number) != number and number == number:
-            raise InputError(
-                f"{unit}.{v.name}: {number} has no place in an SSP: it takes 32 bits, or what a Real holds"
-            )
+        if not math.isfinite(number) or float(number) != number:
+            raise InputError(f"{unit}.{v.name}: {number} has no place in an SSP: no Integer and no Real holds it")
         return float(number)
     return int(number)
 
