@@ -320,7 +320,7 @@ int fmi3SetFMUState(unit *u, void *state) { return restore(u, state); }
 int fmi3FreeFMUState(unit *u, void **state) { return (void)u, forget(state); }
 #endif
 
-/* functions of the standard that nobody calls: an importer looks them up */
+/* functions of the standard that are never called: an importer looks them up */
 #define STUB(name) \
   int name(void) { return 3; }
 #include "stubs.h"
