@@ -177,10 +177,12 @@ fmi2Status fmi2Reset(fmi2Component component) {
   fmi2Status fmi2Get##Name(fmi2Component component, const fmi2ValueReference vr[], size_t n, T value[]) {    \
     ALLOW(Get##Name, 15)                                                                                     \
     if (n && (!vr || !value)) return refuse(c, "fmi2Get" #Name ": a pointer is NULL");                       \
-    for (size_t k = 0; k < n; k++)                                                                           \
-      if (vr[k] >= (uint64_t)c->system.m.n_values || c->system.types[vr[k]] != letter ||                     \
-          value_from_double(value_type_of(letter, 2), c->system.m.values[vr[k]], value + k))                 \
+    for (size_t k = 0; k < n; k++) {                                                                         \
+      if (vr[k] >= (uint64_t)c->system.m.n_values || c->system.types[vr[k]] != letter)                       \
         return refuse(c, "fmi2Get" #Name ": no variable has the value reference %lu", (unsigned long)vr[k]); \
+      if (value_from_double(value_type_of(letter, 2), c->system.m.values[vr[k]], value + k))                 \
+        return refuse(c, "fmi2Get" #Name ": %g does not fit the type " #Name, c->system.m.values[vr[k]]);    \
+    }                                                                                                        \
     return fmi2OK;                                                                                           \
   }
 GET(Real, fmi2Real, 'd')

@@ -109,7 +109,8 @@ static int put_values(void *self, const uint32_t *references, size_t n, const do
     for (int64_t k = 0; k < b->n; k++) {
       const double x = values[b->first + k];
       if (value_from_double(b->type, x, (char *)u->room + (size_t)k * b->type->size)) {
-        snprintf(u->said, UNIT_TEXT, "%s: %g does not fit the type %s", u->names[b->first + k], x, b->type->name);
+        snprintf(u->said, UNIT_TEXT, "%s: %g does not fit the type %s", u->names[b->first + k], x,
+                 b->type->letter == 'e' ? "Enumeration" : b->type->name);
         return FAILED;
       }
     }

@@ -19,7 +19,8 @@ static const value_type FMI3[] = {
     {'h', sizeof(fmi3Int16), "Int16", -0x1p15, 0x1p15}, {'H', sizeof(fmi3UInt16), "UInt16", 0, 0x1p16},
     {'i', sizeof(fmi3Int32), "Int32", -0x1p31, 0x1p31}, {'I', sizeof(fmi3UInt32), "UInt32", 0, 0x1p32},
     {'q', sizeof(fmi3Int64), "Int64", -0x1p63, 0x1p63}, {'Q', sizeof(fmi3UInt64), "UInt64", 0, 0x1p64},
-    {'?', sizeof(fmi3Boolean), "Boolean", 0, 0},        {'s', sizeof(fmi3String), "String", 0, 0}};
+    {'?', sizeof(fmi3Boolean), "Boolean", 0, 0},        {'s', sizeof(fmi3String), "String", 0, 0},
+    {'e', sizeof(fmi3Int64), "Int64", -0x1p31, 0x1p31}};
 
 const value_type *value_type_of(char letter, int fmi) {
   const value_type *list = fmi == 2 ? FMI2 : FMI3;
@@ -76,6 +77,7 @@ double value_to_double(const value_type *t, const void *from) {
     case 'H': return *(const uint16_t *)from;
     case 'i': return *(const int32_t *)from;
     case 'I': return *(const uint32_t *)from;
+    case 'e':
     case 'q': return (double)*(const int64_t *)from;
     case 'Q': return (double)*(const uint64_t *)from;
     default: /* any byte but 0 is true, whatever a foreign unit writes */

@@ -1,7 +1,7 @@
 /* value.h - types of FMI variables: a value as a double of the master, as an argument of a call, and as a word of text.
  *
  * A letter stands for a type, as in Python's `struct`: d Real or Float64, f Float32, b B h H i I q Q Int8 to UInt64
- * (i is also Integer and Enumeration of FMI 2.0, q is Enumeration of FMI 3.0), ? Boolean, s String. */
+ * (i is also Integer and Enumeration of FMI 2.0), e Enumeration of FMI 3.0, ? Boolean, s String. */
 #ifndef HYST_CONTAINER_VALUE_H
 #define HYST_CONTAINER_VALUE_H
 #include <stddef.h>
@@ -10,7 +10,7 @@ typedef struct {
   char letter;
   size_t size;
   const char *name;  /* of its functions: Set<name>, Get<name> */
-  double low, above; /* of whole numbers: low <= x < above */
+  double low, above; /* of whole numbers: low <= x < above; an enumeration has 32 bits, as in `carried.py` */
 } value_type;
 
 /* NULL if this version of FMI has no such type */

@@ -72,7 +72,7 @@ class Draw:
                     unit["set"][v.name] = drawn_values if v.is_array else drawn_values[0]
                 if v.causality == "input" and v.type != "String":
                     for element in v.elements(size):
-                        sources = [end for end, kind in ends if fits(kind, v.type)]
+                        sources = [end for end, kind in ends if fits(kind, v.type) or rng.random() < 0.03]
                         if sources and rng.random() < 0.6:
                             connections[f"{name}.{element}"] = rng.choice(sources)
                         elif rng.random() < 0.5:

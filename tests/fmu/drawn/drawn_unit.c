@@ -3,7 +3,7 @@
  *
  * Token: a word per variable, separated by ';'.  Variable k has the value reference k.
  *   TYPE CAUSALITY SIZE VALUE...   separated by ','
- *   TYPE       letters of Python's `struct`: d f b B h H i I q Q, ? Boolean, s string
+ *   TYPE       letters of Python's `struct`: d f b B h H i I q Q, ? Boolean, s string, e enumeration of 1 to 3
  *   CAUSALITY  u input, p parameter, c structural parameter, y output
  *   SIZE       a number, or @K: the value of variable K
  * A word `end,N` among them: the FMU ends the simulation in step N.
@@ -79,6 +79,7 @@ static uint64_t mixed(uint64_t z) {
 
 static size_t width(char type) {
   switch (type) {
+    case 'e': return FMI == 2 ? 4 : 8;
     case 'f':
     case 'i':
     case 'I': return 4;
@@ -155,6 +156,7 @@ static void calculate(unit *u) {
       memset(v->values + e, 0, sizeof *v->values);
       if (v->type == 'd') v->values[e].d = x;
       else if (v->type == 'f') v->values[e].f = (float)x;
+      else if (v->type == 'e') v->values[e].q = (int64_t)(z % 3 + 1);
       else if (v->type == '?') v->values[e].B = z & 1;
       else if (v->type == 's') snprintf(v->values[e].s, TEXT, "%llx", (unsigned long long)z);
       else memcpy(v->values + e, &z, width(v->type));
@@ -164,7 +166,9 @@ static void calculate(unit *u) {
 
 static variable *find(unit *u, uint32_t r, char type, int set) {
   variable *v = r < (uint32_t)u->n ? u->v + r : NULL;
-  if (!v || v->type != type) return refuse(u, "reference %u is no variable of type %c", r, type), NULL;
+  const char enumeration = FMI == 2 ? 'i' : 'q'; /* what its functions are those of */
+  if (!v || (v->type == 'e' ? enumeration : v->type) != type)
+    return refuse(u, "reference %u is no variable of type %c", r, type), NULL;
   if (!set) return v;
   const int good = v->causality == 'u'   ? u->phase == INITIALIZING || u->phase == STEPPING
                    : v->causality == 'p' ? u->phase == MADE || u->phase == INITIALIZING

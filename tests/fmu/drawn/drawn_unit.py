@@ -22,10 +22,10 @@ import pytest
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 SOURCE = Path(__file__).with_suffix(".c")
 LETTERS: dict[int, dict[str, str]] = {
-    2: {"Real": "d", "Integer": "i", "Enumeration": "i", "Boolean": "?", "String": "s"},
+    2: {"Real": "d", "Integer": "i", "Enumeration": "e", "Boolean": "?", "String": "s"},
     3: {
         **{"Float64": "d", "Float32": "f", "Int8": "b", "UInt8": "B", "Int16": "h", "UInt16": "H", "Int32": "i"},
-        **{"UInt32": "I", "Int64": "q", "UInt64": "Q", "Boolean": "?", "String": "s", "Enumeration": "q"},
+        **{"UInt32": "I", "Int64": "q", "UInt64": "Q", "Boolean": "?", "String": "s", "Enumeration": "e"},
     },
 }
 _CAUSALITY = {"input": "u", "parameter": "p", "structuralParameter": "c", "output": "y"}

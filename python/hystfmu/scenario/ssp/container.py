@@ -40,7 +40,7 @@ _LETTERS = {
     **{"Int8": "b", "UInt8": "B", "Int16": "h", "UInt16": "H", "Int32": _WHOLE, "UInt32": "I"},
     **{"Int64": "q", "UInt64": "Q"},
 }
-_OUTSIDE = {"b": _WHOLE, "B": _WHOLE, "h": _WHOLE, "H": _WHOLE, _WHOLE: _WHOLE, _TRUTH: _TRUTH}
+_OUTSIDE = {"b": _WHOLE, "B": _WHOLE, "h": _WHOLE, "H": _WHOLE, "e": _WHOLE, _WHOLE: _WHOLE, _TRUTH: _TRUTH}
 """The type of an output of the container: what FMI 2.0 has for its values, else Real."""
 _ELEMENTS = {_REAL: "Real", _WHOLE: "Integer", _TRUTH: "Boolean"}
 
@@ -124,7 +124,7 @@ def _letter(described: Any, fmi: int) -> str | None:
     if described is None:
         return _REAL
     if described.type == "Enumeration":
-        return "q" if fmi == 3 else _WHOLE
+        return "e" if fmi == 3 else _WHOLE
     return _LETTERS.get(described.type)
 
 
