@@ -151,6 +151,8 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real t, fmi2Real h, fmi2Boole
   const double now = (double)((m->row - 1) / m->ripple) * m->base, steps = h / m->base, slack = 1e-3 * m->base;
   if (!(h > 0 && h <= 1e9)) return refuse(c, "the step size must be in (0, 1e9] s. Got %g instead.", h);
   if (!(t - now <= slack && now - t <= slack)) return refuse(c, "is at t = %g s; the step starts at %g s", now, t);
+  if (!(steps <= 1e9))
+    return refuse(c, "the step size must be at most 1e9 steps of %g s. Got %g s instead.", m->base, h);
   if (steps < 1e-6) return fmi2OK; /* rounding of the importer's clock: complete before it begins */
   const int64_t n = (int64_t)(steps + 0.5);
   if (!(steps - (double)n <= 1e-3 && (double)n - steps <= 1e-3) || n < 1)
