@@ -30,6 +30,7 @@ LETTERS: dict[int, dict[str, str]] = {
 }
 _CAUSALITY = {"input": "u", "parameter": "p", "structuralParameter": "c", "output": "y"}
 _WORDS = ("", "plain", "two words", "%d %s%", "Grüße", 'quoted "x" & <y>', "*1.2", "x" * 60)
+_ODD = ("a\tb\nc\rd", " lead, trail; ", "a\x01b")
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def value(rng: random.Random, kind: str, exact: bool = True) -> Any:
     if kind == "Boolean":
         return rng.random() < 0.5
     if kind == "String":
-        return rng.choice(_WORDS)
+        return rng.choice(_WORDS + (_ODD if exact else ()))
     if kind == "Enumeration":
         return rng.randint(1, 3)
     low, high = bounds(kind)

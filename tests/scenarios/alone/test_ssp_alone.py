@@ -432,6 +432,7 @@ def test_values_that_a_foreign_unit_is_given() -> None:
     for name, value, why in [
         ("a", [1.0], "the value of an array has no place in an SSP"),
         ("l", 2**53 + 1, f"{2**53 + 1} has no place in an SSP: no Integer and no Real holds it"),
+        ("s", "a\x01", "'a\\x01' has no place in an SSP: XML has no such characters"),
         ("q", np.inf, "inf has no place in an SSP: no Integer and no Real holds it"),
     ]:
         object.__setattr__(foreign, "settings", {name: value})

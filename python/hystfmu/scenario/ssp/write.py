@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import tempfile
 import xml.etree.ElementTree as ET
 import zipfile
@@ -43,6 +44,7 @@ OURS = "https://hystfmu.org/ssp"
 REFERENCE = "extra/org.hystfmu/reference.csv"
 Version = Literal["1.0", "2.0"]
 _Value = float | int | bool | str
+_NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 _WORDS = {float: "Real", int: "Integer", bool: "Boolean", str: "String"}
 
 # libcosim looks for these very prefixes
@@ -186,6 +188,8 @@ def _typed(unit: str, v: Any, value: Any) -> _Value:
     if isinstance(value, list):
         raise InputError(f"{unit}.{v.name}: the value of an array has no place in an SSP")
     if isinstance(value, str):
+        if _NO_XML.search(value):
+            raise InputError(f"{unit}.{v.name}: {value!r} has no place in an SSP: XML has no such characters")
         return value
     try:
         number = carried(v, value)
