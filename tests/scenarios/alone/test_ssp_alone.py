@@ -18,8 +18,9 @@ from hystfmu.graph import Graph, Node
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp import coupling
 from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
-from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, SSV, Ssp, read_ssp
-from hystfmu.scenario.ssp.write import SSC, _changes, _handed
+from hystfmu.scenario.ssp.parameter_set import SSV, changes
+from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
+from hystfmu.scenario.ssp.write import SSC, _handed
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, UnitSpec
 
@@ -426,7 +427,7 @@ def test_values_that_a_foreign_unit_is_given() -> None:
     object.__setattr__(foreign, "description", SimpleNamespace(modelVariables=variables))
     object.__setattr__(foreign, "settings", {"p": 3, "q": 3.0, "s": "text", "t": True, "l": 2**33})
     part: Any = SimpleNamespace(name="x", graph=foreign, constants={"u": 1.0, "v": 1.0, "z": -0.0})
-    found = _changes(part, "here")
+    found = changes(part, "here")
     assert found == {"p": 3, "q": 3.0, "s": "text", "t": True, "l": 2.0**33, "v": True, "z": 0.0}
     assert [type(x) for x in found.values()] == [int, float, str, bool, float, bool, float]
     for name, value, why in [
@@ -437,5 +438,5 @@ def test_values_that_a_foreign_unit_is_given() -> None:
     ]:
         object.__setattr__(foreign, "settings", {name: value})
         with pytest.raises(InputError, match=rf"^here: x\.{name}: {re.escape(why)}$"):
-            _changes(part, "here")
-    assert _changes(SimpleNamespace(graph=None), "here") == {}  # type: ignore[arg-type]
+            changes(part, "here")
+    assert changes(SimpleNamespace(graph=None), "here") == {}  # type: ignore[arg-type]

@@ -19,7 +19,8 @@ from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.ssp import run as ssp_run
 from hystfmu.scenario.ssp.container import _bits, _check, _description, _list, _string, _system, _told, _unit
 from hystfmu.scenario.ssp.joined import joined
-from hystfmu.scenario.ssp.write import SSC, SSD, _experiment, _reference, _structure, _values, _with_starts, write_ssp
+from hystfmu.scenario.ssp.parameter_set import parameter_set
+from hystfmu.scenario.ssp.write import SSC, SSD, _experiment, _reference, _structure, _with_starts, write_ssp
 from hystfmu.scenario.system.spec import MetricSpec
 from hystfmu.scenario.system.system import System, build
 
@@ -84,7 +85,7 @@ def test_times_and_coupling_travel_along(system: System) -> None:
 
 
 def test_values_and_the_reference_result(system: System) -> None:
-    root = ET.fromstring(_values("x", {"p": 1 / 3, "q": 2.0}, "1.0"))
+    root = ET.fromstring(parameter_set("x", {"p": 1 / 3, "q": 2.0}, "1.0"))
     found = [(p.get("name"), p[0].get("value")) for p in root.iter() if p.tag.endswith("}Parameter")]
     assert found == [("p", repr(1 / 3)), ("q", "2.0")]
     trace = Trace(np.array([0.0, 0.5]), np.arange(2.0 * system.n_values).reshape(2, -1), system.columns, 1)

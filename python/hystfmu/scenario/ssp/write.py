@@ -8,29 +8,25 @@ reference result, `extra/org.hystfmu/reference.csv`.  Step and coupling travel a
 from __future__ import annotations
 
 import io
-import math
-import re
 import tempfile
 import xml.etree.ElementTree as ET
 import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_bytes
 from hystfmu.data.csv_file import csv_text
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
 from hystfmu.fmu.archive.xml_file import xml_file
-from hystfmu.fmu.foreign.carried import carried
-from hystfmu.fmu.foreign.finding import Finding
-from hystfmu.fmu.foreign.instance import REAL
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.ssp.container import container_fmu
 from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
 from hystfmu.scenario.ssp.joined import joined
+from hystfmu.scenario.ssp.parameter_set import SSV, SetValue, changes, parameter_set
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.fused import to_graph
@@ -38,14 +34,10 @@ from hystfmu.scenario.system.system import Part, System, build
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
-SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 OURS = "https://hystfmu.org/ssp"
 REFERENCE = "extra/org.hystfmu/reference.csv"
 Version = Literal["1.0", "2.0"]
-_Value = float | int | bool | str
-_NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
-_WORDS = {float: "Real", int: "Integer", bool: "Boolean", str: "String"}
 
 # libcosim looks for these very prefixes
 for _prefix, _name in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV), ("osp", OSP), ("hyst", OURS)):
@@ -98,14 +90,14 @@ def write_ssp(
     if not separate:
         components, names = joined(system)
         system = build(components)
-    sets = {p.name: values for p in system.parts if (values := _changes(p, case.where))}
+    sets = {p.name: values for p in system.parts if (values := changes(p, case.where))}
     trace = run_as_readers(system)
     found = differences(case, names, trace)
     handed = _handed(system, trace)
     entries = {p.name: _fmu(p, handed, fmi, case.step) for p in system.parts}
     files = {"SystemStructure.ssd": _structure(system, sets, version, system_connectors)}
     files |= {f"resources/{name}.fmu": content for name, content in entries.items()}
-    files |= {f"resources/{name}.ssv": _values(name, values, version) for name, values in sets.items()}
+    files |= {f"resources/{name}.ssv": parameter_set(name, values, version) for name, values in sets.items()}
     files[REFERENCE] = _reference(system, trace)
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -170,45 +162,11 @@ def _with_starts(part: Part, handed: dict[tuple[str, str], float], h: float) -> 
     return Graph(g.nodes, g.wires, inputs, g.outputs, sort=False, step=h)
 
 
-def _changes(part: Part, where: str) -> dict[str, _Value]:
-    """Parameters and constant inputs of a foreign FMU, whose start values are not ours to write, as their types."""
-    if not isinstance(part.graph, Foreign):
-        return {}
-    variables = {v.name: v for v in part.graph.description.modelVariables}
-    found = {n: _typed(f"{where}: {part.name}", variables[n], v) for n, v in part.graph.settings.items()}
-    for p in part.graph.ports:
-        for n, start in zip(p.scalar_names, p.start, strict=True):
-            if float(part.constants.get(n, start)).hex() != float(start).hex():  # -0.0 is not 0.0
-                found[n] = _typed(f"{where}: {part.name}", p.variable, part.constants[n] if p.size == 1 else [])
-    return found
-
-
-def _typed(unit: str, v: Any, value: Any) -> _Value:
-    """A value as the type of its variable: a float, an int of 32 bits, a bool or a str."""
-    if isinstance(value, list):
-        raise InputError(f"{unit}.{v.name}: the value of an array has no place in an SSP")
-    if isinstance(value, str):
-        if _NO_XML.search(value):
-            raise InputError(f"{unit}.{v.name}: {value!r} has no place in an SSP: XML has no such characters")
-        return value
-    try:
-        number = carried(v, value)
-    except Finding as e:
-        raise InputError(f"{unit}.{e}") from None
-    if v.type == "Boolean":
-        return bool(number)
-    if v.type in REAL or not -(2**31) <= number < 2**31:  # an Integer of SSP has 32 bits
-        if not math.isfinite(number) or float(number) != number:
-            raise InputError(f"{unit}.{v.name}: {number} has no place in an SSP: no Integer and no Real holds it")
-        return float(number)
-    return int(number)
-
-
 def _tag(space: str, name: str) -> str:
     return f"{{{space}}}{name}"
 
 
-def _structure(system: System, sets: dict[str, dict[str, _Value]], version: Version, connectors: bool) -> bytes:
+def _structure(system: System, sets: dict[str, dict[str, SetValue]], version: Version, connectors: bool) -> bytes:
     case = system.case
     root = ET.Element(_tag(SSD, "SystemStructureDescription"), name=case.scenario, version=version)
     top = ET.SubElement(root, _tag(SSD, "System"), name=case.scenario)
@@ -291,15 +249,6 @@ def _experiment(root: ET.Element, case: Case) -> None:
     note = ET.SubElement(notes, _tag(SSC, "Annotation"), type="org.hystfmu.coupling")
     facts = {"step": repr(case.step), "scheme": case.coupling.scheme, "order": " ".join(case.order)}
     ET.SubElement(note, _tag(OURS, "Coupling"), facts)
-
-
-def _values(name: str, values: dict[str, _Value], version: Version) -> bytes:
-    root = ET.Element(_tag(SSV, "ParameterSet"), name=name, version=version)
-    listed = ET.SubElement(root, _tag(SSV, "Parameters"))
-    for key, value in values.items():
-        kind, text = _WORDS[type(value)], str(value).lower() if isinstance(value, bool) else str(value)
-        ET.SubElement(ET.SubElement(listed, _tag(SSV, "Parameter"), name=key), _tag(SSV, kind), value=text)
-    return xml_file(root)
 
 
 def _reference(system: System, trace: Trace) -> bytes:
