@@ -1,6 +1,7 @@
 /* container.c - an FMU 2.0 for Co-Simulation that steps other FMUs in a stated order, by the master loop of scenarios.
  *
- * Its outputs are those of all units; value reference k is value k of the system.  The units lie unpacked in its
+ * Its outputs are those of all units; value reference k is value k of the system, and has the type that FMI 2.0 has for
+ * it.  The units lie unpacked in its
  * resources.  A communication step is a whole number of steps of the system, from t = 0 on.  States cannot be saved,
  * because not every unit can. */
 #include <stdarg.h>
@@ -13,7 +14,7 @@
 #include "fmi2Functions.h"
 #include "master/master.h"
 
-enum { MADE, INITIALIZING, STEPPING, ENDED };
+enum { MADE, INITIALIZING, STEPPING, ENDED, BROKEN }; /* BROKEN: a reset failed, there is no system */
 
 typedef struct {
   char *name, *location, *text; /* text: the file, which the strings of the system point into */
@@ -150,6 +151,8 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real t, fmi2Real h, fmi2Boole
   const double now = (double)((m->row - 1) / m->ripple) * m->base, steps = h / m->base, slack = 1e-3 * m->base;
   if (!(h > 0 && h <= 1e9)) return refuse(c, "the step size must be in (0, 1e9] s. Got %g instead.", h);
   if (!(t - now <= slack && now - t <= slack)) return refuse(c, "is at t = %g s; the step starts at %g s", now, t);
+  if (!(steps <= 1e9))
+    return refuse(c, "the step size must be at most 1e9 steps of %g s. Got %g s instead.", m->base, h);
   if (steps < 1e-6) return fmi2OK; /* rounding of the importer's clock: complete before it begins */
   const int64_t n = (int64_t)(steps + 0.5);
   if (!(steps - (double)n <= 1e-3 && (double)n - steps <= 1e-3) || n < 1)
@@ -165,22 +168,28 @@ fmi2Status fmi2Terminate(fmi2Component component) {
 }
 
 fmi2Status fmi2Reset(fmi2Component component) {
-  ALLOW(Reset, 15)
+  ALLOW(Reset, 15 | 1 << BROKEN)
   shut(c);
-  c->phase = MADE;
-  return open_system(c, NULL) ? fmi2Error : fmi2OK;
+  c->phase = open_system(c, NULL) ? BROKEN : MADE;
+  return c->phase == BROKEN ? fmi2Error : fmi2OK;
 }
 
-fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
-  ALLOW(GetReal, 15)
-  if (n && (!vr || !value)) return refuse(c, "fmi2GetReal: a pointer is NULL");
-  for (size_t k = 0; k < n; k++) {
-    if (vr[k] >= (uint64_t)c->system.m.n_values)
-      return refuse(c, "fmi2GetReal: no variable has the value reference %lu", (unsigned long)vr[k]);
-    value[k] = c->system.m.values[vr[k]];
+/* the numbers of the master by the type of their variable */
+#define GET(Name, T, letter)                                                                                 \
+  fmi2Status fmi2Get##Name(fmi2Component component, const fmi2ValueReference vr[], size_t n, T value[]) {    \
+    ALLOW(Get##Name, 15)                                                                                     \
+    if (n && (!vr || !value)) return refuse(c, "fmi2Get" #Name ": a pointer is NULL");                       \
+    for (size_t k = 0; k < n; k++) {                                                                         \
+      if (vr[k] >= (uint64_t)c->system.m.n_values || c->system.types[vr[k]] != letter)                       \
+        return refuse(c, "fmi2Get" #Name ": no variable has the value reference %lu", (unsigned long)vr[k]); \
+      if (value_from_double(value_type_of(letter, 2), c->system.m.values[vr[k]], value + k))                 \
+        return refuse(c, "fmi2Get" #Name ": %g does not fit the type " #Name, c->system.m.values[vr[k]]);    \
+    }                                                                                                        \
+    return fmi2OK;                                                                                           \
   }
-  return fmi2OK;
-}
+GET(Real, fmi2Real, 'd')
+GET(Integer, fmi2Integer, 'i')
+GET(Boolean, fmi2Boolean, '?')
 
 fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value) {
   ALLOW(GetRealStatus, 1 << STEPPING | 1 << ENDED)
@@ -204,16 +213,14 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind ki
     return n == 0 ? fmi2OK : refuse(c, #name ": there is no such variable");                       \
   }
 EMPTY(fmi2SetReal, const fmi2Real value[])
-EMPTY(fmi2GetInteger, fmi2Integer value[])
 EMPTY(fmi2SetInteger, const fmi2Integer value[])
-EMPTY(fmi2GetBoolean, fmi2Boolean value[])
 EMPTY(fmi2SetBoolean, const fmi2Boolean value[])
 EMPTY(fmi2GetString, fmi2String value[])
 EMPTY(fmi2SetString, const fmi2String value[])
 EMPTY(fmi2SetRealInputDerivatives, const fmi2Integer order[], const fmi2Real value[])
 EMPTY(fmi2GetRealOutputDerivatives, const fmi2Integer order[], fmi2Real value[])
 #define ABSENT(name, ...)                                      \
-  fmi2Status name(fmi2Component component, ##__VA_ARGS__) {    \
+  fmi2Status name(fmi2Component component, __VA_ARGS__) {      \
     ALLOW(name, 15)                                            \
     return refuse(c, #name " is not available: not declared"); \
   }
@@ -225,7 +232,10 @@ ABSENT(fmi2SerializeFMUstate, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 ABSENT(fmi2DeSerializeFMUstate, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 ABSENT(fmi2GetDirectionalDerivative, const fmi2ValueReference unknown[], size_t n, const fmi2ValueReference known[],
        size_t m, const fmi2Real seed[], fmi2Real sensitivity[])
-ABSENT(fmi2CancelStep)
+fmi2Status fmi2CancelStep(fmi2Component component) {
+  ALLOW(CancelStep, 15)
+  return refuse(c, "fmi2CancelStep is not available: not declared");
+}
 #define NO_STATUS(name, T) \
   fmi2Status name(fmi2Component component, const fmi2StatusKind kind, T *value) { return fmi2Discard; }
 NO_STATUS(fmi2GetStatus, fmi2Status)

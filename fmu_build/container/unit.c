@@ -49,14 +49,19 @@ static char *joined(const char *root, const char *path, int uri) {
 
 static void (*function(const unit *u, const char *name))(void) {
   char full[64];
-  snprintf(full, sizeof full, "fmi%d%s", u->master->kind == MASTER_FMI2 ? 2 : 3, name);
+  snprintf(full, sizeof full, "fmi%d%s", u->fmi, name);
   return library_function(u->loaded, full);
+}
+static void (*accessor(const unit *u, const char *verb, const value_type *t))(void) {
+  char name[32];
+  snprintf(name, sizeof name, "%s%s", verb, t->name);
+  return function(u, name);
 }
 
 #define CALL(TYPE, name) ((TYPE *)function(u, #name))
 
 static int make(unit *u, const char *root) {
-  const int two = u->master->kind == MASTER_FMI2;
+  const int two = u->fmi == 2;
   char *place = joined(root, u->resources, two);
   if (!place) return 1;
   if (two) {
@@ -65,105 +70,137 @@ static int make(unit *u, const char *root) {
     if (callbacks) {
       memcpy(callbacks, &given, sizeof given); /* its members are constants */
       u->callbacks = callbacks;
-      u->master->self =
+      u->component =
           CALL(fmi2InstantiateTYPE, Instantiate)(u->name, fmi2CoSimulation, u->token, place, callbacks, 0, 0);
     }
   } else {
-    u->master->self = CALL(fmi3InstantiateCoSimulationTYPE, InstantiateCoSimulation)(u->name, u->token, place, 0, 0, 0,
-                                                                                     0, NULL, 0, u, log_fmi3, NULL);
+    u->component = CALL(fmi3InstantiateCoSimulationTYPE, InstantiateCoSimulation)(u->name, u->token, place, 0, 0, 0, 0,
+                                                                                  NULL, 0, u, log_fmi3, NULL);
   }
   free(place);
-  return !u->master->self;
+  return !u->component;
 }
 
-static int tell2(const unit *u, const told *v) {
-  void *c = u->master->self;
-  const uint32_t *r = &v->reference;
-  const double x = v->n ? v->values[0] : 0;
-  const fmi2Integer whole = (fmi2Integer)x;
-  const fmi2String text = v->text;
-  switch (v->type) {
-    case 'r': return BAD(CALL(fmi2SetRealTYPE, SetReal)(c, r, 1, &x));
-    case 'i': return BAD(CALL(fmi2SetIntegerTYPE, SetInteger)(c, r, 1, &whole));
-    case 'b': return BAD(CALL(fmi2SetBooleanTYPE, SetBoolean)(c, r, 1, &whole));
-    default: return BAD(CALL(fmi2SetStringTYPE, SetString)(c, r, 1, &text));
+/* Values by the functions of their type.  Those of FMI 2.0 take no number of elements: all are scalars. */
+typedef int (*access2)(void *, const uint32_t *, size_t, void *);
+typedef int (*access3)(void *, const uint32_t *, size_t, void *, size_t);
+
+static int transfer(const unit *u, void (*call)(void), const uint32_t *references, int64_t n_references, void *values,
+                    int64_t n) {
+  if (u->fmi == 2) return BAD(((access2)call)(u->component, references, (size_t)n_references, values));
+  return BAD(((access3)call)(u->component, references, (size_t)n_references, values, (size_t)n));
+}
+
+static int tell(const unit *u, const told *list, int64_t n) {
+  for (int64_t k = 0; k < n; k++) {
+    void (*call)(void) = accessor(u, "Set", list[k].type);
+    if (!call || transfer(u, call, &list[k].reference, 1, list[k].values, list[k].n)) return 1;
   }
+  return 0;
 }
 
-static int tell3(const unit *u, const told *v) {
-  void *c = u->master->self;
-  const uint32_t *r = &v->reference;
-  const double x = v->n ? v->values[0] : 0;
-  const fmi3Int32 i32 = (fmi3Int32)x;
-  const fmi3Int64 i64 = (fmi3Int64)x;
-  const fmi3Boolean yes = x != 0;
-  const fmi3String text = v->text;
-  switch (v->type) {
-    case 'r': return BAD(CALL(fmi3SetFloat64TYPE, SetFloat64)(c, r, 1, v->values, (size_t)v->n));
-    case 'i': return BAD(CALL(fmi3SetInt32TYPE, SetInt32)(c, r, 1, &i32, 1));
-    case 'l': return BAD(CALL(fmi3SetInt64TYPE, SetInt64)(c, r, 1, &i64, 1));
-    case 'b': return BAD(CALL(fmi3SetBooleanTYPE, SetBoolean)(c, r, 1, &yes, 1));
-    default: return BAD(CALL(fmi3SetStringTYPE, SetString)(c, r, 1, &text, 1));
+/* The functions that the master calls, as those of FMI 2.0: a status above 1 is a failure. */
+enum { FAILED = 3 };
+
+static int put_values(void *self, const uint32_t *references, size_t n, const double *values) {
+  (void)n;
+  unit *u = self;
+  for (const batch *b = u->sets; b < u->sets + u->n_sets; b++) {
+    for (int64_t k = 0; k < b->n; k++) {
+      const double x = values[b->first + k];
+      if (value_from_double(b->type, x, (char *)u->room + (size_t)k * b->type->size)) {
+        snprintf(u->said, UNIT_TEXT, "%s: %g does not fit the type %s", u->names[b->first + k], x,
+                 b->type->letter == 'e' ? "Enumeration" : b->type->name);
+        return FAILED;
+      }
+    }
+    if (transfer(u, b->call, references + b->reference, b->n_references, u->room, b->n)) return FAILED;
   }
+  return 0;
 }
 
-static int tell(const unit *u, const told *v) { return u->master->kind == MASTER_FMI2 ? tell2(u, v) : tell3(u, v); }
+static int get_values(void *self, const uint32_t *references, size_t n, double *values) {
+  (void)n;
+  unit *u = self;
+  for (const batch *b = u->gets; b < u->gets + u->n_gets; b++) {
+    memset(u->room, 0, (size_t)b->n * b->type->size); /* what a unit leaves unwritten is no number of another one */
+    if (transfer(u, b->call, references + b->reference, b->n_references, u->room, b->n)) return FAILED;
+    for (int64_t k = 0; k < b->n; k++)
+      values[b->first + k] = value_to_double(b->type, (const char *)u->room + (size_t)k * b->type->size);
+  }
+  return 0;
+}
+
+static int make_step(void *self, double t, double h, int forward) {
+  unit *u = self;
+  if (u->fmi == 2) return ((fmi2DoStepTYPE *)u->step)(u->component, t, h, forward);
+  fmi3Boolean event = 0, end = 0, early = 0;
+  double reached;
+  const int status = (int)((fmi3DoStepTYPE *)u->step)(u->component, t, h, forward != 0, &event, &end, &early, &reached);
+  if (BAD(status)) return status;
+  if (end) return snprintf(u->said, UNIT_TEXT, "the FMU ends the simulation"), FAILED;
+  if (early) return snprintf(u->said, UNIT_TEXT, "doStep returns early, which was not allowed"), FAILED;
+  return 0;
+}
+
+/* 0 if the library has all that is called */
+static int look_up(unit *u) {
+  static const char *const NEEDED[] = {"EnterInitializationMode", "ExitInitializationMode", "Terminate",
+                                       "FreeInstance"};
+  const int two = u->fmi == 2;
+  int lacks = !function(u, two ? "Instantiate" : "InstantiateCoSimulation") || (two && !function(u, "SetupExperiment"));
+  for (size_t k = 0; k < sizeof NEEDED / sizeof *NEEDED; k++) lacks |= !function(u, NEEDED[k]);
+  if (u->n_structural) lacks |= !function(u, "EnterConfigurationMode") || !function(u, "ExitConfigurationMode");
+  for (int64_t k = 0; k < u->n_sets; k++) lacks |= !(u->sets[k].call = accessor(u, "Set", u->sets[k].type));
+  for (int64_t k = 0; k < u->n_gets; k++) lacks |= !(u->gets[k].call = accessor(u, "Get", u->gets[k].type));
+  return lacks | !(u->step = function(u, "DoStep"));
+}
+
+static int configure(const unit *u) {
+  if (!u->n_structural) return 0;
+  return BAD(CALL(fmi3EnterConfigurationModeTYPE, EnterConfigurationMode)(u->component)) ||
+         tell(u, u->structural, u->n_structural) ||
+         BAD(CALL(fmi3ExitConfigurationModeTYPE, ExitConfigurationMode)(u->component));
+}
 
 int unit_open(unit *u, const char *root, char *why, size_t size) {
-  static const char *const NEEDED[] = {"EnterInitializationMode", "ExitInitializationMode", "DoStep", "Terminate",
-                                       "FreeInstance"};
-  const int two = u->master->kind == MASTER_FMI2;
   char *path = joined(root, u->library, 0);
   u->loaded = path ? library_open(path, u->said, UNIT_TEXT) : NULL;
   free(path);
   if (!u->loaded) return refuse(u, why, size, "its library cannot be loaded");
   u->said[0] = 0;
-  for (size_t k = 0; k < sizeof NEEDED / sizeof *NEEDED; k++)
-    if (!function(u, NEEDED[k])) return refuse(u, why, size, "its library lacks functions of the standard");
-  u->master->set = function(u, two ? "SetReal" : "SetFloat64");
-  u->master->get = function(u, two ? "GetReal" : "GetFloat64");
-  u->master->step = function(u, "DoStep");
-  if (!u->master->set || !u->master->get || !function(u, two ? "Instantiate" : "InstantiateCoSimulation") ||
-      (two && !function(u, "SetupExperiment")))
-    return refuse(u, why, size, "its library lacks functions of the standard");
+  if (look_up(u)) return refuse(u, why, size, "its library lacks functions of the standard");
   if (make(u, root)) return refuse(u, why, size, "cannot be instantiated");
-  for (int64_t k = 0; k < u->n_parameters; k++)
-    if (tell(u, u->parameters + k)) return refuse(u, why, size, "refuses a parameter");
+  u->master->self = u;
+  u->master->set = (void (*)(void))put_values;
+  u->master->get = (void (*)(void))get_values;
+  u->master->step = (void (*)(void))make_step;
+  if (configure(u) || tell(u, u->parameters, u->n_parameters)) return refuse(u, why, size, "refuses a parameter");
   return 0;
 }
 
 int unit_start(unit *u, double *values, char *why, size_t size) {
   master_unit *m = u->master;
-  const int two = m->kind == MASTER_FMI2;
   int bad;
-  if (two)
-    bad = BAD(CALL(fmi2SetupExperimentTYPE, SetupExperiment)(m->self, 0, 0, 0, 0, 0)) ||
-          BAD(CALL(fmi2EnterInitializationModeTYPE, EnterInitializationMode)(m->self));
-  else bad = BAD(CALL(fmi3EnterInitializationModeTYPE, EnterInitializationMode)(m->self, 0, 0, 0, 0, 0));
-  for (int64_t k = 0; !bad && k < u->n_inputs; k++) bad = tell(u, u->inputs + k);
+  if (u->fmi == 2)
+    bad = BAD(CALL(fmi2SetupExperimentTYPE, SetupExperiment)(u->component, 0, 0, 0, 0, 0)) ||
+          BAD(CALL(fmi2EnterInitializationModeTYPE, EnterInitializationMode)(u->component));
+  else bad = BAD(CALL(fmi3EnterInitializationModeTYPE, EnterInitializationMode)(u->component, 0, 0, 0, 0, 0));
   for (int64_t k = 0; k < m->n_in; k++)
     if (m->source[k] >= 0) m->u[k] = values[m->source[k]];
-  const size_t n_in = (size_t)m->n_in, n_out = (size_t)m->n_out, n_put = (size_t)m->n_vr_in,
-               n_get = (size_t)m->n_vr_out;
-  if (!bad && n_in)
-    bad = two ? BAD(((fmi2SetRealTYPE *)m->set)(m->self, m->vr_in, n_put, m->u))
-              : BAD(((fmi3SetFloat64TYPE *)m->set)(m->self, m->vr_in, n_put, m->u, n_in));
-  if (!bad)
-    bad = two ? BAD(CALL(fmi2ExitInitializationModeTYPE, ExitInitializationMode)(m->self))
-              : BAD(CALL(fmi3ExitInitializationModeTYPE, ExitInitializationMode)(m->self));
-  double *y = values + m->first;
-  if (!bad && n_out)
-    bad = two ? BAD(((fmi2GetRealTYPE *)m->get)(m->self, m->vr_out, n_get, y))
-              : BAD(((fmi3GetFloat64TYPE *)m->get)(m->self, m->vr_out, n_get, y, n_out));
+  bad = bad || tell(u, u->inputs, u->n_inputs) || put_values(u, m->vr_in, (size_t)m->n_vr_in, m->u);
+  if (!bad && u->fmi == 2) bad = BAD(CALL(fmi2ExitInitializationModeTYPE, ExitInitializationMode)(u->component));
+  if (!bad && u->fmi == 3) bad = BAD(CALL(fmi3ExitInitializationModeTYPE, ExitInitializationMode)(u->component));
+  bad = bad || get_values(u, m->vr_out, (size_t)m->n_vr_out, values + m->first);
   return bad ? refuse(u, why, size, "refuses the initialisation") : 0;
 }
 
 void unit_close(unit *u) {
-  if (u->loaded && u->master->self) {
-    if (u->master->kind == MASTER_FMI2) CALL(fmi2FreeInstanceTYPE, FreeInstance)(u->master->self);
-    else CALL(fmi3FreeInstanceTYPE, FreeInstance)(u->master->self);
+  if (u->loaded && u->component) {
+    if (u->fmi == 2) CALL(fmi2FreeInstanceTYPE, FreeInstance)(u->component);
+    else CALL(fmi3FreeInstanceTYPE, FreeInstance)(u->component);
   }
   if (u->loaded) library_close(u->loaded);
   free(u->callbacks);
-  u->master->self = u->loaded = u->callbacks = NULL;
+  u->component = u->loaded = u->callbacks = NULL;
 }

@@ -87,12 +87,12 @@ static inline int copy(master_unit *u, const span *s, const double *values) {
 }
 
 static inline int step_unit(master_unit *u, double t, double h) {
-  unsigned char event, end, early;
+  unsigned char event = 0, end = 0, early = 0; /* end, early: an FMU that ends the simulation is not stepped on */
   double reached;
   u->t = t + h;
   if (u->kind == MASTER_GRAPH) return hyst_graph_step(u->self, u->t, h) != HYST_E_OK;
   if (u->kind == MASTER_FMI2) return ((fmi2_step)u->step)(u->self, t, h, !u->rollback) > WARNING;
-  return ((fmi3_step)u->step)(u->self, t, h, !u->rollback, &event, &end, &early, &reached) > WARNING;
+  return ((fmi3_step)u->step)(u->self, t, h, !u->rollback, &event, &end, &early, &reached) > WARNING || end || early;
 }
 
 static inline int advance_unit(const master *m, master_unit *u, const span *s) {

@@ -1,9 +1,14 @@
-"""Run a scenario by every engine; their results must have the same bits."""
+"""Run a scenario by every engine, and a container; their results must have the same bits."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import fmpy
+import numpy as np
+from fmpy.fmi2 import FMU2Slave
+
+from hystfmu.base.arrays import Array
 from hystfmu.scenario import Scenario, build, simulate
 from hystfmu.scenario.engine.master import ENGINES
 from hystfmu.scenario.outcome.trace import Trace
@@ -21,3 +26,27 @@ def same(*systems: System) -> Trace:
     assert len({t.values.tobytes() for t in traces}) == 1
     assert len({(t.sweeps.all, t.sweeps.most) for t in traces}) == 1
     return traces[0]
+
+
+def boxed(fmu: Path, folder: Path, h: float, n: int) -> dict[str, Array]:
+    """Rows 0 to n of all outputs of a container by their ends (`unit.output`); steps of h at t = k h."""
+    description = fmpy.read_model_description(str(fmu))
+    slave = FMU2Slave(
+        guid=description.guid,
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        unzipDirectory=fmpy.extract(str(fmu), str(folder)),
+        instanceName="box",
+    )
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    read = [(getattr(slave, f"get{v.type}"), v.valueReference) for v in description.modelVariables]
+    rows = []
+    for k in range(n + 1):
+        if k:
+            slave.doStep((k - 1) * h, h)
+        rows.append([float(get([reference])[0]) for get, reference in read])
+    slave.terminate()
+    slave.freeInstance()
+    return {v.description: x for v, x in zip(description.modelVariables, np.array(rows).T, strict=True)}

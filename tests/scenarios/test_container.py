@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import fmpy
 import numpy as np
 import pytest
+import tomli_w
 from click.testing import CliRunner
-from engines import ready
+from drawn_unit import Variable, drawn_fmu
+from engines import boxed, ready
 from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
-from hystfmu.base.arrays import Array
 from hystfmu.cli import main
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph import Graph, Node
@@ -53,30 +57,6 @@ def written(folder: Path, out: Path) -> None:
     assert result.exit_code == 0, result.output
 
 
-def stepped(fmu: Path, folder: Path, h: float, n: int) -> dict[str, Array]:
-    """Rows 0 to n of all outputs; steps of h at t = k h."""
-    description = fmpy.read_model_description(str(fmu))
-    slave = FMU2Slave(
-        guid=description.guid,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        unzipDirectory=fmpy.extract(str(fmu), str(folder)),
-        instanceName="box",
-    )
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
-    names = [v.name for v in description.modelVariables]
-    references = [v.valueReference for v in description.modelVariables]
-    rows = [slave.getReal(references)]
-    for k in range(n):
-        slave.doStep(k * h, h)
-        rows.append(slave.getReal(references))
-    slave.terminate()
-    slave.freeInstance()
-    return dict(zip(names, np.array(rows).T, strict=True))
-
-
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 def test_the_container_has_the_bits_of_the_run(foreign: Any, tmp_path: Path, fmi: int, coupling: str) -> None:
@@ -84,9 +64,9 @@ def test_the_container_has_the_bits_of_the_run(foreign: Any, tmp_path: Path, fmi
     written(folder, tmp_path / "box.fmu")
     system = ready(folder)
     ours = simulate(system, "native")
-    got = stepped(tmp_path / "box.fmu", tmp_path / "box", 1e-4, system.n_steps)
+    got = boxed(tmp_path / "box.fmu", tmp_path / "box", 1e-4, system.n_steps)
     for end in system.columns:
-        assert got[end.replace(".", "_")].tobytes() == ours[end].tobytes(), end
+        assert got[end].tobytes() == ours[end].tobytes(), end
     assert np.ptp(ours["plant.y"]) > 0.1
 
 
@@ -96,7 +76,7 @@ def test_fine_units_and_several_steps_at_once(foreign: Any, loop: Any, tmp_path:
     written(folder, tmp_path / "box.fmu")
     system = ready(folder)
     ours = simulate(system, "native")["plant.y"][::12]
-    got = stepped(tmp_path / "box.fmu", tmp_path / "box", 3e-4, len(ours) - 1)["plant_y"]
+    got = boxed(tmp_path / "box.fmu", tmp_path / "box", 3e-4, len(ours) - 1)["plant.y"]
     assert got.tobytes() == ours.tobytes()
 
 
@@ -116,29 +96,98 @@ def test_a_reference_fmu_in_a_container(loop: Any, write: Any, measured: Path, t
     written(folder, tmp_path / "box.fmu")
     system = ready(folder)
     ours = simulate(system, "native")
-    got = stepped(tmp_path / "box.fmu", tmp_path / "box", 1e-4, system.n_steps)
-    assert got["plant_y"].tobytes() == ours["plant.y"].tobytes()
-    assert not [n for n in got if "Boolean" in n]
+    got = boxed(tmp_path / "box.fmu", tmp_path / "box", 1e-4, system.n_steps)
+    assert got["plant.y"].tobytes() == ours["plant.y"].tobytes()
+    assert set(got) == set(ours.columns)
 
 
-def test_signals_that_are_no_real_numbers_cannot_be_connected(
-    loop: Any, write: Any, measured: Path, tmp_path: Path
-) -> None:
-    original = measured / "reference_fmus" / "fmi3" / "Feedthrough.fmu"
-    if not original.exists():
-        pytest.skip(f"no {original}")
-    loop["units"]["wire"] = {"fmu": "Feedthrough.fmu"}
-    loop["order"] = ["plant", "reference", "pid", "wire"]
-    loop["connections"]["wire.Int32_input"] = "pid.u"
-    folder = Path(write(loop))
-    (folder / "Feedthrough.fmu").write_bytes(original.read_bytes())
-    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "box.fmu")])
+VARIABLES = [
+    Variable("text", "String", "parameter", ("start",)),
+    Variable("whole", "Integer", "parameter", (3,)),
+    Variable("truth", "Boolean", "parameter", (False,)),
+    Variable("n", "Integer", "input", (0,)),
+    Variable("on", "Boolean", "input", (False,)),
+    Variable("k", "Integer", "output", (0,)),
+    Variable("b", "Boolean", "output", (False,)),
+]
+
+
+def typed(write: Any, fmi: int = 2, **changes: Any) -> Path:
+    """A loop with a foreign unit whose variables are no real numbers."""
+    unit = {"fmu": "x.fmu", "set": {"text": "a b", "whole": 7, "truth": True}, "inputs": {"on": 1.0}}
+    data = {
+        "name": "typed",
+        "step": 1e-3,
+        "stop": 0.01,
+        "order": ["reference", "x"],
+        "units": {"reference": {"block": "reference", "values": {"amplitude": 3.0, "frequency": 60.0}}, "x": unit},
+        "connections": {"x.n": "reference.r"},
+        "record": ["x.k", "x.b"],
+        "metrics": {"p": {"kind": "final", "signal": "x.k"}},
+    }
+    folder = Path(write(data | changes))
+    words = {"Integer": "Int32"} if fmi == 3 else {}
+    drawn_fmu(folder / "x.fmu", fmi, [replace(v, type=words.get(v.type, v.type)) for v in VARIABLES])
+    return folder
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_texts_whole_numbers_and_booleans(write: Any, tmp_path: Path, fmi: int) -> None:
+    folder = typed(write, fmi)
+    written(folder, tmp_path / "box.fmu")
+    system = ready(folder)
+    ours = simulate(system, "native")
+    got = boxed(tmp_path / "box.fmu", tmp_path / "box", 1e-3, system.n_steps)
+    assert {end: got[end].tobytes() for end in got} == {end: ours[end].tobytes() for end in ours.columns}
+    description = fmpy.read_model_description(str(tmp_path / "box.fmu"))
+    kinds = {v.name: (v.type, v.variability) for v in description.modelVariables}
+    assert (kinds["x_k"], kinds["x_b"]) == (("Integer", "discrete"), ("Boolean", "discrete"))
+    assert kinds["reference_r"] == ("Real", "continuous")
+
+
+def test_a_number_that_does_not_fit_names_its_input(write: Any, tmp_path: Path) -> None:
+    reference = {"amplitude": 3e9, "frequency": 60.0}
+    folder = typed(write)
+    data = tomllib.loads((folder / "scenario.toml").read_text())
+    data["units"]["reference"]["values"] = reference
+    folder = Path(write(data))
+    written(folder, tmp_path / "box.fmu")
+    line = tried(Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box"))), 5)[0]
+    assert re.fullmatch(r"unit 'x' refuses the step from t = 0\.\d+ s: n: -?\S+ does not fit the type Integer", line)
+    data["units"]["x"]["inputs"]["on"], data["units"]["x"]["set"]["whole"] = 1.0, 2**31
+    result = CliRunner().invoke(main, ["ssp", str(write(data)), "-o", str(tmp_path / "other.fmu")])
     assert result.exit_code == 2
-    assert "wire.Int32_input: a container connects real inputs and outputs" in result.output
+    assert "units.x: whole: 2.14748e+09 does not fit the type Integer" in result.output
 
 
-def tried(folder: Path) -> list[str]:
-    """What an instance logs when it is made and makes a step; nothing if all goes well."""
+def test_outputs_of_one_name_are_refused(write: Any, tmp_path: Path) -> None:
+    folder = typed(write)
+    data = tomllib.loads((folder / "scenario.toml").read_text())
+    variables = [*VARIABLES, Variable("k_k", "Integer", "output", (0,))]
+    drawn_fmu(folder / "x.fmu", 2, variables)
+    data["units"]["x_k"], data["order"] = data["units"]["x"], ["reference", "x", "x_k"]
+    data["connections"]["x_k.n"] = "reference.r"
+    result = CliRunner().invoke(main, ["ssp", str(write(data)), "-o", str(tmp_path / "box.fmu")])
+    assert result.exit_code == 2
+    assert "x.k_k and x_k.k: both outputs would be called x_k_k in a container" in result.output
+
+
+def test_events_between_steps_are_refused(foreign: Any, loop: Any, tmp_path: Path) -> None:
+    loop["units"]["reference"]["values"] |= {"shape": "triangle", "frequency": 33.0}
+    folder = foreign()
+    data = tomllib.loads((folder / "scenario.toml").read_text())
+    data["units"]["reference"]["values"]["shape"] = "triangle"
+    (folder / "scenario.toml").write_text(tomli_w.dumps(data))
+    written(folder, tmp_path / "box.fmu")
+    data["coupling"]["events"] = "located"
+    (folder / "scenario.toml").write_text(tomli_w.dumps(data))
+    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "other.fmu")])
+    assert result.exit_code == 2
+    assert "coupling.events: a container locates no events between steps; choose 'grid'" in result.output
+
+
+def tried(folder: Path, n: int = 1) -> list[str]:
+    """What an instance logs when it is made and makes n steps; nothing if all goes well."""
     said: list[str] = []
     callbacks = fmi2CallbackFunctions()
     callbacks.logger = fmi2CallbackLoggerTYPE(lambda _c, _n, _s, _k, m: said.append(m.decode()))
@@ -155,7 +204,9 @@ def tried(folder: Path) -> list[str]:
         slave.setupExperiment(startTime=0.0)
         slave.enterInitializationMode()
         slave.exitInitializationMode()
-        slave.doStep(0.0, 1e-4)
+        h = float(description.defaultExperiment.stepSize)
+        for k in range(n):
+            slave.doStep(k * h, h)
     except Exception:
         assert said
     if slave.component is not None:

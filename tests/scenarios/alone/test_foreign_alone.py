@@ -62,9 +62,23 @@ def test_inputs_come_before_outputs_in_the_order_of_the_file() -> None:
     assert f.ports[1].scalar_names == ("a_1", "a_2", "a_3")
 
 
-def test_start_values_that_are_not_finite_or_missing_are_zero() -> None:
-    f = unit(variable("a", start="nan"), variable("b", start="inf"), variable("c", start=""), variable("d"))
-    assert [p.start for p in f.ports] == [(0.0,)] * 4
+def test_start_values_that_are_missing_are_zero_and_so_are_outputs_that_are_not_finite() -> None:
+    outputs = [variable("a", "output", start="nan"), variable("b", "output", start="-inf")]
+    f = unit(*outputs, variable("c", start=""), variable("d"), variable("e", start="inf"))
+    assert {p.name: p.start for p in f.ports} == dict.fromkeys("abcd", (0.0,)) | {"e": (np.inf,)}
+
+
+@pytest.mark.parametrize(
+    ("kind", "start", "good"),
+    [("Int8", "-128", -128.0), ("UInt64", str(2**64 - 1), 2**64 - 1), ("Boolean", "true", 1.0)]
+    + [(k, x, None) for k, x in [("Int8", "128"), ("Int32", "0.5"), ("UInt8", "-1"), ("Boolean", "2")]],
+)
+def test_start_values_as_their_types(kind: str, start: str, good: float | None) -> None:
+    if good is not None:
+        assert unit(variable("a", type_=kind, start=start)).ports[0].start == (good,)
+        return
+    with pytest.raises(InputError, match=rf"x\.fmu: a: the start value must be a number of the type {kind}\. Got '"):
+        unit(variable("a", type_=kind, start=start))
 
 
 def test_too_many_elements_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,8 +135,9 @@ PARAMETERS = (
 @pytest.mark.parametrize(
     ("name", "value", "want"),
     [
-        ("p", 2, 2.0), ("p", "*2", 3.0), ("p", "2.5", 2.5), ("i", 4, 4.0), ("i", "*2", 6.0), ("b", True, True),
+        ("p", 2, 2.0), ("p", "*2", 3.0), ("p", "2.5", 2.5), ("i", 4, 4), ("i", "*2", 6), ("b", True, True),
         ("b", 0, False), ("b", 1, True), ("s", 3, "3"), ("v", [3, 4.5], [3.0, 4.5]), ("v", "*2", [2.0, 4.0]),
+        ("i", 4.0, 4), ("w", [1, 2.0], [1, 2]), ("w", "*3", [3, 6]),
     ],
 )  # fmt: skip
 def test_a_value_of_a_parameter(name: str, value: Any, want: Any) -> None:
@@ -142,9 +157,13 @@ def test_a_value_of_a_parameter(name: str, value: Any, want: Any) -> None:
         ("b", 2, "b: must be true or false; got 2"),
         ("b", "true", "b: must be true or false; got 'true'"),
         ("x", 1, "x: a parameter of type Binary cannot be set in a scenario"),
-        ("w", [1, 2], "w: an array of type Int32 cannot be set in a scenario"),
+        ("w", [1, 2.5], "w: must be a whole number; got 2.5"),
+        ("i", 2**31, "i: 2.14748e+09 does not fit the type Int32"),
+        ("i", float("inf"), "i: must be a whole number; got inf"),
+        ("n", -1, "n: -1 does not fit the type UInt64"),
+        ("s", "a\0b", "s: must have no NUL character; got 'a\\x00b'"),
         ("v", 1, "v: must be a list of numbers or '*' and a number; got 1"),
-        ("v", ["a", 1], "v: must be a list of numbers or '*' and a number; got ['a', 1]"),
+        ("v", ["a", 1], "v: must be a number or '*' and a number; got 'a'"),
         ("v", [1, 2, 3], "v: must have 2 elements; got 3"),
     ],
 )

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawn_unit import Variable, drawn_fmu
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
@@ -17,8 +18,9 @@ from hystfmu.graph import Graph, Node
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp import coupling
 from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
-from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, SSV, Ssp, read_ssp
-from hystfmu.scenario.ssp.write import SSC, _changes, _handed
+from hystfmu.scenario.ssp.parameter_set import SSV, changes
+from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
+from hystfmu.scenario.ssp.write import SSC, _handed
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, UnitSpec
 
@@ -88,6 +90,14 @@ def read(folder: Path, step: float | None = 0.25, stop: float | None = None, **m
     return read_ssp(archive(folder, **more), step, stop)
 
 
+def two(folder: Path) -> dict[str, bytes]:
+    """Both FMUs with inputs u, w and c, of which c is no connector, and an output y."""
+    ends = [Variable(name, "Real", "input", (0.0,)) for name in ("u", "w", "c")]
+    drawn_fmu(folder / "x.fmu", 2, [*ends, Variable("y", "Real", "output", (0.0,))])
+    content = (folder / "x.fmu").read_bytes()
+    return {"resources/a.fmu": content, "resources/b.fmu": content}
+
+
 # ---- what is read --------------------------------------------------------------------------------------------------
 def test_a_system_becomes_a_case(tmp_path: Path) -> None:
     found = read(tmp_path)
@@ -132,23 +142,27 @@ def test_values_of_every_kind(tmp_path: Path) -> None:
         value("p", "1.5"), value("n", "3", "Integer"), value("m", "4", "UInt8"), value("k", "5", "Int64"),
         value("f", "0.5", "Float32"), value("e", "2", "Enumeration"), value("s", "text", "String"),
         value("t", "true", "Boolean"), value("o", "1", "Boolean"), value("x", "0", "Boolean"),
-        value("w", "7.5"), value("u", "9"),
+        value("w", "7.5"), value("u", "9"), value("c", "true", "Boolean"), value("l", "9007199254740993", "Int64"),
     ]  # fmt: skip
     elements = component("a", values(*listed)) + component("b", values(value("q", "2"), prefix="z."))
     shared = values(value("a.p", "9"), value("a.own", "6"), value("b.w", "8"))
-    units = read(tmp_path, elements=elements, shared=shared).case.units
+    units = read(tmp_path, elements=elements, shared=shared, files=two(tmp_path)).case.units
     assert units["a"].set == {
         "own": 6.0, "p": 1.5, "n": 3.0, "m": 4.0, "k": 5.0, "f": 0.5, "e": 2.0, "s": "text", "t": True, "o": True,
-        "x": False,
+        "x": False, "l": 2**53 + 1,
     }  # fmt: skip
-    assert units["a"].inputs == {"w": 7.5}, "u is driven: its start value is of no use"
+    assert units["a"].inputs == {"w": 7.5, "c": 1.0}, "u is driven: its start value is of no use"
     assert (units["b"].set, units["b"].inputs) == ({"z.q": 2.0}, {"w": 8.0})
+    elements = component("a", values(value("w", "text", "String"))) + component("b")
+    with pytest.raises(InputError, match=r"a: w: an input must be a number\. Got 'text' instead\."):
+        read(tmp_path, elements=elements, files=two(tmp_path))
 
 
 def test_values_in_a_file_of_the_archive(tmp_path: Path) -> None:
     bound = '<d:ParameterBindings><d:ParameterBinding source="resources/v.ssv"/></d:ParameterBindings>'
     file = f'<v:ParameterSet xmlns:v="{SSV}"><v:Parameters>{value("p", "2.5")}</v:Parameters></v:ParameterSet>'
-    found = read(tmp_path, elements=component("a", bound), wires="", files={"resources/v.ssv": file})
+    files = two(tmp_path) | {"resources/v.ssv": file.encode()}
+    found = read(tmp_path, elements=component("a", bound), wires="", files=files)
     assert found.case.units["a"].set == {"p": 2.5}
 
 
@@ -188,6 +202,10 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
         (
             {"elements": component("a", values(value("p", "1", "Binary")))},
             "ParameterValues: p: a value of type Binary is not read",
+        ),
+        (
+            {"elements": component("a", values(value("p", "yes", "Boolean")))},
+            "ParameterValues: p: must be true or false; got 'yes'",
         ),
         ({"elements": component("a", values(value("p", "z")))}, "ParameterValues: p: must be a number; got 'z'"),
         ({"wires": wire("a.y", "c.u")}, "a connection names c.u, which does not exist"),
@@ -397,12 +415,28 @@ def test_what_connected_inputs_are_handed() -> None:
 
 def test_values_that_a_foreign_unit_is_given() -> None:
     foreign = object.__new__(Foreign)
-    ports = [SimpleNamespace(scalar_names=("u", "v"), start=(1.0, 2.0))]
+    kinds = {"p": "Int32", "q": "Real", "s": "String", "t": "Boolean", "l": "UInt64", "a": "Real"}
+    variables = [SimpleNamespace(name=name, type=kind) for name, kind in kinds.items()]
+    port = SimpleNamespace(name="u", type="Boolean")
+    ports = [
+        SimpleNamespace(scalar_names=("u",), start=(1.0,), size=1, variable=port),
+        SimpleNamespace(scalar_names=("v",), start=(0.0,), size=1, variable=port),
+        SimpleNamespace(scalar_names=("z",), start=(0.0,), size=1, variable=SimpleNamespace(name="z", type="Real")),
+    ]
     object.__setattr__(foreign, "ports", ports)
-    object.__setattr__(foreign, "settings", {"p": 3, "s": "text", "t": True})
-    part: Any = SimpleNamespace(name="x", graph=foreign, constants={"u": 1.0, "v": 5.0})
-    assert _changes(part) == {"p": 3.0, "v": 5.0}
-    object.__setattr__(foreign, "settings", {"a": [1.0]})
-    with pytest.raises(InputError, match=r"^x\.a: a parameter that is an array has no place in an SSP$"):
-        _changes(part)
-    assert _changes(SimpleNamespace(graph=None)) == {}  # type: ignore[arg-type]
+    object.__setattr__(foreign, "description", SimpleNamespace(modelVariables=variables))
+    object.__setattr__(foreign, "settings", {"p": 3, "q": 3.0, "s": "text", "t": True, "l": 2**33})
+    part: Any = SimpleNamespace(name="x", graph=foreign, constants={"u": 1.0, "v": 1.0, "z": -0.0})
+    found = changes(part, "here")
+    assert found == {"p": 3, "q": 3.0, "s": "text", "t": True, "l": 2.0**33, "v": True, "z": 0.0}
+    assert [type(x) for x in found.values()] == [int, float, str, bool, float, bool, float]
+    for name, value, why in [
+        ("a", [1.0], "the value of an array has no place in an SSP"),
+        ("l", 2**53 + 1, f"{2**53 + 1} has no place in an SSP: no Integer and no Real holds it"),
+        ("s", "a\x01", "'a\\x01' has no place in an SSP: XML has no such characters"),
+        ("q", np.inf, "inf has no place in an SSP: no Integer and no Real holds it"),
+    ]:
+        object.__setattr__(foreign, "settings", {name: value})
+        with pytest.raises(InputError, match=rf"^here: x\.{name}: {re.escape(why)}$"):
+            changes(part, "here")
+    assert changes(SimpleNamespace(graph=None), "here") == {}  # type: ignore[arg-type]

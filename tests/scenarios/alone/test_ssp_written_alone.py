@@ -17,9 +17,10 @@ from hystfmu.base.errors import InputError
 from hystfmu.scenario.outcome import plots
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.ssp import run as ssp_run
-from hystfmu.scenario.ssp.container import _bits, _check, _description, _list, _places, _string, _system, _told, _unit
+from hystfmu.scenario.ssp.container import _bits, _check, _description, _list, _string, _system, _told, _unit
 from hystfmu.scenario.ssp.joined import joined
-from hystfmu.scenario.ssp.write import SSC, SSD, _experiment, _reference, _structure, _values, _with_starts, write_ssp
+from hystfmu.scenario.ssp.parameter_set import parameter_set
+from hystfmu.scenario.ssp.write import SSC, SSD, _experiment, _reference, _structure, _with_starts, write_ssp
 from hystfmu.scenario.system.spec import MetricSpec
 from hystfmu.scenario.system.system import System, build
 
@@ -84,7 +85,7 @@ def test_times_and_coupling_travel_along(system: System) -> None:
 
 
 def test_values_and_the_reference_result(system: System) -> None:
-    root = ET.fromstring(_values("x", {"p": 1 / 3, "q": 2.0}, "1.0"))
+    root = ET.fromstring(parameter_set("x", {"p": 1 / 3, "q": 2.0}, "1.0"))
     found = [(p.get("name"), p[0].get("value")) for p in root.iter() if p.tag.endswith("}Parameter")]
     assert found == [("p", repr(1 / 3)), ("q", "2.0")]
     trace = Trace(np.array([0.0, 0.5]), np.arange(2.0 * system.n_values).reshape(2, -1), system.columns, 1)
@@ -147,25 +148,26 @@ def test_an_algebraic_loop_is_cut_where_a_value_is_late(loop: Any, write: Any) -
 def test_numbers_and_texts_of_a_system_file() -> None:
     assert _bits(1.5) == struct.pack(">d", 1.5).hex() == "3ff8000000000000"
     assert [_string(t) for t in ("a_B-9/{x}~.:", "a b", "ä%", "")] == ["a_B-9/{x}~.:", "a%20b", "%C3%A4%25", "%"]
-    assert [_list([]), _list([3, 5])] == ["0", "2 3 5"]
+    assert [_list([]), _list(["3", "5"])] == ["0", "2 3 5"]
 
 
 def test_a_system_file_by_hand(system: System) -> None:
-    places = _places(system)
-    assert places == system.columns
-    head = _system(system, places, ["unit ..."]).splitlines()
+    places = system.columns
+    head = _system(system, ["unit ..."]).splitlines()
     assert head[0] == f"coupling 0 1 {_bits(1e-4)} {_bits(1e-4)}"
-    assert head[1].split()[:2] == ["values", str(len(places))]
+    assert head[1].split()[:3] == ["values", str(len(places)), "d"]
     assert head[2:] == ["units 3", "unit ..."]
     files: dict[str, bytes] = {}
-    lines = _unit(system, 2, places, files)
-    ports = {n: p.reference + i for p in system.parts[2].own.ports for i, n in enumerate(p.scalar_names)}
+    lines = _unit(system, 2, files)
+    part = system.parts[2]
+    ports = {n: p.reference + i for p in part.own.ports for i, n in enumerate(p.scalar_names)}
     assert lines[1:] == [
-        "parameters 0 ",
-        f"inputs 1 r {ports['u_ff']} 1 {_bits(0.125)}",
-        f"connected 2 {ports['y_d']} {ports['y']} 2 "
-        f"{places['reference.r']} {_bits(0.0)} {places['plant.y']} {_bits(0.0)}",
-        f"outputs {_list(ports[n] for n in system.parts[2].outputs)} {len(system.parts[2].outputs)}",
+        "structural 0",
+        "parameters 0",
+        f"inputs 1 d {ports['u_ff']} 1 {_bits(0.125)}",
+        f"connected 2 2 d y_d {ports['y_d']} 1 {places['reference.r']} {_bits(0.0)} "
+        f"d y {ports['y']} 1 {places['plant.y']} {_bits(0.0)}",
+        f"outputs {len(part.outputs)} {len(part.outputs)} " + " ".join(f"d {n} {ports[n]} 1" for n in part.outputs),
     ]
     assert lines[0].startswith("unit pid 2 units/own/")
     assert lines[0].endswith(f" 1 1 {_bits(1e-4)} {places['pid.u']}")
@@ -173,7 +175,7 @@ def test_a_system_file_by_hand(system: System) -> None:
 
 
 def test_the_description_of_a_container(system: System) -> None:
-    root = ET.fromstring(_description(system, _places(system), "x", "token"))
+    root = ET.fromstring(_description(system, "x", "token"))
     assert (root.get("guid"), root.get("description")) == (
         "token", "3 units, stepped in the order plant, reference, pid",
     )  # fmt: skip
@@ -199,14 +201,20 @@ def test_what_a_container_does_not_step(loop: Any, write: Any) -> None:
         _check(ready(write(loop)))
 
 
-def test_parameters_of_a_container(system: System) -> None:
-    part = system.parts[0]
-    assert _told(system, part, "r", 3, 1.5) == f"r 3 1 {_bits(1.5)}"
-    assert _told(system, part, "b", 3, True) == f"b 3 1 {_bits(1.0)}"
-    assert _told(system, part, "s", 3, "a b") == "s 3 1 a%20b"
-    for kind, value in [(None, 1.0), ("r", [1.0])]:
-        with pytest.raises(InputError, match="plant: a container sets no parameter of that type"):
-            _told(system, part, kind, 3, value)
+def test_values_of_a_container_as_their_types(system: System) -> None:
+    def told(kind: str, *values: Any) -> str:
+        return _told(system, system.parts[0], SimpleNamespace(name="p", type=kind), 3, values)
+
+    assert _told(system, system.parts[0], None, 3, [1.5]) == f"d 3 1 {_bits(1.5)}"
+    assert told("Real", 1.5, -0.0) == f"d 3 2 {_bits(1.5)} {_bits(-0.0)}"
+    assert told("Boolean", True) == "? 3 1 1"
+    assert told("String", "a b") == "s 3 1 a%20b"
+    assert told("Integer", 2.5) == "i 3 1 2"
+    assert told("UInt64", 2**64 - 1) == "Q 3 1 18446744073709551615"
+    with pytest.raises(InputError, match=r"plant\.p: a container sets no values of type Binary"):
+        told("Binary", 1.0)
+    with pytest.raises(InputError, match=r"plant\.p: 300 does not fit the type Int8"):
+        told("Int8", 300.0)
 
 
 # ---- held against a reference --------------------------------------------------------------------------------------

@@ -205,7 +205,8 @@ class Instance:
         try:
             get = self._method("get", v)
             size = count(v) if n is None else n
-            return tuple(map(float, get(references, size) if self.version == 3 else get(references)))
+            values = get(references, size) if self.version == 3 else get(references)
+            return tuple(map(float, map(bool, values) if v.type == "Boolean" else values))
         except Exception as e:
             raise Finding(f"{v.name} (value reference {v.valueReference}) cannot be read: {e}") from None
 

@@ -66,7 +66,7 @@ class Simulated:
                 self.made.call(f"setting {name}", "setString", [v.valueReference], [value])
             else:
                 values = value if isinstance(value, list) else [value]
-                self.made.set(v, [carried(v, float(x)) for x in values])
+                self.made.set(v, [carried(v, x) for x in values])
 
     def start(self, t: float, u: Sequence[float], constants: Sequence[tuple[Any, Sequence[float]]] = ()) -> None:
         """Initialize at t (s) with the inputs u and the given constant inputs."""

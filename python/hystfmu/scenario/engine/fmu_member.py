@@ -20,6 +20,8 @@ from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import Part, System
 
+_ERROR = 3
+
 
 def _references(values: Sequence[int]) -> C.Array[C.c_uint32]:
     return (C.c_uint32 * len(values))(*values)
@@ -38,6 +40,12 @@ def _callbacks(log: Callable[..., None]) -> Any:
 
 def _size(values: C.Array[Any]) -> Any:
     return C.c_size_t.from_param(len(values))
+
+
+def _not_ended(step: Callable[[], int], end: C.c_bool, early: C.c_bool) -> int:
+    """Make a step; an FMU that ends the simulation is not stepped on."""
+    status = step()
+    return status if status > 1 or not (end.value or early.value) else _ERROR
 
 
 class FmuMember(SteppedMember):
@@ -99,8 +107,11 @@ class FmuMember(SteppedMember):
         else:
             put = partial(dll["fmi3SetFloat64"], instance, *inputs, u, n_u)
             get = partial(dll["fmi3GetFloat64"], instance, *outputs, C.byref(y), n_y)
-            told = [C.byref(C.c_bool()), C.byref(C.c_bool()), C.byref(C.c_bool()), C.byref(C.c_double())]
+            event, end, early, reached = C.c_bool(), C.c_bool(), C.c_bool(), C.c_double()
+            told = [C.byref(event), C.byref(end), C.byref(early), C.byref(reached)]
             do = partial(dll["fmi3DoStep"], instance, self._t, h, C.c_bool.from_param(forward), *told)
+            if isinstance(part.graph, Foreign):
+                do = partial(_not_ended, do, end, early)
         self._derivative, self._tangent = f"fmi{fmi}GetDirectionalDerivative", None
         if system.newton and system.parts.index(part) in system.loops():
             du, dy = (C.c_double * len(self._u))(), (C.c_double * len(part.outputs))()

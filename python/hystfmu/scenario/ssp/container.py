@@ -10,9 +10,11 @@ from __future__ import annotations
 import hashlib
 import struct
 import xml.etree.ElementTree as ET
+from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import hystfmu
 from hystfmu.base.errors import InputError
@@ -21,16 +23,38 @@ from hystfmu.base.package_files import PACKAGE
 from hystfmu.fmu.archive.unpack import MOST_UNPACKED
 from hystfmu.fmu.archive.xml_file import xml_file
 from hystfmu.fmu.archive.zip_file import zip_file
+from hystfmu.fmu.foreign.carried import carried
+from hystfmu.fmu.foreign.finding import Finding
 from hystfmu.fmu.write.platforms import binaries, host
-from hystfmu.scenario.system.foreign import Foreign
+from hystfmu.scenario.engine.stepped_member import slots
+from hystfmu.scenario.system.events import cuts
+from hystfmu.scenario.system.foreign import Foreign, ForeignPort
 from hystfmu.scenario.system.system import Part, System
 
 _PLAIN = frozenset(b"/._~-:{}abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789")
 _SCHEMES = {"gauss_seidel": 0, "jacobi": 1}
-_TYPES: dict[str, str] = {
-    **{"Real": "r", "Integer": "i", "Enumeration": "i", "Boolean": "b", "String": "s"},
-    **{"Float64": "r", "Int32": "i", "Int64": "l"},
+# letters of value.h
+_REAL, _WHOLE, _TRUTH, _STRING = "d", "i", "?", "s"
+_LETTERS = {
+    **{"Real": _REAL, "Float64": _REAL, "Float32": "f", "Boolean": _TRUTH, "String": _STRING, "Integer": _WHOLE},
+    **{"Int8": "b", "UInt8": "B", "Int16": "h", "UInt16": "H", "Int32": _WHOLE, "UInt32": "I"},
+    **{"Int64": "q", "UInt64": "Q"},
 }
+_OUTSIDE = {"b": _WHOLE, "B": _WHOLE, "h": _WHOLE, "H": _WHOLE, "e": _WHOLE, _WHOLE: _WHOLE, _TRUTH: _TRUTH}
+"""The type of an output of the container: what FMI 2.0 has for its values, else Real."""
+_ELEMENTS = {_REAL: "Real", _WHOLE: "Integer", _TRUTH: "Boolean"}
+
+
+@dataclass(frozen=True)
+class _Variable:
+    """An input or an output of a unit; an array of FMI 3.0 has several elements."""
+
+    name: str
+    letter: str
+    reference: int
+    elements: tuple[str, ...]
+    described: Any
+    """Its description in a foreign FMU; None in ours, where all are real numbers."""
 
 
 def container_fmu(system: System, name: str) -> bytes:
@@ -57,15 +81,14 @@ def container_fmu(system: System, name: str) -> bytes:
         )
     files: dict[str, bytes] = {}
     lines: list[str] = []
-    places = _places(system)
     for k in range(len(system.parts)):
-        lines += _unit(system, k, places, files)
-    body = _system(system, places, lines)
+        lines += _unit(system, k, files)
+    body = _system(system, lines)
     token = hashlib.sha256(body.encode() + b"".join(files[f] for f in sorted(files))).hexdigest()[:32]
     entries = {
-        "modelDescription.xml": _description(system, places, name, token),
+        "modelDescription.xml": _description(system, name, token),
         f"binaries/{host().folder(2)}/{name}.{host().suffix}": binary.read_bytes(),
-        "resources/system.txt": f"hystfmu-system 1\ntoken {token}\n{body}".encode(),
+        "resources/system.txt": f"hystfmu-system 2\ntoken {token}\n{body}".encode(),
         "documentation/licenses/license.txt": (PACKAGE / "LICENSE").read_bytes(),
     }
     return zip_file(entries | {f"resources/units/{f}": c for f, c in files.items()}, executable="binaries/")
@@ -80,72 +103,85 @@ def _check(system: System) -> None:
             raise InputError(f"{where}: {p.name} has a hold of its own: a container knows none")
         if isinstance(p.graph, Foreign) and (p.graph.fmi == 1 or p.graph.description.coSimulation is None):
             raise InputError(f"{where}: {p.name}: a container steps FMI 2.0 and 3.0 for Co-Simulation")
-    real = {
-        f"{p.name}.{n}" for p in system.parts for kind in ("input", "output") for s in _slots(p, kind, 2) for n in s
-    }
-    ends = {place: end for end, place in system.columns.items()}
-    for link in system.links:
-        to = system.parts[link.to]
-        for end in (f"{to.name}.{to.inputs[link.input]}", ends[link.source]):
-            if end not in real:
-                raise InputError(f"{where}: {end}: a container connects real inputs and outputs")
+    if len(cuts(system)[0]):
+        raise InputError(f"{where}: coupling.events: a container locates no events between steps; choose 'grid'")
+    for name, n in Counter(map(_outside_name, system.columns)).items():
+        if n > 1:
+            ends = " and ".join(end for end in system.columns if _outside_name(end) == name)
+            raise InputError(f"{where}: {ends}: both outputs would be called {name} in a container")
 
 
-def _places(system: System) -> dict[str, int]:
-    """The place of every real output among the values of the container; those of a unit stand side by side."""
-    ends = [f"{p.name}.{n}" for p in system.parts for s in _slots(p, "output", 2) for n in s]
-    return {end: k for k, end in enumerate(ends)}
+def _outside_name(end: str) -> str:
+    return end.replace(".", "_")
 
 
-def _unit(system: System, k: int, places: dict[str, int], files: dict[str, bytes]) -> list[str]:
-    """The lines of a unit; its files are added to `files`."""
-    part, outputs = system.parts[k], {place: end for end, place in system.columns.items()}
-    if isinstance(part.graph, Foreign):
-        root, fmi, token, library = _foreign(system, part, files)
-        variables = {v.name: v for v in part.graph.description.modelVariables}
-        reference = {n: int(v.valueReference) for n, v in variables.items()}
-        told = [
-            _told(system, part, _TYPES.get(variables[n].type), reference[n], value)
-            for n, value in part.graph.settings.items()
-        ]
-    else:
-        root, fmi, token, library = _own(part, system.length(part) / part.substeps, files)
-        reference = {n: p.reference + i for p in part.own.ports for i, n in enumerate(p.scalar_names)}
-        told = []
-    source = {part.inputs[n.input]: places[outputs[n.source]] for n in system.links if n.to == k}
-    slots = {kind: _slots(part, kind, fmi) for kind in ("input", "output")}
-    fixed = [s for s in slots["input"] if not any(n in source for n in s)]
-    linked = [s for s in slots["input"] if s not in fixed]
-    read = [n for s in linked for n in s]
-
-    def place(slot: Sequence[str]) -> int:
-        return reference[slot[0]] if slot[0] in reference else reference[slot[0].partition("[")[0]]
-
-    inputs = [f"r {place(s)} {len(s)} {' '.join(_bits(part.constants.get(n, 0.0)) for n in s)}" for s in fixed]
-    period = [_string(part.name), fmi, _string(library), _string(root), _string(token), part.period, part.substeps]
-    ends = [f"{source.get(n, -1)} {_bits(part.constants.get(n, 0.0))}" for n in read]
-    made = [n for s in slots["output"] for n in s]
-    first = places[f"{part.name}.{made[0]}"] if made else 0
-    return [
-        f"unit {' '.join(map(str, period))} {_bits(system.length(part) / part.substeps)} {first}",
-        f"parameters {len(told)} {' '.join(told)}",
-        f"inputs {len(inputs)} {' '.join(inputs)}",
-        f"connected {_list(place(s) for s in linked)} {len(read)} {' '.join(ends)}",
-        f"outputs {_list(place(s) for s in slots['output'])} {len(made)}",
-    ]
+def _fmi(part: Part) -> Literal[2, 3]:
+    return 3 if isinstance(part.graph, Foreign) and part.graph.fmi == 3 else 2
 
 
-def _slots(part: Part, kind: str, fmi: int) -> list[tuple[str, ...]]:
-    """Names of the elements of every real variable of the FMU: an array of FMI 3.0 is one variable."""
-    found: list[tuple[str, ...]] = []
+def _letter(described: Any, fmi: int) -> str | None:
+    """The letter of a type; None if a container has none for it."""
+    if described is None:
+        return _REAL
+    if described.type == "Enumeration":
+        return "e" if fmi == 3 else _WHOLE
+    return _LETTERS.get(described.type)
+
+
+def _variables(part: Part, kind: str) -> list[_Variable]:
+    fmi, found = _fmi(part), []
     for p in part.graph.ports:
-        variable = getattr(p, "variable", None)
-        if p.kind == kind and (variable is None or variable.type in ("Real", "Float64")):
-            found += [p.scalar_names] if fmi == 3 else [(n,) for n in p.scalar_names]
+        described = p.variable if isinstance(p, ForeignPort) else None
+        reference = int(p.variable.valueReference) if isinstance(p, ForeignPort) else p.reference
+        letter = _letter(described, fmi)
+        for k, (name, elements) in enumerate(slots(p, fmi) if p.kind == kind else ()):
+            assert letter is not None, "ports of a foreign FMU are numbers and booleans"
+            found.append(_Variable(name, letter, reference + k, elements, described))
     return found
 
 
-def _foreign(system: System, part: Part, files: dict[str, bytes]) -> tuple[str, int, str, str]:
+def _unit(system: System, k: int, files: dict[str, bytes]) -> list[str]:
+    """The lines of a unit; its files are added to `files`."""
+    part = system.parts[k]
+    told: dict[bool, list[str]] = {True: [], False: []}
+    if isinstance(part.graph, Foreign):
+        root, token, library = _foreign(system, part, files)
+        variables = {v.name: v for v in part.graph.description.modelVariables}
+        for n, value in part.graph.settings.items():
+            v = variables[n]
+            values = value if isinstance(value, list) else [value]
+            told[v.causality == "structuralParameter"].append(_told(system, part, v, int(v.valueReference), values))
+    else:
+        root, token, library = _own(part, system.length(part) / part.substeps, files)
+    sources = {part.inputs[n.input]: n.source for n in system.links if n.to == k}
+    inputs, made = _variables(part, "input"), _variables(part, "output")
+    linked = [v for v in inputs if any(n in sources for n in v.elements)]
+    fixed = [
+        _told(system, part, v.described, v.reference, [part.constants.get(n, 0.0) for n in v.elements])
+        for v in inputs
+        if v not in linked
+    ]
+    words = [_string(part.name), str(_fmi(part)), _string(library), _string(root), _string(token)]
+    steps = [str(part.period), str(part.substeps), _bits(system.length(part) / part.substeps), str(part.first)]
+    ends = [
+        f"{_head(v)} {' '.join(f'{sources.get(n, -1)} {_bits(part.constants.get(n, 0.0))}' for n in v.elements)}"
+        for v in linked
+    ]
+    return [
+        f"unit {' '.join([*words, *steps])}",
+        f"structural {_list(told[True])}",
+        f"parameters {_list(told[False])}",
+        f"inputs {_list(fixed)}",
+        f"connected {len(linked)} {sum(len(v.elements) for v in linked)} {' '.join(ends)}",
+        f"outputs {len(made)} {len(part.outputs)} {' '.join(map(_head, made))}",
+    ]
+
+
+def _head(v: _Variable) -> str:
+    return f"{v.letter} {_string(v.name)} {v.reference} {len(v.elements)}"
+
+
+def _foreign(system: System, part: Part, files: dict[str, bytes]) -> tuple[str, str, str]:
     foreign = part.graph
     assert isinstance(foreign, Foreign)
     folder, root = Path(foreign.folder), part.name
@@ -153,8 +189,7 @@ def _foreign(system: System, part: Part, files: dict[str, bytes]) -> tuple[str, 
         relative = file.relative_to(folder).as_posix()
         if file.is_file() and not relative.startswith(("binaries/", "sources/")):
             files[f"{root}/{relative}"] = read_bytes(file, MOST_UNPACKED)
-    fmi: Literal[2, 3] = 2 if foreign.fmi == 2 else 3
-    own, name = host().folder(fmi), foreign.description.coSimulation.modelIdentifier
+    own, name = host().folder(_fmi(part)), foreign.description.coSimulation.modelIdentifier
     library = folder / "binaries" / own / f"{name}.{host().suffix}"
     if not library.exists():
         raise InputError(f"{system.case.where}: {part.name}: {foreign.path} has no binary in binaries/{own}")
@@ -162,39 +197,55 @@ def _foreign(system: System, part: Part, files: dict[str, bytes]) -> tuple[str, 
         if file.is_file():
             files[f"{root}/{file.relative_to(folder).as_posix()}"] = read_bytes(file, MOST_UNPACKED)
     place = f"units/{root}/binaries/{own}/{name}.{host().suffix}"
-    return f"units/{root}/resources/", fmi, str(foreign.description.guid), place
+    return f"units/{root}/resources/", str(foreign.description.guid), place
 
 
-def _own(part: Part, step: float, files: dict[str, bytes]) -> tuple[str, int, str, str]:
+def _own(part: Part, step: float, files: dict[str, bytes]) -> tuple[str, str, str]:
     """A graph as an FMU of its version of the standard; all of ours share one binary."""
     graph = part.own.with_step(step)
     ((path, binary),) = binaries(2, "hystfmu", "host").items()
     library = f"own/{path.rpartition('/')[2]}"
     files[library] = binary.content
     files[f"{part.name}/resources/block.bin"] = graph.to_bytes()
-    return f"units/{part.name}/resources/", 2, graph.token, f"units/{library}"
+    return f"units/{part.name}/resources/", graph.token, f"units/{library}"
 
 
-def _told(system: System, part: Part, kind: str | None, reference: int, value: object) -> str:
-    if kind is None or not isinstance(value, float | int | str):
-        raise InputError(f"{system.case.where}: {part.name}: a container sets no parameter of that type")
-    if kind == "s":
-        return f"s {reference} 1 {_string(str(value))}"
-    return f"{kind} {reference} 1 {_bits(float(value))}"
+def _told(system: System, part: Part, v: Any, reference: int, values: Sequence[Any]) -> str:
+    """A value that a unit is told once; `v` describes its variable in a foreign FMU."""
+    letter = _letter(v, _fmi(part))
+    if letter is None:
+        raise InputError(f"{system.case.where}: {part.name}.{v.name}: a container sets no values of type {v.type}")
+    words = []
+    for x in values:
+        if letter == _STRING:
+            words.append(_string(str(x)))
+            continue
+        try:
+            number = x if v is None else carried(v, x)
+        except Finding as e:
+            raise InputError(f"{system.case.where}: {part.name}.{e}") from None
+        words.append(_bits(number) if letter in (_REAL, "f") else str(int(number)))
+    return f"{letter} {reference} {len(values)} {' '.join(words)}"
 
 
-def _system(system: System, places: dict[str, int], units: list[str]) -> str:
-    case, all_starts = system.case, system.starts().tolist()
-    starts = [all_starts[system.columns[end]] for end in places]
+def _types(system: System) -> list[str]:
+    """The type of every value as an output of the container."""
+    letters = [v.letter for p in system.parts for v in _variables(p, "output") for _ in v.elements]
+    return [_OUTSIDE.get(letter, _REAL) for letter in letters]
+
+
+def _system(system: System, units: list[str]) -> str:
+    case = system.case
+    starts = [f"{t} {_bits(x)}" for t, x in zip(_types(system), system.starts().tolist(), strict=True)]
     head = [
         f"coupling {_SCHEMES[case.coupling.scheme]} {case.ripple} {_bits(case.step)} {_bits(system.h)}",
-        f"values {len(starts)} {' '.join(map(_bits, starts))}",
+        f"values {_list(starts)}",
         f"units {len(system.parts)}",
     ]
     return "\n".join([*head, *units]) + "\n"
 
 
-def _description(system: System, places: dict[str, int], name: str, token: str) -> bytes:
+def _description(system: System, name: str, token: str) -> bytes:
     head = {"fmiVersion": "2.0", "modelName": name, "guid": token, "variableNamingConvention": "flat"}
     order = ", ".join(p.name for p in system.parts)
     words = f"loop of the {system.case.description}; {len(system.parts)} units, stepped in the order {order}"
@@ -208,10 +259,10 @@ def _description(system: System, places: dict[str, int], name: str, token: str) 
     variables = ET.SubElement(root, "ModelVariables")
     listed = ET.Element("Outputs")
     initial = ET.Element("InitialUnknowns")
-    for end, k in places.items():
-        facts = {"name": end.replace(".", "_"), "valueReference": str(k), "description": end}
-        facts |= {"causality": "output", "variability": "continuous", "initial": "calculated"}
-        ET.SubElement(ET.SubElement(variables, "ScalarVariable", facts), "Real")
+    for (end, k), letter in zip(system.columns.items(), _types(system), strict=True):
+        facts = {"name": _outside_name(end), "valueReference": str(k), "description": end, "causality": "output"}
+        facts |= {"variability": "continuous" if letter == _REAL else "discrete", "initial": "calculated"}
+        ET.SubElement(ET.SubElement(variables, "ScalarVariable", facts), _ELEMENTS[letter])
         for of in (listed, initial):
             ET.SubElement(of, "Unknown", index=str(k + 1), dependencies="")
     structure = ET.SubElement(root, "ModelStructure")
@@ -227,6 +278,6 @@ def _string(text: str) -> str:
     return "".join(chr(b) if b in _PLAIN else f"%{b:02X}" for b in text.encode()) or "%"
 
 
-def _list(numbers: Iterable[int]) -> str:
-    found = [str(n) for n in numbers]
+def _list(words: Iterable[str]) -> str:
+    found = list(words)
     return " ".join([str(len(found)), *found])

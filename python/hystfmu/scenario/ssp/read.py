@@ -21,14 +21,16 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.archive.cache import unpacked
+from hystfmu.scenario.ssp.parameter_set import SSV
 from hystfmu.scenario.ssp.wires import connections
-from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE, SSD, SSV
+from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE, SSD
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CouplingSpec, Scheme, UnitSpec
 
 UNREADABLE = (OSError, ET.ParseError, LookupError, ValueError)  # the last two: an encoding that Python does not know
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_TRUTH = {"true": True, "1": True, "false": False, "0": False}
 _Given = tuple[Any, str]  # value, unit of measure
 MOST_STEPS = 100_000_000
 TOLERANCE = 1e-9  # of the largest value of a signal: other platforms have the same bits, other masters nearly
@@ -143,6 +145,11 @@ class _Reader:
             raise self._wrong(f"{what}: must be a number; got {text!r}")
         return value
 
+    def _whole(self, text: str, what: str) -> float:
+        """Return a whole number as it is written: a float does not hold all of 64 bits."""
+        number = self._number(text, what)
+        return int(text) if re.fullmatch(r"\s*[+-]?[0-9]{1,20}\s*", text) else number
+
     def _units(self) -> dict[str, UnitSpec]:
         units = {}
         elements = self._system.find(f"{{{SSD}}}Elements")
@@ -160,16 +167,8 @@ class _Reader:
             given = {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
             given |= self._parameters(e)
             place = self._place(name, e.get("source", ""))
-            values = self._numbers(name, place, given)
-            inputs = {c.get("name") for c in e.iter(f"{{{SSD}}}Connector") if c.get("kind") == "input"}
-            constants = {k: v for k, v in values.items() if k in inputs}
-            units[name] = UnitSpec.model_validate(
-                {
-                    "fmu": place,
-                    "inputs": constants,
-                    "set": {k: v for k, v in values.items() if k not in inputs},
-                }
-            )
+            constants, values = self._divided(name, place, given)
+            units[name] = UnitSpec.model_validate({"fmu": place, "inputs": constants, "set": values})
         if not units:
             raise self._wrong("has no components")
         return units
@@ -182,17 +181,23 @@ class _Reader:
             raise self._wrong(f"{name}: source: must be a file of the archive; got {source!r}")
         return inside
 
-    def _numbers(self, name: str, place: str, given: Mapping[str, _Given]) -> dict[str, Any]:
-        """Return the values of a component; none is in another unit of measure than its variable."""
-        own = {}
-        if any(unit for _, unit in given.values()):
-            own = {v.name: v.unit for v in Foreign.load(self._folder / place).description.modelVariables}
+    def _divided(self, name: str, place: str, given: Mapping[str, _Given]) -> tuple[dict[str, float], dict[str, Any]]:
+        """Return constant inputs and parameters; none is in another unit of measure than its variable."""
+        if not given:
+            return {}, {}
+        foreign = Foreign.load(self._folder / place)
+        own = {v.name: v.unit for v in foreign.description.modelVariables}
         for k, (_, unit) in given.items():
             if not {unit, own.get(k)} & {"", "1", None} and unit != own[k]:
                 raise self._wrong(
                     f"{name}: {k} is given in {unit} and is in {own[k]} in the FMU: units of measure are not converted"
                 )
-        return {k: value for k, (value, _) in given.items()}
+        inputs = {n for p in foreign.ports if p.kind == "input" for n in p.scalar_names}
+        for k in given.keys() & inputs:
+            if isinstance(given[k][0], str):
+                raise self._wrong(f"{name}: {k}: an input must be a number. Got {given[k][0]!r} instead.")
+        constants = {k: float(value) for k, (value, _) in given.items() if k in inputs}
+        return constants, {k: value for k, (value, _) in given.items() if k not in inputs}
 
     def _parameters(self, element: ET.Element) -> dict[str, _Given]:
         found: dict[str, _Given] = {}
@@ -224,9 +229,13 @@ class _Reader:
                 if word == "String":
                     value: Any = text
                 elif word == "Boolean":
-                    value = text in ("true", "1")
-                elif word in ("Real", "Float64", "Float32", "Integer", "Enumeration") or word[:3] in ("Int", "UIn"):
+                    if text not in _TRUTH:
+                        raise self._wrong(f"{source}: {p.get('name')}: must be true or false; got {text!r}")
+                    value = _TRUTH[text]
+                elif word in ("Real", "Float64", "Float32"):
                     value = self._number(text, f"{source}: {p.get('name')}")
+                elif word in ("Integer", "Enumeration") or word[:3] in ("Int", "UIn"):
+                    value = self._whole(text, f"{source}: {p.get('name')}")
                 else:
                     raise self._wrong(f"{source}: {p.get('name')}: a value of type {word} is not read")
                 found[prefix + p.get("name", "")] = value, kind.get("unit", "")

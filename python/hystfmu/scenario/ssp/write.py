@@ -27,6 +27,7 @@ from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp.container import container_fmu
 from hystfmu.scenario.ssp.coupling import as_readers_run, differences, run_as_readers
 from hystfmu.scenario.ssp.joined import joined
+from hystfmu.scenario.ssp.parameter_set import SSV, SetValue, changes, parameter_set
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.fused import to_graph
@@ -34,7 +35,6 @@ from hystfmu.scenario.system.system import Part, System, build
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
-SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 OURS = "https://hystfmu.org/ssp"
 REFERENCE = "extra/org.hystfmu/reference.csv"
@@ -91,14 +91,14 @@ def write_ssp(
     if not separate:
         components, names = joined(system)
         system = build(components)
+    sets = {p.name: values for p in system.parts if (values := changes(p, case.where))}
     trace = run_as_readers(system)
     found = differences(case, names, trace)
     handed = _handed(system, trace)
     entries = {p.name: _fmu(p, handed, fmi, case) for p in system.parts}
-    sets = {p.name: values for p in system.parts if (values := _changes(p))}
     files = {"SystemStructure.ssd": _structure(system, sets, version, system_connectors)}
     files |= {f"resources/{name}.fmu": content for name, content in entries.items()}
-    files |= {f"resources/{name}.ssv": _values(name, values, version) for name, values in sets.items()}
+    files |= {f"resources/{name}.ssv": parameter_set(name, values, version) for name, values in sets.items()}
     files[REFERENCE] = _reference(system, trace)
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -175,26 +175,11 @@ def _with_starts(part: Part, handed: dict[tuple[str, str], float], h: float) -> 
     return Graph(g.nodes, g.wires, inputs, g.outputs, sort=False, step=h)
 
 
-def _changes(part: Part) -> dict[str, float]:
-    """Real parameters and constant inputs of a foreign FMU, whose start values are not ours to write."""
-    if not isinstance(part.graph, Foreign):
-        return {}
-    starts = {n: x for p in part.graph.ports for n, x in zip(p.scalar_names, p.start, strict=True)}
-    constants = {n: v for n, v in part.constants.items() if v != starts.get(n)}
-    found: dict[str, float] = {}
-    for n, v in part.graph.settings.items():
-        if isinstance(v, list):
-            raise InputError(f"{part.name}.{n}: a parameter that is an array has no place in an SSP")
-        if not isinstance(v, str | bool):
-            found[n] = float(v)
-    return found | constants
-
-
 def _tag(space: str, name: str) -> str:
     return f"{{{space}}}{name}"
 
 
-def _structure(system: System, sets: dict[str, dict[str, float]], version: Version, connectors: bool) -> bytes:
+def _structure(system: System, sets: dict[str, dict[str, SetValue]], version: Version, connectors: bool) -> bytes:
     case = system.case
     head = {"name": case.scenario, "version": version, "description": case.description}
     root = ET.Element(_tag(SSD, "SystemStructureDescription"), head)
@@ -278,14 +263,6 @@ def _experiment(root: ET.Element, case: Case) -> None:
     note = ET.SubElement(notes, _tag(SSC, "Annotation"), type="org.hystfmu.coupling")
     facts = {"step": repr(case.step), "scheme": case.coupling.scheme, "order": " ".join(case.order)}
     ET.SubElement(note, _tag(OURS, "Coupling"), facts)
-
-
-def _values(name: str, values: dict[str, float], version: Version) -> bytes:
-    root = ET.Element(_tag(SSV, "ParameterSet"), name=name, version=version)
-    listed = ET.SubElement(root, _tag(SSV, "Parameters"))
-    for key, value in values.items():
-        ET.SubElement(ET.SubElement(listed, _tag(SSV, "Parameter"), name=key), _tag(SSV, "Real"), value=repr(value))
-    return xml_file(root)
 
 
 def _reference(system: System, trace: Trace) -> bytes:

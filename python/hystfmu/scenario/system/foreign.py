@@ -17,9 +17,10 @@ from typing import Any, Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.archive.cache import unpacked
-from hystfmu.fmu.foreign.carried import numbers
+from hystfmu.fmu.foreign.carried import carried, numbers
 from hystfmu.fmu.foreign.description import check_binary, read_description
-from hystfmu.fmu.foreign.instance import CARRIED, NUMBERS, REAL, version
+from hystfmu.fmu.foreign.finding import Finding
+from hystfmu.fmu.foreign.instance import CARRIED, REAL, version
 from hystfmu.graph.ports import element_names
 
 MOST_PORTS = 100_000
@@ -156,7 +157,7 @@ def _ports(path: Path, description: Any, sizes: Mapping[str, Any]) -> tuple[Fore
     ports = [_port(path, v, sizes) for v in description.modelVariables if _is_port(v)]
     if sum(p.size for p in ports) > MOST_PORTS:
         raise InputError(f"{path}: more than {MOST_PORTS} inputs and outputs")
-    twice = [name for name, n in Counter(p.name for p in ports).items() if n > 1]
+    twice = [name for name, n in Counter(n for p in ports for n in p.scalar_names).items() if n > 1]
     if twice:
         raise InputError(f"{path}: inputs and outputs must have names of their own. {twice[0]!r} occurs twice.")
     return tuple(sorted(ports, key=lambda p: p.kind))
@@ -180,51 +181,62 @@ def _port(path: Path, v: Any, sizes: Mapping[str, Any]) -> ForeignPort:
         raise InputError(f"{path}: {v.name!r} has {size} elements; at most {MOST_PORTS} can be connected")
     try:
         start = list(numbers(v.start)) if v.start not in (None, "") else [0.0]
-    except ValueError:
-        raise InputError(f"{path}: {v.name}: the start value must be a number. Got {v.start!r} instead.") from None
+        if any(carried(v, x) != x for x in start if v.type not in REAL):
+            raise ValueError
+    except (ValueError, Finding):
+        kind = "number" if v.type in REAL else f"number of the type {v.type}"
+        raise InputError(f"{path}: {v.name}: the start value must be a {kind}. Got {v.start!r} instead.") from None
     if len(start) != size:
         start = start[:1] * size
     return ForeignPort(
         v.name,
         v.causality,
         v.unit or "",
-        tuple(x if math.isfinite(x) else 0.0 for x in start),
+        tuple(x if math.isfinite(x) or v.causality == "input" else 0.0 for x in start),
         v.description or "",
         v,
     )
 
 
 def _value(v: Any, value: Any, now: Any) -> float | bool | str | list[float]:
-    if v.dimensions:
-        return _values(v, value, now)
-    if v.type == "String":
-        return str(value)
+    """Return the value of a parameter as its type; that of an array row by row."""
+    if v.type == "String" and not v.dimensions:
+        text = str(value)
+        if "\0" in text:
+            raise InputError(f"{v.name}: must have no NUL character; got {text!r}")
+        return text
+    if v.type not in CARRIED:
+        raise InputError(f"{v.name}: a parameter of type {v.type} cannot be set in a scenario")
+    if v.dimensions and v.type == "String":
+        raise InputError(f"{v.name}: an array of type {v.type} cannot be set in a scenario")
+    if isinstance(value, str) and value.startswith("*"):
+        old = now if now is not None else numbers(v.start)
+        try:
+            value = [float(value[1:]) * x for x in (old if isinstance(old, list | tuple) else [old])]
+        except ValueError:
+            raise InputError(f"{v.name}: must be a number or '*' and a number; got {value!r}") from None
+        value = value if v.dimensions else value[0]
+    if not v.dimensions:
+        return _scalar(v, value)
+    if not isinstance(value, list):
+        raise InputError(f"{v.name}: must be a list of numbers or '*' and a number; got {value!r}")
+    return [_scalar(v, x) for x in value]
+
+
+def _scalar(v: Any, value: Any) -> float:
     if v.type == "Boolean":
         if not isinstance(value, bool) and value not in (0, 1):
             raise InputError(f"{v.name}: must be true or false; got {value!r}")
         return bool(value)
-    if v.type not in NUMBERS:
-        raise InputError(f"{v.name}: a parameter of type {v.type} cannot be set in a scenario")
     try:
-        if isinstance(value, str) and value.startswith("*"):
-            number = float(value[1:]) * float(now if now is not None else v.start)
-        else:
-            number = float(value)
+        number = value if isinstance(value, int) and not isinstance(value, bool) else float(value)
     except (TypeError, ValueError):
         raise InputError(f"{v.name}: must be a number or '*' and a number; got {value!r}") from None
-    if v.type not in REAL and number != math.floor(number):
+    if v.type in REAL:
+        return float(number)
+    if not math.isfinite(number) or number != math.floor(number):
         raise InputError(f"{v.name}: must be a whole number; got {value!r}")
-    return number
-
-
-def _values(v: Any, value: Any, now: Any) -> list[float]:
-    """Return all elements of an array, row by row."""
-    if v.type not in REAL:
-        raise InputError(f"{v.name}: an array of type {v.type} cannot be set in a scenario")
     try:
-        if isinstance(value, str) and value.startswith("*"):
-            old = now if now is not None else numbers(v.start)
-            return [float(value[1:]) * x for x in old]
-        return [float(x) for x in value]
-    except (TypeError, ValueError):
-        raise InputError(f"{v.name}: must be a list of numbers or '*' and a number; got {value!r}") from None
+        return carried(v, number)
+    except Finding as e:
+        raise InputError(str(e)) from None

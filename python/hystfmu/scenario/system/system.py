@@ -8,6 +8,7 @@ what executes a unit, not in this.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -264,8 +265,10 @@ def build(case: Case) -> System:
             said = zip(inputs, start_values(graph, "input"), strict=True)
             constants = {k: v for k, v in said if v != 0 and k not in driven} | constants
         if isinstance(graph, Foreign):  # an unconnected input keeps its start value
-            starts = zip(inputs, start_values(graph, "input"), strict=True)
-            constants = {k: v for k, v in starts if k not in driven} | constants
+            kept = zip(inputs, start_values(graph, "input"), strict=True)
+            constants = {
+                k: _kept(v, f"{where}: {k}") for k, v in kept if k not in driven | constants.keys()
+            } | constants
             runs_as = "fmu2" if graph.fmi == 2 else "fmu3"
         parts.append(Part(name, graph, runs_as, period, inputs, outputs, constants, first, spec.substeps, spec.hold))
     links = _links(case, parts, columns)
@@ -279,6 +282,13 @@ def build(case: Case) -> System:
         for end in ends:
             system.column(end, f"{where}: {key}")
     return system
+
+
+def _kept(start: float, where: str) -> float:
+    """The start value of an input of a foreign FMU that nothing is connected to, as a number that a run carries."""
+    if not math.isfinite(start) or float(start) != start:
+        raise InputError(f"{where}: its start value {start} cannot be carried: connect it or give it a constant value")
+    return float(start)
 
 
 def _check_lines(system: System) -> None:
