@@ -10,7 +10,7 @@ from typing import Any, Literal
 import click
 
 from hystfmu.cli.columns import Columns, data_options
-from hystfmu.cli.options import OUTPUT_FILE, Command, assignments, json_option
+from hystfmu.cli.options import Command, assignments, json_option, output_file
 from hystfmu.report.verbosity import detail, say
 
 
@@ -62,7 +62,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 @click.option(
     "-o",
     "out",
-    type=OUTPUT_FILE,
+    callback=output_file,
     metavar="M.model.toml",
     help="Model file to write; by default named after DATA, in the current folder.",
 )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
+from hystfmu.cli.options import FAILED, Command, assignments, json_option, output_file, unconfined_option
 from hystfmu.report.verbosity import VERBOSE, level, say
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @click.argument("model", metavar="M.model.toml|BLOCK|SCENARIO")
-@click.option("-o", "out", type=OUTPUT_FILE, metavar="X.fmu", help="FMU to write.")
+@click.option("-o", "out", callback=output_file, metavar="X.fmu", help="FMU to write.")
 @click.option(
     "--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the FMI standard."
 )

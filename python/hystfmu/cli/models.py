@@ -7,7 +7,7 @@ from typing import Literal
 
 import click
 
-from hystfmu.cli.options import OUTPUT_FILE, Command, assignments, json_option
+from hystfmu.cli.options import Command, assignments, json_option, output_file
 from hystfmu.report.verbosity import say
 
 
@@ -33,7 +33,7 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
 
 @click.command(cls=Command)
 @click.argument("model")
-@click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="INV.model.toml", help="Model file to write.")
+@click.option("-o", "out", required=True, callback=output_file, metavar="INV.model.toml", help="Model file to write.")
 @click.option(
     "--method",
     type=click.Choice(["auto", "exact", "implicit", "learned", "adaptive"]),

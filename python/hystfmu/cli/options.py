@@ -69,26 +69,19 @@ class Command(click.Command):
         return super().parse_args(ctx, args)
 
 
-class OutputFile(click.ParamType[str]):
-    """A file to write: what stands against it is told before anything runs."""
+def output_file(_context: click.Context, _option: click.Parameter, path: str | None) -> str | None:
+    """Check the path of a file to write before anything runs: a callback of its option.
 
-    name = "file"
-
-    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Check the path.
-
-        Raises
-        ------
-        InputError
-            Its folder is missing, or it is read-only, a device, a pipe or a socket.
-        """
+    Raises
+    ------
+    InputError
+        Its folder is missing, or it is read-only, a device, a pipe or a socket.
+    """
+    if path is not None:
         from hystfmu.base.files import check_target  # brings pydantic, which --help does without
 
-        check_target(value, folder=True)
-        return value
-
-
-OUTPUT_FILE = OutputFile()
+        check_target(path, folder=True)
+    return path
 
 
 def assignments(pairs: tuple[str, ...]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 import click
 
 from hystfmu.cli.columns import Columns, data_options
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, json_option
+from hystfmu.cli.options import FAILED, Command, json_option, output_file
 from hystfmu.report.verbosity import say
 
 
@@ -20,7 +20,7 @@ from hystfmu.report.verbosity import say
     "-o",
     "out",
     required=True,
-    type=OUTPUT_FILE,
+    callback=output_file,
     metavar="OUT.csv",
     help="CSV file to write, with columns t, u, y and covariates.",
 )

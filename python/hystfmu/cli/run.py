@@ -10,7 +10,7 @@ import click
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import places
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, assignments, json_option, unconfined_option
+from hystfmu.cli.options import FAILED, Command, assignments, json_option, output_file, unconfined_option
 from hystfmu.report.verbosity import detail, say, wrong
 
 
@@ -57,7 +57,11 @@ from hystfmu.report.verbosity import detail, say, wrong
     "--input", "given", metavar="IN.csv", help="Inputs of an FMU: a column of time, and one named like each input."
 )
 @click.option(
-    "-o", "--out", type=OUTPUT_FILE, metavar="OUT.csv", help="CSV file for all outputs of a single case, SSP or FMU."
+    "-o",
+    "--out",
+    callback=output_file,
+    metavar="OUT.csv",
+    help="CSV file for all outputs of a single case, SSP or FMU.",
 )
 @click.option(
     "--record",
@@ -65,7 +69,7 @@ from hystfmu.report.verbosity import detail, say, wrong
     help="Record the results as the new baseline.  Prints the changes; asks first on a terminal.",
 )
 @click.option("--yes", is_flag=True, help="With --record: do not ask.")
-@click.option("--junit", type=OUTPUT_FILE, metavar="FILE", help="JUnit XML file to write the verdicts to.")
+@click.option("--junit", callback=output_file, metavar="FILE", help="JUnit XML file to write the verdicts to.")
 @click.option("--report", "report_dir", metavar="DIR", help="Folder to write report.html and report.json into.")
 @json_option
 @click.pass_context

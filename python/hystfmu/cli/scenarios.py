@@ -10,7 +10,7 @@ import click
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import places
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, json_option
+from hystfmu.cli.options import FAILED, Command, json_option, output_file
 from hystfmu.report.verbosity import VERBOSE, level, say, wrong
 
 
@@ -63,7 +63,7 @@ def margins(
 @click.command(cls=Command)
 @click.argument("before", metavar="A")
 @click.argument("after", metavar="B")
-@click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="DIFF.html", help="HTML page to write.")
+@click.option("-o", "out", required=True, callback=output_file, metavar="DIFF.html", help="HTML page to write.")
 @json_option
 def compare(before: str, after: str, out: str, as_json: bool) -> None:
     """Compare two reports of 'hystfmu run' or 'hystfmu study'.
@@ -91,7 +91,7 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
 
 @click.command(cls=Command)
 @click.argument("scenario")
-@click.option("-o", "--out", required=True, type=OUTPUT_FILE, metavar="X.ssp|X.fmu", help="Archive to write.")
+@click.option("-o", "--out", required=True, callback=output_file, metavar="X.ssp|X.fmu", help="Archive to write.")
 @click.option("--case", "name", metavar="NAME", help="Case of the scenario [default: the first].")
 @click.option(
     "--ssp",
