@@ -11,7 +11,7 @@ import click
 
 from hystfmu.cli.columns import Columns, data_options
 from hystfmu.cli.options import Command, assignments, json_option, output_file
-from hystfmu.report.verbosity import detail, say
+from hystfmu.report.verbosity import detail, echo, say
 
 
 def _list_models(context: click.Context, option: click.Parameter, asked: bool) -> None:
@@ -23,13 +23,13 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 
     for key in METHODS:
         try:
-            click.echo(f"{key}: {description(key)}")
+            echo(f"{key}: {description(key)}")
         except MissingExtra as e:
-            click.echo(f"{key}: {e}")
+            echo(f"{key}: {e}")
             continue
         if rows := [[f"  {o.name}", o.shown_default, o.rule, o.text] for o in options(key)]:
-            click.echo(table(["  --set", "default", "must be", "meaning"], rows))
-        click.echo()
+            echo(table(["  --set", "default", "must be", "meaning"], rows))
+        echo("")
     context.exit()
 
 
@@ -127,7 +127,7 @@ def fit(
         told = [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
         more: dict[str, Any] = {"interval": vars(new)} if new else {}
         more |= {"page": str(page)} if page else {}
-        click.echo(json.dumps({"model": model.key, "file": out, **f, "errors": told, **more}))
+        echo(json.dumps({"model": model.key, "file": out, **f, "errors": told, **more}))
         return
     if key == "auto":
         p = model.provenance
@@ -143,7 +143,7 @@ def fit(
     if "lag" in f and not any("lags" in w for w in f.get("warnings", ())):
         say(f"lag: {f['lag']}; the model follows it")
     for warning in f.get("warnings", ()):
-        click.echo(f"warning: {warning}", err=True)
+        echo(f"warning: {warning}", err=True)
     row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
     head = ["model", "parameters", "RMS %FS", "max %FS", "seconds"]
     if "held_out_rms_percent" in f:

@@ -11,7 +11,7 @@ import click
 from hystfmu.base.errors import InputError
 from hystfmu.cli import places
 from hystfmu.cli.options import FAILED, Command, assignments, json_option, output_file, unconfined_option
-from hystfmu.report.verbosity import detail, say, wrong
+from hystfmu.report.verbosity import detail, echo, say, wrong
 
 
 @click.command(cls=Command)
@@ -117,7 +117,7 @@ def run(
         _refuse(context, _NOT_OF_AN_FMU, f"{scenarios[0]}: an FMU runs alone")
         told = run_fmu_file(scenarios[0], given, assignments(settings), step, stop, timeout, out, not unconfined)
         if as_json:
-            click.echo(json.dumps(told.summary()))
+            echo(json.dumps(told.summary()))
         else:
             say("\n".join(told.lines()))
         return
@@ -145,9 +145,9 @@ def run(
         places.refuse_shipped(paths)
 
     def agreed(found: list[Change]) -> bool:
-        click.echo(changes(found), err=as_json)
+        echo(changes(found), err=as_json)
         agrees = yes or not sys.stdin.isatty() or not found or click.confirm("write the new baseline?", err=True)
-        click.echo("the baseline is written" if agrees else "nothing is written", err=True)
+        echo("the baseline is written" if agrees else "nothing is written", err=True)
         return agrees
 
     with progress("running") as report:
@@ -168,7 +168,7 @@ def run(
     if junit is not None:
         write_junit(results, junit)
     if as_json:
-        click.echo(json.dumps([r.summary() for r in results]))
+        echo(json.dumps([r.summary() for r in results]))
     else:
         say(verdicts(results))
         detail(every_metric(results))
