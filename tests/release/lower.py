@@ -20,6 +20,7 @@ USED = (
     "tests/face/test_face.py",
     "tests/face/test_face_program.py",
     "tests/face/test_notebook.py",
+    "tests/data/test_data.py",
     "tests/data/test_reader.py",
     "tests/start/test_start.py",
     "tests/study/test_study.py",
