@@ -17,7 +17,7 @@ EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --co
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check generate modelica modelica-strict platforms bench choice devices docs wheel release use importers clean torture
+.PHONY: demo test contract stress mutants dev core check generate modelica modelica-strict platforms bench choice devices docs wheel release use lower importers clean torture
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -121,6 +121,12 @@ release: dev platforms
 # one use of the wheel of this machine in dist/, in an environment of its own, without a compiler on the path
 use:
 	$(PYTHON) tests/release/use.py dist build/wheel
+
+# face, reader of measured files, start and scenarios on the lowest versions that pyproject.toml allows, then on the
+# newest, each in an environment of its own; ten minutes
+lower:
+	mkdir -p $(TMPDIR)
+	$(PYTHON) tests/release/lower.py build/lower
 
 torture:
 	@echo "'make torture' is now 'make stress'"; exit 1

@@ -56,7 +56,7 @@ def test_the_page_of_a_fit(tmp_path):
     assert "<b>&" not in page
     assert page.count("<svg") == 6
     assert re.search(r"within \+-[\d.]+ um with a probability of 95 % \(conformal over 20 blocks", page)
-    assert "http" not in page.replace("http://www.w3.org", "")
+    assert "://" not in page.replace("http://www.w3.org", "")
     whole = data.with_train(None)
     page = hy.fit(whole, "prandtl_ishlinskii", N=5).report(whole, tmp_path / "b.html").read_text()
     assert "on the last 30 % of the rows, of the same kind of model fitted to the others; other signals" in page

@@ -27,7 +27,7 @@
     if (found < (large ? 3 : 4.5)) say(e, `contrast ${found.toFixed(2)}`);
   }
   // curves and borders of controls: 3
-  for (const e of document.querySelectorAll('path.line, button:not(.sort), select, input')) if (seen(e)) {
+  for (const e of document.querySelectorAll('path.line:not(.shade), button:not(.sort), select, input')) if (seen(e)) {
     const s = getComputedStyle(e), colour = e.tagName === 'path' ? s.stroke : s.borderTopColor;
     if (ratio(colour, behind(e.parentElement)) < 3) say(e, `contrast ${ratio(colour, behind(e.parentElement)).toFixed(2)}`);
   }

@@ -105,7 +105,7 @@ def test_space_plays_the_signal_at_once_without_motion(browser: Browser, file: P
     with opened(browser, file, reduced_motion="reduce") as p:
         p.locator("canvas.loop").focus()
         p.keyboard.press("Space")
-        p.wait_for_function("document.querySelector('canvas.time').getAttribute('aria-label').includes('to 4 s')")
+        p.locator("canvas.time[aria-label*='to 4 s']").wait_for()
         assert p.get_by_role("button", name="Play").is_visible()
         found = path_of(p)
     t = np.arange(4000) / 400
@@ -118,7 +118,10 @@ def test_playing_moves_and_pauses(browser: Browser, file: Path) -> None:
     with opened(browser, file) as p:
         p.get_by_label("signal").select_option(label="random reversals")
         p.get_by_role("button", name="Play").click()
-        p.wait_for_function("parseFloat(document.querySelector('canvas.loop').getAttribute('aria-valuenow')) > 20")
+        for _ in range(1500):  # `wait_for_function` evaluates a text in the page, which its policy refuses
+            if float(p.locator("canvas.loop").get_attribute("aria-valuenow") or 0) > 20:
+                break
+            p.wait_for_timeout(20)
         p.get_by_role("button", name="Pause").click()
         first = path_of(p)
         p.wait_for_timeout(100)

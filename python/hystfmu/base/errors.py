@@ -1,5 +1,7 @@
 """The exception for wrong user input; its text is one line that says what to change."""
 
+from hystfmu.base.printable import printable
+
 
 class InputError(ValueError):
     """Invalid user input.
@@ -16,3 +18,7 @@ class InputError(ValueError):
     ...     print(e)
     The 'rho' parameter of sliding_mode must be a float in [0, inf). Got -1 instead.
     """
+
+    def __str__(self) -> str:
+        """Return the line; names and values of a file cannot steer the terminal that shows it."""
+        return printable(" ".join(super().__str__().split()))

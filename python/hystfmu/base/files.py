@@ -17,6 +17,7 @@ import tomli_w
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.near import meant_file
+from hystfmu.base.printable import printable, unprintable
 from hystfmu.base.replacing import place
 
 MOST_BYTES = 256 * 2**20
@@ -161,11 +162,11 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
     Raises
     ------
     InputError
-        One line with the file: it cannot be read, is too large or is not TOML.
+        One line with the file: it cannot be read, is too large, is not TOML or holds what is not printable.
     """
     content = read_bytes(path, most)  # outside `try`: an InputError is a ValueError, but not a syntax error
     try:
-        return tomllib.loads(content.decode("utf-8-sig"))  # editors of Windows put a byte order mark before the text
+        table = tomllib.loads(content.decode("utf-8-sig"))  # editors of Windows put a byte order mark before the text
     except ValueError as e:  # syntax, encoding, an integer of thousands of digits
         text = " ".join(str(e).split())
         line = _LINE.search(text)
@@ -174,6 +175,30 @@ def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
         raise InputError(f"{place}: The file must be valid TOML. Got: {text}.{other}") from None
     except RecursionError:
         raise InputError(f"{path}: The file must be valid TOML. Got arrays or tables nested too deeply.") from None
+    _check_printable(table, path)
+    return table
+
+
+def _check_printable(table: dict[str, Any], path: str | Path) -> None:
+    """Refuse keys and texts that an XML file cannot hold, or that would steer a terminal or show another text."""
+    left: list[tuple[str, Any]] = [("", table)]
+    while left:
+        place, value = left.pop()
+        if isinstance(value, str) and unprintable(value):
+            raise InputError(
+                f"{path}: {place}: The text must hold printable characters, line ends and tabs. "
+                f"Got {value[:80]!r} instead."
+            )
+        if isinstance(value, list):
+            left += [(f"{place}.{k}", v) for k, v in enumerate(value) if isinstance(v, str | list | dict)]
+        elif isinstance(value, dict):
+            for key, v in value.items():
+                where = f"{place}.{key}" if place else key
+                if printable(key) != key:
+                    raise InputError(
+                        f"{path}: {where}: The key must hold printable characters. Got {key[:80]!r} instead."
+                    )
+                left.append((where, v))
 
 
 def check_format(data: dict[str, Any], newest: int, path: str | Path, required: bool = False) -> None:
@@ -250,6 +275,13 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
 def write_toml(
     path: str | Path, data: dict[str, Any], heading: str = "", apart: re.Pattern[bytes] | None = None
 ) -> None:
-    """Write a dictionary as TOML, atomically; floats round-trip exactly; `apart` as for `written`."""
+    """Write a dictionary as TOML, atomically; floats round-trip exactly; `apart` as for `written`.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written, or a key or text is one that `load_toml` refuses.
+    """
+    _check_printable(data, path)
     lines = "".join(f"# {line}\n" for line in heading.splitlines())
     write_bytes(path, (lines + tomli_w.dumps(data)).encode(), apart)

@@ -10,8 +10,10 @@ import click
 from hystfmu import __version__
 from hystfmu.base.errors import InputError
 from hystfmu.base.extras import extras
+from hystfmu.base.printable import printable
 from hystfmu.cli import design, fit, fmus, models, predict, results, run, scenarios, study
 from hystfmu.cli.options import BAD_INPUT, INTERRUPTED, Command
+from hystfmu.report.verbosity import echo
 
 __all__ = ["main"]
 
@@ -37,17 +39,16 @@ class _Commands(click.Group):
                 return super().invoke(ctx)
         except click.UsageError as e:  # click would print four lines
             words = e.ctx.command_path if e.ctx else "hystfmu"
-            text = e.format_message().rstrip(".")
-            click.echo(f"hystfmu: {text}{'' if text[-1] in '?)' else '.'} See '{words} --help'.", err=True)
+            text = printable(" ".join(e.format_message().split())).rstrip(".")
+            echo(f"hystfmu: {text}{'' if text[-1] in '?)' else '.'} See '{words} --help'.", err=True)
             ctx.exit(BAD_INPUT)
         except InputError as e:
-            line = " ".join(str(e).split())
-            click.echo(f"hystfmu: {line}", err=True)
+            echo(f"hystfmu: {e}", err=True)
             ctx.exit(BAD_INPUT)
         except KeyboardInterrupt:
             command = self.commands.get(ctx.invoked_subcommand or "")
             left = command.interrupted if isinstance(command, Command) else "again:"
-            click.echo(f"hystfmu: interrupted; {left} {shlex.join(['hystfmu', *ctx.meta[_WORDS]])}", err=True)
+            echo(f"hystfmu: interrupted; {left} {shlex.join(['hystfmu', *ctx.meta[_WORDS]])}", err=True)
             ctx.exit(INTERRUPTED)
 
 

@@ -15,7 +15,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.replacing import together
 from hystfmu.cli import places
 from hystfmu.cli.options import FAILED, OUTPUT_FOLDER, Command, json_option
-from hystfmu.report.verbosity import say, wrong
+from hystfmu.report.verbosity import echo, say, wrong
 
 if TYPE_CHECKING:
     from hystfmu.face.result import Results
@@ -219,7 +219,7 @@ def _tell(
     passed = results.passed and not broken
     if as_json:
         cases = [_facts(r, before[r.case]) for r in results]
-        click.echo(json.dumps(facts | {"passed": passed, "cases": cases, "broken": broken, "path": str(into)}))
+        echo(json.dumps(facts | {"passed": passed, "cases": cases, "broken": broken, "path": str(into)}))
     else:
         say("\n".join(lines) + "\n")
         rows = [list(_facts(r, before[r.case]).values()) for r in results]

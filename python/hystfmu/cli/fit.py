@@ -13,7 +13,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.replacing import may_replace, refusal, together
 from hystfmu.cli.columns import Columns, data_options
 from hystfmu.cli.options import OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option
-from hystfmu.report.verbosity import detail, say
+from hystfmu.report.verbosity import detail, echo, say
 
 if TYPE_CHECKING:
     from hystfmu.data import Dataset
@@ -28,13 +28,13 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 
     for key in METHODS:
         try:
-            click.echo(f"{key}: {description(key)}")
+            echo(f"{key}: {description(key)}")
         except MissingExtra as e:
-            click.echo(f"{key}: {e}")
+            echo(f"{key}: {e}")
             continue
         if rows := [[f"  {o.name}", o.shown_default, o.rule, o.text] for o in options(key)]:
-            click.echo(table(["  --set", "default", "must be", "meaning"], rows))
-        click.echo()
+            echo(table(["  --set", "default", "must be", "meaning"], rows))
+        echo("")
     context.exit()
 
 
@@ -139,7 +139,7 @@ def fit(
         told = [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
         more: dict[str, Any] = {"interval": vars(new)} if new else {}
         more |= {"page": str(page)} if page else {}
-        click.echo(json.dumps({"model": model.key, "file": out, **f, "errors": told, **more}))
+        echo(json.dumps({"model": model.key, "file": out, **f, "errors": told, **more}))
         return
     if key == "auto":
         p = model.provenance
@@ -155,7 +155,7 @@ def fit(
     if "lag" in f and not any("lags" in w for w in f.get("warnings", ())):
         say(f"lag: {f['lag']}; the model follows it")
     for warning in f.get("warnings", ()):
-        click.echo(f"warning: {warning}", err=True)
+        echo(f"warning: {warning}", err=True)
     row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
     head = ["model", "parameters", "RMS %FS", "max %FS", "seconds"]
     if "held_out_rms_percent" in f:

@@ -12,7 +12,7 @@ import click
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli.options import FAILED, OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option, unconfined_option
-from hystfmu.report.verbosity import VERBOSE, level, say
+from hystfmu.report.verbosity import VERBOSE, echo, level, say
 
 if TYPE_CHECKING:
     from hystfmu.graph.blocks import Block
@@ -231,7 +231,7 @@ def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:
         problems = hy.validate(fmu, seconds, not unconfined, report)
     if as_json:
         checks = [asdict(c) for c in problems.checks]
-        click.echo(json.dumps({"file": fmu, "problems": problems, "checks": checks}))
+        echo(json.dumps({"file": fmu, "problems": problems, "checks": checks}))
     else:
         timed = level() == VERBOSE
         rows = [
@@ -239,7 +239,7 @@ def validate(fmu: str, seconds: float, unconfined: bool, as_json: bool) -> None:
         ]
         say(table(["check", "tried", "problems", *["seconds"] * timed], rows) + "\n")
         for p in problems:
-            click.echo(p)
+            echo(p)
         n = len(problems.checks)
         say(f"{fmu}: {len(problems)} problem{'' if len(problems) == 1 else 's'} in {n} check{'' if n == 1 else 's'}")
     sys.exit(FAILED if problems else 0)

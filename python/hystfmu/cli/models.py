@@ -8,7 +8,7 @@ from typing import Literal
 import click
 
 from hystfmu.cli.options import OUTPUT_FILE, Command, assignments, json_option
-from hystfmu.report.verbosity import say
+from hystfmu.report.verbosity import echo, say
 
 
 @click.command(cls=Command)
@@ -26,9 +26,9 @@ def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
     from hystfmu.graph import listing
 
     if name is None:
-        click.echo(listing.as_json() if as_json else listing.markdown() if markdown else listing.overview())
+        echo(listing.as_json() if as_json else listing.markdown() if markdown else listing.overview())
     else:
-        click.echo(listing.as_json(name) if as_json else listing.details(name))
+        echo(listing.as_json(name) if as_json else listing.details(name))
 
 
 @click.command(cls=Command)
@@ -91,7 +91,7 @@ def inverse(
             f"{made.fit['band']:.3g} Hz: give the reference that much earlier"
         )
     for warning in made.fit.get("warnings", ()):
-        click.echo(f"warning: {warning}", err=True)
+        echo(f"warning: {warning}", err=True)
 
 
 @click.command(cls=Command)
@@ -114,4 +114,4 @@ def migrate(files: tuple[str, ...], as_json: bool) -> None:
         if not as_json:
             say(f"{file}: {', '.join(told[file]) or 'has the present format'}")
     if as_json:
-        click.echo(json.dumps(told))
+        echo(json.dumps(told))

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.replacing import keeping
 from hystfmu.report.verbosity import NORMAL, QUIET, VERBOSE, level, set_level
+
+if TYPE_CHECKING:
+    _Text = click.ParamType[str]
+else:  # generic from click 8.4 on only
+    _Text = click.ParamType
 
 FAILED, BAD_INPUT = 1, 2
 INTERRUPTED = 130  # as a shell tells of an interrupt: 128 and the number of the signal
@@ -84,13 +89,13 @@ class Command(click.Command):
         return super().parse_args(ctx, args)
 
 
-class OutputFolder(click.ParamType[str]):
+class OutputFolder(_Text):
     """A folder to write into."""
 
     name = "folder"
 
 
-class OutputFile(click.ParamType[str]):
+class OutputFile(_Text):
     """A file to write: what stands against it is told before anything runs."""
 
     name = "file"

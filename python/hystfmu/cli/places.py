@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import click
-
 from hystfmu.base.errors import InputError
 from hystfmu.base.near import meant, meant_file
+from hystfmu.report.verbosity import echo
 
 
 def found(paths: Sequence[str]) -> list[Path]:
@@ -28,7 +27,7 @@ def found(paths: Sequence[str]) -> list[Path]:
         if not place.exists():
             raise InputError(f"{p}: No such file or directory.{meant_file(p) or meant(p, shipped_names())}")
     if any(place != Path(p) for place, p in zip(places, paths, strict=True)):
-        click.echo(f"scenarios are those that HystFMU ships, in {shipped_scenarios()}", err=True)
+        echo(f"scenarios are those that HystFMU ships, in {shipped_scenarios()}", err=True)
     return places
 
 

@@ -10,7 +10,7 @@ import click
 
 from hystfmu.cli.columns import Columns, data_options
 from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, json_option
-from hystfmu.report.verbosity import say
+from hystfmu.report.verbosity import echo, say
 
 
 @click.command(cls=Command)
@@ -59,7 +59,7 @@ def predict(
     outside = measured.along(lambda rows: clamped(m.graph, rows, measured.h), inputs=rows_of(m.graph, measured))
     share = 100 * float(outside.mean())
     if share > WARN:
-        click.echo(
+        echo(
             f"warning: {measured.place(int(outside.argmax()))} and {share:.3g} % of all rows lie outside the training "
             f"range of {model}, which clips its inputs there",
             err=True,
@@ -67,7 +67,7 @@ def predict(
     found = parts(y, measured, False) if measured.has_output else []
     if as_json:
         told = {"errors": [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]}
-        click.echo(json.dumps({"file": out, "rows": len(y), "clamped_percent": share, **(told if found else {})}))
+        echo(json.dumps({"file": out, "rows": len(y), "clamped_percent": share, **(told if found else {})}))
         return
     say(measured.read_as)
     if found:
@@ -104,12 +104,12 @@ def check(model: str, data: str, columns: Columns, factor: float, as_json: bool)
     measured = columns.read(data)
     found = hy.Model.load(model).check(measured, factor)
     if as_json:
-        click.echo(json.dumps(asdict(found)))
+        echo(json.dumps(asdict(found)))
     else:
         say(measured.read_as)
         unit = f" ({measured.unit_y})" if measured.unit_y else ""
         rows = [[p.name, p.value, f"{p.left:.4g}"] for p in found.parts]
         say(table(["change of", "value", f"RMS left{unit}"], [["nothing", "", f"{found.rms:.4g}"], *rows]))
         say(f"{found.inside:.3g} % of the rows lie in the trained range and reach {found.reached:.3g} % of it")
-        click.echo(str(found)) if found.drifted else say(str(found))
+        echo(str(found)) if found.drifted else say(str(found))
     sys.exit(FAILED if found.drifted else 0)

@@ -12,7 +12,7 @@ import click
 from hystfmu.base.replacing import refuse_existing
 from hystfmu.cli.columns import Columns, data_options
 from hystfmu.cli.options import FAILED, OUTPUT_FOLDER, Command, json_option
-from hystfmu.report.verbosity import detail, say, wrong
+from hystfmu.report.verbosity import detail, echo, say, wrong
 
 if TYPE_CHECKING:
     from hystfmu.face.result import Result
@@ -65,7 +65,7 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
     if folder is not None:
         refuse_existing(*(Path(folder) / f"{name}.html" for name in able))  # they state times
     for name, why in lacking.items():
-        click.echo(f"skipped {name}: {why}", err=True)
+        echo(f"skipped {name}: {why}", err=True)
     reports = []
     for name in able:
         with progress(name) as report:
@@ -77,7 +77,7 @@ def reproduce(names: tuple[str, ...], data: str | None, full: bool, folder: str 
         if folder is not None:
             write_text(Path(folder) / f"{name}.html", reports[-1].html())
     if as_json:
-        click.echo(json.dumps([r.data() for r in reports]))
+        echo(json.dumps([r.data() for r in reports]))
     missed = any(row.met is False and row.where != "speed" for r in reports for row in r.rows)
     sys.exit(FAILED if missed or lacking else 0)
 
@@ -173,7 +173,7 @@ def start(
         limits = [] if loop is None else [vars(v) | {"within": v.within} for v in loop.margins.verdicts]
         facts: dict[str, Any] = {"model": made.model.key, "fit": made.model.fit, "verdict": made.verdict}
         facts["race"] = [] if loop is None else [_contender(c) for c in loop.contenders]
-        click.echo(json.dumps(facts | {"cases": cases, "limits": limits, "files": told, "notes": made.notes}))
+        echo(json.dumps(facts | {"cases": cases, "limits": limits, "files": told, "notes": made.notes}))
         sys.exit(0 if made.approved else FAILED)
     detail(f"\n{made.model}")
     if loop is not None:
@@ -190,9 +190,9 @@ def start(
             say("\n" + table(["limit of the loop", "value", "bound", "verdict", "at"], limits_of_loop))
     notes = [*made.verdict["reasons"], *made.notes, *made.model.fit.get("warnings", ())]
     for note in notes:
-        click.echo(note if loop is None and note == notes[0] else f"warning: {note}", err=True)
+        echo(note if loop is None and note == notes[0] else f"warning: {note}", err=True)
     say("\n" + table(["written", "file", "the same alone"], [[k, str(p), c] for k, (p, c) in made.files.items()]))
-    click.echo(sentence(made.verdict), err=not made.approved)
+    echo(sentence(made.verdict), err=not made.approved)
     sys.exit(0 if made.approved else FAILED)
 
 

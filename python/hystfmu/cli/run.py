@@ -13,7 +13,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.replacing import refuse_existing
 from hystfmu.cli import places
 from hystfmu.cli.options import FAILED, OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option, unconfined_option
-from hystfmu.report.verbosity import detail, say, wrong
+from hystfmu.report.verbosity import detail, echo, say, wrong
 
 
 @click.command(cls=Command)
@@ -59,7 +59,11 @@ from hystfmu.report.verbosity import detail, say, wrong
     "--input", "given", metavar="IN.csv", help="Inputs of an FMU: a column of time, and one named like each input."
 )
 @click.option(
-    "-o", "--out", type=OUTPUT_FILE, metavar="OUT.csv", help="CSV file for all outputs of a single case, SSP or FMU."
+    "-o",
+    "--out",
+    type=OUTPUT_FILE,
+    metavar="OUT.csv",
+    help="CSV file for all outputs of a single case, SSP or FMU.",
 )
 @click.option(
     "--record",
@@ -121,7 +125,7 @@ def run(
         _refuse(context, _NOT_OF_AN_FMU, f"{scenarios[0]}: an FMU runs alone")
         told = run_fmu_file(scenarios[0], given, assignments(settings), step, stop, timeout, out, not unconfined)
         if as_json:
-            click.echo(json.dumps(told.summary()))
+            echo(json.dumps(told.summary()))
         else:
             say("\n".join(told.lines()))
         return
@@ -151,9 +155,9 @@ def run(
     refuse_existing(*pages, *([junit] if junit is not None else []))  # they state times
 
     def agreed(found: list[Change]) -> bool:
-        click.echo(changes(found), err=as_json)
+        echo(changes(found), err=as_json)
         agrees = yes or not sys.stdin.isatty() or not found or click.confirm("write the new baseline?", err=True)
-        click.echo("the baseline is written" if agrees else "nothing is written", err=True)
+        echo("the baseline is written" if agrees else "nothing is written", err=True)
         return agrees
 
     with progress("running") as report:
@@ -174,7 +178,7 @@ def run(
     if junit is not None:
         write_junit(results, junit)
     if as_json:
-        click.echo(json.dumps([r.summary() for r in results]))
+        echo(json.dumps([r.summary() for r in results]))
     else:
         say(verdicts(results))
         detail(every_metric(results))

@@ -11,7 +11,7 @@ import click
 from hystfmu.base.errors import InputError
 from hystfmu.cli import places
 from hystfmu.cli.options import FAILED, OUTPUT_FILE, Command, json_option
-from hystfmu.report.verbosity import VERBOSE, level, say, wrong
+from hystfmu.report.verbosity import VERBOSE, echo, level, say, wrong
 
 
 @click.command(cls=Command)
@@ -53,7 +53,7 @@ def margins(
     with progress("margins") as report:
         found = margin_table(paths, cases or None, report, at=at, delays=delays)
     if as_json:
-        click.echo(json.dumps(found.summary()))
+        echo(json.dumps(found.summary()))
     else:
         say(found.text(delays))
         wrong(found.broken())
@@ -83,7 +83,7 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
     of_studies = is_study(before) or is_study(after)
     found = (compare_studies if of_studies else compare_reports)(before, after, out)
     if as_json:
-        click.echo(json.dumps([vars(c) | {"relative": c.relative} for c in found]))
+        echo(json.dumps([vars(c) | {"relative": c.relative} for c in found]))
     else:
         say(changes(found, "the two reports are the same"))
         say(f"wrote {out}")

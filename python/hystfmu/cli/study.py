@@ -9,7 +9,7 @@ import click
 
 from hystfmu.cli import places
 from hystfmu.cli.options import OUTPUT_FOLDER, Command, json_option, unconfined_option
-from hystfmu.report.verbosity import VERBOSE, level, say
+from hystfmu.report.verbosity import VERBOSE, echo, level, say
 
 
 @click.command(cls=Command, interrupted="finished rows are kept; to go on with the others:")
@@ -66,7 +66,7 @@ def study(
             k: v for k, v in vars(summary).items() if k in ("draws", "inside", "unstable", "interval")
         }
         files = {"table": str(outcome.table), "report": str(outcome.report)}
-        click.echo(json.dumps(facts | files | {"seed": outcome.seed, "summary": answer}))
+        echo(json.dumps(facts | files | {"seed": outcome.seed, "summary": answer}))
     else:
         say(
             f"{facts['rows']} rows, {facts['ran']} of them computed now ({outcome.seconds:.1f} s), "
@@ -75,5 +75,5 @@ def study(
         if summary is not None:
             say(spreads(summary, every=level() == VERBOSE))
         shown = outcome.failed if level() == VERBOSE else outcome.failed[:10]
-        click.echo("".join(f"row {r['index']} ({r['case']}): {r['status']}: {r['reason']}\n" for r in shown), nl=False)
+        echo("".join(f"row {r['index']} ({r['case']}): {r['status']}: {r['reason']}\n" for r in shown), nl=False)
         say(f"{outcome.table}\n{outcome.report}")

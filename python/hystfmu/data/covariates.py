@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.base.printable import printable
 
 TAKEN = ("t", "u", "y", "time")  # names of other signals
 _LABEL = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*)\]\s*)?")
@@ -98,7 +99,7 @@ class Covariates:
                 row = int(np.argmin(np.isfinite(column)))
                 raise InputError(f"{place(row)}: The covariate {name!r} must be finite. Got {column[row]} instead.")
             names.append(name)
-            units.append(unit)
+            units.append(printable(unit))
             columns.append(column)
         stacked = np.column_stack(columns) if columns else np.zeros((n, 0))
         stacked.flags.writeable = False

@@ -12,6 +12,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_text
+from hystfmu.base.printable import printable
 
 
 def read_header(path: str | Path, most: int) -> tuple[list[str], str, str]:
@@ -48,9 +49,16 @@ def csv_rows(columns: Iterable[Array]) -> str:
     return text.getvalue()
 
 
+def csv_head(names: Iterable[str]) -> str:
+    """Format the first line; a name of a foreign FMU may hold commas, quotes or line ends."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(map(printable, names))
+    return text.getvalue()
+
+
 def csv_text(columns: dict[str, Array]) -> str:
     """Format columns of equal length as CSV text with a first line of names."""
-    return ",".join(columns) + "\n" + csv_rows(columns.values())
+    return csv_head(columns) + csv_rows(columns.values())
 
 
 def write_csv(path: str | Path, columns: dict[str, Array]) -> None:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
+from hystfmu.base.printable import printable
 from hystfmu.data.covariates import Covariates
 from hystfmu.data.csv_file import write_csv
 from hystfmu.data.record_rows import (
@@ -116,9 +117,9 @@ class Dataset:
         starts: Sequence[int] = (0,),
         covariates: Mapping[str, ArrayLike] | Covariates | None = None,
     ) -> None:
-        texts = {"name": name, "path": path, "unit_u": unit_u, "unit_y": unit_y}
-        for text, value in texts.items():
-            object.__setattr__(self, text, value)
+        object.__setattr__(self, "path", path)
+        for text, value in {"name": name, "unit_u": unit_u, "unit_y": unit_y}.items():
+            object.__setattr__(self, text, printable(value))
         where = self.path or self.name
         for key, given in (("t", t), ("u", u), ("y", y)):
             try:

@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
-import click
 import numpy as np
 
 from hystfmu.base.steps import Steps
@@ -24,7 +23,7 @@ from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
 from hystfmu.report.progress import progress
 from hystfmu.report.terminal import loop, table
-from hystfmu.report.verbosity import say, wrong
+from hystfmu.report.verbosity import echo, say, wrong
 from hystfmu.scenario import Result, run_scenarios
 from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts
@@ -132,7 +131,7 @@ def _export(steps: Steps, models: list[Model], out: Path) -> tuple[list[str], in
                 report(written / (2 * len(named)))
     say(f"\n{written} FMUs written and checked: {len(problems)} problems")
     for p in problems:
-        click.echo(p)
+        echo(p)
     return problems, written
 
 

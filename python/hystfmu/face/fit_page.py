@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.printable import escape
 from hystfmu.data import Dataset
 from hystfmu.face.evidence_section import evidence_section
 from hystfmu.face.explore import explorer

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.printable import escape
 from hystfmu.data import Dataset
 from hystfmu.face.summary import evidence_lines, names, tables
 from hystfmu.graph.blocks import Block

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields
-from html import escape
 from pathlib import Path
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.printable import escape
 from hystfmu.report.page import Table, table
 from hystfmu.report.plot import Figure
 from hystfmu.scenario import Result as Record

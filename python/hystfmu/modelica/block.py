@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from html import escape
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.printable import escape
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit, network

@@ -115,7 +115,7 @@ def _realisations(model: Model) -> dict[str, str]:
 
 
 def _package(model: Model, name: str, source: str, told: str) -> str:
-    from html import escape
+    from hystfmu.base.printable import escape
 
     listed = "".join(f"<li>{k}: {escape(v)}</li>" for k, v in _realisations(model).items())
     info = (

@@ -79,7 +79,7 @@ def record(model: Model, name: str, within: str, source: str, history: str = "")
 
 
 def _documentation(model: Model, source: str, history: str) -> str:
-    from html import escape
+    from hystfmu.base.printable import escape
 
     return (
         f"<html><p>Values of a model of kind <em>{escape(model.key)}</em>: {escape(model.text)}. A name is that of the "

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from html import escape
 from typing import Any
 
+from hystfmu.base.printable import escape
 from hystfmu.papers.bounded import bounded
 from hystfmu.papers.row import GROUPS, Row
 from hystfmu.report import page

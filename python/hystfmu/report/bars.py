@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
+
+from hystfmu.base.printable import escape
 
 WIDTH, ROW, LEFT, RIGHT, BOTTOM = 480, 40, 8, 12, 40
 

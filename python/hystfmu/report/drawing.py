@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_text
+from hystfmu.base.printable import escape
+from hystfmu.report.policy import policy
 
 ACROSS, TITLE = 2, 24  # diagrams in a row; height of a title
 _STYLE = (
@@ -55,8 +56,8 @@ def save(path: str | Path, title: str, svg: str) -> Path:
     if path.suffix == ".svg":
         write_text(path, svg + "\n")
     elif path.suffix == ".html":
-        head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title></head>'
-        write_text(path, f"{head}<body>\n{svg}\n</body></html>\n")
+        head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">{policy([_STYLE])}'
+        write_text(path, f"{head}<title>{escape(title)}</title></head><body>\n{svg}\n</body></html>\n")
     else:
         raise InputError(
             f"{path}: The file of a plot must end in .html, .svg, .png or .pdf. Got {path.suffix!r} instead."

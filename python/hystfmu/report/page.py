@@ -6,17 +6,19 @@ import functools
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from html import escape
 from pathlib import Path
 from typing import Protocol
 
+from hystfmu.base.printable import escape
 from hystfmu.report.explorer import Explorer
+from hystfmu.report.policy import policy
 
 NUMBER, ANSWER = ' class="num"', ' class="answer"'
 FOLDED = "Tables"
 SCRIPTS = ("common.js", "plots.js", "tables.js")
+EXPLORER = '<div class="explorer">'
 PARTS = {  # what a page may have: further scripts
-    '<div class="explorer">': ("core.js", "pictures.js", "explorer.js"),
+    EXPLORER: ("core.js", "pictures.js", "explorer.js"),
     'class="parallel"': ("parallel.js",),
 }
 _COMMENT = re.compile(r"(^|\s+)//\s.*|^/\*.*\*/$")
@@ -59,9 +61,11 @@ class Section:
 
 def page(title: str, body: Sequence[str]) -> str:
     """Return a whole page as HTML; `body` holds its parts, which are HTML already."""
-    parts = {"TITLE": escape(title), "STYLE": _own("page.css"), "BODY": "\n".join(body)}
-    scripts = [*SCRIPTS, *(name for mark, names in PARTS.items() if mark in parts["BODY"] for name in names)]
-    parts["SCRIPT"] = "(() => {\n" + "\n".join(map(_own, scripts)) + "})();\n"
+    text, style = "\n".join(body), f"\n{_own('page.css')}"
+    named = [*SCRIPTS, *(name for mark, names in PARTS.items() if mark in text for name in names)]
+    script = "\n(() => {\n" + "\n".join(map(_own, named)) + "})();\n"
+    rules = policy([style], [script], core=EXPLORER in text)
+    parts = {"TITLE": escape(title), "POLICY": rules, "STYLE": style, "BODY": text, "SCRIPT": script}
     return re.sub("|".join(parts), lambda m: parts[m[0]], _PAGE)
 
 
@@ -122,11 +126,10 @@ def figures(plots: Sequence[Diagram]) -> str:
 
 
 _PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<html lang="en"><head><meta charset="utf-8">POLICY
+<meta name="viewport" content="width=device-width, initial-scale=1">
 <title>TITLE</title>
-<style>
-STYLE</style></head><body><main>
+<style>STYLE</style></head><body><main>
 BODY
-</main><script>
-SCRIPT</script></body></html>
+</main><script>SCRIPT</script></body></html>
 """

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.printable import escape
 from hystfmu.report.axis import tick
 from hystfmu.report.curve import path
 

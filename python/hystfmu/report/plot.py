@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.printable import escape
 from hystfmu.report.axis import LETTER, axis, tick, width
 from hystfmu.report.by_matplotlib import SUFFIXES, figure, save_figure
 from hystfmu.report.curve import dots, path, thin

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from hystfmu.base.printable import printable
 from hystfmu.report.verbosity import QUIET, level, timed
 
 PAUSE = 0.1  # s between two pictures of the bar
@@ -54,7 +55,7 @@ class Bar:
 
     def _write(self, text: str) -> None:
         width = shutil.get_terminal_size().columns - 1
-        sys.stderr.write("\r" + text[:width].ljust(width))
+        sys.stderr.write("\r" + printable(text)[:width].ljust(width))
         sys.stderr.flush()
 
 

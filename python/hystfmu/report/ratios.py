@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
+
+from hystfmu.base.printable import escape
 
 WIDTH, ROW, LEFT, RIGHT, BOTTOM = 480, 34, 10, 10, 40
 LONGEST = 44  # letters of a name

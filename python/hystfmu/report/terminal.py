@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from hystfmu.base.printable import printable
+
 if TYPE_CHECKING:
     from hystfmu.base.arrays import Array
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     """Return a text table with columns as wide as their content and numbers aligned to the right."""
-    cells = [[str(c) for c in row] for row in (head, *rows)]
+    cells = [[printable(str(c)) for c in row] for row in (head, *rows)]
     widths = [max(len(row[k]) for row in cells) for k in range(len(head))]
     right = [all(_is_number(row[k]) for row in cells[1:]) for k in range(len(head))]
     lines = [

@@ -11,6 +11,8 @@ from contextlib import contextmanager
 
 import click
 
+from hystfmu.base.printable import printable
+
 QUIET, NORMAL, VERBOSE = -1, 0, 1
 _KEY = "hystfmu.verbosity"
 
@@ -26,23 +28,28 @@ def set_level(context: click.Context, to: int) -> None:
     context.meta[_KEY] = to
 
 
+def echo(text: str, err: bool = False, nl: bool = True) -> None:
+    """Print on stdout or stderr: everything that a command says, but JSON, which is ASCII, goes through here."""
+    click.echo(printable(text, lines=True), err=err, nl=nl)
+
+
 def say(text: str) -> None:
     """Print a result, or a remark on it; nothing with -q."""
     if level() > QUIET:
-        click.echo(text)
+        echo(text)
 
 
 def detail(text: str) -> None:
     """Print what is behind a result, with -v only."""
     if level() >= VERBOSE:
-        click.echo(text)
+        echo(text)
 
 
 def wrong(lines: Sequence[str]) -> None:
     """Print what failed, with -q only: other levels have it among the results."""
     if level() <= QUIET:
         for line in lines:
-            click.echo(line)
+            echo(line)
 
 
 @contextmanager
@@ -51,4 +58,4 @@ def timed(what: str) -> Iterator[None]:
     begin = time.monotonic()
     yield
     if level() >= VERBOSE:
-        click.echo(f"{what}: {time.monotonic() - begin:.2f} s", err=True)
+        echo(f"{what}: {time.monotonic() - begin:.2f} s", err=True)

@@ -13,6 +13,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import MOST_BYTES, check_target
+from hystfmu.base.printable import printable
 from hystfmu.data.csv_file import write_csv
 from hystfmu.data.reader.measures import TIME
 from hystfmu.data.reader.reading import table_in
@@ -43,8 +44,9 @@ class FmuRun:
         """Return lines for the terminal: least, greatest and last value of each output."""
         span = f"{self.t[0]:g} to {self.t[-1]:g} s"
         lines = [f"{self.path}: {len(self.t)} rows, {span}" + (f"; {self.note}" if self.note else "")]
-        width = max(map(len, self.values), default=0)
-        for name, y in self.values.items():
+        named = [(printable(name), y) for name, y in self.values.items()]
+        width = max((len(name) for name, _ in named), default=0)
+        for name, y in named:
             lines.append(f"{name:<{width}}  min {y.min():.6g}  max {y.max():.6g}  end {y[-1]:.6g}")
         return lines
 

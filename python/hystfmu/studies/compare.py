@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from scipy.special import bdtr
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_text
+from hystfmu.base.printable import escape
 from hystfmu.report.bars import Bar, Bars
 from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.report.parallel import Parallel

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 import numpy as np
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.printable import escape
 from hystfmu.report.page import Table, table
 from hystfmu.report.plot import Figure
 from hystfmu.studies.figures import distribution

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from hystfmu.base.arrays import Array
+from hystfmu.base.printable import printable
 from hystfmu.data.reader.measures import split_name
 
 
@@ -26,6 +27,10 @@ class Column:
     label: str
     name: str
     unit: str
+
+    def __post_init__(self) -> None:
+        for key in ("label", "name", "unit"):  # a heading goes on to terminals, models and FMUs
+            object.__setattr__(self, key, printable(getattr(self, key)))
 
     @classmethod
     def of(cls, label: str, unit: str = "") -> Column:

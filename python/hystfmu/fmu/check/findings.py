@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hystfmu.base.printable import printable
+
 MOST_CHECKS, MOST_WORDS = 40, 200
 
 
@@ -73,7 +75,7 @@ class Findings(list[str]):
     """
 
     def __init__(self, problems: Sequence[str] = (), checks: Sequence[Check] = ()) -> None:
-        super().__init__(problems)
+        super().__init__(map(printable, problems))  # they name what an FMU calls its variables
         self.checks = tuple(checks)
 
 
@@ -86,6 +88,11 @@ def checks_of(notes: Any) -> list[Check]:
         Something else is written there.
     """
     return [
-        Check(str(c["name"])[:MOST_WORDS], str(c["tried"])[:MOST_WORDS], int(c["problems"]), float(c["seconds"]))
+        Check(
+            printable(str(c["name"])[:MOST_WORDS]),
+            printable(str(c["tried"])[:MOST_WORDS]),
+            int(c["problems"]),
+            float(c["seconds"]),
+        )
         for c in notes[:MOST_CHECKS]
     ]

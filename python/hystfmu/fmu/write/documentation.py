@@ -7,10 +7,10 @@ check the import, and the licence.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from html import escape
 from typing import Any
 
 from hystfmu import __version__
+from hystfmu.base.printable import escape
 from hystfmu.fmu.write.description import Fmi
 from hystfmu.fmu.write.reference import FOLDER, Reference
 from hystfmu.graph import Graph, Port
@@ -20,6 +20,7 @@ from hystfmu.model.explored import HUGE
 from hystfmu.report.explorer import Explorer
 from hystfmu.report.page import Section, page, section
 from hystfmu.report.plot import Line, Plot
+from hystfmu.report.policy import policy
 
 EXPLORED = "The model of this FMU runs in this page. Grey: one rise and fall of its input."
 _MOST_VALUES = 6  # of an array in the table; modelDescription.xml has all
@@ -221,7 +222,8 @@ author.</p>
     if explorer is not None:
         return page(name, [body]).encode()
     return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(name)}</title>'
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">{policy([_STYLE])}'
+        f"<title>{escape(name)}</title>"
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<style>{_STYLE}</style></head><body><main>\n{body}</main></body></html>\n"
     ).encode()

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.printable import escape
 from hystfmu.model import Model
 from hystfmu.modelica.actuator.example import actuator_example
 from hystfmu.modelica.actuator.made import Made, made, refusal

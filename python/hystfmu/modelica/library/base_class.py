@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
 
+from hystfmu.base.printable import escape
 from hystfmu.core.library import BlockType, block_types
 from hystfmu.modelica.library.declarations import dim, parameter, ports, rate_port
 from hystfmu.modelica.library.markup import equation, information, link

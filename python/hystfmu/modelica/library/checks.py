@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import tomllib
-from html import escape
 from pathlib import Path
 
+from hystfmu.base.printable import escape
 from hystfmu.modelica.library.shelf import mark
 
 _FILE = "modelica/rules.toml"

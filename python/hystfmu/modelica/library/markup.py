@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from html import escape
+
+from hystfmu.base.printable import escape
 
 _POWER = re.compile(r"\^(?:\(([^()]*)\)|([+-]?\w+))")
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from hystfmu.base.files import written
-from hystfmu.data.csv_file import csv_rows
+from hystfmu.data.csv_file import csv_head, csv_rows
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.system import System
 
@@ -32,7 +32,7 @@ def row_file(path: str | Path, system: System) -> Iterator[Callable[[Trace], Non
         The file cannot be written.
     """
     with written(path) as file:
-        file.write((",".join(["t", *system.columns]) + "\n").encode())
+        file.write(csv_head(["t", *system.columns]).encode())
 
         def add(chunk: Trace) -> None:
             file.write(csv_rows([chunk.t, *chunk.values.T]).encode())

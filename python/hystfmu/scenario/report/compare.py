@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,6 +14,7 @@ from pydantic import Field
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_text
+from hystfmu.base.printable import escape
 from hystfmu.report.page import Section, Table, figure, page, section, table
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.system.measures import label

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import re
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hystfmu.base.files import write_text
+from hystfmu.base.files import write_bytes
+from hystfmu.fmu.archive.xml_file import xml_file
 
 if TYPE_CHECKING:
     from hystfmu.scenario.verdict.result import Result
-
-_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def write_junit(results: Sequence[Result], path: str | Path) -> None:
@@ -38,12 +36,11 @@ def write_junit(results: Sequence[Result], path: str | Path) -> None:
         for r in own:
             test = ET.SubElement(suite, "testcase", {"classname": name, "name": r.case, "time": f"{r.seconds:.3f}"})
             if r.trace is None:
-                ET.SubElement(test, "error", message=_text(r.lines[0])).text = _text("\n".join(r.lines))
+                ET.SubElement(test, "error", message=r.lines[0]).text = "\n".join(r.lines)
             elif not r.passed:
-                ET.SubElement(test, "failure", message=_text(r.lines[0])).text = _text("\n".join(r.lines))
+                ET.SubElement(test, "failure", message=r.lines[0]).text = "\n".join(r.lines)
             ET.SubElement(test, "system-out").text = "\n".join(f"{v.metric} = {v.value!r}" for v in r.verdicts)
-    ET.indent(root)
-    write_text(path, '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n")
+    write_bytes(path, xml_file(root))
 
 
 def _counts(results: Sequence[Result]) -> dict[str, str]:
@@ -56,8 +53,3 @@ def _counts(results: Sequence[Result]) -> dict[str, str]:
         "errors": str(errors),
         "time": f"{seconds:.3f}",
     }
-
-
-def _text(words: str) -> str:
-    """Replace characters that XML cannot represent; the log of an FMU may contain them."""
-    return _NO_XML.sub("?", words)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence, Set
-from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hystfmu.base.printable import escape
 from hystfmu.report.curve import path
 from hystfmu.scenario.outcome.excerpt import drawn
 from hystfmu.scenario.outcome.plots import error_of

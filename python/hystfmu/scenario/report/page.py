@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence, Set
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hystfmu import __version__
 from hystfmu.base.files import write_text
+from hystfmu.base.printable import escape
 from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.scenario.outcome.plots import case_plots
 from hystfmu.scenario.report.loop_explorer import loop_explorer

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hystfmu.base.printable import escape
 from hystfmu.report.page import figure
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.excerpt import drawn

@@ -1,0 +1,53 @@
+"""Text from files on its way to a terminal, an XML file or a page: what is not printable becomes a visible escape.
+
+A terminal obeys control characters, of which U+0080 to U+009F are the less known half; bidirectional overrides show a
+name as another one; XML 1.0 cannot hold most control characters, and UTF-8 no surrogates.
+"""
+
+from __future__ import annotations
+
+import html
+import re
+import unicodedata
+from functools import cache
+
+_JOINERS = "\u200c\u200d"  # scripts and pictures need them; they move nothing
+_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def printable(text: str, lines: bool = False) -> str:
+    r"""Return text with every character that is not printable as an escape, ``\x1b`` or ``\u202e``.
+
+    Parameters
+    ----------
+    text : str
+    lines : bool
+        Whether line ends stay: in a text of several lines, not in a name.
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(c if _is_printable(c) or (lines and c == "\n") else _escaped(c) for c in text)
+
+
+def unprintable(text: str) -> bool:
+    """Tell whether a text has a character that `printable` would replace; line ends and tabs are none."""
+    return not text.isprintable() and any(not _is_printable(c) and c not in "\n\t" for c in text)
+
+
+def escape(text: str, quote: bool = True) -> str:
+    """Return text as a part of HTML, printable and without markup; line ends stay."""
+    return html.escape(printable(text, lines=True), quote)
+
+
+def xml_text(text: str) -> str:
+    """Return text that XML 1.0 can hold; names that it can hold stay as they are, so that others find them."""
+    return _NO_XML.sub(lambda m: _escaped(m[0]), text)
+
+
+@cache
+def _is_printable(c: str) -> bool:
+    return c.isprintable() or c in _JOINERS or unicodedata.category(c) == "Zs"
+
+
+def _escaped(c: str) -> str:
+    return c.encode("unicode_escape").decode()
