@@ -29,11 +29,11 @@ def every_type(fmi: int, rng: random.Random) -> tuple[list[Variable], dict[str, 
     """An FMU with a parameter, an input and an output of each type, and what a scenario sets."""
     made, given = [], {}
     for kind in LETTERS[fmi]:
-        made.append(Variable(f"p{kind}", kind, "parameter", (value(rng, kind),)))
+        made.append(Variable(f"p{kind}", kind, "parameter", (value(rng, kind, exact=False),)))
         given[f"p{kind}"] = value(rng, kind)
         made += [Variable(f"u{kind}", kind, "input", (value(rng, kind, exact=False),))]
         made += [Variable(f"v{kind}", kind, "input", (value(rng, kind, exact=False),))]
-        made += [Variable(f"y{kind}", kind, "output", (value(rng, kind),))]
+        made += [Variable(f"y{kind}", kind, "output", (value(rng, kind, exact=False),))]
     if fmi == 3:
         made.insert(0, Variable("n", "UInt64", "structuralParameter", (2,)))
         made += [Variable("pn", "Float32", "parameter", (0.5, 0.25), 0), Variable("un", "Int8", "input", (1, 2), 0)]

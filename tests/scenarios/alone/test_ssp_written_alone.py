@@ -176,9 +176,8 @@ def test_a_system_file_by_hand(system: System) -> None:
 
 def test_the_description_of_a_container(system: System) -> None:
     root = ET.fromstring(_description(system, "x", "token"))
-    assert (root.get("guid"), root.get("description")) == (
-        "token", "3 units, stepped in the order plant, reference, pid",
-    )  # fmt: skip
+    assert root.get("guid") == "token"
+    assert str(root.get("description")).endswith("3 units, stepped in the order plant, reference, pid")
     experiment = root.find("DefaultExperiment")
     assert experiment is not None
     assert dict(experiment.attrib) == {"startTime": "0.0", "stopTime": "0.03", "stepSize": "0.0001"}
