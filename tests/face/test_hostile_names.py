@@ -227,7 +227,7 @@ def test_names_of_an_fmu(folder: Path, tmp_path: Path) -> None:
     run("run", scenario, "--report", out)
     quiet((out / "report.html").read_text())
     for made in (tmp_path / "loop.ssp", tmp_path / "loop.fmu"):
-        run("ssp", scenario, "-o", made)
+        run("ssp", scenario, "-o", made, status=(0, 1))  # 1: its coupling costs more than the tolerance
         well_formed(made)
     run("run", tmp_path / "loop.ssp")
 

@@ -23,6 +23,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     "identify/features/dynamics.py": {
         "transfer_function": "nodes(): G0 with the rest of the delay",
         "delay": "nodes(): the whole samples of the delay",
+        "modes": "told: the field of what a fit found",
     },
     "identify/evidence/found.py": {
         "modes": "to_dict(): the field of what a record shows",

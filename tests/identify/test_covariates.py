@@ -252,5 +252,5 @@ def test_fit_and_predict_on_the_command_line(data, tmp_path):
     refused = run.invoke(main, ["predict", out, str(tmp_path / "e.csv"), "-o", predicted])
     assert refused.exit_code == 2
     named = ["--covariate", "load", "--covariate", "oven"]
-    renamed = run.invoke(main, ["predict", out, str(tmp_path / "e.csv"), "-o", predicted, "--json", *named])
+    renamed = run.invoke(main, ["predict", out, str(tmp_path / "e.csv"), "-o", predicted, "--json", *named, "--force"])
     assert json.loads(renamed.stdout)["errors"] == done["errors"]

@@ -145,7 +145,7 @@ def test_units_that_a_case_adds_step_last_unless_it_states_an_order(loop: Any, w
         ({"extends": 3}, ["child/scenario.toml: extends: must be the path", "3"]),
         ({"extends": "../../x.toml"}, ["child/scenario.toml: extends: must stay within the folder of the scenarios"]),
         ({"extends": "/etc/passwd"}, ["child/scenario.toml: extends: must be a path relative", "/etc/passwd"]),
-        ({"extends": "a\0b"}, ["child/scenario.toml: extends:", "null byte"]),
+        ({"extends": "a\0b"}, ["child/scenario.toml: extends:", "printable characters"]),
         ({"extends": "gone.toml"}, ["child/scenario.toml: extends: ", "gone.toml: No such file"]),
         ({"extends": "."}, ["child/scenario.toml: extends: ", "Is a directory"]),
         ({"extends": "scenario.toml"}, ["child/scenario.toml: extends: returns to 'scenario.toml'"]),

@@ -159,7 +159,7 @@ def ssp(
         late = "values reach other components one step late; " if written.components > 1 else ""
         say(f"its reason: {late}readers know no events inside a step and no finer steps")
     if worse := [f"{name} differs by {x:.2g} %" for name, x in written.differences.items() if not x <= tolerance]:
-        click.echo(
+        echo(
             f"{out}: does not reproduce the scenario within {tolerance:g} % of the span: {', '.join(worse)};"
             " the file is kept, for a master that couples better"
         )

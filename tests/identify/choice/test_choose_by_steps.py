@@ -42,6 +42,7 @@ def chosen(monkeypatch):
         monkeypatch.setattr(race, "_unseen", lambda data: 0.0)
         monkeypatch.setattr(auto, "candidates", lambda: (found, missing or {}))
         monkeypatch.setattr(auto, "examine", lambda data: seen)
+        monkeypatch.setattr(auto, "too_large", lambda rows, key, given: "")
         monkeypatch.setattr(auto, "takes_records", lambda key: key == "key takes")
         monkeypatch.setattr(auto, "takes_covariates", lambda key: key == "key takes")
         monkeypatch.setattr(auto.guards, "excursion", lambda key, graph, data: [])

@@ -92,10 +92,10 @@ def test_fit_and_predict_print_it(tmp_path):
     assert done.exit_code == 0, done.output
     assert "coverage %" in done.output
     covered = Model.load(out).fit["coverage_percent"]
-    assert json.loads(CliRunner().invoke(main, [*command, "--json"]).stdout)["coverage_percent"] == covered
+    assert json.loads(CliRunner().invoke(main, [*command, "--json", "--force"]).stdout)["coverage_percent"] == covered
     inside = CliRunner().invoke(main, ["predict", out, a, "-o", str(tmp_path / "p.csv"), "--json"])
     assert (inside.stderr, json.loads(inside.stdout)["clamped_percent"]) == ("", 0.0)
-    outside = CliRunner().invoke(main, ["predict", out, b, "-o", str(tmp_path / "p.csv"), "--json"])
+    outside = CliRunner().invoke(main, ["predict", out, b, "-o", str(tmp_path / "q.csv"), "--json"])
     share = json.loads(outside.stdout)["clamped_percent"]
     assert 5 < share < 60
     assert re.match(

@@ -69,7 +69,9 @@ def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
         with suppress(OSError):
             return _copy(cache_folder().absolute(), digest, path, content, needs), digest
         return _copy(Path(_temporary().name), digest, path, content, needs), digest
-    except zipfile.BadZipFile as e:
+    except InputError:
+        raise
+    except (zipfile.BadZipFile, ValueError) as e:  # ValueError: its directory points before the file
         raise InputError(f"{path}: not a ZIP archive, or truncated ({e})") from None
     except OSError as e:
         raise InputError(f"{path}: cannot be unpacked: {e.strerror or e}") from None
