@@ -52,7 +52,7 @@ def write_page(
         path = folder / "report.html"
         write_text(path, fit_page(model, data, f"{sentence(told)}."))
         return path
-    sections = [_verdict(loop, data, told), *fit_sections(model, data), _controller(loop, notes)]
+    sections = [*_verdict(loop, data, told), *fit_sections(model, data), _controller(loop, notes)]
     return write_report(loop.results, folder, sections, f"{name}: model, inverse, loop")
 
 
@@ -118,8 +118,8 @@ def race_table(loop: ClosedLoop, values: bool = True) -> tuple[list[str], list[l
     return head, rows
 
 
-def _verdict(loop: ClosedLoop, data: Dataset, told: dict[str, Any]) -> Section:
-    """Say the verdict, and draw the device behind a gain alone and in the loop."""
+def _verdict(loop: ClosedLoop, data: Dataset, told: dict[str, Any]) -> tuple[Section, Section]:
+    """Say the verdict, draw the device behind a gain alone and in the loop, then list the errors."""
     shown = {"before: a gain alone": "neither", "after: the loop": loop.promises[0].name}
     unit = f" ({data.unit_y})" if data.unit_y else ""
     plots = []
@@ -135,7 +135,8 @@ def _verdict(loop: ClosedLoop, data: Dataset, told: dict[str, Any]) -> Section:
     answer = f"{sentence(told)}. The RMS error of the {first.name} on the device is "
     answer += f"{percent(first.rms_percent)} % of peak to peak." if known else f"not known: {first.why}."
     tables = [Table(*reference_table(told)), Table(("reason",), [(line,) for line in told["reasons"]])]
-    return Section("", answer, tables[: 1 + bool(told["reasons"])], plots)
+    errors = Section("Errors", "", tables[: 1 + bool(told["reasons"])])
+    return Section("", answer, (), plots), errors
 
 
 def _controller(loop: ClosedLoop, notes: list[str]) -> Section:
