@@ -197,9 +197,10 @@ def documentation(
     )
     sources = "<li><code>sources</code>: one C99 file that contains the data as constants.</li>" if source else ""
     body = f"""<h1>{escape(name)}</h1>
-<p>{escape(text)}</p>
+<p>{escape((model.text if model else "") or text)}</p>
+{_picture(reference) if explorer is None else section(Section("", EXPLORED, explorer=explorer))}
 <p class="soft">FMI {fmi}.0, written by HystFMU {__version__}, token <code>{graph.token}</code>.</p>
-{_picture(reference) if explorer is None else section(Section("", EXPLORED, explorer=explorer))}<h2>Variables</h2>
+<h2>Variables</h2>
 {variables}<h2>Equations</h2>
 {_equations(graph)}<h2>Provenance of the values</h2>
 {history(model)}<h2>Meaning of a step</h2>
