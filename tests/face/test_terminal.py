@@ -151,7 +151,10 @@ def test_an_interrupted_study_says_how_to_go_on_and_does(loop: Path) -> None:
 )
 def test_an_interrupt_leaves_whole_files_and_a_status_of_its_own(command: list[str], tmp_path: Path) -> None:
     hy.synthetic.piezo(60, 1000.0).to_csv(tmp_path / "piezo.csv")
-    status, _, err = at_terminal(*command, cwd=tmp_path, interrupt=lambda shown: bool(BAR.search(shown)))
+    for _ in range(3):  # seldom it meets native code that imports, which ends Python by the signal itself
+        status, _, err = at_terminal(*command, cwd=tmp_path, interrupt=lambda shown: bool(BAR.search(shown)))
+        if status != -signal.SIGINT:
+            break
     assert status == 130
     assert "Traceback" not in err
     assert err.rstrip().endswith(f"finished steps are kept; to go on with the others: hystfmu {' '.join(command)}")
