@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 import tomli_w
-from bad_fmu import bad_fmu
+from bad_fmu import LOOP, bad_fmu
 from click.testing import CliRunner
 
 from hystfmu.base import child
@@ -64,15 +64,7 @@ static void attempts(void) {
 }
 """
 ALL, OWN = 1023, 128 + 256 + 512
-LOOP: dict[str, Any] = {
-    "name": "bad",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["command", "bad"],
-    "units": {"command": {"block": "disturbance"}, "bad": {"fmu": "bad.fmu"}},
-    "connections": {"bad.u": "command.d"},
-    "metrics": {"last": {"kind": "final", "signal": "bad.y", "limit": 0.5}},
-}
+LIMITED = LOOP | {"metrics": {"last": {"kind": "final", "signal": "bad.y", "limit": 0.5}}}
 STUDY = {"name": "bad", "scenario": "loop", "method": "grid", "parameters": {"command.step": {"values": [0.0, 1.0]}}}
 
 
@@ -108,7 +100,7 @@ def called(server: socket.socket) -> bool:
 
 def fmu(folder: Path, home: Path, server: socket.socket) -> Path:
     folder.mkdir(exist_ok=True)
-    (folder / "scenario.toml").write_text(tomli_w.dumps(LOOP))
+    (folder / "scenario.toml").write_text(tomli_w.dumps(LIMITED))
     extra = ATTEMPTS.replace("HOME", f'"{home}"').replace("PORT", str(server.getsockname()[1]))
     bad_fmu(folder / "bad.fmu", "{ attempts(); y = did; return fmi2OK; }", -1.0, extra)
     return folder
@@ -258,7 +250,7 @@ def test_what_a_worker_with_foreign_code_sends_is_not_believed(words: str, tmp_p
     from hystfmu.studies import run_study
 
     (tmp_path / "loop").mkdir()
-    (tmp_path / "loop" / "scenario.toml").write_text(tomli_w.dumps(LOOP))
+    (tmp_path / "loop" / "scenario.toml").write_text(tomli_w.dumps(LIMITED))
     bad_fmu(tmp_path / "loop" / "bad.fmu", "speak()", 0.5, SPEAKS.replace("WORDS", f'"{words}"'))
     (tmp_path / "bad.study.toml").write_text(tomli_w.dumps(STUDY))
     outcome = run_study(tmp_path / "bad.study.toml", tmp_path / "out", workers=1)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import pytest
 import tomli_w
-from bad_fmu import bad_fmu
+from bad_fmu import LOOP, bad_fmu
 from users import User, user  # noqa: F401
 
 from hystfmu.base.confine import unconfined
@@ -51,15 +50,6 @@ for command in json.loads(sys.argv[1]):
     told = CliRunner().invoke(main, command.split())
     print(json.dumps([told.exit_code, told.output + repr(told.exception)]))
 """
-LOOP: dict[str, Any] = {
-    "name": "bad",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["command", "bad"],
-    "units": {"command": {"block": "disturbance"}, "bad": {"fmu": "bad.fmu"}},
-    "connections": {"bad.u": "command.d"},
-    "metrics": {"last": {"kind": "final", "signal": "bad.y"}},
-}
 WORDS = "secret words"
 NOTES = {"stopped": WORDS, "status": WORDS, "rows": 3, "note": WORDS, "sweeps": [1, 1, 1]}
 NOTES |= {"problems": [WORDS], "doing": WORDS, "done": True, "checks": []}

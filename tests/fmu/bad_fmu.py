@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import pytest
@@ -81,6 +82,16 @@ STUB(fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind k, fmi2Boolean 
 STUB(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *s)
 """
 SLEEPS, SPINS = "for (;;) sleep(1)", "for (;;)"
+# the scenario of a folder with bad.fmu
+LOOP: dict[str, Any] = {
+    "name": "bad",
+    "step": 1e-3,
+    "stop": 0.01,
+    "order": ["command", "bad"],
+    "units": {"command": {"block": "disturbance"}, "bad": {"fmu": "bad.fmu"}},
+    "connections": {"bad.u": "command.d"},
+    "metrics": {"last": {"kind": "final", "signal": "bad.y"}},
+}
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="bad" guid="bad">
   <CoSimulation modelIdentifier="bad" canHandleVariableCommunicationStepSize="true"/>

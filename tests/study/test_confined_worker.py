@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 import tomli_w
-from bad_fmu import bad_fmu
+from bad_fmu import LOOP, bad_fmu
 
 from hystfmu.base.confine import unconfined
 from hystfmu.base.errors import InputError
@@ -80,15 +79,6 @@ static double attempts(void) {
   return did;
 }
 """
-LOOP: dict[str, Any] = {
-    "name": "bad",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["command", "bad"],
-    "units": {"command": {"block": "disturbance"}, "bad": {"fmu": "bad.fmu"}},
-    "connections": {"bad.u": "command.d"},
-    "metrics": {"last": {"kind": "final", "signal": "bad.y"}},
-}
 STUDY = {"name": "bad", "scenario": "loop", "method": "grid", "parameters": {"command.step": {"values": [0.0, 1.0]}}}
 
 

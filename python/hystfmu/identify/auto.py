@@ -4,10 +4,11 @@ The blocks are cut between reversals over the whole record, because its last par
 changes (a decaying sine, a staircase of minor loops).  A model is fitted to the other rows, runs free over all of them,
 and its error counts in the blocks inside the range of u that those rows cover.  A block that alone reaches an end of
 the range is not held out: its loop sets the memory, and without it every kind extrapolates, some with more luck than
-others.  The blocks come in disjoint folds.  After each fold losers stop (a race: Maron & Moore 1994; Birattari et al.
-2002): kinds whose error, without the noise of the output, is `LOSER` times the least.  What the fits of the folds
-disagree on counts as an error as well, and a loser returns where the others turn out uncertain.  A kind that is
-expensive to fit starts with a short trial fit, which has every part of the full one.
+others.  An error on the whole record counts where it is larger.  The blocks come in disjoint folds.  After each fold
+losers stop (a race: Maron & Moore 1994; Birattari et al.  2002): kinds whose error, without the noise of the output, is
+`LOSER` times the least.  What the fits of the folds disagree on counts as an error as well, and a loser returns where
+the others turn out uncertain.  A kind that is expensive to fit starts with a short trial fit, which has every part of
+the full one.
 
 Blocks tell nothing about states that no row has seen.  A network errs there, and a kind whose parameters are local, so
 the share of the states of other signals that the training rows leave out (`hystfmu.model.coverage`) counts with

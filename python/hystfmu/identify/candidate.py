@@ -65,6 +65,14 @@ class Memory:
     power: int = 1
 
     def grown(self, given: Mapping[str, Any], default: float) -> float:
-        """Return the bytes per row for these options, by the `default` of the one that counts."""
+        """Return the bytes per row of a fit with these options.
+
+        Parameters
+        ----------
+        given : mapping
+            Options of the kind that differ from their defaults.
+        default : float
+            Default of the option that the memory grows with.
+        """
         size = float(given.get(self.option, default))
         return float(self.per_row * (size / default) ** self.power)

@@ -34,7 +34,7 @@ DIFFERENCE = 1e-5  # step of the Jacobian in ln f_n, ln zeta and samples of dela
 LEAST_REST = 1e-6  # a shorter fractional delay, in samples, is dropped
 KNOWN, KNOWN_PHASE = 0.02, 0.05  # limits: standard error of ln f_n and ln zeta; of the delay, as phase at f_n (rad)
 
-Beside = tuple[tuple[float, float, float], ...]
+Beside = tuple[tuple[float, float, float], ...]  # natural frequency (Hz), damping ratio, share of the static gain
 
 DYNAMICS_OPTIONS = (
     Option("hold", "foh", choices=("foh", "zoh"), text="input between rows: a ramp, or held (at the new value)"),
