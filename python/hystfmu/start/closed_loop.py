@@ -27,7 +27,7 @@ from hystfmu.scenario.margin_table import MarginTable, margin_table
 from hystfmu.start.contender import Contender
 from hystfmu.start.device import FINE, SLOPES, Device, device
 from hystfmu.start.loop import command_of, draws, loop_scenario
-from hystfmu.start.misfit import Misfit, misfit
+from hystfmu.start.misfit import HARMONICS, Misfit, misfit
 from hystfmu.start.promise import Promise, expected_percent, promises
 from hystfmu.start.references import Tried, references
 from hystfmu.start.requirements import JUMPS, OVERSHOOT, Amplifier, Requirements
@@ -198,14 +198,15 @@ def _raced(found: Device, plants: PlantSet, aim: Aim, asked: Requirements) -> Ra
 
 def _aim(found: Device, missed: Misfit, tried: tuple[Tried, ...]) -> Aim:
     """Return what disturbs the loop on the average of the references."""
-    f = np.unique(np.concatenate([t.frequency * missed.harmonics for t in tried]))
+    f = np.unique(np.concatenate([t.frequency * HARMONICS for t in tried]))
     f = f[f < 0.45 / found.h]
     if found.band:
         f = f[f <= max(found.band, 2 * found.frequency)]
     power = np.zeros(len(f))
     for t in tried:
-        for n, p in zip(missed.harmonics, missed.power, strict=True):
-            power[np.abs(f - n * t.frequency).argmin()] += p / len(tried)
+        for line, p in zip(*missed.lines(t.frequency), strict=True):
+            if line <= f[-1]:
+                power[np.abs(f - line).argmin()] += p / len(tried)
     reference = np.mean([t.powers(f) for t in tried], axis=0)
     return Aim(f, power, reference, found.noise)
 

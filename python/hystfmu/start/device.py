@@ -327,13 +327,13 @@ def reference_frequency(data: Dataset) -> float:
     """
     size = LARGE * float(np.ptp(data.u))
     turns = [len(turning_points(data.u[rows], size)) for rows in data.records]
-    long = sum(_moving(data.u[rows], size) for rows in data.records)
+    long = sum(len(data.u[rows][moving(data.u[rows], size)]) for rows in data.records)
     found = max(sum(turns), 1) / (2 * max(long, 1) * data.h)
     return float(f"{min(max(found, 1 / (LONGEST * data.h)), 1 / (SAMPLES * data.h)):.3g}")
 
 
-def _moving(u: Array, size: float) -> int:
-    """Return the number of rows from the first to the last place at which the input has moved by a size."""
+def moving(u: Array, size: float) -> slice:
+    """Return the rows from the first to the last place at which the input has moved by a size."""
     far = np.flatnonzero(np.abs(u - u[0]) > size)
     back = np.flatnonzero(np.abs(u - u[-1]) > size)
-    return int(back[-1] - far[0]) + 1 if len(far) and len(back) and back[-1] >= far[0] else len(u)
+    return slice(far[0], back[-1] + 1) if len(far) and len(back) and back[-1] >= far[0] else slice(0, len(u))
