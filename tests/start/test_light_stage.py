@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import secrets
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +20,7 @@ PERIODS = 50  # until the error of a triangle counts
 
 
 @pytest.mark.stress
-def test_start_alone_scans_a_light_stage(tmp_path: Path) -> None:
+def test_a_light_stage_is_scanned_by_start_alone_and_by_a_repetitive_part(tmp_path: Path) -> None:
     seed = secrets.randbelow(1 << 31)
     modes = ((700.0, 0.02, 1.0),)
     device = replace(draw(seed, 0), modes=modes, delay=1.0, rate=1e4, slow_rate=1e4, noise=1e-4)
@@ -42,3 +44,6 @@ def test_start_alone_scans_a_light_stage(tmp_path: Path) -> None:
         assert line.mean() > 0.8
         e = (run.y - run.r)[first:-1][line]
         assert 100 * np.sqrt(np.mean(e**2)) / (2 * wanted["amplitude"]) <= most, (seed, shape, device.text)
+    command = ["design", "repetitive", str(tmp_path / "made" / "loop"), "-o", str(tmp_path / "learns"), "--json"]
+    done = subprocess.run([sys.executable, "-m", "hystfmu.cli", *command], capture_output=True, text=True)
+    assert done.returncode == 0, (seed, device.text, done.stdout, done.stderr)

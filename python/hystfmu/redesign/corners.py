@@ -39,6 +39,10 @@ class Corner:
         """Return the response from a correction to what it takes off the error."""
         return self.opened.learnt(angles, self.slope, self.delay)
 
+    def without_memory(self, angles: Array) -> Complex:
+        """Return the response of the open loop without its memory."""
+        return replace(self.opened, memories=()).response_at(angles, self.slope, self.delay)
+
     @property
     def stable(self) -> bool:
         """Whether the loop is stable without its memory."""

@@ -19,6 +19,8 @@ REST = 0.999  # Q at frequency 0: a constant correction before an integrator is 
 FLOOR = 1e-3  # of the mean square of responses: what the loop does not respond to is not inverted
 ABOVE_MODE = 1.2  # cutoff over the fastest mode: Q is closed at twice that mode, above which a record shows little
 HARMONICS = 10  # of the reference that are learnt where the plant has no dynamics, and nothing else says more
+KEPT = 0.5  # of the cutoff, for which a gain is kept that peaks too much above
+PHASES = 96  # of a period, for a peak between harmonics
 HIGHEST = 0.4  # cutoff over the sampling frequency
 STEP = 2**0.25  # between cutoffs that are tried
 SIDE_Q, SIDE_L = 2.6, 5.0  # taps on each side, in samples of the cutoff
@@ -33,13 +35,29 @@ def highest(opened: OpenedLoop, n: int) -> float:
 
 
 class Search:
-    """Filters for cutoffs and gains, held against all corners."""
+    """Filters for cutoffs and gains, held against all corners.
 
-    def __init__(self, found: Sequence[Corner], h: float, n: int) -> None:
-        self._found, self._h, self._n = found, h, n
+    Parameters
+    ----------
+    found : sequence of Corner
+        The nominal loop first.
+    h : float
+        Step (s).
+    n : int
+        Steps in a period.
+    peak : float
+        Largest peak of the sensitivity of the nominal loop with learning.
+    """
+
+    def __init__(self, found: Sequence[Corner], h: float, n: int, peak: float = math.inf) -> None:
+        self._found, self._h, self._n, self._peak = found, h, n, peak
         angles = angles_of(list(found))
         self._z: Complex = np.exp(1j * angles)
         self._T = np.array([c.learnt(angles) for c in found])
+        first = [c for c in found if c.name == found[0].name and c.delay == 0]
+        nominal = min(first, key=lambda c: abs(c.slope - c.opened.nominal))
+        self._S = np.abs(1 / (1 + nominal.without_memory(angles)))
+        self._T_nominal = nominal.learnt(angles)
         self._design = np.array([c.learnt(filter_angles()) for c in found if c.delay == 0])
 
     def at(self, cutoff: float, gain: float) -> RepetitiveFilters:
@@ -52,6 +70,9 @@ class Search:
     def best(self, cutoff: float | None, gain: float | None, top: float) -> tuple[RepetitiveFilters, float, float]:
         """Return the filters of the largest cutoff, of the largest gain that has one.
 
+        Where they are not asked for, both are such that the sensitivity keeps its limit between the harmonics, if that
+        is possible: what is learnt of a harmonic is paid between them.
+
         Raises
         ------
         InputError
@@ -59,12 +80,26 @@ class Search:
         """
         if cutoff is not None and not 0 < cutoff < 0.5 / self._h:
             raise InputError(f"The cutoff must be a float in (0, {0.5 / self._h:g}) Hz. Got {cutoff:g} instead.")
+        first: tuple[RepetitiveFilters, float, float] | None = None
         for g in GAINS if gain is None else (gain,):
+            highest = 0.0
             for f in self._cutoffs(top) if cutoff is None else (cutoff,):
+                if f < KEPT * highest:
+                    break
                 found = self.at(f, g)
                 if max(found.contraction) < 1:
-                    return found, f, g
-        raise InputError(self._refusal(cutoff, gain, top))
+                    first, highest = first or (found, f, g), highest or f
+                    if self._peak_with(found) <= self._peak:
+                        return found, f, g
+        if first is None:
+            raise InputError(self._refusal(cutoff, gain, top))
+        return first
+
+    def _peak_with(self, filters: RepetitiveFilters) -> float:
+        """Return the largest sensitivity of the nominal loop with learning, for any phase of the period."""
+        Q, L = zero_phase_at(filters.q, self._z), taps_at(filters.l, self._z)
+        turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)[:, None]
+        return float((np.abs((1 - turn * Q) / (1 - turn * (Q - L * self._T_nominal))) * self._S).max())
 
     def worst(self, filters: RepetitiveFilters, cutoff: float) -> tuple[str, float]:
         """Return the corner in which harmonics up to half the cutoff shrink least, and the factor in a period."""

@@ -99,7 +99,8 @@ def repetitive(
         Frequency above which nothing is learnt (Hz).  By default the largest that all corners carry, at most 1.2
         times the fastest mode of the plant, or without dynamics ten times the frequency of the reference.
     gain : float, optional
-        Share of the error that is learnt in a period, in (0, 1]; by default 0.3, less if no cutoff allows that.
+        Share of the error that is learnt in a period, in (0, 1]; by default 0.3, less if no cutoff allows that or if
+        the peak of the sensitivity would pass the limit in `[margins]`.
     off : float, optional
         Share by which the natural frequencies of the plant may differ, in [0, 0.9]; by default the largest of 0.2, 0.1,
         0.05, 0.02 and 0 for which the loop is stable before it learns.
@@ -144,7 +145,8 @@ def repetitive(
     loops = {c.name: open_loop(build(c)) for c in ready.cases}
     found, off = _stable_corners({first: loops[first], **loops}, ready.spec.margins, OFF if off is None else (off,))
     progress(0.3)
-    search = Search(found, h, n)
+    asked = ready.spec.margins.Ms_db if ready.spec.margins is not None else None
+    search = Search(found, h, n, 10 ** (asked / 20) if asked is not None else math.inf)
     filters, cutoff, gain = search.best(cutoff, gain, highest(opened, n))
     progress(0.5)
     text = f"learns {gain:g} of the error in a period of {n * h:g} s, up to {cutoff:.4g} Hz"
