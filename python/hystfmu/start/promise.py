@@ -24,7 +24,8 @@ from hystfmu.start.references import Tried
 
 LEAST_REVERSALS = 20  # of a record that shows the memory
 SMALL = 0.05  # of the range of the input: a reversal that shows memory
-BOUND = 2.4  # times the expected error: 19 of 20 errors of drawn devices lie below (tests/benchmarks/devices.py)
+BOUND = 2.2  # times the expected error: 19 of 20 errors of drawn devices lie below (tests/benchmarks/devices.py)
+LEAST = 0.5  # of the noise of the record: a smaller bound is not what the record can show
 HARMONICS = 5  # of a reference that must lie in the coherent band
 
 
@@ -74,7 +75,7 @@ def promises(
         run = values.get(t.name, float("inf")) * tried[0].amplitude / t.amplitude
         why = unknown(found, t, data, model)
         expected = None if why else float(np.hypot(run, np.sqrt(_left(found, plants, aim, tuned, t)) * in_percent))
-        bound = None if expected is None else BOUND * expected
+        bound = None if expected is None else max(BOUND * expected, LEAST * found.noise * in_percent)
         made.append(Promise(t.name, t.shape, t.frequency, t.amplitude, t.offset, run, expected, bound, why))
     return tuple(made)
 
