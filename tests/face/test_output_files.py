@@ -15,7 +15,7 @@ from hystfmu.base.files import read_bytes, write_bytes
 from hystfmu.cli import main
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")
-OUTPUTS = ["fit x.csv -o", "predict m x.csv -o", "inverse m -o", "export delay -o", "run s --junit", "compare a b -o"]
+OUTPUTS = ["fit x.csv -o", "predict m x.csv -o", "inverse m -o", "export delay -o", "compare a b -o"]
 OUTPUTS += ["run s -o", "ssp s -o"]
 
 

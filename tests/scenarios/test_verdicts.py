@@ -72,11 +72,15 @@ def test_twenty_percent_of_a_plant_parameter_fails(loop: Any, write: Any) -> Non
     write(loop)
     assert run(folder).passed
     for key in ("plant.hysteresis_r", "plant.hysteresis_w", "plant.hysteresis_w0", "plant.g0_b"):
-        lines = run(folder, overrides={key: "*1.2"}).failures()
+        loop["units"]["plant"]["set"] = {key.partition(".")[2]: "*1.2"}
+        write(loop)
+        lines = run(folder).failures()
         assert any("loop/nominal: tracking" in line and "changed against the baseline" in line for line in lines), key
-    lines = run(folder, overrides={"plant.hysteresis_r": "*1.2"}).failures()
+    loop["units"]["plant"]["set"] = {"hysteresis_r": "*1.2"}
+    write(loop)
+    lines = run(folder).failures()
     assert any("loop/nominal: tracking" in line and "exceeds the limit" in line for line in lines)
-    shown = terminal.verdicts([run(folder, overrides={"plant.hysteresis_r": "*1.2"})])
+    shown = terminal.verdicts([run(folder)])
     changed = sum("changed against" in line for line in lines)
     assert changed > 1
     assert shown.count("changed against the baseline") == 1, "the limits in full, of the changes the first"
@@ -84,10 +88,37 @@ def test_twenty_percent_of_a_plant_parameter_fails(loop: Any, write: Any) -> Non
     assert "exceeds the limit" in shown
 
 
+def test_with_an_override_the_limits_alone_decide(loop: Any, write: Any) -> None:
+    folder = write(loop)
+    run(folder, record=True)
+    value = run(folder).verdicts[0].value
+    for room, passed in ((100.0, True), (1.02, False)):
+        loop["metrics"]["tracking"]["limit"] = room * value
+        write(loop)
+        found = run(folder, overrides={"plant.hysteresis_r": "*1.2"})
+        assert found.passed == passed
+        assert all("exceeds the limit" in line for line in found.failures())
+        assert found.verdicts[0].same is False, "what changed is told, in JSON too"
+        shown = terminal.verdicts([found])
+        assert shown.count("changed against the baseline") == 1
+        assert "more changed)" in shown
+        assert "--record" not in shown
+
+
+def test_a_case_keeps_a_value_of_its_own_unless_the_override_is_relative(loop: Any, write: Any) -> None:
+    loop["case"] = [{"name": "nominal"}, {"name": "own", "set": {"pid.Kp": 0.25}}]
+    folder = write(loop)
+    for given, kept in ((2.0, 0.25), ("*2", 0.5)):
+        for r in run_scenarios([folder], overrides={"pid.Kp": given}, engine="native"):
+            value = {p.name: p for p in r.system.parts}["pid"].own.node("pid").value("Kp")[0]
+            assert value == (kept if r.case == "own" else 2.0), "1 in the scenario"
+
+
 def test_several_scenarios_are_shown_with_a_line_each(loop: Any, write: Any) -> None:
     folder = write(loop)
     run(folder, record=True)
-    one = run(folder, overrides={"plant.hysteresis_r": "*1.2"})
+    loop["units"]["plant"]["set"] = {"hysteresis_r": "*1.2"}
+    one = run(write(loop))
     other = replace(one, system=replace(one.system, case=replace(one.system.case, scenario="other")), lines=())
     rows = [line.split() for line in terminal.verdicts([one, other, other]).splitlines()[2:4]]
     assert [row[:4] for row in rows] == [["loop", "0", "of", "1"], ["other", "2", "of", "2"]]

@@ -96,9 +96,18 @@ class OutputFolder(_Text):
 
 
 class OutputFile(_Text):
-    """A file to write: what stands against it is told before anything runs."""
+    """A file to write: what stands against it is told before anything runs.
+
+    Parameters
+    ----------
+    folder : bool
+        Whether its folder must exist; otherwise the command makes it.
+    """
 
     name = "file"
+
+    def __init__(self, folder: bool = True) -> None:
+        self._folder = folder
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Check the path.
@@ -110,7 +119,7 @@ class OutputFile(_Text):
         """
         from hystfmu.base.files import check_target  # brings pydantic, which --help does without
 
-        check_target(value, folder=True)
+        check_target(value, folder=self._folder)
         return value
 
 

@@ -12,7 +12,16 @@ import click
 from hystfmu.base.errors import InputError
 from hystfmu.base.replacing import refuse_existing
 from hystfmu.cli import places
-from hystfmu.cli.options import FAILED, OUTPUT_FILE, OUTPUT_FOLDER, Command, assignments, json_option, unconfined_option
+from hystfmu.cli.options import (
+    FAILED,
+    OUTPUT_FILE,
+    OUTPUT_FOLDER,
+    Command,
+    OutputFile,
+    assignments,
+    json_option,
+    unconfined_option,
+)
 from hystfmu.report.verbosity import detail, echo, say, wrong
 
 
@@ -29,7 +38,8 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
     "settings",
     multiple=True,
     metavar="UNIT.NAME=VALUE",
-    help="Override a parameter (of an FMU: NAME=VALUE), or with @FILE.json those of a file; repeatable.",
+    help="Override a parameter (of an FMU: NAME=VALUE), or with @FILE.json those of a file; repeatable. The limits "
+    "alone decide then. A case that sets the parameter itself keeps its value, unless yours is relative ('*1.2').",
 )
 @click.option(
     "--engine",
@@ -71,7 +81,7 @@ from hystfmu.report.verbosity import detail, echo, say, wrong
     help="Record the results as the new baseline.  Prints the changes; asks first on a terminal.",
 )
 @click.option("--yes", is_flag=True, help="With --record: do not ask.")
-@click.option("--junit", type=OUTPUT_FILE, metavar="FILE", help="JUnit XML file to write the verdicts to.")
+@click.option("--junit", type=OutputFile(folder=False), metavar="FILE", help="JUnit XML file to write the verdicts to.")
 @click.option(
     "--report",
     "report_dir",

@@ -20,8 +20,8 @@ from hystfmu.scenario.verdict.baseline import Baseline
 class Plan:
     """One scenario: the cases that run, and its baseline (None while one is recorded, or where there is none).
 
-    `strict`: a case without baseline is a failure.  Where there is none at all, as for a scenario built in Python or on
-    a first run, the limits alone decide, if it states any; `note` says so.
+    `strict`: a change, or a case without baseline, is a failure.  Where there is none at all, as for a scenario built in
+    Python or on a first run, or where values are overridden, the limits alone decide; `note` says so.
     """
 
     scenario: Scenario
@@ -70,23 +70,26 @@ def plan(
     cases = [[c for c in s.cases if c.name in wanted] for s in scenarios]
     built = [tuple(build(c) for c in group) for group in cases]
     _check_overrides(overrides, [s for group in built for s in group])
-    return [_plan(s, systems, record) for s, systems in zip(scenarios, built, strict=True)]
+    strict = not overrides
+    return [_plan(s, systems, record, strict) for s, systems in zip(scenarios, built, strict=True)]
 
 
-def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool) -> Plan:
+def _plan(scenario: Scenario, systems: tuple[System, ...], record: bool, strict: bool) -> Plan:
     if record or scenario.folder is None:
         return Plan(scenario, systems, None, strict=False)
     baseline = Baseline.load(scenario.folder)
     if baseline is None and any(m.limit is not None for s in systems for m in s.case.metrics.values()):
         note = f"{scenario.spec.name}: no baseline yet: the limits alone decide; --record keeps these results as one"
         return Plan(scenario, systems, None, strict=False, note=note)
-    return Plan(scenario, systems, baseline, strict=True)
+    return Plan(scenario, systems, baseline, strict)
 
 
 def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) -> None:
     for key in overrides:
         if not any(key in system.overridden for system in systems):
             known = {name for system in systems for name in system.parameters}
+            if key in known:
+                raise InputError(f"--set {key}: Some case must take its value from the scenario. Got only own values.")
             raise InputError(
                 f"--set {key}: none of the scenarios has a unit with that parameter.{meant(key, sorted(known))}"
             )

@@ -75,6 +75,6 @@ def run_case(
         advance(left)
         return Result(system, (), (f"{case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes), None
     took = time.perf_counter() - begin
-    verdicts, lines = judge(case, measured, kept, baseline, strict=strict)
+    verdicts, lines, changed = judge(case, measured, kept, baseline, strict=strict)
     found = Record({v.metric: v.value for v in verdicts}, kept.rows(), kept.trace.final_states)
-    return Result(system, tuple(verdicts), tuple(lines), picture.trace(), took, notes, counted), found
+    return Result(system, tuple(verdicts), tuple(lines), picture.trace(), took, (*notes, *changed), counted), found

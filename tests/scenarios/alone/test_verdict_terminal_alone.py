@@ -7,6 +7,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from hystfmu.base.errors import InputError
@@ -32,8 +33,12 @@ def verdict_on(
 ) -> Any:
     m = MetricSpec.model_validate({"kind": "peak", "signal": "a.y"} | ({} if limit is None else {"limit": limit}))
     case: Any = SimpleNamespace(name="c", title="s/c", where="w", metrics={"m": m}, tolerance=tolerance)
-    known = SimpleNamespace(metrics={"c": {} if old is None else {"m": old}})
-    return judge(case, {"m": measured(value)}, SimpleNamespace(), None if old is None else known, strict)  # type: ignore
+    case.record, rows = (), np.zeros((0, 1))
+    known = SimpleNamespace(
+        metrics={"c": {} if old is None else {"m": old}}, rows={"c": rows}, signals=(), final_states={}
+    )
+    kept: Any = SimpleNamespace(rows=lambda: rows, trace=SimpleNamespace(final_states={}))
+    return judge(case, {"m": measured(value)}, kept, None if old is None else known, strict)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -41,7 +46,7 @@ def verdict_on(
     [(1.0, None, True), (1.0, 1.0, True), (1.1, 1.0, False), (math.inf, None, False), (math.nan, 1.0, False)],
 )
 def test_within_is_finite_and_not_above_the_limit(value: float, limit: float | None, good: bool) -> None:
-    (v,), lines = verdict_on(value, limit, None, strict=False)
+    (v,), lines, _ = verdict_on(value, limit, None, strict=False)
     assert (v.within, v.same, v.baseline, v.limit, v.kind, v.metric) == (good, None, None, limit, "peak", "m")
     rule = "is not finite" if limit is None else f"exceeds the limit {limit:g}"
     assert lines == ([] if good else [f"s/c: m (peak of a.y) = {value:.6g} {rule}"])
@@ -61,8 +66,9 @@ def test_within_is_finite_and_not_above_the_limit(value: float, limit: float | N
     ],
 )
 def test_the_same_within_a_tolerance(value: float, limit: float | None, old: float, same: bool) -> None:
-    (v,), lines = verdict_on(value, limit, old, strict=False)
+    (v,), lines, changed = verdict_on(value, limit, old, strict=False)
     assert (v.same, v.baseline, lines) == (same, old, [])
+    assert bool(changed) == (not same)
 
 
 def test_a_missing_baseline_and_a_change_are_failures() -> None:

@@ -14,6 +14,7 @@ from hystfmu.scenario.outcome.excerpt import drawn
 from hystfmu.scenario.outcome.plots import error_of
 from hystfmu.scenario.report.worst_and_best import main_verdict, word_of
 from hystfmu.scenario.system.measures import label, unit_of_metric
+from hystfmu.scenario.verdict.baseline import CHANGED
 
 if TYPE_CHECKING:
     from hystfmu.scenario.verdict.judge import Verdict
@@ -110,7 +111,8 @@ def case_table(results: Sequence[Result], curves: bool, shown: Set[str]) -> str:
 
 def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bool) -> str:
     found = {v.metric: v for v in r.verdicts}
-    cells = "".join(_metric(found.get(m)) for m in metrics)
+    fails = any(CHANGED in line for line in r.lines)
+    cells = "".join(_metric(found.get(m), fails) for m in metrics)
     if loops:
         cells += "".join(f"<td>{c}</td>" for c in (r.loop.cells() if r.loop is not None else ["", ""]))
     verdict = linked(r) if curves else f'<span class="{"ok" if r.passed else "bad"}">{word_of(r)}</span>'
@@ -120,11 +122,11 @@ def _row(r: Result, metrics: Sequence[str], loops: bool, curves: bool, shown: bo
     return f'<tr{own}><th scope="row">{name}</th><td>{verdict}</td>{cells}</tr>'
 
 
-def _metric(v: Verdict | None) -> str:
-    """Return value and limit; the sign between them is the verdict."""
+def _metric(v: Verdict | None, fails: bool) -> str:
+    """Return value and limit; the sign between them is the verdict.  `fails`: a change is a failure."""
     if v is None:
         return "<td></td>"
-    good = v.within and v.same is not False
+    good = v.within and not (fails and v.same is False)
     limit = "" if v.limit is None else f" <small>{'≤' if v.within else '&gt;'} {v.limit:.4g}</small>"
     changed = f'<small class="was">was {v.baseline:.4g}</small>' if v.same is False else ""
     return f"<td{'' if good else BAD}>{v.value:.4g}{limit}{changed}</td>"

@@ -45,7 +45,8 @@ def verdicts(results: Sequence[Result]) -> str:
         ]
         head = ["scenario", "case", "verdict", *DECISIVE, *(LOOP if loops else ()), "seconds"]
     lines = [table(head, rows)]
-    failures = dict.fromkeys(line for r in results for line in (*r.notes, *_shortened(r.failures())))
+    notes = _shortened([line for r in results for line in r.notes])
+    failures = dict.fromkeys([*notes, *(line for r in results for line in _shortened(r.failures()))])
     passed = sum(r.passed for r in results)
     return "\n".join([*lines, *failures, f"{passed} of {len(results)} cases passed"])
 

@@ -42,14 +42,16 @@ class Verdict:
 
 def judge(
     case: Case, measured: Mapping[str, Measure], kept: Kept, baseline: Baseline | None, strict: bool = True
-) -> tuple[list[Verdict], list[str]]:
-    """Both verdicts on every metric, and one line per failure: scenario/case, metric, value, limit.
+) -> tuple[list[Verdict], list[str], list[str]]:
+    """Both verdicts on every metric, one line per failure (scenario/case, metric, value, limit), and notes.
 
-    Without `strict` the limits alone decide; otherwise a missing baseline or a change is a failure.
+    Without `strict` the limits alone decide, and what changed is a note; otherwise a missing baseline or a change is a
+    failure.
     """
     known = baseline.metrics.get(case.name) if baseline is not None else None
     verdicts: list[Verdict] = []
     failures: list[str] = []
+    changed: list[str] = []
     for name, m in case.metrics.items():
         try:
             value = measured[name].value()
@@ -64,15 +66,13 @@ def judge(
         if not within:
             rule = "is not finite" if m.limit is None else f"exceeds the limit {m.limit:g}"
             failures.append(f"{case.title}: {name} ({m.kind} of {m.signal}) = {value:.6g} {rule}")
-        if same is False and strict:
-            failures.append(
-                f"{case.title}: {name} = {value:.9g} {CHANGED} {old:.9g} "
-                f"(tolerance {case.tolerance:g}); if that is meant, run with --record"
+        if same is False:
+            advice = "; if that is meant, run with --record" if strict else ""
+            changed.append(
+                f"{case.title}: {name} = {value:.9g} {CHANGED} {old:.9g} (tolerance {case.tolerance:g}){advice}"
             )
-    if not strict:
-        return verdicts, failures
-    if known is None or set(known) != set(case.metrics):
-        failures.append(f"{case.title}: no baseline: run with --record")
-    elif baseline is not None:
-        failures += compare(case, kept, baseline)
-    return verdicts, failures
+    if known is not None and set(known) == set(case.metrics) and baseline is not None:
+        changed += compare(case, kept, baseline)
+    elif strict:
+        changed.append(f"{case.title}: no baseline: run with --record")
+    return (verdicts, failures + changed, []) if strict else (verdicts, failures, changed)
