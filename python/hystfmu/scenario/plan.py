@@ -20,8 +20,8 @@ from hystfmu.scenario.verdict.baseline import Baseline
 class Plan:
     """One scenario: the cases that run, and its baseline (None while one is recorded, or where there is none).
 
-    `strict`: a change, or a case without baseline, is a failure.  Where there is none at all, as for a scenario built in
-    Python or on a first run, or where values are overridden, the limits alone decide; `note` says so.
+    `strict`: a change, or a case without baseline, is a failure.  Where there is none at all, as for a scenario built
+    in Python or on a first run, the limits alone decide, and `note` says so; also where values are overridden.
     """
 
     scenario: Scenario

@@ -112,7 +112,9 @@ units.feedforward = {{ block = "reference", dims = {{ m = 1 }}, values = {{ shap
 def scan(f: float) -> dict[str, str]:
     """Return the settings of one scan."""
     nodes = [Node("amplifier", "amplifier"), Node("g0", "modes", {"n": 2}, MODES)]
-    dynamics = Graph(nodes, [("amplifier.y", "g0.u")], [Input("u", ("amplifier.u",))], [Output("y", "g0.y")])
+    dynamics = Graph(
+        nodes, [("amplifier.y", "g0.u")], [Input("u", ("amplifier.u",))], [Output("y", "g0.y")]
+    )
     highest = min(HIGHEST, 2 * TONES * f)
     tones = scan_feedforward(dynamics, f, H, turn=TURN, phase=-math.pi / 2, delay=DELAY, highest=highest)
     tones["ph"] = np.angle(np.exp(1j * tones["ph"]))
@@ -124,13 +126,7 @@ def write_scans() -> None:
     """Write scans.toml."""
     lines = [HEAD]
     for f, (stop, after) in SCANS.items():
-        lines += [
-            "[[case]]",
-            f'name = "scan_{f}"',
-            f'text = "triangle at {f} Hz"',
-            f"stop = {stop}",
-            f"after = {after}",
-        ]
+        lines += ["[[case]]", f'name = "scan_{f}"', f'text = "triangle at {f} Hz"', f"stop = {stop}", f"after = {after}"]
         settings = ", ".join(f'"{k}" = {v}' for k, v in scan(float(f)).items())
         lines += [f'set = {{ "reference.frequency" = {f}, {settings} }}', ""]
     tones = ", ".join(f'"{k}" = {v}' for k, v in scan(100.0).items())
