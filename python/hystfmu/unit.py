@@ -7,6 +7,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Port
+from hystfmu.graph.sample_time import sample_time, samples_in
 
 
 class Unit:
@@ -41,6 +42,7 @@ class Unit:
         self._names: dict[str, tuple[Port, int]] = {
             name: (p, p.reference + i) for p in graph.ports for i, name in enumerate(p.scalar_names)
         }
+        self._period = sample_time(graph)
         self._initialized = False
         self._start = 0.0
 
@@ -107,16 +109,23 @@ class Unit:
     def do_step(self, t: float, h: float) -> None:
         """Advance from `t` by `h` (s) with the present inputs held to the end of the step.
 
+        A model with a sample time takes all samples of the step, as its FMU does.
+
         Raises
         ------
         InputError
-            The unit is not initialised; the step is not finite and positive; the core refuses the step.
+            The unit is not initialised; the step is not finite and positive, or no multiple of the sample time; the
+            core refuses the step.
         """
         if not self._initialized:
             raise InputError("The unit must be initialized before a step. Got do_step() before initialize().")
         if not (np.isfinite(t) and np.isfinite(h) and h > 0):
             raise InputError(f"The step must be finite and greater than 0. Got t = {t}, h = {h} instead.")
-        self._executor.step(self._executor.end_of_step(self._start, t, h), h)
+        n = 1 if self._period is None else samples_in(self._period, t, h)
+        length = h if self._period is None else self._period  # without the rounding of the times
+        for k in range(n):
+            begin, rest = t + k * length, length if k + 1 < n else h - k * length
+            self._executor.step(self._executor.end_of_step(self._start, begin, rest), length)
 
     def tangent(self, t: float, du: Array) -> Array:
         """Tangent of the outputs at `t` (s) for the present inputs: exact, one-sided at kinks.

@@ -13,6 +13,7 @@ from fmpy import read_model_description
 from fmu_events import Events
 from fmu_master import DISCARD, ERROR, OK, Array, H, Master, loop, mixed, rows, single
 
+from hystfmu import InputError, Unit
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
 
@@ -106,6 +107,29 @@ def test_a_step_of_another_length_is_refused_in_one_line(make: Make, graph: Call
     for one in (m, plain):
         assert one.step(H) == OK
     assert m.memory() == plain.memory()
+
+
+@every_graph
+def test_a_unit_in_python_keeps_the_same_contract(graph: Callable[[], Graph]) -> None:
+    g = graph()
+    n = [1, 1, 2, 3, 5, 1, 40, 2, 8, 8]
+    u, want = held(g, n)
+    unit, inputs = Unit(g), [name for p in g.ports if p.kind == "input" for name in p.scalar_names]
+    outputs = [name for p in g.ports if p.kind == "output" for name in p.scalar_names]
+    unit.initialize(0.0, **dict(zip(inputs, u[0], strict=True)))
+    got, t = [[unit.get(name) for name in outputs]], 0.0
+    for row, many in zip(u[1:], n[1:], strict=True):
+        for name, value in zip(inputs, row, strict=True):
+            unit.set(name, value)
+        for part in (0.25, 0.5, 0.75, 1.5, 2.01, 1e6 + 1):
+            with pytest.raises(
+                InputError, match=r"^The step must be a multiple .* time 0.001 s of the model\. Got .* s"
+            ):
+                unit.do_step(t, part * H)
+        unit.do_step(t, many * H)
+        t += many * H
+        got.append([unit.get(name) for name in outputs])
+    assert np.array(got).tobytes() == want.tobytes()
 
 
 @pytest.mark.parametrize("graph", [single("prandtl_ishlinskii"), single("creep"), single("reference")])

@@ -2,4 +2,9 @@
 
 from hystfmu.cli import main
 
-main(prog_name="hystfmu")
+try:
+    main(prog_name="hystfmu")
+finally:
+    # CPython remembers an interrupt that met code made from a string, such as a data class, even if it was
+    # caught: `python -m` would end by the signal and not with our status.  The next such code makes it forget.
+    exec("")

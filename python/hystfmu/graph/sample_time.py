@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 
+from hystfmu.base.errors import InputError
 from hystfmu.core.continuous import ContinuousExecutor
 from hystfmu.graph.graph import Graph
 from hystfmu.graph.rate_classes import needs_step
 
 DEFAULT = 1e-3  # s, without a step of the graph and dynamics
+MOST_SAMPLES = 1_000_000  # in one step, as in an FMU
 _PER_PERIOD = 20  # steps per period or, for a real pole, per 2 pi time constants
 
 
@@ -20,6 +22,24 @@ def sample_time(graph: Graph) -> float | None:
     A sampled block in a graph without a step takes a sample at each communication point.
     """
     return graph.step if graph.step > 0 and needs_step(graph) else None
+
+
+def samples_in(period: float, t: float, h: float) -> int:
+    """Return the number of samples, `period` (s) apart, in a step of `h` (s) that begins at `t` (s).
+
+    Raises
+    ------
+    InputError
+        The step is no multiple of the period, give or take a thousandth of it and the rounding of the times.
+    """
+    n = math.floor(h / period + 0.5)
+    off, slack = abs(h - n * period), 1e-3 * period + 16 * np.finfo(float).eps * abs(t + h)
+    if not (1 <= n <= MOST_SAMPLES and off <= slack and off < 0.5 * period):
+        raise InputError(
+            f"The step must be a multiple (1 to {MOST_SAMPLES}) of the sample time {period!r} s of the model. "
+            f"Got {h!r} s instead."
+        )
+    return n
 
 
 def suitable_step(graph: Graph) -> float:
