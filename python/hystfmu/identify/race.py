@@ -19,6 +19,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node, Output, Value
+from hystfmu.identify import guards
 from hystfmu.identify.candidate import Candidate
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory
@@ -67,6 +68,8 @@ class Trial:
     whole : float
         RMS error over the whole training part.  Rows of the fit can only flatter: what is missed there is missed, also
         where no block has been held out yet, such as in a sweep at the end.
+    first : float
+        Mean square of the errors after the first fold.
     """
 
     name: str
@@ -79,6 +82,10 @@ class Trial:
     folds: int = 1
     by_block: list[float] = field(default_factory=list)
     whole: float = 0.0
+    first: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.first = self.square
 
     @property
     def square(self) -> float:
@@ -164,8 +171,11 @@ class Race:
 
     def excess(self, trial: Trial) -> float:
         """Return the error beside the noise and that of states that were left out, in % of the span."""
-        square = trial.square - self.floor()
-        return 100 * float(np.sqrt(max(square, 0.0) / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
+        return self._beside_noise(trial, trial.square)
+
+    def _beside_noise(self, trial: Trial, square: float) -> float:
+        left = max(square - self.floor(), 0.0)
+        return 100 * float(np.sqrt(left / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
 
     def risk(self, trial: Trial) -> float:
         """Return the error to expect on other signals, in % of the span: `excess`, and the spread between the folds."""
@@ -192,9 +202,13 @@ class Race:
         """Return the least error to expect so far, in % of the span."""
         return max(min((self.risk(t) for t in self.trials.values()), default=np.inf), EXACT)
 
-    def unexplained(self) -> float:
-        """Return the least error on the blocks so far, in % of the span."""
-        return min(self.excess(t) for t in self.trials.values())
+    def follows(self, trial: Trial, percent: float) -> bool:
+        """Whether the error is at most `percent` of the span; a later fold may hold out a loop like no other."""
+        return min(self.excess(trial), self._beside_noise(trial, trial.first)) <= percent
+
+    def leaves(self, trial: Trial) -> bool:
+        """Whether a model leaves the range of the output on the input of the record with other memory."""
+        return guards.leaves(trial.model.graph, self.other, self.data)
 
     def explained(self) -> bool:
         """Whether the best leaves nothing; beside noise this is never sure, because its estimate is uncertain."""
