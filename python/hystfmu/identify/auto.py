@@ -33,7 +33,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify.candidate import CLOSES, LAGS, OPENS, Candidate
 from hystfmu.identify.catalogue import candidates, takes_covariates, takes_records
@@ -148,7 +147,7 @@ def choose(
             untried.append(name)
             continue
         race.first(name, key, candidate, partial(_share, progress, done / total, (done + costs[name]) / total))
-        done += costs[name] * (SHORT if candidate.quick and name not in race.trials else 1.0)
+        done += costs[name] * (1.0 if name in race.trials else SHORT)
     if not race.trials:
         raise refusal(where, _rule(only_invertible), race, seen)
     while (late := race.late()) and not race.explained():
@@ -221,8 +220,8 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
 def _preferred(race: Race, rate: bool, inverses: Inverses | None, only_invertible: bool) -> Trial | dict[str, str]:
     """Return the best that holds elsewhere; of those as good the one with an exact inverse and fewest parameters.
 
-    Static kinds that lost to a rate-dependent one stay where a `rate` is not seen.  If no kind follows the data, or none
-    of those has an inverse where only these compete, the faults are returned.
+    Static kinds that lost to a rate-dependent one stay where a `rate` is not seen.  If no kind follows the data, or
+    none of those has an inverse where only these compete, the faults are returned.
     """
     follow = [t for t in race.trials.values() if race.follows(t, REFUSED)]
     able = follow if rate else [t for t in follow if t.candidate.memory != LAGS] or follow

@@ -9,9 +9,7 @@ from hystfmu.identify.excitation.minor_loops import Excitation
 from hystfmu.identify.race import Race
 
 
-def refusal(
-    where: str, rule: str, race: Race, seen: Excitation, faults: Mapping[str, str] | None = None
-) -> InputError:
+def refusal(where: str, rule: str, race: Race, seen: Excitation, faults: Mapping[str, str] | None = None) -> InputError:
     """Return the refusal of a choice.
 
     Parameters

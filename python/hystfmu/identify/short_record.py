@@ -51,6 +51,15 @@ def shortened(data: Dataset, most: int) -> Dataset:
     return _rows(thinned, slice(start, first + most), first)
 
 
+def beginning(data: Dataset, rows: int) -> Dataset:
+    """Return the data up to the first `rows` training rows, with those that are held out."""
+    n = data.train.start + rows
+    if n >= data.train.stop or len(data.starts) > 1:
+        return data
+    made = _rows(data, slice(0, n), data.train.start)
+    return made if data.held is None else made.with_held(data.held[:n])
+
+
 def _rows(data: Dataset, rows: slice, first: int) -> Dataset:
     """Return some rows, of which those from row `first` of the data on count."""
     t, u, y, beside = data.t[rows], data.u[rows], data.y[rows], data.covariates.rows(rows)

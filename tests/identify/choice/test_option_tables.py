@@ -102,15 +102,26 @@ def test_the_words_of_a_kind(key):
 
 
 QUICK_NETWORK = {"starts": 1, "iterations": 30}
+SMALL_NARX = {"lags": 4, "hidden": 6, "one_step": 30, "iterations": 15}
 COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
-    "actuator": (ANY, 0.5, 0.04, {}, {}, False),
+    "actuator": (ANY, 0.6, 0.08, {}, {}, False),
     "bouc_wen": (OPENS, 0.2, 0.4, {}, {"starts": 1}, False),
+    "bouc_wen_oscillator": (LAGS, 0.3, 0.3, {}, {}, False),
     "constraint_factor_mlp": (CLOSES, 0.3, 0.1, {}, QUICK_NETWORK, False),
     "duhem": (OPENS, 0.2, 0.5, {}, {}, False),
-    "duhem_oscillator": (LAGS, 0.5, 0.15, {}, {}, False),
+    "duhem_oscillator": (LAGS, 0.5, 3.0, {}, {}, False),
     "fitted_operator_mlp": (CLOSES, 1.0, 0.05, {}, QUICK_NETWORK, False),
+    "g0_bouc_wen": (LAGS, 0.5, 0.4, {}, {}, False),
     "g0_prandtl_ishlinskii": (LAGS, 1.0, 1.0, {}, {}, False),
     "krasnoselskii_pokrovskii": (CLOSES, 0.02, 0.03, {}, {}, True),
+    "narx_network " + " ".join(f"{k}={v}" for k, v in SMALL_NARX.items()): (
+        LAGS,
+        1.0,
+        1.5,
+        SMALL_NARX,
+        {**SMALL_NARX, "one_step": 15, "iterations": 4},
+        False,
+    ),
     "play_bank_mlp": (CLOSES, 2.0, 0.05, {}, QUICK_NETWORK, False),
     "polynomial_narx": (ANY, 0.05, 0.02, {}, {}, False),
     "prandtl_ishlinskii": (CLOSES, 0.02, 0.01, {}, {}, False),

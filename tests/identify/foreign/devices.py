@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
 from foreign.solvers import FINER, along, filtered, fine, in_time, lag, late, mode, plays, relays
 
 Run = Callable[[np.ndarray, np.ndarray], np.ndarray]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from foreign.devices import Device, draw
 
+from foreign.devices import Device, draw
 from hystfmu import Dataset
 
 ROWS = 2000
