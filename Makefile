@@ -88,9 +88,9 @@ build/platforms/core.wasm: build/tools $(wildcard fmu_build/platforms/*) $(shell
 bench: dev
 	$(BIN)/python tests/benchmarks/run.py
 
-# the choice of the kind of model against all kinds, forty minutes; an interrupted run goes on from build/choice.jsonl
+# the choice of the kind of model against all kinds, ninety minutes on two cores; an interrupted run goes on
 choice: dev
-	$(BIN)/python tests/benchmarks/choice_grid.py --work build/choice.jsonl -o python/docs/choice.md
+	$(BIN)/python tests/benchmarks/choice_grid.py --jobs 2 --work build/choice.jsonl -o python/docs/choice.md
 
 # 50 devices drawn anew, four records each: does what `hystfmu start` approves hold on the device itself?  Two hours; an
 # interrupted run goes on from build/devices.jsonl, which belongs to one draw and one state of the code

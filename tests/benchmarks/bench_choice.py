@@ -2,23 +2,23 @@
 
 import secrets
 
-from choice_grid import DATA, FAMILIES, KINDS, MEDIAN, ORDER, POOR, Case, next_figures
+from choice_cases import DATA, STATIC, case, equal, kinds
+from choice_grid import MEDIAN, POOR, next_figures
 
 from hystfmu.report.terminal import table
 
 
 def s13(seed):
     rows = []
-    for k, family in enumerate(FAMILIES):
+    for k, family in enumerate(dict.fromkeys(family for family, _ in STATIC)):
         form = list(DATA)[(seed + k) % len(DATA)]
-        case = Case(family, form, seed)
-        known = {}
-        for key in ORDER:
-            known[key] = next_figures(case, key, known)
-        errors = {key: known[key]["error"] for key in KINDS if "error" in known[key]}
+        at, known = case(family, form, seed), {}
+        for key in kinds(family):
+            known[key] = next_figures(at, family, form, key, known)
+        errors = {key: of["error"] for key, of in known.items() if key != "auto" and "error" in of}
         best, chosen = min(errors, key=errors.get), known["auto"]
         if "error" in chosen:
-            ratio = chosen["error"] / errors[best]
+            ratio = max(chosen["error"], equal(family, form)) / max(errors[best], equal(family, form))
             told, verdict = f"{ratio:.2f} ({chosen['key']})", "met" if ratio <= MEDIAN else "MISSED"
         else:
             told, verdict = "refused", "met" if errors[best] > POOR else "MISSED"

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cheap_choice import among_cheap
 
 import hystfmu as hy
-from hystfmu.identify import auto
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = """
@@ -54,7 +54,7 @@ def test_the_program_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsy
         shutil.copytree(ROOT / "scenarios" / part, tmp_path / "scenarios" / part)
     (tmp_path / "mismatch.study.toml").write_text(STUDY)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(auto, "BUDGET", 0.5)  # s of estimated work: the kinds that are solved by least squares
+    among_cheap(monkeypatch, 0.2)  # the kinds that are solved by least squares
     names: dict[str, object] = {"other": measured("other", 2)}
     exec(compile(PROGRAM, "program", "exec"), names)
     model, result = names["model"], names["result"]

@@ -9,11 +9,11 @@ from xml.etree import ElementTree
 
 import click
 import pytest
+from cheap_choice import among_cheap
 from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.cli import main
-from hystfmu.identify import auto
 
 ROOT = Path(__file__).parents[2]
 PAGES = [
@@ -61,7 +61,7 @@ def test_program_runs_and_prints_what_the_page_says(program: str, capsys: pytest
 
 @pytest.mark.usefixtures("measured_here")
 def test_commands_run_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(auto, "BUDGET", 0.5)  # s of estimated work: the kinds that are solved by least squares
+    among_cheap(monkeypatch, 0.2)  # the kinds that are solved by least squares
     for command in COMMANDS:
         if command not in ELSEWHERE:
             done = CliRunner().invoke(main, shlex.split(command)[1:])

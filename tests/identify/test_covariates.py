@@ -13,8 +13,8 @@ from click.testing import CliRunner
 from hystfmu import Dataset, InputError, Model, fit, validate
 from hystfmu.cli import main
 from hystfmu.data.signals import training
-from hystfmu.identify import METHODS
-from hystfmu.identify.catalogue import takes_covariates
+from hystfmu.identify import METHODS, auto
+from hystfmu.identify.catalogue import candidates, takes_covariates
 
 H = 1e-3
 KINDS = [key for key in METHODS if takes_covariates(key)]
@@ -92,6 +92,23 @@ def test_the_actuator_finds_what_follows_each_covariate(actuator):
     middle, half = (T.max() + T.min()) / 2, np.ptp(T) / 2  # the gain counts from the middle of the range
     g = 0.2 * half / 20 / (1 + 0.2 * (middle - 40) / 20)
     assert actuator.graph.node("gain").value("k") == pytest.approx([g, 0], abs=2e-3)
+
+
+def test_auto_takes_them_on_the_command_line_and_start_refuses_before_the_fit(tmp_path, monkeypatch):
+    """Static kinds alone compete here, as for a quick record; the table states their inverses."""
+    found, _ = candidates()
+    monkeypatch.setattr(auto, "candidates", lambda: ({"polynomial_narx": found["polynomial_narx"]}, {}))
+    data = record(1, reversals=30)
+    csv, out = str(tmp_path / "d.csv"), str(tmp_path / "m.model.toml")
+    data.to_csv(csv)
+    asked = [csv, "--covariate", "load", "--covariate", "T [degC]"]
+    run = CliRunner().invoke(main, ["fit", *asked, "-o", out])
+    assert run.exit_code == 0, run.output
+    assert Model.load(out).key == "polynomial_narx"
+    refused = CliRunner().invoke(main, ["start", *asked, "-o", str(tmp_path / "start")])
+    assert refused.exit_code == 2
+    assert "The record of a loop must have one input. Got the covariates load, T: leave them out" in refused.output
+    assert not (tmp_path / "start").exists()
 
 
 def test_a_covariate_without_effect_is_no_input(data):

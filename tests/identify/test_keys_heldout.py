@@ -26,6 +26,7 @@ ON = {  # key: plant, limit, options
     "preisach": (plants.asymmetric, 0.5, {"widths": 20, "means": 6}),
     "polynomial_narx": (plants.prandtl_ishlinskii, 2.0, {}),
     "bouc_wen": (plants.bouc_wen, 0.03, {}),
+    "bouc_wen_parallel": (plants.bouc_wen, 0.03, {"degree": 1, "rate": "no"}),
     "duhem": (plants.bouc_wen, 0.05, {}),
 }
 TESTS = Path(__file__).parents[1]

@@ -147,9 +147,10 @@ def fit(
             [k, f"{e:.4g}", _range(p["auto_blocks"][k]), p["auto_parameters"][k], p["auto_inverse"][k]]
             for k, e in p["auto"].items()
         ]
+        first = [(n, "not tried") for n in p["auto_not_tried"]]
+        for name, word in [*first, *((n, "left out") for n in p["auto_left_out"] if n not in p["auto_not_tried"])]:
+            say(f"{word}: {name}: {p['auto_left_out'][name]}")
         say(table(["candidate", "validation RMS %FS", "of single blocks", "parameters", "inverse"], rated))
-        for name, reason in p["auto_left_out"].items():
-            say(f"left out: {name}: {reason}")
         say(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
         say(f"rate dependence: {f['rate']}\n")
     if "lag" in f and not any("lags" in w for w in f.get("warnings", ())):

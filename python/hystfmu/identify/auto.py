@@ -12,35 +12,37 @@ the full one.
 
 Blocks tell nothing about states that no row has seen.  A network errs there, and a kind whose parameters are local, so
 the share of the states of other signals that the training rows leave out (`hystfmu.model.coverage`) counts with
-`OUTSIDE` % of the span.  A model that leaves the range of the output on another signal of the covered range is
-discarded (`hystfmu.identify.guards`).  Of kinds that are equally good, one with an exact inverse is preferred, then the
-one with the fewest parameters; if the record is one oscillation, each block is much like the next, and all that are no
-losers are equally good.  If the best leaves more than `REFUSED` % beside the noise, there is no model, and the reason
-is stated: an output that no kind follows needs other data.
+`OUTSIDE` % of the span.  A model that leaves the range of the output on the input of the record with other memory gives
+way to one that stays inside and is no loser; if there is none, it stays: a worse kind is no remedy.  Of kinds that are
+equally good, one with an exact inverse is preferred, then the one with the fewest parameters; if the record is one
+oscillation, each block is much like the next, and all that are no losers are equally good.  If the best leaves more
+than `REFUSED` % beside the noise, there is no model (`hystfmu.identify.refusal`).
 
-Kinds whose memory contradicts the minor loops in the data, and those for rate dependence if the input has one speed,
-do not compete.  If the excitation is not informative enough to identify memory, the model carries warnings.
+No kind is left out for its price.  Where the whole record would take too long, all race on a shorter one
+(`hystfmu.identify.short_record`), and the chosen kind is fitted to all rows.  Kinds whose memory contradicts the minor
+loops in the data, and those for rate dependence if the input has one speed, do not compete.  If the excitation is not
+informative enough to identify memory, the model carries warnings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.identify import guards
 from hystfmu.identify.candidate import CLOSES, LAGS, OPENS, Candidate
 from hystfmu.identify.catalogue import candidates, takes_covariates, takes_records
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
-from hystfmu.identify.excitation.rest import remembered
+from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.memory import too_large
 from hystfmu.identify.options import Option
-from hystfmu.identify.race import Race, Trial
+from hystfmu.identify.race import EXACT, LOSER, Race, Trial
+from hystfmu.identify.refusal import refusal
+from hystfmu.identify.short_record import shortened
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
 
@@ -51,7 +53,9 @@ LARGE = 2.0  # % of the span: if minor loops stay open by more, no static return
 REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse one
 EXACT_INVERSE = "exact"
 SHORT = 0.2  # of the time of a full fit: a short trial fit
-BUDGET, PER_1000 = 24.0, 0.09  # s for all candidates, and per 1000 rows; estimated, not timed: the load must not decide
+BUDGET = 24.0  # s for all candidates; estimated, not timed: the load must not decide
+HOPEFUL = 0.5  # of the time of kinds with a trial fit: others of them end there
+LEAST_ROWS = 2000  # that race, however dear they are
 
 
 class Inverses(Protocol):
@@ -79,7 +83,8 @@ class Choice:
         Entries of `Model.provenance`: ``auto``, the RMS error of every candidate on the validation blocks in percent of
         the span of y, the best first, and ``auto_blocks``, those of single blocks; ``auto_choice``, the chosen one;
         ``auto_parameters``, their numbers of parameters; ``auto_inverse``, their inverses; ``auto_left_out``, the
-        reasons for discards.
+        reasons of the others, and ``auto_not_tried``, the names of those among them without any fit; ``auto_rows``, the
+        number of rows that raced, where it is not that of the record.
     """
 
     method: str
@@ -115,17 +120,21 @@ def choose(
     InputError
         No candidate can be fitted, none follows the data, or none has a useful inverse.
     """
-    where, rows = data.path or data.name, data.train.stop
+    where = data.path or data.name
     seen = examine(data.longest())
     found, missing = candidates()
-    race = Race(data, seed, poor=bool(seen.warnings) and seen.memory != NONE)
-    race.reasons |= missing | left_out({n: c for n, (_, c) in found.items()}, seen, rows)
+    reasons = missing | left_out({n: c for n, (_, c) in found.items()}, seen)
     if len(data.starts) > 1:
-        race.reasons |= {n: "it takes one record only" for n, (key, _) in found.items() if not takes_records(key)}
+        reasons |= {n: "it takes one record only" for n, (key, _) in found.items() if not takes_records(key)}
     if data.covariates:
-        race.reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not takes_covariates(key)}
-    race.reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}
-    entered = {n: kc for n, kc in found.items() if n not in race.reasons}
+        reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not takes_covariates(key)}
+    reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}
+    entered = {n: kc for n, kc in found.items() if n not in reasons}
+    raced = shortened(data, affordable([c for _, c in entered.values()], data.train.stop))
+    rows = raced.train.stop
+    race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
+    race.reasons |= reasons
+    untried = list(reasons)
     costs = {n: c.cost(rows) for n, (_, c) in entered.items()}
     order = sorted(entered, key=lambda n: costs[n])
     progress = _rising(progress)
@@ -135,26 +144,23 @@ def choose(
         key, candidate = entered[name]
         if race.explained():
             race.reasons[name] = f"{race.best().name} leaves nothing to explain"
+            untried.append(name)
             continue
         race.first(name, key, candidate, partial(_share, progress, done / total, (done + costs[name]) / total))
-        done += costs[name] * (SHORT if candidate.quick and name not in race.trials else 1.0)
+        done += costs[name] * (1.0 if name in race.trials else SHORT)
     if not race.trials:
-        raise InputError(f"{where}: The data must suit a candidate. Got none that fits: {_grouped(race.reasons)}.")
-    left = race.unexplained()
+        raise refusal(where, _rule(only_invertible), race, seen)
     while (late := race.late()) and not race.explained():
         spent = sum(costs[t.name] for t in late)
-        if done + spent > budget(rows):
+        if done + spent > BUDGET:
             break
         race.again(late)
         done += spent
         progress(min(done / total, 1.0))
     rate = _rate(race, seen)
-    able = race.contenders()
-    if rate != "seen":  # static kinds that lost to a rate-dependent one stay
-        able = [t for t in race.trials.values() if t.candidate.memory != LAGS] or able
-    if min(left, race.unexplained()) > REFUSED:  # a later fold of a short record may hold out a loop like no other
-        raise InputError(_refusal(where, race, seen))
-    best = _preferred(race, able, inverses, only_invertible, where)
+    best = _preferred(race, rate == "seen", inverses, only_invertible)
+    if isinstance(best, dict):
+        raise refusal(where, _rule(only_invertible), race, seen, best)
     ranked = sorted(race.trials.values(), key=race.excess)
     told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
     why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / data.span for t in ranked}, "auto_choice": best.name}
@@ -162,8 +168,12 @@ def choose(
     why["auto_parameters"] = {t.name: t.parameters for t in ranked}
     if inverses is not None:
         why["auto_inverse"] = {t.name: inverses.kind(t.model) for t in ranked}
-    why["auto_left_out"] = race.reasons
-    options = {**remembered(best.key, race.rest, data), **best.candidate.options}
+    why["auto_left_out"] = {n: race.reasons[n] for n in [*untried, *(m for m in race.reasons if m not in untried)]}
+    why["auto_not_tried"] = untried
+    if raced is not data:
+        why["auto_rows"] = raced.train.stop - raced.train.start
+    u0 = race.rest if raced is data else rest(data)
+    options = {**remembered(best.key, u0, data), **best.candidate.options}
     return Choice(best.key, options, {**told, "warnings": _warnings(best, seen)}, why)
 
 
@@ -183,17 +193,19 @@ def _share(progress: Callable[[float], None], first: float, last: float, part: f
     progress(min(first + (last - first) * part, last))
 
 
-def budget(rows: int) -> float:
-    """Return the time for all candidates (s); a long record may take longer."""
-    return BUDGET + PER_1000 * rows / 1000
+def affordable(entered: Sequence[Candidate], rows: int) -> int:
+    """Return on how many rows, up to `rows`, all candidates can be tried within the budget."""
+    fixed = sum(c.seconds * (HOPEFUL if c.quick else 1.0) for c in entered)
+    each = sum(c.per_1000 * (HOPEFUL if c.quick else 1.0) for c in entered)
+    if fixed + each * rows / 1000 <= BUDGET:
+        return rows
+    return min(rows, max(LEAST_ROWS, int(1000 * (BUDGET - fixed) / each)))
 
 
-def left_out(found: Mapping[str, Candidate], seen: Excitation, rows: int) -> dict[str, str]:
-    """Return the candidates that contradict the data or exceed the budget, with the reasons."""
+def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]:
+    """Return the candidates that contradict the data, with the reasons."""
     reasons: dict[str, str] = {}
-    spent = 0.0
-    # what needs a trial fit comes last: many starts, of which a long record leaves the least
-    for name, candidate in sorted(found.items(), key=lambda item: (bool(item[1].quick), item[1].cost(rows))):
+    for name, candidate in found.items():
         if candidate.memory == OPENS and seen.memory == NONE:
             reasons[name] = "the output is a function of the input"
         elif candidate.memory == OPENS and seen.memory == RETURN_POINT:
@@ -202,55 +214,41 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation, rows: int) -> dic
             reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"
         elif candidate.memory == LAGS and not seen.several_speeds:
             reasons[name] = "the input has one speed only and is not informative about rate dependence"
-        elif spent + candidate.cost(rows) > budget(rows):
-            reasons[name] = f"about {candidate.cost(rows):.0f} s for {rows} rows; fit it by name"
-        else:
-            spent += candidate.cost(rows)
     return reasons
 
 
-def _preferred(race: Race, able: list[Trial], inverses: Inverses | None, only_invertible: bool, where: str) -> Trial:
-    """Return the best that holds elsewhere; of those as good the one with an exact inverse and fewest parameters."""
-    left, faults = list(able), {}
-    while left:
-        best = min(left, key=race.risk)
-        equal = [t for t in left if race.as_good(t, best)]
-        if inverses is not None:
-            equal = [t for t in equal if inverses.kind(t.model) == EXACT_INVERSE] or equal
-        trial = min(equal, key=lambda t: t.parameters)
-        fault = "; ".join(guards.excursion(trial.key, trial.model.graph, race.data))
-        if not fault and only_invertible and inverses is not None:
-            fault = inverses.fault(trial.model)
-        if not fault and only_invertible and race.excess(trial) > REFUSED:
-            fault = f"it misses the data by {race.excess(trial):.3g} % of the span"
-        if not fault:
+def _preferred(race: Race, rate: bool, inverses: Inverses | None, only_invertible: bool) -> Trial | dict[str, str]:
+    """Return the best that holds elsewhere; of those as good the one with an exact inverse and fewest parameters.
+
+    Static kinds that lost to a rate-dependent one stay where a `rate` is not seen.  If no kind follows the data, or
+    none of those has an inverse where only these compete, the faults are returned.
+    """
+    follow = [t for t in race.trials.values() if race.follows(t, REFUSED)]
+    able = follow if rate else [t for t in follow if t.candidate.memory != LAGS] or follow
+    faults: dict[str, str] = {}
+    while able:
+        trial = _best(race, able, inverses)
+        if not (only_invertible and inverses is not None and (fault := inverses.fault(trial.model))):
             return trial
         faults[trial.name] = fault
-        left.remove(trial)
-        if not left and not only_invertible:
-            break
-        if not left:  # dearer or worse ones come into question
-            left = [t for t in race.trials.values() if t.name not in faults and race.excess(t) <= REFUSED]
-    rule = "A kind of model must have a useful inverse." if only_invertible else "The data must suit a candidate."
-    raise InputError(f"{where}: {rule} Got none: {_grouped(faults)}.")
+        able = [t for t in able if t is not trial] or [t for t in follow if t.name not in faults]
+    return faults
 
 
-def _grouped(faults: Mapping[str, str]) -> str:
-    """Return the reason of the first with all that share it, and how many have others."""
-    why = next(iter(faults.values()), "no candidate")
-    same = [name for name, fault in faults.items() if fault == why]
-    others = f"; {len(faults) - len(same)} have other faults" if len(same) < len(faults) else ""
-    return f"{why.rstrip('.')} ({', '.join(same)}){others}"
+def _best(race: Race, able: list[Trial], inverses: Inverses | None) -> Trial:
+    least = LOSER * max(min(race.risk(t) for t in able), EXACT)
+    near = [t for t in able if race.risk(t) <= least]
+    near = [t for t in near if not race.leaves(t)] or near
+    best = min(near, key=race.risk)
+    equal = [t for t in near if race.as_good(t, best)]
+    if inverses is not None:
+        equal = [t for t in equal if inverses.kind(t.model) == EXACT_INVERSE] or equal
+    return min(equal, key=lambda t: t.parameters)
 
 
-def _refusal(where: str, race: Race, seen: Excitation) -> str:
-    best = min(race.trials.values(), key=race.excess)
-    short = "" if not seen.warnings else f" ({'; '.join(seen.warnings)})"
-    return (
-        f"{where}: A kind of model must follow the data to {REFUSED:g} % of the span. Got {race.excess(best):.3g} % on "
-        f"validation blocks from the best, {best.name}: the output depends on more than the past of this input, or "
-        f"the record is too poor to tell{short}. Name a kind to fit it all the same."
-    )
+def _rule(only_invertible: bool) -> str:
+    also = " and have a useful inverse" if only_invertible else ""
+    return f"A kind of model must follow the data to {REFUSED:g} % of the span{also}"
 
 
 def _rate(race: Race, seen: Excitation) -> str:

@@ -77,12 +77,7 @@ def warnings(key: str, graph: Graph, data: Dataset, bounded: Bounded, covered: f
 
 def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
     """Return a warning if the model leaves the range of y on another signal; refuse one that is unstable there."""
-    u = other_signal(data)
-    held = [np.full(len(u), port.start) for port in graph.inputs[1:]]  # covariates, at their means
-    y = graph.run(np.column_stack([u, *held]), data.h)
-    measured = data.y[data.counted]
-    with np.errstate(over="ignore", invalid="ignore"):
-        beyond = float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / data.span
+    beyond = _beyond(graph, other_signal(data), data)
     if not beyond <= WILD:
         got = f"an output {beyond:.2g} spans of y outside its range" if np.isfinite(beyond) else "one that diverges"
         raise InputError(
@@ -95,6 +90,20 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
         f"on other signals within the trained range of u the output leaves the range of y by {beyond:.2g} times its "
         "span: the record does not tell what the device does there"
     ]
+
+
+def leaves(graph: Graph, u: Array, data: Dataset) -> bool:
+    """Whether a model on the input u (n,) leaves the range of y of the data by more than its span."""
+    return not _beyond(graph, u, data) <= WIDE + _ringing(graph)
+
+
+def _beyond(graph: Graph, u: Array, data: Dataset) -> float:
+    """Return how many spans the output leaves the range of y by; covariates stay at their means."""
+    held = [np.full(len(u), port.start) for port in graph.inputs[1:]]
+    y = graph.run(np.column_stack([u, *held]), data.h)
+    measured = data.y[data.counted]
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / data.span
 
 
 def _ringing(graph: Graph) -> float:

@@ -18,28 +18,28 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
-from hystfmu.graph import Graph, Input, Node, Output, Value
+from hystfmu.identify import guards
 from hystfmu.identify.candidate import Candidate
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory
-from hystfmu.identify.features.plays import plays
+from hystfmu.identify.features.unseen_states import unseen
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
 from hystfmu.identify.one import fit_one
+from hystfmu.identify.short_record import beginning
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
-from hystfmu.model.coverage import coverage
 from hystfmu.model.inputs import run_along
 
 BLOCKS = 8  # long ones: where a record repeats its loops, short blocks have been seen by their neighbours
 SPREAD = 2  # folds that tell a spread
 FOLDS = (1, 3, 2)  # of every four blocks, the one that is held out; never the first, which alone starts from rest
 AS_GOOD = 1.2  # candidates with errors up to 20 % above the least count as equally good
+DEAR, PART = 3.0, 0.25  # s: a fit that takes longer, and has no short one, is tried on a part of the rows first
 LOSER, HOPE = 1.5, 4.0  # error ratios at which a candidate is dropped: after a fold, after its trial fit
 EXACT = 0.002  # % of the span: errors below it count as equal
 SURE = 2.0  # standard errors by which a difference must exceed what the noise of the output explains
 UNCERTAIN = 4.0  # n times the relative variance of the error and of the noise on n rows: 2 for the error, and as much
 OUTSIDE = 3.0  # % of the span: error of a network or of local parameters in states that no row has seen
-PLAYS = 2  # that stand for the memory of a kind with local parameters
 
 
 @dataclass
@@ -67,6 +67,8 @@ class Trial:
     whole : float
         RMS error over the whole training part.  Rows of the fit can only flatter: what is missed there is missed, also
         where no block has been held out yet, such as in a sweep at the end.
+    first : float
+        Mean square of the errors after the first fold.
     """
 
     name: str
@@ -79,6 +81,10 @@ class Trial:
     folds: int = 1
     by_block: list[float] = field(default_factory=list)
     whole: float = 0.0
+    first: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.first = self.square
 
     @property
     def square(self) -> float:
@@ -128,7 +134,7 @@ class Race:
 
     def __post_init__(self) -> None:
         self.sigma = noise(self.data.y[self.data.train])
-        self.unseen = _unseen(self.data)
+        self.unseen = unseen(self.data)
         self.rest = rest(self.data)
         u = self.data.longest().u
         self.other = other_memory(u[self.data.longest().train], float(self.data.u[0]))
@@ -144,28 +150,39 @@ class Race:
         return part, counted, np.cumsum(np.diff(held, prepend=False))[counted]
 
     def fitted(
-        self, fold: int, key: str, options: Mapping[str, Any], progress: Callable[[float], None]
+        self, fold: int, key: str, options: Mapping[str, Any], progress: Callable[[float], None], share: float = 1.0
     ) -> tuple[Model, Array, list[float], float]:
-        """Fit without a fold; return the model, its errors in it, the RMS of each block and of the whole record."""
+        """Fit to a share of the rows outside a fold; return the model, errors there, the RMS of blocks and of all."""
         part, rows, block = self.held(fold)
+        if share < 1:
+            part = beginning(part, int(share * (part.train.stop - part.train.start)))
         model = fit_one(part, key, self.seed, progress, {**remembered(key, self.rest, part), **options})
         every = run_along(model.graph, self.data) - self.data.y
         errors = every[rows]
         return model, errors, [rms(errors[block == k]) for k in np.unique(block)], rms(every[self.data.counted])
 
     def trial(
-        self, name: str, key: str, candidate: Candidate, options: Mapping[str, Any], progress: Callable[[float], None]
+        self,
+        name: str,
+        key: str,
+        candidate: Candidate,
+        options: Mapping[str, Any],
+        progress: Callable[[float], None],
+        share: float = 1.0,
     ) -> Trial:
         """Fit a candidate without the first fold."""
-        model, errors, blocks, whole = self.fitted(FOLDS[0], key, options, progress)
+        model, errors, blocks, whole = self.fitted(FOLDS[0], key, options, progress, share)
         network = 1 - float(model.fit.get("coverage_percent", 100.0)) / 100
         outside = self.unseen if candidate.local else network
         return Trial(name, key, candidate, model, errors, outside, by_block=blocks, whole=whole)
 
     def excess(self, trial: Trial) -> float:
         """Return the error beside the noise and that of states that were left out, in % of the span."""
-        square = trial.square - self.floor()
-        return 100 * float(np.sqrt(max(square, 0.0) / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
+        return self._beside_noise(trial, trial.square)
+
+    def _beside_noise(self, trial: Trial, square: float) -> float:
+        left = max(square - self.floor(), 0.0)
+        return 100 * float(np.sqrt(left / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
 
     def risk(self, trial: Trial) -> float:
         """Return the error to expect on other signals, in % of the span: `excess`, and the spread between the folds."""
@@ -192,9 +209,13 @@ class Race:
         """Return the least error to expect so far, in % of the span."""
         return max(min((self.risk(t) for t in self.trials.values()), default=np.inf), EXACT)
 
-    def unexplained(self) -> float:
-        """Return the least error on the blocks so far, in % of the span."""
-        return min(self.excess(t) for t in self.trials.values())
+    def follows(self, trial: Trial, percent: float) -> bool:
+        """Whether the error is at most `percent` of the span; a later fold may hold out a loop like no other."""
+        return min(self.excess(trial), self._beside_noise(trial, trial.first)) <= percent
+
+    def leaves(self, trial: Trial) -> bool:
+        """Whether a model leaves the range of the output on the input of the record with other memory."""
+        return guards.leaves(trial.model.graph, self.other, self.data)
 
     def explained(self) -> bool:
         """Whether the best leaves nothing; beside noise this is never sure, because its estimate is uncertain."""
@@ -203,10 +224,11 @@ class Race:
     def first(self, name: str, key: str, candidate: Candidate, progress: Callable[[float], None]) -> None:
         """Let a candidate enter: a short trial fit if it has one, then a fit without the first fold."""
         try:
-            if candidate.quick and self.trials:
+            share = 1.0 if candidate.quick or candidate.cost(self.data.train.stop) <= DEAR else PART
+            if (candidate.quick or share < 1) and self.trials:
                 # a short fit is not reported: the progress of the full one starts from 0
                 options = {**candidate.options, **candidate.quick}
-                short = self.excess(self.trial(name, key, candidate, options, lambda done: None))
+                short = self.excess(self.trial(name, key, candidate, options, lambda done: None, share))
                 if not short <= HOPE * self.least():
                     self.reasons[name] = f"{short:.2g} % of the span after a short trial fit"
                     return
@@ -268,23 +290,3 @@ class Race:
 def doubt(rows: int) -> float:
     """Return the relative difference of the variances of errors and noise that chance explains on few rows."""
     return SURE * float(np.sqrt(UNCERTAIN / rows))
-
-
-def _unseen(data: Dataset) -> float:
-    """Return the share of the states of other signals, the input and `PLAYS` plays, without a near training row."""
-    if data.covariates:  # no kind of local parameters takes them
-        return 0.0
-    u, rows = data.u, data.train
-    r = np.arange(1, PLAYS + 1) * float(np.ptp(u[rows])) / 2 / (PLAYS + 1)
-    seen = np.column_stack([u, data.along(lambda v: plays(v, r, float(v[0])))])[rows]
-    limits: dict[str, Value] = {"lo": seen.min(axis=0), "hi": seen.max(axis=0)}
-    nodes = [
-        Node("input", "scaling", {"n": 1}),
-        Node("bank", "play_bank", {"n": PLAYS}, {"r": r, "z0": float(u[0])}),
-        Node("states", "scaling", {"n": PLAYS + 1}, limits),
-    ]
-    wires = [("input.y", "bank.u"), ("input.y", "states.u[1]")]
-    wires += [(f"bank.z[{k}]", f"states.u[{k + 1}]") for k in range(1, PLAYS + 1)]
-    graph = Graph(nodes, wires, [Input("u", ("input.u",))], [Output("y", "states.y[1]")])
-    covered = coverage(graph, data)
-    return 0.0 if covered is None else 1 - covered / 100

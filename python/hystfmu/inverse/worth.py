@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.inverse import inverse, invert
 from hystfmu.inverse.dynamic import split
 from hystfmu.inverse.input_range import over_range
 from hystfmu.model import Model
+from hystfmu.model.inputs import with_starts
 
 BACK = 1e-6  # of the range of the output: smaller steps against the direction are rounding
 POOR = 5.0  # RMS of inverse and model in cascade (% of the span) above which an inverse is of no use
@@ -52,6 +54,11 @@ class Inverses:
         return reason
 
 
+def _at_rest(model: Model, u: Array) -> Array:
+    """Return the output along u (n,) with covariates at their start values."""
+    return np.asarray(model.predict(with_starts(model.graph, u)))
+
+
 def _folded(model: Model) -> bool:
     """Whether the output of a static model turns while the input rises over its range, or while it falls.
 
@@ -61,9 +68,9 @@ def _folded(model: Model) -> bool:
     if split(model) is not None:
         return False
     u = over_range(model, np.concatenate([*ENDS, *ENDS]))
-    y, n = model.predict(u), len(ENDS[0])
+    y, n = _at_rest(model, u), len(ENDS[0])
     room = BACK * float(np.ptp(y))
-    if np.abs(model.predict(np.repeat(u, 2))[1::2] - y).max() > room:
+    if np.abs(_at_rest(model, np.repeat(u, 2))[1::2] - y).max() > room:
         return False
     up, down = np.diff(y[-2 * n : -n]), np.diff(y[-n:])
     return not any((s * up >= -room).all() and (s * down <= room).all() for s in (1, -1))

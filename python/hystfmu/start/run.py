@@ -100,8 +100,14 @@ def start(
     Raises
     ------
     InputError
-        No kind of model follows the data, the named kind is unknown, or the folder cannot be written.
+        The data have covariates, no kind of model follows them, the named kind is unknown, or the folder cannot be
+        written.
     """
+    if data.covariates:
+        raise InputError(
+            f"{data.path or data.name}: The record of a loop must have one input. Got the covariates "
+            f"{', '.join(data.covariates.names)}: leave them out, or fit a model with them by `hystfmu fit`."
+        )
     name = re.sub(r"\W", "_", data.stem)
     name = name if name[:1].isalpha() else f"device_{name}"
     file, steps = folder / f"{name}.model.toml", Steps(folder)

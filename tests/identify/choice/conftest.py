@@ -11,7 +11,7 @@ from hystfmu.identify.race import Race
 
 @pytest.fixture
 def race(monkeypatch):
-    monkeypatch.setattr(module, "_unseen", lambda data: 0.25)
+    monkeypatch.setattr(module, "unseen", lambda data: 0.25)
     made = Race(DATA, 7)
     made.sigma = 0.0
     return made

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from trials import E4, trial
 
-from hystfmu import InputError
 from hystfmu.identify import auto
 from hystfmu.identify.candidate import ANY, CLOSES, LAGS, OPENS, Candidate
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, UNKNOWN, Excitation
+from hystfmu.identify.refusal import refusal
 
 
 def seen(**changed):
@@ -16,9 +16,13 @@ def seen(**changed):
     return Excitation(**{**values, "memory": UNKNOWN, "warnings": (), "coarse": (), **changed})
 
 
-def test_a_long_record_may_take_longer():
-    assert auto.budget(0) == 24.0
-    assert auto.budget(4000) == pytest.approx(24.36)
+def test_how_many_rows_all_can_be_tried_on():
+    dear = Candidate(ANY, 4.0, 2.0)
+    assert auto.affordable([dear], 10_000) == 10_000  # 24 s
+    assert auto.affordable([dear], 10_001) == 10_000
+    assert auto.affordable([dear, Candidate(ANY, 2.0, 4.0, quick={"N": 1})], 30_000) == 4750  # 5 s + 4 s per 1000
+    assert auto.affordable([Candidate(ANY, 30.0, 1.0)], 30_000) == auto.LEAST_ROWS
+    assert auto.affordable([Candidate(ANY, 30.0, 1.0)], 500) == 500
 
 
 @pytest.mark.parametrize(
@@ -35,16 +39,8 @@ def test_a_long_record_may_take_longer():
     ],
 )
 def test_who_contradicts_the_record(memory, record, reason):
-    left = auto.left_out({"x": Candidate(memory, 1.0, 0.0)}, seen(**record), 1000)
+    left = auto.left_out({"x": Candidate(memory, 1.0, 0.0)}, seen(**record))
     assert left == ({} if reason is None else {"x": reason})
-
-
-def test_the_budget_leaves_out_the_dearest_and_trial_fits_last():
-    table = {"a": Candidate(ANY, 14.0, 0.0), "b": Candidate(ANY, 10.0, 0.0), "c": Candidate(ANY, 0.1, 0.0)}
-    assert auto.left_out(table, seen(), 0) == {"a": "about 14 s for 0 rows; fit it by name"}
-    assert auto.left_out({k: table[k] for k in "ab"}, seen(), 0) == {}
-    quick = {"a": Candidate(ANY, 15.0, 0.0), "b": Candidate(ANY, 11.0, 0.0, quick={"N": 1})}
-    assert list(auto.left_out(quick, seen(), 0)) == ["b"]
 
 
 @pytest.mark.parametrize(
@@ -82,28 +78,43 @@ class Inverses:
         ((), Inverses(["large"]), False, "large"),
         ((), Inverses(["worse"]), False, "small"),
         (("small",), None, False, "large"),
-        (("small", "large"), None, False, "worse"),
+        (("small", "large"), None, False, "small"),  # nothing as good stays inside: a worse kind is no remedy
         ((), Inverses([], ["small"]), False, "small"),
         ((), Inverses([], ["small"]), True, "large"),
         ((), Inverses([], ["small", "large", "worse"]), True, "outsider"),
-        (("small", "large", "worse"), None, False, None),
+        (("small", "large", "worse"), None, False, "small"),
         ((), Inverses([], ["small", "large", "worse", "outsider"]), True, None),
     ],
 )
 def test_the_preferred_of_equal_ones(race, monkeypatch, excursions, inverses, only, chosen):
-    monkeypatch.setattr(auto.guards, "excursion", lambda key, graph, data: ["wild"] if graph in excursions else [])
+    monkeypatch.setattr(race, "leaves", lambda t: t.name in excursions)
     able = [
         trial("large", 1.0 * E4, parameters=9),
         trial("small", 1.1 * E4, parameters=2),
         trial("worse", 2 * E4, parameters=1),
     ]
     race.trials = {t.name: t for t in [*able, trial("outsider", 4.9 * E4), trial("bad", 5.1 * E4, parameters=1)]}
+    found = auto._preferred(race, True, inverses, only)
     if chosen is None:
-        rule = "A kind of model must have a useful inverse" if only else "The data must suit a candidate"
-        with pytest.raises(InputError, match=rf"here: {rule}\. Got none: .* \(.*\)(; \d have other faults)?\.$"):
-            auto._preferred(race, able, inverses, only, "here")
+        assert found == dict.fromkeys(("small", "large", "worse", "outsider"), "no use")
+        told = str(refusal("here", "A rule", race, seen(warnings=("few loops",)), found))
+        assert told.startswith(
+            "here: A rule. Got errors on validation blocks of large 1 % (no use), small 1.1 % (no use), worse 2 % (no "
+            "use), outsider 4.9 % (no use), bad 5.1 %. The record is poor: few loops. "
+        )
     else:
-        assert auto._preferred(race, able, inverses, only, "here").name == chosen
+        assert found.name == chosen
+
+
+def test_a_static_kind_is_no_refuge_where_none_follows(race, monkeypatch):
+    """A rate that is not seen leaves static kinds, but only those that follow the data."""
+    monkeypatch.setattr(race, "leaves", lambda t: False)
+    race.trials = {t.name: t for t in (trial("lags", 4.5 * E4, memory=LAGS), trial("static", 5.2 * E4))}
+    assert auto._preferred(race, False, None, False).name == "lags"
+    race.trials["static"] = trial("static", 4.9 * E4)
+    assert auto._preferred(race, False, None, False).name == "static"
+    race.trials = {"a": trial("a", 5.2 * E4)}
+    assert auto._preferred(race, True, None, False) == {}
 
 
 @pytest.mark.parametrize(

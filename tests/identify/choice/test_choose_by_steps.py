@@ -9,8 +9,8 @@ import pytest
 
 from hystfmu import Dataset, InputError
 from hystfmu.identify import auto, race
-from hystfmu.identify.candidate import ANY, LAGS, Candidate
-from hystfmu.identify.excitation.minor_loops import NONE, UNKNOWN, Excitation
+from hystfmu.identify.candidate import ANY, LAGS, OPENS, Candidate
+from hystfmu.identify.excitation.minor_loops import NONE, RETURN_POINT, UNKNOWN, Excitation
 
 N = 4000
 U = np.interp(np.arange(N), 20 * np.arange(201), np.random.default_rng(3).uniform(-1, 1, 201))
@@ -28,7 +28,7 @@ def chosen(monkeypatch):
         found = {name: (f"key {name}", c) for name, (c, *_) in table.items()}
         by_key = {f"key {name}": rest for name, (_, *rest) in table.items()}
 
-        def fitted(self, fold, key, options, progress):
+        def fitted(self, fold, key, options, progress, share=1.0):
             progress(1.0)
             asked.append((key.removeprefix("key "), fold))
             errors, parameters = by_key[key]
@@ -39,13 +39,13 @@ def chosen(monkeypatch):
 
         monkeypatch.setattr(race.Race, "fitted", fitted)
         monkeypatch.setattr(race, "noise", lambda y: 0.0)
-        monkeypatch.setattr(race, "_unseen", lambda data: 0.0)
+        monkeypatch.setattr(race, "unseen", lambda data: 0.0)
         monkeypatch.setattr(auto, "candidates", lambda: (found, missing or {}))
         monkeypatch.setattr(auto, "examine", lambda data: seen)
         monkeypatch.setattr(auto, "too_large", lambda rows, key, given: "")
         monkeypatch.setattr(auto, "takes_records", lambda key: key == "key takes")
         monkeypatch.setattr(auto, "takes_covariates", lambda key: key == "key takes")
-        monkeypatch.setattr(auto.guards, "excursion", lambda key, graph, data: [])
+        monkeypatch.setattr(race.Race, "leaves", lambda self, trial: False)
         return auto.choose(data, 0, told.append, **more), asked, told
 
     return make
@@ -103,16 +103,16 @@ def test_a_short_trial_fit_costs_a_fifth(chosen):
     choice, asked, told = chosen(table)
     assert asked[:3] == [("a", 1), ("b", 1), ("c", 1)]
     assert choice.provenance["auto_left_out"]["b"] == "9 % of the span after a short trial fit"
-    # 1 + a fifth of 10 + 12 = 15 of the budget of 24.36; a second fold of both would need 28
-    assert len(asked) == 3
+    # 1 + a fifth of 10 + 12 = 15 of the budget of 24; a second fold of both would need 28
+    assert asked[3:] == [("c", 1)]  # dear ones are tried on a part of the rows
     assert told == pytest.approx([1 / 46, (3 + 12) / 46])
 
 
 def test_later_folds_must_fit_into_the_budget(chosen):
-    assert len(chosen({"a": flat(12.1, 1.0)})[1]) == 2  # 12.1 + 12.1 of 24.36 for 4000 rows
-    assert len(chosen({"a": flat(12.2, 1.0)})[1]) == 1
-    assert len(chosen({"a": flat(4.0, 1.0), "b": flat(4.1, 1.0)})[1]) == 6
-    assert len(chosen({"a": flat(4.1, 1.0), "b": flat(4.1, 1.0)})[1]) == 4
+    assert len(chosen({"a": flat(11.9, 1.0)})[1]) == 2  # 11.9 + 11.9 of 24
+    assert len(chosen({"a": flat(12.1, 1.0)})[1]) == 1
+    assert len(chosen({"a": flat(3.9, 1.0), "b": flat(4.0, 1.0)})[1]) == 7  # and a short one
+    assert len(chosen({"a": flat(4.0, 1.0), "b": flat(4.1, 1.0)})[1]) == 5
 
 
 def test_the_only_one_left_runs_until_its_spread_is_known(chosen):
@@ -128,7 +128,27 @@ def test_who_is_left_out_before_the_race(chosen):
     assert left == {"gone": "no package", "not": "it takes one record only", "slow": "it takes one record only"}
     beside = Dataset(DATA.t, DATA.u, DATA.y, covariates={"T": np.arange(float(N))})
     assert chosen(table, data=beside)[0].provenance["auto_left_out"]["not"] == "it takes no covariates"
-    assert chosen(table)[0].provenance["auto_left_out"]["slow"] == "about 90 s for 4000 rows; fit it by name"
+    assert list(left) == choice.provenance["auto_not_tried"], "none of them was fitted"
+
+
+def test_no_kind_is_left_out_for_its_price(chosen):
+    """All race on fewer rows, and the dear one wins."""
+    table = {"cheap": (Candidate(ANY, 1.0, 1.0), [2.0] * 3, 3), "dear": (Candidate(ANY, 2.0, 9.0), [1.0] * 3, 3)}
+    choice, asked, _ = chosen(table)
+    assert asked[:3] == [("cheap", 1), ("dear", 1), ("dear", 1)]  # the first of these is short
+    assert choice.provenance["auto_choice"] == "dear"
+    assert choice.provenance["auto_left_out"] == {}
+    assert choice.provenance["auto_rows"] == 2100  # 1 + 2 s, and 10 s for 1000 rows
+    assert "auto_rows" not in chosen({"cheap": table["cheap"]})[0].provenance
+
+
+def test_what_was_not_tried_comes_first(chosen):
+    table = {
+        "a": flat(1.0, 1.0), "b": flat(2.0, 9.0, quick={"starts": 1}), "d": flat(0.1, 1.0, memory=OPENS)
+    }  # fmt: skip
+    choice, _, _ = chosen(table, seen=Excitation(60, 150.0, 20, 0.25, True, RETURN_POINT, (), ()))
+    assert list(choice.provenance["auto_left_out"]) == ["d", "b"]
+    assert choice.provenance["auto_not_tried"] == ["d"]
 
 
 def test_a_rate_must_be_seen_or_static_kinds_stay(chosen):
@@ -150,11 +170,13 @@ def test_an_error_beyond_five_percent_is_no_model(chosen, errors, refused):
     if not refused:
         assert chosen(table)[0].method == "key a"
         return
-    for others in ({}, {"worse": flat(2.0, 5.4)}):
-        with pytest.raises(InputError, match=r"record: A kind .* to 5 % of the span\. Got 5\.1 % on .* the best, a: "):
+    for others, named in (({}, ""), ({"worse": flat(2.0, 5.4)}, ", worse 5.4 %")):
+        with pytest.raises(
+            InputError, match=rf"record: A kind .* to 5 % of the span\. Got errors on .* of a 5\.1 %{named}\. The out"
+        ):
             chosen(table | others)
     poor = Excitation(60, 150.0, 20, 0.25, True, UNKNOWN, ("few", "slow"), ())
-    with pytest.raises(InputError, match=r"too poor to tell \(few; slow\)\. Name a kind"):
+    with pytest.raises(InputError, match=r"a 5\.1 %\. The record is poor: few; slow\. The output"):
         chosen(table, seen=poor)
 
 
@@ -168,8 +190,8 @@ def test_on_a_poor_record_all_that_are_no_losers_are_equal(chosen, memory, chose
 def test_nothing_that_fits_is_one_line(chosen):
     with pytest.raises(
         InputError,
-        match=r"record: The data must suit a candidate\. Got none that fits: 1000000 parameters for .* \(a\)\.$",
+        match=r"record: A kind .* 5 % of the span\. Got no fit; a: 1000000 parameters for [0-9]+ rows\. The output",
     ):
         chosen({"a": flat(1.0, 1.0, 10**6)})
-    with pytest.raises(InputError, match=r"none that fits: no candidate"):
+    with pytest.raises(InputError, match=r"Got no fit\. The output"):
         chosen({})

@@ -31,6 +31,7 @@ def network(hidden: int, starts: int, iterations: int):
 NUMBERS = {  # default, least and largest value
     "actuator": {"N": (40, 1, 10_000), "bend": (None, 1, 20), "w0_min": (1e-3, 0.0, 1.0), **U0, **DYNAMICS},
     "bouc_wen": {"starts": (6, 1, 1000), "n_max": (6.0, 1.0, 20.0), "z0": (None, -1.0, 1.0), **BAND},
+    "bouc_wen_parallel": {"n_max": (6.0, 1.0, 20.0), "degree": (None, 1, 20)},
     "bouc_wen_oscillator": {"nu": (1.0, 1.0, 20.0), **STRIDE},
     "constraint_factor_mlp": {
         "m": (9, 1, 20), "roughness": (1e-4, 0.0, 1e3), "bend": (5, 1, 20), "range": (1.0, 1e-6, 10.0),
@@ -60,9 +61,11 @@ NUMBERS = {  # default, least and largest value
 }  # fmt: skip
 WORDS = {  # the default comes first; None: chosen from the data
     "actuator": {
+        "operator": (None, "plays", "stops", "relays"),
         "creep": (None, "yes", "no"), "dynamics": (None, "yes", "no"), "covariates": (None, "offset", "gain", "bend"),
         "hold": ("foh", "foh", "zoh"),
     },
+    "bouc_wen_parallel": {"rate": (None, "yes", "no")},
     "g0_bouc_wen": {"hold": ("foh", "foh", "zoh")},
     "constraint_factor_mlp": {"branch": ("increasing", "increasing", "literal")},
     "polynomial_narx": {"training": ("batch", "batch", "recursive", "dead_zone")},
@@ -102,15 +105,27 @@ def test_the_words_of_a_kind(key):
 
 
 QUICK_NETWORK = {"starts": 1, "iterations": 30}
+SMALL_NARX = {"lags": 4, "hidden": 6, "one_step": 30, "iterations": 15}
 COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
-    "actuator": (ANY, 0.5, 0.04, {}, {}, False),
+    "actuator": (ANY, 0.6, 0.08, {}, {}, False),
     "bouc_wen": (OPENS, 0.2, 0.4, {}, {"starts": 1}, False),
+    "bouc_wen_parallel": (OPENS, 0.3, 0.6, {}, {}, False),
+    "bouc_wen_oscillator": (LAGS, 0.3, 0.3, {}, {}, False),
     "constraint_factor_mlp": (CLOSES, 0.3, 0.1, {}, QUICK_NETWORK, False),
     "duhem": (OPENS, 0.2, 0.5, {}, {}, False),
-    "duhem_oscillator": (LAGS, 0.5, 0.15, {}, {}, False),
+    "duhem_oscillator": (LAGS, 0.5, 3.0, {}, {}, False),
     "fitted_operator_mlp": (CLOSES, 1.0, 0.05, {}, QUICK_NETWORK, False),
+    "g0_bouc_wen": (LAGS, 0.5, 0.4, {}, {}, False),
     "g0_prandtl_ishlinskii": (LAGS, 1.0, 1.0, {}, {}, False),
     "krasnoselskii_pokrovskii": (CLOSES, 0.02, 0.03, {}, {}, True),
+    "narx_network " + " ".join(f"{k}={v}" for k, v in SMALL_NARX.items()): (
+        LAGS,
+        1.0,
+        1.5,
+        SMALL_NARX,
+        {**SMALL_NARX, "one_step": 15, "iterations": 4},
+        False,
+    ),
     "play_bank_mlp": (CLOSES, 2.0, 0.05, {}, QUICK_NETWORK, False),
     "polynomial_narx": (ANY, 0.05, 0.02, {}, {}, False),
     "prandtl_ishlinskii": (CLOSES, 0.02, 0.01, {}, {}, False),

@@ -12,11 +12,12 @@ from hystfmu import Dataset, InputError
 from hystfmu.data.reversals import noise
 from hystfmu.identify import race as module
 from hystfmu.identify.candidate import ANY, Candidate
+from hystfmu.identify.features import unseen_states
 from hystfmu.identify.race import Race
 
 
 def test_a_race_begins_with_the_noise_and_an_input_of_other_memory(monkeypatch):
-    monkeypatch.setattr(module, "_unseen", lambda data: 0.25)
+    monkeypatch.setattr(module, "unseen", lambda data: 0.25)
     rng = np.random.default_rng(1)
     noisy = DATA.with_output(DATA.y + rng.normal(size=400)).with_train((20, 380))
     made = Race(noisy, 7)
@@ -29,9 +30,9 @@ def test_a_race_begins_with_the_noise_and_an_input_of_other_memory(monkeypatch):
 
 def test_what_a_kind_of_local_parameters_has_not_seen(monkeypatch):
     asked = []
-    monkeypatch.setattr(module, "coverage", lambda graph, data: (asked.append(graph), 40.0)[1])
+    monkeypatch.setattr(unseen_states, "coverage", lambda graph, data: (asked.append(graph), 40.0)[1])
     data = DATA.with_train((50, 300))
-    assert module._unseen(data) == pytest.approx(0.6)
+    assert unseen_states.unseen(data) == pytest.approx(0.6)
     bank, states = (asked[0].node(n) for n in ("bank", "states"))
     half = np.ptp(U[50:300]) / 2
     r = half * np.array([1, 2]) / 3
@@ -44,9 +45,9 @@ def test_what_a_kind_of_local_parameters_has_not_seen(monkeypatch):
     rows = np.array(seen)[50:300]
     assert states.value("lo") == pytest.approx(rows.min(axis=0))
     assert states.value("hi") == pytest.approx(rows.max(axis=0))
-    monkeypatch.setattr(module, "coverage", lambda graph, data: None)
-    assert module._unseen(data) == 0.0
-    assert module._unseen(Dataset(DATA.t, DATA.u, DATA.y, covariates={"T": U})) == 0.0
+    monkeypatch.setattr(unseen_states, "coverage", lambda graph, data: None)
+    assert unseen_states.unseen(data) == 0.0
+    assert unseen_states.unseen(Dataset(DATA.t, DATA.u, DATA.y, covariates={"T": U})) == 0.0
 
 
 # ---- errors ---------------------------------------------------------------------------------------------------------
@@ -86,7 +87,9 @@ def test_least_best_and_explained(race):
     }
     assert race.least() == pytest.approx(3.0)
     assert race.best().name == "a"
-    assert race.unexplained() == pytest.approx(2.0)
+    assert [race.follows(t, 2.001) for t in race.trials.values()] == [False, True]
+    race.trials["a"].first = (0.02 * SPAN) ** 2  # after the first fold
+    assert race.follows(race.trials["a"], 2.001)
     assert race.explained() is False
     race.trials["c"] = trial("c", 1.99e-5 * SPAN)
     assert race.explained() is True
@@ -145,7 +148,7 @@ def test_as_good_if_the_noise_explains_the_difference(race):
 def entering(race, monkeypatch, errors, parameters=3):
     asked, left = [], iter(errors)
 
-    def fit(name, key, candidate, options, progress):
+    def fit(name, key, candidate, options, progress, share=1.0):
         asked.append(dict(options))
         value = next(left)
         if isinstance(value, Exception):
@@ -194,7 +197,7 @@ def test_folds_hold_blocks_inside_the_range_of_the_others(race):
 
 
 def test_rows_at_the_ends_of_the_range_count(monkeypatch):
-    monkeypatch.setattr(module, "_unseen", lambda data: 0.0)
+    monkeypatch.setattr(module, "unseen", lambda data: 0.0)
     u = np.interp(np.arange(801), 10 * np.arange(81), np.tile([0.0, 1.0], 41)[:81])  # all reach both ends
     part, rows, _ = Race(Dataset.from_signal(u, u, 1e-3), 0).held(1)
     assert len(rows) == 801 - len(part.counted)

@@ -42,7 +42,9 @@ class Fitting:
     """Errors by structure instead of fits."""
 
     def __init__(self, error, options=None, rows=600):
-        self.options = {"bend": None, "creep": None, "dynamics": None, "covariates": None} | (options or {})
+        self.options = {"operator": None, "bend": None, "creep": None, "dynamics": None, "covariates": None} | (
+            options or {}
+        )
         self.error, self.asked = error, []
         self.data = Dataset.from_signal(np.arange(float(rows)), np.arange(float(rows)), H)
         self.kept = np.arange(90)
@@ -153,7 +155,8 @@ def record():
 
 
 OPTIONS = {
-    "N": 3, "bend": 1, "creep": "no", "dynamics": "no", "covariates": None, "w0_min": 1e-3, "u0": None, "hold": "foh",
+    "N": 3, "operator": None, "bend": 1, "creep": "no", "dynamics": "no", "covariates": None,
+    "w0_min": 1e-3, "u0": None, "hold": "foh",
     "delay_max": 0.0, "zeta_max": 5.0,
 }  # fmt: skip
 

@@ -9,17 +9,19 @@ import pytest
 from numpy.polynomial import legendre
 
 from hystfmu import Dataset
-from hystfmu.identify.features import bent_sum
+from hystfmu.identify.features import bent_chain, bent_sum
+from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import BentSum
 from hystfmu.identify.features.dynamics import Dynamics
 from hystfmu.identify.features.plays import plays
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
 from hystfmu.identify.methods import actuator
-from hystfmu.identify.methods.actuator import Parts, dead_zones
+from hystfmu.identify.methods.actuator import Parts
 
 H = 1e-3
 OPTIONS = {
-    "N": 3, "bend": None, "creep": None, "dynamics": None, "covariates": None, "w0_min": 0.01, "u0": None,
+    "N": 3, "operator": None, "bend": None, "creep": None, "dynamics": None, "covariates": None,
+    "w0_min": 0.01, "u0": None,
     "hold": "foh", "delay_max": 10.0, "zeta_max": 5.0,
 }  # fmt: skip
 TRAIN = slice(40, 560)
@@ -92,8 +94,8 @@ def test_more_than_6000_rows_are_thinned(n, stride):
 def fitted(f, parts, seed=0):
     """Some weights for a structure."""
     rng = np.random.default_rng(seed)
-    columns, m = f.stops if parts.stops else f.plays, len(parts.levels)
-    w = rng.uniform(0.1, 1, 4)
+    columns, m = f.columns(parts.operator), len(parts.levels)
+    w = rng.uniform(0.1, 1, columns.shape[1])
     w /= np.abs(columns @ w).max()
     q = np.r_[0.4, 1.0, 0.3 * rng.normal(size=parts.degree - 1)]
     c = np.zeros((m, len(q)))
@@ -105,13 +107,14 @@ def fitted(f, parts, seed=0):
 
 STRUCTURES = [
     Parts(),
-    Parts(stops=True, degree=3),
+    Parts("stops", degree=3),
+    Parts("relays", degree=3, T=(0.02,)),
     Parts(degree=3, T=(0.02, 0.2)),
     Parts(g=Dynamics(60.0, 0.5, 0.0)),
     Parts(degree=3, T=(0.05,), g=Dynamics(60.0, 0.5, 2 * H)),
     Parts(degree=3, levels=("gain", "none", "bend")),
     Parts(degree=3, T=(0.05,), g=Dynamics(80.0, 0.5, H), levels=("bend", "offset", "bend")),
-    Parts(stops=True, levels=("none", "gain", "gain")),
+    Parts("stops", levels=("none", "gain", "gain")),
 ]
 
 
@@ -120,7 +123,7 @@ def test_the_graph_of_a_structure_runs_as_bent_sum_does(parts):
     data = record(covariates=len(parts.levels))
     f = actuator._Fitting(data, OPTIONS)
     s = fitted(f, parts)
-    graph = actuator._graph(f, parts, s)
+    graph = bent_chain.chain(f, parts, s)
     used = [j for j, level in enumerate(parts.levels) if level != "none"]
     inputs = np.column_stack([data.u, data.covariates.values[:, used]])[:560]
     want = bent_sum.model(f.problem(parts, np.arange(560)), s)
@@ -142,7 +145,7 @@ def test_the_graph_of_a_structure_runs_as_bent_sum_does(parts):
 
 def test_a_structure_in_words():
     data = record(covariates=2)
-    words = actuator._named(Parts(True, 3, (0.1, 1.0), Dynamics(1.0, 1.0, 0.0), ("none", "gain")), data)
+    words = actuator._named(Parts("stops", 3, (0.1, 1.0), Dynamics(1.0, 1.0, 0.0), ("none", "gain")), data)
     assert words == "stops, bend of degree 3, gain that follows T1, creep with 2 lags, G0(s) with delay"
     assert actuator._named(Parts(levels=("none", "none")), data) == "plays"
 

@@ -23,6 +23,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.core.columns import parallel_lags
 from hystfmu.identify.features.following import Following
 from hystfmu.identify.solvers.nonnegative import nonnegative
+from hystfmu.identify.solvers.penalised import LEAST_SIZE
 
 STEPS = 30  # most Gauss-Newton steps
 SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step, tried in turn
@@ -92,6 +93,9 @@ class Problem:
         Least weight of the first column, relative to the sum of all.
     following : Following, optional
         Covariates that the bend follows, over all rows.
+    penalties : tuple of (float, array, shape (l, p))
+        Strengths and matrices that hold the weights smooth, for columns of median size; None instead of a matrix: a
+        ridge.  What the rows hardly excite would be arbitrary without them.
     """
 
     columns: Array
@@ -102,6 +106,19 @@ class Problem:
     after: Filter | None = None
     least: float = 0.0
     following: Following | None = None
+    penalties: tuple[tuple[float, Array | None], ...] = ()
+
+    def solved(self, linear: Array, target: Array, free: Array) -> tuple[Array, Array]:
+        """Return the non-negative weights of columns, the first p those of the operator, and the free ones."""
+        if not self.penalties:
+            return nonnegative(linear, target, free)
+        n = self.columns.shape[1]
+        size = np.linalg.norm(linear[:, :n] - linear[:, :n].mean(axis=0), axis=0)
+        size = np.maximum(size, LEAST_SIZE * size.max())
+        rows = [s * (np.diag(size) if P is None else float(np.median(size)) * P) for s, P in self.penalties]
+        held = np.hstack([np.vstack(rows), np.zeros((sum(map(len, rows)), linear.shape[1] - n))])
+        rest = np.zeros((len(held), free.shape[1]))
+        return nonnegative(np.vstack([linear, held]), np.append(target, rest[:, 0]), np.vstack([free, rest]))
 
     def seen(self, columns: Array) -> Array:
         """Return columns after the dynamics, on the rows of the fit."""
@@ -145,7 +162,7 @@ def model(p: Problem, s: BentSum) -> Array:
 def fit_linear(p: Problem, degree: int) -> BentSum:
     """Return the fit without bend and creep, as the start of `fit`; for `degree` the coefficients of b are padded."""
     free = np.ones((len(p.y), 1)) if p.following is None else p.following.rows(p.rows).started(p.y)
-    w, _ = nonnegative(p.seen(p.columns), p.y, free)
+    w, _ = p.solved(p.seen(p.columns), p.y, free)
     if not w.any():
         w = np.full(len(w), 1.0)
     w[0] = max(w[0], p.least * w.sum())  # as each step: a start below would be better than all that may follow
@@ -192,12 +209,13 @@ def residuals(p: Problem, s: BentSum) -> Callable[[Filter | None], Array]:
     Columns without weight stay without: a search of the dynamics filters the others hundreds of times.
     """
     used = s.w > 0
-    p, s = replace(p, columns=np.ascontiguousarray(p.columns[:, used])), replace(s, w=s.w[used])
+    held = tuple((strength, None if P is None else P[:, used]) for strength, P in p.penalties)
+    p, s = replace(p, columns=np.ascontiguousarray(p.columns[:, used]), penalties=held), replace(s, w=s.w[used])
     before = _before(p, s)
 
     def left(after: Filter | None) -> Array:
         linear, free, target = _after(replace(p, after=after), s, before)
-        x, v = nonnegative(linear, target, free)
+        x, v = p.solved(linear, target, free)
         return np.asarray(linear @ x + free @ v - target)
 
     return left
@@ -210,7 +228,7 @@ def _variables(s: BentSum) -> dict[str, Array]:
 def _newton(p: Problem, s: BentSum) -> BentSum:
     """Return the weights that a linearisation at `s` asks for."""
     linear, free, target = _linearised(p, s)
-    x, v = nonnegative(linear, target, free)
+    x, v = p.solved(linear, target, free)
     w, k, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
     w[0] = max(w[0], p.least * w.sum())
     if p.following is not None:

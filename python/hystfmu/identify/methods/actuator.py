@@ -1,4 +1,4 @@
-"""Structured actuator: plays, bend, creep, linear dynamics with delay; the parts that the data support.
+"""Structured actuator: plays, stops or relays, bend, creep, dynamics with delay; the parts that the data support.
 
   x = scaled u,  v = w0 x + sum_i w_i p_i[x],  b = b(v),  c = b + sum_j k_j L_{T_j}[b],  y = e^(-s tau) G0(s) c + offset
 
@@ -8,56 +8,57 @@ Alici 2005.  `bent_sum` fits weights, bend and creep for given dynamics; f_n, ze
 (variable projection).
 
 A part is kept if it reduces the error on validation blocks inside the training rows by more than `BETTER`.  Stops take
-the place of plays where the loop runs clockwise.  A bend that is not monotone has no inverse: it must gain `NEEDED`.
+the place of plays where the loop runs clockwise, relays with a smooth density (Preisach) where minor loops differ with
+their place: bend, creep and dynamics stand behind any of them.  A bend that is not monotone has no inverse: it must
+gain `NEEDED`.
 
 With covariates, such as temperature and load, the bend follows each of them, by an offset, a gain, or all of its
 coefficients (`following`), as far as the validation blocks support it; one without effect is no input of the model.
-
-In the graph the bend is a sum of dead zones that interpolates the polynomial, because that has an exact inverse and
-continues as a straight line outside the range of the training rows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph import Graph
 from hystfmu.identify.candidate import ANY, Candidate, Memory
 from hystfmu.identify.features import bent_sum
+from hystfmu.identify.features.bent_chain import chain
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Problem
-from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, search, uncertainty, unknown
 from hystfmu.identify.features.following import LEVELS, Following
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.features.smooth_density import DEGREE, smooth_density
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
 from hystfmu.identify.options import Option
 
-TEXT = "plays, bend, creep, G0(s) with delay: the parts that validation blocks support"
-MEMORY = Memory(1500.0, "N")
+TEXT = "plays, stops or relays, bend, creep, G0(s) with delay: the parts that validation blocks support"
+MEMORY = Memory(3500.0, "N")
 COVARIATES = True
 MOST_ROWS = 6000  # more rows are thinned evenly, after filtering at the full rate
 FIRST = 3  # the first search of the dynamics uses every third of these rows
 DEGREES = (1, 3, 5, 8)  # of the bend, tried in turn
 LAGS = 6  # at most, one decade apart
 BETTER, NEEDED = 0.95, 0.5  # ratio of validation errors below which a part, or a bend without inverse, is kept
-SMOOTH = 1e-5  # largest distance of the dead zones from the polynomial, relative to its range
-MOST_KNOTS = 400
-PAIR = {"n": 2, "m": 0}
-MARGIN = 0.05  # covariates are limited to the training range and this fraction of it
+PLAYS, STOPS, RELAYS = "plays", "stops", "relays"
+GRID, WIDTHS, MEANS = 40, 16, 8  # of the density of relays
+HELD = (1e-3, 3e-2, 3e-2)  # strengths of the ridge and of the penalties over mean and width of the density
 
-CANDIDATES = (Candidate(ANY, 0.5, 0.04),)
+CANDIDATES = (Candidate(ANY, 0.6, 0.08),)
 OPTIONS = (
     Option("N", 40, 1, 10000, text="number of plays"),
+    Option(
+        "operator", None, choices=(PLAYS, STOPS, RELAYS), text="the hysteresis; default: chosen on validation blocks"
+    ),
     Option("bend", None, 1, 20, text="degree of the bend, 1: none; default: chosen on validation blocks"),
     Option("creep", None, choices=("yes", "no"), text="creep; default: chosen on validation blocks"),
     Option("dynamics", None, choices=("yes", "no"), text="G0(s) with delay; default: chosen on validation blocks"),
@@ -75,9 +76,9 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Parts:
-    """Structure of a candidate: sign of plays, degree of bend, time constants of creep, dynamics, covariates."""
+    """Structure of a candidate: operator, degree of bend, time constants of creep, dynamics, covariates."""
 
-    stops: bool = False
+    operator: str = PLAYS
     degree: int = 1
     T: tuple[float, ...] = ()
     g: Dynamics | None = None
@@ -94,6 +95,8 @@ class _Fitting:
         self.x0 = (u0_of(data, options) - self.middle) / self.half
         x = (u - self.middle) / self.half
         self.r = thresholds(x[rows], options["N"])
+        self.x = x
+        self.density = smooth_density(x[rows], GRID, WIDTHS, MEANS, "demagnetised")
         self.plays = np.column_stack([x, plays(x, self.r, self.x0)])
         self.stops = np.column_stack([x, x[:, None] - self.plays[:, 1:]])
         seen = data.covariates.values[: rows.stop]
@@ -106,12 +109,34 @@ class _Fitting:
         held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
         self.kept, self.held = self.all[~held[self.all]], self.all[held[self.all]]
 
+    @cached_property
+    def everett(self) -> Array:
+        """Everett functions of the densities of relays, (nodes, p); the first is that of the input itself."""
+        E = self.density.E
+        return np.column_stack([E[:, : MEANS + DEGREE + 1].sum(axis=1), E])
+
+    @cached_property
+    def relays(self) -> Array:
+        """Their outputs along the rows, (rows, p)."""
+        return replace(self.density, E=self.everett).columns(self.x)
+
+    @property
+    def penalties(self) -> tuple[tuple[float, Array | None], ...]:
+        """What holds the density smooth; the input itself is free."""
+        smooth = (np.pad(P, ((0, 0), (1, 0))) for P in (self.density.along_mean, self.density.along_width))
+        return tuple(zip(HELD, (None, *smooth), strict=True))
+
+    def columns(self, operator: str) -> Array:
+        """Return what an operator sums."""
+        return {PLAYS: lambda: self.plays, STOPS: lambda: self.stops, RELAYS: lambda: self.relays}[operator]()
+
     def problem(self, parts: Parts, rows: NDArray[np.intp]) -> Problem:
         """Return the problem of `bent_sum` for a structure on some rows."""
-        columns = self.stops if parts.stops else self.plays
+        columns = self.columns(parts.operator)
         least, beside = self.options["w0_min"], Following(self.theta, parts.levels) if parts.levels else None
         after, T = self.filtered(parts.g), np.array(parts.T)
-        return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside)
+        held = self.penalties if parts.operator == RELAYS else ()
+        return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held)
 
     def filtered(self, g: Dynamics | None) -> Filter | None:
         """Return the function from columns to columns behind dynamics."""
@@ -170,12 +195,13 @@ def build(
     """
     f = _Fitting(data, options)
     first = Parts(levels=(options["covariates"] or "gain",) * len(data.covariates.names))
-    best = _bent(f, f.tried(first)).or_better(_bent(f, f.tried(replace(first, stops=True))))
-    best = _following(f, best)
+    best = _following(f, _operated(f, first))
     progress(0.2)
     if options["dynamics"] != "no":
         # a missing bend hides creep, and missing dynamics hide the bend
         best = _bent(f, _moving(f, best, lambda done: progress(0.2 + 0.4 * done)))
+        if best.parts.g:  # behind a mode or a delay each operator looks like another one
+            best = best.or_better(_operated(f, replace(best.parts, degree=1)))
     if options["creep"] != "no":
         best = _creeping(f, best)
     best = _following(f, _bent(f, best))
@@ -198,7 +224,7 @@ def build(
     told |= {"warnings": warned} if warned else {}
     count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (parts.g.parameters if parts.g else 0)
     count += Following(f.theta, parts.levels).parameters(parts.degree + 1)
-    return _graph(f, parts, fitted), count, told
+    return chain(f, parts, fitted), count, told
 
 
 def _following(f: _Fitting, trial: Trial) -> Trial:
@@ -220,6 +246,16 @@ def _following(f: _Fitting, trial: Trial) -> Trial:
             if simpler.or_better(best) is best:
                 break
             best = simpler
+    return best
+
+
+def _operated(f: _Fitting, parts: Parts) -> Trial:
+    """Find the operator, each with a bend; plays, which have an exact inverse, unless another one is clearly better."""
+    asked = f.options["operator"]
+    tried = [_bent(f, f.tried(replace(parts, operator=o))) for o in ([asked] if asked else (PLAYS, STOPS, RELAYS))]
+    best = tried[0]
+    for other in tried[1:]:
+        best = best.or_better(other)
     return best
 
 
@@ -260,127 +296,10 @@ def _creeping(f: _Fitting, trial: Trial) -> Trial:
 
 
 def _named(parts: Parts, data: Dataset) -> str:
-    words = ["stops" if parts.stops else "plays"]
+    words = [parts.operator]
     words += [f"bend of degree {parts.degree}"] if parts.degree > 1 else []
     for name, level in zip(data.covariates.names, parts.levels, strict=True):
         words += [] if level == "none" else [f"{level} that follows {name}"]
     words += [f"creep with {len(parts.T)} lags"] if parts.T else []
     modes = f" of {1 + len(parts.g.beside)} modes" if parts.g and parts.g.beside else ""
     return ", ".join([*words, *([f"G0(s){modes} with delay"] if parts.g else [])])
-
-
-def _graph(f: _Fitting, parts: Parts, s: BentSum) -> Graph:
-    data = f.data
-    w = np.concatenate([[s.w.sum()], -s.w[1:]]) if parts.stops else s.w
-    slope, r, weights, at_0 = dead_zones(s.q)
-    chain = [
-        Node("input", "scaling", {"n": 1}, {"gain": 1 / f.half, "offset": -f.middle / f.half}),
-        Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w[0], "r": f.r, "w": w[1:], "u0": f.x0}),
-        Node("bend", "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights}),
-    ]
-    nodes, wires, inputs = [*chain], wired(chain), [Input("u", ("input.u",), data.unit_u, data.u[0])]
-    used = [j for j, level in enumerate(parts.levels) if level != "none"]
-    if used:
-        more, joined, ends = _beside(f, parts, s, used, at_0)
-        nodes, wires = nodes + more, wires + joined
-        inputs += [covariate_inputs(data, ends)[j] for j in used]
-    tail = [nodes[-1]]
-    if parts.T:
-        tail.append(Node("creep", "creep", {}, {"w0": 1.0, "w": s.k, "T": np.array(parts.T), "start": "steady"}))
-    if parts.g:
-        source = Output("y", f"{tail[-1].name}.y")
-        at_rest = Graph(nodes + tail[1:], wires + wired(tail), inputs, [source])
-        beside = data.covariates.values[:1, used]
-        first = float(at_rest.run(np.column_stack([data.u[:1], beside]), data.h)[0])
-        dynamics = parts.g.nodes(data.h, f.options["hold"])
-        tail += [dynamics[0], *(n.with_values(y0=first) for n in dynamics[1:])]
-    tail.append(Node("readout", "scaling", {"n": 1}, {"offset": at_0 * (1 + s.k.sum())}))
-    return Graph(nodes + tail[1:], wires + wired(tail), inputs, [Output("y", "readout.y", data.unit_y)])
-
-
-def _beside(
-    f: _Fitting, parts: Parts, s: BentSum, used: list[int], at_0: float
-) -> tuple[list[Node], list[tuple[str, str]], list[tuple[str, ...]]]:
-    """Return blocks and wires that let the bend follow covariates, the last block with the output; and their ends.
-
-    Parameters
-    ----------
-    f, parts, s
-        As in `_graph`.
-    used : list of int
-        Numbers of the covariates that act.
-    at_0 : float
-        Value of the bend at 0, which its block leaves out.
-    """
-    names, n = f.data.covariates.names, len(used)
-    half = (f.high - f.low)[used] / 2
-    middle = (f.high + f.low)[used] / 2
-    limits = {"lo": f.low[used] - 2 * MARGIN * half, "hi": f.high[used] + 2 * MARGIN * half}
-    nodes = [Node("covariates", "scaling", {"n": n}, {"gain": 1 / half, "offset": -middle / half, **limits})]
-    wires: list[tuple[str, str]] = []
-    source, theta = "bend.y", [f"covariates.y[{i + 1}]" for i in range(n)]
-    offsets = s.g[used] * at_0 + s.c[used, 0]
-    bent: list[str] = []
-    if s.g.any():
-        nodes += [Node("gain", "sum", {"n": n}, {"k": s.g[used], "offset": 1.0}), Node("scheduled", "product", PAIR)]
-        wires += [("covariates.y", "gain.u"), (source, "scheduled.u[1]"), ("gain.y", "scheduled.u[2]")]
-        source = "scheduled.y"
-    for i, j in enumerate(used):
-        if parts.levels[j] != "bend":
-            continue
-        slope, r, weights, offsets[i] = dead_zones(s.c[j])
-        bend, times = f"bend_{names[j]}", f"times_{names[j]}"
-        nodes.append(Node(bend, "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights}))
-        nodes.append(Node(times, "product", PAIR))
-        wires += [("hysteresis.y", f"{bend}.u"), (f"{bend}.y", f"{times}.u[1]"), (theta[i], f"{times}.u[2]")]
-        bent.append(f"{times}.y")
-    k = np.concatenate([[1.0], offsets, np.ones(len(bent))])
-    nodes.append(Node("following", "sum", {"n": len(k)}, {"k": k}))
-    wires += [(end, f"following.u[{i + 1}]") for i, end in enumerate([source, *theta, *bent])]
-    ends: list[tuple[str, ...]] = [
-        (f"covariates.u[{used.index(j) + 1}]",) if j in used else () for j in range(len(names))
-    ]
-    return nodes, wires, ends
-
-
-def wired(chain: list[Node]) -> list[tuple[str, str]]:
-    """Return the wires of a chain of nodes with ports u and y."""
-    return [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
-
-
-def dead_zones(q: Array) -> tuple[float, Array, Array, float]:
-    """Return linear weight, thresholds, weights and value at 0 of dead zones that follow a Legendre series on [-1, 1].
-
-    No threshold is 0, which is the input itself; beyond the thresholds the curve is straight.
-
-    Parameters
-    ----------
-    q : array, shape (degree + 1,)
-        Legendre coefficients.
-
-    Returns
-    -------
-    w0 : float
-        Weight of the linear term.
-    r, w : array, shape (n,)
-        Thresholds and weights of the dead zones.
-    at_0 : float
-        Value of the curve at 0, where the dead zones give 0.
-    """
-    if len(q) <= 2:
-        return float(q[1]) if len(q) > 1 else 0.0, np.array([1.0]), np.zeros(1), float(q[0])
-    fine = np.linspace(-1.0, 1.0, 4001)
-    wanted = legendre.legval(fine, q)
-    m = 4
-    while True:
-        at = (np.arange(2 * m) - m + 0.5) / (m - 0.5)  # from -1 to 1, symmetrical, without 0
-        height = legendre.legval(at, q)
-        if 2 * m >= MOST_KNOTS or np.abs(np.interp(fine, at, height) - wanted).max() <= SMOOTH * np.ptp(wanted):
-            break
-        m *= 2
-    slope = np.diff(height) / np.diff(at)
-    centre = float(slope[m - 1])
-    change = np.diff(slope)  # at at[1:-1]
-    r = at[1:-1]
-    weights = np.where(r > 0, change, -change)
-    return centre, np.asarray(r), np.asarray(weights, float), float(height[m - 1] - centre * at[m - 1])

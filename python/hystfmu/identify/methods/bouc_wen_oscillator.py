@@ -24,6 +24,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import LAGS, Candidate
 from hystfmu.identify.options import Option
 
 TEXT = "oscillator with a Bouc-Wen force as a grey box, nonlinear least squares"
@@ -31,6 +32,7 @@ EVALUATIONS = (8, 60)  # limit on evaluations of residuals and Jacobian: per sta
 SHARES, SHAPES = (0.3, 0.7), ((0.5, -0.5), (0.5, 0.5))  # alpha / (k_L + alpha); (gamma, delta)
 SCALES = np.array([0.1, 0.3, 0.1, 0.1, 0.5, 0.5])
 
+CANDIDATES = (Candidate(LAGS, 0.3, 0.3),)
 OPTIONS = (
     Option("nu", 1.0, 1.0, 20.0, text="sharpness of the knee"),
     Option(

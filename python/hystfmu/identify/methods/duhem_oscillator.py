@@ -45,7 +45,7 @@ OPTIONS = (
         "stride", 1, 1, 1000000, text="every stride-th train row counts: factor by which the data were interpolated"
     ),
 )
-CANDIDATES = (Candidate(LAGS, 0.5, 0.15),)
+CANDIDATES = (Candidate(LAGS, 0.5, 3.0),)
 
 
 def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]) -> tuple[Graph, int]:

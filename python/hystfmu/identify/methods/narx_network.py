@@ -19,7 +19,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.identify.candidate import Memory
+from hystfmu.identify.candidate import LAGS, Candidate, Memory
 from hystfmu.identify.network.training import train
 from hystfmu.identify.options import Option
 from hystfmu.identify.solvers.levenberg_marquardt import minimise
@@ -32,6 +32,8 @@ STARTS = 3  # at most, of the initial weights
 CLOSE = 0.1  # error relative to the output, from which on no other start is made
 SKIPPED = 20  # lags: rows of the free run that do not count, because it starts from measured outputs
 
+SMALL = {"lags": 4, "hidden": 6, "one_step": 30, "iterations": 15}  # the full size takes minutes
+CANDIDATES = (Candidate(LAGS, 1.0, 1.5, SMALL, {**SMALL, "one_step": 15, "iterations": 4}),)
 OPTIONS = (
     Option("lags", 10, 1, 1000, text="lags of input and output"),
     Option("hidden", 15, 1, 10000, text="hidden neurons"),
@@ -50,11 +52,13 @@ def build(data: Dataset, options: Mapping[str, Any], seed: int, progress: Callab
         Too few rows for the lags, or a model that is unstable in a free run.
     """
     lags, hidden = options["lags"], options["hidden"]
-    u, y = data.u[data.train], data.y[data.train]
+    u, y = data.u[data.train], np.full(data.train.stop, np.nan)
+    y[data.counted] = data.y[data.counted]
+    y = y[data.train]
     least = (SKIPPED + 2) * lags
     if len(u) < least:
         raise InputError(f"The train rows must be at least {least} for {lags} lags. Got {len(u)} instead.")
-    gain_u, gain_y = 1 / float(np.abs(u).max()), 1 / float(np.abs(y).max())
+    gain_u, gain_y = 1 / float(np.abs(u).max()), 1 / float(np.nanmax(np.abs(y)))
     iterations = options["one_step"], options["iterations"]
     tries = []
 
@@ -89,7 +93,7 @@ def trained(
     Parameters
     ----------
     u, y : array, shape (n,)
-        Input and output, evenly sampled, within [-1, 1].
+        Input and output, evenly sampled, within [-1, 1]; outputs that do not count are NaN, after the first lags.
     lags, hidden : int
         Size of the network.
     iterations : (int, int)
@@ -110,24 +114,27 @@ def trained(
     skip = SKIPPED * lags
     x = np.column_stack([u[j : j + n] for j in range(lags + 1)] + [y[j : j + n] for j in range(lags)])
     target = y[lags:]
-    a = np.linalg.lstsq(x, target, rcond=None)[0]
-    rest = target - x @ a
+    known = np.isfinite(x).all(axis=1) & np.isfinite(target)
+    x, after = x[known], target[known]
+    a = np.linalg.lstsq(x, after, rcond=None)[0]
+    rest = after - x @ a
     most = float(np.abs(rest).max())
     gain = 1 / most if most > 0 else 1.0
     net, _ = train(
         x, rest * gain, hidden, "tanh", 1, iterations[0], 1e-7, seed, None, lambda f: progress(0.3 * f), len(x)
     )
     p = np.concatenate([a, net.W1.ravel(), net.b1, net.W2 / gain, [net.b2 / gain]])
-    size = float(np.sqrt(np.mean(y**2))) * np.sqrt(len(y))
+    size = float(np.sqrt(np.nansum(y**2)))
+    counts = np.flatnonzero(np.isfinite(target) & (np.arange(n) >= skip))
 
     def function(p: Array) -> tuple[Array, Array]:
         free, s = simulate(p, u[lags:], y[:lags], lags, hidden, derivatives=True)
-        e = np.concatenate([(free - target)[skip:] / size, RIDGE * p])
-        return e, np.vstack([s[skip:] / size, RIDGE * np.eye(len(p))])
+        e = np.concatenate([(free - target)[counts] / size, RIDGE * p])
+        return e, np.vstack([s[counts] / size, RIDGE * np.eye(len(p))])
 
     p = minimise(p, function, iterations[1], progress=lambda f: progress(0.3 + 0.7 * f))[0]
     free, _ = simulate(p, u[lags:], y[:lags], lags, hidden, derivatives=False)
-    return p, float(np.sqrt(np.sum((free - target)[skip:] ** 2)) / size)
+    return p, float(np.sqrt(np.sum((free - target)[counts] ** 2)) / size)
 
 
 def assemble(p: Array, lags: int, hidden: int, gains: tuple[float, float], y0: float, data: Dataset) -> Graph:

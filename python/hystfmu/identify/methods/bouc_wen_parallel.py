@@ -1,0 +1,168 @@
+"""Bouc-Wen operator beside a curve and lags of the input: a spring, a dashpot and creep in parallel, as in a damper.
+
+  y = c + f(x) + sum_l k_l L_{T_l}[x] + b z + sum_l m_l L_{T_l}[z],   z = z[x; beta, gamma, n],  x = scaled u
+
+f is a polynomial, L_T a first-order lag; with a short T the difference x - L_T[x] is the speed times T.  One state of
+relaxation beside a curve, such as the open-circuit voltage of a battery (Plett 2004), is the case n = 1, gamma = 0; the
+damper of Spencer et al. 1997 has a spring and a dashpot beside z.  All but the four parameters of z are linear and are
+projected out (variable projection, Golub & Pereyra 1973).  The degree of f and the lags are kept as far as they reduce
+the error on validation blocks inside the training rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.optimize import least_squares
+
+from hystfmu.base.arrays import Array
+from hystfmu.data import Dataset
+from hystfmu.data.dataset import Rows
+from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.identify.candidate import OPENS, Candidate, Memory
+from hystfmu.identify.features.bent_chain import dead_zones
+from hystfmu.identify.features.bent_sum import lagged
+from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
+from hystfmu.identify.methods.bouc_wen import operator, searched
+from hystfmu.identify.options import Option
+from hystfmu.model.accuracy import rms
+
+TEXT = "Bouc-Wen operator beside a curve and lags of the input: spring, dashpot, creep"
+MEMORY = Memory(1200.0)
+DEGREES = (1, 3, 5, 8, 12)  # of the curve, tried in turn
+LAGS = 6
+BETTER = 0.95  # ratio of validation errors below which a part is kept
+STARTS = ((0.5, 0.5, 1.5), (0.1, 0.2, 1.0), (2.0, 0.2, 1.0))  # z_max, gamma share, n
+EVALUATIONS = (20, 100)  # limit on evaluations of residuals and Jacobian: of a trial, of the last fit
+SMALL = 1e-9  # relative size of directions of the columns that are left out
+MOST_ROWS = 6000  # more rows are thinned evenly, behind an operator that runs along all
+
+CANDIDATES = (Candidate(OPENS, 0.3, 0.6),)
+OPTIONS = (
+    Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"),
+    Option("degree", None, 1, 20, text="degree of the curve; default: chosen on validation blocks"),
+    Option("rate", None, choices=("yes", "no"), text="lags; default: chosen on validation blocks"),
+)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Degree of the curve, time constants of the lags (s), and a point of the search of z."""
+
+    degree: int
+    T: tuple[float, ...]
+    p: Array
+
+
+class _Fitting:
+    """Columns and rows of a fit."""
+
+    def __init__(self, data: Dataset, options: Mapping[str, Any]) -> None:
+        seen = data.u[data.train]
+        self.middle, self.half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
+        self.data, self.x = data, (data.u[: data.train.stop] - self.middle) / self.half
+        every = np.arange(data.train.stop)[data.counted]
+        held = np.zeros(data.train.stop, dtype=bool)
+        held[data.train] = validation_rows(data.u[data.train])
+        held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
+        self.all = every[:: -(-len(every) // MOST_ROWS)]
+        self.kept, self.held = self.all[~held[self.all]], self.all[held[self.all]]
+        self.lo = np.array([np.log(1e-3), -1.0, 1.0, -1.0])
+        self.hi = np.array([np.log(1e2), 1.0, options["n_max"], 1.0])
+
+    def columns(self, parts: Parts) -> Array:
+        """Return the columns of a structure: curve, lags of x, z, lags of z."""
+        z = operator(self.x, parts.p)[1]
+        curve = legendre.legvander(np.clip(self.x, -1, 1), parts.degree)
+        lags = [lagged(v[:, None], -np.expm1(-self.data.h / T)) for v in (self.x, z) for T in parts.T]
+        return np.column_stack([curve, *lags[: len(parts.T)], z, *lags[len(parts.T) :]])
+
+    def project(self, parts: Parts, rows: Rows) -> tuple[Array, Array]:
+        """Return the residuals on some rows, and the coefficients of the columns."""
+        columns = self.columns(parts)[rows]
+        size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        c = np.linalg.lstsq(columns / size, self.data.y[rows], rcond=SMALL)[0] / size
+        return columns @ c - self.data.y[rows], c
+
+    def fit(self, parts: Parts, rows: Rows, evaluations: int) -> Parts:
+        """Search z on some rows."""
+
+        def misfit(p: Array) -> Array:
+            e = self.project(replace(parts, p=p), rows)[0]
+            return e / (self.data.span * np.sqrt(len(e)))
+
+        room = 1e-9 * (self.hi - self.lo)
+        first = np.clip(parts.p, self.lo + room, self.hi - room)
+        found = least_squares(
+            misfit, first, bounds=(self.lo, self.hi), x_scale=np.full(4, 0.3), ftol=1e-8, max_nfev=evaluations
+        )
+        return replace(parts, p=np.asarray(found.x))
+
+    def tried(self, parts: Parts) -> tuple[float, Parts]:
+        """Fit a structure outside the validation blocks; return its error in them."""
+        found = self.fit(parts, self.kept, EVALUATIONS[0])
+        c = self.project(found, self.kept)[1]
+        return rms(self.columns(found)[self.held] @ c - self.data.y[self.held]), found
+
+
+def build(
+    data: Dataset, options: Mapping[str, Any], seed: int, progress: Callable[[float], None]
+) -> tuple[Graph, int, dict[str, Any]]:
+    """Build the graph of the equation above; return it, the number of its parameters, and those with bounds."""
+    f = _Fitting(data, options)
+    longest = max((data.train.stop - data.train.start) * data.h / 3, 10 * data.h)
+    every = tuple(float(T) for T in np.geomspace(2 * data.h, longest, LAGS))
+    T = every if options["rate"] == "yes" else ()
+    starts = [np.array([np.log(z_max), share, n, 0.0]) for z_max, share, n in STARTS]
+    # a loop that a curve bends misleads the search of z: it starts with a cubic one
+    first = options["degree"] or DEGREES[1]
+    best = min((f.tried(Parts(first, T, p)) for p in starts), key=lambda t: t[0])
+    progress(0.4)
+    if options["rate"] is None:
+        more = min((f.tried(Parts(first, every, p)) for p in (best[1].p, starts[0])), key=lambda t: t[0])
+        best = more if more[0] < BETTER * best[0] else best
+    for degree in DEGREES[2:] if options["degree"] is None else ():
+        more = f.tried(replace(best[1], degree=degree))
+        if not more[0] < BETTER * best[0]:
+            break
+        best = more
+    if options["degree"] is None:
+        less = f.tried(replace(best[1], degree=DEGREES[0]))
+        best = less if best[1].degree == first and less[0] * BETTER < best[0] else best
+    progress(0.8)
+    parts = f.fit(best[1], f.all, EVALUATIONS[1])
+    c = f.project(parts, f.all)[1]
+    told = {"parts": _named(parts), "bounded": searched(parts.p, f.lo, f.hi)}
+    return _graph(f, parts, c), len(c) + 4, told
+
+
+def _named(parts: Parts) -> str:
+    words = [f"curve of degree {parts.degree}"] if parts.degree > 1 else []
+    return ", ".join(["Bouc-Wen", *words, *([f"{len(parts.T)} lags"] if parts.T else [])])
+
+
+def _graph(f: _Fitting, parts: Parts, c: Array) -> Graph:
+    data, m, n = f.data, parts.degree + 1, len(parts.T)
+    slope, r, weights, at_0 = dead_zones(c[:m])
+    of_x, b, of_z = c[m : m + n], float(c[m + n]), c[m + n + 1 :]
+    values = operator(f.x[:2], parts.p)[0]
+    nodes = [
+        Node("input", "scaling", {"n": 1}, {"gain": 1 / f.half, "offset": -f.middle / f.half}),
+        Node("operator", "bouc_wen", {}, {**values, "alpha": 0.0, "k": 1.0}),
+        Node("spring", "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights}),
+    ]
+    wires = [("input.y", "operator.u"), ("input.y", "spring.u"), ("spring.y", "readout.u[1]")]
+    k, ends = [1.0, b], ["operator.z"]
+    if n:
+        lags = {"T": np.array(parts.T), "start": "steady"}
+        nodes += [Node("dashpot", "creep", {}, {"w": of_x, **lags}), Node("late", "creep", {}, {"w": of_z, **lags})]
+        wires += [("input.y", "dashpot.u"), ("operator.z", "late.u")]
+        k, ends = [*k, 1.0, 1.0], [*ends, "dashpot.y", "late.y"]
+    wires += [(end, f"readout.u[{i}]") for i, end in enumerate(ends, 2)]
+    nodes.append(Node("readout", "sum", {"n": len(k)}, {"k": k, "offset": at_0}))
+    inputs = [Input("u", ("input.u",), data.unit_u, float(data.u[0]))]
+    return Graph(nodes, wires, inputs, [Output("y", "readout.y", data.unit_y)])

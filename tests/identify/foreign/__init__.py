@@ -1,0 +1,1 @@
+"""Devices with solvers of their own, from the literature: nothing here comes from the package."""

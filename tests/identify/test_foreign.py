@@ -1,0 +1,86 @@
+"""Foreign devices: their solvers against closed forms, and what the choice reaches on them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from foreign import solvers
+from foreign.devices import DEVICES, draw
+from foreign.records import FORMS, NOISE, Case
+
+from hystfmu import fit
+
+
+def test_a_state_along_a_ramp_is_that_of_its_closed_form():
+    """dz = g (1 - z) du from 0: z = 1 - exp(-g u); back, dz = -g (1 + z) |du|."""
+    u = np.concatenate([np.linspace(0, 1, 50), np.linspace(1, 0.2, 40)[1:]])
+    z = solvers.along(u, lambda z, u, s: 3.0 * (1 - s * z))
+    top = 1 - np.exp(-3.0)
+    assert z[:50] == pytest.approx(1 - np.exp(-3 * u[:50]), abs=1e-7)
+    assert z[50:] == pytest.approx((1 + top) * np.exp(-3 * (1 - u[50:])) - 1, abs=1e-7)
+
+
+def test_states_in_time_are_those_of_an_oscillator():
+    t = np.arange(2001) * 1e-3
+    x, v = solvers.in_time(np.sin(t), 1e-3, lambda x, v, u, rate: (v, u - 4 * x)).T
+    want = (np.sin(t) - np.sin(2 * t) / 2) / 3
+    assert x == pytest.approx(want, abs=1e-6)
+    assert v == pytest.approx(np.gradient(want, t), abs=1e-3)
+
+
+def test_modes_and_lags_of_a_ramp():
+    t = np.arange(4000) * 1e-4
+    assert solvers.lag(t, 0.02, 1e-4) == pytest.approx(t - 0.02 * (1 - np.exp(-t / 0.02)), abs=1e-9)
+    w, zeta = 2 * np.pi * 50, 0.4
+    settled = t - 2 * zeta / w
+    assert solvers.mode(t, 50.0, zeta, 1e-4)[2000:] == pytest.approx(settled[2000:], abs=1e-6)
+
+
+def test_relays_close_minor_loops_and_wipe_out():
+    level = [0.0, 1.0, -0.2, 0.5, -0.2, 1.0]
+    u = np.concatenate([np.linspace(a, b, 60) for a, b in pairwise(level)])
+    y = solvers.relays(u, lambda a, b: np.exp(-((a - b) ** 2)), 30)
+    assert y[179] != pytest.approx(y[59], abs=1e-3)
+    assert y[239] == pytest.approx(y[119], abs=1e-12)
+    assert y[-1] == pytest.approx(y[59], abs=1e-12)
+
+
+@pytest.mark.parametrize("name", DEVICES)
+def test_a_seed_gives_a_record_and_signals_inside_its_range(name):
+    form = list(FORMS)[len(name) % len(FORMS)]
+    case, again = Case(name, form, 3), Case(name, form, 3)
+    assert case.data.y.tolist() == again.data.y.tolist()
+    assert draw(name, 3).h == case.data.h
+    assert np.isfinite(case.data.y).all()
+    assert np.abs(case.data.u).max() <= 1
+    for other in case.held_out:
+        assert np.abs(other.u).max() <= 0.95
+        assert np.abs(np.diff(other.u)).max() <= 1.001 * np.abs(np.diff(case.data.u)).max()
+    smooth = np.diff(case.data.y, 4)[::2]
+    assert np.std(smooth) >= 0.5 * 70**0.5 * NOISE * case.data.span, "the record has noise"
+
+
+def reached(name, key, form="multisine", seed=1, **options):
+    case = Case(name, form, seed)
+    return case.error(fit(case.data, key, **options))
+
+
+@pytest.mark.stress
+def test_the_choice_takes_bouc_wen_behind_dynamics():
+    """One of the two plants of the specification; `actuator` leaves 6 %."""
+    case = Case("Bouc-Wen + G0", "multisine", 1)
+    model = fit(case.data, "auto")
+    assert model.key == "g0_bouc_wen"
+    assert case.error(model) <= 0.02
+
+
+def test_one_state_beside_a_curve():
+    """The open-circuit voltage of a battery; plays behind a bend leave 4 %, Bouc-Wen beside a line 10."""
+    assert reached("battery, one state", "bouc_wen_parallel", rate="no") <= 0.05
+
+
+def test_relays_stand_behind_a_bend():
+    """A ferroelectric butterfly: plays leave 3 %, a density of relays without a bend 35."""
+    assert reached("ferroelectric butterfly", "actuator", operator="relays", dynamics="no", creep="no") <= 1.5
