@@ -57,6 +57,12 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     help="Kind of model; 'auto' selects one from the data.",
 )
 @click.option(
+    "--graph",
+    "graph",
+    metavar="G.graph.toml",
+    help="Fit the free parameters of this graph of blocks instead of a kind of model; its table [free] names them.",
+)
+@click.option(
     "--for",
     "purpose",
     type=click.Choice(["model", "inverse"]),
@@ -88,6 +94,7 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
 def fit(
     data: tuple[str, ...],
     key: str,
+    graph: str | None,
     purpose: Literal["model", "inverse"],
     out: str | None,
     columns: Columns,
@@ -109,23 +116,30 @@ def fit(
              hystfmu fit record.dat --rate 200 --input 1 --output 5
              hystfmu fit monday.csv tuesday.csv --model prandtl_ishlinskii
              hystfmu fit oven.csv --model actuator --covariate "T [degC]" --covariate load
+             hystfmu fit piezo.csv --graph my.graph.toml -o my.model.toml
              hystfmu fit --models
     """
     import hystfmu as hy
     from hystfmu.face.fit_page import interval_of, interval_text
     from hystfmu.face.rows import free_run, parts, table_of
-    from hystfmu.face.summary import evidence_lines
+    from hystfmu.face.summary import evidence_lines, free_table
     from hystfmu.report.progress import progress
     from hystfmu.report.terminal import table
 
     options = assignments(settings)
+    if graph is not None:
+        if key != "auto":
+            raise InputError(f"--graph and --model exclude each other. Got {graph} and {key}.")
+        key = "graph"
     measured = columns.read(data, train)
     if not as_json:
         say(measured.read_as)
     if out is not None or key != "auto":
         _refuse_other(out or f"{measured.stem}.{key}.model.toml", measured, key, seed)
     with progress(f"fitting {key}") as report:
-        model = hy.fit(measured, key, seed=seed, progress=report, purpose=purpose, **options)
+        model = hy.fit(
+            measured, Path(graph) if graph is not None else key, seed=seed, progress=report, purpose=purpose, **options
+        )
     name = f"{measured.stem}.{model.key}"
     if out is None:
         out, folder = f"{name}.model.toml", folder or "."
@@ -157,6 +171,8 @@ def fit(
         say(f"lag: {f['lag']}; the model follows it")
     for warning in f.get("warnings", ()):
         echo(f"warning: {warning}", err=True)
+    if shown_free := free_table(model):
+        say(table(shown_free.head, shown_free.rows) + "\n")
     row = [model.key, f["parameters"], f"{f['rms_percent']:.4g}", f"{f['max_percent']:.4g}", f"{f['seconds']:.2f}"]
     head = ["model", "parameters", "RMS %FS", "max %FS", "seconds"]
     if "held_out_rms_percent" in f:

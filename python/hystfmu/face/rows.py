@@ -82,7 +82,11 @@ def split_errors(model: Model, data: Dataset, seed: int) -> Array:
 
     For data that were fitted as a whole: the kind and its options are those of `model`.
     """
-    from hystfmu.identify import fit
+    from hystfmu.identify import GRAPH, fit, fit_graph
 
-    part = data.with_train((0, round(SHARE * len(data.t))))
-    return held_out_errors(free_run(fit(part, model.key, seed, **model.provenance.get("options", {})), part), part)
+    part, options = data.with_train((0, round(SHARE * len(data.t)))), model.provenance.get("options", {})
+    if model.key == GRAPH:
+        again = fit_graph(part, model.graph, model.provenance["free"], seed, **{**options, "starts": 1})
+    else:
+        again = fit(part, model.key, seed, **options)
+    return held_out_errors(free_run(again, part), part)

@@ -6,7 +6,7 @@ from hystfmu.core.library import NO_LIMIT
 from hystfmu.model import Model as Record
 from hystfmu.report.page import Table
 
-MOST_SHOWN = 12  # parameters in print(model)
+MOST_SHOWN, MOST_FREE = 12, 24  # parameters, and free parameters, in print(model)
 
 
 def tables(model: Record) -> list[Table]:
@@ -26,8 +26,21 @@ def tables(model: Record) -> list[Table]:
     found = [Table(("port", "name", "unit of measure", "meaning"), ports)]
     if shown:
         found.append(Table(("parameter", "size", "unit of measure", "value"), shown))
+    if free := free_table(model):
+        found.append(free)
     errors = _errors(model)
     return [*found, Table(("errors", "RMS %", "largest %"), errors)] if errors else found
+
+
+def free_table(model: Record) -> Table | None:
+    """The free parameters of a graph with what the record tells of them."""
+    rows = [
+        (name, f"{of['value']:.6g}", f"{of['standard_error']:.2g}" if "standard_error" in of else of["known"])
+        for name, of in model.fit.get("free", {}).items()
+    ]
+    if len(rows) > MOST_FREE:
+        rows = [*rows[:MOST_FREE], ("...", f"{len(rows) - MOST_FREE} more", "")]
+    return Table(("free parameter", "value", "standard error"), rows) if rows else None
 
 
 def _errors(model: Record) -> list[tuple[str, str, str]]:

@@ -11,7 +11,12 @@ from hystfmu.data import Dataset
 from hystfmu.face.model import Model, held_out
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from hystfmu.fmu.check.findings import Findings
+    from hystfmu.graph import Graph
+    from hystfmu.graph.blocks import Block
+    from hystfmu.identify.estimate.free import Spec
     from hystfmu.studies.run import Outcome
 
 __all__ = ["fit", "study", "validate"]
@@ -19,10 +24,11 @@ __all__ = ["fit", "study", "validate"]
 
 def fit(
     data: Dataset,
-    key: str = "auto",
+    key: str | Path | Graph | Block = "auto",
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     purpose: Literal["model", "inverse"] = "model",
+    free: Mapping[str, Spec] | None = None,
     **options: Any,
 ) -> Model:
     """Identify a model.
@@ -31,8 +37,10 @@ def fit(
     ----------
     data : Dataset
         The model runs free from row 0; the residuals of `data.train` count.
-    key : str
-        Kind of model (``hystfmu fit --models`` lists them).  ``"auto"`` tests the data for return-point memory and rate
+    key : str, Graph, block of `hystfmu.blocks` or Path
+        Kind of model (``hystfmu fit --models`` lists them), or a graph of blocks with free parameters; a path is that
+        of a file with both (as for ``hystfmu fit --graph``).  A block alone stands between a scaling of its input to
+        [-1, 1] and a weighted sum of its outputs.  ``"auto"`` tests the data for return-point memory and rate
         dependence, discards the kinds that cannot represent it, and takes the best on validation blocks, which are cut
         between reversals from all over the training rows.
     seed : int
@@ -41,20 +49,28 @@ def fit(
         Called with the fraction done, 0..1.
     purpose : {"model", "inverse"}
         inverse: only models with a useful exact or implicit inverse compete in ``"auto"``; a named one must have it.
+    free : dict, optional
+        The free parameters of a graph: by name, ``"node.parameter"`` or ``"node.parameter[1]"``, True, bounds
+        ``(lower, upper)``, or a dict with any of ``lower``, ``upper``, ``scale`` ("log" or "linear"), ``rising`` (True:
+        the elements do not decrease) and ``sum`` (the elements are positive with this sum).  What enters the output
+        linearly is found and eliminated, without negative weights where its lower bound is 0.  A block alone has by
+        default every real parameter free whose value is not given.
     **options
-        Options of the kind of model.
+        Options of the kind of model; of a graph ``starts`` and ``seconds``.
 
     Returns
     -------
     Model
         Its `fit` holds errors, number of parameters and warnings; errors on the rows after the training rows too, if
         there are any; and as ``evidence`` what the record shows about linear dynamics (`hystfmu.identify.evidence`).
+        After the fit of a graph ``free`` has each free parameter with its standard error.
 
     Raises
     ------
     InputError
         Unknown kind or option, value out of range, data without output or without variation; data that no kind of
-        ``"auto"`` follows; a purpose that no kind serves.
+        ``"auto"`` follows; a purpose that no kind serves; a free parameter that the graph does not have, or bounds that
+        exclude its value in the graph.
 
     Examples
     --------
@@ -63,15 +79,23 @@ def fit(
     >>> model = hy.fit(data, "prandtl_ishlinskii", N=20)
     >>> model.fit["held_out_rms_percent"] < 2.0
     True
+    >>> alone = hy.fit(data, hy.blocks.BoucWen(), free={"beta": True, "gamma": True, "n": (1.0, 3.0)}, starts=2)
+    >>> sorted(alone.fit["free"])[:3]
+    ['bouc_wen.beta', 'bouc_wen.gamma', 'bouc_wen.n']
     """
     from hystfmu.face.evidence import with_evidence
-    from hystfmu.identify import fit
+    from hystfmu.identify import fit, fit_graph
     from hystfmu.inverse.worth import Inverses
 
     if purpose not in ("model", "inverse"):
         raise InputError(f"The purpose of a fit must be 'model' or 'inverse'. Got {purpose!r} instead.")
     inverses = Inverses()
-    model = fit(data, key, seed, progress, inverses, purpose == "inverse", **options)
+    if isinstance(key, str):
+        if free is not None:
+            raise InputError(f"The free parameters must be those of a graph. Got the kind {key!r}.")
+        model = fit(data, key, seed, progress, inverses, purpose == "inverse", **options)
+    else:
+        model = fit_graph(data, key, free, seed, progress, **options)
     if purpose == "inverse" and (fault := inverses.fault(model)):
         raise InputError(f"{data.path or data.name}: The model {model.key} must have a useful inverse. {fault}")
     return with_evidence(held_out(Model.of(model), data), data)

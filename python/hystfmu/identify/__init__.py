@@ -3,23 +3,35 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
+
+from threadpoolctl import threadpool_limits
 
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.graph import Graph
+from hystfmu.graph.blocks import Block
 from hystfmu.identify import auto, guards
 from hystfmu.identify.catalogue import AUTO, METHODS, description, options
+from hystfmu.identify.estimate import graph_fit, one_block
+from hystfmu.identify.estimate.free import Spec, plain
+from hystfmu.identify.estimate.graph_file import read_graph
 from hystfmu.identify.excitation import closed_loop, sensor_lag
 from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.excitation.rest import places_memory, remembered, rest
 from hystfmu.identify.memory import too_large
-from hystfmu.identify.one import Progress, check, fit_one
+from hystfmu.identify.one import Fitted, Progress, check, finished, fit_one
 from hystfmu.identify.options import resolve
 from hystfmu.model import Model
 from hystfmu.model.accuracy import errors
 
-__all__ = ["METHODS", "description", "errors", "fit", "options"]
+__all__ = ["GRAPH", "METHODS", "description", "errors", "fit", "fit_graph", "options"]
+
+GRAPH = "graph"
+"""Key of a model that was fitted as a graph."""
 
 
 def fit(
@@ -80,6 +92,68 @@ def fit(
     warned = [*choice.fit["warnings"], *model.fit.get("warnings", [])]
     found = {**model.fit, **choice.fit, "warnings": warned, "seconds": round(time.perf_counter() - started, 4)}
     return _examined(replace(model, fit=found, provenance={**model.provenance, **choice.provenance}), data)
+
+
+def fit_graph(
+    data: Dataset,
+    graph: Graph | Block | Path,
+    free: Mapping[str, Spec] | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+    **given: Any,
+) -> Model:
+    """Fit the free parameters of a graph of blocks.
+
+    Parameters
+    ----------
+    data : Dataset
+        Measured data.  The model runs free from row 0 of each record; the residuals of `data.train` count.
+    graph : Graph, Block or Path
+        What is fitted; a path is that of a file with the graph and its free parameters.  A block alone stands between
+        a scaling of its input to [-1, 1] and a weighted sum of its outputs with an offset; its parameters are named
+        without a node.
+    free : mapping of str to True, (lower, upper) or a table
+        The free parameters; default, for a block alone: every real parameter whose value is not given, without those
+        that only repeat what others do.
+    seed, progress
+        As in `fit`.
+    **given
+        Options: ``starts``, ``seconds``.
+
+    Returns
+    -------
+    Model
+        With the key ``graph``.  `fit` holds errors as after `fit`, and as ``free`` the value of each free parameter
+        with its standard error.
+
+    Raises
+    ------
+    InputError
+        As `fit`; a free parameter that the graph does not have, bounds that exclude its value, a graph without free
+        parameters.
+    """
+    chosen = resolve("a graph", graph_fit.OPTIONS, given)
+    check(data)
+    if isinstance(graph, Path):
+        if free is not None:
+            raise InputError(f"{graph}: The free parameters must be those of the file. Got others beside it.")
+        graph, free = read_graph(graph)
+    started, alone = time.perf_counter(), isinstance(graph, Block)
+    if isinstance(graph, Block):
+        name, whole = graph.node.name, one_block.around(graph.node, data)
+        graph, usual = whole
+        given_free = usual if free is None else one_block.named(name, free)
+    elif free is None:
+        raise InputError("The free parameters of a graph must be named, e.g. free={'node.parameter': True}. Got none.")
+    else:
+        given_free = dict(free)
+    with threadpool_limits(1):
+        found = graph_fit.fit_graph(
+            data, graph, given_free, chosen, seed, progress or (lambda fraction: None), alone and free is None
+        )
+    model = finished(data, GRAPH, graph_fit.TEXT, Fitted(*found, started), chosen, seed)
+    told = {"free": {k: plain(v) for k, v in given_free.items() if k not in found[2].get("held", ())}}
+    return _examined(replace(model, provenance={**model.provenance, **told}), data)
 
 
 def _examined(model: Model, data: Dataset) -> Model:

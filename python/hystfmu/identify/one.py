@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from threadpoolctl import threadpool_limits
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.graph import Graph
 from hystfmu.identify import guards
 from hystfmu.identify.catalogue import AUTO, METHODS, method, takes_covariates, takes_records
 from hystfmu.identify.excitation import drift
@@ -62,34 +64,61 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     with threadpool_limits(1):
         behind = dead_band.behind(data, band)
         graph, parameters, *more = module.build(behind, chosen, seed, progress)
-    found = dict(more[0]) if more else {}
-    graph = with_texts(dead_band.in_front(graph, band), data)
-    seconds = time.perf_counter() - started
+    fitted = Fitted(dead_band.in_front(graph, band), parameters, dict(more[0]) if more else {}, started)
+    return finished(data, key, module.TEXT, fitted, {k: v for k, v in chosen.items() if v is not None}, seed)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What an identification returns before its errors are known.
+
+    Attributes
+    ----------
+    graph : Graph
+    parameters : int
+        Number of fitted parameters.
+    found : dict
+        Entries of `Model.fit`, with ``warnings`` and ``bounded`` (`hystfmu.identify.guards`).
+    started : float
+        When it began (`time.perf_counter`).
+    """
+
+    graph: Graph
+    parameters: int
+    found: Mapping[str, Any]
+    started: float
+
+
+def finished(data: Dataset, key: str, text: str, fitted: Fitted, chosen: dict[str, Any], seed: int) -> Model:
+    """Run a fitted graph free, compute its errors, look for what the data do not show, record the provenance.
+
+    Raises
+    ------
+    InputError
+        The run diverges or does not follow the data.
+    """
+    seconds = time.perf_counter() - fitted.started
+    graph, found = with_texts(fitted.graph, data), dict(fitted.found)
     y = run_along(graph, data)
     _check_run(key, y, data)
     rows = len(data.y[data.counted])
     warned = [*found.pop("warnings", ()), *drift.warnings((data.y - y)[data.counted], data.span)]
-    if parameters >= rows:
+    if fitted.parameters >= rows:
         warned.append(
-            f"{parameters} parameters from {rows} train rows: the error on these rows does not predict other errors"
+            f"{fitted.parameters} parameters from {rows} train rows: the error on these rows does not predict other "
+            "errors"
         )
     covered = coverage(graph, data)
     warned += guards.warnings(key, graph, data, found.pop("bounded", {}), covered)
     result = {
         **errors(y[data.counted], data.y[data.counted], data.span),
-        "parameters": int(parameters),
+        "parameters": int(fitted.parameters),
         **({} if covered is None else {"coverage_percent": covered}),
         **found,
         **({"warnings": warned} if warned else {}),
+        "seconds": round(seconds, 4),
     }
-    return Model(
-        key,
-        graph,
-        data.h,
-        module.TEXT,
-        {**result, "seconds": round(seconds, 4)},
-        _provenance(data, {k: v for k, v in chosen.items() if v is not None}, seed),
-    )
+    return Model(key, graph, data.h, text, result, _provenance(data, chosen, seed))
 
 
 def _check_run(key: str, y: Array, data: Dataset) -> None:

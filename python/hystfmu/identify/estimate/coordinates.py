@@ -1,0 +1,54 @@
+"""Coordinates of a search: what a solver moves, with bounds and scales, and the values of parameters at a point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hystfmu.base.arrays import Array
+
+MARGIN = 1e-10  # of a start to its bounds, relative to the room between them or to 1
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """The coordinates of a search.
+
+    Parameters
+    ----------
+    lo, hi : array, shape (n,)
+        Bounds.
+    scale : array, shape (n,)
+        By how much a coordinate changes the output about as much as the others do.
+    values : function
+        Returns the values of parameters, by ``node.parameter``, at a point (n,).  A size, ``node.dim``, may be among
+        them.
+    """
+
+    lo: Array
+    hi: Array
+    scale: Array
+    values: Callable[[Array], Mapping[str, ArrayLike]]
+
+    def inside(self, p: Array) -> Array:
+        """Return the point moved off its bounds."""
+        room = MARGIN * np.minimum(np.maximum(self.hi - self.lo, 0.0), 1.0)
+        return np.clip(p, self.lo + room, self.hi - room)
+
+    def at_bounds(self, p: Array) -> Array:
+        """Return which coordinates are at a bound, shape (n,) of bool."""
+        room = 1e-6 * np.where(np.isfinite(self.hi - self.lo), self.hi - self.lo, 1.0)
+        return (p < self.lo + room) | (p > self.hi - room)
+
+    def only(self, moved: Array, p: Array) -> Coordinates:
+        """Return the coordinates `moved` (n,) of bool alone, with the others held at their values in `p` (n,)."""
+
+        def values(q: Array) -> Mapping[str, ArrayLike]:
+            whole = p.copy()
+            whole[moved] = q
+            return self.values(whole)
+
+        return Coordinates(self.lo[moved], self.hi[moved], self.scale[moved], values)

@@ -1,0 +1,124 @@
+"""What a record tells of the free parameters: standard errors, and which it does not determine.
+
+The Jacobian of the output by all free parameters, each column of length 1, is split by singular values.  A direction
+without effect means that the record tells only a combination of the parameters in it.  Standard errors as in
+`hystfmu.identify.features.identifiable`: they count with the correlation of the residuals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.identify.estimate.objective import Objective
+from hystfmu.identify.features.identifiable import correlation_time
+
+NULL = 1e-5  # singular value, relative to the largest, of a direction without effect: above the error of differences
+PART = 0.05  # of such a direction: from here on a parameter takes part in it
+WIDE = 0.25  # standard error, relative to the room between the bounds, of a parameter that is as good as unknown
+
+
+@dataclass(frozen=True)
+class Determined:
+    """Values and standard errors.
+
+    Attributes
+    ----------
+    labels : tuple of str
+        Elements of the free parameters.
+    values, errors : array, shape (n,)
+        Values; standard errors, infinite for what the record does not determine, 0 at a bound.
+    bound : array, shape (n,) of bool
+        Whether a value is at a bound.
+    condition : float
+        Largest over smallest singular value of the scaled Jacobian, without what is at a bound.
+    together : tuple of tuple of str
+        Parameters of which the record tells only a combination; one alone has no effect.
+    """
+
+    labels: tuple[str, ...]
+    values: Array
+    errors: Array
+    bound: Array
+    condition: float
+    together: tuple[tuple[str, ...], ...]
+
+    @property
+    def table(self) -> dict[str, dict[str, Any]]:
+        """Entries of ``Model.fit["free"]``: value with ``standard_error``, or ``known`` = "at a bound" or "no"."""
+        found: dict[str, dict[str, Any]] = {}
+        for label, value, error, bound in zip(self.labels, self.values, self.errors, self.bound, strict=True):
+            known = {"known": "at a bound"} if bound else {"known": "no"} if not np.isfinite(error) else {}
+            found[label] = {"value": float(value), **(known or {"standard_error": float(error)})}
+        return found
+
+    @property
+    def warnings(self) -> list[str]:
+        """A line for each combination that the record does not determine."""
+        found = []
+        for names in self.together:
+            if len(names) == 1:
+                found.append(f"the record does not determine {names[0]}: hold it, or excite what it changes")
+            else:
+                listed = f"{', '.join(names[:-1])} and {names[-1]}"
+                found.append(f"the record determines {listed} only together: hold one of them")
+        return found
+
+
+def determined(objective: Objective, p: Array, labels: tuple[str, ...], reading: Any) -> Determined:
+    """Find what the record tells.
+
+    Parameters
+    ----------
+    objective : Objective
+    p : array, shape (n,)
+        Coordinates that were found.
+    labels : tuple of str
+        Names of the elements of all free parameters.
+    reading : function
+        Returns the values of these elements for coordinates and weights of the linear parameters.
+    """
+    residuals, weights, _ = objective.project(p)
+    n, c = len(p), objective.coordinates
+    _, columns = objective.columns(p)
+    jacobian = np.column_stack([objective.sensitivities(p), columns]) / objective.size
+    held = np.concatenate([c.at_bounds(p), objective.positive & (weights <= 0)])
+    here = np.concatenate([p, weights])
+
+    def read(x: Array) -> Array:
+        return np.asarray(reading(x[:n], x[n:]))
+
+    values = read(here)
+    steps = 1e-6 * np.concatenate([c.scale, np.maximum(np.abs(weights), 1.0)])
+    steps[:n] *= np.where(p + steps[:n] > c.hi, -1, 1)
+    turn = np.column_stack([(read(here + s * e) - values) / s for s, e in zip(steps, np.eye(len(here)), strict=True)])
+
+    free = np.flatnonzero(~held)
+    length = np.linalg.norm(jacobian[:, free], axis=0)
+    scaled = jacobian[:, free] / np.where(length > 0, length, 1.0)
+    s, v = np.linalg.svd(scaled, full_matrices=False)[1:] if len(free) else (np.ones(1), np.zeros((1, 0)))
+    null = s < NULL * s.max(initial=1e-300)
+    variance = float(residuals @ residuals) / max(len(residuals) - len(free), 1) * correlation_time(residuals)
+    inverse = v[~null].T / s[~null]
+    length[length == 0] = np.inf
+    spread = np.sqrt(variance) * inverse / length[:, None]
+    errors: Array = np.linalg.norm(turn[:, free] @ spread, axis=1)
+    moves = np.abs(turn) > 0
+    of: list[tuple[str, ...]] = []
+    for direction in v[null]:
+        some = free[np.abs(direction) > PART]
+        names = np.flatnonzero(moves[:, some].any(axis=1))
+        errors[names] = np.inf
+        of.append(tuple(labels[k] for k in names))
+    known = np.linalg.norm(spread, axis=1)
+    for k, i in enumerate(free):
+        if i < n and not null.any() and known[k] > WIDE * (c.hi[i] - c.lo[i]):
+            names = np.flatnonzero(moves[:, i])
+            errors[names] = np.inf
+            of.append(tuple(labels[j] for j in names))
+    bound = moves[:, held].any(axis=1) & ~moves[:, free].any(axis=1)
+    least = float(s.min(initial=1.0))
+    return Determined(labels, values, errors, bound, float(s.max(initial=1.0)) / max(least, 1e-300), tuple(of))

@@ -1,0 +1,221 @@
+"""What a user frees of a graph: names of parameters, with bounds, scale and ties, checked against the blocks.
+
+A free parameter is named ``node.parameter``, or ``node.parameter[i]`` for one element, counted from 1.  It is given as
+True, as (lower, upper), or as a table with any of
+
+  lower, upper   bounds; a missing one follows from the block, the record and the value in the graph,
+  scale          "log" or "linear": what the search moves; default log for what must be positive, else linear,
+  rising         True: the elements of an array do not decrease,
+  sum            the elements of an array are positive and make this sum.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.base.near import meant
+from hystfmu.core.library import Var
+from hystfmu.graph import Graph
+
+KEYS = ("lower", "upper", "scale", "rising", "sum")
+SCALES = ("linear", "log")
+_NAME = re.compile(r"([A-Za-z][A-Za-z0-9_]*)\.([A-Za-z][A-Za-z0-9_]*)(?:\[(\d+)\])?\Z")
+
+Spec = bool | Sequence[float] | Mapping[str, Any]
+"""How a free parameter is given."""
+
+
+@dataclass(frozen=True)
+class Free:
+    """One free parameter as given.
+
+    Attributes
+    ----------
+    name : str
+        As given.
+    node, parameter : str
+        Names of node and parameter.
+    elements : tuple of int
+        Which elements are free, from 0.
+    row : Var
+        Row of the block's table.
+    start : array, shape (n,)
+        Values of these elements in the graph.
+    whole : int
+        Number of elements of the parameter.
+    lower, upper : float or None
+        Bounds as given.
+    scale : str or None
+        As given.
+    rising : bool
+        Whether the elements must not decrease.
+    sum : float or None
+        Sum of the elements.
+    """
+
+    name: str
+    node: str
+    parameter: str
+    elements: tuple[int, ...]
+    row: Var
+    start: Array
+    whole: int
+    lower: float | None = None
+    upper: float | None = None
+    scale: str | None = None
+    rising: bool = False
+    sum: float | None = None
+
+    @property
+    def place(self) -> str:
+        """The parameter, ``node.parameter``."""
+        return f"{self.node}.{self.parameter}"
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the elements, as they are given one by one."""
+        if self.whole == 1:
+            return (self.place,)
+        return tuple(f"{self.place}[{k + 1}]" for k in self.elements)
+
+    @property
+    def rises(self) -> bool:
+        """Whether the elements must not decrease: as given, or because the block wants it."""
+        return len(self.elements) > 1 and (self.rising or "not decreasing" in self.row.text)
+
+    @property
+    def lo(self) -> float:
+        """Least value that the block and the given bounds allow."""
+        least = self.row.lo if self.lower is None else max(self.lower, self.row.lo)
+        return max(least, 0.0) if self.sum is not None else least
+
+    @property
+    def hi(self) -> float:
+        """Largest value that the block and the given bounds allow."""
+        return self.row.hi if self.upper is None else min(self.upper, self.row.hi)
+
+
+def read(graph: Graph, given: Mapping[str, Spec]) -> tuple[Free, ...]:
+    """Check what is freed.
+
+    Parameters
+    ----------
+    graph : Graph
+    given : mapping of str to True, (lower, upper) or a table
+        See the module.
+
+    Raises
+    ------
+    InputError
+        Unknown node or parameter, a size or another structural parameter, a bad table, bounds that exclude the value in
+        the graph, an element freed twice, nothing freed.
+    """
+    if not given:
+        raise InputError("The free parameters must be at least one, e.g. free={'node.parameter': True}. Got none.")
+    found: list[Free] = []
+    for name, spec in given.items():
+        free = _read(graph, str(name), spec)
+        for other in found:
+            if other.place == free.place and {*other.elements} & {*free.elements}:
+                raise InputError(f"A parameter must be freed once. Got {other.name!r} and {free.name!r}.")
+        found.append(free)
+    return tuple(found)
+
+
+def _read(graph: Graph, name: str, spec: Spec) -> Free:
+    m = _NAME.match(name)
+    nodes = [n.name for n in graph.nodes]
+    if not m or m[1] not in nodes:
+        raise InputError(
+            f"A free parameter must be named node.parameter, with a node of {', '.join(nodes)}. Got {name!r} instead."
+            f"{meant(name.partition('.')[0], nodes)}"
+        )
+    node = graph.node(m[1])
+    rows = {v.name: v for v in node.block.parameters}
+    if m[2] in node.dims:
+        raise InputError(f"A size must not be free, it is structure: make a graph for each. Got {name!r}.")
+    if m[2] not in rows:
+        raise InputError(
+            f"A free parameter of {node.name} must be one of {', '.join(rows) or 'none'}. Got {m[2]!r} instead."
+            f"{meant(m[2], list(rows))}"
+        )
+    row = rows[m[2]]
+    if row.type != "real":
+        kind = f"a choice of {', '.join(row.choices)}" if row.choices else f"of type {row.type}"
+        raise InputError(f"A free parameter must be a real number. Got {name!r}, which is {kind}.")
+    values = node.value(m[2])
+    if m[3] is not None and not 1 <= int(m[3]) <= len(values):
+        raise InputError(f"The index of {name!r} must be in 1..{len(values)}. Got {m[3]} instead.")
+    elements = tuple(range(len(values))) if m[3] is None else (int(m[3]) - 1,)
+    free = Free(name, m[1], m[2], elements, row, values[list(elements)], len(values), **_table(name, spec))
+    _check_start(free)
+    return free
+
+
+def _table(name: str, spec: Spec) -> dict[str, Any]:
+    if spec is True:
+        return {}
+    if isinstance(spec, Mapping):
+        table = dict(spec)
+    elif isinstance(spec, Sequence) and not isinstance(spec, str) and len(spec) == 2:
+        table = dict(zip(("lower", "upper"), spec, strict=True))
+    else:
+        raise InputError(f"The free parameter {name!r} must be true, [lower, upper] or a table. Got {spec!r} instead.")
+    for key, value in table.items():
+        if key not in KEYS:
+            raise InputError(
+                f"A key of the free parameter {name!r} must be one of {', '.join(KEYS)}. Got {key!r} instead."
+                f"{meant(key, KEYS)}"
+            )
+        if key == "scale":
+            right, rule = value in SCALES, "'linear' or 'log'"
+        elif key == "rising":
+            right, rule = isinstance(value, bool), "true or false"
+        else:
+            number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+            right, rule = number and not np.isnan(float(value)), "a number"
+        if not right:
+            raise InputError(f"The {key} of the free parameter {name!r} must be {rule}. Got {value!r} instead.")
+    return {k: float(v) if k in ("lower", "upper", "sum") else v for k, v in table.items()}
+
+
+def _check_start(free: Free) -> None:
+    """Refuse bounds and ties that exclude the values in the graph."""
+    lo, hi = free.lo, free.hi
+    if free.lower is not None and free.upper is not None and not free.lower < free.upper:
+        raise InputError(
+            f"The bounds of {free.name!r} must rise. Got {free.lower:g} to {free.upper:g}: leave it out to hold it."
+        )
+    if not ((lo <= free.start) & (free.start <= hi)).all():
+        got = free.start[(free.start < lo) | (free.start > hi)][0]
+        raise InputError(
+            f"The bounds of {free.name!r} must contain its value in the graph, {got:g}. Got {lo:g} to {hi:g} instead."
+        )
+    if free.scale == "log" and not (free.start > 0).all():
+        raise InputError(
+            f"The value of {free.name!r} in the graph must be positive for the scale 'log'. Got {free.start.min():g}."
+        )
+    if free.rises and (np.diff(free.start) < 0).any():
+        raise InputError(f"The values of {free.name!r} in the graph must not decrease, as they must rise.")
+    if free.sum is not None:
+        if free.rising or free.scale is not None:
+            raise InputError(f"The free parameter {free.name!r} must have a sum alone, without scale or rising.")
+        if not (free.start > 0).all() or not np.isclose(free.start.sum(), free.sum, rtol=1e-6):
+            raise InputError(
+                f"The values of {free.name!r} in the graph must be positive with the sum {free.sum:g}. "
+                f"Got {free.start.sum():g}, the least {free.start.min():g}."
+            )
+
+
+def plain(spec: Spec) -> bool | list[float] | dict[str, Any]:
+    """Return a free parameter as it stands in a TOML file."""
+    if isinstance(spec, Mapping):
+        return {k: v if isinstance(v, str | bool) else float(v) for k, v in spec.items()}
+    return True if spec is True else [float(v) for v in spec]  # type: ignore[union-attr]

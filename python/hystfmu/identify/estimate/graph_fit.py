@@ -1,0 +1,217 @@
+"""Fit of the free parameters of any graph of blocks: bounds, linear parts, starts, search, standard errors."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph
+from hystfmu.identify.estimate.default_bounds import default_bounds, is_log
+from hystfmu.identify.estimate.determined import determined
+from hystfmu.identify.estimate.free import Free, Spec, read
+from hystfmu.identify.estimate.linear_parts import linear_parts
+from hystfmu.identify.estimate.made_coordinates import made_coordinates
+from hystfmu.identify.estimate.objective import Linear, Objective, OutOfTime
+from hystfmu.identify.estimate.search import search
+from hystfmu.identify.options import Option
+
+TEXT = "graph of blocks, free parameters by least squares on the free run"
+REPEATED = 1e-4  # part of an effect that those of other parameters leave, which counts as none
+TRIED = 10  # points drawn for each start after the first, of which the best are taken
+
+OPTIONS = (
+    Option("starts", 6, 1, 1000, text="starts of the search; the first is the graph as given, the others are drawn"),
+    Option("seconds", 60.0, 0.01, 1e6, text="limit on the time of the search"),
+)
+
+
+def fit_graph(
+    data: Dataset,
+    graph: Graph,
+    free: Mapping[str, Spec],
+    options: Mapping[str, Any],
+    seed: int,
+    progress: Callable[[float], None],
+    hold: bool = False,
+) -> tuple[Graph, int, dict[str, Any]]:
+    """Fit the free parameters of a graph to the free run on every record.
+
+    Parameters
+    ----------
+    data : Dataset
+    graph : Graph
+        With one output.  Its first input is u, further ones are covariates of the data, by name.
+    free : mapping of str to True, (lower, upper) or a table
+        The free parameters, see `hystfmu.identify.estimate.free`.
+    options : mapping
+        Of `OPTIONS`.
+    seed : int
+        Of the drawn starts.
+    progress : function
+        Called with the fraction done, 0..1.
+    hold : bool
+        Whether to hold what only repeats what other free parameters do.
+
+    Returns
+    -------
+    graph : Graph
+    parameters : int
+        Their number.
+    found : dict
+        ``free`` and ``condition`` of `determined`, ``held``, ``bounded`` and ``warnings``.
+
+    Raises
+    ------
+    InputError
+        A graph with other ports; a bad free parameter; a graph that the core cannot run on the data as it is.
+    """
+    _check_ports(graph, data)
+    frees, until = read(graph, free), time.monotonic() + options["seconds"]
+    linear = linear_parts(graph, frees, data, seed)
+    searched = [f for f in frees if f.place not in {part.name for part in linear}]
+    held: tuple[str, ...] = ()
+    problem = _Problem(data, graph, searched, linear, until)
+    if hold and (held := problem.repeated(seed)):
+        frees = tuple(f for f in frees if f.name not in held)
+        problem = _Problem(data, graph, [f for f in searched if f.name not in held], linear, until)
+    objective, start = problem.objective, problem.start
+    objective.columns(start)  # raises what is wrong with the graph as it is
+    starts = [start, *_drawn(objective, options["starts"] - 1, seed, lambda f: progress(0.2 * f))]
+    found = search(objective, starts, lambda f: progress(0.2 + 0.8 * f))
+    objective.until = np.inf
+    labels = tuple(label for f in frees for label in f.labels)
+    told = determined(objective, found.p, labels, _reading(frees, linear, objective.coordinates.values))
+    warnings = told.warnings
+    if not found.whole:
+        warnings.append(f"the search ended at its limit of {options['seconds']:g} s: give it more (seconds)")
+    limits = {
+        label: (float(value), *bound)
+        for f, bound in zip(problem.searched, problem.bounds, strict=True)
+        for label, value in zip(f.labels, told.values[[labels.index(k) for k in f.labels]], strict=True)
+        if f.sum is None and not f.rises
+    }
+    return (
+        _with_ports(objective.graph(found.p), data),
+        len(labels),
+        {
+            "free": told.table,
+            "condition": told.condition,
+            **({"held": list(held)} if held else {}),
+            "bounded": limits,
+            "warnings": warnings,
+        },
+    )
+
+
+class _Problem:
+    """The objective of free parameters that are searched, beside those that are eliminated."""
+
+    def __init__(
+        self, data: Dataset, graph: Graph, searched: Sequence[Free], linear: Sequence[Linear], until: float
+    ) -> None:
+        self.searched, self.bounds = searched, [default_bounds(f, graph, data) for f in searched]
+        _check_logs(searched, self.bounds)
+        whole = {f.place: graph.node(f.node).value(f.parameter) for f in searched}
+        coordinates, self.start = made_coordinates(searched, self.bounds, whole)
+        self.objective = Objective(data, graph, coordinates, linear, until=until)
+
+    def repeated(self, seed: int) -> tuple[str, ...]:
+        """Return the parameters whose effect is a sum of those of the others; of two the first one counts as such."""
+        c, rng = self.objective.coordinates, np.random.default_rng(seed)
+        for _ in range(TRIED):
+            p = self.start + 0.1 * rng.uniform(-1, 1, len(self.start)) * np.minimum(c.hi - c.lo, 10 * c.scale)
+            p = c.inside(p)
+            with suppress(InputError):
+                columns = self.objective.columns(p)[1]
+                break
+        else:
+            return ()
+        self.objective.project(p)
+        effects = self.objective.sensitivities(p)
+        basis = np.linalg.qr(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300))[0]
+        found, at = [], len(p)
+        for free in reversed(self.searched):
+            n = len(free.start) - (free.sum is not None)
+            own, at = effects[:, at - n : at], at - n
+            left = own - basis @ (basis.T @ own)
+            left -= basis @ (basis.T @ left)
+            size = np.linalg.norm(own, axis=0)
+            new = np.linalg.norm(left, axis=0) > REPEATED * size
+            if not (new & (size > 0)).any():
+                found.append(free.name)
+            else:
+                basis = np.linalg.qr(np.column_stack([basis, left[:, new] / size[new]]))[0]
+        return tuple(found)
+
+
+def _check_ports(graph: Graph, data: Dataset) -> None:
+    where = data.path or data.name
+    if graph.n_outputs != 1 or not graph.inputs or graph.n_inputs != len(graph.inputs):
+        raise InputError(
+            f"{where}: The graph of a fit must have one output, the input u and covariates beside it. Got "
+            f"{graph.n_inputs} inputs and {graph.n_outputs} outputs."
+        )
+    takes = [port.name for port in graph.inputs[1:]]
+    for name in data.covariates.names:
+        if name not in takes:
+            raise InputError(
+                f"{where}: The graph must have an input for each covariate of the data. Got no {name!r} among its "
+                f"inputs {', '.join(port.name for port in graph.inputs)}."
+            )
+
+
+def _with_ports(graph: Graph, data: Dataset) -> Graph:
+    """Return the graph with units of measure and start values of the record where it states none."""
+    columns = {name: (unit, values) for name, unit, values in data.covariates}
+    first, *others = graph.inputs
+    inputs = [replace(first, unit=first.unit or data.unit_u, start=float(data.u[0]))]
+    for port in others:
+        unit, values = columns[port.name]
+        mean = float(values[data.train].mean())
+        inputs.append(replace(port, unit=port.unit or unit, start=mean, text=port.text or "covariate"))
+    output = replace(graph.outputs[0], unit=graph.outputs[0].unit or data.unit_y)
+    return Graph(graph.nodes, graph.wires, inputs, [output], sort=False, step=graph.step)
+
+
+def _check_logs(searched: Sequence[Free], bounds: Sequence[tuple[float, float]]) -> None:
+    for free, (lo, _) in zip(searched, bounds, strict=True):
+        if is_log(free) and free.sum is None and not lo > 0:
+            raise InputError(f"The lower bound of {free.name!r} must be positive for the scale 'log'. Got {lo:g}.")
+
+
+def _drawn(objective: Objective, count: int, seed: int, progress: Callable[[float], None]) -> list[Array]:
+    """Draw points between the bounds and return the best of them."""
+    c, rng = objective.coordinates, np.random.default_rng(seed)
+    if not len(c.lo):
+        return []
+    rated = []
+    with suppress(OutOfTime):  # the search then returns the best so far
+        for i in range(TRIED * count):
+            progress(i / (TRIED * count))
+            p = rng.uniform(c.lo, c.hi)
+            r = objective.residuals(p)
+            rated.append((float(r @ r), i, p))
+    return [p for _, _, p in sorted(rated)[:count]]
+
+
+def _reading(
+    frees: tuple[Free, ...], linear: tuple[Linear, ...], values: Callable[[Array], Mapping[str, Array]]
+) -> Callable[[Array, Array], Array]:
+    """Return the function that tells the values of all free elements for coordinates and weights."""
+    ends = np.cumsum([0, *(len(part.elements) for part in linear)])
+    weight = {part.name: slice(a, b) for part, a, b in zip(linear, ends, ends[1:], strict=False)}
+
+    def reading(p: Array, weights: Array) -> Array:
+        given = values(p)
+        parts = [weights[weight[f.place]] if f.place in weight else given[f.place][list(f.elements)] for f in frees]
+        return np.concatenate(parts)
+
+    return reading

@@ -1,0 +1,110 @@
+"""Which free parameters enter the output linearly, found by runs of the graph.
+
+A parameter is linear if equal steps of it change the output equally; several are linear together if the change by one
+does not depend on the others.  The runs are made with random values around those of the graph, because a weight of 0
+hides what lies behind it.  Nothing is known about blocks here, so that a block of one's own takes part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph
+from hystfmu.identify.estimate.free import Free
+from hystfmu.identify.estimate.lanes import Lanes
+from hystfmu.identify.estimate.objective import Linear
+from hystfmu.model.inputs import rows_of
+
+ROWS = 1000  # of the record that the runs take, at most
+EQUAL = 1e-9  # difference of two changes, relative to their size and to the output, that counts as none
+
+
+def linear_parts(graph: Graph, frees: Sequence[Free], data: Dataset, seed: int = 0) -> tuple[Linear, ...]:
+    """Return the parameters to eliminate: linear each, linear together, without bounds other than 0.
+
+    Parameters
+    ----------
+    graph : Graph
+    frees : sequence of Free
+        What is freed.
+    data : Dataset
+        The first rows are run.
+    seed : int
+        Of the random values.
+    """
+    able = [f for f in frees if _may(f)]
+    if not able:
+        return ()
+    rng = np.random.default_rng(seed)
+    stride = max(1, data.train.stop // ROWS)  # the runs need turning points, not dynamics
+    rows = rows_of(graph, data).reshape(len(data.u), -1)[: data.train.stop : stride][:ROWS]
+    lanes = Lanes(graph)
+
+    def run(values: Mapping[str, Array]) -> Array | None:
+        with suppress(InputError):
+            lanes.put(0, values)
+            y = lanes.run(rows, data.h)[:, 0]
+            return y if np.isfinite(y).all() else None
+        return None
+
+    start = {f.place: graph.node(f.node).value(f.parameter) for f in able}
+
+    def moved(values: Mapping[str, Array], free: Free, by: Array) -> dict[str, Array]:
+        whole = values[free.place].copy()
+        whole[list(free.elements)] += by
+        return {**values, free.place: whole}
+
+    sizes = [np.where(f.start == 0, 1.0, np.abs(f.start)) for f in able]
+    steps = [rng.uniform(0.5, 1.5, len(size)) * size for size in sizes]
+
+    def zeroed(chosen: Sequence[int]) -> bool:
+        """Whether the core takes the weight 0, without which no column can be made."""
+        values = dict(start)
+        for i in chosen:
+            values = moved(values, able[i], -values[able[i].place][list(able[i].elements)])
+        return run(values) is not None
+
+    around = start
+    for free, step in zip(able, steps, strict=True):
+        other = moved(around, free, rng.uniform(0.1, 1) * step)
+        if run(other) is not None:
+            around = other
+
+    def affine(values: Mapping[str, Array], i: int) -> bool:
+        y = [run(moved(values, able[i], k * steps[i])) for k in (0, 1, 2)]
+        still = y[0] is not None and y[1] is not None and np.array_equal(y[0], y[1])
+        return not still and _equal(y[0], y[1], y[1], y[2])
+
+    def apart(i: int, j: int) -> bool:
+        at = moved(around, able[i], steps[i])
+        y = [run(around), run(at), run(moved(around, able[j], steps[j])), run(moved(at, able[j], steps[j]))]
+        return _equal(*y)
+
+    chosen: list[int] = []
+    order = {n.name: k for k, n in enumerate(graph.nodes)}
+    likely = sorted(range(len(able)), key=lambda i: (-len(able[i].elements), -order[able[i].node]))
+    for i in likely:
+        if affine(start, i) and affine(around, i) and all(apart(i, j) for j in chosen) and zeroed([*chosen, i]):
+            chosen.append(i)
+    return tuple(Linear(able[i].place, able[i].elements, able[i].lo == 0) for i in sorted(chosen))
+
+
+def _may(free: Free) -> bool:
+    """Whether a parameter has no bounds other than 0 from below, and no scale or tie."""
+    plain = free.scale is None and not free.rises and free.sum is None
+    return plain and free.lo in (0.0, -np.inf) and free.hi == np.inf
+
+
+def _equal(a: Array | None, b: Array | None, c: Array | None, d: Array | None) -> bool:
+    """Whether b - a and d - c are equal up to rounding."""
+    if a is None or b is None or c is None or d is None:
+        return False
+    size = max(float(np.abs(v).max()) for v in (a, b, c, d))
+    change = float(np.abs(b - a).max())
+    return bool(np.abs((b - a) - (d - c)).max() <= EQUAL * change + 1e-13 * size)

@@ -1,0 +1,263 @@
+"""The misfit of the free run of a graph, by coordinates; parameters that enter linearly are eliminated.
+
+For every point of the search the linear parameters follow from linear least squares, with non-negative weights where a
+parameter must not be negative (variable projection, Golub & Pereyra 1973).  The Jacobian is that of the run with these
+weights held, projected on what the columns do not reach (Kaufman 1975): of the whole derivative only a term of second
+order in the residuals is left out.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hystfmu.base.arrays import Array
+from hystfmu.base.errors import InputError
+from hystfmu.data import Dataset
+from hystfmu.graph import Graph, Node
+from hystfmu.identify.estimate.coordinates import Coordinates
+from hystfmu.identify.estimate.lanes import Lanes
+from hystfmu.identify.solvers.nonnegative import nonnegative
+from hystfmu.model.inputs import rows_of
+
+DIFFERENCE = 1e-6  # step of a derivative, relative to the scale of its coordinate
+FARTHEST = 1e3  # size of a residual relative to the misfit of no output at all: a trial may diverge or be refused
+DEPENDENT = 1e-10  # singular value of the columns, each of length 1, that counts as 0
+MOST = 1e100  # largest output: squares of larger ones overflow
+Sizes = tuple[tuple[str, int], ...]
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A parameter that enters the output linearly, whose elements are eliminated.
+
+    Parameters
+    ----------
+    name : str
+        ``node.parameter``.
+    elements : tuple of int
+        Which of its elements, from 0.
+    positive : bool
+        Whether they must not be negative.
+    """
+
+    name: str
+    elements: tuple[int, ...] = (0,)
+    positive: bool = False
+
+    @property
+    def node(self) -> str:
+        """Name of its node."""
+        return self.name.partition(".")[0]
+
+    @property
+    def parameter(self) -> str:
+        """Name of the parameter in the block."""
+        return self.name.partition(".")[2]
+
+
+class OutOfTime(Exception):
+    """The time of a search is over."""
+
+
+class Objective:
+    """Residuals of the free run at the rows that count.
+
+    Parameters
+    ----------
+    data : Dataset
+    graph : Graph
+        With one output; its inputs are u and covariates of the data.
+    coordinates : Coordinates
+        What is searched.
+    linear : sequence of Linear
+        What is eliminated.
+    size : float, optional
+        What the residuals are relative to, root of the number of rows included; default that of the span of y.
+    rows : array of int, optional
+        Rows whose residuals count; default those of the data.
+    until : float
+        Time (`time.monotonic`) at which a search ends, with the best point so far.
+    """
+
+    def __init__(
+        self,
+        data: Dataset,
+        graph: Graph,
+        coordinates: Coordinates,
+        linear: Sequence[Linear] = (),
+        size: float | None = None,
+        rows: NDArray[np.intp] | None = None,
+        until: float = np.inf,
+    ) -> None:
+        self.start, self.coordinates, self.linear, self.until = graph, coordinates, tuple(linear), until
+        self.h = data.h
+        self.rows = np.arange(len(data.u))[data.counted] if rows is None else rows
+        self.y = data.y[self.rows]
+        self.size = data.span * np.sqrt(len(self.y)) if size is None else size
+        inputs, stop = rows_of(graph, data).reshape(len(data.u), -1), int(self.rows[-1]) + 1
+        self._inputs = [inputs[r.start : min(r.stop, stop)] for r in data.records if r.start < stop]
+        self.positive = np.array([part.positive for part in linear for _ in part.elements], dtype=bool)
+        self._columns: dict[Sizes, Lanes] = {}
+        self._moved: dict[tuple[Sizes, tuple[frozenset[str], ...]], Lanes] = {}
+        self._point: tuple[bytes | None, Array, Array, Array] = None, np.zeros(0), np.zeros(0), np.zeros(0)
+        self.best: tuple[float, Array] = np.inf, np.zeros(0)
+
+    # ---- values -----------------------------------------------------------------------------------------------------
+    def _assigned(self, p: Array, weights: Array) -> tuple[Sizes, dict[str, Array]]:
+        """Return the sizes, and the values of all free parameters, at a point with the weights of the linear ones."""
+        given = {k: np.array(v, dtype=np.float64) for k, v in self.coordinates.values(p).items()}
+        dims = {n.name: n.dims for n in self.start.nodes}
+        sizes = {k: int(v) for k, v in given.items() if k.partition(".")[2] in dims[k.partition(".")[0]]}
+        values = {k: v for k, v in given.items() if k not in sizes}
+        at = 0
+        for part in self.linear:
+            n = len(part.elements)
+            whole = values.setdefault(part.name, self.start.node(part.node).value(part.parameter))
+            whole[list(part.elements)] = weights[at : at + n]
+            at += n
+        return tuple(sorted(sizes.items())), values
+
+    def _sized(self, sizes: Sizes) -> Graph:
+        graph = self.start
+        for name, n in sizes:
+            node, _, own = name.partition(".")
+            old = graph.node(node)
+            graph = graph.replace(Node(old.name, old.type, {**old.dims, own: n}, old.values))
+        return graph
+
+    def graph(self, p: Array) -> Graph:
+        """Return the graph with the values at a point."""
+        sizes, values = self._assigned(p, self.project(p)[1])
+        graph = self._sized(sizes)
+        for node in graph.nodes:
+            own = {k.partition(".")[2]: v for k, v in values.items() if k.partition(".")[0] == node.name}
+            plain = {k: v if node.sizes[k] != 1 else float(v.reshape(-1)[0]) for k, v in own.items()}
+            graph = graph.replace(node.with_values(**plain)) if own else graph
+        return graph
+
+    # ---- runs -------------------------------------------------------------------------------------------------------
+    def _run(self, lanes: Lanes) -> Array:
+        """Run over the records; the outputs at the rows that count, shape (rows, lanes)."""
+        if self.best[0] < np.inf and time.monotonic() > self.until:
+            raise OutOfTime
+        parts = [lanes.run(rows, self.h) for rows in self._inputs]
+        found: Array = (parts[0] if len(parts) == 1 else np.concatenate(parts))[self.rows]
+        if not np.abs(found).max() < MOST:
+            raise InputError(f"The output must be below {MOST:g}. Got one that grows.")
+        return found
+
+    def columns(self, p: Array) -> tuple[Array, Array]:
+        """Return the output without the linear part, (rows,), and what a weight of 1 of each adds, (rows, weights).
+
+        Raises
+        ------
+        InputError
+            The core refuses the values, or the output is not finite.
+        """
+        sizes, values = self._assigned(p, np.zeros(len(self.positive)))
+        places = [(part, element) for part in self.linear for element in part.elements]
+        if sizes not in self._columns:
+            self._columns[sizes] = Lanes(self._sized(sizes), [{part.node} for part, _ in places])
+        lanes = self._columns[sizes]
+        for lane in range(lanes.n):
+            lanes.put(lane, values)
+        for lane, (part, element) in enumerate(places, 1):
+            one = values[part.name].copy()
+            one[element] = 1.0
+            lanes.put(lane, {part.name: one})
+        y = self._run(lanes)
+        return y[:, 0], y[:, 1:] - y[:, :1]
+
+    def project(self, p: Array) -> tuple[Array, Array, Array]:
+        """Return residuals (rows,), weights of the linear parameters, and an orthonormal basis of their columns.
+
+        The basis spans the columns with a weight that may move: of non-negative ones those that are positive.
+        """
+        key = p.tobytes()
+        if key != self._point[0]:
+            try:
+                base, columns = self.columns(p)
+            except InputError:
+                n = len(self.y)
+                self._point = key, np.full(n, FARTHEST / np.sqrt(n)), np.zeros(len(self.positive)), np.zeros((n, 0))
+            else:
+                self._point = key, *self._solved(base, columns)
+            cost = float(self._point[1] @ self._point[1]) / 2
+            if cost < self.best[0]:
+                self.best = cost, p.copy()
+        return self._point[1:]
+
+    def _solved(self, base: Array, columns: Array) -> tuple[Array, Array, Array]:
+        length = np.linalg.norm(columns, axis=0)
+        length[length == 0] = 1.0
+        columns, left, x = columns / length, self.y - base, np.zeros(len(length))
+        moves = np.ones(len(length), dtype=bool)
+        if self.positive.any():
+            x[self.positive], _ = nonnegative(columns[:, self.positive], left, columns[:, ~self.positive])
+            moves = ~self.positive | (x > 0)
+        U, s, Vt = np.linalg.svd(columns[:, moves], full_matrices=False)
+        kept = s > DEPENDENT * s.max(initial=0.0)
+        U, s, Vt = U[:, kept], s[kept], Vt[kept]
+        held = np.maximum(Vt.T @ ((U.T @ left) / s), np.where(self.positive[moves], 0.0, -np.inf))
+        x[moves] = held
+        return (columns @ x - left) / self.size, x / length, U
+
+    def residuals(self, p: Array) -> Array:
+        """Return the residuals at a point, relative to `size`, shape (rows,)."""
+        return self.project(p)[0]
+
+    def sensitivities(self, p: Array) -> Array:
+        """Return the derivatives of the output by the coordinates with the weights held, shape (rows, n).
+
+        Differences of whole runs, of which only what a coordinate changes is run again.  A coordinate that can move in
+        neither direction has a derivative of 0.
+        """
+        weights, n, c = self.project(p)[1], len(p), self.coordinates
+        sizes, base = self._assigned(p, weights)
+        steps = DIFFERENCE * c.scale * np.where(p + DIFFERENCE * c.scale > c.hi, -1, 1)
+        moved = []
+        for k, unit in enumerate(np.eye(n)):
+            other, values = self._assigned(p + steps[k] * unit, weights)
+            if other != sizes:
+                steps[k] *= -1
+                values = self._assigned(p + steps[k] * unit, weights)[1]
+            moved.append({name: v for name, v in values.items() if not np.array_equal(v, base[name])})
+        touched = tuple(frozenset(name.partition(".")[0] for name in values) for values in moved)
+        if (sizes, touched) not in self._moved:
+            self._moved = {(sizes, touched): Lanes(self._sized(sizes), touched)}
+        lanes = self._moved[sizes, touched]
+
+        def outputs(chosen: Sequence[int]) -> Array:
+            for lane in range(lanes.n):
+                lanes.put(lane, base)
+                if lane - 1 in chosen:
+                    lanes.put(lane, moved[lane - 1])
+            return self._run(lanes)
+
+        try:
+            y = outputs(range(n))
+        except InputError:  # a step leaves what the core takes: each alone, in both directions
+            found = np.zeros((len(self.y), n))
+            for k, unit in enumerate(np.eye(n)):
+                for sign in (1, -1):
+                    moved[k] = self._assigned(p + sign * steps[k] * unit, weights)[1]
+                    with suppress(InputError):
+                        y = outputs([k])
+                        found[:, k] = (y[:, k + 1] - y[:, 0]) / (sign * steps[k])
+                        break
+            return found
+        return (y[:, 1:] - y[:, :1]) / steps
+
+    def jacobian(self, p: Array) -> Array:
+        """Return the derivatives of the residuals, with the linear parameters following; shape (rows, n)."""
+        residuals, _, basis = self.project(p)
+        if residuals @ residuals >= FARTHEST**2 / 2:
+            return np.zeros((len(self.y), len(p)))
+        found = self.sensitivities(p) / self.size
+        return found - basis @ (basis.T @ found)
