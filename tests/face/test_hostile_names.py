@@ -9,6 +9,7 @@ import shutil
 import xml.etree.ElementTree as ET
 import zipfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -141,6 +142,10 @@ FILES: dict[str, tuple[str, str, Callable[[Path, Path], list[object]]]] = {
     "run": ("loop/scenario.toml", "text", lambda file, out: ["run", file, "--report", out]),
     "ssp": ("loop/scenario.toml", "name", lambda file, out: ["ssp", file, "-o", out.with_suffix(".ssp")]),
     "margins": ("loop/scenario.toml", "signal", lambda file, out: ["margins", file]),
+    **{
+        name: ("loop/scenario.toml", "text", partial(lambda name, file, out: ["design", name, file, "-o", out], name))
+        for name in ("irc", "repetitive")  # the others are of the one kind or the other
+    },
     "study": ("loop.study.toml", "name", lambda file, out: ["study", file, "-o", out]),
     "start": (
         "asked.toml",
@@ -199,6 +204,9 @@ def foreign(folder: Path, path: Path, outputs: bool) -> Path:
                 for element in root.iter():
                     for key in set(element.attrib) & {"description", "author", "generationTool"}:
                         element.set(key, f"{bad}\nPASSED")
+                    unit = "name" if element.tag == "Unit" else "unit"
+                    if unit in element.attrib:
+                        element.set(unit, f"{element.get(unit)}{bad}\nPASSED")
                 root.set("modelName", f"{bad}\nPASSED")
                 names = [v for v in root.iter("ScalarVariable") if v.get("causality") == "parameter"]
                 names[0].set("name", f"{bad}\nPASSED")
@@ -226,6 +234,7 @@ def test_names_of_an_fmu(folder: Path, tmp_path: Path) -> None:
     scenario, out = tmp_path / "all" / "loop", tmp_path / "out"
     run("run", scenario, "--report", out)
     quiet((out / "report.html").read_text())
+    run("margins", scenario, status=(0, 1, 2))
     for made in (tmp_path / "loop.ssp", tmp_path / "loop.fmu"):
         run("ssp", scenario, "-o", made, status=(0, 1))  # 1: its coupling costs more than the tolerance
         well_formed(made)
@@ -249,7 +258,11 @@ def test_names_of_an_ssp_archive(folder: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", ["fit {}", "export {}", "validate {}", "run {}", "study {}", "{}", "fit --{}", "compare {} {}"]
+    "words",
+    [
+        *("fit {}", "export {}", "validate {}", "run {}", "study {}", "{}", "fit --{}", "compare {} {}"),
+        *("design {}", "design irc {}", "design repetitive {}", "design pi --{}"),
+    ],
 )
 def test_words_of_the_command_line(words: str, tmp_path: Path) -> None:
     for bad in (*NOT_XML.values(), *HOSTILE.values(), "a\nb", os.fsdecode(bytes([255, 27]))):

@@ -12,6 +12,8 @@ from bad_fmu import LOOP, bad_fmu
 
 from hystfmu.base.confine import unconfined
 from hystfmu.base.errors import InputError
+from hystfmu.graph import Graph, Node
+from hystfmu.model import Model
 from hystfmu.studies import run_study
 
 if unconfined():
@@ -106,3 +108,23 @@ def test_workers_that_cannot_begin_say_why(study: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(sys, "executable", "/bin/false")
     with pytest.raises(InputError, match=r"^the workers of the study exit with status 1 before they begin; "):
         run_study(study, study.parent / "out", workers=1)
+
+
+@pytest.mark.parametrize("engine", ["native", "fmpy"])
+def test_it_needs_no_file_of_the_scenario(study: Path, engine: str) -> None:
+    """Where it builds the case anew: for the reference engine, and for another number of steps of a delay."""
+    folder = study.parent / "loop"
+    bad_fmu(folder / "bad.fmu")
+    Model("gain", Graph.single(Node("gain", "sum", {"n": 1}, {"k": [2.0]})), 1e-3).save(folder / "gain.model.toml")
+    units = {"late": {"block": "delay"}, "gain": {"model": "gain.model.toml"}}
+    loop = LOOP | {
+        "units": LOOP["units"] | units,
+        "order": ["command", "late", "gain", "bad"],
+        "connections": {"late.u": "command.d", "gain.u": "late.y", "bad.u": "gain.y"},
+    }
+    loop["units"]["command"] = {"block": "disturbance", "set": {"amplitude": 0.0}}
+    (folder / "scenario.toml").write_text(tomli_w.dumps(loop))
+    varied = {"command.step": {"values": [1.0]}, "late.n": {"values": [1, 4]}}
+    study.write_text(tomli_w.dumps(STUDY | {"engine": engine, "parameters": varied}))
+    outcome = run_study(study, study.parent / "out", workers=1)
+    assert [(row["status"], row["metrics"]) for row in outcome.rows] == [("ok", {"last": 2.0})] * 2

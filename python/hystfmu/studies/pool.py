@@ -28,6 +28,7 @@ import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from itertools import islice
 from typing import Any
 
@@ -38,6 +39,7 @@ from hystfmu.base.piped_child import PipedChild
 from hystfmu.scenario.engine.isolated import box_of, one_line
 from hystfmu.scenario.engine.master import Engine
 from hystfmu.scenario.system.system import System
+from hystfmu.scenario.system.unit_graph import with_files
 from hystfmu.studies.task import Runner, Task, row_of
 
 MOMENT = 0.01  # s: a worker reports its finished tasks after this time; a message costs as much as a short run
@@ -101,6 +103,8 @@ class _Worker:
     def __init__(self, systems: list[System], engine: Engine, memory: float, confined: bool) -> None:
         self._folder = tempfile.mkdtemp(prefix="hystfmu-study-")
         box = box_of(systems, self._folder) if confined and any(s.foreign for s in systems) else None
+        if box is not None:
+            systems = [replace(s, case=with_files(s.case)) for s in systems]
         self._supervised, self._names = _supervised(systems), [s.case.name for s in systems]
         words = (self._folder, systems, engine, memory)
         if self._supervised:

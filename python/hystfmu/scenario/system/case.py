@@ -15,6 +15,7 @@ from typing import Any
 from hystfmu.base.errors import InputError
 from hystfmu.model import Model
 from hystfmu.scenario.system.extends import read_scenario
+from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.spec import CaseSpec, CouplingSpec, MetricSpec, ScenarioSpec, Scheme, TubeSpec, UnitSpec
 
 MOST_STEPS = 20_000_000  # of the finest unit in one case
@@ -50,7 +51,7 @@ class Case:
     final_states: bool = False
     origin: str = ""
     """What errors begin with: the file that the case comes from, or the name of a scenario built in Python."""
-    attached: Mapping[str, Model | Path] = field(default_factory=dict)
+    attached: Mapping[str, Model | Foreign | Path] = field(default_factory=dict)
     """What a path of a unit stands for, where that is no file of the folder."""
 
     def __repr__(self) -> str:

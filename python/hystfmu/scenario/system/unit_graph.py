@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,7 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
         A file that is bad or outside the folder, an unknown block or parameter, a value out of range.
     """
     if spec.fmu is not None:
-        return Foreign.load(_path(case, spec.fmu, f"{where}.fmu"))
+        return _foreign(case, spec.fmu, f"{where}.fmu")
     if spec.model is not None:
         return _model(case, spec.model, f"{where}.model").graph
     if spec.inverse_of is not None:
@@ -46,6 +47,29 @@ def load_unit(case: Case, spec: UnitSpec, where: str) -> Graph | Foreign:
         return Graph.single(Node(spec.block, spec.block, spec.dims, spec.values))
     assert spec.graph is not None
     return spec.graph.graph()
+
+
+def with_files(case: Case) -> Case:
+    """Return the case with the models and FMUs of its units, which it then needs no file for, as in confinement.
+
+    Raises
+    ------
+    InputError
+        Raised as by `load_unit`.
+    """
+    read: dict[str, Model | Foreign] = {}
+    for name, spec in case.units.items():
+        where = f"{case.where}: units.{name}"
+        if spec.fmu is not None:
+            read[spec.fmu] = _foreign(case, spec.fmu, f"{where}.fmu")
+        read |= {m: _model(case, m, where) for m in (spec.model, spec.inverse_of) if m is not None}
+    return replace(case, attached={**case.attached, **read})
+
+
+def _foreign(case: Case, relative: str, where: str) -> Foreign:
+    """The FMU that a path of the case stands for."""
+    attached = case.attached.get(relative)
+    return attached if isinstance(attached, Foreign) else Foreign.load(_path(case, relative, where))
 
 
 def _model(case: Case, relative: str, where: str) -> Model:
