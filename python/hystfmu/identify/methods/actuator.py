@@ -49,7 +49,7 @@ FIRST = 3  # the first search of the dynamics uses every third of these rows
 DEGREES = (1, 3, 5, 8)  # of the bend, tried in turn
 LAGS = 6  # at most, one decade apart
 BETTER, NEEDED = 0.95, 0.5  # ratio of validation errors below which a part, or a bend without inverse, is kept
-CLEAR, ENOUGH = 2.0, 5e-4  # times the noise, and of the span: a smaller error asks for no other operator
+CLEAR, ENOUGH, GAINED = 2.0, 5e-4, 0.7  # times the noise, of the span: errors that ask for relays; what these gain
 PLAYS, STOPS, RELAYS = "plays", "stops", "relays"
 
 CANDIDATES = (Candidate(ANY, 0.6, 0.08),)
@@ -61,12 +61,7 @@ OPTIONS = (
     Option("bend", None, 1, 20, text="degree of the bend, 1: none; default: chosen on validation blocks"),
     Option("creep", None, choices=("yes", "no"), text="creep; default: chosen on validation blocks"),
     Option("dynamics", None, choices=("yes", "no"), text="G0(s) with delay; default: chosen on validation blocks"),
-    Option(
-        "covariates",
-        None,
-        choices=LEVELS[1:],
-        text="what of the bend follows the covariates; default: chosen on validation blocks",
-    ),
+    Option("covariates", None, choices=LEVELS[1:], text="what follows the covariates; default: on validation blocks"),
     Option("w0_min", 1e-3, 0.0, 1.0, text="least weight of the linear term, relative to the sum of all weights"),
     u0_option("every play rests"),
     *DYNAMICS_OPTIONS,
@@ -191,12 +186,12 @@ def build(
         parts = replace(parts, g=f.dynamics(replace(best, parts=parts), f.all, lambda done: None))
         best = replace(best, parts=parts, fit=f.fit(parts, f.all, best.fit))
     fitted = f.fit(parts, f.all, best.fit)
-    told: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
     warned = [
         f"the covariate {name!r} does not reduce the error on validation blocks: it is no input of the model"
         for name, level in zip(data.covariates.names, parts.levels, strict=True)
         if level == "none"
     ]
+    told: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
     if parts.g:
         residuals = f.residuals(replace(best, fit=fitted), f.all)
         warned += unknown(parts.g, uncertainty(residuals, parts.g, data, options), data, options)
@@ -236,15 +231,18 @@ def _operated(f: _Fitting, parts: Parts) -> Trial:
         return _with_other_start(f, _bent(f, f.tried(replace(parts, operator=asked))))
     best = _bent(f, f.tried(parts)).or_better(_bent(f, f.tried(replace(parts, operator=STOPS))))
     found = _exchanged(f, best)
-    return best if found is best else best.or_better(_bent(f, found))
+    return best if found is best else _bent(f, found)
 
 
 def _exchanged(f: _Fitting, best: Trial) -> Trial:
-    """Put relays in the place of plays, or plays in that of relays, if that is clearly better, the rest as it is."""
+    """Try relays in the place of plays, or plays in that of relays; these, without an exact inverse, must gain more."""
     if f.options["operator"] is not None or best.error <= max(CLEAR * f.noise, ENOUGH * f.data.span):
         return best
     other = PLAYS if best.parts.operator == RELAYS else RELAYS
-    return best.or_better(_with_other_start(f, f.tried(replace(best.parts, operator=other))))
+    trial = _with_other_start(f, f.tried(replace(best.parts, operator=other)))
+    if other == PLAYS:
+        return trial if GAINED * trial.error < best.error else best
+    return best.or_better(trial) if trial.error < GAINED * best.error else best
 
 
 def _with_other_start(f: _Fitting, trial: Trial) -> Trial:
