@@ -80,9 +80,9 @@ def test_creep_is_found_and_its_inverse_is_exact():
 
 
 def test_parts_can_be_asked_for():
-    m = fit(measured(bent, cycles=20), "actuator", N=10, bend=2, creep="yes", dynamics="no")
+    m = fit(measured(bent, cycles=20), "actuator", N=10, operator="plays", bend=2, creep="yes", dynamics="no")
     assert m.fit["parts"].startswith("plays, bend of degree 2, creep with")
-    assert fit(measured(play_sum, cycles=20), "actuator", N=10, **STATIC).fit["parts"] == "plays"
+    assert fit(measured(play_sum, cycles=20), "actuator", N=10, operator="plays", **STATIC).fit["parts"] == "plays"
 
 
 def test_dead_zones_follow_the_polynomial():

@@ -19,7 +19,7 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.features.bent_sum import BentSum
 from hystfmu.identify.features.covariate_inputs import covariate_inputs
 from hystfmu.identify.features.dynamics import Dynamics
-from hystfmu.identify.features.smooth_density import SmoothDensity
+from hystfmu.identify.features.relay_sum import RelaySum
 
 SMOOTH = 1e-5  # largest distance of the dead zones from the polynomial, relative to its range
 MOST_KNOTS = 400
@@ -62,12 +62,7 @@ class Fitting(Protocol):
     r: Array
     low: Array
     high: Array
-    density: SmoothDensity
-
-    @property
-    def everett(self) -> Array:
-        """Everett functions of the densities of relays."""
-        ...
+    relays: RelaySum
 
 
 def chain(f: Fitting, parts: Parts, s: BentSum) -> Graph:
@@ -101,7 +96,7 @@ def chain(f: Fitting, parts: Parts, s: BentSum) -> Graph:
 
 def _hysteresis(f: Fitting, operator: str, w: Array) -> Node:
     if operator == "relays":
-        return f.density.node("hysteresis", f.everett @ w)
+        return f.relays.node("hysteresis", w)
     signed = np.concatenate([[w.sum()], -w[1:]]) if operator == "stops" else w
     return Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": signed[0], "r": f.r, "w": signed[1:], "u0": f.x0})
 

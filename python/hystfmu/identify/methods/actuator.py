@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,6 +27,7 @@ from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
+from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph
 from hystfmu.identify.candidate import ANY, Candidate, Memory
 from hystfmu.identify.features import bent_sum
@@ -37,7 +37,7 @@ from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, searc
 from hystfmu.identify.features.following import LEVELS, Following
 from hystfmu.identify.features.initial_memory import u0_of, u0_option
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.identify.features.smooth_density import DEGREE, smooth_density
+from hystfmu.identify.features.relay_sum import RelaySum
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
 from hystfmu.identify.options import Option
 
@@ -49,9 +49,8 @@ FIRST = 3  # the first search of the dynamics uses every third of these rows
 DEGREES = (1, 3, 5, 8)  # of the bend, tried in turn
 LAGS = 6  # at most, one decade apart
 BETTER, NEEDED = 0.95, 0.5  # ratio of validation errors below which a part, or a bend without inverse, is kept
+CLEAR, ENOUGH, GAINED = 2.0, 5e-4, 0.7  # times the noise, of the span: errors that ask for relays; what these gain
 PLAYS, STOPS, RELAYS = "plays", "stops", "relays"
-GRID, WIDTHS, MEANS = 40, 16, 8  # of the density of relays
-HELD = (1e-3, 3e-2, 3e-2)  # strengths of the ridge and of the penalties over mean and width of the density
 
 CANDIDATES = (Candidate(ANY, 0.6, 0.08),)
 OPTIONS = (
@@ -62,12 +61,7 @@ OPTIONS = (
     Option("bend", None, 1, 20, text="degree of the bend, 1: none; default: chosen on validation blocks"),
     Option("creep", None, choices=("yes", "no"), text="creep; default: chosen on validation blocks"),
     Option("dynamics", None, choices=("yes", "no"), text="G0(s) with delay; default: chosen on validation blocks"),
-    Option(
-        "covariates",
-        None,
-        choices=LEVELS[1:],
-        text="what of the bend follows the covariates; default: chosen on validation blocks",
-    ),
+    Option("covariates", None, choices=LEVELS[1:], text="what follows the covariates; default: on validation blocks"),
     Option("w0_min", 1e-3, 0.0, 1.0, text="least weight of the linear term, relative to the sum of all weights"),
     u0_option("every play rests"),
     *DYNAMICS_OPTIONS,
@@ -95,8 +89,8 @@ class _Fitting:
         self.x0 = (u0_of(data, options) - self.middle) / self.half
         x = (u - self.middle) / self.half
         self.r = thresholds(x[rows], options["N"])
-        self.x = x
-        self.density = smooth_density(x[rows], GRID, WIDTHS, MEANS, "demagnetised")
+        self.noise = noise(data.y[data.counted])
+        self.relays = RelaySum(x, rows)
         self.plays = np.column_stack([x, plays(x, self.r, self.x0)])
         self.stops = np.column_stack([x, x[:, None] - self.plays[:, 1:]])
         seen = data.covariates.values[: rows.stop]
@@ -109,33 +103,16 @@ class _Fitting:
         held[data.counted] = without_outermost(data.u[data.counted], held[data.counted])
         self.kept, self.held = self.all[~held[self.all]], self.all[held[self.all]]
 
-    @cached_property
-    def everett(self) -> Array:
-        """Everett functions of the densities of relays, (nodes, p); the first is that of the input itself."""
-        E = self.density.E
-        return np.column_stack([E[:, : MEANS + DEGREE + 1].sum(axis=1), E])
-
-    @cached_property
-    def relays(self) -> Array:
-        """Their outputs along the rows, (rows, p)."""
-        return replace(self.density, E=self.everett).columns(self.x)
-
-    @property
-    def penalties(self) -> tuple[tuple[float, Array | None], ...]:
-        """What holds the density smooth; the input itself is free."""
-        smooth = (np.pad(P, ((0, 0), (1, 0))) for P in (self.density.along_mean, self.density.along_width))
-        return tuple(zip(HELD, (None, *smooth), strict=True))
-
     def columns(self, operator: str) -> Array:
         """Return what an operator sums."""
-        return {PLAYS: lambda: self.plays, STOPS: lambda: self.stops, RELAYS: lambda: self.relays}[operator]()
+        return {PLAYS: self.plays, STOPS: self.stops}[operator] if operator != RELAYS else self.relays.columns
 
     def problem(self, parts: Parts, rows: NDArray[np.intp]) -> Problem:
         """Return the problem of `bent_sum` for a structure on some rows."""
         columns = self.columns(parts.operator)
         least, beside = self.options["w0_min"], Following(self.theta, parts.levels) if parts.levels else None
         after, T = self.filtered(parts.g), np.array(parts.T)
-        held = self.penalties if parts.operator == RELAYS else ()
+        held = self.relays.penalties if parts.operator == RELAYS else ()
         return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held)
 
     def filtered(self, g: Dynamics | None) -> Filter | None:
@@ -194,14 +171,12 @@ def build(
     of these that the data do not determine.
     """
     f = _Fitting(data, options)
-    first = Parts(levels=(options["covariates"] or "gain",) * len(data.covariates.names))
-    best = _following(f, _operated(f, first))
+    best = _following(f, _operated(f, Parts(levels=(options["covariates"] or "gain",) * len(data.covariates.names))))
     progress(0.2)
     if options["dynamics"] != "no":
         # a missing bend hides creep, and missing dynamics hide the bend
         best = _bent(f, _moving(f, best, lambda done: progress(0.2 + 0.4 * done)))
-        if best.parts.g:  # behind a mode or a delay each operator looks like another one
-            best = best.or_better(_operated(f, replace(best.parts, degree=1)))
+        best = _exchanged(f, best) if best.parts.g else best  # a mode or a delay hides which operator it is
     if options["creep"] != "no":
         best = _creeping(f, best)
     best = _following(f, _bent(f, best))
@@ -211,12 +186,12 @@ def build(
         parts = replace(parts, g=f.dynamics(replace(best, parts=parts), f.all, lambda done: None))
         best = replace(best, parts=parts, fit=f.fit(parts, f.all, best.fit))
     fitted = f.fit(parts, f.all, best.fit)
-    told: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
     warned = [
         f"the covariate {name!r} does not reduce the error on validation blocks: it is no input of the model"
         for name, level in zip(data.covariates.names, parts.levels, strict=True)
         if level == "none"
     ]
+    told: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
     if parts.g:
         residuals = f.residuals(replace(best, fit=fitted), f.all)
         warned += unknown(parts.g, uncertainty(residuals, parts.g, data, options), data, options)
@@ -252,11 +227,29 @@ def _following(f: _Fitting, trial: Trial) -> Trial:
 def _operated(f: _Fitting, parts: Parts) -> Trial:
     """Find the operator, each with a bend; plays, which have an exact inverse, unless another one is clearly better."""
     asked = f.options["operator"]
-    tried = [_bent(f, f.tried(replace(parts, operator=o))) for o in ([asked] if asked else (PLAYS, STOPS, RELAYS))]
-    best = tried[0]
-    for other in tried[1:]:
-        best = best.or_better(other)
-    return best
+    if asked is not None:
+        return _with_other_start(f, _bent(f, f.tried(replace(parts, operator=asked))))
+    best = _bent(f, f.tried(parts)).or_better(_bent(f, f.tried(replace(parts, operator=STOPS))))
+    found = _exchanged(f, best)
+    return best if found is best else _bent(f, found)
+
+
+def _exchanged(f: _Fitting, best: Trial) -> Trial:
+    """Try relays in the place of plays, or plays in that of relays; these, without an exact inverse, must gain more."""
+    if f.options["operator"] is not None or best.error <= max(CLEAR * f.noise, ENOUGH * f.data.span):
+        return best
+    other = PLAYS if best.parts.operator == RELAYS else RELAYS
+    trial = _with_other_start(f, f.tried(replace(best.parts, operator=other)))
+    if other == PLAYS:
+        return trial if GAINED * trial.error < best.error else best
+    return best.or_better(trial) if trial.error < GAINED * best.error else best
+
+
+def _with_other_start(f: _Fitting, trial: Trial) -> Trial:
+    """Fit relays behind a bend from equal weights, too: those fitted to a straight line mislead (butterfly loops)."""
+    if trial.parts.degree == 1 or trial.parts.operator != RELAYS:
+        return trial
+    return trial.or_better(f.tried(trial.parts, replace(trial.fit, w=np.ones_like(trial.fit.w))))
 
 
 def _bent(f: _Fitting, trial: Trial) -> Trial:
