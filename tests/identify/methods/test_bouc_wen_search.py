@@ -20,7 +20,10 @@ def data():
 
 def test_the_shape_rises_to_its_bound_as_an_exponential():
     u = np.linspace(0, 3, 301)
-    for p, found in (([np.log(0.5), 0.3, 1.0, 0.0], (1.4, 0.6, 1.0, 0.0)), ([np.log(0.5), 0.25, 2.0, 1.0], (3, 1, 2, 0.5))):
+    for p, found in (
+        ([np.log(0.5), 0.3, 1.0, 0.0], (1.4, 0.6, 1.0, 0.0)),
+        ([np.log(0.5), 0.25, 2.0, 1.0], (3, 1, 2, 0.5)),
+    ):
         values = bouc_wen.shape(np.array(p), "h")
         assert tuple(values[f"h.{k}"] for k in ("beta", "gamma", "n", "z0")) == pytest.approx(found, rel=1e-5)
     z = hy.blocks.BoucWen(beta=1.4, gamma=0.6, n=1.0)(u)[:, 1]

@@ -101,7 +101,10 @@ class Objective:
         self.rows = np.arange(len(data.u))[data.counted] if rows is None else rows
         self.y = data.y[self.rows]
         self.size = data.span * np.sqrt(len(self.y)) if size is None else size
-        inputs, stop = rows_of(self.structure(coordinates.lo), data).reshape(len(data.u), -1), int(self.rows[-1]) + 1
+        inputs, stop = (
+            rows_of(self.structure(coordinates.inside(np.zeros(len(coordinates.lo)))), data).reshape(len(data.u), -1),
+            int(self.rows[-1]) + 1,
+        )
         self._inputs = [inputs[r.start : min(r.stop, stop)] for r in data.records if r.start < stop]
         self.positive = np.array([part.positive for part in linear for _ in part.elements], dtype=bool)
         self._columns: dict[Graph, Lanes] = {}
@@ -244,7 +247,7 @@ class Objective:
         return (y[:, 1:] - y[:, :1]) / steps
 
     def steps(self, p: Array) -> Array:
-        """Return steps for differences at a point, inside the bounds and within its structure; 0 where there is none."""
+        """Return steps for differences, inside the bounds and within the structure of a point; 0 where none is."""
         c, graph = self.coordinates, self.structure(p)
         found = np.zeros(len(p))
         for k, unit in enumerate(np.eye(len(p))):

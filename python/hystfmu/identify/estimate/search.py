@@ -40,7 +40,9 @@ class Found:
         return float(np.sqrt(2 * self.cost))
 
 
-def refined(objective: Objective, p: Array, evaluations: int, tolerance: float = TOLERANCES[1]) -> Found:
+def refined(
+    objective: Objective, p: Array, evaluations: int, tolerance: float = TOLERANCES[1], by_jacobian: bool = False
+) -> Found:
     """Minimise the misfit from a point by trust-region steps.
 
     Parameters
@@ -51,6 +53,8 @@ def refined(objective: Objective, p: Array, evaluations: int, tolerance: float =
         Limit on evaluations of residuals and Jacobian.
     tolerance : float
         Relative change of cost and coordinates that ends the search.
+    by_jacobian : bool
+        Whether the columns of the Jacobian scale the steps, not the coordinates.
     """
     c = objective.coordinates
     if not len(p):
@@ -61,7 +65,7 @@ def refined(objective: Objective, p: Array, evaluations: int, tolerance: float =
         c.inside(p),
         objective.jacobian,
         (c.lo, c.hi),
-        x_scale=c.scale,
+        x_scale="jac" if by_jacobian else c.scale,
         max_nfev=evaluations,
         **words,
     )
