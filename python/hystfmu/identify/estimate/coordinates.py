@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hystfmu.base.arrays import Array
 
@@ -24,8 +24,7 @@ class Coordinates:
     scale : array, shape (n,)
         By how much a coordinate changes the output about as much as the others do.
     values : function
-        Returns the values of parameters, by ``node.parameter``, at a point (n,).  A size, ``node.dim``, may be among
-        them.
+        Returns the values of parameters, by ``node.parameter``, at a point (n,); those of arrays are whole.
     """
 
     lo: Array
@@ -38,17 +37,23 @@ class Coordinates:
         room = MARGIN * np.minimum(np.maximum(self.hi - self.lo, 0.0), 1.0)
         return np.clip(p, self.lo + room, self.hi - room)
 
-    def at_bounds(self, p: Array) -> Array:
+    def at_bounds(self, p: Array) -> NDArray[np.bool_]:
         """Return which coordinates are at a bound, shape (n,) of bool."""
         room = 1e-6 * np.where(np.isfinite(self.hi - self.lo), self.hi - self.lo, 1.0)
-        return (p < self.lo + room) | (p > self.hi - room)
+        found: NDArray[np.bool_] = (p < self.lo + room) | (p > self.hi - room)
+        return found
 
-    def only(self, moved: Array, p: Array) -> Coordinates:
-        """Return the coordinates `moved` (n,) of bool alone, with the others held at their values in `p` (n,)."""
+    def only(self, moved: NDArray[np.bool_], p: Array) -> Coordinates:
+        """Return the coordinates `moved` (n,) alone, with the others held at their values in `p` (n,)."""
 
         def values(q: Array) -> Mapping[str, ArrayLike]:
-            whole = p.copy()
-            whole[moved] = q
-            return self.values(whole)
+            return self.values(self.joined(moved, p, q))
 
         return Coordinates(self.lo[moved], self.hi[moved], self.scale[moved], values)
+
+    @staticmethod
+    def joined(moved: NDArray[np.bool_], p: Array, q: Array) -> Array:
+        """Return the point `p` (n,) with the coordinates `moved` at `q`."""
+        whole = p.copy()
+        whole[moved] = q
+        return whole

@@ -7,6 +7,7 @@ without effect means that the record tells only a combination of the parameters 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,18 +69,14 @@ class Determined:
         return found
 
 
-def determined(objective: Objective, p: Array, labels: tuple[str, ...], reading: Any) -> Determined:
-    """Find what the record tells.
+def determined(objective: Objective, p: Array) -> Determined:
+    """Find what the record tells of every element of a parameter that the coordinates or the weights move.
 
     Parameters
     ----------
     objective : Objective
     p : array, shape (n,)
         Coordinates that were found.
-    labels : tuple of str
-        Names of the elements of all free parameters.
-    reading : function
-        Returns the values of these elements for coordinates and weights of the linear parameters.
     """
     residuals, weights, _ = objective.project(p)
     n, c = len(p), objective.coordinates
@@ -89,12 +86,15 @@ def determined(objective: Objective, p: Array, labels: tuple[str, ...], reading:
     here = np.concatenate([p, weights])
 
     def read(x: Array) -> Array:
-        return np.asarray(reading(x[:n], x[n:]))
+        return np.concatenate([np.zeros(0), *objective.values(x[:n], x[n:]).values()])
 
     values = read(here)
-    steps = 1e-6 * np.concatenate([c.scale, np.maximum(np.abs(weights), 1.0)])
-    steps[:n] *= np.where(p + steps[:n] > c.hi, -1, 1)
+    steps = np.concatenate([objective.steps(p), np.maximum(np.abs(weights), 1.0)])
+    steps[steps == 0] = 1e-300  # a coordinate that cannot move
     turn = np.column_stack([(read(here + s * e) - values) / s for s, e in zip(steps, np.eye(len(here)), strict=True)])
+    some = np.flatnonzero(turn.any(axis=1))
+    turn, values = turn[some], values[some]
+    labels = tuple(np.array(_labels(objective.values(p, weights)))[some].tolist())
 
     free = np.flatnonzero(~held)
     length = np.linalg.norm(jacobian[:, free], axis=0)
@@ -109,8 +109,7 @@ def determined(objective: Objective, p: Array, labels: tuple[str, ...], reading:
     moves = np.abs(turn) > 0
     of: list[tuple[str, ...]] = []
     for direction in v[null]:
-        some = free[np.abs(direction) > PART]
-        names = np.flatnonzero(moves[:, some].any(axis=1))
+        names = np.flatnonzero(moves[:, free[np.abs(direction) > PART]].any(axis=1))
         errors[names] = np.inf
         of.append(tuple(labels[k] for k in names))
     known = np.linalg.norm(spread, axis=1)
@@ -122,3 +121,8 @@ def determined(objective: Objective, p: Array, labels: tuple[str, ...], reading:
     bound = moves[:, held].any(axis=1) & ~moves[:, free].any(axis=1)
     least = float(s.min(initial=1.0))
     return Determined(labels, values, errors, bound, float(s.max(initial=1.0)) / max(least, 1e-300), tuple(of))
+
+
+def _labels(values: Mapping[str, Array]) -> list[str]:
+    """Return names of elements: ``node.parameter``, or ``node.parameter[i]`` for an array."""
+    return [name if len(v) == 1 else f"{name}[{k + 1}]" for name, v in values.items() for k in range(len(v))]

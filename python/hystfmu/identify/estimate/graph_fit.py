@@ -87,22 +87,22 @@ def fit_graph(
     starts = [start, *_drawn(objective, options["starts"] - 1, seed, lambda f: progress(0.2 * f))]
     found = search(objective, starts, lambda f: progress(0.2 + 0.8 * f))
     objective.until = np.inf
-    labels = tuple(label for f in frees for label in f.labels)
-    told = determined(objective, found.p, labels, _reading(frees, linear, objective.coordinates.values))
-    warnings = told.warnings
+    told = determined(objective, found.p)
+    table, warnings = told.table, told.warnings
+    table = {label: table[label] for f in frees for label in f.labels}
     if not found.whole:
         warnings.append(f"the search ended at its limit of {options['seconds']:g} s: give it more (seconds)")
     limits = {
-        label: (float(value), *bound)
+        label: (table[label]["value"], *bound)
         for f, bound in zip(problem.searched, problem.bounds, strict=True)
-        for label, value in zip(f.labels, told.values[[labels.index(k) for k in f.labels]], strict=True)
+        for label in f.labels
         if f.sum is None and not f.rises
     }
     return (
         _with_ports(objective.graph(found.p), data),
-        len(labels),
+        len(table),
         {
-            "free": told.table,
+            "free": table,
             "condition": told.condition,
             **({"held": list(held)} if held else {}),
             "bounded": limits,
@@ -200,18 +200,3 @@ def _drawn(objective: Objective, count: int, seed: int, progress: Callable[[floa
             r = objective.residuals(p)
             rated.append((float(r @ r), i, p))
     return [p for _, _, p in sorted(rated)[:count]]
-
-
-def _reading(
-    frees: tuple[Free, ...], linear: tuple[Linear, ...], values: Callable[[Array], Mapping[str, Array]]
-) -> Callable[[Array, Array], Array]:
-    """Return the function that tells the values of all free elements for coordinates and weights."""
-    ends = np.cumsum([0, *(len(part.elements) for part in linear)])
-    weight = {part.name: slice(a, b) for part, a, b in zip(linear, ends, ends[1:], strict=False)}
-
-    def reading(p: Array, weights: Array) -> Array:
-        given = values(p)
-        parts = [weights[weight[f.place]] if f.place in weight else given[f.place][list(f.elements)] for f in frees]
-        return np.concatenate(parts)
-
-    return reading

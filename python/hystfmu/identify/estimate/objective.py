@@ -9,7 +9,7 @@ order in the residuals is left out.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Graph
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.lanes import Lanes
 from hystfmu.identify.solvers.nonnegative import nonnegative
@@ -29,7 +29,6 @@ DIFFERENCE = 1e-6  # step of a derivative, relative to the scale of its coordina
 FARTHEST = 1e3  # size of a residual relative to the misfit of no output at all: a trial may diverge or be refused
 DEPENDENT = 1e-10  # singular value of the columns, each of length 1, that counts as 0
 MOST = 1e100  # largest output: squares of larger ones overflow
-Sizes = tuple[tuple[str, int], ...]
 
 
 @dataclass(frozen=True)
@@ -71,8 +70,9 @@ class Objective:
     Parameters
     ----------
     data : Dataset
-    graph : Graph
-        With one output; its inputs are u and covariates of the data.
+    graph : Graph, or function
+        With one output; its inputs are u and covariates of the data.  A function returns the graph at a point of the
+        coordinates, the same object for the same structure: a delay of other samples is another structure.
     coordinates : Coordinates
         What is searched.
     linear : sequence of Linear
@@ -88,56 +88,49 @@ class Objective:
     def __init__(
         self,
         data: Dataset,
-        graph: Graph,
+        graph: Graph | Callable[[Array], Graph],
         coordinates: Coordinates,
         linear: Sequence[Linear] = (),
         size: float | None = None,
         rows: NDArray[np.intp] | None = None,
         until: float = np.inf,
     ) -> None:
-        self.start, self.coordinates, self.linear, self.until = graph, coordinates, tuple(linear), until
+        self.structure = (lambda p: graph) if isinstance(graph, Graph) else graph
+        self.coordinates, self.linear, self.until = coordinates, tuple(linear), until
         self.h = data.h
         self.rows = np.arange(len(data.u))[data.counted] if rows is None else rows
         self.y = data.y[self.rows]
         self.size = data.span * np.sqrt(len(self.y)) if size is None else size
-        inputs, stop = rows_of(graph, data).reshape(len(data.u), -1), int(self.rows[-1]) + 1
+        inputs, stop = (
+            rows_of(self.structure(coordinates.inside(np.zeros(len(coordinates.lo)))), data).reshape(len(data.u), -1),
+            int(self.rows[-1]) + 1,
+        )
         self._inputs = [inputs[r.start : min(r.stop, stop)] for r in data.records if r.start < stop]
         self.positive = np.array([part.positive for part in linear for _ in part.elements], dtype=bool)
-        self._columns: dict[Sizes, Lanes] = {}
-        self._moved: dict[tuple[Sizes, tuple[frozenset[str], ...]], Lanes] = {}
+        self._columns: dict[Graph, Lanes] = {}
+        self._moved: dict[tuple[Graph, tuple[frozenset[str], ...]], Lanes] = {}
         self._point: tuple[bytes | None, Array, Array, Array] = None, np.zeros(0), np.zeros(0), np.zeros(0)
         self.best: tuple[float, Array] = np.inf, np.zeros(0)
 
     # ---- values -----------------------------------------------------------------------------------------------------
-    def _assigned(self, p: Array, weights: Array) -> tuple[Sizes, dict[str, Array]]:
-        """Return the sizes, and the values of all free parameters, at a point with the weights of the linear ones."""
-        given = {k: np.array(v, dtype=np.float64) for k, v in self.coordinates.values(p).items()}
-        dims = {n.name: n.dims for n in self.start.nodes}
-        sizes = {k: int(v) for k, v in given.items() if k.partition(".")[2] in dims[k.partition(".")[0]]}
-        values = {k: v for k, v in given.items() if k not in sizes}
+    def values(self, p: Array, weights: Array) -> dict[str, Array]:
+        """Return the values of all free parameters at a point with the weights of the linear ones."""
+        found = {k: np.array(v, dtype=np.float64).reshape(-1) for k, v in self.coordinates.values(p).items()}
         at = 0
         for part in self.linear:
             n = len(part.elements)
-            whole = values.setdefault(part.name, self.start.node(part.node).value(part.parameter))
-            whole[list(part.elements)] = weights[at : at + n]
+            if part.name not in found:
+                found[part.name] = self.structure(p).node(part.node).value(part.parameter)
+            found[part.name][list(part.elements)] = weights[at : at + n]
             at += n
-        return tuple(sorted(sizes.items())), values
-
-    def _sized(self, sizes: Sizes) -> Graph:
-        graph = self.start
-        for name, n in sizes:
-            node, _, own = name.partition(".")
-            old = graph.node(node)
-            graph = graph.replace(Node(old.name, old.type, {**old.dims, own: n}, old.values))
-        return graph
+        return found
 
     def graph(self, p: Array) -> Graph:
         """Return the graph with the values at a point."""
-        sizes, values = self._assigned(p, self.project(p)[1])
-        graph = self._sized(sizes)
+        graph, values = self.structure(p), self.values(p, self.project(p)[1])
         for node in graph.nodes:
             own = {k.partition(".")[2]: v for k, v in values.items() if k.partition(".")[0] == node.name}
-            plain = {k: v if node.sizes[k] != 1 else float(v.reshape(-1)[0]) for k, v in own.items()}
+            plain = {k: v if node.sizes[k] != 1 else float(v[0]) for k, v in own.items()}
             graph = graph.replace(node.with_values(**plain)) if own else graph
         return graph
 
@@ -160,11 +153,11 @@ class Objective:
         InputError
             The core refuses the values, or the output is not finite.
         """
-        sizes, values = self._assigned(p, np.zeros(len(self.positive)))
+        graph, values = self.structure(p), self.values(p, np.zeros(len(self.positive)))
         places = [(part, element) for part in self.linear for element in part.elements]
-        if sizes not in self._columns:
-            self._columns[sizes] = Lanes(self._sized(sizes), [{part.node} for part, _ in places])
-        lanes = self._columns[sizes]
+        if graph not in self._columns:
+            self._columns[graph] = Lanes(graph, [{part.node} for part, _ in places])
+        lanes = self._columns[graph]
         for lane in range(lanes.n):
             lanes.put(lane, values)
         for lane, (part, element) in enumerate(places, 1):
@@ -218,20 +211,17 @@ class Objective:
         Differences of whole runs, of which only what a coordinate changes is run again.  A coordinate that can move in
         neither direction has a derivative of 0.
         """
-        weights, n, c = self.project(p)[1], len(p), self.coordinates
-        sizes, base = self._assigned(p, weights)
-        steps = DIFFERENCE * c.scale * np.where(p + DIFFERENCE * c.scale > c.hi, -1, 1)
-        moved = []
+        weights, n = self.project(p)[1], len(p)
+        graph, base = self.structure(p), self.values(p, weights)
+        steps, moved = self.steps(p), []
         for k, unit in enumerate(np.eye(n)):
-            other, values = self._assigned(p + steps[k] * unit, weights)
-            if other != sizes:
-                steps[k] *= -1
-                values = self._assigned(p + steps[k] * unit, weights)[1]
+            values = self.values(p + steps[k] * unit, weights)
             moved.append({name: v for name, v in values.items() if not np.array_equal(v, base[name])})
+        steps[steps == 0] = 1.0
         touched = tuple(frozenset(name.partition(".")[0] for name in values) for values in moved)
-        if (sizes, touched) not in self._moved:
-            self._moved = {(sizes, touched): Lanes(self._sized(sizes), touched)}
-        lanes = self._moved[sizes, touched]
+        if (graph, touched) not in self._moved:
+            self._moved = {(graph, touched): Lanes(graph, touched)}
+        lanes = self._moved[graph, touched]
 
         def outputs(chosen: Sequence[int]) -> Array:
             for lane in range(lanes.n):
@@ -246,13 +236,27 @@ class Objective:
             found = np.zeros((len(self.y), n))
             for k, unit in enumerate(np.eye(n)):
                 for sign in (1, -1):
-                    moved[k] = self._assigned(p + sign * steps[k] * unit, weights)[1]
+                    if self.structure(p + sign * steps[k] * unit) is not graph:
+                        continue
+                    moved[k] = self.values(p + sign * steps[k] * unit, weights)
                     with suppress(InputError):
                         y = outputs([k])
                         found[:, k] = (y[:, k + 1] - y[:, 0]) / (sign * steps[k])
                         break
             return found
         return (y[:, 1:] - y[:, :1]) / steps
+
+    def steps(self, p: Array) -> Array:
+        """Return steps for differences, inside the bounds and within the structure of a point; 0 where none is."""
+        c, graph = self.coordinates, self.structure(p)
+        found = np.zeros(len(p))
+        for k, unit in enumerate(np.eye(len(p))):
+            for step in (DIFFERENCE * c.scale[k], -DIFFERENCE * c.scale[k]):
+                inside = c.lo[k] <= p[k] + step <= c.hi[k]
+                if inside and self.structure(p + step * unit) is graph:
+                    found[k] = step
+                    break
+        return found
 
     def jacobian(self, p: Array) -> Array:
         """Return the derivatives of the residuals, with the linear parameters following; shape (rows, n)."""

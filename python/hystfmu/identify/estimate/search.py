@@ -40,15 +40,66 @@ class Found:
         return float(np.sqrt(2 * self.cost))
 
 
-def search(
+def refined(
+    objective: Objective, p: Array, evaluations: int, tolerance: float = TOLERANCES[1], by_jacobian: bool = False
+) -> Found:
+    """Minimise the misfit from a point by trust-region steps.
+
+    Parameters
+    ----------
+    objective : Objective
+    p : array, shape (n,)
+    evaluations : int
+        Limit on evaluations of residuals and Jacobian.
+    tolerance : float
+        Relative change of cost and coordinates that ends the search.
+    by_jacobian : bool
+        Whether the columns of the Jacobian scale the steps, not the coordinates.
+    """
+    c = objective.coordinates
+    if not len(p):
+        return Found(p, float(np.sum(objective.residuals(p) ** 2)) / 2)
+    words = dict.fromkeys(("ftol", "xtol", "gtol"), tolerance)
+    r = least_squares(
+        objective.residuals,
+        c.inside(p),
+        objective.jacobian,
+        (c.lo, c.hi),
+        x_scale="jac" if by_jacobian else c.scale,
+        max_nfev=evaluations,
+        **words,
+    )
+    return Found(np.asarray(r.x), float(r.cost))
+
+
+def best_of(
     objective: Objective,
-    starts: Sequence[Array] | Iterable[Array],
+    starts: Iterable[Array],
+    evaluations: int,
     progress: Callable[[float], None] = lambda fraction: None,
-    evaluations: tuple[int, int] = EVALUATIONS,
-    tolerances: tuple[float, float] = TOLERANCES,
     enough: float = ENOUGH,
 ) -> Found:
-    """Minimise the misfit by trust-region steps.
+    """Search briefly from each start, and return the best; parameters as in `search`."""
+    points, best = list(starts), None
+    for i, point in enumerate(points):
+        progress(i / len(points))
+        found = refined(objective, point, evaluations, TOLERANCES[0])
+        if best is None or found.cost < best.cost:
+            best = found
+        if best.misfit < enough:
+            break
+    assert best is not None
+    return best
+
+
+def search(
+    objective: Objective,
+    starts: Sequence[Array],
+    progress: Callable[[float], None] = lambda fraction: None,
+    evaluations: tuple[int, int] = EVALUATIONS,
+    enough: float = ENOUGH,
+) -> Found:
+    """Search briefly from each start, from the best to the end.
 
     Parameters
     ----------
@@ -59,43 +110,16 @@ def search(
         Called with the fraction done, 0..1.
     evaluations : (int, int)
         Limits on evaluations of residuals and Jacobian: per start, for the best start.
-    tolerances : (float, float)
-        Relative change of cost and coordinates that ends a search: of a start, of the best start.
     enough : float
         Misfit, relative to the size of the residuals, below which no other start is tried.
     """
-    c, points = objective.coordinates, list(starts)
-
-    def refined(p: Array, most: int, tolerance: float) -> Found:
-        if not len(p):
-            return Found(p, float(np.sum(objective.residuals(p) ** 2)) / 2)
-        r = least_squares(
-            objective.residuals,
-            c.inside(p),
-            objective.jacobian,
-            (c.lo, c.hi),
-            x_scale=c.scale,
-            ftol=tolerance,
-            xtol=tolerance,
-            gtol=tolerance,
-            max_nfev=most,
-        )
-        return Found(np.asarray(r.x), float(r.cost))
-
-    best = None
+    share = len(starts) / (len(starts) + 1)
     try:
-        for i, point in enumerate(points):
-            progress(i / (len(points) + 1))
-            if len(points) > 1:
-                found = refined(point, evaluations[0], tolerances[0])
-                if best is None or found.cost < best.cost:
-                    best = found
-                if best.misfit < enough:
-                    break
-        progress(len(points) / (len(points) + 1))
-        return refined(points[0] if best is None else best.p, evaluations[1], tolerances[1])
+        first = starts[0]
+        if len(starts) > 1:
+            first = best_of(objective, starts, evaluations[0], lambda f: progress(share * f), enough).p
+        progress(share)
+        return refined(objective, first, evaluations[1])
     except OutOfTime:
         cost, p = objective.best
-        if not len(p) and len(c.lo):
-            p = c.inside(points[0])
         return Found(p, cost, whole=False)

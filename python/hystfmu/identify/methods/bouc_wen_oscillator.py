@@ -18,13 +18,16 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.candidate import LAGS, Candidate
+from hystfmu.identify.estimate.coordinates import Coordinates
+from hystfmu.identify.estimate.determined import determined
+from hystfmu.identify.estimate.objective import Objective
+from hystfmu.identify.estimate.search import search
 from hystfmu.identify.options import Option
 
 TEXT = "oscillator with a Bouc-Wen force as a grey box, nonlinear least squares"
@@ -67,40 +70,22 @@ def build(
         # gamma and delta times beta, relative to the rate at which a force of this size would saturate
         shape = p[4:6] * k / (force ** options["nu"])
         beta = float(np.abs(shape).sum()) or 1.0
-        with np.errstate(over="ignore"):
-            lead = np.exp(p[:4])
-        return {
-            "m_L": m * lead[0],
-            "c_L": c * lead[1],
-            "k_L": k * lead[2],
-            "alpha": k * lead[3],
-            "beta": beta,
-            "gamma": shape[0] / beta,
-            "delta": shape[1] / beta,
-            "nu": options["nu"],
-        }
-
-    def error(p: Array) -> Array:
-        e = (graph(values(p), data).run(data.u, data.h)[rows] - y) / size
-        return np.where(np.isfinite(e), np.clip(e, -1e3, 1e3), 1e3)
+        lead = dict(zip(("m_L", "c_L", "k_L", "alpha"), np.array([m, c, k, k]) * np.exp(p[:4]), strict=True))
+        found = {**lead, "beta": beta, "gamma": shape[0] / beta, "delta": shape[1] / beta}
+        return {f"plant.{name}": float(value) for name, value in found.items()}
 
     bound = np.array([3.0, 6.0, 6.0, 6.0, 50.0, 50.0])
-    starts = list(product(SHARES, SHAPES))
-    best = None
-    for i, (share, shape) in enumerate(starts):
-        progress(0.6 * i / len(starts))
-        first = np.array([0.0, 0.0, np.log(1 - share), np.log(share), *np.asarray(shape) / share ** options["nu"]])
-        r = least_squares(error, first, bounds=(-bound, bound), x_scale=SCALES, max_nfev=EVALUATIONS[0])
-        if best is None or r.cost < best.cost:
-            best = r
-    assert best is not None
-    progress(0.6)
-    best = least_squares(
-        error, best.x, bounds=(-bound, bound), x_scale=SCALES, ftol=1e-12, xtol=1e-12, max_nfev=EVALUATIONS[1]
-    )
+    start = graph({"nu": options["nu"]}, data)
+    objective = Objective(data, start, Coordinates(-bound, bound, SCALES, values), size=size, rows=rows)
+    starts = [
+        np.array([0.0, 0.0, np.log(1 - share), np.log(share), *np.asarray(shape) / share ** options["nu"]])
+        for share, shape in product(SHARES, SHAPES)
+    ]
+    p = search(objective, starts, progress, EVALUATIONS).p
     names = ("ln m_L", "ln c_L", "ln k_L", "ln alpha", "gamma", "delta")  # over their first estimates
-    limits = zip(names, best.x.tolist(), (-bound).tolist(), bound.tolist(), strict=True)
-    return graph(values(best.x), data), len(best.x), {"bounded": {name: tuple(of) for name, *of in limits}}
+    limits = zip(names, p.tolist(), (-bound).tolist(), bound.tolist(), strict=True)
+    bounded = {name: tuple(of) for name, *of in limits}
+    return objective.graph(p), len(p), {"bounded": bounded, "free": determined(objective, p).table}
 
 
 def graph(values: Mapping[str, float], data: Dataset) -> Graph:

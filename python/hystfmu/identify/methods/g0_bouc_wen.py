@@ -18,16 +18,19 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from numpy.typing import ArrayLike, NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.candidate import LAGS, Candidate, Memory
+from hystfmu.identify.estimate.coordinates import Coordinates
+from hystfmu.identify.estimate.determined import determined
+from hystfmu.identify.estimate.objective import Linear, Objective
+from hystfmu.identify.estimate.search import best_of, refined
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, bounds, search, unknown
 from hystfmu.identify.features.identifiable import correlation_time, standard_errors
-from hystfmu.identify.methods.bouc_wen import operator, searched
+from hystfmu.identify.methods import bouc_wen
 from hystfmu.identify.options import Option
 
 TEXT = "Bouc-Wen hysteresis, then G0(s) with delay, variable projection"
@@ -37,6 +40,7 @@ BANK = tuple((z_max, share, n) for z_max in (0.1, 0.3, 1.0, 3.0) for share in (0
 STARTS = ((0.5, 0.5, 1.5), (0.15, 0.2, 1.2), (2.0, 0.5, 1.5))  # z_max, gamma share, n
 ENOUGH = 3e-3  # misfit, relative to the span, below which no other start is tried
 DELAY = 2  # index of the delay among the parameters
+TOLERANCE = 1e-12  # relative change that ends the search of all parameters
 EVALUATIONS = (15, 60)  # limit on evaluations of residuals and Jacobian: per start, for all parameters together
 
 CANDIDATES = (Candidate(LAGS, 0.5, 0.4),)
@@ -51,121 +55,116 @@ def build(
     It returns the graph, the number of its parameters, and f_n (Hz), zeta, delay (s), with a warning for each of these
     that the data do not determine.
     """
-    rows, h, hold = data.counted, data.h, options["hold"]
-    seen = data.u[: data.train.stop]
-    middle, half = float(seen.max() + seen.min()) / 2, float(np.ptp(seen)) / 2
-    x = (data.u - middle) / half
-    stride = -(-len(data.y[rows]) // MOST_ROWS)
-
-    def project(columns: Array, g: Dynamics, stride: int = stride) -> tuple[Array, Array]:
-        """Return residuals, and the coefficients of 1 and of the columns after the dynamics."""
-        y = data.y[rows][::stride]
-        filtered = np.column_stack([np.ones(len(y)), g.filter(columns, h, hold)[rows][::stride]])
-        scale = np.linalg.norm(filtered, axis=0)
-        c = np.linalg.lstsq(filtered / scale, y, rcond=1e-10)[0] / scale
-        return filtered @ c - y, c
-
-    def responses(shape: Array) -> Array:
-        return np.column_stack([x, operator(x, shape)[1]])
-
-    bank = [operator(x, np.array([np.log(z_max), share, n, 0.0]))[1] for z_max, share, n in BANK]
-    columns = np.column_stack([x, *bank])
-    g = search(lambda g: project(columns, g)[0], data, options, lambda f: progress(0.5 * f))
-    dynamics = np.array([np.log(g.f_n), np.log(g.zeta), g.delay / h])
-
-    def error(p: Array, stride: int = 1) -> Array:
-        e = project(responses(p[3:]), Dynamics.at(p, h), stride)[0]
-        return np.asarray(e / (data.span * np.sqrt(len(e))))
-
-    def error_of_shape(shape: Array) -> Array:
-        return error(np.concatenate([dynamics, shape]), stride)
-
+    h, hold = data.h, options["hold"]
+    rows = np.arange(len(data.u))[data.counted]
+    some = rows[:: -(-len(rows) // MOST_ROWS)]
     least, most = bounds(data, options)
-    lo = np.concatenate([least, [np.log(1e-3), -1.0, 1.0, -1.0]])
-    hi = np.concatenate([most, [np.log(1e2), 1.0, options["n_max"], 1.0]])
+    lo, hi, scale = bouc_wen.limits(options["n_max"])
+    lo, hi = np.concatenate([least, lo]), np.concatenate([most, hi])
+    everything = Coordinates(lo, hi, np.concatenate([[0.1, 0.1, 0.3], scale]), lambda p: _values(p, h, hold))
+    linear = (Linear("hysteresis.k", (0, 1)), Linear("readout.offset"))
+    chains = _Chains(data, hold)
 
-    def inside(p: Array) -> Array:
-        return np.clip(p, lo + 1e-9 * (hi - lo), hi - 1e-9 * (hi - lo))
+    def objective(moved: NDArray[np.bool_], p: Array, rows: NDArray[np.intp]) -> Objective:
+        def structure(q: Array) -> Graph:
+            return chains.at(Coordinates.joined(moved, p, q))
 
-    best = None
-    for i, (z_max, share, n) in enumerate(STARTS):
-        first = inside(np.concatenate([dynamics, [np.log(z_max), share, n, 0.0]]))
-        found = least_squares(
-            error_of_shape,
-            first[3:],
-            bounds=(lo[3:], hi[3:]),
-            x_scale=np.full(4, 0.3),
-            ftol=1e-8,
-            xtol=1e-8,
-            max_nfev=EVALUATIONS[0],
-        )
-        progress(0.5 + 0.3 * (i + 1) / len(STARTS))
-        if best is None or found.cost < best.cost:
-            best = found
-        if np.sqrt(2 * best.cost) < ENOUGH:
-            break
-    assert best is not None
-    scale = np.array([0.1, 0.1, 0.3, 0.3, 0.3, 0.3, 0.3])
+        return Objective(data, structure, everything.only(moved, p), linear, rows=rows)
 
-    def refined(first: Array, searched: NDArray[np.bool_]) -> tuple[Array, Any]:
-        """Search the parameters `searched` from `first`, the others fixed."""
-
-        def whole(q: Array) -> Array:
-            p = first.copy()
-            p[searched] = q
-            return p
-
-        def misfit(q: Array) -> Array:
-            return error(whole(q))
-
-        found = least_squares(
-            misfit,
-            first[searched],
-            "3-point",
-            (lo[searched], hi[searched]),
-            x_scale=scale[searched],
-            ftol=1e-12,
-            max_nfev=EVALUATIONS[1],
-        )
-        return whole(found.x), found
-
-    everything = np.ones(7, dtype=bool)
-    p, found = refined(inside(np.concatenate([dynamics, best.x])), everything)
+    g = search(_Bank(data, some, hold).residuals, data, options, lambda f: progress(0.5 * f))
+    shapes = np.arange(len(lo)) > DELAY
+    points = [np.array([*g.point(h), np.log(z_max), share, n, 0.0]) for z_max, share, n in STARTS]
+    p = everything.inside(points[0])
+    first = objective(shapes, p, some)
+    shaped = best_of(first, [q[shapes] for q in points], EVALUATIONS[0], lambda f: progress(0.5 + 0.3 * f), ENOUGH)
+    p = Coordinates.joined(shapes, p, shaped.p)
+    progress(0.8)
+    fitted = objective(np.ones(len(lo), dtype=bool), p, rows)
+    found = refined(fitted, p, EVALUATIONS[1], TOLERANCE)
     progress(0.9)
-    free = (p > lo + 1e-6 * (hi - lo)) & (p < hi - 1e-6 * (hi - lo))
-    spread = standard_errors(found.fun, np.asarray(found.jac), free)
-    parameters = 10
+    known, p, parameters = determined(fitted, found.p), found.p, 10
+    spread = standard_errors(fitted.residuals(p), fitted.jacobian(p), ~everything.at_bounds(p))
     if p[DELAY] > 0:
-        independent = len(found.fun) / correlation_time(found.fun)
-        prompt, without = refined(np.where(np.arange(7) == DELAY, 0.0, p), np.arange(7) != DELAY)
-        if independent * np.log(without.cost / found.cost) <= np.log(independent):
-            p, parameters = prompt, 9
+        e = fitted.residuals(p)
+        independent = len(e) / correlation_time(e)
+        prompt = np.arange(len(lo)) != DELAY
+        p_0 = np.where(prompt, p, 0.0)
+        without = objective(prompt, p_0, rows)
+        again = refined(without, p_0[prompt], EVALUATIONS[1], TOLERANCE)
+        if independent * np.log(again.cost / found.cost) <= np.log(independent):
+            p, parameters = Coordinates.joined(prompt, p_0, again.p), 9
+            known = determined(without, again.p)
     g = Dynamics.at(p, h)
-    coefficients = project(responses(p[3:]), g, 1)[1]
     warned = unknown(g, spread[:3], data, options)  # the standard errors are those with the delay searched
-    values = operator(x[:2], p[3:])[0]
-    told = {**g.told, "bounded": searched(p[3:], lo[3:], hi[3:]), **({"warnings": warned} if warned else {})}
-    return _graph(g, values, coefficients, (middle, half), hold, data), parameters, told
+    told = {**g.told, "bounded": bouc_wen.searched(p[3:], lo[3:], hi[3:]), "free": known.table}
+    return chains.finished(fitted.graph(p)), parameters, {**told, **({"warnings": warned} if warned else {})}
 
 
-def _graph(
-    g: Dynamics, values: dict[str, float], coefficients: Array, scale: tuple[float, float], hold: str, data: Dataset
-) -> Graph:
-    offset, linear, weight = (float(c) for c in coefficients)
-    middle, half = scale
-    dynamics = g.nodes(data.h, hold)
-    hysteresis = Graph(
-        [
-            Node("input", "scaling", {"n": 1}, {"gain": 1 / half, "offset": -middle / half}),
-            Node("operator", "bouc_wen", {}, {**values, "alpha": 0.0, "k": 1.0}),
-            Node("hysteresis", "sum", {"n": 2}, {"k": [linear, weight]}),
-        ],
-        [("input.y", "operator.u"), ("input.y", "hysteresis.u[1]"), ("operator.z", "hysteresis.u[2]")],
-        [Input("u", ("input.u",), data.unit_u, float(data.u[0]))],
-        [Output("y", "hysteresis.y")],
-    )
-    if len(dynamics) > 1:
-        dynamics[1] = dynamics[1].with_values(y0=float(hysteresis.run(data.u[:1])[0]))
-    chain = [hysteresis.node("hysteresis"), *dynamics, Node("readout", "scaling", {"n": 1}, {"offset": offset})]
-    wires = [*hysteresis.wires, *((f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain))]
-    return Graph([*hysteresis.nodes, *chain[1:]], wires, hysteresis.inputs, [Output("y", "readout.y", data.unit_y)])
+def _values(p: Array, h: float, hold: str) -> dict[str, ArrayLike]:
+    """Return the values at p = (ln f_n, ln zeta, delay in samples, and the four of the shape)."""
+    g0 = Dynamics.at(p, h).nodes(h, hold)[0]
+    return {"g0.b": g0.value("b"), "g0.a": g0.value("a"), **bouc_wen.shape(p[3:])}
+
+
+class _Bank:
+    """Responses of fixed shapes behind the dynamics, for the search of the dynamics alone."""
+
+    def __init__(self, data: Dataset, rows: NDArray[np.intp], hold: str) -> None:
+        self.rows, self.y, self.h, self.hold = rows, data.y[rows], data.h, hold
+        front = bouc_wen.nodes(data)
+        ports = [Input("u", ("input.u",))], [Output("x", "input.y"), Output("z", "operator.z")]
+        graph = Graph(front, [("input.y", "operator.u")], *ports)
+        columns = []
+        for z_max, share, n in BANK:
+            values = bouc_wen.shape(np.array([np.log(z_max), share, n, 0.0]))
+            own = {name.partition(".")[2]: value for name, value in values.items()}
+            columns.append(graph.replace(front[1].with_values(**own)).run(data.u))
+        self.columns = np.column_stack([columns[0][:, 0], *(c[:, 1] for c in columns)])
+
+    def residuals(self, g: Dynamics) -> Array:
+        """Return the residuals of a linear combination of 1 and of the filtered responses."""
+        filtered = g.filter(self.columns, self.h, self.hold)[self.rows]
+        columns = np.column_stack([np.ones(len(self.rows)), filtered])
+        size = np.linalg.norm(columns, axis=0)
+        c = np.linalg.lstsq(columns / size, self.y, rcond=1e-10)[0] / size
+        return columns @ c - self.y
+
+
+class _Chains:
+    """Graphs by the whole samples of the delay and by whether there is a rest.
+
+    In a search the delay stands in front of the hysteresis, which commutes with it: what it gives before its first
+    input does then not depend on the gains.
+    """
+
+    def __init__(self, data: Dataset, hold: str) -> None:
+        self.data, self.hold = data, hold
+        self.made: dict[tuple[int, int], Graph] = {}
+
+    def at(self, p: Array) -> Graph:
+        """Return the graph of the structure at a point."""
+        dynamics = Dynamics.at(p, self.data.h).nodes(self.data.h, self.hold)
+        key = dynamics[0].dims["na"], dynamics[1].dims["n"] if len(dynamics) > 1 else 0
+        if key not in self.made:
+            front = bouc_wen.nodes(self.data)
+            late = [n.with_values(y0=front[1].values["u0"]) for n in dynamics[1:]]
+            tail = [Node("hysteresis", "sum", {"n": 2}), dynamics[0], Node("readout", "scaling", {"n": 1})]
+            self.made[key] = self._chain([front[0], *late], front[1], tail)
+        return self.made[key]
+
+    def finished(self, graph: Graph) -> Graph:
+        """Return the graph with the delay behind the dynamics; it gives their steady output first."""
+        delays = [n for n in graph.nodes if n.name == "delay"]
+        first, operator, total, g0, readout = (n for n in graph.nodes if n.name != "delay")
+        if not delays:
+            return graph
+        rest = float(total.value("k") @ [operator.values["u0"], operator.values["z0"]])
+        return self._chain([first], operator, [total, g0, delays[0].with_values(y0=rest), readout])
+
+    def _chain(self, front: list[Node], operator: Node, tail: list[Node]) -> Graph:
+        ends = f"{front[-1].name}.y", tail[0].name
+        wires = [(ends[0], "operator.u"), (ends[0], f"{ends[1]}.u[1]"), ("operator.z", f"{ends[1]}.u[2]")]
+        wires += [(f"{a.name}.y", f"{b.name}.u") for nodes in (front, tail) for a, b in pairwise(nodes)]
+        inputs = [Input("u", (f"{front[0].name}.u",), self.data.unit_u, float(self.data.u[0]))]
+        outputs = [Output("y", f"{tail[-1].name}.y", self.data.unit_y)]
+        return Graph([*front, operator, *tail], wires, inputs, outputs)
