@@ -72,5 +72,24 @@ package Interfaces "Ports and partial blocks"
 </html>"));
   end Rated;
 
+  partial block InChain "Block with states that can start from what stands in front of it"
+    parameter Boolean inChain = false "Behind an operator with events, and no loop leads from y back to u" annotation (Evaluate = true, Dialog(group = "Start"));
+  protected
+    Real first "From what the states start in a chain";
+    discrete Real taken(start = 0, fixed = true) "Its value at the start; 0 where the states have initial equations";
+    Integer pass(start = 0, fixed = true) "Passes of the event iteration at the start";
+    Boolean odd(start = false, fixed = true) "Is their number odd?";
+  equation
+    pass = if inChain then min(pre(pass) + 1, 8) else 0;
+    odd = rem(pass, 2) > 0;
+    when {initial(), odd, not odd} then
+      taken = if inChain then first else 0;
+    end when;
+    annotation (Documentation(info = "<html>
+<p>The states of a block in equilibrium follow from its input at the start: an initial equation. rumoca 0.10.2 solves none that depends on a discrete variable, such as the memory of an operator with events. With inChain the states are counted from what was taken at the start, by a when-equation with an assignment, which every tool has among its initial equations.</p>
+<p><b>Limitation:</b> rumoca 0.10.2 takes the values of a pass from the one before: eight passes serve eight such blocks one after the other. In a loop, inChain makes an algebraic loop through a when-equation, which no tool solves.</p>
+</html>"));
+  end InChain;
+
   annotation (Documentation(info = "<html><p>Ports of the blocks, and what sampled blocks have in common.</p></html>"));
 end Interfaces;
