@@ -36,11 +36,20 @@ package Interfaces "Ports and partial blocks"
       Documentation(info = "<html><p>The same quantities as the heat ports of Modelica.Thermal.HeatTransfer, with which it can be connected.</p></html>"));
   end HeatPort;
 
-  partial block Sampled "Block that acts at the instants 0, Ts, 2 Ts, ..."
+  partial block Sampled "Block that acts at the start of the simulation and every Ts from there"
     extends Icons.Sampled;
     parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period: the communication step of the unit" annotation (Dialog(group = "Sampling"));
+  protected
+    parameter Types.Time t0(fixed = false) "Start of the simulation";
+    Boolean begun(start = false, fixed = true) "Has a sample been taken? pre(begun) is false at the first one alone";
+  initial equation
+    t0 = time;
+  equation
+    when sample(t0, Ts) then
+      begun = true;
+    end when;
     annotation (Documentation(info = "<html>
-<p>Inputs are read at k Ts; outputs are held until (k + 1) Ts. The instant 0 is the initialisation. The block is the unit of the same name stepped with Ts.</p>
+<p>Inputs are read at t0 + k Ts, t0 the start of the simulation, whatever it is; outputs are held until t0 + (k + 1) Ts. The instant t0 is the initialisation. The block is the unit of the same name stepped with Ts.</p>
 <p><b>Limitation:</b> blocks in one chain must have the same Ts; extrema of an input between two samples are not seen.</p>
 </html>"));
   end Sampled;
@@ -73,6 +82,7 @@ package Interfaces "Ports and partial blocks"
   end Rated;
 
   partial block InChain "Block with states that can start from what stands in front of it"
+    extends Icons.Smooth;
     parameter Boolean inChain = false "Behind an operator with events, and no loop leads from y back to u" annotation (Evaluate = true, Dialog(group = "Start"));
   protected
     Real first "From what the states start in a chain";

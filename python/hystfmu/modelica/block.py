@@ -164,7 +164,7 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
     )
     rows = "what <code>hystfmu predict</code> gives row by row"
     limits = [
-        f"at 0, Ts, 2 Ts, ... it gives {rows}, for rows Ts apart; the simulation must start at time 0"
+        f"at the start and every Ts from there it gives {rows}, for rows Ts apart"
         if sampled
         else f"it gives {rows}"
         if kind == SAMPLED

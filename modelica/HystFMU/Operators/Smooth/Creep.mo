@@ -1,7 +1,6 @@
 within HystFMU.Operators.Smooth;
 block Creep "Weighted sum of the input and its first-order lags, smooth"
   extends BaseClasses.Creep;
-  extends Icons.Smooth;
   extends Interfaces.InChain;
   Real q[n] "Lagged inputs";
 protected
