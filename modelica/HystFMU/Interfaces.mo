@@ -36,11 +36,20 @@ package Interfaces "Ports and partial blocks"
       Documentation(info = "<html><p>The same quantities as the heat ports of Modelica.Thermal.HeatTransfer, with which it can be connected.</p></html>"));
   end HeatPort;
 
-  partial block Sampled "Block that acts at the instants 0, Ts, 2 Ts, ..."
+  partial block Sampled "Block that acts at the start of the simulation and every Ts from there"
     extends Icons.Sampled;
     parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period: the communication step of the unit" annotation (Dialog(group = "Sampling"));
+  protected
+    parameter Types.Time t0(fixed = false) "Start of the simulation";
+    Boolean begun(start = false, fixed = true) "Has a sample been taken? pre(begun) is false at the first one alone";
+  initial equation
+    t0 = time;
+  equation
+    when sample(t0, Ts) then
+      begun = true;
+    end when;
     annotation (Documentation(info = "<html>
-<p>Inputs are read at k Ts; outputs are held until (k + 1) Ts. The instant 0 is the initialisation. The block is the unit of the same name stepped with Ts.</p>
+<p>Inputs are read at t0 + k Ts, t0 the start of the simulation, whatever it is; outputs are held until t0 + (k + 1) Ts. The instant t0 is the initialisation. The block is the unit of the same name stepped with Ts.</p>
 <p><b>Limitation:</b> blocks in one chain must have the same Ts; extrema of an input between two samples are not seen.</p>
 </html>"));
   end Sampled;
@@ -71,6 +80,26 @@ package Interfaces "Ports and partial blocks"
 <p>An ordinary differential equation without events, driven by the rate of its input. The rate comes from a source, from a state equation, or from Dynamics.RateFilter; no input is differentiated.</p>
 </html>"));
   end Rated;
+
+  partial block InChain "Block with states that can start from what stands in front of it"
+    extends Icons.Smooth;
+    parameter Boolean inChain = false "Behind an operator with events, and no loop leads from y back to u" annotation (Evaluate = true, Dialog(group = "Start"));
+  protected
+    Real first "From what the states start in a chain";
+    discrete Real taken(start = 0, fixed = true) "Its value at the start; 0 where the states have initial equations";
+    Integer pass(start = 0, fixed = true) "Passes of the event iteration at the start";
+    Boolean odd(start = false, fixed = true) "Is their number odd?";
+  equation
+    pass = if inChain then min(pre(pass) + 1, 8) else 0;
+    odd = rem(pass, 2) > 0;
+    when {initial(), odd, not odd} then
+      taken = if inChain then first else 0;
+    end when;
+    annotation (Documentation(info = "<html>
+<p>The states of a block in equilibrium follow from its input at the start: an initial equation. rumoca 0.10.2 solves none that depends on a discrete variable, such as the memory of an operator with events. With inChain the states are counted from what was taken at the start, by a when-equation with an assignment, which every tool has among its initial equations.</p>
+<p><b>Limitation:</b> rumoca 0.10.2 takes the values of a pass from the one before: eight passes serve eight such blocks one after the other. In a loop, inChain makes an algebraic loop through a when-equation, which no tool solves.</p>
+</html>"));
+  end InChain;
 
   annotation (Documentation(info = "<html><p>Ports of the blocks, and what sampled blocks have in common.</p></html>"));
 end Interfaces;

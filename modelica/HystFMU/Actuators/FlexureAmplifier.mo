@@ -10,7 +10,7 @@ model FlexureAmplifier "Lever or bridge of flexures that amplifies a stroke"
   Interfaces.Flange support "Frame, which takes the difference of the forces" annotation (Placement(transformation(extent = {{-10, -120}, {10, -100}})));
   Types.Position s_in(nominal = 1e-5) "Stroke of flange_a";
   Types.Position deflection(nominal = 1e-5) "Deflection of the lever";
-  Types.Force F(nominal = 100) "Force of the lever on flange_b";
+  Types.Force F "Force of the lever on flange_b";
 equation
   s_in = flange_a.s - support.s;
   deflection = ratio*s_in - (flange_b.s - support.s);

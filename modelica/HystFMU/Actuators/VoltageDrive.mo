@@ -14,7 +14,7 @@ model VoltageDrive "Voltage amplifier with limits of voltage, slew rate and curr
   Interfaces.Pin pin_p "Output" annotation (Placement(transformation(extent = {{100, 40}, {120, 60}})));
   Interfaces.Pin pin_n "Return; a circuit needs one ground" annotation (Placement(transformation(extent = {{100, -60}, {120, -40}})));
   Types.Voltage v(start = v_start, fixed = true, nominal = 100) "Voltage without load";
-  Types.Current i(start = 0, fixed = true, nominal = 0.1) "Current out of the drive";
+  Types.Current i(start = 0, fixed = true) "Current out of the drive";
 equation
   pin_p.i = -i;
   pin_n.i = i;

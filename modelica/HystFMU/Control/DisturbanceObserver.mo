@@ -12,15 +12,15 @@ protected
 equation
   assert(abs(gain) > 0, "gain must not be 0");
   assert(u_min <= u_max, "u_min must not be greater than u_max");
-  when sample(0, Ts) then
-    ahead = if time < 0.5*Ts then {y, 0, 0} else F*(pre(estimate) + {0, 0, gain*pre(past[n])}) - {0, 0, gain*pre(past[n])};
-    estimate = if time < 0.5*Ts then ahead else ahead + M*(y - ahead[1]);
+  when sample(t0, Ts) then
+    ahead = if not pre(begun) then {y, 0, 0} else F*(pre(estimate) + {0, 0, gain*pre(past[n])}) - {0, 0, gain*pre(past[n])};
+    estimate = if not pre(begun) then ahead else ahead + M*(y - ahead[1]);
     d_hat = estimate[3]/gain;
     u = min(max(u_c - d_hat, u_min), u_max);
     past = Functions.shift(u, pre(past));
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> y is what the command of n samples ago led to: n = 1 without delay, as the plant steps before. Delay that is not counted in n and noise bound f_o. The simulation must start at time 0.</p>
+<p><b>Limitations:</b> y is what the command of n samples ago led to: n = 1 without delay, as the plant steps before. Delay that is not counted in n and noise bound f_o.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.DisturbanceObserver\">Control.BaseClasses.DisturbanceObserver</a>: equation, source, example.</p>
 </html>"));
 end DisturbanceObserver;

@@ -6,12 +6,12 @@ protected
   discrete Real period[2 + 2*n](start = cat(1, {-1}, zeros(1 + 2*n)), each fixed = true) "Present step, its correction, corrections over the period, errors of this period";
 equation
   assert(u_min <= u_max, "u_min must not be greater than u_max");
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     period = Functions.learn(y_d - y, pre(period), gain, lead, smooth);
     u = min(max(u_ff + period[2], u_min), u_max);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> the period of the reference must be n Ts; what does not repeat is not learnt. The time of a step grows with n. The simulation must start at time 0.</p>
+<p><b>Limitations:</b> the period of the reference must be n Ts; what does not repeat is not learnt. The time of a step grows with n.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.IterativeLearning\">Control.BaseClasses.IterativeLearning</a>: equation, source, example.</p>
 </html>"));
 end IterativeLearning;

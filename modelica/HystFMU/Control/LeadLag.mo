@@ -7,13 +7,13 @@ protected
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation
   assert(u_min <= u_max, "u_min must not be greater than u_max");
-  when sample(0, Ts) then
-    dt = if time < 0.5*Ts then 0 else Ts;
+  when sample(t0, Ts) then
+    dt = if pre(begun) then Ts else 0;
     sections = Functions.leadLag(y_d - y, pre(sections), T_z, T_p, dt);
     u = min(max(u_ff + K*(sections[n] + T_z[n]/T_p[n]*sections[2*n]), u_min), u_max);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> no integral action: with a disturbance observer or alone it needs one elsewhere. It begins in equilibrium with the first error. The simulation must start at time 0.</p>
+<p><b>Limitations:</b> no integral action: with a disturbance observer or alone it needs one elsewhere. It begins in equilibrium with the first error.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.LeadLag\">Control.BaseClasses.LeadLag</a>: equation, source, example.</p>
 </html>"));
 end LeadLag;

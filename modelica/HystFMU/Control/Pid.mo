@@ -10,16 +10,16 @@ protected
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation
   assert(u_min <= u_max, "u_min must not be greater than u_max");
-  when sample(0, Ts) then
-    dt = if time < 0.5*Ts then 0 else Ts;
+  when sample(t0, Ts) then
+    dt = if pre(begun) then Ts else 0;
     e = y_d - y;
-    de = if time < 0.5*Ts then 0 else (tau*pre(de) + (e - pre(e)))/(tau + Ts);
+    de = if pre(begun) then (tau*pre(de) + (e - pre(e)))/(tau + Ts) else 0;
     before = u_ff + Kp*e + Ki*pre(integral) + Kd*de;
     integral = if Functions.windsUp(before, before + Ki*(e*dt), u_min, u_max) then pre(integral) else pre(integral) + e*dt;
     u = min(max(u_ff + Kp*e + Ki*integral + Kd*de, u_min), u_max);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> de/dt is a backward difference: noise needs tau. The simulation must start at time 0.</p>
+<p><b>Limitations:</b> de/dt is a backward difference: noise needs tau.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.Pid\">Control.BaseClasses.Pid</a>: equation, source, example.</p>
 </html>"));
 end Pid;

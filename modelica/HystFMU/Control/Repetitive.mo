@@ -10,14 +10,14 @@ protected
   discrete Real e_past[n + n_l](start = zeros(n + n_l), each fixed = true) "The last errors, newest first";
 equation
   assert(n_q < n and n_l < n, "n_q and n_l must be below n");
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     w = zero_phase*pre(w_past[n - n_q:n + n_q]) + ahead_first*pre(e_past[n - n_l:n + n_l]);
     w_past = Functions.shift(w, pre(w_past));
     e_past = Functions.shift(if active > 0 then y_d - y else 0, pre(e_past));
     r = y_d + w;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> the period of the reference must be n Ts; what does not repeat is not learnt. The time of a step grows with n. The simulation must start at time 0.</p>
+<p><b>Limitations:</b> the period of the reference must be n Ts; what does not repeat is not learnt. The time of a step grows with n.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.Repetitive\">Control.BaseClasses.Repetitive</a>: equation, source, example.</p>
 </html>"));
 end Repetitive;

@@ -12,10 +12,10 @@ protected
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation
   assert(u_min <= u_max, "u_min must not be greater than u_max");
-  when sample(0, Ts) then
-    dt = if time < 0.5*Ts then 0 else Ts;
+  when sample(t0, Ts) then
+    dt = if pre(begun) then Ts else 0;
     e = y - y_d;
-    de = if time < 0.5*Ts then 0 else (tau*pre(de) + (e - pre(e)))/(tau + Ts);
+    de = if pre(begun) then (tau*pre(de) + (e - pre(e)))/(tau + Ts) else 0;
     before = Functions.slidingModeLaw(u_ff, de + lam*e + k_i*pre(integral), eta, rho, layer, switching == Types.Switching.saturation);
     after = Functions.slidingModeLaw(u_ff, de + lam*e + k_i*pre(integral) + k_i*(e*dt), eta, rho, layer, switching == Types.Switching.saturation);
     integral = if Functions.windsUp(before, after, u_min, u_max) then pre(integral) else pre(integral) + e*dt;
@@ -23,7 +23,7 @@ equation
     u = min(max(Functions.slidingModeLaw(u_ff, s, eta, rho, layer, switching == Types.Switching.saturation), u_min), u_max);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> de/dt is a backward difference: noise needs tau; eta &gt; 1 s with normalised signals is a limit cycle. The simulation must start at time 0.</p>
+<p><b>Limitations:</b> de/dt is a backward difference: noise needs tau; eta &gt; 1 s with normalised signals is a limit cycle.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.SlidingMode\">Control.BaseClasses.SlidingMode</a>: equation, source, example.</p>
 </html>"));
 end SlidingMode;

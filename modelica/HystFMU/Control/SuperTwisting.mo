@@ -13,10 +13,10 @@ protected
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation
   assert(u_min <= u_max, "u_min must not be greater than u_max");
-  when sample(0, Ts) then
-    dt = if time < 0.5*Ts then 0 else Ts;
+  when sample(t0, Ts) then
+    dt = if pre(begun) then Ts else 0;
     e = y - y_d;
-    de = if time < 0.5*Ts then 0 else (tau*pre(de) + (e - pre(e)))/(tau + Ts);
+    de = if pre(begun) then (tau*pre(de) + (e - pre(e)))/(tau + Ts) else 0;
     s = de + lam*e;
     phi_1 = s/sqrt(abs(s) + layer) + mu*s;
     phi_2 = 0.5*s/(abs(s) + layer) + 1.5*mu*s/sqrt(abs(s) + layer) + mu*mu*s;
@@ -25,7 +25,7 @@ equation
     u = min(max(u_ff - k_1*phi_1 - k_2*v, u_min), u_max);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> the most accurate without delay and the most sensitive to one; de/dt is a backward difference: noise needs tau. The simulation must start at time 0.</p>
+<p><b>Limitations:</b> the most accurate without delay and the most sensitive to one; de/dt is a backward difference: noise needs tau.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.SuperTwisting\">Control.BaseClasses.SuperTwisting</a>: equation, source, example.</p>
 </html>"));
 end SuperTwisting;

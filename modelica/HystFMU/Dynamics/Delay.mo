@@ -5,7 +5,7 @@ block Delay "Delay by a whole number of steps"
 protected
   discrete Real inputs[n](each start = y0, each fixed = true) "The last inputs, newest first";
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     y = pre(inputs[n]);
     inputs = Functions.shift(u, pre(inputs));
   end when;

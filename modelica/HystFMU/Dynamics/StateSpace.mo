@@ -15,15 +15,15 @@ protected
   discrete Real x[n](each start = 0, each fixed = true) "State";
   discrete Real u_last(start = 0, fixed = true) "Input at the last sample";
 equation
-  when sample(0, Ts) then
-    x = if time < 0.5*Ts then x_steady*u else A*pre(x) + b_new*u + b_old*pre(u_last);
+  when sample(t0, Ts) then
+    x = if not pre(begun) then x_steady*u else A*pre(x) + b_new*u + b_old*pre(u_last);
     u_last = u;
     y = c*x + d*u;
   end when;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> x_k = A x_(k-1) + b_new u_k + b_old u_(k-1), y_k = c x_k + d u_k.</p>
 <p><b>Source:</b> Franklin, Powell &amp; Workman, Digital Control of Dynamic Systems, 3rd ed.; the matrices come from <code>hystfmu export --modelica</code>.</p>
-<p><b>Limitations:</b> for the Ts of its matrices only; the simulation must start at time 0.</p>
+<p><b>Limitations:</b> for the Ts of its matrices only.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.StateSpace\">Validation.StateSpace</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>.</p>
 </html>"));

@@ -1,34 +1,32 @@
 within HystFMU.Dynamics;
 block TransferFunction "Linear transfer function of any order"
   extends BaseClasses.TransferFunction;
-  parameter Boolean inChain = false "Does nothing lead from y back to u? The start is then that of u alone" annotation (Dialog(group = "Start"));
+  extends Interfaces.InChain;
   Real v[na] "States: the derivatives 0 ... na - 1 of 1/a(s) u, in scaled time";
 protected
   parameter Real sigma(unit = "1/s") = if abs(a[na + 1]) > 0 then abs(a[na + 1]/a[1])^(1/na) else 1 "Time scale";
   parameter Real alpha[na] = Functions.scaledDenominator(a, sigma) "Monic denominator in s/sigma, lowest power first";
   parameter Real d = if nb == na then b[1]/a[1] else 0 "Direct term";
   parameter Real c[na] = Functions.outputRow(b, a, sigma) "Output row";
+  Real x[na] "States, counted from what was taken at the start";
 initial equation
-  if not inChain then
-    if start == Types.Start.steady then
-      der(v) = zeros(na);
-    else
-      v = zeros(na);
-    end if;
+  if start == Types.Start.steady and not inChain then
+    der(x) = zeros(na);
+  else
+    x = zeros(na);
   end if;
 equation
-  // also an initial equation (Modelica 3.6, 8.6); rumoca 0.10.2 solves it behind an operator with events, but in no loop
-  if inChain then
-    when initial() then
-      reinit(v, if start == Types.Start.steady then cat(1, {u/alpha[1]}, zeros(na - 1)) else zeros(na));
-    end when;
-  end if;
   assert(nb <= na, "the numerator must not have a higher degree than the denominator");
   assert(start == Types.Start.rest or abs(a[na + 1]) > 0, "start = steady: an integrator (last coefficient of a is 0) has no steady state");
-  for i in 1:na - 1 loop
-    der(v[i]) = sigma*v[i + 1];
+  first = if start == Types.Start.steady then u/alpha[1] else 0;
+  v[1] = if inChain then taken + x[1] else x[1];
+  for i in 2:na loop
+    v[i] = x[i];
   end for;
-  der(v[na]) = sigma*(u - alpha*v);
+  for i in 1:na - 1 loop
+    der(x[i]) = sigma*v[i + 1];
+  end for;
+  der(x[na]) = sigma*(u - alpha*v);
   // without a direct term u must not appear, for a loop through this block to be free of algebraic loops
   y = if nb == na then c*v + d*u else c*v;
   annotation (Documentation(info = "<html>

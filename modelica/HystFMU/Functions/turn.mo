@@ -29,7 +29,7 @@ algorithm
           wiping := false;
         elseif n == 1 then
           // the outermost extremum also closes on the virgin branch of the other side
-          if abs(x - x0) >= abs((if pushed == 1 then memory[3] else memory[4]) - x0) then
+          if direction*(x - x0) >= direction*(x0 - (if pushed == 1 then memory[3] else memory[4])) then
             count := 0;
             pushed := 0;
           end if;

@@ -20,14 +20,14 @@ equation
   assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");
   assert(w0_min <= w0, "w0_min must not be greater than w0");
   assert(u_min <= u_max, "u_min must not be greater than u_max");
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     z_then = Functions.play(pre(past[delay + 1]), r, pre(z_then));
     phi = F[1, 1]*pre(phi) + F[1, 2]*pre(dphi) + F[1, 3]*cat(1, {pre(past[delay + 1])}, z_then);
     dphi = F[2, 1]*pre(phi) + F[2, 2]*pre(dphi) + F[2, 3]*cat(1, {pre(past[delay + 1])}, z_then);
     low = pre(low) + slow*(phi - pre(low));
-    y_low = if f_h > 0 and time < 0.5*Ts then y else pre(y_low) + slow*(y - pre(y_low));
+    y_low = if f_h > 0 and not pre(begun) then y else pre(y_low) + slow*(y - pre(y_low));
     y_hat = phi*pre(theta);
-    gate = if time > 0.5*Ts and abs(y_d - pre(y_d_last)) > 0 then 1 else 0;
+    gate = if pre(begun) and abs(y_d - pre(y_d_last)) > 0 then 1 else 0;
     memory = Functions.adaptWeights(phi - low, y - y_low - (phi - low)*pre(theta), gate, pre(memory), cat(1, {w0}, w), sd, sigma, Ts/T, change, pause, Ts, box, w0_min);
     theta = Functions.lagged(memory, 3, n + 1);
     changes = memory[1];
@@ -37,7 +37,7 @@ equation
     y_d_last = y_d;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> y is what the last command led to: the plant steps before. The plant must stand still at u0 before the start, and the simulation must start at time 0.</p>
+<p><b>Limitations:</b> y is what the last command led to: the plant steps before. The plant must stand still at u0 before the start.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.BaseClasses.AdaptiveInverse\">Inverse.BaseClasses.AdaptiveInverse</a>: equation, source, example.</p>
 </html>"));
 end AdaptiveInverse;

@@ -8,14 +8,14 @@ protected
   discrete Real past_y[max(n_y, 1)](each start = 0, each fixed = true) "y_(k-1) and older ones, newest first";
 equation
   assert(q <= 3, "the degree q must not be greater than 3");
-  when sample(0, Ts) then
-    past_u = if time < 0.5*Ts then fill(u, n_u + n_k) else Functions.shift(u, pre(past_u));
-    past_f = if time < 0.5*Ts then fill(f, max(n_f + n_k, 1)) else Functions.shift(f, pre(past_f));
-    past_y = if time < 0.5*Ts then fill(y0, max(n_y, 1)) else Functions.shift(pre(y), pre(past_y));
+  when sample(t0, Ts) then
+    past_u = if not pre(begun) then fill(u, n_u + n_k) else Functions.shift(u, pre(past_u));
+    past_f = if not pre(begun) then fill(f, max(n_f + n_k, 1)) else Functions.shift(f, pre(past_f));
+    past_y = if not pre(begun) then fill(y0, max(n_y, 1)) else Functions.shift(pre(y), pre(past_y));
     y = Functions.polynomial(cat(1, Functions.lagged(past_u, n_k, n_u), Functions.lagged(past_f, n_k, n_f), Functions.lagged(past_y, 0, n_y)), theta, q);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> degree 3 at most (the unit goes to 10); the simulation must start at time 0.</p>
+<p><b>Limitations:</b> degree 3 at most (the unit goes to 10).</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.BaseClasses.PolynomialNarx\">Networks.BaseClasses.PolynomialNarx</a>: equation, source, example.</p>
 </html>"));
 end PolynomialNarx;

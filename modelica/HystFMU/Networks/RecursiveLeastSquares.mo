@@ -5,14 +5,14 @@ block RecursiveLeastSquares "Recursive least squares with a dead zone: learns th
 protected
   discrete Real memory[3 + 3*n + div(n*(n - 1), 2)](start = cat(1, zeros(3), theta0, theta0, fill(eta, n), zeros(div(n*(n - 1), 2))), each fixed = true) "Updates, samples, sigma^2/r^2, weights, those before the sample, D and U of P = U D U'";
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     memory = Functions.learnWeights(phi, y, pre(memory), form, mu, r, share);
     y_hat = phi*Functions.lagged(memory, 3 + n, n);
     theta = Functions.lagged(memory, 3, n);
     learned = memory[1];
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> an update that is not finite ends the simulation (the unit starts P anew); the simulation must start at time 0.</p>
+<p><b>Limitations:</b> an update that is not finite ends the simulation (the unit starts P anew).</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.BaseClasses.RecursiveLeastSquares\">Networks.BaseClasses.RecursiveLeastSquares</a>: equation, source, example.</p>
 </html>"));
 end RecursiveLeastSquares;

@@ -5,12 +5,12 @@ block Noise "White Gaussian noise"
 protected
   discrete Real counter(start = -1, fixed = true) "Number of the step";
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     counter = pre(counter) + 1;
     w = sigma*Functions.randomNormal(seed, counter);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> one value for each sample; the simulation must start at time 0.</p>
+<p><b>Limitations:</b> one value for each sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.BaseClasses.Noise\">Sources.BaseClasses.Noise</a>: equation, source, example.</p>
 </html>"));
 end Noise;

@@ -21,7 +21,7 @@ from hystfmu.modelica.realisation import (
     has_reach,
     kinds,
     rate_of,
-    starts_from_input,
+    starts_in_chain,
     takes_rate,
 )
 from hystfmu.modelica.record import field
@@ -129,7 +129,7 @@ def _declaration(model: Model, node: Node, name: str, inverse: implicit.Tried | 
         given += [f"{k} = {w}" for k, w in classes.choices(node).items() if k not in without]
     if kind == SAMPLED and classes.is_sampled(node):
         given.append("Ts = Ts")
-    if starts_from_input(class_in(node, kind)):
+    if kind == "Events" and starts_in_chain(class_in(node, kind)):
         given.append("inChain = true")  # the export refuses loops
     if has_reach(class_in(node, kind)) and (reach := _reach(model, node)):
         given.append(f"reach = {number(reach)}")
@@ -164,7 +164,7 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
     )
     rows = "what <code>hystfmu predict</code> gives row by row"
     limits = [
-        f"at 0, Ts, 2 Ts, ... it gives {rows}, for rows Ts apart; the simulation must start at time 0"
+        f"at the start and every Ts from there it gives {rows}, for rows Ts apart"
         if sampled
         else f"it gives {rows}"
         if kind == SAMPLED

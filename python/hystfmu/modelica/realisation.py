@@ -10,6 +10,7 @@ from hystfmu.modelica import classes
 from hystfmu.modelica.shipped import shipped_library
 
 SAMPLED = "Sampled"  # the block Model of a package
+IN_A_ROW = 8  # blocks with dynamics that Interfaces.InChain lets start one after the other
 CONTINUOUS = {"Events": "events at reversals", "Smooth": "an ordinary differential equation without events"}
 
 
@@ -45,6 +46,8 @@ def missing(graph: Graph, kind: str) -> str:
             return f"the rate of the input of {node.name} ({node.type}) is not that of a port; take Model"
     if len({p for n in graph.nodes if takes_rate(class_in(n, kind)) and (p := _port_of(graph, n))}) > 1:
         return "operators stand behind different ports; take Model"
+    if kind == "Events" and sum(starts_in_chain(class_in(n, kind)) for n in graph.nodes) > IN_A_ROW:
+        return f"more than {IN_A_ROW} blocks with dynamics stand in a row; take Smooth"
     return ""
 
 
@@ -84,9 +87,9 @@ def has_reach(class_name: str) -> bool:
     return "parameter Real reach" in _text(class_name)
 
 
-def starts_from_input(class_name: str) -> bool:
-    """Whether a class can start from its input alone, which an export without loops allows."""
-    return "parameter Boolean inChain" in _text(class_name)
+def starts_in_chain(class_name: str) -> bool:
+    """Whether a class can start from an operator with events in front of it, which an export without loops allows."""
+    return "extends Interfaces.InChain" in _text(class_name)
 
 
 def rate_of(graph: Graph, node: Node) -> Rate | None:

@@ -8,13 +8,13 @@ from typing import Any
 
 import library
 import pymoca.ast as ast
-from syntax_tree import assigned, calls, inside, plain, references, text_of
+from syntax_tree import assigned, calls, inside, plain, references, text_of, with_bases
 
 RELATIONS = {"<", ">", "<=", ">="}
 
 
 def outside_when(c: library.Class) -> Iterator[str]:
-    inside = {n for e in c.tree.equations if isinstance(e, ast.WhenEquation) for n in assigned(e)}
+    inside = {n for k in with_bases(c) for e in k.tree.equations if isinstance(e, ast.WhenEquation) for n in assigned(e)}
     outside = {n for e in c.tree.equations if not isinstance(e, ast.WhenEquation) for n in assigned(e)}
     discrete = {n for n, s in library.components(c).items() if "discrete" in s.prefixes}
     for name in sorted((inside | discrete) & outside):
@@ -100,7 +100,7 @@ def connected_twice(c: library.Class) -> Iterator[str]:
 
 def without_start(c: library.Class) -> Iterator[str]:
     """What `pre` reads at the first event has a start value that is written down."""
-    texts = "".join(map(text_of, _with_bases(c)))
+    texts = "".join(map(text_of, with_bases(c)))
     for name in sorted({plain(r) for e in c.tree.equations for p in calls(e, "pre") for r in references(p)}):
         declared = re.search(rf"\b{name}\b(?:\[[^;]*?\])?\s*\([^;]*?\bstart\s*=[^;]*?\bfixed\s*=", texts)
         if not declared:
@@ -142,14 +142,6 @@ RULES = (
     own_value,
     event_storm,
 )
-
-
-def _with_bases(c: library.Class) -> Iterator[library.Class]:
-    yield c
-    for e in c.tree.extends:
-        base = library.find(str(e.component), c.name)
-        if base is not None:
-            yield from _with_bases(base)
 
 
 def _equations(e: Any) -> Iterator[ast.Equation]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,7 +10,7 @@ import library
 import measures
 import pymoca.ast as ast
 from lint_variability import differentiated
-from syntax_tree import plain
+from syntax_tree import plain, with_bases
 
 
 def unit_clash(c: library.Class) -> Iterator[str]:
@@ -60,7 +61,42 @@ def without_nominal(c: library.Class) -> Iterator[str]:
             yield f"the state {name} in {measures.written(unit)} has no nominal value"
 
 
-RULES = (unit_clash, without_unit, without_nominal)
+def other_nominal(c: library.Class) -> Iterator[str]:
+    """Two names of one variable have one nominal value: a tool keeps one name of them, and may take either value."""
+    for left, right, _ in _pairs(c):
+        ends = [left, *(_terms(right))] if _is_ref(left) and len(_terms(right)) == 1 else []
+        values = {str(e): nominal(c, str(e)) for e in ends}
+        if len(ends) == 2 and None not in values.values() and len(set(values.values())) > 1:
+            yield " and ".join(f"{name} of nominal {value:g}" for name, value in values.items()) + " are one variable"
+
+
+RULES = (unit_clash, without_unit, without_nominal, other_nominal)
+
+
+def nominal(c: library.Class, name: str) -> float | None:
+    """The nominal value of a component reference in a class: its own, else that of its type; None: not stated."""
+    head, _, tail = name.partition(".")
+    s = library.components(c).get(plain(head))
+    if s is None or {"parameter", "constant"} & set(s.prefixes):
+        return None
+    of = library.find(str(s.type), c.name) or next(
+        (b for k in with_bases(c) if (b := library.find(str(s.type), k.name))), None
+    )
+    if tail:
+        return nominal(of, tail) if of else None
+    own = library.modifiers(s.class_modification).get("nominal")
+    if own is not None:
+        return float(own.value) if isinstance(own, ast.Primary) else None
+    declared = library.text(of.file).partition(f"type {of.short_name} ")[2].partition(";")[0] if of else ""
+    found = re.search(r"\bnominal = ([-+.\de]+)", declared)
+    return float(found[1]) if found else None
+
+
+def _terms(e: Any) -> list[Any]:
+    """The reference that an expression is, also with a minus before it; else nothing."""
+    if isinstance(e, ast.Expression) and str(e.operator) == "-" and len(e.operands) == 1:
+        return _terms(e.operands[0])
+    return [e] if _is_ref(e) else []
 
 
 def _inherited_nominal(c: library.Class, name: str) -> bool:

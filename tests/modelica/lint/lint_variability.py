@@ -1,4 +1,4 @@
-"""Rules of the lint on what changes when: parameters, derivatives, old values, words of the language."""
+"""Rules of the lint on what changes when: parameters, derivatives, old values, starts, words of the language."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from typing import Any
 import library
 import pymoca.ast as ast
 from source import declared
-from syntax_tree import assigned, calls, plain, references
+from syntax_tree import assigned, calls, plain, references, text_of, with_bases
 
 from hystfmu.modelica.literals import RESERVED
 
 DISCRETE = ("Boolean", "Integer", "String")
+RELATIONS = ("<", ">", "<=", ">=")
 
 
 def without_value(c: library.Class) -> Iterator[str]:
@@ -24,7 +25,8 @@ def without_value(c: library.Class) -> Iterator[str]:
         given = library.modifiers(s.class_modification)
         of = library.find(str(s.type), c.name)
         whole = of is not None and of.tree.type == "record"  # its own parameters have values
-        if "parameter" in s.prefixes and "value" not in given and not whole:
+        solved = not getattr(given.get("fixed"), "value", True)  # an initial equation has it
+        if "parameter" in s.prefixes and "value" not in given and not whole and not solved:
             yield f"the parameter {name} has no value"
 
 
@@ -83,8 +85,45 @@ def twice(c: library.Class) -> Iterator[str]:
         yield f"{name} is declared in a base class too"
 
 
+def reinit_at_start(c: library.Class) -> Iterator[str]:
+    """No reinit at initial(): tools take the assignments of such a when into the initial equations, and drop it."""
+    for e in _whens(c.tree.equations):
+        for condition, block in zip(e.conditions, e.blocks, strict=False):
+            if calls(condition, "initial"):
+                for i in block:
+                    if str(getattr(i, "name", "")) == "reinit":
+                        yield f"reinit({i.arguments[0]}) at initial(): use an initial equation"
+
+
+def fixed_start_time(c: library.Class) -> Iterator[str]:
+    """A simulation may start at any time: samples begin there, and no relation tells the first one by the time."""
+    if c.name.startswith("HystFMU.Validation"):
+        return  # its inputs are functions of the time from 0
+    of_samples = [x for k in with_bases(c) for e in k.tree.equations for x in calls(e, "sample") if len(x.operands) > 1]
+    periods = {"Ts", *(r for x in of_samples for r in references(x.operands[1]))}
+    for x in of_samples:
+        if not list(references(x.operands[0])):
+            yield f"samples begin at time {getattr(x.operands[0], 'value', '')}: a simulation may start later or before"
+    places = [*c.tree.equations, *(e for s in c.tree.symbols.values() for e in _values(s))]
+    for relation in [x for f in RELATIONS for e in places for x in calls(e, f)]:
+        read = set(references(relation))
+        if "time" in read and read & periods:
+            yield f"time is compared with {', '.join(sorted(read & periods))}: a simulation may start at any time"
+
+
+def open_start(c: library.Class) -> Iterator[str]:
+    """What a sample assigns has a value before it: else the initial conditions are not fully specified."""
+    texts = "".join(text_of(k) for k in with_bases(c))
+    for e in _whens(c.tree.equations):
+        if any(calls(condition, "sample") for condition in e.conditions):
+            for name in sorted(set(assigned(e))):
+                if not re.search(rf"\b{name}\b(?:\[[^;]*?\])?\s*\([^;]*?\bstart\s*=[^;]*?\bfixed\s*=", texts):
+                    yield f"a sample assigns {name}, which has no start value that is fixed"
+
+
 RULES = (
     without_value, der_of_discrete, der_of_input, pre_of_continuous, undeclared_discrete, keyword, twice,
+    reinit_at_start, fixed_start_time, open_start,
 )  # fmt: skip
 
 
@@ -105,3 +144,16 @@ def differentiated(c: library.Class) -> list[str]:
 
 def _members(c: library.Class) -> set[str]:
     return set(library.components(c))
+
+
+def _whens(found: list[Any]) -> Iterator[ast.WhenEquation]:
+    """When-equations, those in branches and loops included."""
+    for e in found:
+        if isinstance(e, ast.WhenEquation):
+            yield e
+        for block in getattr(e, "blocks", None) or [getattr(e, "equations", [])]:
+            yield from _whens(block)
+
+
+def _values(s: ast.Symbol) -> list[Any]:
+    return [v for k, v in library.modifiers(s.class_modification).items() if k == "value"]

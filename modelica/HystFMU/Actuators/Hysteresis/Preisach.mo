@@ -22,8 +22,9 @@ equation
     memory = Functions.turn(bounded, origin, pre(s_turn), pre(memory));
     s_turn = Functions.preisach(bounded, memory, lo, hi, n, E, virgin);
   end when;
-  s = Functions.preisach(bounded, Functions.turn(bounded, origin, s_turn, memory), lo, hi, n, E, virgin);
-  ds = noEvent(if x > lo and x < hi then Functions.preisachSlope(bounded, Functions.turn(bounded, origin, s_turn, memory), lo, hi, n, E, virgin)*dx else 0);
+  // the memory before this event, not that of it: else it would depend on the rate, which follows from ds below
+  s = Functions.preisach(bounded, Functions.turn(bounded, origin, pre(s_turn), pre(memory)), lo, hi, n, E, virgin);
+  ds = noEvent(if x > lo and x < hi then Functions.preisachSlope(bounded, Functions.turn(bounded, origin, pre(s_turn), pre(memory)), lo, hi, n, E, virgin)*dx else 0);
   kept = shift*s;
   lost = (x - shift)*ds;
   annotation (Documentation(info = "<html>

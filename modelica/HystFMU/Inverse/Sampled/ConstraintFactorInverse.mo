@@ -5,7 +5,7 @@ block ConstraintFactorInverse "Exact inverse of the constraint-factor operator, 
 protected
   discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, 0}, zeros(2*depth)), each fixed = true) "Dominant extrema of h";
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     extrema = Functions.turn(h, 0, pre(x), pre(extrema));
     x = Functions.constraintFactorInverse(h, Functions.branchOrigin(extrema, 0, x0, 2), a0, a, d_max);
   end when;

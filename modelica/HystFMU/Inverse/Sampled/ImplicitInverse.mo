@@ -9,7 +9,7 @@ protected
   discrete Real state[size(state0, 1)](start = state0, each fixed = true) "Output and memory of the model";
 equation
   assert(lo < hi, "lo must be less than hi");
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     u = Model.root(y, lo, hi, pre(u), pre(state), values);
     state = Model.step(u, pre(state), values);
   end when;

@@ -5,7 +5,7 @@ block ZhaoTanInverse "Exact inverse of the Zhao-Tan operator, sampled"
 protected
   discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, 0}, zeros(2*depth)), each fixed = true) "Dominant extrema of h";
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     extrema = Functions.turn(h, 0, pre(x), pre(extrema));
     x = Functions.zhaoTanInverse(h, Functions.branchOrigin(extrema, 0, x0, 2));
   end when;

@@ -5,7 +5,7 @@ block ZhaoTanInverseReconstructed "Inverse Zhao-Tan operator, reconstructed from
 protected
   discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, 0}, zeros(2*depth)), each fixed = true) "Dominant extrema of h";
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     extrema = Functions.turn(h, 0, pre(x), pre(extrema));
     x = Functions.zhaoTanInverseReconstructed(h, Functions.branchOrigin(extrema, 0, x0, 2));
   end when;

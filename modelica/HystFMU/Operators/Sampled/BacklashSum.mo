@@ -5,7 +5,7 @@ block BacklashSum "Weighted sum of backlash (play) operators, plain states, samp
 protected
   discrete Real z[n](start = z0, each fixed = true) "Play states";
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     z = Functions.play(u, r, pre(z));
     y = w0*u + w*z;
   end when;

@@ -5,12 +5,12 @@ block Creep "Weighted sum of the input and its first-order lags, sampled"
 protected
   discrete Real q[n](each start = 0, each fixed = true) "Lagged inputs";
 equation
-  when sample(0, Ts) then
-    q = if time < 0.5*Ts then (if start == Types.Start.steady then fill(u, n) else zeros(n)) else Functions.lag(u, T, Ts, pre(q));
+  when sample(t0, Ts) then
+    q = if not pre(begun) then (if start == Types.Start.steady then fill(u, n) else zeros(n)) else Functions.lag(u, T, Ts, pre(q));
     y = w0*u + w*q;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> linear: the creep of an actuator follows its hysteresis. The simulation must start at time 0.</p>
+<p><b>Limitations:</b> linear: the creep of an actuator follows its hysteresis.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.Creep\">Operators.BaseClasses.Creep</a>: equation, source, example.</p>
 </html>"));
 end Creep;

@@ -7,13 +7,13 @@ protected
   discrete Real w_last(start = w0, fixed = true) "w there";
 equation
   assert(abs(w0) <= w_max, "w0 must be within w_max, the bound of abs(w)");
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     w_last = if u >= pre(u_last) then Functions.duhem(u, pre(u_last), pre(w_last), a_rise, b_rise, c_rise, q, w_max, du_max) else Functions.duhem(u, pre(u_last), pre(w_last), a_fall, b_fall, c_fall, q, w_max, du_max);
     u_last = u;
     y = k*u + w_last;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> no return-point memory, so no closed form from one reversal to the next and no realisation Events. The simulation must start at time 0.</p>
+<p><b>Limitations:</b> no return-point memory, so no closed form from one reversal to the next and no realisation Events.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.Duhem\">Operators.BaseClasses.Duhem</a>: equation, source, example.</p>
 </html>"));
 end Duhem;

@@ -1,6 +1,6 @@
 within HystFMU.Operators.Sampled;
 block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weighted kernels between two ramps, sampled"
-  extends BaseClasses.KrasnoselskiiPokrovskii;
+  extends BaseClasses.KrasnoselskiiPokrovskii(y(start = offset + w*k0, fixed = true));
   extends Interfaces.Sampled;
 protected
   parameter Integer m = div(n*(n + 1), 2) "Number of kernels";
@@ -11,7 +11,7 @@ protected
   discrete Real k[m](start = k0, each fixed = true) "Kernels";
 equation
   assert(lo < hi, "lo must be less than hi");
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     k = Functions.kernel(u, a, p1, p2, pre(k));
     y = offset + w*k;
   end when;

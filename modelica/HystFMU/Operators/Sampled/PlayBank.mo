@@ -3,7 +3,7 @@ block PlayBank "Bank of play (backlash) operators, sampled"
   extends BaseClasses.PlayBank(z(start = z0, each fixed = true));
   extends Interfaces.Sampled;
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     z = Functions.play(u, r, pre(z));
   end when;
   annotation (Documentation(info = "<html>

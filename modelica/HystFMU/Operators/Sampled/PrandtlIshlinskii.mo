@@ -6,7 +6,7 @@ protected
   discrete Real memory[3 + 2*depth](start = cat(1, {0, 0, u0}, zeros(2*depth)), each fixed = true) "Dominant extrema of u";
 equation
   assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     memory = Functions.turn(u, u0, pre(y), pre(memory));
     y = Functions.prandtlIshlinskii(u, Functions.branchOrigin(memory, u0, (w0 + sum(w))*u0, 2), w0, r, w);
   end when;

@@ -8,7 +8,7 @@ protected
   discrete Real memory[3 + 2*depth](start = cat(1, {0, 0, origin}, zeros(2*depth)), each fixed = true) "Dominant extrema of u";
 equation
   assert(lo < hi, "lo must be less than hi");
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     memory = Functions.turn(min(max(u, lo), hi), origin, pre(y), pre(memory));
     y = Functions.preisach(min(max(u, lo), hi), memory, lo, hi, n, E, virgin);
   end when;

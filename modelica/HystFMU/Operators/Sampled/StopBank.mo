@@ -1,11 +1,11 @@
 within HystFMU.Operators.Sampled;
 block StopBank "Bank of stop operators, sampled"
-  extends BaseClasses.StopBank;
+  extends BaseClasses.StopBank(s(each start = 0, each fixed = true));
   extends Interfaces.Sampled;
 protected
   discrete Real z[n](start = z0, each fixed = true) "Plays";
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     z = Functions.play(u, r, pre(z));
     s = fill(u, n) - z;
   end when;

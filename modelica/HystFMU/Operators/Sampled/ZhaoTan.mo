@@ -7,7 +7,7 @@ protected
   parameter Real virgin = if memory == Types.Memory.dominant then 2 else 1 "Scale of the virgin branch";
   discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, x0}, zeros(2*depth)), each fixed = true) "Extrema of x";
 equation
-  when sample(0, Ts) then
+  when sample(t0, Ts) then
     extrema = Functions.turn(x, x0, pre(h), pre(extrema), last);
     h = Functions.zhaoTan(x, Functions.branchOrigin(extrema, x0, 0, virgin));
   end when;

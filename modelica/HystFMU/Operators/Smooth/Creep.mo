@@ -1,26 +1,21 @@
 within HystFMU.Operators.Smooth;
 block Creep "Weighted sum of the input and its first-order lags, smooth"
   extends BaseClasses.Creep;
-  extends Icons.Smooth;
-  parameter Boolean inChain = false "Does nothing lead from y back to u? The start is then that of u alone" annotation (Dialog(group = "Start"));
+  extends Interfaces.InChain;
   Real q[n] "Lagged inputs";
+protected
+  Real d[n] "Lagged inputs, counted from what was taken at the start";
 initial equation
-  if not inChain then
-    if start == Types.Start.steady then
-      q = fill(u, n);
-    else
-      q = zeros(n);
-    end if;
+  if start == Types.Start.steady and not inChain then
+    q = fill(u, n);
+  else
+    d = zeros(n);
   end if;
 equation
-  // also an initial equation (Modelica 3.6, 8.6); rumoca 0.10.2 solves it behind an operator with events, but in no loop
-  if inChain then
-    when initial() then
-      reinit(q, if start == Types.Start.steady then fill(u, n) else zeros(n));
-    end when;
-  end if;
+  first = if start == Types.Start.steady then u else 0;
   for i in 1:n loop
-    T[i]*der(q[i]) = u - q[i];
+    q[i] = if inChain then taken + d[i] else d[i];
+    T[i]*der(d[i]) = u - q[i];
   end for;
   y = w0*u + w*q;
   annotation (Documentation(info = "<html>

@@ -34,6 +34,15 @@ def _text_of(body: str, short_name: str, below: tuple[str, ...], name: str) -> s
     return body
 
 
+def with_bases(c: library.Class) -> Iterator[library.Class]:
+    """A class, and those that it extends."""
+    yield c
+    for e in c.tree.extends:
+        base = library.find(str(e.component), c.name)
+        if base is not None:
+            yield from with_bases(base)
+
+
 def is_array(s: ast.Symbol) -> bool:
     return any(not (isinstance(d, ast.Primary) and d.value is None) for row in s.dimensions for d in row)
 

@@ -1,0 +1,87 @@
+"""A simulation that starts at another time gives the same trajectory, shifted by it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import compare
+import library
+import numpy as np
+import pytest
+import simulate
+import twin
+
+STARTS = (1.0, -2.5)  # s, against 0
+BOUND = 1e-9  # of the largest value of a trajectory
+# one block of each way to begin; all of them in `make stress`
+QUICK = ("Pid", "NarxNetwork", "StateSpace", "AdaptiveInverse", "Sampled.Creep", "Events.PlayBank", "Smooth.CreepSteady")
+SHAPES = {f"Sources.{s}" for s in (*twin.SHAPES, "Disturbance")}
+OF_TIME_STOP = 4.0  # s; the simulations from each start overlap
+SIGNAL = "HystFMU.Validation.BaseClasses.TestSignal"
+PACKAGES = "Operators|Inverse|Networks|Dynamics|Plants|Control|Sources|Types|Icons|Functions|Interfaces"
+
+
+def validations() -> list[str]:
+    return [n for n in compare.models() if n.startswith("HystFMU.Validation.")]
+
+
+def long(name: str) -> bool:
+    return name.removeprefix("HystFMU.Validation.") not in QUICK
+
+
+def shifted(name: str, start: float, folder: Path) -> simulate.Trajectory:
+    """A Validation model simulated from another time on, with its inputs moved there; its time counts from the start.
+
+    A source of the library is a function of the time itself, and its trajectory is that of this time.
+    """
+    own = without_within(library.text(library.classes()[name].file))
+    signal = without_within(library.text(library.classes()[SIGNAL].file))
+    late = f"(time - ({start!r}))"
+    body = "\n".join(re.sub(r"\btime\b", late, text) for text in (equations(signal), equations(own)))
+    body = re.sub(rf"(?<![\w.])({PACKAGES})\.", r"HystFMU.\1.", body).replace("BaseClasses.TestSignal", "TestSignal")
+    # rumoca 0.10.2 has the relations of time 0 in the initial equations of a simulation from a time before that
+    body = re.sub(r"if (\S+ - \S+) < 0.2 then (.*)", r"if noEvent(\1 <= 0) then \2 elseif \1 < 0.2 then \2", body)
+    body = body.replace("sample(0,", f"sample({start!r},")
+    short_name = name.rsplit(".", 1)[-1]
+    file, out = folder / "Moved.mo", folder / f"{start}.npz"
+    file.write_text(re.sub(rf"\b(model|end) {short_name}\b", r"\1 Moved", body))
+    e = library.experiment(library.classes()[name])
+    stop = start + (OF_TIME_STOP if of_time(name) else e["StopTime"])
+    settings = (repr(stop), repr(e["Interval"]), repr(e["Tolerance"]), out, repr(start))
+    complaint = simulate.rumoca(file, "Moved", *settings)
+    assert not complaint, f"{name} from {start}: rumoca says: {complaint}"
+    with np.load(out) as stored:
+        found = {k: stored[k] for k in stored.files}
+    return simulate.Trajectory({**found, "time": found["time"] - start})
+
+
+def of_time(name: str) -> bool:
+    """Is the tested block a function of the time itself?"""
+    return str(library.classes()[name].tree.symbols["tested"].type) in SHAPES
+
+
+def without_within(text: str) -> str:
+    return re.sub(r"(?m)^(//.*|within .*)\n", "", text)
+
+
+def equations(text: str) -> str:
+    """A class without its descriptions, in which the word time may stand."""
+    text = re.sub(r",?\s*Documentation\(info = \"(?:[^\"\\]|\\.)*\"\)", "", text, flags=re.DOTALL)
+    return re.sub(r'"(?:[^"\\]|\\.)*"', '""', text)
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.stress) if long(n) else n for n in validations()])
+def test_start_time_changes_nothing(name: str, tmp_path: Path) -> None:
+    h = library.experiment(library.classes()[name])["Interval"]
+    first = shifted(name, 0.0, tmp_path).at(h)
+    for start in STARTS:
+        other = shifted(name, start, tmp_path).at(h)
+        late = round(start / h) if of_time(name) else 0
+        ports = [k for k in first if k.startswith("tested.")]
+        assert ports
+        for k in ports:
+            a, b = first[k][max(late, 0) :], other[k][max(-late, 0) :]
+            rows = min(len(a), len(b))
+            assert rows >= 49
+            assert np.abs(a[:rows] - b[:rows]).max() <= BOUND * max(np.abs(first[k]).max(), 1e-300), (k, start)
