@@ -85,7 +85,7 @@ def _lost(v: Array, factor: int) -> bool:
     lines = np.fft.rfft(smooth)
     lines[: len(lines) // (2 * factor)] = 0
     above = rms(np.fft.irfft(lines, len(v)))
-    return above > np.hypot(2 * noise(v), ABOVE * float(np.ptp(v)))
+    return bool(above > np.hypot(2 * noise(v), ABOVE * float(np.ptp(v))))
 
 
 def _place(u: Array, most: int) -> int:

@@ -59,7 +59,6 @@ def refined(
     c = objective.coordinates
     if not len(p):
         return Found(p, float(np.sum(objective.residuals(p) ** 2)) / 2)
-    words = dict.fromkeys(("ftol", "xtol", "gtol"), tolerance)
     r = least_squares(
         objective.residuals,
         c.inside(p),
@@ -67,7 +66,9 @@ def refined(
         (c.lo, c.hi),
         x_scale="jac" if by_jacobian else c.scale,
         max_nfev=evaluations,
-        **words,
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=tolerance,
     )
     return Found(np.asarray(r.x), float(r.cost))
 

@@ -27,7 +27,7 @@ from hystfmu.identify.candidate import OPENS, Candidate, Memory
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import lagged
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
-from hystfmu.identify.methods.bouc_wen import operator, searched
+from hystfmu.identify.methods.bouc_wen import searched, shape
 from hystfmu.identify.options import Option
 from hystfmu.model.accuracy import rms
 
@@ -47,6 +47,12 @@ OPTIONS = (
     Option("degree", None, 1, 20, text="degree of the curve; default: chosen on validation blocks"),
     Option("rate", None, choices=("yes", "no"), text="lags; default: chosen on validation blocks"),
 )
+
+
+def operator(u: Array, p: Array) -> tuple[dict[str, float], Array]:
+    """Return the values of the block and z (rows,) for p = (ln z_max, gamma share, n, z0 / z_max)."""
+    values = {"A": 1.0, "u0": float(u[0]), **{k.partition(".")[2]: v for k, v in shape(p).items()}}
+    return values, Graph.single(Node("z", "bouc_wen", {}, {**values, "alpha": 0.0, "k": 1.0})).run(u)[:, 1]
 
 
 @dataclass(frozen=True)
@@ -86,14 +92,14 @@ class _Fitting:
         columns = self.columns(parts)[rows]
         size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         c = np.linalg.lstsq(columns / size, self.data.y[rows], rcond=SMALL)[0] / size
-        return columns @ c - self.data.y[rows], c
+        return np.asarray(columns @ c - self.data.y[rows]), c
 
     def fit(self, parts: Parts, rows: Rows, evaluations: int) -> Parts:
         """Search z on some rows."""
 
         def misfit(p: Array) -> Array:
             e = self.project(replace(parts, p=p), rows)[0]
-            return e / (self.data.span * np.sqrt(len(e)))
+            return np.asarray(e / (self.data.span * np.sqrt(len(e))))
 
         room = 1e-9 * (self.hi - self.lo)
         first = np.clip(parts.p, self.lo + room, self.hi - room)
@@ -158,7 +164,7 @@ def _graph(f: _Fitting, parts: Parts, c: Array) -> Graph:
     wires = [("input.y", "operator.u"), ("input.y", "spring.u"), ("spring.y", "readout.u[1]")]
     k, ends = [1.0, b], ["operator.z"]
     if n:
-        lags = {"T": np.array(parts.T), "start": "steady"}
+        lags: dict[str, Any] = {"T": np.array(parts.T), "start": "steady"}
         nodes += [Node("dashpot", "creep", {}, {"w": of_x, **lags}), Node("late", "creep", {}, {"w": of_z, **lags})]
         wires += [("input.y", "dashpot.u"), ("operator.z", "late.u")]
         k, ends = [*k, 1.0, 1.0], [*ends, "dashpot.y", "late.y"]
