@@ -54,8 +54,8 @@ REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse on
 EXACT_INVERSE = "exact"
 SHORT = 0.2  # of the time of a full fit: a short trial fit
 BUDGET = 24.0  # s for all candidates; estimated, not timed: the load must not decide
-HOPEFUL = 0.5  # of the time of kinds with a trial fit: others of them end there
-LEAST_ROWS = 2000  # that race, however dear they are
+HOPEFUL = 0.3  # of the time of kinds with a trial fit: most of them end there
+LEAST_ROWS, FEWER = 2000, 0.9  # rows that race, however dear all are; how much fewer are tried at a time
 
 
 class Inverses(Protocol):
@@ -163,8 +163,8 @@ def choose(
         raise refusal(where, _rule(only_invertible), race, seen, best)
     ranked = sorted(race.trials.values(), key=race.excess)
     told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
-    why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / data.span for t in ranked}, "auto_choice": best.name}
-    why["auto_blocks"] = {t.name: [100 * e / data.span for e in t.by_block] for t in ranked}
+    why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / raced.span for t in ranked}, "auto_choice": best.name}
+    why["auto_blocks"] = {t.name: [100 * e / raced.span for e in t.by_block] for t in ranked}
     why["auto_parameters"] = {t.name: t.parameters for t in ranked}
     if inverses is not None:
         why["auto_inverse"] = {t.name: inverses.kind(t.model) for t in ranked}
@@ -195,11 +195,10 @@ def _share(progress: Callable[[float], None], first: float, last: float, part: f
 
 def affordable(entered: Sequence[Candidate], rows: int) -> int:
     """Return on how many rows, up to `rows`, all candidates can be tried within the budget."""
-    fixed = sum(c.seconds * (HOPEFUL if c.quick else 1.0) for c in entered)
-    each = sum(c.per_1000 * (HOPEFUL if c.quick else 1.0) for c in entered)
-    if fixed + each * rows / 1000 <= BUDGET:
-        return rows
-    return min(rows, max(LEAST_ROWS, int(1000 * (BUDGET - fixed) / each)))
+    n = rows
+    while n > LEAST_ROWS and sum(c.cost(n) * (HOPEFUL if c.tries(n) else 1.0) for c in entered) > BUDGET:
+        n = max(LEAST_ROWS, int(FEWER * n))
+    return n
 
 
 def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]:

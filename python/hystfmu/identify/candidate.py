@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 CLOSES, OPENS, LAGS, ANY = "return-point", "open", "rate", ""
+DEAR = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,10 @@ class Candidate:
     def cost(self, rows: int) -> float:
         """Return the estimated cost (s) for this number of rows."""
         return self.seconds + self.per_1000 * rows / 1000
+
+    def tries(self, rows: int) -> bool:
+        """Whether a short trial fit comes before a full one."""
+        return bool(self.quick) or self.cost(rows) > DEAR
 
     def named(self, key: str) -> str:
         """Return the kind with its options, e.g. ``zhao_tan_mlp memory=last``."""
