@@ -34,7 +34,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from hystfmu.data import Dataset
-from hystfmu.identify.candidate import CLOSES, LAGS, OPENS, Candidate
+from hystfmu.identify.candidate import CLOSES, LAGS, LATE, OPENS, Candidate
 from hystfmu.identify.catalogue import candidates, takes_covariates, takes_records
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered, rest
@@ -205,9 +205,9 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
     """Return the candidates that contradict the data, with the reasons."""
     reasons: dict[str, str] = {}
     for name, candidate in found.items():
-        if candidate.memory == OPENS and seen.memory == NONE:
+        if candidate.memory in (OPENS, LATE) and seen.memory == NONE:
             reasons[name] = "the output is a function of the input"
-        elif candidate.memory == OPENS and seen.memory == RETURN_POINT:
+        elif candidate.memory in (OPENS, LATE) and seen.memory == RETURN_POINT:
             reasons[name] = f"minor loops close (gap {seen.gap:.2g} % of the span of y)"
         elif candidate.memory == CLOSES and seen.memory == OPEN_LOOPS and seen.gap > LARGE:
             reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"
@@ -254,8 +254,8 @@ def _rate(race: Race, seen: Excitation) -> str:
     """Decide whether a rate-dependent kind has a clearly smaller error than all others."""
     if not seen.several_speeds:
         return "one speed only"
-    lags = [race.risk(t) for t in race.trials.values() if t.candidate.memory == LAGS]
-    others = [race.risk(t) for t in race.trials.values() if t.candidate.memory != LAGS]
+    lags = [race.risk(t) for t in race.trials.values() if t.candidate.memory in (LAGS, LATE)]
+    others = [race.risk(t) for t in race.trials.values() if t.candidate.memory not in (LAGS, LATE)]
     better = lags and min(others, default=np.inf) > max(CLEARLY * min(lags), FINE)
     return "seen" if better else "not seen"
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-CLOSES, OPENS, LAGS, ANY = "return-point", "open", "rate", ""
+CLOSES, OPENS, LAGS, LATE, ANY = "return-point", "open", "rate", "open, then rate", ""
 DEAR = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
 
 
@@ -18,7 +18,8 @@ class Candidate:
     ----------
     memory : str
         `CLOSES`: static, minor loops close; `OPENS`: static, minor loops stay open; `LAGS`: rate-dependent;
-        `ANY`: creep or lags may open a loop.
+        `LATE`: dynamics behind an operator whose loops stay open, which one speed may show as well; `ANY`: creep or
+        lags may open a loop.
     seconds, per_1000 : float
         Estimated cost of a fit (s): fixed, and per 1000 rows up to the last training row.
     options : dict

@@ -6,7 +6,7 @@ import pytest
 from trials import E4, trial
 
 from hystfmu.identify import auto
-from hystfmu.identify.candidate import ANY, CLOSES, LAGS, OPENS, Candidate
+from hystfmu.identify.candidate import ANY, CLOSES, LAGS, LATE, OPENS, Candidate
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, UNKNOWN, Excitation
 from hystfmu.identify.refusal import refusal
 
@@ -39,6 +39,9 @@ def test_how_many_rows_all_can_be_tried_on():
         (CLOSES, {"memory": UNKNOWN, "gap": 9.0}, None),
         (LAGS, {"several_speeds": False}, "the input has one speed only and is not informative about rate dependence"),
         (LAGS, {}, None),
+        (LATE, {"several_speeds": False}, None),
+        (LATE, {"memory": RETURN_POINT, "gap": 0.123}, "minor loops close (gap 0.12 % of the span of y)"),
+        (LATE, {"memory": NONE}, "the output is a function of the input"),
         (ANY, {"memory": NONE, "several_speeds": False}, None),
     ],
 )

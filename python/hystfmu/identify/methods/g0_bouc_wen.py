@@ -24,7 +24,7 @@ from scipy.optimize import least_squares
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import LAGS, Candidate, Memory
+from hystfmu.identify.candidate import LATE, Candidate, Memory
 from hystfmu.identify.features.dynamics import DYNAMICS_OPTIONS, Dynamics, bounds, search, unknown
 from hystfmu.identify.features.identifiable import correlation_time, standard_errors
 from hystfmu.identify.methods.bouc_wen import operator, searched
@@ -39,7 +39,7 @@ ENOUGH = 3e-3  # misfit, relative to the span, below which no other start is tri
 DELAY = 2  # index of the delay among the parameters
 EVALUATIONS = (15, 60)  # limit on evaluations of residuals and Jacobian: per start, for all parameters together
 
-CANDIDATES = (Candidate(LAGS, 0.5, 0.4),)
+CANDIDATES = (Candidate(LATE, 0.5, 0.4),)
 OPTIONS = (Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"), *DYNAMICS_OPTIONS)
 
 
