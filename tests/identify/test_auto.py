@@ -165,7 +165,7 @@ def test_every_kind_of_a_long_record_races_on_fewer_rows():
     for rows in (3000, 30_000, 800_000):
         n = auto.affordable(every, rows)
         assert auto.LEAST_ROWS <= n <= rows
-        assert sum(c.cost(n) * (auto.HOPEFUL if c.quick else 1) for c in every) <= auto.BUDGET
+        assert sum(c.cost(n) * (auto.HOPEFUL if c.tries(n) else 1) for c in every) <= auto.BUDGET
 
 
 def test_candidates_state_options_of_their_kinds():

@@ -95,10 +95,10 @@ def test_the_actuator_finds_what_follows_each_covariate(actuator):
 
 
 def test_auto_takes_them_on_the_command_line_and_start_refuses_before_the_fit(tmp_path, monkeypatch):
-    """Static kinds alone compete here, as for a quick record; the table states their inverses."""
+    """The table of the candidates states inverses, which covariates once ended."""
     found, _ = candidates()
     monkeypatch.setattr(auto, "candidates", lambda: ({"polynomial_narx": found["polynomial_narx"]}, {}))
-    data = record(1, reversals=30)
+    data = record(1)
     csv, out = str(tmp_path / "d.csv"), str(tmp_path / "m.model.toml")
     data.to_csv(csv)
     asked = [csv, "--covariate", "load", "--covariate", "T [degC]"]

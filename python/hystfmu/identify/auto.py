@@ -34,7 +34,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from hystfmu.data import Dataset
-from hystfmu.identify.candidate import CLOSES, LAGS, OPENS, Candidate
+from hystfmu.identify.candidate import CLOSES, LAGS, LATE, OPENS, Candidate
 from hystfmu.identify.catalogue import candidates, takes_covariates, takes_records
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered, rest
@@ -54,8 +54,8 @@ REFUSED = 5.0  # % of the span beside the noise: no model rather than a worse on
 EXACT_INVERSE = "exact"
 SHORT = 0.2  # of the time of a full fit: a short trial fit
 BUDGET = 24.0  # s for all candidates; estimated, not timed: the load must not decide
-HOPEFUL = 0.5  # of the time of kinds with a trial fit: others of them end there
-LEAST_ROWS = 2000  # that race, however dear they are
+HOPEFUL = 0.3  # of the time of kinds with a trial fit: most of them end there
+LEAST_ROWS, FEWER = 2000, 0.9  # rows that race, however dear all are; how much fewer are tried at a time
 
 
 class Inverses(Protocol):
@@ -163,8 +163,8 @@ def choose(
         raise refusal(where, _rule(only_invertible), race, seen, best)
     ranked = sorted(race.trials.values(), key=race.excess)
     told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
-    why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / data.span for t in ranked}, "auto_choice": best.name}
-    why["auto_blocks"] = {t.name: [100 * e / data.span for e in t.by_block] for t in ranked}
+    why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / raced.span for t in ranked}, "auto_choice": best.name}
+    why["auto_blocks"] = {t.name: [100 * e / raced.span for e in t.by_block] for t in ranked}
     why["auto_parameters"] = {t.name: t.parameters for t in ranked}
     if inverses is not None:
         why["auto_inverse"] = {t.name: inverses.kind(t.model) for t in ranked}
@@ -195,20 +195,19 @@ def _share(progress: Callable[[float], None], first: float, last: float, part: f
 
 def affordable(entered: Sequence[Candidate], rows: int) -> int:
     """Return on how many rows, up to `rows`, all candidates can be tried within the budget."""
-    fixed = sum(c.seconds * (HOPEFUL if c.quick else 1.0) for c in entered)
-    each = sum(c.per_1000 * (HOPEFUL if c.quick else 1.0) for c in entered)
-    if fixed + each * rows / 1000 <= BUDGET:
-        return rows
-    return min(rows, max(LEAST_ROWS, int(1000 * (BUDGET - fixed) / each)))
+    n = rows
+    while n > LEAST_ROWS and sum(c.cost(n) * (HOPEFUL if c.tries(n) else 1.0) for c in entered) > BUDGET:
+        n = max(LEAST_ROWS, int(FEWER * n))
+    return n
 
 
 def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]:
     """Return the candidates that contradict the data, with the reasons."""
     reasons: dict[str, str] = {}
     for name, candidate in found.items():
-        if candidate.memory == OPENS and seen.memory == NONE:
+        if candidate.memory in (OPENS, LATE) and seen.memory == NONE:
             reasons[name] = "the output is a function of the input"
-        elif candidate.memory == OPENS and seen.memory == RETURN_POINT:
+        elif candidate.memory in (OPENS, LATE) and seen.memory == RETURN_POINT:
             reasons[name] = f"minor loops close (gap {seen.gap:.2g} % of the span of y)"
         elif candidate.memory == CLOSES and seen.memory == OPEN_LOOPS and seen.gap > LARGE:
             reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"
@@ -255,8 +254,8 @@ def _rate(race: Race, seen: Excitation) -> str:
     """Decide whether a rate-dependent kind has a clearly smaller error than all others."""
     if not seen.several_speeds:
         return "one speed only"
-    lags = [race.risk(t) for t in race.trials.values() if t.candidate.memory == LAGS]
-    others = [race.risk(t) for t in race.trials.values() if t.candidate.memory != LAGS]
+    lags = [race.risk(t) for t in race.trials.values() if t.candidate.memory in (LAGS, LATE)]
+    others = [race.risk(t) for t in race.trials.values() if t.candidate.memory not in (LAGS, LATE)]
     better = lags and min(others, default=np.inf) > max(CLEARLY * min(lags), FINE)
     return "seen" if better else "not seen"
 

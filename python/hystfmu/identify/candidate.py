@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-CLOSES, OPENS, LAGS, ANY = "return-point", "open", "rate", ""
+CLOSES, OPENS, LAGS, LATE, ANY = "return-point", "open", "rate", "open, then rate", ""
+DEAR = 3.0  # s: a fit that takes longer, and has no quick options, is tried on a part of the rows first
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,8 @@ class Candidate:
     ----------
     memory : str
         `CLOSES`: static, minor loops close; `OPENS`: static, minor loops stay open; `LAGS`: rate-dependent;
-        `ANY`: creep or lags may open a loop.
+        `LATE`: dynamics behind an operator whose loops stay open, which one speed may show as well; `ANY`: creep or
+        lags may open a loop.
     seconds, per_1000 : float
         Estimated cost of a fit (s): fixed, and per 1000 rows up to the last training row.
     options : dict
@@ -40,6 +42,10 @@ class Candidate:
     def cost(self, rows: int) -> float:
         """Return the estimated cost (s) for this number of rows."""
         return self.seconds + self.per_1000 * rows / 1000
+
+    def tries(self, rows: int) -> bool:
+        """Whether a short trial fit comes before a full one."""
+        return bool(self.quick) or self.cost(rows) > DEAR
 
     def named(self, key: str) -> str:
         """Return the kind with its options, e.g. ``zhao_tan_mlp memory=last``."""

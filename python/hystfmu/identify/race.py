@@ -34,7 +34,7 @@ BLOCKS = 8  # long ones: where a record repeats its loops, short blocks have bee
 SPREAD = 2  # folds that tell a spread
 FOLDS = (1, 3, 2)  # of every four blocks, the one that is held out; never the first, which alone starts from rest
 AS_GOOD = 1.2  # candidates with errors up to 20 % above the least count as equally good
-DEAR, PART = 3.0, 0.25  # s: a fit that takes longer, and has no short one, is tried on a part of the rows first
+PART = 0.25  # of the rows: trial fit of a dear kind without quick options
 LOSER, HOPE = 1.5, 4.0  # error ratios at which a candidate is dropped: after a fold, after its trial fit
 EXACT = 0.002  # % of the span: errors below it count as equal
 SURE = 2.0  # standard errors by which a difference must exceed what the noise of the output explains
@@ -224,8 +224,8 @@ class Race:
     def first(self, name: str, key: str, candidate: Candidate, progress: Callable[[float], None]) -> None:
         """Let a candidate enter: a short trial fit if it has one, then a fit without the first fold."""
         try:
-            share = 1.0 if candidate.quick or candidate.cost(self.data.train.stop) <= DEAR else PART
-            if (candidate.quick or share < 1) and self.trials:
+            if candidate.tries(self.data.train.stop) and self.trials:
+                share = 1.0 if candidate.quick else PART
                 # a short fit is not reported: the progress of the full one starts from 0
                 options = {**candidate.options, **candidate.quick}
                 short = self.excess(self.trial(name, key, candidate, options, lambda done: None, share))

@@ -7,6 +7,7 @@ one part that shows as much of the range and of the speeds as any other, the ear
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -85,7 +86,7 @@ def _lost(v: Array, factor: int) -> bool:
     lines = np.fft.rfft(smooth)
     lines[: len(lines) // (2 * factor)] = 0
     above = rms(np.fft.irfft(lines, len(v)))
-    return bool(above > np.hypot(2 * noise(v), ABOVE * float(np.ptp(v))))
+    return above > math.hypot(2 * noise(v), ABOVE * float(np.ptp(v)))
 
 
 def _place(u: Array, most: int) -> int:

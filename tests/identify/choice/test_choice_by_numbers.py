@@ -6,7 +6,7 @@ import pytest
 from trials import E4, trial
 
 from hystfmu.identify import auto
-from hystfmu.identify.candidate import ANY, CLOSES, LAGS, OPENS, Candidate
+from hystfmu.identify.candidate import ANY, CLOSES, LAGS, LATE, OPENS, Candidate
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, UNKNOWN, Excitation
 from hystfmu.identify.refusal import refusal
 
@@ -17,12 +17,16 @@ def seen(**changed):
 
 
 def test_how_many_rows_all_can_be_tried_on():
-    dear = Candidate(ANY, 4.0, 2.0)
-    assert auto.affordable([dear], 10_000) == 10_000  # 24 s
-    assert auto.affordable([dear], 10_001) == 10_000
-    assert auto.affordable([dear, Candidate(ANY, 2.0, 4.0, quick={"N": 1})], 30_000) == 4750  # 5 s + 4 s per 1000
-    assert auto.affordable([Candidate(ANY, 30.0, 1.0)], 30_000) == auto.LEAST_ROWS
-    assert auto.affordable([Candidate(ANY, 30.0, 1.0)], 500) == 500
+    cheap = [Candidate(ANY, 1.0, 0.1)] * 12  # 12 s, and 1.2 s per 1000 rows
+    assert auto.affordable(cheap, 10_000) == 10_000  # 24 s
+    assert auto.affordable(cheap, 10_001) == 9000
+    quick = [Candidate(ANY, 2.0, 4.0, quick={"N": 1})] * 2  # 0.3 of 4 s and 8 s per 1000
+    assert auto.affordable(quick, 9500) == 9500
+    assert auto.affordable([*quick, Candidate(ANY, 0.3, 0.0)], 9500) == 8550
+    dear = [Candidate(ANY, 2.0, 4.0)] * 2  # tried on a part of the rows
+    assert auto.affordable(dear, 9500) == 9500
+    assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 30_000) == auto.LEAST_ROWS
+    assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 500) == 500
 
 
 @pytest.mark.parametrize(
@@ -35,6 +39,9 @@ def test_how_many_rows_all_can_be_tried_on():
         (CLOSES, {"memory": UNKNOWN, "gap": 9.0}, None),
         (LAGS, {"several_speeds": False}, "the input has one speed only and is not informative about rate dependence"),
         (LAGS, {}, None),
+        (LATE, {"several_speeds": False}, None),
+        (LATE, {"memory": RETURN_POINT, "gap": 0.123}, "minor loops close (gap 0.12 % of the span of y)"),
+        (LATE, {"memory": NONE}, "the output is a function of the input"),
         (ANY, {"memory": NONE, "several_speeds": False}, None),
     ],
 )

@@ -7,7 +7,7 @@ import pytest
 
 from hystfmu import InputError
 from hystfmu.identify import catalogue
-from hystfmu.identify.candidate import ANY, CLOSES, LAGS, OPENS, Candidate
+from hystfmu.identify.candidate import ANY, CLOSES, LAGS, LATE, OPENS, Candidate
 from hystfmu.identify.features.initial_memory import u0_option
 from hystfmu.identify.network import readout
 from hystfmu.identify.options import Option
@@ -115,7 +115,7 @@ COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
     "duhem": (OPENS, 0.2, 0.5, {}, {}, False),
     "duhem_oscillator": (LAGS, 0.5, 3.0, {}, {}, False),
     "fitted_operator_mlp": (CLOSES, 1.0, 0.05, {}, QUICK_NETWORK, False),
-    "g0_bouc_wen": (LAGS, 0.5, 0.4, {}, {}, False),
+    "g0_bouc_wen": (LATE, 0.5, 0.4, {}, {}, False),
     "g0_prandtl_ishlinskii": (LAGS, 1.0, 1.0, {}, {}, False),
     "krasnoselskii_pokrovskii": (CLOSES, 0.02, 0.03, {}, {}, True),
     "narx_network " + " ".join(f"{k}={v}" for k, v in SMALL_NARX.items()): (

@@ -22,8 +22,9 @@ from scipy.optimize import least_squares
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.candidate import OPENS, Candidate, Memory
+from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.features.bent_sum import lagged
 from hystfmu.identify.features.validation_blocks import validation_rows, without_outermost
@@ -128,7 +129,7 @@ def build(
     first = options["degree"] or DEGREES[1]
     best = min((f.tried(Parts(first, T, p)) for p in starts), key=lambda t: t[0])
     progress(0.4)
-    if options["rate"] is None:
+    if options["rate"] is None and examine(data).several_speeds:  # else lags and loop explain each other
         more = min((f.tried(Parts(first, every, p)) for p in (best[1].p, starts[0])), key=lambda t: t[0])
         best = more if more[0] < BETTER * best[0] else best
     for degree in DEGREES[2:] if options["degree"] is None else ():
@@ -164,7 +165,7 @@ def _graph(f: _Fitting, parts: Parts, c: Array) -> Graph:
     wires = [("input.y", "operator.u"), ("input.y", "spring.u"), ("spring.y", "readout.u[1]")]
     k, ends = [1.0, b], ["operator.z"]
     if n:
-        lags: dict[str, Any] = {"T": np.array(parts.T), "start": "steady"}
+        lags: dict[str, Value] = {"T": np.array(parts.T), "start": "steady"}
         nodes += [Node("dashpot", "creep", {}, {"w": of_x, **lags}), Node("late", "creep", {}, {"w": of_z, **lags})]
         wires += [("input.y", "dashpot.u"), ("operator.z", "late.u")]
         k, ends = [*k, 1.0, 1.0], [*ends, "dashpot.y", "late.y"]

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.candidate import LAGS, Candidate, Memory
+from hystfmu.identify.candidate import LATE, Candidate, Memory
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.determined import determined
 from hystfmu.identify.estimate.objective import Linear, Objective
@@ -43,7 +43,7 @@ DELAY = 2  # index of the delay among the parameters
 TOLERANCE = 1e-12  # relative change that ends the search of all parameters
 EVALUATIONS = (15, 60)  # limit on evaluations of residuals and Jacobian: per start, for all parameters together
 
-CANDIDATES = (Candidate(LAGS, 0.5, 0.4),)
+CANDIDATES = (Candidate(LATE, 0.5, 0.4),)
 OPTIONS = (Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried"), *DYNAMICS_OPTIONS)
 
 
