@@ -59,15 +59,16 @@ def refined(
     c = objective.coordinates
     if not len(p):
         return Found(p, float(np.sum(objective.residuals(p) ** 2)) / 2)
-    words = dict.fromkeys(("ftol", "xtol", "gtol"), tolerance)
     r = least_squares(
         objective.residuals,
         c.inside(p),
         objective.jacobian,
         (c.lo, c.hi),
         x_scale="jac" if by_jacobian else c.scale,
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=tolerance,
         max_nfev=evaluations,
-        **words,
     )
     return Found(np.asarray(r.x), float(r.cost))
 

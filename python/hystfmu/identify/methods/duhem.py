@@ -46,7 +46,7 @@ OPTIONS = (
 
 def coefficients(theta: list[Array], m: int, q: int) -> dict[str, Array]:
     """Return the values of the block for the slopes of rising and of falling u, each (terms,)."""
-    found = {}
+    found: dict[str, Array] = {}
     for end, of in zip(("rise", "fall"), theta, strict=True):
         by_power = of.reshape(m + 1, 2 * q + 1)
         found |= {f"a_{end}": by_power[:, 0], f"b_{end}": by_power[:, 1 : q + 1], f"c_{end}": by_power[:, q + 1 :]}

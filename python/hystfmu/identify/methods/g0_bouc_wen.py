@@ -126,7 +126,7 @@ class _Bank:
         columns = np.column_stack([np.ones(len(self.rows)), filtered])
         size = np.linalg.norm(columns, axis=0)
         c = np.linalg.lstsq(columns / size, self.y, rcond=1e-10)[0] / size
-        return columns @ c - self.y
+        return np.asarray(columns @ c - self.y)
 
 
 class _Chains:
